@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import importlib.util
 import pkgutil
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import cache
 from importlib import import_module
 from importlib.machinery import PathFinder
@@ -26,11 +26,21 @@ _ADAPTERS = "plumbob.engines.adapters"
 @cache
 def built_in() -> Mapping[str, Engine]:
     """The engines that plumbob has adapters for, in the order of their names, installed or not."""
-    adapters = [
-        getattr(import_module(f"{_ADAPTERS}.{module.name}"), "ENGINE", None)
-        for module in pkgutil.iter_modules([str(Path(__file__).parent / "adapters")])
-    ]
+    adapters = map(_adapter, _modules())
     return {e.name: e for e in sorted(filter(None, adapters), key=lambda engine: engine.name)}
+
+
+@cache
+def _modules() -> Sequence[str]:
+    """The names of the modules of adapters."""
+    folder = pkgutil.iter_modules([str(Path(__file__).parent / "adapters")])
+    return [module.name for module in folder]
+
+
+def _adapter(module: str) -> Engine | None:
+    """The engine of a module of adapters; None without one."""
+    engine: Engine | None = getattr(import_module(f"{_ADAPTERS}.{module}"), "ENGINE", None)
+    return engine
 
 
 @cache
@@ -53,7 +63,9 @@ def _engines_of(*names: str) -> Mapping[str, Engine]:
 
 def find_engine(name: str) -> Engine:
     """The engine of this name; raises ParameterError."""
-    if (engine := _engines_of(name).get(name)) is not None:
+    # Most have a module of their name: the others are not loaded for it.
+    engine = _adapter(name) if name in _modules() else None
+    if (engine := engine or _engines_of(name).get(name)) is not None:
         return engine
     raise ParameterError("engine", name, _broken(name) or f"one of {', '.join(engines())}")
 

@@ -195,10 +195,5 @@ def _agree(values: Sequence[float]) -> bool:
 
 
 def _cost(ratios: Sequence[float], unit: float, compile_seconds: float) -> Cost:
-    middle = statistics.median(ratios)
-    low, high = (
-        (min(ratios), max(ratios))
-        if len(ratios) < 4
-        else (statistics.quantiles(ratios, n=4)[0], statistics.quantiles(ratios, n=4)[2])
-    )
+    low, middle, high = statistics.quantiles(ratios, n=4) if len(ratios) > 1 else 3 * [*ratios]
     return Cost(unit * middle, unit * low, unit * high, middle, compile_seconds, len(ratios))

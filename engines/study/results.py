@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -11,7 +11,7 @@ from plumbob.engines.method import Method
 from plumbob.engines.study.convergence import SEED, ConvergenceStudy
 from plumbob.engines.study.cost import Cost, Key, SceneCosts
 from plumbob.engines.study.provenance import Provenance
-from plumbob.engines.study.request import Answer, Request, RunRequest, looked_up
+from plumbob.engines.study.request import Answer, Request, looked_up
 from plumbob.engines.study.stability import KnownLimit, StabilitySearch
 from plumbob.models.registry import case_of, system_of
 from plumbob.models.scene import Observable, Quantity, Scene
@@ -86,32 +86,6 @@ class Study:
             self,
             observed={name: self.observables(name) for name in names},
             interest={name: self.quantities(name) for name in names},
-        )
-
-    def of_scene(self, scene: str) -> Study:
-        """The part of this that is about one scene, of extra runs with its limits and derivatives
-        alone."""
-        return replace(
-            self,
-            scenes=tuple(s for s in self.scenes if s.name == scene),
-            convergence=tuple(c for c in self.convergence if c.scene == scene),
-            costs={key: cost for key, cost in self.costs.items() if key[0] == scene},
-            observed={scene: self.observables(scene)},
-            interest={scene: self.quantities(scene)},
-            extras={
-                of: limits
-                for of, limits in self.extras.items()
-                if isinstance(of, RunRequest) and of.of_pair and of.scene == scene
-            },
-        )
-
-    def of_methods(self, names: Collection[str]) -> Study:
-        """The part of this that these methods ran."""
-        return replace(
-            self,
-            methods=tuple(m for m in self.methods if m.name in names),
-            convergence=tuple(c for c in self.convergence if c.method in names),
-            costs={key: cost for key, cost in self.costs.items() if key[1] in names},
         )
 
     def leading(self, scene: str) -> Observable:

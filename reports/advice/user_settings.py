@@ -12,6 +12,7 @@ from plumbob.engines.method import USER_METHOD
 from plumbob.engines.study.convergence import ConvergenceStudy
 from plumbob.engines.study.measurement import Measurement
 from plumbob.engines.study.results import Study
+from plumbob.models.scene import Scene
 from plumbob.reports.advice.advice import Question, advise, every_choice
 from plumbob.reports.advice.recommend import Choice
 from plumbob.reports.advice.work_precision import error_of, points
@@ -49,24 +50,25 @@ class UserResult:
 def user_results(study: Study, judged: Judgements) -> tuple[UserResult, ...]:
     """A study's results for the user's settings, a scene each; scenes that they did not run are
     left out."""
+    scenes = {scene.name: scene for scene in study.scenes}
     return tuple(
-        _of_scene(study.of_scene(c.scene), c, judged)
+        _of_scene(study, scenes[c.scene], c, judged)
         for c in study.convergence
         if c.method == USER_METHOD and c.measurements
         if c.measurements[0].status in ("done", "diverged")
     )
 
 
-def _of_scene(study: Study, runs: ConvergenceStudy, judged: Judgements) -> UserResult:
-    run, (scene,) = runs.measurements[0], study.scenes
-    about = study.quantities(scene.name)
+def _of_scene(study: Study, scene: Scene, runs: ConvergenceStudy, judged: Judgements) -> UserResult:
+    run, about = runs.measurements[0], study.quantities(scene.name)
     first = replace(about[0], scale=1.0)  # in its own unit
     unit = next(o.unit for o in study.observables(scene.name) if o.name == first.observable)
     relative = error_of(run, about)
     prices = [p.ns_per_second for p in points(study, scene.name) if p.method == USER_METHOD]
     price = prices[0] if prices else math.inf
     last = next((m for m in reversed(runs.measurements) if m.status == "done"), None)
-    same = {c.method for c in study.convergence if _same(c, run, first.observable)}
+    of_scene = [c for c in study.convergence if c.scene == scene.name]
+    same = {c.method for c in of_scene if _same(c, run, first.observable)}
     others = tuple(m for m in study.methods if m.name not in same)
     # Any finite error is better than a run that diverged.
     within = min(max(relative, sys.float_info.min), sys.float_info.max)

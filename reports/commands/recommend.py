@@ -17,7 +17,7 @@ from plumbob.engines.registry import engine_of, engines, installed
 from plumbob.engines.registry import methods as find_methods
 from plumbob.engines.study import store
 from plumbob.engines.study.provenance import changed_since
-from plumbob.engines.study.results import Study
+from plumbob.engines.study.results import Observables, Study
 from plumbob.models.registry import system_of
 from plumbob.models.scene import Scene
 from plumbob.reports.commands.arguments import values
@@ -41,18 +41,21 @@ def command(chosen: argparse.Namespace) -> int:
     if chosen.absolute is None and chosen.observable is not None:
         raise ParameterError("observable", chosen.observable, "given with --absolute")
     user_method = own_method(chosen.like) if chosen.like else None
-    scenes = values.scenes(chosen.scene, chosen.changes)
+    # What is stored says all of a scene: to load every system would take longer than the answer.
+    named = "/" in chosen.scene and not set("*?[,") & set(chosen.scene)
+    stored = chosen.stored and named and not chosen.changes
+    scenes = () if stored else values.scenes(chosen.scene, chosen.changes)
     if user_method and len(scenes) > 1:
         raise ParameterError("like", chosen.like, "given with one scene, not with a pattern")
     if chosen.engine is not None and chosen.engine not in engines():
         raise ParameterError("engine", chosen.engine, f"one of {', '.join(engines())}")
     for scene in scenes:
-        names = [o.name for o in system_of(scene).observables]
-        if chosen.observable not in (None, *names):
-            raise ParameterError("observable", chosen.observable, f"one of {', '.join(names)}")
+        _check(chosen.observable, system_of(scene).observables)
     measured = _stored if chosen.stored else _run
     with measured(chosen, scenes) as (study, run):
-        methods = tuple(m for m in study.methods if chosen.engine in (None, m.engine))
+        _check(chosen.observable, study.observables(study.scenes[0].name))
+        others = [m for m in study.methods if m.name != USER_METHOD]
+        methods = tuple(m for m in others if chosen.engine in (None, m.engine))
         name = chosen.scene if len(study.scenes) > 1 else study.scenes[0].name
         error, absolute = chosen.error or chosen.absolute, chosen.error is None
         asked = Question(name, study.scenes, methods, error, absolute, chosen.observable)
@@ -61,27 +64,33 @@ def command(chosen: argparse.Namespace) -> int:
     return 0 if answer.recommendation.choice else 1
 
 
+def _check(observable: str | None, observables: Observables) -> None:
+    """Raises ParameterError where an observable is none of these."""
+    names = [o.name for o in observables]
+    if observable not in (None, *names):
+        raise ParameterError("observable", observable, f"one of {', '.join(names)}")
+
+
 @contextmanager
 def _stored(
     chosen: argparse.Namespace, scenes: Sequence[Scene]
 ) -> Iterator[tuple[Study, Run | None]]:
-    """The newest stored study of these scenes, and nothing to run; raises ParameterError."""
+    """The newest stored study of these scenes, or without any of the one that is named, and nothing
+    to run; raises ParameterError."""
     by_name = {scene.name: scene for scene in scenes}
-    study = store.load(Path(chosen.out) / store.FILE, scenes=by_name)
+    names = by_name or (chosen.scene,)
+    study = store.load(Path(chosen.out) / store.FILE, scenes=names)
     there = [
         s
         for s in (study.scenes if study else ())
-        if (of := by_name.get(s.name)) and s.duration == of.duration  # at whatever steps
-        if dict(s.parameters) == dict(of.parameters)
+        if s.name in names and s.duration == (of := by_name.get(s.name, s)).duration
+        if dict(s.parameters) == dict(of.parameters)  # at whatever steps
     ]
     if study is None or not there:
-        raise ParameterError(
-            "scene", scenes[0].name, "one that was measured, as nothing is to be run"
-        )
+        raise ParameterError("scene", next(iter(names)), "one that was measured, as nothing is run")
     for entry in changed_since(study.provenance):
         print(f"plumbob: the stored runs are of {entry}", file=sys.stderr)
-    others = study.of_methods([m.name for m in study.methods if m.name != USER_METHOD])
-    yield replace(others, scenes=tuple(there)), None
+    yield replace(study, scenes=tuple(there)), None
 
 
 @contextmanager
@@ -139,9 +148,6 @@ def _show(
     chosen: argparse.Namespace, asked: Any, study: Study, answer: Answer, user_method: Method | None
 ) -> None:
     """Print the answer, and what a user's own settings, measured now, give beside it."""
-    from plumbob.engines.study.runner import joined, run_study
-    from plumbob.reports.advice.user_settings import user_results
-    from plumbob.reports.judge.study_verdicts import judge_study
     from plumbob.reports.view.user_settings import cost_factor
 
     made = study.provenance
@@ -153,6 +159,10 @@ def _show(
     }
     results: Sequence[UserResult] = ()
     if user_method:
+        from plumbob.engines.study.runner import joined, run_study
+        from plumbob.reports.advice.user_settings import user_results
+        from plumbob.reports.judge.study_verdicts import judge_study
+
         study = joined(study, run_study(asked.scenes, [user_method]))
         results = user_results(study, judge_study(study))
         record["user_settings"] = [asdict(result) for result in results]
