@@ -67,8 +67,7 @@ def _of_scene(study: Study, scene: Scene, runs: ConvergenceStudy, judged: Judgem
     prices = [p.ns_per_second for p in points(study, scene.name) if p.method == USER_METHOD]
     price = prices[0] if prices else math.inf
     last = next((m for m in reversed(runs.measurements) if m.status == "done"), None)
-    of_scene = [c for c in study.convergence if c.scene == scene.name]
-    same = {c.method for c in of_scene if _same(c, run, first.observable)}
+    same = {c.method for c in study.convergence if _same(c, run, first.observable)}
     others = tuple(m for m in study.methods if m.name not in same)
     # Any finite error is better than a run that diverged.
     within = min(max(relative, sys.float_info.min), sys.float_info.max)
@@ -93,8 +92,10 @@ def _of_scene(study: Study, scene: Scene, runs: ConvergenceStudy, judged: Judgem
 
 
 def _same(other: ConvergenceStudy, run: Measurement, leading: str) -> bool:
-    """Whether a method of the user's engine gives the same bits as the user's setting: it is the
-    same setting under another name, or its own."""
+    """Whether a method of the user's engine gives the same bits on a scene as the user's setting:
+    it is the same setting under another name, or its own."""
+    if other.scene != run.scene:
+        return False
     if other.method == USER_METHOD:
         return True
     if run.status != "done" or not other.method.startswith(HERE):

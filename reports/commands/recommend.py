@@ -41,10 +41,7 @@ def command(chosen: argparse.Namespace) -> int:
     if chosen.absolute is None and chosen.observable is not None:
         raise ParameterError("observable", chosen.observable, "given with --absolute")
     user_method = own_method(chosen.like) if chosen.like else None
-    # What is stored says all of a scene: to load every system would take longer than the answer.
-    named = "/" in chosen.scene and not set("*?[,") & set(chosen.scene)
-    stored = chosen.stored and named and not chosen.changes
-    scenes = () if stored else values.scenes(chosen.scene, chosen.changes)
+    scenes = () if _said_by_study(chosen) else values.scenes(chosen.scene, chosen.changes)
     if user_method and len(scenes) > 1:
         raise ParameterError("like", chosen.like, "given with one scene, not with a pattern")
     if chosen.engine is not None and chosen.engine not in engines():
@@ -54,14 +51,22 @@ def command(chosen: argparse.Namespace) -> int:
     measured = _stored if chosen.stored else _run
     with measured(chosen, scenes) as (study, run):
         _check(chosen.observable, study.observables(study.scenes[0].name))
-        others = [m for m in study.methods if m.name != USER_METHOD]
-        methods = tuple(m for m in others if chosen.engine in (None, m.engine))
+        methods = tuple(
+            m for m in study.methods if m.name != USER_METHOD and chosen.engine in (None, m.engine)
+        )
         name = chosen.scene if len(study.scenes) > 1 else study.scenes[0].name
         error, absolute = chosen.error or chosen.absolute, chosen.error is None
         asked = Question(name, study.scenes, methods, error, absolute, chosen.observable)
         answer = advise(asked, study, run)
     _show(chosen, asked, study, answer, user_method)
     return 0 if answer.recommendation.choice else 1
+
+
+def _said_by_study(chosen: argparse.Namespace) -> bool:
+    """Whether a stored study says all of the one scene that is named: to load every system would
+    take longer than the answer."""
+    named = "/" in chosen.scene and not set("*?[,") & set(chosen.scene)
+    return chosen.stored and named and not chosen.changes
 
 
 def _check(observable: str | None, observables: Observables) -> None:
