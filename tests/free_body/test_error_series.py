@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from plumbob.analytic.errors.smooth_motion.free_body_errors import FreeBodyErrors
+from plumbob.analytic.errors.smooth_motion.free_body_errors import free_body_errors
 from plumbob.analytic.schemes import (
     EULER,
     LEAPFROG,
@@ -55,7 +55,7 @@ def at_end(name, step):
 
 def coefficients(scheme):
     """Coefficients after two seconds, shape (7,) each."""
-    found = FreeBodyErrors(BODY).series(Scheme(scheme), np.array([2.0]))
+    found = free_body_errors(BODY).series(Scheme(scheme), np.array([2.0]))
     return {p: np.array([terms[n][0] for n in NAMES]) for p, terms in found.items()}
 
 

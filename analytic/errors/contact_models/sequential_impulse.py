@@ -121,8 +121,7 @@ def pivots_factor(capsule: Capsule, slider: Array) -> float:
     """
     states = []
     for corner in capsule.supports:
-        sticking = _pin(5, np.asarray(corner), 3)
-        sticking[:, 3:] = 0.0
+        sticking = _pin(5, np.asarray(corner))
         turning = [np.asarray([corner]) @ sticking] if any(corner) else []
         states.append([[sticking], [], *([joint] for joint in turning)])
     masses = [*[capsule.body_mass] * 2, capsule.inertia, *[capsule.slider_mass] * 2]
@@ -141,19 +140,20 @@ def contacts_factor(
     sticking contacts at `reach` along the line and with the slider at `slider`, from C [m]."""
     rows: list[Array] = []
     for place in reach:
-        contact = _pin(5, np.array([place, 0.0]), 3)
-        contact[:, 3:] = 0.0
+        contact = _pin(5, np.array([place, 0.0]))
         rows += [contact[1:], contact[:1]]
     masses = [capsule.body_mass] * 2 + [moment] + [capsule.slider_mass] * 2
     return convergence_factor(masses, [*rows, _pin(5, np.array([slider, 0.0]), 3)])
 
 
-def _pin(count: int, arm: Array, other: int) -> Array:
-    """Velocity of a body at `arm` from its centre of mass [m], less that of a part that does not
-    turn: of `count` velocities the body's are the first three and the part's two from `other`."""
+def _pin(count: int, arm: Array, other: int | None = None) -> Array:
+    """Velocity of a body at `arm` from its centre of mass [m], less that of the ground or of a part
+    that does not turn: of `count` velocities the body's are the first three and the part's two from
+    `other`."""
     rows = np.zeros((2, count))
-    rows[0, [0, 2, other]] = 1.0, -arm[1], -1.0
-    rows[1, [1, 2, other + 1]] = 1.0, arm[0], -1.0
+    rows[:, :3] = [[1.0, 0.0, -arm[1]], [0.0, 1.0, arm[0]]]
+    if other is not None:
+        rows[:, other : other + 2] = -np.eye(2)
     return rows
 
 

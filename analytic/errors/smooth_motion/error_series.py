@@ -31,7 +31,7 @@ from plumbob.analytic.numerics.power_series import Series, constant, flown, vari
 from plumbob.analytic.numerics.smooth.smooth_motion import SmoothMotion
 from plumbob.analytic.reference import Array
 from plumbob.analytic.schemes import Scheme
-from plumbob.analytic.theory import Coefficients
+from plumbob.analytic.theory import Coefficients, SteppedErrors
 
 LONGER = 1.1  # the motion is followed to a power of this, further than the last time [s]
 # Of a term, at a step in which the motion changes by 1, and of its own length so measured: rounding
@@ -44,7 +44,8 @@ Step = Callable[[Any, Any, Sequence[Any]], Sequence[Any]]
 
 @dataclass(frozen=True, eq=False)
 class ErrorSeries:
-    """The series of all schemes' errors on one `motion`, whose state has these `names`."""
+    """The series of all schemes' errors on one `motion`, whose state has these `names`; an
+    `ErrorTheory`."""
 
     motion: SmoothMotion
     names: Sequence[str]
@@ -53,7 +54,11 @@ class ErrorSeries:
     stepped: Callable[[Scheme], tuple[Step, Sequence[int]] | None]
     """The step of a scheme and the orders of its error that are followed; None for others."""
 
-    def at(self, scheme: Scheme, times: Array) -> Coefficients:
+    def at_step(self, scheme: Scheme, step: float, times: Array) -> SteppedErrors:
+        """Empty: beyond the range of the series there is no prediction."""
+        return SteppedErrors({})
+
+    def series(self, scheme: Scheme, times: Array) -> Coefficients:
         """The coefficients C_p(t) of the error (scheme minus exact) sum_p C_p step^p at `times`
         [s], shape (n,), as {p: {name: (n,)}}; empty for other schemes. Raises ParameterError."""
         if (known := self.stepped(scheme)) is None:

@@ -6,8 +6,6 @@ Every scheme here takes the angular velocity w to Psi(w), whatever the attitude 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
-from functools import cached_property
 from types import MappingProxyType
 from typing import Any
 
@@ -20,7 +18,6 @@ from plumbob.analytic.errors.smooth_motion.scheme_steps import (
     moved,
 )
 from plumbob.analytic.numerics.smooth.smooth_system import solved
-from plumbob.analytic.reference import Array
 from plumbob.analytic.schemes import (
     EULER,
     LEAPFROG,
@@ -39,7 +36,6 @@ from plumbob.analytic.systems.free_body.equations import (
 from plumbob.analytic.systems.free_body.problem import FreeBody
 from plumbob.analytic.systems.free_body.rotation import ATTITUDE, RATES, product
 from plumbob.analytic.tableau import along
-from plumbob.analytic.theory import Coefficients, SteppedErrors
 
 ORDERS: Mapping[str, range] = MappingProxyType(
     {EULER: range(1, 5), LINEARLY_IMPLICIT: range(1, 5), LEAPFROG: range(2, 10, 2)}
@@ -104,33 +100,14 @@ def _turned(q: Parts, w: Parts, step: Any) -> Parts:
     return product(q, total)
 
 
-@dataclass(frozen=True, eq=False)
-class FreeBodyErrors:
-    """The errors on one body's motion; an `ErrorTheory`."""
+def free_body_errors(body: FreeBody) -> ErrorSeries:
+    """The errors on one body's motion."""
 
-    body: FreeBody
-
-    @cached_property
-    def _series(self) -> ErrorSeries:
-        of = factors(self.body)
-        names = (*RATES, *ATTITUDE)
-        return ErrorSeries(
-            free_rotation(self.body), names, lambda time, state: slope(of, state), self._stepped
-        )
-
-    def _stepped(self, scheme: Scheme) -> tuple[Step, range] | None:
+    def known(scheme: Scheme) -> tuple[Step, range] | None:
         if scheme.integrator not in ORDERS or scheme.position_first:
             return None
+        orders = ORDERS[scheme.integrator]
+        return lambda time, step, state: stepped(body, scheme, step)(time, state), orders
 
-        def step(time: Any, step: Any, state: Parts) -> Parts:
-            return stepped(self.body, scheme, step)(time, state)
-
-        return step, ORDERS[scheme.integrator]
-
-    def series(self, scheme: Scheme, times: Array) -> Coefficients:
-        """Coefficients of the error of each observable at `times` [s], shape (n,), by order."""
-        return self._series.at(scheme, times)
-
-    def at_step(self, scheme: Scheme, step: float, times: Array) -> SteppedErrors:
-        """Empty: beyond the range of the series there is no prediction."""
-        return SteppedErrors({})
+    of, names = factors(body), (*RATES, *ATTITUDE)
+    return ErrorSeries(free_rotation(body), names, lambda time, state: slope(of, state), known)

@@ -87,7 +87,7 @@ class RotorErrors:
     def series(self, scheme: Scheme, times: Array) -> Coefficients:
         """The first `terms` coefficients at `times` [s], shape (n,), see `ErrorSeries`; of the
         tension [N] by its power series in those of theta and theta_dot."""
-        terms = self._series.at(simplest(scheme, self.rotor), times)
+        terms = self._series.series(simplest(scheme, self.rotor), times)
         if self.rod is None or not terms:
             return terms
         observed = self.exact.observe(times)

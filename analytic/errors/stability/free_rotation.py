@@ -16,7 +16,7 @@ import numpy as np
 
 from plumbob.analytic.errors.smooth_motion.free_body_errors import (
     ORDERS,
-    FreeBodyErrors,
+    free_body_errors,
     stepped,
 )
 from plumbob.analytic.errors.smooth_motion.scheme_steps import Advance, Parts
@@ -136,7 +136,7 @@ class FreeRotationStability:
 
     def long_run(self, scheme: Scheme, step: float, scales: Mapping[str, float]) -> LongRun | None:
         """See `StabilityTheory`."""
-        errors = FreeBodyErrors(self.body)
+        errors = free_body_errors(self.body)
         exponent = 0.0 if self.equilibrium else float(self.growth.exponent)
         return FollowedMotion(
             partial(errors.series, scheme), scales, math.tau / self.rate, exponent=exponent

@@ -79,16 +79,15 @@ class PeriodicMotion:
     def _time_shifts(self, theta: Array, repeating: Array, sign: float) -> Mapping[float, float]:
         """The time ahead [s] at which the error first reaches each level; infinite where none up
         to half a period does. Angles are over their scale."""
-        turned = theta[SAMPLES] - theta[0]  # by a rotation in a period
-        shifts = sign * self.period * np.geomspace(1e-7, 0.5, 2000)
-        spaced = np.arange(3 * SAMPLES) * self.period / SAMPLES
-        three = np.concatenate([theta[:SAMPLES] + k * turned for k in (-1.0, 0.0, 1.0)])
-        middle = slice(SAMPLES, 2 * SAMPLES)
-        moved = np.interp(spaced[middle] + shifts[:, None], spaced, three)
-        errors = np.abs(moved - three[middle] + repeating).max(axis=1)
+        rate = (theta[SAMPLES] - theta[0]) / self.period  # of a rotation
+        shifts = sign * self.period * np.geomspace(1e-7, 0.5, 2000)[:, None]
+        spaced = np.arange(SAMPLES) * self.period / SAMPLES
+        wave = theta[:SAMPLES] - rate * spaced
+        moved = np.interp(spaced + shifts, spaced, wave, period=self.period) + rate * shifts
+        errors = np.abs(moved - wave + repeating).max(axis=1)
         above = {level: np.flatnonzero(errors >= level) for level in LEVELS}
         return {
-            level: float(shifts[first[0]]) if first.size else math.inf
+            level: float(shifts[first[0], 0]) if first.size else math.inf
             for level, first in above.items()
         }
 
