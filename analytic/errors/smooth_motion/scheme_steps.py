@@ -43,16 +43,16 @@ class Equations:
 
 def advance(scheme: Scheme, equations: Equations, step: Any) -> Advance:
     """The step of a `scheme` of STEPPED."""
-    count, drifted, move = equations.count, equations.drifted, along(step)
-    lag = READ_AT.get(scheme.control)
+    count, drifted, implicit = equations.count, equations.drifted, equations.implicit
+    tableau, move, lag = TABLEAUX.get(scheme.integrator), along(step), READ_AT.get(scheme.control)
 
     def pulled(time: Any, fraction: float, q: Parts, v: Parts) -> Parts:
         return equations.acceleration(time + step * (fraction if lag is None else lag), q, v)
 
     def stepped(time: Any, state: Parts) -> Parts:
         q, v = state[:-count], state[-count:]
-        if scheme.integrator in TABLEAUX:
-            return TABLEAUX[scheme.integrator].advanced(
+        if tableau is not None:
+            return tableau.advanced(
                 lambda part, z: [*z[-count:], *pulled(time, part, z[:-count], z[-count:])],
                 state,
                 move,
@@ -61,9 +61,9 @@ def advance(scheme: Scheme, equations: Equations, step: Any) -> Advance:
             q = drifted(q, v, step)
             return [*q, *moved(v, pulled(time, 0.0, q, v), step)]
         push, length = pulled(time, 0.0, q, v), step
-        damping, spring = (0.0, 0.0) if equations.implicit is None else equations.implicit(state)
+        damping, spring = (0.0, 0.0) if implicit is None else implicit(state)
         if scheme.integrator == EULER:
-            if equations.implicit is not None:
+            if implicit is not None:
                 push = moved(push, v, -step * spring)
                 length = step / (1.0 + step * (damping + step * spring))
             v = moved(v, push, length)
@@ -72,7 +72,7 @@ def advance(scheme: Scheme, equations: Equations, step: Any) -> Advance:
         half = step / 2
         v = moved(v, push, half)
         q = drifted(q, v, step)
-        if equations.implicit is not None:
+        if implicit is not None:
             kicked = moved(v, pulled(time, 1.0, q, [0.0] * count), half)
             return [*q, *(x / (1.0 + half * damping) for x in kicked)]
         return [*q, *_corrected(lambda rates: moved(v, pulled(time, 1.0, q, rates), half), v)]

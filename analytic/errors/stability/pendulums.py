@@ -163,11 +163,11 @@ class PendulumStability:
         return followed
 
     def _by_eigenvalues(self, scheme: Scheme) -> tuple[StepLimit, ...]:
-        theta = 0.0 if self.rotor.linear else self._middle
+        # Next to an equilibrium, within STRAIGHT of it.
+        middle = (float(np.mean(self._orbit[0])), 0.0)
 
         def matrices(steps: Array) -> Array:
-            advance, state = many_steps(self.rotor, (theta, 0.0), scheme, steps)
-            return jacobians(advance, state, len(steps))
+            return jacobians(*many_steps(self.rotor, middle, scheme, steps), len(steps))
 
         rates = self._rates[-1]
         step = largest_step(matrices, rates)
@@ -177,14 +177,6 @@ class PendulumStability:
             if lasting < step:
                 limits.append(step_limit("changes-kind", lasting, "damps", self.rate))
         return tuple(limits)
-
-    @property
-    def _middle(self) -> float:
-        """The equilibrium next to the orbit [rad], where that is by one."""
-        theta = float(np.mean(self._orbit[0]))
-        for _ in range(4):
-            theta -= float(self.rotor.acceleration(0.0, theta, 0.0) / self.rotor.slope(theta))
-        return theta
 
     def _by_steps(self, scheme: Scheme) -> tuple[StepLimit, ...]:
         return limits_by_steps(
