@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import asdict, replace
+from dataclasses import asdict
 from functools import partial
 from pathlib import Path
 from types import MappingProxyType
@@ -141,18 +141,9 @@ def stability(problem: ConePendulum) -> StabilityTheory:
     motion = problem.motion
     theta, theta_dot = (float(part[0]) for part in motion.closed_form.state(np.zeros(1)))
     theory: StabilityTheory = from_analytic("errors.stability.pendulums.pendulum_stability")(
-        motion.rotor, (theta, theta_dot), motion, motion.period
+        motion.rotor, (theta, theta_dot), motion, motion.period, problem.tilt
     )
-
-    def rotor_angle(observed: Mapping[str, Array]) -> Mapping[str, Array]:
-        return {**observed, "theta": observed["theta"] + problem.tilt}
-
-    energy = theory.energy
-    return replace(
-        theory,
-        kind_of=lambda observed: theory.kind_of(rotor_angle(observed)),
-        energy=energy and (lambda observed: energy(rotor_angle(observed))),
-    )
+    return theory
 
 
 _scene = partial(

@@ -195,17 +195,26 @@ class PendulumStability:
 
 
 def pendulum_stability(
-    rotor: DrivenRotor, start: tuple[float, float], exact: Reference, period: float
+    rotor: DrivenRotor,
+    start: tuple[float, float],
+    exact: Reference,
+    period: float,
+    tilt: float = 0.0,
 ) -> StabilityTheory:
-    """The theory of a pendulum, see `PendulumStability`."""
+    """The theory of a pendulum, see `PendulumStability`, of which theta less a `tilt` [rad] is
+    observed."""
     theory = PendulumStability(rotor, start, exact, period)
+
+    def of_rotor(observed: Mapping[str, Array]) -> Mapping[str, Array]:
+        return {**observed, "theta": observed["theta"] + tilt}
+
     return StabilityTheory(
         math.tau / theory.rate,
         theory.equilibrium,
         theory.limits,
         theory.growth,
-        theory.kind_of,
+        lambda observed: theory.kind_of(of_rotor(observed)),
         theory.long_run,
-        theory.energy if rotor.conservative else None,
+        (lambda observed: theory.energy(of_rotor(observed))) if rotor.conservative else None,
         theory.lasts,
     )
