@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -64,19 +63,9 @@ def trims(
     useful = [t for t in useful if t.same_bits] or useful
     if not useful:
         return Trims(each, None)
-    together = strictest([change for trim in useful for change in trim.changes])
+    together = tuple(change for trim in useful for change in trim.changes)
     (trial,) = tried(model, script, parts, index, [(together, model.changed(together))])
     return Trims(each, trial if trial.accepted(error) and trial.cost.high < SAVES else None)
-
-
-def strictest(changes: Sequence[Change]) -> tuple[Change, ...]:
-    """These changes without those that a later one undoes: the same numbers, set to another value.
-    Flags add up."""
-
-    def numbers(change: Change) -> tuple[Any, ...]:
-        return tuple((n, at, value if n == "disableflags" else 0) for n, at, value in change.sets)
-
-    return tuple({numbers(change): change for change in changes}.values())
 
 
 def tried(

@@ -178,7 +178,7 @@ def _contacts(audit: ContactAudit) -> dict[str, Any]:
         "model": audit.name,
         "integrator": audit.integrator,
         "step": audit.step,
-        "body": {**body.__dict__, "points": body.points},
+        "body": body.__dict__,
         "speed": audit.speed,
         "spin": audit.spin,
         "headings": HEADINGS,
