@@ -177,28 +177,16 @@ def audited(
         if result.index < reference.known:
             reference = replace(reference, why=unlike(result, reference, script))
         result = result if result.index else None
-    left_out, read = None, tuple[Balance, ...]()
-    if result is not None:
-        states = model.stepped(script, model.integrator, result.own.parts).states
-        error = result.own.at(result.index)
-        if math.isfinite(error):
-            read = balances(model, states, reference.course.states, result.index)
-            progress("what can be left out")
-            left_out = trims(
-                model, script, result.own.parts, result.index, error, allowance.part(TRIMS)
-            )
+    audit = replace(audit, reference=reference, found=result)
+    if result is not None and math.isfinite(audit.error):
+        progress("what can be left out")
+        parts, index, error = result.own.parts, result.index, audit.error
+        left_out = trims(model, script, parts, index, error, allowance.part(TRIMS))
+        audit = replace(audit, balances=balances(model, *audit.states), trims=left_out)
     progress("the largest step that holds")
     steady = allowance.part(max(STABLE, LEAST_STABLE / allowance.seconds))
     largest = stability(model, script, reference.states, steady)
-    return replace(
-        audit,
-        reference=reference,
-        found=result,
-        seconds=time.perf_counter() - began,
-        trims=left_out,
-        balances=read,
-        stability=largest,
-    )
+    return replace(audit, stability=largest, seconds=time.perf_counter() - began)
 
 
 def with_gradient(audit: Audit, allowance: Allowance) -> Audit:

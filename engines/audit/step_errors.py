@@ -265,12 +265,11 @@ def horizon(result: Compared, reference: Certificate, script: Script, target: fl
     return float(script.times[at[0]]) if at.size else math.inf
 
 
-def balances(model: OwnModel, steps: Array, reference: Array, index: int) -> tuple[Balance, ...]:
-    """Readings of two courses of states, shapes (n, ...), up to the period `index`. An energy is
-    measured from its start, as it has no zero."""
-    ours = model.readings(steps[: index + 1])
-    theirs = model.readings(reference[: index + 1])
-    zero, rows = np.zeros(index + 1), []
+def balances(model: OwnModel, reference: Array, steps: Array) -> tuple[Balance, ...]:
+    """Readings of two courses of states, shape (n, ...). An energy, which has no zero, is measured
+    from its start."""
+    theirs, ours = model.readings(reference), model.readings(steps)
+    zero, rows = np.zeros(len(steps)), []
     for name in dict.fromkeys((*ours, *theirs)):
         first, second = ours.get(name, zero), theirs.get(name, zero)
         start = first[0] if name == "energy" else 0.0
