@@ -26,6 +26,7 @@ INCLUDED = re.compile(r"<(?:include|model)\b[^>]*\bfile\s*=\s*[\"']([^\"']+)[\"'
 ROOT = re.compile(r"<mujoco\b")
 REFUSED, LOST = 2, 3  # exit codes: the input; a process has died or hung
 PAGE = "audit-models.html"
+OWN_PAGE = re.compile(r'href="#(audit-[^"]*\.html)"')  # of a row, which is no place of this page
 SETS = re.compile(r"\b(?:timestep|integrator|solref)\s*=")  # what a step's error depends on
 ANSWERS = ("reference", "your error", "to do")  # lines of an audit
 
@@ -150,8 +151,8 @@ def workflow_commands(row: Row) -> Iterator[str]:
 
 def write_page(rows: Sequence[Row], folder: Path, command: str, seconds: float) -> Path:
     """Write the page of the table into `folder`, whole or not at all. Raises OSError."""
-    text = page_of(table(rows), command, seconds, href=lambda page: page)
-    return written(text, folder, PAGE)
+    text = page_of(table(rows), command, seconds)
+    return written(OWN_PAGE.sub(r'href="\1"', text), folder, PAGE)
 
 
 def write_badge(file: Path, rows: Sequence[Row], bounded: bool) -> None:
