@@ -8,7 +8,7 @@ import pytest
 from scipy.special import ellipk
 
 from plumbob.analytic.errors.smooth_motion.rotor_errors import RotorErrors
-from plumbob.analytic.errors.smooth_motion.rotor_steps import orders
+from plumbob.analytic.errors.smooth_motion.stepped_rotor import orders
 from plumbob.analytic.schemes import EULER, LEAPFROG, RK4, Scheme
 from plumbob.analytic.systems.pendulums.driven_motion import DrivenMotion
 from plumbob.tests.support.fixed_step import run

@@ -209,25 +209,22 @@ def _fractions(capsule: Capsule) -> tuple[Array, Complex]:
 
 def _quasi_static(motion: SampledMotion, compliance: float) -> QuasiStatic:
     """Deflections of contacts of a `compliance` [m/N] under the loads of statics."""
-    capsule = motion.capsule
-    here, ahead, aside = -compliance * normal_forces(capsule, CORNERS)
-    central, tilting = _fractions(capsule)
-
-    def linear(vector: Complex) -> tuple[Array, Array, Complex]:
-        """Change of depths (3, n), of C's height and of the gradient with r by `vector`."""
-        depths = np.outer(ahead - here, vector.real) + np.outer(aside - here, vector.imag)
-        return depths, central @ depths, tilting @ depths
-
-    depths, height, gradient = linear(motion.place)
-    _, _, gradient_rate = linear(motion.speed)
-    _, height_second, gradient_second = linear(motion.push)
+    here, ahead, aside = -compliance * normal_forces(motion.capsule, CORNERS)
+    slopes, (central, tilting) = (
+        np.array([ahead - here, aside - here]).T,
+        _fractions(motion.capsule),
+    )
+    place, speed, push = (
+        np.array([vector.real, vector.imag]) for vector in (motion.place, motion.speed, motion.push)
+    )
+    depths = here[:, None] + slopes @ place
     return QuasiStatic(
-        depths=depths + here[:, None],
-        height=height + central @ here,
-        height_second=height_second,
-        gradient=gradient + tilting @ here,
-        gradient_rate=gradient_rate,
-        gradient_second=gradient_second,
+        depths=depths,
+        height=central @ depths,
+        height_second=central @ slopes @ push,
+        gradient=tilting @ depths,
+        gradient_rate=tilting @ slopes @ speed,
+        gradient_second=tilting @ slopes @ push,
     )
 
 

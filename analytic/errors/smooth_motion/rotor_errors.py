@@ -11,14 +11,15 @@ from typing import Any
 import numpy as np
 
 from plumbob.analytic.errors.smooth_motion.error_series import ErrorSeries, Step
-from plumbob.analytic.errors.smooth_motion.rotor_steps import (
+from plumbob.analytic.errors.smooth_motion.scheme_steps import advance, steps_until
+from plumbob.analytic.errors.smooth_motion.stepped_rotor import (
+    TINY,
     equations_of,
     in_series,
+    orbit,
     orders,
     simplest,
 )
-from plumbob.analytic.errors.smooth_motion.scheme_steps import advance
-from plumbob.analytic.errors.smooth_motion.stepped_rotor import TINY, orbit, steps_until
 from plumbob.analytic.numerics.arithmetic import ULP
 from plumbob.analytic.numerics.power_series import constant
 from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor

@@ -9,15 +9,21 @@ from types import MappingProxyType
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
+from plumbob.analytic.numerics.arithmetic import ULP
 from plumbob.analytic.numerics.power_series import Series
+from plumbob.analytic.reference import Array
 from plumbob.analytic.schemes import EULER, TABLEAUX, Scheme
 from plumbob.analytic.tableau import along
 
+MOST_STEPS = 2_000_000  # of a run: a few seconds
+OFF = 1e-6  # of a step: samples this far from a whole number of steps are not on the orbit
 MOST_CORRECTIONS = 100  # of an implicit half kick
 READ_AT = MappingProxyType(
     {"start": 0.0, "midpoint": 0.5, "mean": 0.5}
 )  # where in a step a held control is read
+Marks = npt.NDArray[np.int64]
 Parts = Sequence[Any]
 Advance = Callable[[Any, Parts], Parts]
 """The time at a step's start [s] and the state there, q and then q' -> the state after it."""
@@ -96,6 +102,16 @@ def _corrected(kick: Callable[[Parts], Parts], start: Parts) -> Parts:
             break
         before = change
     return [*now]
+
+
+def steps_until(times: Array, step: float, most: int = MOST_STEPS) -> Marks | None:
+    """The numbers of steps of `step` [s] until `times` [s], shape (n,); None for more than `most`,
+    and for times that are no multiples of the step."""
+    marks = np.rint(times / step).astype(np.int64)
+    if not 0 < int(marks[-1]) <= most:
+        return None
+    off = np.abs(times / step - marks).max()
+    return marks if off <= OFF + ULP * marks[-1] else None
 
 
 def states_after(advance: Advance, state: Parts, step: float, marks: Sequence[int]) -> list[Parts]:

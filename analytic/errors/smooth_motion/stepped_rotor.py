@@ -1,4 +1,4 @@
-"""Schemes stepped on the driven rotor in plain numbers, for steps that no series reaches.
+"""The driven rotor as schemes step it, also in plain numbers, for steps that no series reaches.
 
 A plain scheme's state is theta and theta_dot. Where a joint, solved for velocities, holds the bob,
 it is theta, its rate w, and in the complex plane turning with the rod (1 outwards, i along theta)
@@ -24,43 +24,80 @@ from __future__ import annotations
 import cmath
 import math
 from collections.abc import Callable
-from dataclasses import astuple, dataclass
+from dataclasses import asdict, astuple, dataclass, replace
 from functools import cached_property, lru_cache
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from plumbob.analytic.errors.smooth_motion.rotor_steps import equations_of
 from plumbob.analytic.errors.smooth_motion.scheme_steps import (
     READ_AT,
     Advance,
+    Equations,
     Parts,
     advance,
     states_after,
 )
 from plumbob.analytic.numerics.arithmetic import ROUNDOFF, ULP
-from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
+from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor, forces
 from plumbob.analytic.reference import Array
-from plumbob.analytic.schemes import Scheme
+from plumbob.analytic.schemes import EULER, LEAPFROG, STEPPED, Scheme
 
-MOST_STEPS = 2_000_000  # of a run: a few seconds
 FORCE_ROUNDINGS = 8.0  # of a force, whose parts an engine adds up along its own way
 FORCES = (0, 1, 2, 4, 7)  # the rotor's coefficients that are accelerations at 1 rad
-OFF = 1e-6  # of a step: samples this far from a whole number of steps are not on the orbit
 TINY = 1e-30  # imaginary part of a derivative: its square is lost in a double
-Marks = npt.NDArray[np.int64]
 Complex = npt.NDArray[np.complex128]
 
 
-def steps_until(times: Array, step: float, most: int = MOST_STEPS) -> Marks | None:
-    """The numbers of steps of `step` [s] until `times` [s], shape (n,); None for more than `most`,
-    and for times that are no multiples of the step."""
-    marks = np.rint(times / step).astype(np.int64)
-    if not 0 < int(marks[-1]) <= most:
-        return None
-    off = np.abs(times / step - marks).max()
-    return marks if off <= OFF + ULP * marks[-1] else None
+def equations_of(
+    rotor: DrivenRotor, scheme: Scheme, step: Any, library: Any = np, by: Any = 1.0
+) -> Equations:
+    """The equation in a `step` [s], a number, an array or a series: its coefficients are those of
+    `rotor` times `by`; `library` has the functions, cmath or numpy."""
+    p = SimpleNamespace(**{name: value * by for name, value in asdict(rotor).items()})
+    if scheme.control == "mean" and rotor.forcing_frequency:
+        half = 0.5 * step * p.forcing_frequency
+        p.forcing_amplitude = p.forcing_amplitude * library.sin(half) / half
+    force, part = forces(rotor, library), float(scheme.implicit_damping)
+    implicit = part * p.damping_rate, p.stiffness if scheme.implicit_spring else 0.0
+    if scheme.integrator == LEAPFROG:  # so that a damped step is symmetric
+        implicit = p.damping_rate, 0.0
+    return Equations(
+        lambda time, q, v: force(p, time, q, v),
+        1,
+        (lambda state: implicit) if part or scheme.integrator == LEAPFROG else None,
+    )
+
+
+def in_series(scheme: Scheme) -> bool:
+    """Whether the error of `scheme` on a rotor is known as a series in the step."""
+    jointed = scheme.control == "mean" or scheme.joint_closing_rate is not None
+    return scheme.integrator in STEPPED and not jointed
+
+
+def orders(scheme: Scheme, rotor: DrivenRotor, terms: int) -> range:
+    """Powers of the step in so many `terms` of the error on `rotor`, even ones alone of a symmetric
+    scheme; a forcing held over the step may lower the first."""
+    assert scheme.order is not None
+    held, first = READ_AT.get(scheme.control), scheme.order
+    if not rotor.autonomous and held is not None:
+        first = min(first, 2 if held == 0.5 else 1)
+    stride = 2 if scheme.integrator == LEAPFROG and scheme.control != "start" else 1
+    return range(first, first + stride * terms, stride)
+
+
+def simplest(scheme: Scheme, rotor: DrivenRotor) -> Scheme:
+    """The scheme without those of its variants that change nothing on `rotor`: methods that differ
+    in them alone have the same errors there."""
+    if scheme.integrator not in STEPPED:
+        return scheme
+    spring = scheme.implicit_spring and rotor.stiffness != 0.0
+    damping = spring or (scheme.implicit_damping if rotor.damping_rate else 0.0)
+    at_start = scheme.integrator == EULER and scheme.control == "start"  # as EULER reads it anyway
+    control = "continuous" if rotor.autonomous or at_start else scheme.control
+    return replace(scheme, control=control, implicit_damping=damping, implicit_spring=spring)
 
 
 @lru_cache(maxsize=16)  # the same for all methods of one scene

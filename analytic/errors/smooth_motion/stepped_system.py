@@ -14,8 +14,8 @@ from plumbob.analytic.errors.smooth_motion.scheme_steps import (
     Parts,
     advance,
     states_after,
+    steps_until,
 )
-from plumbob.analytic.errors.smooth_motion.stepped_rotor import steps_until
 from plumbob.analytic.numerics.smooth.certified_motion import CertifiedMotion
 from plumbob.analytic.numerics.smooth.smooth_system import SmoothSystem
 from plumbob.analytic.reference import Array

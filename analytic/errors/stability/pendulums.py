@@ -10,8 +10,7 @@ from functools import cache, cached_property, partial
 import numpy as np
 
 from plumbob.analytic.errors.smooth_motion.rotor_errors import RotorErrors
-from plumbob.analytic.errors.smooth_motion.rotor_steps import simplest
-from plumbob.analytic.errors.smooth_motion.stepped_rotor import many_steps
+from plumbob.analytic.errors.smooth_motion.stepped_rotor import many_steps, simplest
 from plumbob.analytic.errors.stability.flow_growth import (
     PERIODS,
     FlowGrowth,
