@@ -15,7 +15,6 @@ from plumbob.engines.study.cost import Key
 from plumbob.engines.study.results import Study
 from plumbob.models.registry import systems
 from plumbob.reports.commands.arguments import values
-from plumbob.reports.commands.report import html_file
 from plumbob.reports.judge.study_verdicts import judge_study
 from plumbob.reports.judge.tolerance import round_off
 
@@ -24,7 +23,6 @@ MOVED = 1e-9  # of an error, beside what rounding explains: the same code gives 
 
 def command(chosen: argparse.Namespace) -> int:
     """Print what moved; 1 when a verdict did, or an error grew by more than is allowed."""
-    file = None if chosen.page is None else html_file("page", chosen.page)
     old, new = _study("OLD", chosen.old), _study("NEW", chosen.new)
     moved = _moved(old, new)
     versions = moved.pop("versions")
@@ -33,11 +31,11 @@ def command(chosen: argparse.Namespace) -> int:
     grown = sum(row["growth"] is not None and row["growth"] > above for row in rows)
     growth = {"above": chosen.above, "grown": grown}
     page: Path | None = None
-    if file:
+    if chosen.page:
         from plumbob.reports.view.site.comparison import write_comparison
 
         studies = [(chosen.old, old), (chosen.new, new)]
-        page = write_comparison(file, studies, moved, chosen.line, **growth)
+        page = write_comparison(chosen.page, studies, moved, chosen.line, **growth)
     values.show(
         chosen,
         [*versions, *rows],

@@ -13,8 +13,9 @@ from plumbob.engines.study import store
 def command(chosen: argparse.Namespace) -> int:
     """Write the same pages that `validate` wrote, to the byte, or one file with the content of all
     of them, or a folder to publish, and print where it is."""
-    single = None if chosen.single is None else html_file("single", chosen.single)
-    public = None if chosen.publish is None else new_folder(chosen.publish, Path(chosen.out))
+    single, public = chosen.single, None
+    if chosen.publish is not None:
+        public = new_folder(chosen.publish, Path(chosen.out))
     if single and public:
         raise ParameterError("publish", chosen.publish, "left out where --single is given")
     study = store.load(Path(chosen.out) / store.FILE, chosen.study)
@@ -32,15 +33,6 @@ def command(chosen: argparse.Namespace) -> int:
     if public:
         written("", public, ".nojekyll")  # GitHub Pages then serves the files as they are
     return 0
-
-
-def html_file(name: str, text: str) -> Path:
-    """A file .html that can be written; raises ParameterError with the `name` of the option."""
-    file = Path(text)
-    occupied = os.path.lexists(file) and not file.is_file()
-    if file.suffix != ".html" or occupied or not os.access(file.parent, os.W_OK):
-        raise ParameterError(name, text, "a file .html in a folder that can be written to")
-    return file
 
 
 def new_folder(text: str, out: Path) -> Path:

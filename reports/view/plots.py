@@ -107,8 +107,11 @@ def error_against_cost(
     for p in points:
         if np.isfinite(p.error) and methods[p.method].scheme.integrator != EXACT:
             lines.setdefault(p.method, []).append(p)
-    stable = {n: [p for p in lines.get(n, ()) if p.step <= limit] for n, limit in limits.items()}
-    last = {name: max(of, key=lambda p: p.step) for name, of in stable.items() if of}
+    ends = []
+    for name, limit in limits.items():
+        if stable := [p for p in lines.get(name, ()) if p.step <= limit]:
+            last = max(stable, key=lambda p: p.step)
+            ends.append((limit, last, last.speed * limit / last.step))
     every = [p for of in lines.values() for p in of]
     band = [p for p in every if p.method in chosen] or every
     best, shown = (front(of, lambda p: (-p.speed, p.error)) for of in (every, band))
@@ -119,6 +122,6 @@ def error_against_cost(
         lines=lines,
         front=best,
         band=shown,
-        ends=[(limits[name], p, p.speed * limits[name] / p.step) for name, p in last.items()],
+        ends=ends,
     )
     return drawn

@@ -5,9 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from plumbob.analytic.schemes import Scheme
-from plumbob.engines.abilities import Trimming
 from plumbob.engines.method import Method, meant
-from plumbob.engines.study.cost import Cost
 from plumbob.engines.study.extra_runs import StudyPlan, TrimmingRun
 from plumbob.engines.study.results import Study
 from plumbob.models.scene import Scene
@@ -40,15 +38,11 @@ def trimming(study: Study, scene: Scene) -> Table | None:
     done = [(method, timed) for method, timed in timings if timed]
     if not done:
         return None
-    rows = [
-        (method, timed, _as_in_the_study(timed, study.costs.get((scene.name, method))))
-        for method, timed in done
-    ]
+    rows = []
+    for method, timed in done:
+        # The page has one cost of a method on a scene: the three are in the proportion of here.
+        cost = study.costs.get((scene.name, method))
+        scale = cost.ns_per_step / timed.ns_trimmed if cost else 1.0
+        costs = (scale * ns for ns in (timed.ns_default, timed.ns_flags, timed.ns_trimmed))
+        rows.append((method, timed, list(costs)))
     return table("trimming", done=rows, first=done[0][1], steps=STEPS)
-
-
-def _as_in_the_study(timed: Trimming, cost: Cost | None) -> tuple[float, float, float]:
-    """The three costs [ns] in the proportion that was timed here, as run at the cost that the study
-    has of the method: the page has one cost of a method on a scene."""
-    scale = cost.ns_per_step / timed.ns_trimmed if cost else 1.0
-    return scale * timed.ns_default, scale * timed.ns_flags, scale * timed.ns_trimmed

@@ -9,7 +9,7 @@ from plumbob.reports.analyses.page_numbers import scene_record
 from plumbob.reports.judge.study_verdicts import judge_study
 from plumbob.reports.view.method_results import results_of
 from plumbob.reports.view.records import Records, StudyRecord
-from plumbob.reports.view.site.views import sentences
+from plumbob.reports.view.site.views import WANTED, sentences
 from plumbob.reports.view.tables import table
 from plumbob.tests.support.studies import SCENE, made_up
 
@@ -33,7 +33,8 @@ def _parts(study):
 
 def _sentences(default, rk4):
     record, rows = _parts(_study(default, rk4))
-    return sentences(rows, record.recommendations)
+    (answer,) = (answer for answer in record.recommendations if answer.error == WANTED)
+    return sentences(rows, answer)
 
 
 def test_default_recommended_cost_and_a_smaller_step():

@@ -9,6 +9,7 @@ import os
 import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
@@ -123,6 +124,15 @@ def scenes(pattern: str, changed: Mapping[str, Any]) -> tuple[Scene, ...]:
             matching = find_scenes(pattern)
             return tuple(find_scene(s.name, changed) for s in matching) if changed else matching
         return (find_scene(pattern, changed),)
+
+
+def html_file(name: str, text: str) -> Path:
+    """A file .html that can be written; raises ParameterError with the `name` of the option."""
+    file = Path(text)
+    occupied = os.path.lexists(file) and not file.is_file()
+    if file.suffix != ".html" or occupied or not os.access(file.parent, os.W_OK):
+        raise ParameterError(name, text, "a file .html in a folder that can be written to")
+    return file
 
 
 @contextmanager

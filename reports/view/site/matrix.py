@@ -42,16 +42,14 @@ class Matrix:
     rows: Sequence[tuple[str, Sequence[MethodResult | None]]]  # scenes, with a cell a method
 
 
-def in_order(names: Sequence[str], first: Sequence[str] = ORDER) -> list[str]:
-    """Names, of systems in the order of the sources; those that are not among the first after
-    them."""
-    return sorted(names, key=lambda n: (first.index(n) if n in first else len(first), n))
+def rank(name: str, first: Sequence[str] = ORDER) -> tuple[int, str]:
+    """Sorts systems in the order of the sources, those that are not among the first after them."""
+    return (first.index(name) if name in first else len(first)), name
 
 
-def ordered(scenes: Sequence[Scene]) -> tuple[Scene, ...]:
+def ordered(scenes: Sequence[Scene]) -> Sequence[Scene]:
     """Scenes in the order of their systems."""
-    places = in_order([*{scene.system for scene in scenes}])
-    return tuple(sorted(scenes, key=lambda scene: places.index(scene.system)))
+    return sorted(scenes, key=lambda scene: rank(scene.system))
 
 
 def matrices(study: Study, every: Results, scenes: Sequence[Scene]) -> list[Matrix]:
@@ -70,4 +68,4 @@ def matrices(study: Study, every: Results, scenes: Sequence[Scene]) -> list[Matr
 
 def engines(study: Study) -> list[str]:
     """The engines of a study in the order of ENGINES, others after them by name."""
-    return in_order([*{m.engine for m in study.methods}], list(ENGINES))
+    return sorted({m.engine for m in study.methods}, key=lambda name: rank(name, [*ENGINES]))

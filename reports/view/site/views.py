@@ -71,7 +71,8 @@ def scene_view(
     rows = [of for of in results if of.judged.verdict != "missing"]
     missing = Counter(of.method.engine for of in results if of not in rows)
     ran = {of.name: of for of in rows if of.done}
-    at_first = _at_first(record.recommendations, ran)
+    answer = next((answer for answer in record.recommendations if answer.error == WANTED), None)
+    at_first = _at_first(answer, ran)
     looks, units = styles(m.name for m in study.methods), {o.name: o.unit for o in observables}
     counted = Counter(of.judged.verdict for of in rows)
     tables_below = (
@@ -95,7 +96,7 @@ def scene_view(
         missing=[f"{engine} ({notation.plural(n, 'method')})" for engine, n in missing.items()],
         methods=tuple(ran),
         at_first=at_first,  # methods whose curves are drawn before a reader chooses others
-        sentences=sentences(rows, record.recommendations),
+        sentences=sentences(rows, answer),
         first=table("scene_errors", rows=rows),
         figures=scene_figures(rows, observables, looks, exact.motion, timed, at_first),
         replay=exact.replay,
@@ -106,15 +107,15 @@ def scene_view(
     )
 
 
-def sentences(rows: Sequence[MethodResult], advice: Sequence[Recommendation]) -> tuple[str, ...]:
-    """The error of MuJoCo's default settings, the method to use and its cost, and for both whether
-    a smaller step helps."""
+def sentences(rows: Sequence[MethodResult], answer: Recommendation | None) -> tuple[str, ...]:
+    """The error of MuJoCo's default settings, the method to use by an answer and its cost, and for
+    both whether a smaller step helps."""
     return paragraphs(
         "scene",
         default=DEFAULT_METHOD,
         results={of.name: of for of in rows},
         usable=[of.name for of in rows if of.at_reference and of.method.engine == "mujoco"],
-        answer=next((answer for answer in advice if answer.error == WANTED), None),
+        answer=answer,
     )
 
 
@@ -126,7 +127,7 @@ def _derivatives(study: Study, scene: str) -> list[Any]:
     return [of for records in judged for of in records if of["scene"] == scene]
 
 
-def _at_first(advice: Sequence[Recommendation], ran: Mapping[str, MethodResult]) -> tuple[str, ...]:
+def _at_first(answer: Recommendation | None, ran: Mapping[str, MethodResult]) -> tuple[str, ...]:
     """MuJoCo's default settings, and of each engine the cheapest method for a small error, or else
     the one with the smallest error; no closed form, which is no curve."""
     best: dict[str, str] = {}
@@ -135,7 +136,6 @@ def _at_first(advice: Sequence[Recommendation], ran: Mapping[str, MethodResult])
         simulated, key=lambda of: (bool(of.method.surrogate), min(of.errors.values()))
     ):
         best.setdefault(of.method.engine, of.name)
-    for answer in advice:
-        if answer.error == WANTED:
-            best |= {choice.method.partition("/")[0]: choice.method for choice in answer.by_engine}
+    for choice in answer.by_engine if answer else ():
+        best[choice.method.partition("/")[0]] = choice.method
     return tuple(name for name in dict.fromkeys((DEFAULT_METHOD, *best.values())) if name in ran)

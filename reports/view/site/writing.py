@@ -133,8 +133,10 @@ def _views(study: Study, records: Records, every: Results) -> list[View]:
     ran = {scene.system for scene in study.scenes if scene.name in done}
     # The exact motion of another package, which no run was held to, may be a defect.
     systems = {s.name: s for s in records.study.systems if s.name in ran or not s.added}
-    names = matrix.in_order(sorted(systems))
-    return [system_view(study, records, systems[name], every) for name in names]
+    return [
+        system_view(study, records, systems[name], every)
+        for name in sorted(systems, key=matrix.rank)
+    ]
 
 
 def _common(
