@@ -32,7 +32,7 @@ import numpy as np
 from plumbob.analytic.numerics.elliptic.trigonometric_potential import (
     Kind,
     TrigonometricPotential,
-    finite_points,
+    critical_points,
     kind,
 )
 from plumbob.analytic.numerics.quad import Quad, double, quad
@@ -207,7 +207,7 @@ class ConePendulum:
     def equilibria(self) -> tuple[Equilibrium, ...]:
         """Relative equilibria in (-pi, pi], ascending."""
         return tuple(
-            sorted(map(self._equilibrium, finite_points(self.potential)), key=lambda e: e.theta)
+            sorted(map(self._equilibrium, critical_points(self.potential)), key=lambda e: e.theta)
         )
 
     def _equilibrium(self, theta: Quad) -> Equilibrium:
@@ -225,7 +225,7 @@ class ConePendulum:
         """Largest printed potential [J], which the source reads off Figs. 2a and 3a, and its angle
         [rad]."""
         v = self.printed_potential
-        points = finite_points(v)
+        points = critical_points(v)
         if not points.size:
             return float(double(v.value(quad(0.0)))), 0.0
         values = double(v.value(points))

@@ -11,7 +11,7 @@ import numpy as np
 from plumbob.analytic.errors.stability.largest_step import QUIET
 from plumbob.analytic.numerics.elliptic.trigonometric_potential import (
     TrigonometricPotential,
-    critical_points,
+    crests,
 )
 from plumbob.analytic.numerics.quad import double
 from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
@@ -38,8 +38,7 @@ class PendulumKinds:
         if self.rotor.linear:
             return np.zeros(0)
         potential = TrigonometricPotential(self.rotor.sin2, self.rotor.cos, self.rotor.sin)
-        angles = double(critical_points(potential))
-        return np.sort(angles[potential.curvature(angles) < 0.0] % TURN)
+        return np.sort(double(crests(potential)) % TURN)
 
     def wells(self, theta: Array) -> Array:
         """Number of the well of each angle [rad], counted on through turns."""

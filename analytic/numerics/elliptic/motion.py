@@ -24,7 +24,7 @@ import numpy as np
 from plumbob.analytic.numerics.elliptic.jacobi_functions import half_turn, jacobi
 from plumbob.analytic.numerics.elliptic.trigonometric_potential import (
     TrigonometricPotential,
-    critical_points,
+    crests,
 )
 from plumbob.analytic.numerics.quad import PI, Quad, choose, double, quad
 from plumbob.analytic.reference import Array
@@ -341,18 +341,12 @@ def _height(potential: TrigonometricPotential, crest: Quad, x: Quad) -> Quad:
 
 def _crests(potential: TrigonometricPotential) -> tuple[Quad, Quad]:
     """Angles of the highest maximum of V (0 for a constant V), and of the other one or NaN."""
-    points = critical_points(potential)
-    coefficients = (potential.a, potential.b, potential.c)
-    rough = TrigonometricPotential(*(np.asarray(double(v))[..., None] for v in coefficients))
-    angles = double(points)
-    crests = rough.curvature(angles) < 0.0
-    height = np.where(crests, rough.value(angles), -np.inf)
-    ranked = np.take_along_axis(points, np.argsort(-height, axis=-1, kind="stable"), -1)
-    count = crests.sum(axis=-1)
-    return (
-        choose(count > 0, ranked[..., 0], quad(0.0)),
-        choose(count > 1, ranked[..., 1], quad(np.nan)),
-    )
+    pairs, none = [], quad(np.array([0.0, np.nan]))
+    for each in zip(*map(np.ravel, (potential.a, potential.b, potential.c)), strict=True):
+        tops = crests(TrigonometricPotential(*each))
+        pairs.append(np.append(tops, none[len(tops) > 0 :])[:2])
+    highest, other = (quad(angles.reshape(np.shape(potential.a))) for angles in np.array(pairs).T)
+    return highest, other
 
 
 def _nearest_top(

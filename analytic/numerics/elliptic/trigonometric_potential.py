@@ -7,7 +7,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from plumbob.analytic.numerics.quad import PI, Quad, choose, double, quad
+from plumbob.analytic.numerics.quad import PI, Quad, double, quad
 from plumbob.analytic.reference import Array
 
 Kind = Literal["centre", "saddle", "degenerate"]
@@ -48,31 +48,26 @@ class TrigonometricPotential:
 
 
 def critical_points(potential: TrigonometricPotential) -> Quad:
-    """Angles in (-pi, pi] where dV/dtheta = 0, in 34 digits, ascending but for places
-    without one, which hold NaN, shape (..., 4)."""
-    coefficients = (potential.a, potential.b, potential.c)
-    exact = TrigonometricPotential(*(x[..., None] if np.ndim(x) else x for x in coefficients))
-    a, b, c = (np.asarray(double(x))[..., None] for x in coefficients)
-    rough, scale = TrigonometricPotential(a, b, c), np.abs(a) + np.abs(b) + np.abs(c)
+    """Angles in (-pi, pi] where dV/dtheta = 0, in 34 digits, ascending, shape (n,), of one
+    potential."""
+    coefficients = double(potential.a), double(potential.b), double(potential.c)
+    rough, scale = TrigonometricPotential(*coefficients), sum(map(abs, coefficients))
+    if not scale:
+        return quad(np.zeros(0))
     with np.errstate(all="ignore"):
-        fine = _polished(exact, quad(np.sort(_approximate(rough), axis=-1)))
-        if (level := b == 0.0).any():
-            fine = np.where(level, _symmetric(potential), fine)
-        close = double(fine)
+        near = _polished(potential, quad(_approximate(rough))) if rough.b else _symmetric(potential)
+        close = double(near)
         # A false root has a slope that is not zero, a repeated one a neighbour at no distance.
-        none = ~(np.abs(rough.slope(close)) <= 1e-12 * scale) | (scale == 0.0)
-        none[..., 1:] |= close[..., 1:] - close[..., :-1] < 1e-12
-        if none.any():
-            fine = np.where(none, quad(np.nan), fine)
-        if (outside := np.abs(close) > np.pi).any():
-            fine = np.where(outside, fine - 2 * PI * quad(np.rint(close / (2 * np.pi))), fine)
-    return fine
+        kept = np.abs(rough.slope(close)) <= 1e-12 * scale
+        kept[1:] &= ~(np.diff(close) < 1e-12)
+        return (near - 2 * PI * quad(np.rint(close / (2 * np.pi))))[kept]
 
 
-def finite_points(potential: TrigonometricPotential) -> Quad:
-    """Those of one potential alone, shape (n,)."""
+def crests(potential: TrigonometricPotential) -> Quad:
+    """Angles of the maxima of one potential, in 34 digits, highest first, shape (n,)."""
     points = critical_points(potential)
-    return points[np.isfinite(double(points))]
+    tops = points[double(potential.curvature(points)) < 0.0]
+    return tops[np.argsort(-double(potential.value(tops)), kind="stable")]
 
 
 def kind(potential: TrigonometricPotential, theta: Quad) -> Kind:
@@ -96,24 +91,18 @@ def _polished(potential: TrigonometricPotential, theta: Quad) -> Quad:
 
 
 def _approximate(potential: TrigonometricPotential) -> Array:
-    """Starting angles or NaN, shape (..., 4): arguments of the roots of dV/dtheta in
-    z = e^(i theta), -a z^4 + (c - ib) z^3 - (c + ib) z + a = 0, as eigenvalues of companion
-    matrices."""
-    a, b, c = (x[..., 0] for x in (potential.a, potential.b, potential.c))
-    tiny = 1e-8 * (np.abs(b) + np.abs(c))
-    lead = np.where(np.abs(a) > tiny, a, tiny + (tiny == 0.0))  # Newton's method removes the change
-    companion = np.zeros((*a.shape, 4, 4), dtype=complex)
-    companion[..., 1, 0] = companion[..., 2, 1] = companion[..., 3, 2] = 1.0
-    companion[..., 0, 0] = (c - 1j * b) / lead
-    companion[..., 0, 2] = -(c + 1j * b) / lead
-    companion[..., 0, 3] = 1.0
-    roots = np.linalg.eigvals(companion)
-    return np.where(np.abs(np.abs(roots) - 1.0) < 1e-4, np.angle(roots), np.nan)
+    """Starting angles, ascending: arguments of the roots of dV/dtheta in z = e^(i theta),
+    -a z^4 + (c - ib) z^3 - (c + ib) z + a = 0."""
+    a, b, c = potential.a, potential.b, potential.c
+    tiny = 1e-8 * (abs(b) + abs(c))
+    lead = a if abs(a) > tiny else tiny  # Newton's method removes the change
+    roots = np.roots([lead, 1j * b - c, 0.0, c + 1j * b, -lead])
+    return np.sort(np.angle(roots[np.abs(np.abs(roots) - 1.0) < 1e-4]))
 
 
 def _symmetric(potential: TrigonometricPotential) -> Quad:
-    """Critical points for b = 0, where sin(theta) (c - 2 a cos(theta)) = 0: at a pitchfork Newton's
-    method would meet a triple root."""
-    a, c = potential.a, potential.c
-    tilt = np.arctan2(np.sqrt(4 * a * a - c * c), choose(a > 0, c, -c))
-    return np.stack(np.broadcast_arrays(-tilt, 0 * c, tilt, 0 * c + PI), axis=-1)
+    """Critical points, or NaN, for b = 0, where sin(theta) (c - 2 a cos(theta)) = 0: at a pitchfork
+    Newton's method would meet a triple root."""
+    a, c = quad(potential.a), quad(potential.c)
+    tilt = np.arctan2(np.sqrt(4 * a * a - c * c), c if a > 0 else -c)
+    return np.array([-tilt, 0 * c, tilt, 0 * c + PI])

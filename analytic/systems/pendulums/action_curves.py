@@ -14,7 +14,7 @@ import numpy as np
 from plumbob.analytic.numerics.elliptic.motion import solve
 from plumbob.analytic.numerics.elliptic.trigonometric_potential import (
     TrigonometricPotential,
-    finite_points,
+    critical_points,
 )
 from plumbob.analytic.numerics.quad import double
 from plumbob.analytic.reference import Array
@@ -43,7 +43,7 @@ def branches(
 ) -> tuple[Branch, ...]:
     """The branches of a `potential` [J] of a pendulum with a moment of inertia [kg m^2], up to the
     energy `highest` [J]; `points` on each, denser towards the separatrices."""
-    angles = finite_points(potential)
+    angles = critical_points(potential)
     value, bend = (
         np.asarray(double(x)) for x in (potential.value(angles), potential.curvature(angles))
     )

@@ -17,7 +17,7 @@ from plumbob.analytic.numerics.arithmetic import ULP
 from plumbob.analytic.numerics.elliptic.motion import EllipticMotion, solve
 from plumbob.analytic.numerics.elliptic.trigonometric_potential import (
     TrigonometricPotential,
-    finite_points,
+    crests,
 )
 from plumbob.analytic.numerics.quad import Quad, double, quad
 from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
@@ -58,10 +58,7 @@ class PendulumMotion:
     @cached_property
     def barriers(self) -> Quad:
         """Maxima of V [J], highest first, in 34 digits."""
-        exact = self.closed_form.potential
-        points = finite_points(exact)
-        values = exact.value(points[double(exact.curvature(points)) < 0.0])
-        return values[np.argsort(-double(values))]
+        return self.closed_form.potential.value(crests(self.closed_form.potential))
 
     @cached_property
     def energy(self) -> Quad:
