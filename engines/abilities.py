@@ -96,14 +96,6 @@ class SecondRun:
 
 
 @dataclass(frozen=True)
-class ContactRecord:
-    """The engine's contacts at a step [s], as the record that theory takes (SoftContact, ...), or
-    None where no theory covers them."""
-
-    of: Callable[[Case, Method, float], object]
-
-
-@dataclass(frozen=True)
 class UserSettings:
     """A user's own model file -> the method with its settings; raises ParameterError."""
 

@@ -4,7 +4,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from plumbob.engines.adapters.mujoco import contact_model
+from plumbob.engines.adapters.mujoco.contacts import soft_contact
 from plumbob.engines.adapters.mujoco.simulation import compiled
 from plumbob.models.registry import case_of, scene
 from plumbob.tests.support.cases import beyond
@@ -30,7 +30,7 @@ def test_the_record_for_theory_says_how_far_contacts_deflect(name, method):
     a support that carries a three-hundredth of the weight."""
     case, step = case_of(scene(name)), 1e-4
     exact = case.reference.observe(np.zeros(1))
-    contact = contact_model(case, METHODS[method], step)
+    contact = soft_contact(case.problem, METHODS[method].settings, step)
     simulation = compiled(case, METHODS[method], step)
     model, data, force = simulation.model, mujoco.MjData(simulation.model), np.zeros(6)
     data.qpos[:] = simulation.translation.qpos

@@ -110,10 +110,10 @@ def test_controls_are_held_over_each_step(control_at):
     "code",
     [
         "import plumbob.engines.adapters.mujoco, plumbob.engines.adapters.ode",
-        "from plumbob.engines.registry import engine_of, method; from plumbob.models.registry "
-        "import case_of, scene; from plumbob.engines.abilities import ContactRecord; "
-        "how = method('mujoco/euler+coulomb'); record = engine_of(how).ability(ContactRecord); "
-        "assert record.of(case_of(scene('capsule-line/ca1')), how, 1e-3) is not None",
+        "from plumbob.engines.registry import method; from plumbob.models.registry import case_of, "
+        "scene; from plumbob.engines.adapters.mujoco.contacts import soft_contact; "
+        "problem = case_of(scene('capsule-line/ca1')).problem; "
+        "assert soft_contact(problem, method('mujoco/euler+coulomb').settings, 1e-3)",
     ],
 )
 def test_adapters_are_imported_without_their_engines(code):

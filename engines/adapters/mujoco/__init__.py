@@ -7,12 +7,9 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from plumbob.analytic.errors.contact_models.soft_contact import SoftContact
 from plumbob.analytic.schemes import Scheme
-from plumbob.analytic.systems.capsule_setup import CapsuleProblem
 from plumbob.engines.abilities import (
     Ablation,
-    ContactRecord,
     FileChecks,
     ModelReader,
     OwnDerivative,
@@ -46,16 +43,6 @@ def scheme(case: Case, method: Method) -> Scheme:
     return Scheme("implicitfast on a free body") if implicit and lone else method.scheme
 
 
-def contact_model(case: Case, method: Method, step: float) -> SoftContact | None:
-    """The record of the contacts at `step` [s] that theory takes; None where there are none, or no
-    theory covers them. Works without MuJoCo."""
-    from plumbob.engines.adapters.mujoco.contacts import soft_contact
-
-    if not isinstance(case.problem, CapsuleProblem):
-        return None
-    return soft_contact(case.problem, method.settings, step)
-
-
 ENGINE = Engine(
     "mujoco",
     "mujoco",
@@ -64,7 +51,6 @@ ENGINE = Engine(
     model_error,
     abilities=(
         SchemeOfCase(scheme),
-        ContactRecord(contact_model),
         UserSettings(later(f"{__name__}.user_file.user_method")),
         Ablation(later(f"{__name__}.trimming.trimming")),
         SettingsToPaste(later(f"{__name__}.settings_to_paste.settings")),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from copy import copy
 from pathlib import Path
 from typing import Any
@@ -84,11 +84,11 @@ def _contacts(model: mujoco.MjModel, method: Method, step: float) -> Iterator[tu
 def _warnings(model: mujoco.MjModel, method: Method, step: float) -> Iterator[str]:
     """Contacts that are for another step, by their friction's rate, and those that are unstable at
     this one, by the fastest mode of the body on them."""
-    for friction, impedance in zip(model.pair_solreffriction, model.pair_solimp[:, 1], strict=True):
-        rate = -friction[1]
-        if not (friction[0] < 0.0 < rate and _close(impedance, IMPEDANCE)):
+    impedances, rates = model.pair_solimp[:, 1], _rates(method, step)
+    for (kind, rate), impedance in zip(model.pair_solreffriction, impedances, strict=True):
+        if not (max(kind, rate) < 0.0 and _close(impedance, IMPEDANCE)):
             continue
-        steps = [-step * right / rate for right in _rates(method, step)]
+        steps = [step * right / rate for right in rates]
         if not any(1.0 / ONE_STEP < meant / step < ONE_STEP for meant in steps):
             words = " or ".join(dict.fromkeys(f"{meant:g}" for meant in steps))
             yield (
@@ -97,27 +97,21 @@ def _warnings(model: mujoco.MjModel, method: Method, step: float) -> Iterator[st
             )
             break
     solref = np.vstack([model.pair_solref, model.geom_solref])
-    impedances = np.append(model.pair_solimp[:, 1], model.geom_solimp[:, 1])
-    springs = [
+    impedances = np.append(impedances, model.geom_solimp[:, 1])
+    springs = {
         ContactSpring(-pull / d, -drag / d, _softening(model) * (1.0 - d) / d)
         for (pull, drag), d in zip(solref.tolist(), impedances.tolist(), strict=True)
         if pull < 0.0 and drag <= 0.0
-    ]
-    limit = _largest_step(model, set(springs), method)
-    if step > limit:
+    }
+    scheme = Scheme(method.scheme.integrator)  # of contacts, whose damping is explicit
+    ratio = frequency_ratio(model)
+    limits = [largest_contact_step(ratio, spring, scheme) for spring in springs]
+    if step > (limit := min(limits, default=math.inf)):
         yield (
             f"contacts are too stiff for a time step of {step:g} s: the body may be thrown up "
             f"(while it slides, they are stable up to {limit:.3g} s; a smaller --stiffness allows "
             "more)"
         )
-
-
-def _largest_step(model: mujoco.MjModel, springs: Iterable[ContactSpring], method: Method) -> float:
-    """The largest step [s] at which a body is stable on these contacts."""
-    ratio = frequency_ratio(model)
-    scheme = Scheme(method.scheme.integrator)  # of contacts, whose damping is explicit
-    limits = [largest_contact_step(ratio, spring, scheme) for spring in springs]
-    return min(limits, default=math.inf)
 
 
 def _rates(method: Method, step: float) -> tuple[float, ...]:
