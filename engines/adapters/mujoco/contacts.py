@@ -44,6 +44,7 @@ EXACT = 0.0  # solver tolerance of a single scalar constraint, solved by project
 
 SOLVED = 1e-8  # tolerance that MuJoCo's solver has by default
 SETTLING = 4.0  # calibrated, of a part of a drift; tests/on_plane/test_held_bodies.py holds it
+OVERSHOOT = 2.0  # calibrated: of a deflection with a damping ratio of 0.3
 ARMATURE_RATIO = 1e10  # least ratio of the slider's armature to its mass
 PLACES = 2001  # of the slider on its way, for the largest of a smooth function of them
 
@@ -92,6 +93,11 @@ class ContactProfile:
         """Change of a normal force [N] per slip acceleration [m/s^2], over the weight [kg] and the
         friction coefficient: the cone's coupling. Only for a convergent profile."""
         return IMPEDANCE / (1.0 - IMPEDANCE) / self.softening
+
+    def pushed(self, friction: float, speed: float) -> float:
+        """Error of a speed [m/s] by normal forces that follow a slip at `speed` [m/s] or less,
+        until the deflection does. Only for a convergent profile."""
+        return OVERSHOOT * friction**2 * self.coupling() * speed / STIFFNESS
 
     def depth(self, held: Held, step: float) -> float:
         """Depth [m] at which a contact rests at `step` [s]."""

@@ -11,7 +11,6 @@ import numpy as np
 
 from plumbob.analytic.errors.contact_models.held_bodies import corner
 from plumbob.engines.adapters.mujoco import contacts
-from plumbob.engines.adapters.mujoco.rolling_ball import OVERSHOOT
 from plumbob.engines.adapters.mujoco.translation import Translation, read, with_contacts
 from plumbob.engines.method import Method, ModelError
 
@@ -40,10 +39,9 @@ def model_error(problem: Any, duration: float, method: Method, step: float) -> M
     profile = contacts.profile(method.settings, plane=True)
     if profile.point is not None:
         return contacts.drift_error(profile.point, corner(problem), duration, step, DIRECTIONS)
-    f, largest = problem.friction, abs(problem.speed) + problem.pull * duration
-    drift = profile.slip_compliance(step) * f * problem.press
-    pushed = OVERSHOOT * f**2 * profile.coupling() * largest / contacts.STIFFNESS
-    speed = {"drift": drift, "coupling": pushed}
+    largest = abs(problem.speed) + problem.pull * duration
+    drift = profile.slip_compliance(step) * problem.friction * problem.press
+    speed = {"drift": drift, "coupling": profile.pushed(problem.friction, largest)}
     return {"x": {why: error * duration for why, error in speed.items()}, "speed": speed}
 
 

@@ -22,7 +22,6 @@ from plumbob.engines.method import Method, ModelError
 
 SETTLING = 5000  # steps, of which a contact of 0.02 s needs 1000 at SLOW, others fewer
 SLOW = 1e-3  # [s]
-OVERSHOOT = 2.0  # calibrated: of a deflection with a damping ratio of 0.3
 
 
 def build(mjcf: Path, problem: Any, method: Method, step: float) -> Translation:
@@ -43,13 +42,12 @@ def build(mjcf: Path, problem: Any, method: Method, step: float) -> Translation:
 
 def model_error(problem: Any, duration: float, method: Method, step: float) -> ModelError:
     """Bounds for a convergent profile: the slip that friction's compliance leaves of its last step,
-    for one step, and normal forces that follow the slip, until the deflection does (OVERSHOOT)."""
+    for one step, and normal forces that follow the slip, until the deflection does."""
     profile = contacts.profile(method.settings, plane=True)
     if not profile.convergent:
         return {}
-    f, scale = problem.friction, problem.scale
-    left = profile.slip_compliance(step) * f * problem.gravity
-    pushed = OVERSHOOT * f**2 * profile.coupling() * scale / contacts.STIFFNESS
+    left = profile.slip_compliance(step) * problem.friction * problem.gravity
+    pushed = profile.pushed(problem.friction, problem.scale)
     speed = {"slip": left, "coupling": pushed}
     spin = {name: 2.5 * error / problem.radius for name, error in speed.items()}
     x = {"slip": left * step, "coupling": pushed * duration}

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Sequence
+from copy import copy
 from dataclasses import replace
 from itertools import islice
 
@@ -92,17 +93,15 @@ class MujocoSimulation(SteppedSimulation):
     def readings(self, states: Sequence[Array]) -> Array:
         """Readings of the translation's probe in each of the samples' states, with the forces that
         begin there, of shape (n, k); the solver begins each time where the run has ended."""
-        model, data, rows = self.model, self.data, []
-        option, before = model.opt, (model.opt.disableflags, model.opt.integrator)
-        option.disableflags &= ~SENSOR
-        option.integrator = int(mujoco.mjtIntegrator.mjINT_EULER)
+        model, data, rows = copy(self.model), self.data, []
+        model.opt.disableflags &= ~SENSOR
+        model.opt.integrator = int(mujoco.mjtIntegrator.mjINT_EULER)
         marks = sampling.sampled(self.steps, self.samples)[: len(states)].astype(np.float64)
         for state, control in zip(states, self.held_controls(marks, self.step), strict=True):
             mujoco.mj_setState(model, data, state, STATE)
             data.ctrl[:] = control
             mujoco.mj_forward(model, data)
             rows.append(self.translation.probe(model, data))
-        option.disableflags, option.integrator = before
         return np.array(rows)
 
     def held_controls(self, steps: Array, step: float) -> Array:

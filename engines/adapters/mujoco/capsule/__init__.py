@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import replace
 from pathlib import Path
 
 import mujoco
@@ -77,7 +76,7 @@ def build(mjcf: Path, problem: CapsuleProblem, method: Method, step: float) -> T
             weight[0] = chosen.softening / (setup.capsule.body_mass + setup.capsule.slider_mass)
 
     if chosen.convergent:
-        deflected = statics(_ahead(setup, method.settings), chosen.compliance(step))
+        deflected = statics(setup, spec.body("slider").pos[:2], chosen.compliance(step))
         rest_qpos = settled(spec, tune, setup.press, step, SETTLED, deflected)
     else:
         rest_qpos = settled(spec, tune, setup.press, DEFAULT_STEP, SETTLING)
@@ -120,7 +119,7 @@ def whole(
     than in the problem, which may be where no reference goes: beyond an edge the body tips over.
     """
     chosen = settings or {"contact": "coulomb"}
-    setup, height = _ahead(problem.setup, chosen), float(chosen.get("height", 0.0))
+    setup, height = problem.setup, float(chosen.get("height", 0.0))
     spec = read(mjcf if setup.plane_velocity is None else mjcf.with_name(TURNING))
     capsule, body = setup.capsule, spec.body("body")
     spec.option.gravity = gravity(setup)
@@ -131,19 +130,14 @@ def whole(
         support = spec.geom(f"support_{i + 1}")
         support.pos = [x, y, support.size[0] - height]
     set_contacts(spec, contacts(problem, chosen), capsule.friction, step)
-    slider = spec.body("slider")
-    slider.pos, slider.inertia = [*setup.slider, 0.0], [POINT] * 3
+    slider, line = spec.body("slider"), [math.cos(setup.direction), math.sin(setup.direction), 0.0]
+    ahead = float(chosen.get("slider_ahead", 0.0))
+    slider.pos = np.array([*setup.slider, 0.0]) + ahead * np.array(line)
+    slider.inertia = [POINT] * 3
     if setup.plane_velocity is None:
-        spec.joint("slider").axis = [math.cos(setup.direction), math.sin(setup.direction), 0.0]
+        spec.joint("slider").axis = line
     set_slider(spec, setup)
     return spec
-
-
-def _ahead(setup: CapsuleSetup, settings: Options) -> CapsuleSetup:
-    """The set-up with its slider further along its line by `settings["slider_ahead"]` [m]."""
-    (x, y), ahead = setup.slider, float(settings.get("slider_ahead", 0.0))
-    unit = math.cos(setup.direction), math.sin(setup.direction)
-    return replace(setup, slider=(x + ahead * unit[0], y + ahead * unit[1]))
 
 
 def set_contacts(spec: mujoco.MjSpec, chosen: ContactProfile, friction: float, step: float) -> None:
@@ -189,16 +183,16 @@ def settled(
     return qpos
 
 
-def statics(setup: CapsuleSetup, compliance: float) -> Array | None:
+def statics(setup: CapsuleSetup, slider: Array, compliance: float) -> Array | None:
     """Height of C over the plane [m] and gradient of the body's plane along its x and y, shape
-    (3,), on contacts that deflect by `compliance` [m/N] times M + m under the loads of statics;
-    None where the slider stands beyond an edge, and nothing rests.
+    (3,), on contacts that deflect by `compliance` [m/N] times M + m under the loads of statics with
+    the `slider` there [m, from C]; None where it stands beyond an edge, and nothing rests.
 
     A body that begins elsewhere drops: a support with hardly any load then takes off, and lands
     when the rest has long settled.
     """
     capsule = setup.capsule
-    loads = load_fractions(capsule, capsule.mass_ratio * np.array(setup.slider))
+    loads = load_fractions(capsule, capsule.mass_ratio * slider)
     if loads.min() <= 0.0:
         return None
     places = np.column_stack([np.ones(3), np.asarray(capsule.supports)])
