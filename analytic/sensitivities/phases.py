@@ -11,7 +11,7 @@ the saltation of every switch, without its equations.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -31,22 +31,10 @@ class Phased:
     reference: Reference
     switches: Array
 
-    def tau(self, phase: int, fraction: Array, since: Array) -> Array:
-        """Times [s] at a `fraction` of a phase, in the last one those `since` [s] it began."""
-        begin = self.switches[phase]
-        if phase + 1 == len(self.switches):
-            return np.asarray(begin + since)
-        return np.asarray(begin + fraction * (self.switches[phase + 1] - begin))
 
-    def at(self, times: Array, names: Sequence[str]) -> Array:
-        """The observables of these names at `times`, shape (observables, n)."""
-        observed = self.reference.observe(times)
-        return np.stack([observed[name] for name in names])
-
-    def doubt(self, times: Array, names: Sequence[str]) -> Array:
-        """Their uncertainty, of the same shape."""
-        known = self.reference.uncertainty(times)
-        return np.stack([known[name] for name in names])
+def _stacked(observed: Mapping[str, Array], names: Sequence[str]) -> Array:
+    """The observables of these names, shape (observables, n)."""
+    return np.stack([observed[name] for name in names])
 
 
 def phased_gradients(motions: Sequence[Neighbours[Phased]], times: Array) -> list[Sensitivity]:
@@ -74,17 +62,23 @@ def _within(motions: Neighbours[Phased], names: Sequence[str], phase: int, times
     fraction = np.minimum(since / length, LATEST)
 
     def tau(motion: Phased) -> Array:
-        return motion.tau(phase, fraction, since)
+        begin = motion.switches[phase]
+        return np.asarray(
+            begin + (since if last else fraction * (motion.switches[phase + 1] - begin))
+        )
+
+    def read(motion: Phased) -> Array:
+        return _stacked(motion.reference.observe(tau(motion)), names)
 
     # A motion with a formula has neighbours without: theirs are the larger ones.
     ends = (motions.moved[0], here, motions.moved[-1])
-    errors = np.max([motion.doubt(tau(motion), names) for motion in ends], axis=0)
-    values, uncertain = motions.derivative(lambda motion: motion.at(tau(motion), names), errors)
-    shift, unsure = motions.derivative(tau)
+    unsure = [_stacked(motion.reference.uncertainty(tau(motion)), names) for motion in ends]
+    values, uncertain = motions.derivative(read, np.max(unsure, axis=0))
+    shift, doubt = motions.derivative(tau)
     if not shift.any():
         return values, uncertain
     slope, rounding = _slopes(here, names, float(here.switches[phase]), length, times)
-    return values - slope * shift, uncertain + np.abs(slope) * unsure + rounding * np.abs(shift)
+    return values - slope * shift, uncertain + np.abs(slope) * doubt + rounding * np.abs(shift)
 
 
 def _slopes(
@@ -99,7 +93,7 @@ def _slopes(
     inward = np.where(times - begin < 0.5 * length, 1.0, -1.0)  # from an end of the phase
     for width in length * WINDOWS:
         step = inward * width / ABOVE[-1]
-        ahead = tuple(motion.at(times + k * step, names) for k in ABOVE)
+        ahead = tuple(_stacked(motion.reference.observe(times + k * step), names) for k in ABOVE)
         rate, unsure = Neighbours(ahead, np.array(ABOVE, dtype=float)).derivative(np.asarray)
         rate, unsure = rate / step, unsure / np.abs(step)
         slopes, uncertain = np.where(unsure < uncertain, (rate, unsure), (slopes, uncertain))

@@ -11,7 +11,7 @@ from plumbob.analytic.systems.capsule import normal_forces, validity
 from plumbob.analytic.systems.manoeuvres.repeated_line import RepeatedLine
 from plumbob.analytic.systems.manoeuvres.residual_motion import coasting
 from plumbob.analytic.systems.manoeuvres.slow_motion import SlowStroke, slow_return
-from plumbob.analytic.systems.manoeuvres.tilted_hold import TiltedHold, tilt_angle, tilted_gravity
+from plumbob.analytic.systems.manoeuvres.tilted_hold import TiltedHold, tilt_angle
 from plumbob.analytic.systems.slider_path import straight
 from plumbob.analytic.systems.three_points.friction import three_point_motion
 from plumbob.analytic.systems.three_points.rest import holding_limit
@@ -64,16 +64,11 @@ def test_slow_stroke_is_the_motion_of_its_acceleration(length, fraction, heading
 
 
 def test_tilted_gravity_pulls_as_specified():
-    pull = tilted_gravity(CHECK, 0.9, 0.7)
-    assert math.hypot(*pull) == pytest.approx(9.81, rel=1e-15)
-    assert math.hypot(pull[0], pull[1]) / -pull[2] == pytest.approx(0.9 * 0.3, rel=1e-15)
-    assert math.atan2(pull[1], pull[0]) == pytest.approx(0.7, rel=1e-15)
-    held = TiltedHold(CHECK, 0.9, 0.7, (0.05, 0.02)).observe(np.array([0.0, 10.0]))
+    hold = TiltedHold(CHECK, 0.9, 0.7, (0.05, 0.02))
+    held, down = hold.observe(np.array([0.0, 10.0])), 9.81 / math.hypot(1.0, 0.9 * 0.3)
     total = sum(held[f"normal_force_{i}"][0] for i in (1, 2, 3))
-    assert total == pytest.approx(-1.3 * pull[2], rel=1e-14)
-    assert held["friction_force"][1] == pytest.approx(
-        -1.3 * math.hypot(pull[0], pull[1]), rel=1e-14
-    )
+    assert total == pytest.approx(1.3 * down, rel=1e-14)
+    assert held["friction_force"][1] == pytest.approx(-1.3 * 0.9 * 0.3 * down, rel=1e-14)
     assert held["displacement"][1] == 0.0
 
 

@@ -6,7 +6,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from functools import cached_property
-from itertools import pairwise
+from itertools import groupby
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -15,7 +15,6 @@ from plumbob.analytic.numerics.arithmetic import ROUNDOFF
 from plumbob.analytic.reference import Array, LinearResponse
 from plumbob.analytic.systems.capsule import (
     NORMAL_FORCES,
-    Capsule,
     Point,
     by_support,
     normal_force_uncertainty,
@@ -57,22 +56,16 @@ class Phase(NamedTuple):
 
 
 class LineMotion(LinearResponse):
-    """Observables of a motion with a `capsule`, the `direction` of its line [rad, from the body's x
-    axis], the slider's `start` on it and the end of its `stroke` [m, from C], and its `phases`,
-    `count` times, each after a `period` [s]. All is signed along `direction`; a time at which
-    something switches belongs to the interval that begins there. Friction has no moment on lines
-    through C, for sum N_i CA_i = m g r, so the heading is constant."""
+    """Observables of a motion: its `single` one has a `capsule`, the `direction` of its line [rad,
+    from the body's x axis], the slider's `start` on it, from C, and the length of its `stroke` [m];
+    its `phases` come `count` times, each after a `period` [s]. All is signed along `direction`; a
+    time at which something switches belongs to the interval that begins there. Friction has no
+    moment on lines through C, for sum N_i CA_i = m g r, so the heading is constant."""
 
     if TYPE_CHECKING:  # fields of some motions, properties of others
 
         @property
-        def capsule(self) -> Capsule: ...
-        @property
-        def direction(self) -> float: ...
-        @property
-        def start(self) -> float: ...
-        @property
-        def stroke(self) -> float: ...
+        def single(self) -> Any: ...
         @property
         def phases(self) -> tuple[Phase, ...]: ...
         @property
@@ -83,25 +76,25 @@ class LineMotion(LinearResponse):
     @property
     def unit(self) -> Array:
         """Unit vector of `direction`, shape (2,)."""
-        return np.array([math.cos(self.direction), math.sin(self.direction)])
+        return np.array([math.cos(self.single.direction), math.sin(self.single.direction)])
 
     @property
     def ends(self) -> tuple[Point, Point]:
         """The ends of the slider's stroke, relative to C [m]."""
         x, y = (float(c) for c in self.unit)
-        end = self.start + self.stroke
-        return (self.start * x, self.start * y), (end * x, end * y)
+        end = self.single.start + self.single.stroke
+        return (self.single.start * x, self.single.start * y), (end * x, end * y)
 
     @cached_property
     def path(self) -> SliderPath:
         """The slider's path in the body over all repetitions."""
-        pulled = [self.phases[0]]
-        pulled += [b for a, b in pairwise(self.phases) if b.pull != a.pull]
+        pulled = [next(alike) for _, alike in groupby(self.phases, key=lambda phase: phase.pull)]
         ends, place = [phase.start for phase in pulled[1:]], self.ends[0]
+        direction = self.single.direction
         if math.isfinite(self.period) or not ends:
             ends.append(self.period if ends else 0.0)
         pieces = tuple(
-            StraightPiece(end - p.start, place, self.direction, p.stroke, p.stroke_rate, p.pull)
+            StraightPiece(end - p.start, place, direction, p.stroke, p.stroke_rate, p.pull)
             for p, end in zip(pulled, ends, strict=False)
         )
         return SliderPath(self.count * pieces)
@@ -138,18 +131,18 @@ class LineMotion(LinearResponse):
     def friction_force(self, times: Array) -> Array:
         """Resultant of friction on the body [N] at `times` [s], shape (n,): f (M + m) g while it
         slides backward, and static friction m w at rest (eqs. 1, 8)."""
-        now, sliding = self.at(times), self.capsule.friction * self.capsule.weight
-        return np.where(now.slides, sliding, self.capsule.slider_mass * now.pull)
+        now, sliding = self.at(times), self.single.capsule.friction * self.single.capsule.weight
+        return np.where(now.slides, sliding, self.single.capsule.slider_mass * now.pull)
 
     def driving_force(self, times: Array) -> Array:
         """Force F of the actuator on the slider [N] at `times` [s], shape (n,) (eqs. 3, 9)."""
         friction, pull = self.friction_force(times), self.at(times).pull
-        return driving_force.driving_force(self.capsule, friction, pull)
+        return np.asarray(driving_force.driving_force(self.single.capsule, friction, pull))
 
     def normal_forces(self, times: Array) -> Array:
         """Normal forces N_i [N] at `times` [s], shape (n, 3)."""
-        places = (self.start + self.at(times).stroke)[:, None] * self.unit
-        return normal_forces(self.capsule, places)
+        places = (self.single.start + self.at(times).stroke)[:, None] * self.unit
+        return normal_forces(self.single.capsule, places)
 
     def observe(self, times: Array) -> Mapping[str, Array]:
         """Exact observables at `times` >= 0 [s], shape (n,) (Chernousko 2020, eqs. 7-22):
@@ -173,13 +166,13 @@ class LineMotion(LinearResponse):
         """Absolute error [SI] at `times` [s], shape (n,), that parameters and times rounded to
         double, and the arithmetic, may have caused: first order, term by term, in magnitude; it
         adds up over the repetitions."""
-        capsule, (done, _, _) = self.capsule, self._now(times)
+        capsule, (done, _, _) = self.single.capsule, self._now(times)
         late = np.where(done > 0.0, SHIFTED, 2.0) * np.abs(np.asarray(times, dtype=float))
         late = ROUNDOFF * (late if self.count > 1 else np.minimum(late, 2 * self.phases[-1].start))
         pulls = np.abs(self._table[3])
         pushes = self._table[7] * (capsule.mass_ratio * pulls + capsule.friction * capsule.gravity)
         (slid, slid_rate), (moved, rate) = self._magnitudes(pulls), self._magnitudes(pushes)
-        reach = math.hypot(*self.ends[0]) + abs(self.stroke)
+        reach = math.hypot(*self.ends[0]) + abs(self.single.stroke)
         slack = normal_force_uncertainty(capsule, reach)
         slack = slack + steepest_load(capsule) * late * slid_rate * (self.count > 1)
         still = np.zeros_like(late)

@@ -7,7 +7,6 @@ from functools import cached_property
 from typing import ClassVar
 
 from plumbob.analytic.parameters import counting, non_negative
-from plumbob.analytic.systems.capsule import Capsule
 from plumbob.analytic.systems.capsule_motion import MotionKind
 from plumbob.analytic.systems.manoeuvres.line_manoeuvre import LineManoeuvre
 from plumbob.analytic.systems.manoeuvres.line_motion import LineMotion, Phase
@@ -41,26 +40,6 @@ class RepeatedLine(LineMotion):
     def single(self) -> LineManoeuvre:
         """The manoeuvre that is repeated."""
         return self.manoeuvre
-
-    @property
-    def capsule(self) -> Capsule:
-        """The body."""
-        return self.manoeuvre.capsule
-
-    @property
-    def direction(self) -> float:
-        """Of the line [rad]."""
-        return self.manoeuvre.direction
-
-    @property
-    def start(self) -> float:
-        """Of the slider on the line [m]."""
-        return self.manoeuvre.start
-
-    @property
-    def stroke(self) -> float:
-        """Of the slider in each manoeuvre [m]."""
-        return self.manoeuvre.stroke
 
     @cached_property
     def phases(self) -> tuple[Phase, ...]:

@@ -26,15 +26,6 @@ def tilt_angle(capsule: Capsule, fraction: float = 1.0) -> float:
     return math.atan(proper_fraction("fraction", fraction) * capsule.friction)
 
 
-def tilted_gravity(capsule: Capsule, fraction: float, direction: float) -> Array:
-    """Gravity [m/s^2], shape (3,), of unchanged magnitude, tilted by `tilt_angle` so as to pull
-    along `direction` [rad, from the body's x axis]. Raises ParameterError."""
-    angle, heading = tilt_angle(capsule, fraction), finite("direction", direction)
-    down, along = math.cos(angle), math.sin(angle)
-    pull = np.array([along * math.cos(heading), along * math.sin(heading), -down])
-    return capsule.gravity * pull
-
-
 @dataclass(frozen=True)
 class TiltedHold(SingleMotion, LineMotion):
     """Body at rest under gravity tilted along `direction` [rad], by `fraction` of the threshold,
@@ -52,7 +43,7 @@ class TiltedHold(SingleMotion, LineMotion):
     phases: ClassVar[tuple[Phase, ...]] = (Phase(0.0, 0.0, 0.0, 0.0),)
 
     def __post_init__(self) -> None:
-        tilted_gravity(self.capsule, self.fraction, self.direction)
+        tilt_angle(self.capsule, self.fraction), finite("direction", self.direction)
         check_loads(self.capsule, self.ends)
 
     @property

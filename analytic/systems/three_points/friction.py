@@ -208,10 +208,7 @@ def _from_rest(interval: Interval, state: State, ramp: float) -> Now:
     has just reached the friction limit."""
     at = interval.at(state.time + ramp)
     force, torque = needed_wrench(interval.body, at)
-    linear, angular = onset(
-        *(interval.body.mass, float(at.inertia[0]), at.limits[0], at.arms[0]),
-        *(complex(force[0]), float(torque[0])),
-    )
+    linear, angular = onset(interval.body.mass, at, complex(force[0]), float(torque[0]))
     if linear == angular == 0.0:
         return Now(state, "rest")
     still = np.flatnonzero(linear + 1j * angular * at.arms[0] == 0.0)
@@ -229,12 +226,9 @@ def _with_one_at_rest(interval: Interval, state: State, support: int, ramp: floa
     if ramp:
         at = interval.at(state.time + ramp)
         _, (needed,) = turning.motion(at, np.array([state.omega + ramp * rate]))
-    mass, limit = interval.body.mass, float(at.limits[0, support])
-    if abs(needed) <= limit * (1.0 + EDGE):
+    if abs(needed) <= float(at.limits[0, support]) * (1.0 + EDGE):
         return Now(state, "pivot", support, sense)
-    slip = slip_onset(
-        mass, float(at.inertia[0]), limit, complex(at.arms[0, support]), complex(needed)
-    )
+    slip = slip_onset(interval.body.mass, at, support, complex(needed))
     guess = _slide_from_pivot(support, slip, state.omega, rate, ramp)
     return Now(state, "slide", support, departure=guess)
 

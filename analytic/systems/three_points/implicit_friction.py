@@ -21,14 +21,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from plumbob.analytic.reference import Array
-from plumbob.analytic.systems.three_points.equations import Complex
-from plumbob.analytic.systems.three_points.rest import load_factor
+from plumbob.analytic.systems.three_points.equations import Configuration
+from plumbob.analytic.systems.three_points.rest import load_factor, simply_held
 
 NEWTON_STEPS = 60
 QUICK = 12  # undamped steps, from the slip of the time step before
 LAST = 2e-15  # of the velocities: a step this small ends Newton's method
-SURELY = 1.0 + 1e-9  # above 1 whatever the rounding
+LEAST = 1e-16  # part of a step
 STICKS = 1e-12  # relative: a support sticks with a force that is so little above its limit
 
 Slip = tuple[complex, float]  # velocity of the body's point at the combined centre, and rate
@@ -57,7 +56,8 @@ def after_friction(problem: FrictionProblem, free: Slip, near: Slip) -> Slip:
     """Velocities after a step that would end with `free` without friction; `near`, those after the
     step before, are the first guess."""
     scale = abs(free[0]) + abs(free[1]) * max(map(abs, problem.arms))
-    if scale == 0.0 or _rests(problem, free):
+    pull = problem.mass * free[0], problem.inertia * free[1]
+    if scale == 0.0 or simply_held(problem.limits, problem.arms, *pull):
         return 0j, 0.0
     if (sliding := _sliding(problem, free, near, scale, QUICK, damped=False)) is not None:
         return sliding
@@ -72,7 +72,9 @@ def after_friction(problem: FrictionProblem, free: Slip, near: Slip) -> Slip:
         leaving = _leaving_rest(problem, free, scale)
     if leaving is None:
         return 0j, 0.0
-    begin = _below(problem, free, slip, leaving)
+    # On the way from a corner of the value, where that is lower.
+    part = _damping(problem, free, slip, leaving, 0.0)
+    begin = slip[0] + part * leaving[0], slip[1] + part * leaving[1]
     sliding = _sliding(problem, free, begin, scale, NEWTON_STEPS, damped=True)
     return begin if sliding is None else sliding
 
@@ -87,56 +89,21 @@ def _leaving_rest(problem: FrictionProblem, free: Slip, scale: float) -> Slip | 
     return size * complex(way[0], way[1]), size * float(way[2])
 
 
-def _rests(problem: FrictionProblem, free: Slip) -> bool:
-    """Whether impulses kappa L_i (X + Y k x b_i), with b_i the arms from the centre of the limits,
-    keep the body at rest: a sufficient condition."""
-    (p, w), total = free, sum(problem.limits)
-    if not total > 0.0:
-        return False
-    along = problem.mass * p / total
-    if abs(along) > SURELY:  # the mean of the three sums below, each of which is 1 at most
-        return False
-    supports = tuple(zip(problem.limits, problem.arms, strict=True))
-    centre = sum(limit * arm for limit, arm in supports) / total
-    spread = sum(limit * abs(arm - centre) ** 2 for limit, arm in supports)
-    if not spread > 0.0:
-        return False
-    turn = problem.inertia * w - total * (centre.conjugate() * along).imag
-    push = 1j * (turn / spread)
-    return all(abs(along + push * (arm - centre)) <= 1.0 for arm in problem.arms)
-
-
 def _pivoting(problem: FrictionProblem, free: Slip, pivot: int) -> tuple[Slip, float, complex]:
     """Velocities with support `pivot` at rest, by how much its impulse exceeds its limit, and that
     impulse."""
     arm, (p, w) = problem.arms[pivot], free
-    turn = problem.inertia * w + problem.mass * (p * (1j * arm).conjugate()).real * -1.0
-    drag = sum(
-        c * abs(a - arm)
-        for k, (c, a) in enumerate(zip(problem.limits, problem.arms, strict=True))
-        if k != pivot
-    )
+    supports = zip(problem.limits, problem.arms, strict=True)
+    others = [(limit, a - arm) for k, (limit, a) in enumerate(supports) if k != pivot]
+    turn = problem.inertia * w - problem.mass * (p * (1j * arm).conjugate()).real
+    drag = sum(limit * abs(lever) for limit, lever in others)
     if abs(turn) <= drag:
         return (0j, 0.0), math.inf, 0j
     o = (turn - math.copysign(drag, turn)) / (problem.inertia + problem.mass * abs(arm) ** 2)
     u = -1j * o * arm
-    push = problem.mass * (p - u)
-    for k in range(3):
-        if k != pivot:
-            v = u + 1j * o * problem.arms[k]
-            push -= problem.limits[k] * v / abs(v)
+    resisting = sum(limit * lever / abs(lever) for limit, lever in others)
+    push = problem.mass * (p - u) - math.copysign(1.0, o) * 1j * resisting
     return (u, o), abs(push) - problem.limits[pivot] * (1.0 + STICKS), push
-
-
-def _below(problem: FrictionProblem, free: Slip, corner: Slip, way: Slip) -> Slip:
-    """A point on the `way` from a corner of the value at which it is lower."""
-    level, part = problem.value(free, corner), 1.0
-    while part > 1e-30:
-        there = (corner[0] + part * way[0], corner[1] + part * way[1])
-        if problem.value(free, there) < level:
-            return there
-        part *= 0.5
-    return corner
 
 
 def _sliding(
@@ -198,7 +165,7 @@ def _solved(stiff: float, twist: complex, bend: complex, spin: float, pull: Slip
 def _damping(problem: FrictionProblem, free: Slip, slip: Slip, way: Slip, slope: float) -> float:
     """Part of a Newton step after which the value has fallen enough (Armijo's condition)."""
     level, part = problem.value(free, slip), 1.0
-    while part > 1e-12:
+    while part > LEAST:
         there = (slip[0] + part * way[0], slip[1] + part * way[1])
         if problem.value(free, there) <= level + 1e-4 * part * slope:
             break
@@ -206,25 +173,25 @@ def _damping(problem: FrictionProblem, free: Slip, slip: Slip, way: Slip, slope:
     return part
 
 
-def onset(
-    mass: float, inertia: float, limits: Array, arms: Complex, force: complex, torque: float
-) -> Slip:
+def onset(mass: float, at: Configuration, force: complex, torque: float) -> Slip:
     """Linear acceleration of the body's point at G (complex [m/s^2], body axes) and angular
-    acceleration [rad/s^2], with which a body at rest starts to move under a wrench about G, both 0
-    where it sticks: `mass` M + m [kg], `inertia` J + mu M r^2 [kg m^2], `limits` f N_i [N] and
-    `arms` from G [m], shape (3,), `force` [N], `torque` [N m]."""
+    acceleration [rad/s^2], with which a body of `mass` M + m [kg] at rest starts to move under a
+    wrench about G, `force` [N] and `torque` [N m], both 0 where it sticks."""
+    limits, arms = at.limits[0], at.arms[0]
     if load_factor(limits, arms, force, torque)[0] <= 1.0 + STICKS:
         return 0j, 0.0
+    inertia = float(at.inertia[0])
     free = (force / mass, torque / inertia)
     return after_friction(
         FrictionProblem(mass, inertia, limits.tolist(), arms.tolist()), free, free
     )
 
 
-def slip_onset(mass: float, inertia: float, limit: float, arm: complex, needed: complex) -> complex:
-    """Acceleration [m/s^2] at which a support at rest slips while the rest of the body moves, where
-    the force it needs, `needed` [N], is more than its `limit` f N [N]; `arm` from G [m]."""
-    lever = 1j * arm
+def slip_onset(mass: float, at: Configuration, support: int, needed: complex) -> complex:
+    """Acceleration [m/s^2] at which a `support` at rest slips while the rest of the body moves,
+    where the force it needs, `needed` [N], is more than its limit f N."""
+    arm, inertia = complex(at.arms[0, support]), float(at.inertia[0])
+    lever, limit = 1j * arm, float(at.limits[0, support])
     free = -needed / mass - lever * (lever.conjugate() * needed).real / inertia
     # The other supports slide already, with their forces in `needed`: their places do not matter.
     problem = FrictionProblem(mass, inertia, (limit, 0.0, 0.0), (arm, arm + 1.0, arm + 1j))

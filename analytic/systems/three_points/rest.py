@@ -7,11 +7,11 @@ friction discs. How motion starts, where it does not, is decided in `implicit_fr
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
-import numpy.typing as npt
 
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.capsule import Capsule
@@ -28,6 +28,7 @@ from plumbob.analytic.systems.three_points.equations import (
 NEWTON_STEPS = 80
 PARALLEL = 1e-12  # determinant of a support's map, below which no velocity lets it rest
 EDGE = 1e-12  # a wrench this near the friction limit, relatively, counts as within it
+SURELY = 1.0 + 1e-9  # above 1 whatever the rounding
 SAMPLES = 65  # of a rest, for the first time at which friction does not suffice
 
 
@@ -38,12 +39,25 @@ def needed_wrench(body: Mechanics, at: Configuration) -> tuple[Complex, Array]:
     return np.asarray(force), -body.reduced_mass * cross(at.position, at.acceleration)
 
 
-def simply_held(at: Configuration, force: Complex, torque: Array) -> npt.NDArray[np.bool_]:
-    """Whether support forces N_i (X + Y k x arm_i) balance the wrench within the friction limits,
-    shape (n,): sufficient in general, and exact for a force through G, where all are parallel."""
-    spread = (at.limits * np.abs(at.arms) ** 2).sum(axis=1)
-    ratios = (force / at.limits.sum(axis=1))[:, None] + 1j * at.arms * (torque / spread)[:, None]
-    return np.asarray(np.abs(ratios).max(axis=1) <= 1.0 + EDGE)
+def simply_held(
+    limits: Sequence[float], arms: Sequence[complex], force: complex, torque: float
+) -> bool:
+    """Whether friction f N_i (X + Y k x b_i), with b_i the arms from the centre of the `limits` f
+    N_i [N], balances a `force` [N] and a `torque` [N m] about the point that the `arms` [m] are
+    from: a sufficient condition."""
+    total = sum(limits)
+    if not total > 0.0:
+        return False
+    along = force / total
+    if abs(along) > SURELY:  # the mean of the three sums below, each of which is 1 at most
+        return False
+    centre = sum(limit * arm for limit, arm in zip(limits, arms, strict=True)) / total
+    around = [arm - centre for arm in arms]
+    spread = sum(limit * abs(arm) ** 2 for limit, arm in zip(limits, around, strict=True))
+    if not spread > 0.0:
+        return False
+    push = 1j * (torque - total * (centre.conjugate() * along).imag) / spread
+    return all(abs(along + push * arm) <= 1.0 for arm in around)
 
 
 @dataclass(frozen=True)
@@ -159,9 +173,9 @@ def held_until(body: Mechanics, piece: Piece, start: float) -> float | None:
     fractions = 0.5 * (1.0 - np.cos(np.linspace(0.0, np.pi, SAMPLES)))
     times = start + (duration - start) * fractions
     at = configuration(body, piece, times)
-    held, excess = simply_held(at, *needed_wrench(body, at)), partial(excess_load, body, piece)
-    for k in np.flatnonzero(~held):
-        if k == 0 or excess(float(times[k])) <= EDGE:
+    pulls, excess = zip(*needed_wrench(body, at), strict=True), partial(excess_load, body, piece)
+    for k, (limits, arms, pull) in enumerate(zip(at.limits, at.arms, pulls, strict=True)):
+        if k == 0 or simply_held(limits, arms, *pull) or excess(float(times[k])) <= EDGE:
             continue
         low, high = float(times[k - 1]), float(times[k])
         if excess(low) >= 0.0:
