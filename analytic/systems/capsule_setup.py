@@ -9,8 +9,9 @@ from typing import Any
 import numpy as np
 
 from plumbob.analytic.numerics.arithmetic import ROUNDOFF
-from plumbob.analytic.reference import Array, Reference
+from plumbob.analytic.reference import Array, LinearResponse, Reference
 from plumbob.analytic.systems.capsule import Capsule, Point
+from plumbob.analytic.systems.three_points.reference import PlaneReference
 
 
 @dataclass(frozen=True)
@@ -42,7 +43,7 @@ class CapsuleSetup:
 
 
 @dataclass(frozen=True)
-class InWorld:
+class InWorld(LinearResponse):
     """A motion in the axes of its start, its heading in the world: an engine that leaves the
     `heading` [rad] of the start out has every other observable right."""
 
@@ -64,10 +65,6 @@ class InWorld:
         known, facing = self.own.uncertainty(times), self.observe(times)["heading"]
         rounding = ROUNDOFF * (abs(self.heading) + np.abs(facing)) if self.heading else 0.0
         return {**known, "heading": known["heading"] + rounding}
-
-    def nonlinearity(self, times: Array, errors: Mapping[str, Array]) -> float:
-        """That of the motion."""
-        return self.own.nonlinearity(times, errors)
 
 
 @dataclass(frozen=True)
@@ -100,3 +97,20 @@ class CapsuleProblem:
             return self.slider_ends
         path = self.motion.single.path
         return np.asarray(path.kinematics(np.linspace(0.0, path.duration, count))[0])
+
+
+def plane_problem(motion: Any, exact: Any, heading: float) -> CapsuleProblem:
+    """The problem of a `motion` that begins at rest and whose slider goes round C, of which `exact`
+    gives the poses, with the body's `heading` [rad] in the world."""
+    capsule, path = motion.capsule, motion.path
+    x, y = path.places(np.zeros(1))[0].tolist()
+    setup = CapsuleSetup(
+        capsule,
+        (x, y),
+        heading=heading,
+        press=capsule.gravity,
+        in_plane=True,
+        plane_velocity=path.velocities,
+        plane_place=path.places,
+    )
+    return CapsuleProblem(motion, PlaneReference(exact), setup)

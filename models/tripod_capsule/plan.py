@@ -14,10 +14,9 @@ import numpy as np
 
 from plumbob.analytic.parameters import ParameterError, known
 from plumbob.analytic.systems.capsule import Capsule
-from plumbob.analytic.systems.capsule_setup import CapsuleProblem, CapsuleSetup
+from plumbob.analytic.systems.capsule_setup import CapsuleProblem, plane_problem
 from plumbob.analytic.systems.planner.problem import POSES, Limits, RestPose
 from plumbob.analytic.systems.three_points.forces import plane_demand
-from plumbob.analytic.systems.three_points.reference import PlaneReference
 from plumbob.models.quantities import pose
 from plumbob.models.scene import Observable, Parameters, Scene, scene_of, step_sizes
 from plumbob.models.tripod_capsule.parameters import (
@@ -106,16 +105,7 @@ def planned(parameters: Parameters) -> Plan:
 def problem(parameters: Parameters) -> CapsuleProblem:
     """The plan as a motion in the axes of its start; raises ParameterError."""
     plan = planned(parameters)
-    setup = CapsuleSetup(
-        plan.capsule,
-        plan.start.slider,
-        heading=plan.start.heading,
-        press=plan.capsule.gravity,
-        in_plane=True,
-        plane_velocity=plan.path.velocities,
-        plane_place=plan.path.places,
-    )
-    return CapsuleProblem(plan, PlaneReference(plan.motion), setup)
+    return plane_problem(plan, plan.motion, plan.start.heading)
 
 
 def facts(problem: CapsuleProblem) -> Mapping[str, Any]:

@@ -12,11 +12,10 @@ import numpy as np
 from plumbob.analytic.parameters import known
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.capsule import lowest_normal_forces
-from plumbob.analytic.systems.capsule_setup import CapsuleProblem, CapsuleSetup
+from plumbob.analytic.systems.capsule_setup import CapsuleProblem, plane_problem
 from plumbob.analytic.systems.manoeuvres.repeated_turn import RepeatedTurn
 from plumbob.analytic.systems.manoeuvres.turn_manoeuvre import TurnManoeuvre, turn_of
 from plumbob.analytic.systems.three_points.forces import plane_demand
-from plumbob.analytic.systems.three_points.reference import PlaneReference
 from plumbob.models.quantities import turned
 from plumbob.models.scene import Observable, Parameters, Scene
 from plumbob.models.tripod_capsule.parameters import (
@@ -55,17 +54,7 @@ def problem(parameters: Parameters) -> CapsuleProblem:
         parameters.get("start", 0.0),
     )
     turns = _repeated(turn, parameters.get("count", 1), parameters.get("pause", 0.0))
-    x, y = turns.path.places(np.zeros(1))[0]
-    setup = CapsuleSetup(
-        turn.capsule,
-        (float(x), float(y)),
-        heading=heading(parameters),
-        press=turn.capsule.gravity,
-        in_plane=True,
-        plane_velocity=turns.path.velocities,
-        plane_place=turns.path.places,
-    )
-    return CapsuleProblem(turns, PlaneReference(turns), setup)
+    return plane_problem(turns, turns, heading(parameters))
 
 
 @lru_cache(maxsize=8)  # the same for every method and step of a scene

@@ -131,8 +131,9 @@ class LineMotion(LinearResponse):
     def friction_force(self, times: Array) -> Array:
         """Resultant of friction on the body [N] at `times` [s], shape (n,): f (M + m) g while it
         slides backward, and static friction m w at rest (eqs. 1, 8)."""
-        now, sliding = self.at(times), self.single.capsule.friction * self.single.capsule.weight
-        return np.where(now.slides, sliding, self.single.capsule.slider_mass * now.pull)
+        now, capsule = self.at(times), self.single.capsule
+        sliding, held = capsule.friction * capsule.weight, capsule.slider_mass * now.pull
+        return np.asarray(np.where(now.slides, sliding, held))
 
     def driving_force(self, times: Array) -> Array:
         """Force F of the actuator on the slider [N] at `times` [s], shape (n,) (eqs. 3, 9)."""
@@ -169,18 +170,18 @@ class LineMotion(LinearResponse):
         capsule, (done, _, _) = self.single.capsule, self._now(times)
         late = np.where(done > 0.0, SHIFTED, 2.0) * np.abs(np.asarray(times, dtype=float))
         late = ROUNDOFF * (late if self.count > 1 else np.minimum(late, 2 * self.phases[-1].start))
-        pulls = np.abs(self._table[3])
-        pushes = self._table[7] * (capsule.mass_ratio * pulls + capsule.friction * capsule.gravity)
-        (slid, slid_rate), (moved, rate) = self._magnitudes(pulls), self._magnitudes(pushes)
+        sizes = self._sizes
+        end, pull = sizes[-1], max(phase.pull for phase in sizes)
+        push = max(phase.acceleration for phase in sizes)
         reach = math.hypot(*self.ends[0]) + abs(self.single.stroke)
         slack = normal_force_uncertainty(capsule, reach)
-        slack = slack + steepest_load(capsule) * late * slid_rate * (self.count > 1)
+        slack = slack + steepest_load(capsule) * late * end.stroke_rate
         still = np.zeros_like(late)
         return {
-            "displacement": FEW * moved * (1.0 + done) + late * rate,
-            "velocity": FEW * rate + 2 * late * float(pushes.max()),
-            "stroke": FEW * slid + late * slid_rate,
-            "stroke_rate": FEW * slid_rate + 2 * late * float(pulls.max()),
+            "displacement": FEW * end.displacement * (1.0 + done) + late * end.velocity,
+            "velocity": FEW * end.velocity + 2 * late * push,
+            "stroke": FEW * end.stroke + late * end.stroke_rate,
+            "stroke_rate": FEW * end.stroke_rate + 2 * late * pull,
             "heading": still,
             "sideways": still,
             **dict.fromkeys(NORMAL_FORCES, still + slack),
@@ -190,9 +191,14 @@ class LineMotion(LinearResponse):
             ),
         }
 
-    def _magnitudes(self, accelerations: Array) -> tuple[float, float]:
-        """Way [m] and rate [m/s] after all phases, of which every term counts with its size."""
-        spans = np.diff(self._table[0])
-        gained = accelerations[:-1] * spans
-        rates = np.cumsum(gained)
-        return float(spans @ (rates - 0.5 * gained)), float(rates[-1]) if spans.size else 0.0
+    @cached_property
+    def _sizes(self) -> list[Phase]:
+        """The phases, of which every term counts with its size."""
+        capsule, sizes = self.single.capsule, list[Phase]()
+        now = Phase(0.0, 0.0, 0.0, 0.0)
+        for phase in self.phases:
+            push = capsule.mass_ratio * abs(phase.pull) + capsule.friction * capsule.gravity
+            now = now.after(phase.start - now.start)
+            now = now._replace(pull=abs(phase.pull), acceleration=phase.slides * push)
+            sizes.append(now)
+        return sizes

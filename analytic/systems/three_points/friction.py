@@ -31,7 +31,7 @@ from plumbob.analytic.systems.three_points.rest import (
     held_until,
     needed_wrench,
 )
-from plumbob.analytic.systems.three_points.sliding import STUCK, Guess, slide
+from plumbob.analytic.systems.three_points.sliding import Guess, at_rest, slide
 from plumbob.analytic.systems.three_points.smooth_segment import (
     Accuracy,
     Interval,
@@ -87,18 +87,13 @@ def three_point_motion(
     body = mechanics(capsule)
     accuracy = Accuracy(radau_collocation(nodes), tolerance)
 
-    def integrated() -> Segments:
-        return _integrate(body, path, start, accuracy)
-
-    def coarser() -> ThreePointMotion:
-        return three_point_motion(
-            capsule,
-            path,
-            start,
-            nodes=nodes - COARSER_NODES,
-            tolerance=COARSER * tolerance,
-        )
-
+    coarser = partial(
+        three_point_motion,
+        *(capsule, path, start),
+        nodes=nodes - COARSER_NODES,
+        tolerance=COARSER * tolerance,
+    )
+    integrated = partial(_integrate, body, path, start, accuracy)
     return ThreePointMotion(capsule, path, body, integrated, coarser)
 
 
@@ -158,14 +153,13 @@ def _sliding(interval: Interval, now: Now) -> Phase:
 
 
 def _initial(interval: Interval, start: Start) -> Now:
-    omega, velocity, body = start.angular_velocity, complex(*start.velocity), interval.body
-    point = velocity + 1j * omega * body.mass_ratio * complex(interval.at(0.0).position[0])
+    omega, velocity, mu = start.angular_velocity, complex(*start.velocity), interval.body.mass_ratio
+    point = velocity + 1j * omega * mu * complex(interval.at(0.0).position[0])
     state = State(0.0, complex(point), omega, 0.0, 0j)
-    if point == omega == 0.0:
-        return Now(state, "rest")
-    speeds = np.abs(velocity + 1j * omega * body.supports)
-    still = np.flatnonzero(speeds <= STUCK * speeds.max())
-    return Now(state, "pivot", int(still[0])) if still.size else Now(state, "slide")
+    still = at_rest(interval.at(0.0), state, 0.0)
+    if len(still) == 1:
+        return Now(state, "pivot", *still)
+    return Now(state, "rest" if still else "slide")
 
 
 def _integrate(body: Mechanics, path: SliderPath, start: Start, accuracy: Accuracy) -> Segments:

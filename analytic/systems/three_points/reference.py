@@ -61,12 +61,8 @@ class PlaneReference(LinearResponse):
             "velocity_y": velocity_y,
             "heading": now.heading,
             "heading_rate": now.angular_velocity,
-            **self._loads(times),
+            **by_support(normal_forces(self.motion.capsule, self.motion.path.places(times))),
         }
-
-    def _loads(self, times: Array) -> Mapping[str, Array]:
-        places = self.motion.path.kinematics(np.asarray(times, dtype=np.float64))[0]
-        return by_support(normal_forces(self.motion.capsule, places))
 
     def uncertainty(self, times: Array) -> Mapping[str, Array]:
         """The error of the motion, and that of rounded inputs, at `times` [s], shape (n,)."""

@@ -112,7 +112,7 @@ def slide(
     while len(segments) < ELEMENTS:
         at = interval.at(state.time)
         fastest = max(fastest, speed_scale(at, state))
-        still = () if departure is not None else _at_rest(at, state, fastest)
+        still = () if departure is not None else at_rest(at, state, fastest)
         if still or state.time >= duration:
             return segments, state, still
         if departure is not None:
@@ -138,7 +138,7 @@ def slide(
     raise RuntimeError(f"{ELEMENTS} elements did not finish piece {interval.number}")
 
 
-def _at_rest(at: Configuration, state: State, fastest: float) -> tuple[int, ...]:
+def at_rest(at: Configuration, state: State, fastest: float) -> tuple[int, ...]:
     """Supports whose speed is round-off; all of them where the body's is, compared with the
     `fastest` [m/s] of this piece."""
     point, omega = np.array([state.point]), np.array([state.omega])
