@@ -11,7 +11,6 @@ import numpy as np
 from plumbob.analytic.numerics.arithmetic import ROUNDOFF
 from plumbob.analytic.reference import Array, LinearResponse, Reference
 from plumbob.analytic.systems.capsule import Capsule, Point
-from plumbob.analytic.systems.three_points.reference import PlaneReference
 
 
 @dataclass(frozen=True)
@@ -97,20 +96,3 @@ class CapsuleProblem:
             return self.slider_ends
         path = self.motion.single.path
         return np.asarray(path.kinematics(np.linspace(0.0, path.duration, count))[0])
-
-
-def plane_problem(motion: Any, exact: Any, heading: float) -> CapsuleProblem:
-    """The problem of a `motion` that begins at rest and whose slider goes round C, of which `exact`
-    gives the poses, with the body's `heading` [rad] in the world."""
-    capsule, path = motion.capsule, motion.path
-    x, y = path.places(np.zeros(1))[0].tolist()
-    setup = CapsuleSetup(
-        capsule,
-        (x, y),
-        heading=heading,
-        press=capsule.gravity,
-        in_plane=True,
-        plane_velocity=path.velocities,
-        plane_place=path.places,
-    )
-    return CapsuleProblem(motion, PlaneReference(exact), setup)

@@ -7,10 +7,13 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
+import numpy as np
+
 from plumbob.analytic.parameters import ParameterError, finite
 from plumbob.analytic.systems.capsule import Capsule, Point, direction_to, point
 from plumbob.analytic.systems.capsule_setup import CapsuleProblem, CapsuleSetup
 from plumbob.analytic.systems.manoeuvres.line_manoeuvre import LineManoeuvre
+from plumbob.analytic.systems.three_points.reference import PlaneReference
 from plumbob.models.quantities import displaced
 from plumbob.models.scene import (
     ON_SUPPORTS,
@@ -119,6 +122,23 @@ def on_line(motion: Any, parameters: Parameters) -> CapsuleProblem:
         relative_velocity=motion.relative_velocity,
     )
     return CapsuleProblem(motion, motion, setup)
+
+
+def plane_problem(motion: Any, exact: Any, facing: float) -> CapsuleProblem:
+    """The problem of a `motion` that begins at rest and whose slider goes round C, of which `exact`
+    gives the poses, with the body's heading `facing` [rad] in the world."""
+    capsule, path = motion.capsule, motion.path
+    x, y = path.places(np.zeros(1))[0].tolist()
+    setup = CapsuleSetup(
+        capsule,
+        (x, y),
+        heading=facing,
+        press=capsule.gravity,
+        in_plane=True,
+        plane_velocity=path.velocities,
+        plane_place=path.places,
+    )
+    return CapsuleProblem(motion, PlaneReference(exact), setup)
 
 
 def heading(parameters: Parameters) -> float:

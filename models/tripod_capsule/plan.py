@@ -14,7 +14,7 @@ import numpy as np
 
 from plumbob.analytic.parameters import ParameterError, known
 from plumbob.analytic.systems.capsule import Capsule
-from plumbob.analytic.systems.capsule_setup import CapsuleProblem, plane_problem
+from plumbob.analytic.systems.capsule_setup import CapsuleProblem
 from plumbob.analytic.systems.planner.problem import POSES, Limits, RestPose
 from plumbob.analytic.systems.three_points.forces import plane_demand
 from plumbob.models.quantities import pose
@@ -25,6 +25,7 @@ from plumbob.models.tripod_capsule.parameters import (
     SOURCE,
     capsule,
     capsule_system,
+    plane_problem,
 )
 from plumbob.models.tripod_capsule.turn import OBSERVED
 

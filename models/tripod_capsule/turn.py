@@ -12,7 +12,7 @@ import numpy as np
 from plumbob.analytic.parameters import known
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.capsule import lowest_normal_forces
-from plumbob.analytic.systems.capsule_setup import CapsuleProblem, plane_problem
+from plumbob.analytic.systems.capsule_setup import CapsuleProblem
 from plumbob.analytic.systems.manoeuvres.repeated_turn import RepeatedTurn
 from plumbob.analytic.systems.manoeuvres.turn_manoeuvre import TurnManoeuvre, turn_of
 from plumbob.analytic.systems.three_points.forces import plane_demand
@@ -26,6 +26,7 @@ from plumbob.models.tripod_capsule.parameters import (
     capsule,
     capsule_system,
     heading,
+    plane_problem,
 )
 
 TURN = ("radius", "angular_acceleration", "half_time", "start", "count", "pause")
