@@ -12,7 +12,7 @@ from plumbob.analytic.systems.slider_path import SliderPath, StraightPiece
 from plumbob.analytic.systems.three_points.equations import cross
 from plumbob.analytic.systems.three_points.forces import loading
 from plumbob.analytic.systems.three_points.friction import Start, three_point_motion
-from plumbob.analytic.systems.three_points.rest import load_factor
+from plumbob.analytic.systems.three_points.implicit_friction import load_factor
 from plumbob.tests.support.plane_motions import loadings
 from plumbob.tests.support.random_slides import ending, pose, slide
 

@@ -19,18 +19,19 @@ import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
-import numpy as np
-
 from plumbob.analytic.systems.three_points.equations import Configuration
-from plumbob.analytic.systems.three_points.rest import load_factor, simply_held
 
 NEWTON_STEPS = 60
 QUICK = 12  # undamped steps, from the slip of the time step before
+SURELY = 1.0 + 1e-9  # above 1 whatever the rounding
 LAST = 2e-15  # of the velocities: a step this small ends Newton's method
+NEARLY = 1e-9  # relative: a load factor is known to the square of this
+NEARER = 0.9  # of what is left of a load factor
 LEAST = 1e-16  # part of a step
 STICKS = 1e-12  # relative: a support sticks with a force that is so little above its limit
 
 Slip = tuple[complex, float]  # velocity of the body's point at the combined centre, and rate
+REST: Slip = (0j, 0.0)
 
 
 class FrictionProblem(NamedTuple):
@@ -55,54 +56,133 @@ class FrictionProblem(NamedTuple):
 def after_friction(problem: FrictionProblem, free: Slip, near: Slip) -> Slip:
     """Velocities after a step that would end with `free` without friction; `near`, those after the
     step before, are the first guess."""
-    scale = abs(free[0]) + abs(free[1]) * max(map(abs, problem.arms))
     pull = problem.mass * free[0], problem.inertia * free[1]
-    if scale == 0.0 or simply_held(problem.limits, problem.arms, *pull):
-        return 0j, 0.0
+    if simply_held(problem.limits, problem.arms, *pull):
+        return REST
+    if (slip := _moving(problem, free, near)) is not None:
+        return slip
+    factor, way = load_factor(problem.limits, problem.arms, *pull)
+    if factor <= 1.0 + STICKS:
+        return REST
+    begin = _lowest(problem, free, way)
+    return _moving(problem, free, begin) or begin
+
+
+def simply_held(
+    limits: Sequence[float], arms: Sequence[complex], force: complex, torque: float
+) -> bool:
+    """Whether friction f N_i (X + Y k x b_i), with b_i the arms from the centre of the `limits` f
+    N_i [N], balances a `force` [N] and a `torque` [N m] about the point that the `arms` [m] are
+    from: a sufficient condition."""
+    total = sum(limits)
+    if not total > 0.0:
+        return False
+    along = force / total
+    if abs(along) > SURELY:  # the mean of the three sums below, each of which is 1 at most
+        return False
+    centre = sum(limit * arm for limit, arm in zip(limits, arms, strict=True)) / total
+    around = [arm - centre for arm in arms]
+    spread = sum(limit * abs(arm) ** 2 for limit, arm in zip(limits, around, strict=True))
+    if not spread > 0.0:
+        return False
+    push = 1j * (torque - total * (centre.conjugate() * along).imag) / spread
+    return all(abs(along + push * arm) <= 1.0 for arm in around)
+
+
+def _moving(problem: FrictionProblem, free: Slip, near: Slip) -> Slip | None:
+    """The minimum, found from `near` or from a pivot; None where rest is lower than these, whether
+    or not it is the minimum."""
+    scale = abs(free[0]) + abs(free[1]) * max(map(abs, problem.arms))
+    if scale == 0.0:
+        return None
     if (sliding := _sliding(problem, free, near, scale, QUICK, damped=False)) is not None:
         return sliding
     pivots = [_pivoting(problem, free, i) for i in range(3)]
     for slip, excess, _ in pivots:
         if slip[1] != 0.0 and excess <= 0.0:
             return slip
-    slip, excess, push = min(pivots, key=lambda pivot: problem.value(free, pivot[0]))
-    if slip[1] != 0.0:
-        leaving: Slip | None = (push / abs(push) * excess / problem.mass, 0.0)
+    begin, excess, push = min(pivots, key=lambda pivot: problem.value(free, pivot[0]))
+    if begin[1] != 0.0:
+        way = push / abs(push) * excess / problem.mass
+        begin = begin[0] + _damping(problem, free, begin, (way, 0.0), 0.0) * way, begin[1]
+    elif problem.value(free, near) < problem.value(free, REST):
+        begin = near
     else:
-        leaving = _leaving_rest(problem, free, scale)
-    if leaving is None:
-        return 0j, 0.0
-    # On the way from a corner of the value, where that is lower.
-    part = _damping(problem, free, slip, leaving, 0.0)
-    begin = slip[0] + part * leaving[0], slip[1] + part * leaving[1]
-    sliding = _sliding(problem, free, begin, scale, NEWTON_STEPS, damped=True)
-    return begin if sliding is None else sliding
-
-
-def _leaving_rest(problem: FrictionProblem, free: Slip, scale: float) -> Slip | None:
-    """The way in which the body leaves rest, of about `scale` [m/s]; None where it sticks."""
-    limits, arms = np.array(problem.limits), np.array(problem.arms)
-    factor, way = load_factor(limits, arms, problem.mass * free[0], problem.inertia * free[1])
-    if factor <= 1.0 + STICKS:
         return None
-    size = scale / (math.hypot(way[0], way[1]) + abs(way[2]) * float(np.abs(arms).max()))
-    return size * complex(way[0], way[1]), size * float(way[2])
+    return _sliding(problem, free, begin, scale, NEWTON_STEPS, damped=True) or begin
+
+
+def _gained(problem: FrictionProblem, free: Slip, slip: Slip) -> float:
+    """What the momentum of `free` gives a slip [J]."""
+    (u, o), (p, w) = slip, free
+    return problem.mass * (p.conjugate() * u).real + problem.inertia * w * o
+
+
+def _lowest(problem: FrictionProblem, free: Slip, way: Slip) -> Slip:
+    """Of all slips along a `way` on which the value falls from rest the one with the lowest."""
+    part = _gained(problem, free, way) - problem.value(way, way)
+    part /= _gained(problem, way, way)
+    return part * way[0], part * way[1]
+
+
+def load_factor(
+    limits: Sequence[float], arms: Sequence[complex], force: complex, torque: float
+) -> tuple[float, Slip]:
+    """Load factor of static friction under a wrench (the body sticks when it is 1 or less), and the
+    slip at which the body would start to move, of any size.
+
+    Largest of (wrench . q)/sum f N_i |v_i(q)| over slips q; `limits` f N_i [N] and `arms` from G
+    [m], shape (3,); `force` [N] and `torque` [N m] about G. Under a wrench divided by less than
+    this the body moves, and where it moves little, it moves in that way: the error of the factor is
+    of second order in how little.
+    """
+    reach = math.sqrt(sum(abs(arm) ** 2 for arm in arms) / 3)
+    size = math.hypot(abs(force), torque / reach)
+    if not math.isfinite(size):
+        raise OverflowError("a double does not hold the size of the wrench")
+    if size == 0.0:
+        return 0.0, REST
+    problem = FrictionProblem(1.0, reach**2, limits, arms)
+    slip: Slip = (force / size, torque / size / reach**2)
+    factor = least = 0.0
+    for pivot, arm in enumerate(arms):
+        turn, drag = _about(problem, slip, pivot)
+        if turn and not drag:
+            return math.inf, (-1j * turn * arm, turn)
+        least = max(least, 0.5 * abs(turn) / drag if drag else 0.0)
+    pull = slip
+    while factor == 0.0 or factor - least > NEARLY * factor:
+        least += NEARER * max(factor - least, 0.0)
+        free = pull[0] / least, pull[1] / least
+        moved = _moving(problem, free, _lowest(problem, free, slip) if factor else free)
+        if moved is None:
+            break
+        slip = moved
+        factor = _gained(problem, pull, slip) / problem.value(slip, slip)
+    return size * factor, slip
+
+
+def _about(problem: FrictionProblem, free: Slip, pivot: int) -> tuple[float, float]:
+    """Moment about a support that friction has to balance, and the most that it can."""
+    arm, (p, w) = problem.arms[pivot], free
+    turn = problem.inertia * w - problem.mass * (p * (1j * arm).conjugate()).real
+    levers = zip(problem.limits, problem.arms, strict=True)
+    return turn, sum(limit * abs(other - arm) for limit, other in levers)
 
 
 def _pivoting(problem: FrictionProblem, free: Slip, pivot: int) -> tuple[Slip, float, complex]:
     """Velocities with support `pivot` at rest, by how much its impulse exceeds its limit, and that
     impulse."""
-    arm, (p, w) = problem.arms[pivot], free
+    arm = problem.arms[pivot]
     supports = zip(problem.limits, problem.arms, strict=True)
     others = [(limit, a - arm) for k, (limit, a) in enumerate(supports) if k != pivot]
-    turn = problem.inertia * w - problem.mass * (p * (1j * arm).conjugate()).real
-    drag = sum(limit * abs(lever) for limit, lever in others)
+    turn, drag = _about(problem, free, pivot)
     if abs(turn) <= drag:
         return (0j, 0.0), math.inf, 0j
     o = (turn - math.copysign(drag, turn)) / (problem.inertia + problem.mass * abs(arm) ** 2)
     u = -1j * o * arm
     resisting = sum(limit * lever / abs(lever) for limit, lever in others)
-    push = problem.mass * (p - u) - math.copysign(1.0, o) * 1j * resisting
+    push = problem.mass * (free[0] - u) - math.copysign(1.0, o) * 1j * resisting
     return (u, o), abs(push) - problem.limits[pivot] * (1.0 + STICKS), push
 
 
@@ -177,14 +257,11 @@ def onset(mass: float, at: Configuration, force: complex, torque: float) -> Slip
     """Linear acceleration of the body's point at G (complex [m/s^2], body axes) and angular
     acceleration [rad/s^2], with which a body of `mass` M + m [kg] at rest starts to move under a
     wrench about G, `force` [N] and `torque` [N m], both 0 where it sticks."""
-    limits, arms = at.limits[0], at.arms[0]
+    limits, arms, inertia = at.limits[0].tolist(), at.arms[0].tolist(), float(at.inertia[0])
     if load_factor(limits, arms, force, torque)[0] <= 1.0 + STICKS:
-        return 0j, 0.0
-    inertia = float(at.inertia[0])
+        return REST
     free = (force / mass, torque / inertia)
-    return after_friction(
-        FrictionProblem(mass, inertia, limits.tolist(), arms.tolist()), free, free
-    )
+    return after_friction(FrictionProblem(mass, inertia, limits, arms), free, free)
 
 
 def slip_onset(mass: float, at: Configuration, support: int, needed: complex) -> complex:
