@@ -7,7 +7,6 @@ from dataclasses import fields, is_dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy_quaddtype import QuadPrecision
 
 from plumbob.analytic.reference import Array
 
@@ -18,17 +17,18 @@ NEAR = 1e-7  # relative change of a parameter, by which the effect of its roundi
 
 
 def varied(given: Any, part: float) -> Iterator[Any]:
-    """What is `given`, a dataclass or a tuple, with one of its numbers after the other, but zeros,
+    """What is `given`, a dataclass or an array, with one of its numbers after the other, but zeros,
     smaller by this `part` of it."""
     if is_dataclass(given) and not isinstance(given, type):
         for field in fields(given):
             for near in varied(getattr(given, field.name), part):
                 yield replace(given, **{field.name: near})
-    elif isinstance(given, tuple):
-        for i, value in enumerate(given):
-            for near in varied(value, part):
-                yield (*given[:i], near, *given[i + 1 :])
-    elif isinstance(given, (float, QuadPrecision)) and given:
+    elif isinstance(given, np.ndarray):
+        for i in np.flatnonzero(given):
+            near = given.copy()
+            near[i] = given[i] * (1.0 - part)
+            yield near
+    elif isinstance(given, float) and given:
         yield given * (1.0 - part)
 
 

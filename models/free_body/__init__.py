@@ -34,7 +34,7 @@ def facts(body: FreeBody) -> Mapping[str, Any]:
         "kind": body.kind,
         "half_period": body.half_period if math.isfinite(body.half_period) else None,
         "energy": sum(i * w * w for i, w in zip(moments, rates, strict=True)) / 2,
-        "angular_momentum": [double(part) for part in body.rotation.momentum],
+        "angular_momentum": double(body.rotation.momentum).tolist(),
     }
 
 

@@ -66,8 +66,7 @@ class FreeBody:
     @cached_property
     def rotation(self) -> Rotation:
         """The exact motion."""
-        (a, b, c), (x, y, z) = map(quad, self.inertia), map(quad, self.angular_velocity)
-        return Rotation((a, b, c), (x, y, z))
+        return Rotation(quad(self.inertia), quad(self.angular_velocity))
 
     @property
     def speed(self) -> float:
@@ -131,12 +130,11 @@ class FreeBody:
         body, change, wait = self.rotation, self._change, -turning.begin
         if wait < 0.0 and math.isfinite(self.half_period):
             wait += self.half_period
-        x, y, z = map(quad, body.state(np.array([wait]))[:3, 0])
-        there, after = Rotation(body.inertia, (x, y, z)), np.maximum(times - wait, 0.0)
+        there = Rotation(body.inertia, quad(body.state(np.array([wait]))[:3, 0]))
+        after = np.maximum(times - wait, 0.0)
         moved, here = np.zeros((7, len(times))), there.state(after)
-        shifts = np.diag([quad(change) * body.magnitude / i for i in body.inertia])
-        for x, y, z in np.array(there.rates) + shifts:
-            off = Rotation(body.inertia, (x, y, z)).state(after) - here
+        for rates in there.rates + np.diag(quad(change) * body.magnitude / body.inertia):
+            off = Rotation(body.inertia, rates).state(after) - here
             moved[:3] += np.abs(off[:3]) * (ULP / change)
             moved[3:] += np.sqrt((off[3:] ** 2).sum(axis=0)) * (ULP / change)
         return moved * (times >= wait)

@@ -31,7 +31,6 @@ from plumbob.analytic.numerics.elliptic.reciprocal_integral import ReciprocalInt
 from plumbob.analytic.numerics.quad import PI, Quad, double, quad
 from plumbob.analytic.reference import Array
 
-Triple = tuple[Quad, Quad, Quad]
 RATES = ("angular_velocity_x", "angular_velocity_y", "angular_velocity_z")
 ATTITUDE = ("attitude_w", "attitude_x", "attitude_y", "attitude_z")
 
@@ -39,33 +38,27 @@ ATTITUDE = ("attitude_w", "attitude_x", "attitude_y", "attitude_z")
 @dataclass(frozen=True)
 class Rotation:
     """A body with these principal moments of `inertia` [kg m^2] and the angular velocity `rates`
-    [rad/s] at time 0, in its own axes, which are then those of the world; 34-digit numbers."""
+    [rad/s] at time 0, in its own axes, which are then those of the world; 34 digits, shape (3,)."""
 
-    inertia: Triple
-    rates: Triple
+    inertia: Quad
+    rates: Quad
 
     @cached_property
-    def momentum(self) -> Triple:
-        """Angular momentum [kg m^2/s] at time 0."""
-        x, y, z = (i * w for i, w in zip(self.inertia, self.rates, strict=True))
-        return x, y, z
+    def momentum(self) -> Quad:
+        """Angular momentum [kg m^2/s] at time 0, shape (3,)."""
+        return self.inertia * self.rates
 
     @cached_property
     def magnitude(self) -> Quad:
         """Magnitude of the angular momentum [kg m^2/s]."""
-        x, y, z = self.momentum
-        return np.sqrt(x * x + y * y + z * z)
+        return np.sqrt((self.momentum * self.momentum).sum())
 
     @cached_property
     def turning(self) -> Turning | None:
         """The constants of the closed form; None where the angular velocity stays what it is."""
-        return None if self._steady else _turning(self)
-
-    @cached_property
-    def _steady(self) -> bool:
         moments, parts = self.inertia, self.momentum
-        torques = ((moments[i] - moments[i - 1]) * parts[i] * parts[i - 1] for i in range(3))
-        return not any(torques)
+        torque = (moments - np.roll(moments, 1)) * parts * np.roll(parts, 1)
+        return _turning(self) if torque.any() else None
 
     def state(self, times: Array) -> Array:
         """Angular velocity [rad/s] in the body's axes, three rows, and attitude, four, at `times`
@@ -74,13 +67,11 @@ class Rotation:
         if self.turning is None:
             return self._uniform(times)
         momentum, angle = self.turning.at(times)
-        rates = momentum / np.array([double(i) for i in self.inertia])[:, None]
+        rates = momentum / double(self.inertia)[:, None]
         return np.concatenate([rates, self._attitude(momentum, angle)])
 
     def _uniform(self, times: Array) -> Array:
-        rates = np.array([[double(w)] for w in self.rates])
-        x, y, z = self.rates
-        speed = np.sqrt(x * x + y * y + z * z)
+        rates, speed = double(self.rates)[:, None], np.sqrt((self.rates * self.rates).sum())
         half = _reduced(quad(times) * speed) / 2
         axis = rates / (double(speed) or 1.0)
         return np.concatenate([rates + 0.0 * half, np.cos(half)[None], axis * np.sin(half)])
@@ -90,7 +81,7 @@ class Rotation:
         assert self.turning is not None
         axis = np.zeros((3, 1))
         axis[self.turning.axes[0]] = self.turning.side
-        first = _shortest(np.array([double(part / self.magnitude) for part in self.momentum]), axis)
+        first = _shortest(double(self.momentum / self.magnitude), axis)
         spin = np.concatenate([np.cos(angle / 2)[None], axis * np.sin(angle / 2)])
         onto = _shortest(momentum / double(self.magnitude), axis)
         return composed(composed(first * np.array([[1.0], [-1.0], [-1.0], [-1.0]]), spin), onto)
@@ -143,7 +134,7 @@ class Turning:
 
 def _turning(body: Rotation) -> Turning:
     """The constants of a motion whose angular velocity changes."""
-    squares = [part * part for part in body.momentum]
+    squares = body.momentum * body.momentum
     high, middle, low = sorted(range(3), key=lambda i: -body.inertia[i])
     upper, lower = _apart(body, high, middle), _apart(body, low, middle)
     kappa = upper * squares[high] - lower * squares[low]
@@ -158,7 +149,7 @@ def _apart(body: Rotation, i: int, j: int) -> Quad:
 def _about(body: Rotation, axes: tuple[int, int, int], high: int, kappa: Quad) -> Turning:
     """The constants with the axes c, m and o; `high` is that of the largest moment."""
     momentum, (c, middle, o) = body.momentum, axes
-    squares = [part * part for part in momentum]
+    squares = momentum * momentum
     d_co, d_cm = _apart(body, c, o), _apart(body, c, middle)
     alpha = np.sqrt(d_co * squares[c] + _apart(body, o, middle) * squares[middle])
     beta = np.sqrt(d_co * squares[o] + d_cm * squares[middle])
