@@ -16,17 +16,21 @@ forces are those of statics. Derived in THEORY.md, section 7.
 from __future__ import annotations
 
 from cmath import exp
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from types import MappingProxyType
-from typing import Any
 
 import numpy as np
 
+from plumbob.analytic.errors.smooth_motion.scheme_steps import (
+    Equations,
+    Parts,
+    advance,
+    states_after,
+)
 from plumbob.analytic.reference import Array
-from plumbob.analytic.schemes import EULER as EULER
-from plumbob.analytic.schemes import RK4 as RK4
+from plumbob.analytic.schemes import EULER, RK4, Scheme
 from plumbob.analytic.systems.capsule import Capsule
 from plumbob.analytic.systems.slider_path import SliderPath
 from plumbob.analytic.systems.three_points.equations import mechanics
@@ -36,13 +40,9 @@ from plumbob.analytic.systems.three_points.implicit_friction import (
     Slip,
     after_friction,
 )
-from plumbob.analytic.tableau import CLASSICAL, along
 
 FRICTION_LEADS: Mapping[str, float] = MappingProxyType({EULER: 1.0, RK4: 0.5})  # of a step
 COLUMNS = ("x", "y", "heading", "velocity_x", "velocity_y", "heading_rate")
-State = tuple[complex, float, complex, float, complex, complex]  # z, psi, z', omega, r, v
-Stepped = Callable[[State, complex, Slip], tuple[State, Slip]]
-"""A state, what drives the slider in a step, and the slip before -> the state and slip after it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,22 +71,21 @@ class Body:
             tuple(map(tuple, limits)),
         )
 
-    def rates(
-        self, state: Sequence[Any], w: complex, lead: float, near: Slip
-    ) -> tuple[State, Slip]:
-        """Rates of a state, with friction against the slip at these rates a time `lead` [s]
-        later."""
-        _, psi, speed, omega, r, v = state
+    def pulled(
+        self, q: Parts, rates: Parts, w: complex, lead: float, near: Slip
+    ) -> tuple[Parts, Slip]:
+        """Rates of change of z', omega and v, with friction against the slip at these rates a time
+        `lead` [s] later."""
+        (_, psi, r), (speed, omega, v) = q, rates
         turn, arm = exp(1j * psi), self.mass_ratio * r
-        inertia = self.inertia_with(r)
         carried = w + 2j * omega * v - omega * omega * r
         pushed = -self.mass_ratio * carried
-        spun = -self.reduced_mass * (r.conjugate() * carried).imag / inertia
+        spun = -self.reduced_mass * (r.conjugate() * carried).imag / self.inertia_with(r)
         begun = speed / turn + 1j * omega * arm
         free = (begun + lead * pushed, omega + lead * spun)
         slip = self.after_friction(r, lead, free, near)
         pushed, spun = (slip[0] - begun) / lead, (slip[1] - omega) / lead
-        return (speed, omega, (pushed - 1j * spun * arm) * turn, spun, v, w), slip
+        return ((pushed - 1j * spun * arm) * turn, spun, w), slip
 
     def inertia_with(self, r: complex) -> float:
         """About the combined centre, with the slider at r [kg m^2]."""
@@ -106,51 +105,30 @@ class Body:
         return after_friction(problem, free, near)
 
 
-def _euler(body: Body, state: State, w: complex, step: float, near: Slip) -> tuple[State, Slip]:
-    (_, _, push, spun, _, _), slip = body.rates(state, w, FRICTION_LEADS[EULER] * step, near)
-    z, psi, speed, omega, r, v = state
-    speed, omega, v = speed + step * push, omega + step * spun, v + step * w
-    return (z + step * speed, psi + step * omega, speed, omega, r + step * v, v), slip
-
-
-def _rk4(body: Body, state: State, w: complex, step: float, near: Slip) -> tuple[State, Slip]:
-    slips = [near]
-
-    def slopes(_: float, stage: Sequence[Any]) -> State:
-        rate, slip = body.rates(stage, w, FRICTION_LEADS[RK4] * step, slips[-1])
-        slips.append(slip)
-        return rate
-
-    z, psi, speed, omega, r, v = CLASSICAL.advanced(slopes, state, along(step))
-    return (z, psi, speed, omega, r, v), slips[1]
-
-
 @lru_cache(maxsize=64)  # the same for all methods of one scheme, scene by scene
 def trajectory(
     capsule: Capsule, path: SliderPath, start: Start, integrator: str, step: float, steps: int
 ) -> Array:
     """COLUMNS at the start and after each of `steps` steps of `step` [s], shape (steps + 1, 6), in
     the ground's axes; `integrator` is EULER or RK4."""
-    body = Body.of(capsule)
+    body, lead = Body.of(capsule), FRICTION_LEADS[integrator] * step
     places, speeds, _ = path.kinematics(np.arange(steps + 1, dtype=np.float64) * step)
     pushes = (np.diff(speeds @ [1.0, 1j]) / step).tolist()
-    advance, speed = _rk4 if integrator == RK4 else _euler, complex(*start.velocity)
-    inside, moving = complex(*places[0]), complex(*speeds[0])
-    state: State = 0j, 0.0, speed, start.angular_velocity, inside, moving
-    return rows_of(
-        lambda state, push, near: advance(body, state, push, step, near),
-        state,
-        (speed, start.angular_velocity),
-        pushes,
-    )
+    speed, omega = complex(*start.velocity), start.angular_velocity
+    near: Slip = (speed, omega)
+
+    def acceleration(time: float, q: Parts, rates: Parts) -> Parts:
+        nonlocal near
+        pulled, near = body.pulled(q, rates, pushes[round(time / step)], lead, near)
+        return pulled
+
+    take = advance(Scheme(integrator, "start"), Equations(acceleration, 3), step)
+    state = (0j, 0.0, complex(*places[0]), speed, omega, complex(*speeds[0]))
+    return columns_of(states_after(take, state, step, range(steps + 1)))
 
 
-def rows_of(stepped: Stepped, state: State, slip: Slip, driven: Sequence[complex]) -> Array:
-    """COLUMNS at the start and after each step, shape (n + 1, 6), of what drives n steps."""
-    rows = [state[:4]]
-    for drive in driven:
-        state, slip = stepped(state, drive, slip)
-        rows.append(state[:4])
-    z, psi, speed, omega = np.array(rows).T
+def columns_of(states: Sequence[Parts]) -> Array:
+    """COLUMNS of n states z, psi, r, z', omega, v, shape (n, 6)."""
+    z, psi, _, speed, omega, _ = np.array(states).T
     columns = [z.real, z.imag, psi.real, speed.real, speed.imag, omega.real]
     return np.ascontiguousarray(np.transpose(columns))

@@ -23,7 +23,8 @@ from functools import lru_cache
 
 import numpy as np
 
-from plumbob.analytic.errors.sliding_motion.plane_steps import Body, State, rows_of
+from plumbob.analytic.errors.sliding_motion.plane_steps import Body, columns_of
+from plumbob.analytic.errors.smooth_motion.scheme_steps import Parts
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.capsule import Capsule
 from plumbob.analytic.systems.slider_path import SliderPath
@@ -55,20 +56,20 @@ def position_first_trajectory(
     body, speed, omega = Body.of(capsule), complex(*start.velocity), start.angular_velocity
     behind = opened(step * omega)
     sliding = speed + (1j * omega + behind / step) * inside + moving
-    return rows_of(
-        lambda state, target, near: _advanced(body, state, target, step, near),
-        (0j, 0.0, speed, omega, inside * (1.0 - behind), sliding),
-        (speed + 1j * omega * body.mass_ratio * inside, omega),
-        targets,
-    )
+    states: list[Parts] = [(0j, 0.0, inside * (1.0 - behind), speed, omega, sliding)]
+    near: Slip = (speed + 1j * omega * body.mass_ratio * inside, omega)
+    for target in targets:
+        state, near = _advanced(body, states[-1], target, step, near)
+        states.append(state)
+    return columns_of(states)
 
 
 def _advanced(
-    body: Body, state: State, target: complex, step: float, near: Slip
-) -> tuple[State, Slip]:
+    body: Body, state: Parts, target: complex, step: float, near: Slip
+) -> tuple[Parts, Slip]:
     """State (of the slider its place and velocity in the ground's axes), and slip in the body's,
     after a step that is to bring the slider to `target` in the body [m]."""
-    z, psi, speed, omega, slider, sliding = state
+    z, psi, slider, speed, omega, sliding = state
     z, slider, psi = z + step * speed, slider + step * sliding, psi + step * omega
     turned, behind = cmath.exp(1j * psi), opened(step * omega) / step
     arm = slider - z
@@ -80,7 +81,7 @@ def _advanced(
     slip = body.after_friction(inside, step, free, near, behind)
     omega = slip[1]
     speed = slip[0] * turned - 1j * omega * body.mass_ratio * arm
-    return (z, psi, speed, omega, slider, speed + 1j * omega * arm + closing), slip
+    return (z, psi, slider, speed, omega, speed + 1j * omega * arm + closing), slip
 
 
 def _targets(path: SliderPath, step: float, steps: int) -> tuple[complex, complex, list[complex]]:
