@@ -33,7 +33,6 @@ _NEAR = 1e-10  # of the potential: the energy from a saddle below which it is ma
 _FADED = 20.0  # A t after which a motion on a separatrix is at rest at the saddle, in double
 _Quartic = tuple[Quad, Quad, Quad, Quad, Quad]  # A0 ... A4 [1/s^2]
 _REACHED = 1e-15  # of an angle: beyond a turning point by rounding
-_BISECTIONS = 60  # of a time to its last digit
 OF_PERIOD = 1024  # samples: a hundred time constants of a saddle take half of them
 SAMPLES = 65  # of a period, between which the motion turns back once at most
 
@@ -191,7 +190,7 @@ class EllipticMotion:
 
     def time_at(self, theta: Array) -> Array:
         """Time [s] after the start at which a single motion first reaches `theta` [rad], shape
-        (n,); NaN where it never does: by bisection, from one turning point to the next."""
+        (n,); NaN where it never does: from one turning point to the next."""
         finite = math.isfinite(last := float(double(self.period)))
         last = last if finite else float(double(_FADED / self.function.a))
         turns = np.floor((theta - double(self.theta0)) * self.sense / (2 * np.pi))
@@ -202,6 +201,7 @@ class EllipticMotion:
         least, most = np.minimum(ends[:-1], ends[1:]), np.maximum(ends[:-1], ends[1:])
         inside = (least <= (wanted + near)[:, None]) & (most >= (wanted - near)[:, None])
         part = inside.argmax(axis=1)
+        wanted = np.clip(wanted, least[part], most[part])
         times = self._passed(0, wanted, edges[part], edges[part + 1])
         times = np.where(inside.any(axis=1), times + turns * (last if finite else 0.0), np.nan)
         return np.where(theta == double(self.theta0), 0.0, times)
@@ -215,12 +215,10 @@ class EllipticMotion:
     def _passed(self, part: int, value: Array, low: Array, high: Array) -> Array:
         """When theta, `part` 0, or theta_dot, 1, passes a `value` between two times [s] from one to
         the other of which it rises or falls; shape (n,) each."""
-        rising = self.state(high)[part] > self.state(low)[part]
-        for _ in range(_BISECTIONS):
-            middle = (low + high) / 2
-            later = (self.state(middle)[part] < value) == rising
-            low, high = np.where(later, middle, low), np.where(later, high, middle)
-        return (low + high) / 2
+        from scipy.optimize.elementwise import find_root
+
+        roots = find_root(lambda t, to: self.state(t)[part] - to, (low, high), args=(value,))
+        return np.asarray(roots.x)
 
 
 def _larger(one: tuple[Quad, Quad, Quad], other: tuple[Quad, Quad, Quad]) -> tuple[Quad, Quad]:
