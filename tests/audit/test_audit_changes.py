@@ -63,6 +63,7 @@ def test_what_moves_beyond_what_is_known(new, what, growth):
     assert [row.growth for row in rows] == pytest.approx([] if what is None else [growth])
 
 
+@pytest.mark.long
 def test_an_edit_is_named_and_fails_where_asked(tmp_path, capsys):
     file, old = tmp_path / "rod.xml", tmp_path / "old.json"
     file.write_text(ROD)

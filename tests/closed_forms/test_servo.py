@@ -66,6 +66,7 @@ def test_40_digits(chosen):
 STARTS = ((-0.5, 0.0), (0.0, 5.0), (-0.5, 5.0), (-0.1, -6.0), (0.05, -6.0))
 
 
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize("kv", [0.0, 1e-3, 0.0788, 0.0791, 0.4], ids=lambda kv: f"kv={kv}")
 def test_the_largest_force_is_that_of_the_first_peak(kv):
     times = np.linspace(0.0, 0.4, 4001)
@@ -97,6 +98,7 @@ def test_starts_and_dampings_with_40_digits(kv, damping):
                 assert abs(value - mp.mpf(float(observed[name][0]))) < doubt[name][0]
 
 
+@pytest.mark.long(keep=2)
 @pytest.mark.parametrize("how", STEPPING, ids=lambda how: how.name)
 @pytest.mark.parametrize("case", ["saturated", "saturated-swings"])
 def test_steps_at_the_limit_make_the_predicted_errors(case, how):

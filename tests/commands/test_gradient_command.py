@@ -11,6 +11,7 @@ CONE = "cone-pendulum/rotating-base"
 KEYS = {"of", "by", "way", "exact", "computed", "relative_error", "predicted_error", "eps"}
 
 
+@pytest.mark.long
 def test_json_has_a_record_for_each_way_and_parameter(capsys):
     given = ["--of", "theta,theta_dot", "--by", "gravity,theta", "--eps", "1e-3", "--json"]
     assert main(["gradient", CONE, "ode/rk4", "--way", "central", *given]) == 0

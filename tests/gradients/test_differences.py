@@ -62,7 +62,7 @@ def test_every_difference_of_a_sweep_has_the_predicted_error(name, how, of, by):
     assert sum(j.verdict == "predicted" for j in judged) >= 10
 
 
-@pytest.mark.long(keep=3)
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize(
     ("name", "how", "of", "by", "way", "eps"),
     [
@@ -99,6 +99,7 @@ def test_what_is_linear_in_a_parameter_has_no_best_difference(curved):
     assert best is None or 3e-4 < best < 3e-3
 
 
+@pytest.mark.long
 def test_the_order_of_a_derivative_is_that_of_its_scheme():
     for how, order in (("mujoco/euler", 1), ("ode/leapfrog", 2), ("ode/rk4", 4)):
         steps, errors, predicted = [4e-3, 2e-3, 1e-3, 5e-4], [], []
@@ -129,6 +130,7 @@ def test_a_slightly_wrong_engine_is_off_its_prediction(part, monkeypatch):
     assert judged.surprise
 
 
+@pytest.mark.long
 def test_where_no_derivative_exists_the_one_sided_ones_stand_beside():
     search = GradientSearch(
         "simple-pendulum/free-small",

@@ -145,6 +145,7 @@ def test_a_held_control_costs_orders():
     assert slopes == pytest.approx(predicted, abs=2e-3)
 
 
+@pytest.mark.long
 def test_the_notebooks_statements():
     numbers = claims.numbers(nothing())
     (found,) = written(claims.CLAIMS.template, plain(numbers))
@@ -171,6 +172,7 @@ def test_the_notebooks_statements():
     assert 0.05 < numbers.decay["6"] < 0.2
 
 
+@pytest.mark.long
 def test_the_equation_is_that_of_mujoco_s_multibody_model():
     ran = replace(study(), convergence=())
     assert claims.smallest_error(ran) is None
@@ -184,6 +186,7 @@ def test_the_equation_is_that_of_mujoco_s_multibody_model():
     assert error < 1e-6
 
 
+@pytest.mark.long
 def test_the_bob_in_the_plane():
     found = bob.numbers(declared(nothing(), bob.requests))
     distances = {case.label: case for case in found.distances}

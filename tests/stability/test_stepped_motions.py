@@ -129,6 +129,7 @@ def test_limits_of_several_degrees_of_freedom_are_those_of_runs(name, how):
     assert not 0.9 < off_by(other) < 1.1
 
 
+@pytest.mark.long
 def test_there_is_no_limit_of_chaos_of_soft_loops_and_of_implicit_half_steps():
     assert not theory("n-pendulum/triple").limits(Scheme(EULER))
     assert not theory("n-pendulum/small").limits(Scheme(LEAPFROG))

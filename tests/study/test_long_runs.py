@@ -30,7 +30,7 @@ def run(scene, method, step=None):
     return judged_long_run(search, found)
 
 
-@pytest.mark.long(keep=3)
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize("method", ["mujoco/euler", "ode/leapfrog", "ode/rk4"])
 @pytest.mark.parametrize("scene", SCENES)
 def test_runs_take_the_predicted_time_to_be_wrong(scene, method):

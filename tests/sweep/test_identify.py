@@ -54,6 +54,7 @@ def test_mujocos_own_identification_has_the_same_bias(capsys, name, friction):
     assert found["way"] == "sysid"
 
 
+@pytest.mark.long
 def test_a_falsified_truth_is_found(capsys):
     words = (LINE, "mujoco/euler+coulomb", "--parameter", "friction", "--budget", "60")
     (found,) = records(capsys, *words, "--set", "friction=0.27")
