@@ -217,8 +217,10 @@ class EllipticMotion:
         the other of which it rises or falls; shape (n,) each."""
         from scipy.optimize.elementwise import find_root
 
-        roots = find_root(lambda t, to: self.state(t)[part] - to, (low, high), args=(value,))
-        return np.asarray(roots.x)
+        def beyond(times: Array, values: Array) -> Array:
+            return self.state(times)[part] - values
+
+        return find_root(beyond, (low, high), args=(value,)).x
 
 
 def _larger(one: tuple[Quad, Quad, Quad], other: tuple[Quad, Quad, Quad]) -> tuple[Quad, Quad]:
