@@ -4,10 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
-from functools import cached_property
 from itertools import groupby
-from operator import attrgetter
 from typing import Any
 
 import numpy as np
@@ -15,123 +12,71 @@ import numpy as np
 from plumbob.analytic.reference import Array
 from plumbob.engines.audit.audit import Audit
 from plumbob.engines.audit.reference import OUT_OF_TIME, RESOLVED
-from plumbob.engines.audit.step_errors import TARGETS, Cheapest, Compared, StepError, horizon
+from plumbob.engines.audit.step_errors import TARGETS, Compared, horizon
 from plumbob.reports.advice.work_precision import front
 
 SHOWN = 5  # errors of a halving
 COURSES = 4  # steps of the own integrator in the figure over time
 
 
-@dataclass(frozen=True)
-class Motion:
-    """An audit, and what follows from it."""
+def motion_of(audit: Audit) -> dict[str, Any]:
+    """What follows from an audit whose motion is certified: `runs` of the own integrator at the own
+    step and halves of it, their `errors` [m] where the motion is known, those that it `resolved`,
+    from `known` [m] on, and their mean `ratio`; the largest step [s] that `holds` to the end, and
+    whether the own one has `diverged`; `horizons`, errors [m] and up to when [s] the most accurate
+    step keeps them (None: to the end); contacts and limits that begin or cease to act in a second;
+    and what to choose."""
+    if audit.found is None:
+        return {}
+    steps, index, reference = audit.found, audit.found.index, audit.reference
+    runs = [r for r in steps.steps if r.integrator == audit.integrator and r.step <= audit.step]
+    errors, known = [r.at(index) for r in runs], RESOLVED * audit.uncertainty
+    resolved = [error for error in errors if error > known][:SHOWN]
+    ends = {target: horizon(steps, reference, audit.script, target) for target in TARGETS[1:3]}
+    holding = (r.step for r, error in zip(runs, errors, strict=True) if math.isfinite(error))
+    course = reference.course
+    return {
+        "targets": TARGETS,
+        "runs": runs,
+        "errors": errors,
+        "known": known,
+        "resolved": resolved,
+        "ratio": mean_ratio(resolved) if resolved[1:] else None,
+        "holds": next(holding, None),
+        "diverged": bool(steps.own.why) and math.isinf(audit.error),
+        "horizons": [(target, None if math.isinf(end) else end) for target, end in ends.items()],
+        "event_rate": len(course.events) / max(course.until, audit.script.period),
+        "out_of_time": OUT_OF_TIME in reference.why,
+        "courses": [(r.integrator, r.step, _drawn(r.errors)) for r in runs[:COURSES]],
+        "uncertainty": _drawn(reference.uncertainty),
+        **_choices(audit, steps),
+        **_costs(steps),
+    }
 
-    audit: Audit
-    targets: tuple[float, ...] = TARGETS
 
-    @property
-    def steps(self) -> Compared:
-        """All steps that were run."""
-        assert self.audit.found is not None
-        return self.audit.found
+def _choices(audit: Audit, steps: Compared) -> dict[str, Any]:
+    """The cheapest for an error that is smaller than the own step's, and what saves most where that
+    is enough."""
+    least = audit.error + audit.uncertainty
+    better = (choice for choice in steps.cheapest if choice.target < audit.error)
+    enough = [choice for choice in steps.cheapest if choice.target >= least][-1:]
+    saving = (c for c in enough if c.cost is not None and c.cost.saves and audit.complete)
+    return {"better": next(better, None), "enough": next(saving, None)}
 
-    @cached_property
-    def runs(self) -> tuple[StepError, ...]:
-        """Those of the own integrator at the own step and halves of it."""
-        audit = self.audit
-        return tuple(
-            run
-            for run in self.steps.steps
-            if run.integrator == audit.integrator and run.step <= audit.step
-        )
 
-    @property
-    def errors(self) -> tuple[float, ...]:
-        """Theirs [m] where the motion is known."""
-        return tuple(run.at(self.steps.index) for run in self.runs)
-
-    @property
-    def holds(self) -> float | None:
-        """The largest of their steps [s] that reaches the end."""
-        runs = zip(self.runs, self.errors, strict=True)
-        return next((run.step for run, error in runs if math.isfinite(error)), None)
-
-    @property
-    def known(self) -> float:
-        """[m]: the reference resolves larger errors."""
-        return RESOLVED * self.audit.uncertainty
-
-    @property
-    def resolved(self) -> tuple[float, ...]:
-        """The first of their errors [m] that the reference resolves."""
-        return tuple(error for error in self.errors if error > self.known)[:SHOWN]
-
-    @property
-    def ratio(self) -> float:
-        """Of the errors of a step and of its half, on average."""
-        return mean_ratio(self.resolved)
-
-    @property
-    def diverged(self) -> bool:
-        """Whether the own step does, within the motion."""
-        return bool(self.steps.own.why) and math.isinf(self.audit.error)
-
-    @property
-    def horizons(self) -> tuple[tuple[float, float | None], ...]:
-        """Errors [m], and up to when [s] the most accurate step keeps them; None: to the end."""
-        audit = self.audit
-        ends = [(t, horizon(self.steps, audit.reference, audit.script, t)) for t in TARGETS[1:3]]
-        return tuple((target, None if math.isinf(end) else end) for target, end in ends)
-
-    @property
-    def event_rate(self) -> float:
-        """Contacts and limits that begin or cease to act along the reference in a second."""
-        course = self.audit.reference.course
-        return len(course.events) / max(course.until, self.audit.script.period)
-
-    @property
-    def better(self) -> Cheapest | None:
-        """The cheapest choice for an error that is smaller than the own step's."""
-        return next((c for c in self.steps.cheapest if c.target < self.audit.error), None)
-
-    @property
-    def enough(self) -> Cheapest | None:
-        """The choice that saves most where the own step's error is enough."""
-        audit = self.audit
-        least = audit.error + audit.uncertainty
-        enough = [c for c in self.steps.cheapest if c.target >= least][-1:]
-        saving = (c for c in enough if c.cost is not None and c.cost.saves and audit.complete)
-        return next(saving, None)
-
-    @property
-    def out_of_time(self) -> bool:
-        """Whether the budget ended the reference."""
-        return OUT_OF_TIME in self.audit.reference.why
-
-    @property
-    def courses(self) -> tuple[tuple[str, float, Array], ...]:
-        """Integrator, step [s] and errors [m] over time, of the first halves of the step."""
-        return tuple((r.integrator, r.step, _drawn(r.errors)) for r in self.runs[:COURSES])
-
-    @property
-    def uncertainty(self) -> Array:
-        """Of the reference over time [m]."""
-        return _drawn(self.audit.reference.uncertainty)
-
-    @property
-    def front(self) -> tuple[tuple[float, float], ...]:
-        """Cost [ns per simulated second] and error [m] of runs that no other is better than."""
-        points = [point for _, _, *timed in self.costs for point in zip(*timed, strict=True)]
-        return front(points, lambda point: point)
-
-    @property
-    def costs(self) -> tuple[tuple[Any, ...], ...]:
-        """Of each integrator the runs that reach the end: steps [s], costs [ns per simulated
-        second] and errors [m]."""
-        timed = groupby((run for run in self.steps.steps if run.cost), attrgetter("integrator"))
-        index = self.steps.index
-        rows = ((of, [(r.step, r.ns_per_second, r.at(index)) for r in runs]) for of, runs in timed)
-        return tuple((of, *zip(*points, strict=True)) for of, points in rows)
+def _costs(steps: Compared) -> dict[str, Any]:
+    """Of each integrator the runs that reach the end: steps [s], costs [ns per simulated second]
+    and errors [m]; and the last two of runs that no other is better than."""
+    timed = [
+        (run.integrator, run.step, run.ns_per_second or math.inf, run.at(steps.index))
+        for run in steps.steps
+        if run.cost
+    ]
+    groups = groupby(timed, lambda point: point[0])
+    return {
+        "costs": [(of, *list(zip(*points, strict=True))[1:]) for of, points in groups],
+        "front": front([point[2:] for point in timed], lambda point: point),
+    }
 
 
 def mean_ratio(errors: Sequence[float]) -> float:

@@ -11,7 +11,7 @@ from plumbob.engines.audit.audit import Audit
 from plumbob.engines.audit.contacts import ContactAudit
 from plumbob.reports.view import notation
 from plumbob.reports.view.audit.contacts import answer_of
-from plumbob.reports.view.audit.motion import Motion
+from plumbob.reports.view.audit.motion import motion_of
 from plumbob.reports.view.content import Cell, Finding
 from plumbob.reports.view.finding_text import written as worded
 from plumbob.reports.view.page import filled
@@ -25,7 +25,7 @@ def answered(audit: Audit | ContactAudit) -> Finding:
     if isinstance(audit, ContactAudit):
         (finding,) = worded("audit/contacts", numbers | answer_of(audit))
     else:
-        (finding,) = worded("audit/motion", {**numbers, "motion": Motion(audit)})
+        (finding,) = worded("audit/motion", {**numbers, "motion": motion_of(audit)})
     return finding
 
 
@@ -71,7 +71,7 @@ def page_of(finding: Finding, command: str, lasted: float, **about: Any) -> str:
 def card(audit: Audit) -> list[str]:
     """The answer in a line: the error, what to choose, and how well that is known; then the lines
     that a file needs for it."""
-    return text_lines("audit_card", audit=audit, motion=Motion(audit))
+    return text_lines("audit_card", audit=audit, motion=motion_of(audit))
 
 
 def versions() -> dict[str, str]:
