@@ -9,13 +9,15 @@ the end of the one before, whose middles are at c(t), by Lagrange's equation (La
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from operator import add
 from typing import Any, NamedTuple
 
 from plumbob.analytic.numerics.smooth.certified_motion import CertifiedMotion
 from plumbob.analytic.numerics.smooth.smooth_system import SmoothSystem
 
 Pair = tuple[Any, Any]
+Moved = tuple[Any, Sequence[Any], Sequence[Any]]
 
 
 class Link(NamedTuple):
@@ -27,20 +29,27 @@ class Link(NamedTuple):
     turning: Any = 0.0
 
 
-def _derivatives(links: Sequence[Link]) -> Iterator[tuple[Any, list[Any], list[Any]]]:
-    """Of each link its mass, and x', y', x'' and y'' of c and of d/2."""
-    end: list[Any] = [0.0] * 4
+def _derivatives(links: Sequence[Link], order: int) -> Iterator[Moved]:
+    """Of each link its mass, and x' and y' of c and of d/2, with x'' and y'' where the `order` is
+    2."""
+    end: list[Any] = [0.0] * (2 * order)
     for mass, (x, y), turn, turning in links:
-        inward = turn**2
-        slopes = -turn * y, turn * x, -turning * y - inward * x, turning * x - inward * y
-        half = [slope / 2 for slope in slopes]
-        yield mass, [a + b for a, b in zip(end, half, strict=True)], half
-        end = [a + 2 * b for a, b in zip(end, half, strict=True)]
+        x, y, inward = x / 2, y / 2, turn * turn
+        half = [-turn * y, turn * x]
+        if order == 2:
+            half += [-turning * y - inward * x, turning * x - inward * y]
+        middle = list(map(add, end, half))
+        yield mass, middle, half
+        end = list(map(add, middle, half))
 
 
-def _product(of: Sequence[Any], order: int) -> Any:
-    """Of a first derivative with that of this order."""
-    return of[0] * of[2 * order - 2] + of[1] * of[2 * order - 1]
+def _summed(moved: Iterable[Moved], order: int) -> Any:
+    """Sum of the products of c' and d'/2 with their derivatives of this order, by mass."""
+
+    def product(of: Sequence[Any]) -> Any:
+        return of[0] * of[2 * order - 2] + of[1] * of[2 * order - 1]
+
+    return sum(mass * (product(middle) + product(half) / 3) for mass, middle, half in moved)
 
 
 def potential(gravity: float, links: Sequence[Link]) -> Any:
@@ -60,22 +69,19 @@ def crank_motion(
     """The exact motion of `links`, of p and t, from a problem's `angle` [rad] and
     `angular_velocity` [rad/s]."""
 
-    def summed(p: Any, q: Any, order: int) -> Any:
-        """Of the products with c' and d'/2 of their derivatives of this order."""
-        return sum(
-            mass * (_product(middle, order) + _product(half, order) / 3)
-            for mass, middle, half in _derivatives(links(p, q[0]))
-        )
+    def inertia(p: Any, q: Any) -> tuple[tuple[Any]]:
+        return ((_summed(_derivatives(links(p, q[0]), 1), 1),),)
 
     def moment(p: Any, time: Any, q: Any, v: Any) -> tuple[Any]:
-        weight = sum(mass * middle[1] for mass, middle, _ in _derivatives(links(p, q[0])))
-        return (-summed(p, q, 2) * v[0] ** 2 - p.gravity * weight,)
+        moved = [*_derivatives(links(p, q[0]), 2)]
+        weight = sum(mass * middle[1] for mass, middle, _ in moved)
+        return (-_summed(moved, 2) * v[0] ** 2 - p.gravity * weight,)
 
     return CertifiedMotion(
         SmoothSystem(
             ("angle",),
             ("angle_dot",),
-            lambda p, q: ((summed(p, q, 1),),),
+            inertia,
             moment,
             {name: getattr(problem, name) for name in constants},
             (problem.angle,),
