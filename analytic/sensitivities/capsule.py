@@ -62,7 +62,9 @@ def _repeated(motion: Any, times: Array) -> Array:
 
 def _phases(motion: ThreePointMotion) -> tuple[list[tuple[str, int, int]], Array]:
     """Mode, support and number of the slider's piece in each phase, and when it begins [s]."""
-    names = [(segment.mode, segment.support, segment.piece) for segment in motion.segments]
+    names = [
+        (segment.mode, segment.support, segment.interval.number) for segment in motion.segments
+    ]
     first = [True] + [
         left[::2] != right[::2] or right[1] not in ((-1,) if right[0] == "slide" else left[1:2])
         for left, right in pairwise(names)

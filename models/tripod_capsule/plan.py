@@ -85,12 +85,10 @@ def planned(parameters: Parameters) -> Plan:
     from plumbob.analytic.systems.planner.tracks import check_curve
 
     known(parameters, NAMES)
-    if "to" not in parameters:
-        raise ParameterError("to", None, "a pose [x, y, psi]")
     slider = _hashable(parameters.get("slider", (0.0, 0.0)))
     start = RestPose(*_pose("start", parameters.get("start", (0.0, 0.0, 0.0))), slider)
     end = _hashable(parameters.get("slider_at_end", slider))
-    goal = RestPose(*_pose("to", parameters["to"]), end)
+    goal = RestPose(*_pose("to", parameters.get("to")), end)
     limits = Limits(**{name: parameters[name] for name in LIMITS if name in parameters})
     track = parameters.get("track", "free")
     if track not in _TRACKS:

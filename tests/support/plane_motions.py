@@ -14,7 +14,7 @@ def loadings(motion, times):
     which = np.clip(np.searchsorted(motion.begins, times, side="right") - 1, 0, None)
     for index in np.unique(which):
         segment = motion.segments[index]
-        local = times[which == index] - motion.path.breakpoints[segment.piece]
+        local = times[which == index] - motion.path.breakpoints[segment.interval.number]
         inside = np.clip(local, segment.start, segment.end)
         places = monotone_root(segment.coefficients[:, 3], inside)
         yield loading(motion, segment, places / segment.last)

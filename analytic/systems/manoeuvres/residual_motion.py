@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import cmath
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import numpy as np
 
@@ -73,11 +74,9 @@ class ResidualMotion(SingleMotion, LinearResponse):
     def observe(self, times: Array) -> Mapping[str, Array]:
         """Exact x, y of C [m], velocity_x, velocity_y [m/s], heading [rad], heading_rate [rad/s]
         and normal_force_1..3 [N] at `times` [s], shape (n,)."""
-        place: Any
-        speed: Any
         way, rate = self.course(np.asarray(times, dtype=np.float64))
         if self.centre is None:
-            along = complex(math.cos(self.direction), math.sin(self.direction))
+            along = cmath.rect(1.0, self.direction)
             place, speed, way, rate = way * along, rate * along, 0.0 * way, 0.0 * rate
         else:
             arm = -complex(*self.centre) * np.exp(1j * way)

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from plumbob.analytic.parameters import ParameterError, finite, positive
+from plumbob.analytic.parameters import ParameterError, check_fields, finite, positive
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.capsule import ROUNDOFF, Capsule, Path, check_loads, normal_forces
 from plumbob.analytic.systems.slider_path import SliderPath, arc_stroke, fixed
@@ -66,9 +66,8 @@ class TurnManoeuvre:
     start: float = 0.0
 
     def __post_init__(self) -> None:
-        positive("radius", self.radius), positive("half_time", self.half_time)
-        finite("start", self.start)
-        if finite("angular_acceleration", self.angular_acceleration) == 0.0:
+        check_fields(self, ("radius", "half_time"), others=("capsule",))
+        if self.angular_acceleration == 0.0:
             raise ParameterError("angular_acceleration", 0.0, "other than 0")
         check_loads(self.capsule, self.track)
 

@@ -14,6 +14,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import NamedTuple
 
 import numpy as np
 
@@ -83,15 +84,14 @@ def exact_turn(
     return turn_of(float(root))
 
 
-@dataclass(frozen=True)
-class Choice:
-    """`count` turns through about `swing` [rad], equal or nearly so, the first from the circle's
-    start `place`; estimated time of these and the lines after them [s]."""
+class Choice(NamedTuple):
+    """Estimated time [s], to ten digits, of `count` turns through about `swing` [rad], equal or
+    nearly so, the first from the circle's start `place`, and the lines after them."""
 
-    count: int
-    swing: float
-    place: int
     time: float
+    count: int
+    place: int
+    swing: float
 
 
 def choices(track: Track, circle: Circle, wanted: float, displacement: complex) -> list[Choice]:
@@ -113,7 +113,8 @@ def choices(track: Track, circle: Circle, wanted: float, displacement: complex) 
         for place, start in enumerate(circle.starts(swing)):
             left = displacement - drift * cmath.rect(1.0, start)
             left *= cmath.rect(1.0, circle.sense * wanted)
-            ways.append(Choice(count, swing, place, time + line_time(track, left)))
+            estimate = to_ten_digits(time + line_time(track, left))
+            ways.append(Choice(estimate, count, place, swing))
     if not ways:
         raise too_many(track.limits, fewest)
     return ways
@@ -174,7 +175,7 @@ def turns_to(track: Track, wanted: float, displacement: complex) -> list[Turn]:
     for returning in (False, True):  # where turns round the circle go astray, from one place
         circle = track.circle(sense, returning=returning)
         ways = choices(track, circle, size, displacement)
-        best = min(ways, key=lambda choice: to_ten_digits(choice.time))
+        best = min(ways)
         if turns := turns_of(track, circle, size, best):
             return turns
     raise too_many(track.limits, best.count + 1)

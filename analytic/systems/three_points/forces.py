@@ -15,7 +15,6 @@ from plumbob.analytic.systems.three_points.equations import (
     Complex,
     Configuration,
     Mechanics,
-    configuration,
     cross,
     sliding_rates,
 )
@@ -72,7 +71,7 @@ def loading(motion: ThreePointMotion, segment: SmoothSegment, fractions: Array) 
     places = segment.last * fractions
     states = evaluate(segment.coefficients, places)
     slopes = evaluate(np.asarray(2.0 * legder(segment.coefficients)), places)
-    at = configuration(motion.body, motion.piece(segment.piece), states[:, 3])
+    at = segment.interval.at(states[:, 3])
     if np.abs(segment.coefficients[2:, 3]).max(initial=0.0) <= LINEAR * segment.coefficients[1, 3]:
         rates = slopes[:, :3] / slopes[:, 3:4]
     else:  # in sigma, where nothing is left of a slope at the end, but all supports slide

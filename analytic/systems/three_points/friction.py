@@ -23,7 +23,7 @@ from plumbob.analytic.systems.three_points.equations import (
     Mechanics,
     mechanics,
 )
-from plumbob.analytic.systems.three_points.implicit_friction import onset, slip_onset
+from plumbob.analytic.systems.three_points.implicit_friction import REST, Slip, onset, slip_onset
 from plumbob.analytic.systems.three_points.motion import Segments, ThreePointMotion
 from plumbob.analytic.systems.three_points.pivoting import Pivot, pivot
 from plumbob.analytic.systems.three_points.rest import (
@@ -118,7 +118,7 @@ def _resting(interval: Interval, now: Now) -> Phase:
     duration = interval.piece.duration
     broken = held_until(interval.body, interval.piece, now.state.time)
     end = duration if broken is None else broken
-    segments = [resting(interval.number, end, now.state)] if end > now.state.time else []
+    segments = [resting(interval, end, now.state)] if end > now.state.time else []
     state, horizon = replace(now.state, time=end), duration - end
     if broken is None:
         return segments, Now(state, "rest")
@@ -174,25 +174,17 @@ def _integrate(body: Mechanics, path: SliderPath, start: Start, accuracy: Accura
     return tuple(segments)
 
 
-def _slide_from_rest(linear: complex, angular: float, ramp: float) -> Guess:
-    """First guess of a slide from rest; with `ramp` > 0 [s] its acceleration grows in proportion to
+def _departure(
+    slip: Slip, ramp: float, support: int = 0, omega: float = 0.0, rate: float = 0.0
+) -> Guess:
+    """First guess of a slide from rest, or of `support` out of a pivot at `omega` [rad/s] that
+    grows at a `rate`, with the accelerations `slip`; with `ramp` > 0 [s] they grow in proportion to
     time."""
 
     def guess(times: Array, at: Configuration) -> Array:
-        elapsed = times**2 / (2.0 * ramp) if ramp else times
-        return np.outer(elapsed, [linear.real, linear.imag, angular])
-
-    return guess
-
-
-def _slide_from_pivot(support: int, slip: complex, omega: float, rate: float, ramp: float) -> Guess:
-    """First guess where `support` starts to slip out of a pivot, at `slip` [m/s^2]."""
-
-    def guess(times: Array, at: Configuration) -> Array:
-        elapsed = times**2 / (2.0 * ramp) if ramp else times
-        turning = omega + rate * times
-        point = slip * elapsed - 1j * turning * at.arms[:, support]
-        return np.column_stack([point.real, point.imag, turning])
+        elapsed, turning = times**2 / (2.0 * ramp) if ramp else times, omega + rate * times
+        point = slip[0] * elapsed - 1j * turning * at.arms[:, support]
+        return np.column_stack([point.real, point.imag, turning + slip[1] * elapsed])
 
     return guess
 
@@ -201,14 +193,14 @@ def _from_rest(interval: Interval, state: State, ramp: float) -> Now:
     """The mode that follows rest now; with `ramp` > 0 the one that much later [s], where the wrench
     has just reached the friction limit."""
     at = interval.at(state.time + ramp)
-    force, torque = needed_wrench(interval.body, at)
-    linear, angular = onset(interval.body.mass, at, complex(force[0]), float(torque[0]))
-    if linear == angular == 0.0:
+    (force,), (torque,) = needed_wrench(interval.body, at)
+    slip = onset(interval.body.mass, at, complex(force), float(torque))
+    if slip == REST:
         return Now(state, "rest")
-    still = np.flatnonzero(linear + 1j * angular * at.arms[0] == 0.0)
+    still = np.flatnonzero(slip[0] + 1j * slip[1] * at.arms[0] == 0.0)
     if still.size:
-        return Now(state, "pivot", int(still[0]), float(np.sign(angular)))
-    return Now(state, "slide", departure=_slide_from_rest(linear, angular, ramp))
+        return Now(state, "pivot", int(still[0]), float(np.sign(slip[1])))
+    return Now(state, "slide", departure=_departure(slip, ramp))
 
 
 def _with_one_at_rest(interval: Interval, state: State, support: int, ramp: float) -> Now:
@@ -223,7 +215,7 @@ def _with_one_at_rest(interval: Interval, state: State, support: int, ramp: floa
     if abs(needed) <= float(at.limits[0, support]) * (1.0 + EDGE):
         return Now(state, "pivot", support, sense)
     slip = slip_onset(interval.body.mass, at, support, complex(needed))
-    guess = _slide_from_pivot(support, slip, state.omega, rate, ramp)
+    guess = _departure((slip, 0.0), ramp, support, state.omega, rate)
     return Now(state, "slide", support, departure=guess)
 
 

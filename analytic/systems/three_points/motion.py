@@ -14,7 +14,7 @@ from plumbob.analytic.numerics.arithmetic import ROUNDOFF
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.capsule import Capsule
 from plumbob.analytic.systems.capsule_motion import MotionKind, SingleMotion
-from plumbob.analytic.systems.slider_path import Piece, SliderPath, StraightPiece
+from plumbob.analytic.systems.slider_path import SliderPath
 from plumbob.analytic.systems.three_points.equations import Complex, Mechanics
 from plumbob.analytic.systems.three_points.smooth_segment import (
     Mode,
@@ -71,12 +71,11 @@ class ThreePointMotion(SingleMotion):
     def events(self) -> tuple[Event, ...]:
         """Where the mode changes, and where a support slips from rest, in the order of time."""
         events: list[Event] = []
-        for segment in self.segments:
+        for begin, segment in zip(self.begins.tolist(), self.segments, strict=True):
             continued = bool(events) and segment.mode == events[-1].mode
             slips = segment.mode == "slide" and segment.support >= 0
             if not continued or slips:
-                time = float(self.path.breakpoints[segment.piece]) + segment.start
-                events.append(Event(time, segment.mode, segment.support))
+                events.append(Event(begin, segment.mode, segment.support))
         return tuple(events)
 
     @property
@@ -88,7 +87,7 @@ class ThreePointMotion(SingleMotion):
     def begins(self) -> Array:
         """Start of each segment [s]."""
         offsets = self.path.breakpoints
-        return np.array([offsets[s.piece] + s.start for s in self.segments])
+        return np.array([offsets[s.interval.number] + s.start for s in self.segments])
 
     @property
     def rest_time(self) -> float:
@@ -110,12 +109,6 @@ class ThreePointMotion(SingleMotion):
             parts.append(np.abs(here - there).max(axis=0, keepdims=True) + ROUNDINGS * size)
         return Pose(*parts)
 
-    def piece(self, number: int) -> Piece:
-        """The slider's piece of that number; after the last one it stays where it is."""
-        if number < len(self.path.pieces):
-            return self.path.pieces[number]
-        return StraightPiece(np.inf, self.path.end, 0.0, 0.0, 0.0, 0.0)
-
     def at(self, times: Array) -> Pose:
         """Pose and velocity of the body at `times` [s], shape (n,)."""
         times = np.atleast_1d(np.asarray(times, dtype=np.float64))
@@ -123,7 +116,7 @@ class ThreePointMotion(SingleMotion):
         states = np.empty((times.size, 7))
         for index in np.unique(which):
             here, segment = which == index, self.segments[index]
-            local = times[here] - self.path.breakpoints[segment.piece]
+            local = times[here] - self.path.breakpoints[segment.interval.number]
             states[here] = segment.states(np.clip(local, segment.start, segment.end))
         slider: Complex = self.path.places(times) @ np.array([1.0, 1j])
         speed = velocity_of_c(self.body, slider, states)

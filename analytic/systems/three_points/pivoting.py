@@ -47,14 +47,12 @@ class Pivot:
     support: int
     sense: float
 
-    def about(self, at: Configuration) -> tuple[Complex, Array]:
-        """Slider from A_i [m] and moment of inertia about A_i [kg m^2], each of shape (n,)."""
-        body = self.interval.body
-        support = body.supports[self.support]
-        arm = at.position - support
+    def inertia(self, at: Configuration) -> Array:
+        """Moment of inertia about A_i [kg m^2], shape (n,)."""
+        body, support = self.interval.body, self.interval.body.supports[self.support]
         slider = body.mass * body.mass_ratio
-        inertia = body.body_inertia + (body.mass - slider) * abs(support) ** 2
-        return arm, inertia + slider * np.abs(arm) ** 2
+        still = body.body_inertia + (body.mass - slider) * abs(support) ** 2
+        return np.asarray(still + slider * np.abs(at.position - support) ** 2)
 
     def moment(self, at: Configuration) -> Array:
         """Moment about A_i of sliding friction [N m], shape (n,)."""
@@ -66,10 +64,10 @@ class Pivot:
         friction force F_i [N] that keeps the support at rest, in body axes."""
         body = self.interval.body
         mu = body.mass_ratio
-        (arm, inertia), slider = self.about(at), body.mass * mu
+        arm, slider = at.position - body.supports[self.support], body.mass * mu
         growth = 2.0 * slider * (arm.conjugate() * at.velocity).real
         moment = self.moment(at)
-        rate = (moment - slider * cross(arm, at.acceleration) - growth * omega) / inertia
+        rate = (moment - slider * cross(arm, at.acceleration) - growth * omega) / self.inertia(at)
         to_centre = -at.arms[:, self.support]
         acceleration = (1j * rate - omega**2) * to_centre + mu * (
             2j * omega * at.velocity + at.acceleration
@@ -118,7 +116,7 @@ def pivot(turning: Pivot, state: State) -> Pivoted:
         reached = state_at(coefficients, place)
         end = duration if ending == "time" and size == remaining else reached.time
         if place > 0.0:
-            covered = (interval.number, state.time, end, coefficients, place)
+            covered = (interval, state.time, end, coefficients, place)
             segments.append(SmoothSegment("pivot", turning.support, *covered))
         state = replace(reached, time=end)
         if ending != "time":
@@ -134,25 +132,25 @@ def _first_size(turning: Pivot, state: State, remaining: float) -> float:
         return remaining
     here = turning.interval.at(state.time)
     braking = abs(float(turning.moment(here)[0]))
-    return 1.5 * abs(state.omega) * float(turning.about(here)[1][0]) / braking
+    return 1.5 * abs(state.omega) * float(turning.inertia(here)[0]) / braking
 
 
 def _solved(turning: Pivot, state: State, size: float) -> tuple[Array, float, float]:
     """Coefficients of a SmoothSegment from `state` over `size` [s], their relative truncation
     error, and the rounding of omega [rad/s]."""
     interval = turning.interval
-    body, rule, here = interval.body, interval.accuracy.rule, interval.at(state.time)
+    rule, here = interval.accuracy.rule, interval.at(state.time)
     at = interval.at(state.time + size * rule.nodes)
-    (arm, inertia), moment = turning.about(at), turning.moment(at)
+    inertia = turning.inertia(at)
     # From the angular momentum about the support.
-    omega = moment - body.mass * body.mass_ratio * cross(arm, at.acceleration)
-    omega = (turning.about(here)[1] * state.omega + size * rule.integral @ omega) / inertia
+    push = turning.motion(at, np.zeros(len(rule.nodes)))[0] * inertia
+    omega = (turning.inertia(here) * state.omega + size * rule.integral @ push) / inertia
     # The round-off speed that the support had as it stuck is set to zero here.
     point = -1j * state.omega * complex(here.arms[0, turning.support])
     moved = -1j * omega * at.arms[:, turning.support] - point
     moved = np.column_stack([moved.real, moved.imag, omega - state.omega, size * rule.nodes])
     slopes: Array = np.asarray(np.linalg.solve(rule.integral, moved))
-    gain = size * float((np.abs(moment) / inertia).max())
+    gain = size * float((np.abs(turning.moment(at)) / inertia).max())
     rate = max(float(np.abs(omega).max()), UNBALANCED * gain, 1e-300)
     speed = rate * float(np.abs(here.arms).max())
     return (

@@ -131,7 +131,7 @@ def slide(
             last = float(monotone_root(coefficients[:, 3], np.array([duration]))[0])
             end = duration
         segments.append(
-            SmoothSegment("slide", slipped, interval.number, state.time, end, coefficients, last)
+            SmoothSegment("slide", slipped, interval, state.time, end, coefficients, last)
         )
         state = replace(state_at(coefficients, last), time=end)
         departure, slipped = None, -1

@@ -65,8 +65,8 @@ class State:
 
 @dataclass(frozen=True)
 class SmoothSegment:
-    """One mode from local time `start` to `end` [s] of piece number `piece`; `support` is the one
-    at rest in a pivot, or the one that slips as a slide begins, else -1.
+    """One mode from local time `start` to `end` [s] of an `interval`; `support` is the one at rest
+    in a pivot, or the one that slips as a slide begins, else -1.
 
     `coefficients`, shape (k, 7): p_x, p_y, omega, t, psi and the place of C as Legendre series in a
     parameter from 0 to `last`, at most 1.
@@ -74,7 +74,7 @@ class SmoothSegment:
 
     mode: Mode
     support: int
-    piece: int
+    interval: Interval
     start: float
     end: float
     coefficients: Array
@@ -86,14 +86,13 @@ class SmoothSegment:
         return np.asarray(basis(places, len(self.coefficients)) @ self.coefficients)
 
 
-def resting(number: int, end: float, state: State) -> SmoothSegment:
-    """The body at rest in piece `number` from `state` to local time `end` [s], which may be
-    infinite."""
+def resting(interval: Interval, end: float, state: State) -> SmoothSegment:
+    """The body at rest from `state` to local time `end` [s], which may be infinite."""
     half = 0.5 * (end - state.time if np.isfinite(end) else 1.0)
     coefficients = np.zeros((2, 7))
     coefficients[0, 3:] = state.time + half, state.heading, state.place.real, state.place.imag
     coefficients[1, 3] = half
-    return SmoothSegment("rest", -1, number, state.time, end, coefficients)
+    return SmoothSegment("rest", -1, interval, state.time, end, coefficients)
 
 
 @lru_cache(maxsize=8)
