@@ -6,7 +6,7 @@ import cmath
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -74,6 +74,8 @@ class ResidualMotion(SingleMotion, LinearResponse):
     def observe(self, times: Array) -> Mapping[str, Array]:
         """Exact x, y of C [m], velocity_x, velocity_y [m/s], heading [rad], heading_rate [rad/s]
         and normal_force_1..3 [N] at `times` [s], shape (n,)."""
+        place: Any
+        speed: Any
         way, rate = self.course(np.asarray(times, dtype=np.float64))
         if self.centre is None:
             along = cmath.rect(1.0, self.direction)

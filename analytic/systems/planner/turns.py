@@ -85,11 +85,11 @@ def exact_turn(
 
 
 class Choice(NamedTuple):
-    """Estimated time [s], to ten digits, of `count` turns through about `swing` [rad], equal or
+    """Estimated time [s], to ten digits, of so many `turns` through about `swing` [rad], equal or
     nearly so, the first from the circle's start `place`, and the lines after them."""
 
     time: float
-    count: int
+    turns: int
     place: int
     swing: float
 
@@ -158,9 +158,9 @@ def turns_of(track: Track, circle: Circle, wanted: float, choice: Choice) -> lis
         return float(circle.starts(swing)[choice.place])
 
     if circle.extent is not None:
-        turn = exact_turn(track, circle, start, longest, wanted / choice.count)
-        return None if turn is None else [turn] * choice.count
-    while len(turns) < choice.count - 1:
+        turn = exact_turn(track, circle, start, longest, wanted / choice.turns)
+        return None if turn is None else [turn] * choice.turns
+    while len(turns) < choice.turns - 1:
         swing = circle.sense * choice.swing
         turns.append(computed_turn(track, start(swing), swing))
     left = wanted - sum(circle.gained(turn.heading) for turn in turns)
@@ -178,4 +178,4 @@ def turns_to(track: Track, wanted: float, displacement: complex) -> list[Turn]:
         best = min(ways)
         if turns := turns_of(track, circle, size, best):
             return turns
-    raise too_many(track.limits, best.count + 1)
+    raise too_many(track.limits, best.turns + 1)
