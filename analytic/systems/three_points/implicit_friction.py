@@ -136,14 +136,16 @@ def load_factor(
     this the body moves, and where it moves little, it moves in that way: the error of the factor is
     of second order in how little.
     """
-    reach = math.sqrt(sum(abs(arm) ** 2 for arm in arms) / 3)
+    reach, most = math.sqrt(sum(abs(arm) ** 2 for arm in arms) / 3), sum(limits)
     size = math.hypot(abs(force), torque / reach)
     if not math.isfinite(size):
         raise OverflowError("a double does not hold the size of the wrench")
     if size == 0.0:
         return 0.0, REST
-    problem = FrictionProblem(1.0, reach**2, limits, arms)
-    slip: Slip = (force / size, torque / size / reach**2)
+    slip: Slip = (complex(force / size), float(torque / size) / reach**2)
+    if not most > 0.0:
+        return math.inf, slip
+    problem = FrictionProblem(1.0, reach**2, [limit / most for limit in limits], arms)
     factor = least = 0.0
     for pivot, arm in enumerate(arms):
         turn, drag = _about(problem, slip, pivot)
@@ -159,7 +161,7 @@ def load_factor(
             break
         slip = moved
         factor = _gained(problem, pull, slip) / problem.value(slip, slip)
-    return size * factor, slip
+    return size / most * factor, slip
 
 
 def _about(problem: FrictionProblem, free: Slip, pivot: int) -> tuple[float, float]:
