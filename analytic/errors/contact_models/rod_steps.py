@@ -28,14 +28,14 @@ def stepped(rod: RodImpact, scheme: Scheme, step: float, marks: Array) -> Array:
         if low < first * TIP * rod.length:
             under = place[1] - low if first else place[1] - low / 2.0  # MuJoCo: in the middle
             ends = np.array([[1.0, 0.0, under], [0.0, 1.0, -half * np.cos(place[2])]])
-            seen = ends @ rates, ends @ mobility @ ends.T
+            contact_state = ends @ rates, ends @ mobility @ ends.T
             if first:
                 pull = step * rod.gravity
-                impulses = hard_impulses(*seen, rod.friction, pull, rod.restitution)
+                impulses = hard_impulses(*contact_state, rod.friction, pull, rod.restitution)
             else:
                 contact = soft_impact(rod.restitution, step)
-                push = contact.pressed(low, seen[0][1]) / rod.weights[2] * step
-                impulses = held_impulses(*seen, rod.friction, push)
+                push = contact.pressed(low, contact_state[0][1]) / rod.weights[2] * step
+                impulses = held_impulses(*contact_state, rod.friction, push)
             rates = rates + mobility @ ends.T @ impulses
         rates = rates - [0.0, step * rod.gravity, 0.0]
         place = place + (not first) * step * rates

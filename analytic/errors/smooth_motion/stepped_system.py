@@ -61,16 +61,16 @@ def advance_of(
 ) -> Advance | None:
     """The step of `scheme` on `system`, of a number or an array of sizes [s]; None for others, and
     where a part of the forces is implicit of which nothing is known."""
-    values, taken = system.values, None
+    values, at_end = system.values, None
     if implicit is not None and scheme.integrator == EULER:
-        taken = partial(implicit, scheme)
+        at_end = partial(implicit, scheme)
     damped = scheme.implicit_damping > 0.0 and system.damped
     jointed = scheme.joint_closing_rate is not None or scheme.control == "mean"
-    implied = taken is None and (scheme.implicit_spring or damped)
-    if scheme.integrator not in STEPPED or jointed or implied:
+    unknown = at_end is None and (scheme.implicit_spring or damped)
+    if scheme.integrator not in STEPPED or jointed or unknown:
         return None
 
     def acceleration(time: Any, q: Parts, v: Parts) -> Parts:
         return system.acceleration(time, q, v, values)
 
-    return advance(scheme, Equations(acceleration, len(system.rates), taken), step)
+    return advance(scheme, Equations(acceleration, len(system.rates), at_end), step)

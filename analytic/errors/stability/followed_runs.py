@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -26,63 +25,62 @@ BEGUN = 8.0  # part of a run from which on the envelope of its errors is fitted
 DIES, STAYS = 0.5, 0.85
 
 
-@dataclass(frozen=True)
-class FollowedMotion:
-    """The `series` of a scheme's error at times [s], on a motion of a `fastest` period [s] that
-    `lasts` so long [s] and parts neighbours at the rate `exponent` [1/s]; `scales` of errors."""
+def followed(
+    series: Callable[[Array], Coefficients],
+    scales: Mapping[str, float],
+    step: float,
+    fastest: float,
+    lasts: float = math.inf,
+    exponent: float = 0.0,
+) -> LongRun | None:
+    """The growth of a scheme's error at a `step` over `scales`, by its `series` at times [s]; on
+    a motion of a `fastest` period [s] that `lasts` so long [s] and parts neighbours at the rate
+    `exponent` [1/s]; None without a series."""
+    longest = min(lasts, LONGEST * fastest)
+    enough = LEVELS[1] if math.isinf(lasts) else math.inf
+    if exponent:
+        longest, enough = min(longest, KNOWN / exponent), LEVELS[-1]
+    until = min(FIRST * fastest, longest)
+    while True:
+        times = np.linspace(0.0, until, math.ceil(SAMPLES * until / fastest) + 1)
+        terms = series(times)
+        if not terms:
+            return None
+        size = np.zeros_like(times)
+        for name, scale in scales.items():
+            error = sum(step**order * errors[name] for order, errors in terms.items())
+            size = np.maximum(size, np.abs(error) / scale)
+        if size.max() > enough or until >= longest:
+            return _carried_on(times, size, exponent)
+        until = min(MORE * until, longest)
 
-    series: Callable[[Array], Coefficients]
-    scales: Mapping[str, float]
-    fastest: float
-    lasts: float = math.inf
-    exponent: float = 0.0
 
-    def long_run(self, step: float) -> LongRun | None:
-        """The growth of the error at a `step` [s]; None without a series."""
-        longest = min(self.lasts, LONGEST * self.fastest)
-        enough = LEVELS[1] if math.isinf(self.lasts) else math.inf
-        if self.exponent:
-            longest, enough = min(longest, KNOWN / self.exponent), LEVELS[-1]
-        until = min(FIRST * self.fastest, longest)
-        while True:
-            times = np.linspace(0.0, until, math.ceil(SAMPLES * until / self.fastest) + 1)
-            series = self.series(times)
-            if not series:
-                return None
-            size = np.zeros_like(times)
-            for name, scale in self.scales.items():
-                error = sum(step**order * errors[name] for order, errors in series.items())
-                size = np.maximum(size, np.abs(error) / scale)
-            if size.max() > enough or until >= longest:
-                return self._carried_on(times, size)
-            until = min(MORE * until, longest)
+def _carried_on(times: Array, size: Array, exponent: float) -> LongRun:
+    """The growth of the largest errors, shape (n,), at `times` [s], shape (n,)."""
+    until, half = float(times[-1]), float(size[: len(size) // 2].max())
+    largest, last = float(size.max()), float(size[3 * len(size) // 4 :].max())
+    offset, linear, quadratic = _envelope(times, size)
+    growth: Growth = "linear" if linear > quadratic * until else "quadratic"
+    rate = linear if growth == "linear" else quadratic
+    if exponent:
+        growth, rate = "exponential", exponent
+    elif last < DIES * largest:
+        growth, rate = "decaying", 0.0
+    elif half > STAYS * largest:
+        growth, rate = "constant", 0.0
 
-    def _carried_on(self, times: Array, size: Array) -> LongRun:
-        """The growth of the largest errors, shape (n,), at `times` [s], shape (n,)."""
-        until, half = float(times[-1]), float(size[: len(size) // 2].max())
-        largest, last = float(size.max()), float(size[3 * len(size) // 4 :].max())
-        offset, linear, quadratic = _envelope(times, size)
-        growth: Growth = "linear" if linear > quadratic * until else "quadratic"
-        rate = linear if growth == "linear" else quadratic
-        if self.exponent:
-            growth, rate = "exponential", self.exponent
-        elif last < DIES * largest:
-            growth, rate = "decaying", 0.0
-        elif half > STAYS * largest:
-            growth, rate = "constant", 0.0
+    def reached(level: float) -> float:
+        above = np.flatnonzero(size >= level)
+        if above.size:
+            return float(times[above[0]])
+        if not rate:
+            return math.inf
+        if exponent:
+            return until + math.log(level / last) / rate
+        rise = level - offset
+        return 2.0 * rise / (linear + math.sqrt(linear**2 + 4.0 * quadratic * rise))
 
-        def reached(level: float) -> float:
-            above = np.flatnonzero(size >= level)
-            if above.size:
-                return float(times[above[0]])
-            if not rate:
-                return math.inf
-            if self.exponent:
-                return until + math.log(level / last) / rate
-            rise = level - offset
-            return 2.0 * rise / (linear + math.sqrt(linear**2 + 4.0 * quadratic * rise))
-
-        return LongRun(growth, rate, 0.0, {level: reached(level) for level in LEVELS})
+    return LongRun(growth, rate, 0.0, {level: reached(level) for level in LEVELS})
 
 
 def _envelope(times: Array, size: Array) -> tuple[float, float, float]:

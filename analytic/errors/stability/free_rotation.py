@@ -26,7 +26,7 @@ from plumbob.analytic.errors.stability.flow_growth import (
     eigenvalues,
     growth_along,
 )
-from plumbob.analytic.errors.stability.followed_runs import FollowedMotion
+from plumbob.analytic.errors.stability.followed_runs import followed
 from plumbob.analytic.errors.stability.largest_step import (
     Marks,
     jacobians,
@@ -138,9 +138,8 @@ class FreeRotationStability:
         """See `StabilityTheory`."""
         errors = free_body_errors(self.body)
         exponent = 0.0 if self.equilibrium else float(self.growth.exponent)
-        return FollowedMotion(
-            partial(errors.series, scheme), scales, math.tau / self.rate, exponent=exponent
-        ).long_run(step)
+        fastest = math.tau / self.rate
+        return followed(partial(errors.series, scheme), scales, step, fastest, exponent=exponent)
 
     def _by_iteration(self) -> tuple[StepLimit, ...]:
         """The step of which a half takes no part of the motion out of a fixed-point iteration's

@@ -18,7 +18,7 @@ from plumbob.analytic.errors.stability.flow_growth import (
     fastest_rate,
     growth_along,
 )
-from plumbob.analytic.errors.stability.followed_runs import FollowedMotion
+from plumbob.analytic.errors.stability.followed_runs import followed
 from plumbob.analytic.errors.stability.largest_step import (
     TINY,
     Complex,
@@ -149,17 +149,18 @@ class PendulumStability:
         if self.rotor.conservative and math.isfinite(self.repeats_after) and not passes:
             motion = PeriodicMotion(self.errors, self.repeats_after)
             return motion.long_run(scheme, step, scales["theta"])
-        followed = FollowedMotion(
+        run = followed(
             partial(self.errors.series, scheme),
             scales,
+            step,
             math.tau / self.rate,
             self.lasts,
             float(self.growth.exponent),
-        ).long_run(step)
-        if passes and followed and followed.times[LEVELS[0]] < self.period:
+        )
+        if passes and run and run.times[LEVELS[0]] < self.period:
             exponent = math.log(float(self.growth.largest[-1])) / self.period
-            return replace(followed, growth="exponential", rate=exponent)
-        return followed
+            return replace(run, growth="exponential", rate=exponent)
+        return run
 
     def _by_eigenvalues(self, scheme: Scheme) -> tuple[StepLimit, ...]:
         # Next to an equilibrium, within STRAIGHT of it.

@@ -72,21 +72,21 @@ def tried(motion: SteppedMotion, steps: Array, counts: Counts) -> tuple[Marks, M
     """Which of `steps` [s], shape (n,), hold for so many steps: magnify the nudge by less than
     FACTOR times the exact motion's growth at every time, and keep the kind of motion."""
     advance, state = motion.nudged(steps)
-    stable, taken = np.ones(len(steps), dtype=bool), [0]
+    stable, counted = np.ones(len(steps), dtype=bool), [0]
     samples: list[Mapping[str, Array]] = [motion.observed(state)]
     with np.errstate(all="ignore"):  # of steps that diverge
         for sampled in sampled_steps(int(counts.max())):
             if not stable.any():
                 break
-            for n in range(taken[-1], sampled):
+            for n in range(counted[-1], sampled):
                 state = advance(n * steps, state)
-            taken.append(sampled)
+            counted.append(sampled)
             over = motion.size(state) / motion.growth(np.minimum(sampled, counts) * steps)
             stable &= (over <= FACTOR) | (sampled > counts)
             samples.append(motion.observed(state))
     judged = stable & (counts * steps >= motion.window)
-    seen = np.searchsorted(taken, counts, side="right")
-    return stable, stable & _kept(motion, samples, judged, seen)
+    within = np.searchsorted(counted, counts, side="right")
+    return stable, stable & _kept(motion, samples, judged, within)
 
 
 def sampled_steps(count: int) -> list[int]:
