@@ -37,19 +37,16 @@ class Addition:
 def points(group: str) -> Mapping[str, tuple[metadata.EntryPoint, ...]]:
     """The entry points of a group by name, none of them loaded; several packages may have one of
     the same name."""
-    by_name: dict[str, tuple[metadata.EntryPoint, ...]] = {}
-    for point in metadata.entry_points(group=group):
-        if point not in by_name.get(point.name, ()):  # a folder may be on the path twice
-            by_name[point.name] = (*by_name.get(point.name, ()), point)
-    return MappingProxyType(by_name)
+    every = dict.fromkeys(metadata.entry_points(group=group))  # a folder may be on the path twice
+    names = dict.fromkeys(point.name for point in every)
+    return MappingProxyType({n: tuple(p for p in every if p.name == n) for n in names})
 
 
 def versions() -> Mapping[str, str]:
     """The versions of the packages that add engines or systems, by the packages' names."""
-    distributions = [
-        p.dist for g in (ENGINES, SYSTEMS) for group in points(g).values() for p in group
-    ]
-    return {d.name: d.version for d in distributions if d is not None}
+    several = (points(group).values() for group in (ENGINES, SYSTEMS))
+    added = (p.dist for entries in several for group in entries for p in group if p.dist)
+    return {package.name: package.version for package in added}
 
 
 @cache

@@ -73,19 +73,21 @@ class CertifiedMotion:
 
     def observe(self, times: Array) -> Mapping[str, Array]:
         """Coordinates and rates at `times` [s], shape (n,), by name."""
-        solution = self._until(times).solution
-        assert solution is not None
-        return self.system.observed(solution.at(np.asarray(times)).T)
+        return self.system.observed(self._track(times)[1].T)
 
     def uncertainty(self, times: Array) -> Mapping[str, Array]:
         """Sum of the two methods' difference and the effect of rounded inputs, shape (n,)."""
-        track = self._until(times)
-        assert track.solution is not None
-        states = track.solution.at(np.asarray(times))
+        track, states = self._track(times)
         after = np.searchsorted(track.times, times, side="right")
         before, last = track.doubts[after - 1], len(track.doubts) - 1
         doubts = np.maximum(before, track.doubts[np.minimum(after, last)])
         return self.system.doubts(states.T, doubts.T)
+
+    def _track(self, times: Array) -> tuple[_Track, Array]:
+        """The track up to the last of `times` [s], and the states then, shape (n, d)."""
+        track = self._until(times)
+        assert track.solution is not None
+        return track, track.solution.at(np.asarray(times))
 
     def known_until(self, last: float) -> float:
         """The time up to `last` [s] until which the motion is certified."""
