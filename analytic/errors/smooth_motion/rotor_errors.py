@@ -13,7 +13,6 @@ import numpy as np
 from plumbob.analytic.errors.smooth_motion.error_series import ErrorSeries, Step
 from plumbob.analytic.errors.smooth_motion.scheme_steps import advance, steps_until
 from plumbob.analytic.errors.smooth_motion.stepped_rotor import (
-    TINY,
     equations_of,
     in_series,
     orbit,
@@ -25,7 +24,7 @@ from plumbob.analytic.numerics.power_series import constant
 from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
 from plumbob.analytic.numerics.rotor.orbit import ANGLE, rotor_motion, smooth_system
 from plumbob.analytic.numerics.smooth.smooth_motion import SmoothMotion
-from plumbob.analytic.numerics.smooth.smooth_system import SmoothSystem
+from plumbob.analytic.numerics.smooth.smooth_system import TINY, SmoothSystem
 from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.reference import Array, Reference
 from plumbob.analytic.schemes import EULER, STEPPED, Scheme

@@ -42,12 +42,12 @@ from plumbob.analytic.errors.smooth_motion.scheme_steps import (
 )
 from plumbob.analytic.numerics.arithmetic import ROUNDOFF, ULP
 from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor, forces
+from plumbob.analytic.numerics.smooth.smooth_system import TINY
 from plumbob.analytic.reference import Array
 from plumbob.analytic.schemes import EULER, LEAPFROG, STEPPED, Scheme
 
 FORCE_ROUNDINGS = 8.0  # of a force, whose parts an engine adds up along its own way
 FORCES = (0, 1, 2, 4, 7)  # the rotor's coefficients that are accelerations at 1 rad
-TINY = 1e-30  # imaginary part of a derivative: its square is lost in a double
 Complex = npt.NDArray[np.complex128]
 
 

@@ -33,9 +33,9 @@ def followed(
     lasts: float = math.inf,
     exponent: float = 0.0,
 ) -> LongRun | None:
-    """The growth of a scheme's error at a `step` over `scales`, by its `series` at times [s]; on
-    a motion of a `fastest` period [s] that `lasts` so long [s] and parts neighbours at the rate
-    `exponent` [1/s]; None without a series."""
+    """The growth of the error of a scheme with a `series` at times [s], at a `step` [s] and over
+    these `scales`, on a motion of a `fastest` period [s] that `lasts` so long [s] and parts
+    neighbours at the rate `exponent` [1/s]; None without a series."""
     longest = min(lasts, LONGEST * fastest)
     enough = LEVELS[1] if math.isinf(lasts) else math.inf
     if exponent:

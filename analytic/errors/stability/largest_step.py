@@ -9,10 +9,10 @@ import numpy as np
 import numpy.typing as npt
 
 from plumbob.analytic.errors.smooth_motion.scheme_steps import Advance, Parts
+from plumbob.analytic.numerics.smooth.smooth_system import TINY
 from plumbob.analytic.reference import Array
 from plumbob.analytic.stability import LARGEST, SMALLEST
 
-TINY = 1e-30  # an imaginary part that is a nudge: its square is lost in a double
 LEAST_STEPS = 10_000  # that a step must hold for
 LEAST_PERIODS = 100  # of the fastest mode
 FACTOR = 1e3  # by which a nudge may grow beyond the growth of the exact motion

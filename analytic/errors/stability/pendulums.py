@@ -20,7 +20,6 @@ from plumbob.analytic.errors.stability.flow_growth import (
 )
 from plumbob.analytic.errors.stability.followed_runs import followed
 from plumbob.analytic.errors.stability.largest_step import (
-    TINY,
     Complex,
     jacobians,
     largest_lasting_step,
@@ -35,6 +34,7 @@ from plumbob.analytic.errors.stability.stepped_growth import (
 )
 from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
 from plumbob.analytic.numerics.rotor.orbit import ANGLE
+from plumbob.analytic.numerics.smooth.smooth_system import TINY
 from plumbob.analytic.reference import Array, Reference
 from plumbob.analytic.schemes import ADAPTIVE, CLOSED_FORM, STEPPED, Scheme
 from plumbob.analytic.stability import LEVELS, NO_STEP, LongRun, StabilityTheory, StepLimit

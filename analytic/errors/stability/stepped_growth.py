@@ -14,10 +14,10 @@ from plumbob.analytic.errors.stability.flow_growth import LOST
 from plumbob.analytic.errors.stability.largest_step import (
     FACTOR,
     LEAST_PERIODS,
-    TINY,
     Marks,
     run_length,
 )
+from plumbob.analytic.numerics.smooth.smooth_system import TINY
 from plumbob.analytic.reference import Array
 from plumbob.analytic.stability import AWAY, EVERY, RATIO, Kind, StepLimit, exponent
 
