@@ -170,14 +170,16 @@ def steepest_load(capsule: Capsule) -> float:
     return float(np.hypot(*load_gradient(capsule)).max())
 
 
-def normal_force_uncertainty(capsule: Capsule, reach: float) -> float:
+def normal_force_uncertainty(capsule: Capsule, reach: float, moved: Any = 0.0) -> Any:
     """Bound on the error of each N_i [N] from rounded parameters and arithmetic, with the slider
-    within `reach` of C [m]: a quotient of areas, which has few digits in a flat triangle."""
+    within `reach` of C [m], in places that it is `moved` from [m], shape of these: a quotient of
+    areas, which has few digits in a flat triangle."""
     corners = np.asarray(capsule.supports)
     (ux, uy), (vx, vy) = corners[1] - corners[0], corners[2] - corners[0]
     size = float(np.abs(corners).max()) + capsule.mass_ratio * reach
     flatness = size**2 / abs(ux * vy - uy * vx)
-    return float(32 * ROUNDOFF * capsule.weight * flatness * (1 + 4 * flatness))
+    rounded = 32 * ROUNDOFF * capsule.weight * flatness * (1 + 4 * flatness)
+    return rounded + steepest_load(capsule) * moved
 
 
 def _turning_points(capsule: Capsule, piece: Point | Arc) -> Array:

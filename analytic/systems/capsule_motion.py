@@ -32,8 +32,9 @@ class Demand:
 
 class SingleMotion:
     """A motion of body and slider that is not repeated. Every motion of the capsule has a `kind`,
-    the slider's `path` in the body to the end of the last repetition, the `sliding_time` [s] for
-    which the body moves in one `single`, how often that is repeated, and at which period [s]."""
+    the slider's `path` in the body to the end of the last repetition, the `single` motion, in which
+    the body moves for the `sliding_time` [s], how often that is repeated, and at which period
+    [s]."""
 
     count: ClassVar[int] = 1
     period: ClassVar[float] = math.inf

@@ -79,7 +79,7 @@ def facts(problem: CapsuleProblem) -> Mapping[str, Any]:
     turns = problem.motion
     turn, stop = turns.manoeuvre, np.array([2.0 * turns.manoeuvre.half_time])
     events = [(e.time, e.mode, e.support + 1) for e in turns.single.events]
-    lowest, _ = lowest_normal_forces(turn.capsule, turn.track)
+    lowest, _ = lowest_normal_forces(turn.capsule, turn.path.track())
     left, formula = turns.single.at(stop), turn.rates_at_stop
     return {
         "body_angle": float(turns.single.at(stop).heading[0]),

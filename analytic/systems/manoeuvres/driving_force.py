@@ -8,12 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from plumbob.analytic.numerics.arithmetic import ROUNDOFF
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.capsule import Capsule
 from plumbob.analytic.systems.capsule_motion import Demand
-
-ROUNDINGS = 32  # upper bound: of the parameters, and between them and the force
 
 
 def driving_force(capsule: Capsule, friction: Array, acceleration: Array) -> Array:
@@ -24,13 +21,6 @@ def driving_force(capsule: Capsule, friction: Array, acceleration: Array) -> Arr
     mu = capsule.mass_ratio
     reduced = mu * capsule.body_mass  # (1 - mu) m without a cancellation
     return mu * friction + reduced * acceleration
-
-
-def uncertainty(capsule: Capsule, friction: Array, acceleration: Array) -> Array:
-    """Absolute error [N], that parameters rounded to double, and the arithmetic, may have caused,
-    of `driving_force` of the same arguments."""
-    size = driving_force(capsule, np.abs(friction), np.abs(acceleration))
-    return ROUNDINGS * ROUNDOFF * size
 
 
 def demand(motion: Any, duration: float) -> Demand:

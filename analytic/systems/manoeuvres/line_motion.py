@@ -19,9 +19,8 @@ from plumbob.analytic.systems.capsule import (
     by_support,
     normal_force_uncertainty,
     normal_forces,
-    steepest_load,
 )
-from plumbob.analytic.systems.manoeuvres import driving_force
+from plumbob.analytic.systems.manoeuvres.driving_force import driving_force
 from plumbob.analytic.systems.slider_path import SliderPath, StraightPiece
 
 # A time within round-off of a switch counts as the switch, for a step that begins there.
@@ -138,7 +137,7 @@ class LineMotion(LinearResponse):
     def driving_force(self, times: Array) -> Array:
         """Force F of the actuator on the slider [N] at `times` [s], shape (n,) (eqs. 3, 9)."""
         friction, pull = self.friction_force(times), self.at(times).pull
-        return np.asarray(driving_force.driving_force(self.single.capsule, friction, pull))
+        return np.asarray(driving_force(self.single.capsule, friction, pull))
 
     def normal_forces(self, times: Array) -> Array:
         """Normal forces N_i [N] at `times` [s], shape (n, 3)."""
@@ -174,9 +173,8 @@ class LineMotion(LinearResponse):
         end, pull = sizes[-1], max(phase.pull for phase in sizes)
         push = max(phase.acceleration for phase in sizes)
         reach = math.hypot(*self.ends[0]) + abs(self.single.stroke)
-        slack = normal_force_uncertainty(capsule, reach)
-        slack = slack + steepest_load(capsule) * late * end.stroke_rate
-        still = np.zeros_like(late)
+        slack = normal_force_uncertainty(capsule, reach, late * end.stroke_rate)
+        now, held, still = self.at(times), self.friction_force(times), np.zeros_like(late)
         return {
             "displacement": FEW * end.displacement * (1.0 + done) + late * end.velocity,
             "velocity": FEW * end.velocity + 2 * late * push,
@@ -186,9 +184,7 @@ class LineMotion(LinearResponse):
             "sideways": still,
             **dict.fromkeys(NORMAL_FORCES, still + slack),
             "friction_force": still + FEW * capsule.friction * capsule.weight,
-            "driving_force": driving_force.uncertainty(
-                capsule, self.friction_force(times), self.at(times).pull
-            ),
+            "driving_force": FEW * driving_force(capsule, np.abs(held), np.abs(now.pull)),
         }
 
     @cached_property

@@ -56,11 +56,6 @@ class RepeatedLine(LineMotion):
         return (*there, *back)
 
     @property
-    def sliding_time(self) -> float:
-        """Time for which the body slides in one manoeuvre [s]."""
-        return self.manoeuvre.t_star
-
-    @property
     def period(self) -> float:
         """Time from the start of one manoeuvre to the start of the next [s]."""
         return self.manoeuvre.t2 + self.returning.duration + self.pause

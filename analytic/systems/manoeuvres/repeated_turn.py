@@ -59,11 +59,6 @@ class RepeatedTurn:
         return (self.count - 1) * self.period + self.single.rest_time
 
     @property
-    def sliding_time(self) -> float:
-        """Time from the start of a turn to rest [s]."""
-        return self.single.rest_time
-
-    @property
     def capsule(self) -> Capsule:
         """The body."""
         return self.manoeuvre.capsule

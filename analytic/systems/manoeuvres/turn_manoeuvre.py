@@ -16,7 +16,7 @@ import numpy as np
 
 from plumbob.analytic.parameters import ParameterError, check_fields, finite, positive
 from plumbob.analytic.reference import Array
-from plumbob.analytic.systems.capsule import ROUNDOFF, Capsule, Path, check_loads, normal_forces
+from plumbob.analytic.systems.capsule import ROUNDOFF, Capsule, check_loads, normal_forces
 from plumbob.analytic.systems.slider_path import SliderPath, arc_stroke, fixed
 from plumbob.analytic.systems.three_points.equations import Complex
 from plumbob.analytic.systems.three_points.friction import Start, three_point_motion
@@ -69,7 +69,7 @@ class TurnManoeuvre:
         check_fields(self, ("radius", "half_time"), others=("capsule",))
         if self.angular_acceleration == 0.0:
             raise ParameterError("angular_acceleration", 0.0, "other than 0")
-        check_loads(self.capsule, self.track)
+        check_loads(self.capsule, self.path.track())
 
     @property
     def inertia(self) -> float:
@@ -145,11 +145,6 @@ class TurnManoeuvre:
     def path(self) -> SliderPath:
         """The slider's motion, for `plumbob.analytic.systems.three_points.friction`."""
         return arc_stroke(self.radius, self.start, self.angular_acceleration, self.half_time)
-
-    @property
-    def track(self) -> Path:
-        """The slider's arc."""
-        return self.path.track()
 
     @cached_property
     def leading_pose(self) -> Array:

@@ -63,11 +63,6 @@ class Plan:
         return self.motion
 
     @property
-    def sliding_time(self) -> float:
-        """Time to rest [s]."""
-        return self.motion.rest_time
-
-    @property
     def duration(self) -> float:
         """Total time [s]."""
         return self.path.duration

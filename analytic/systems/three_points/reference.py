@@ -15,7 +15,6 @@ from plumbob.analytic.systems.capsule import (
     by_support,
     normal_force_uncertainty,
     normal_forces,
-    steepest_load,
 )
 from plumbob.analytic.systems.three_points.friction import Start
 
@@ -80,7 +79,7 @@ class PlaneReference(LinearResponse):
         capsule, (places, speeds, _) = self.motion.capsule, self.motion.path.kinematics(times)
         late = ROUNDINGS * float(np.max(np.abs(times))) * float(np.hypot(*speeds.T).max())
         reach = float(np.hypot(*places.T).max())
-        return normal_force_uncertainty(capsule, reach) + steepest_load(capsule) * late
+        return float(normal_force_uncertainty(capsule, reach, late))
 
     @property
     def begun(self) -> Start:
