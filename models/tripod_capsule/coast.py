@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from functools import lru_cache, partial
+from functools import partial
 from types import MappingProxyType
 from typing import Any
 
@@ -12,12 +12,10 @@ import numpy as np
 
 from plumbob.analytic.parameters import finite, known
 from plumbob.analytic.reference import Array
-from plumbob.analytic.systems.capsule import Capsule, Point
 from plumbob.analytic.systems.capsule_setup import CapsuleProblem, CapsuleSetup
 from plumbob.analytic.systems.manoeuvres.residual_motion import coasting
 from plumbob.analytic.systems.slider_path import fixed
 from plumbob.analytic.systems.three_points.friction import Start, three_point_motion
-from plumbob.analytic.systems.three_points.motion import ThreePointMotion
 from plumbob.analytic.systems.three_points.reference import PlaneReference
 from plumbob.models.quantities import pose
 from plumbob.models.scene import Observable, Parameters, scene_of, step_sizes
@@ -61,13 +59,8 @@ def problem(parameters: Parameters) -> CapsuleProblem:
     closed = coasting(body, slider, (vx, vy), rate)
     if closed is not None:
         return CapsuleProblem(closed, closed, setup)
-    motion = _coupled(body, slider, Start(velocity=(vx, vy), angular_velocity=rate))
+    motion = three_point_motion(body, fixed(slider), Start((vx, vy), rate))
     return CapsuleProblem(motion, PlaneReference(motion), setup)
-
-
-@lru_cache(maxsize=8)  # the same for every method and step of a scene
-def _coupled(body: Capsule, slider: Point, begun: Start) -> ThreePointMotion:
-    return three_point_motion(body, fixed(slider), begun)
 
 
 def invariants(problem: CapsuleProblem, observed: Mapping[str, Array]) -> Mapping[str, Array]:

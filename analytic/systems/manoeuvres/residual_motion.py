@@ -96,18 +96,15 @@ class ResidualMotion(SingleMotion, LinearResponse):
     def uncertainty(self, times: Array) -> Mapping[str, Array]:
         """Absolute error [SI] at `times` [s], shape (n,), that parameters and times rounded to
         double, and the arithmetic, may have caused."""
-        few = ROUNDINGS * ROUNDOFF
-        way, rate = few * abs(self.distance), few * abs(self.rate)
-        load = normal_force_uncertainty(self.capsule, math.hypot(*self.slider))
-        bounds = (way, way, rate, rate, 0.0, 0.0, *3 * (load,))
+        few, turned = ROUNDINGS * ROUNDOFF, (0.0, 0.0)
+        moved, speed = few * abs(self.distance), few * abs(self.rate)
         if self.centre is not None:
-            arm = math.hypot(*self.centre)
-            moved, speed = arm * (way + few), arm * (rate + abs(self.rate) * (way + few))
-            bounds = (moved, moved, speed, speed, way, rate, *3 * (load,))
-        names = self.observe(np.zeros(1))
-        return {
-            name: np.full(np.shape(times), bound) for name, bound in zip(names, bounds, strict=True)
-        }
+            turned, arm = (moved, speed), math.hypot(*self.centre)
+            moved, speed = arm * (moved + few), arm * (speed + abs(self.rate) * (moved + few))
+        load = normal_force_uncertainty(self.capsule, math.hypot(*self.slider))
+        bounds = (moved, moved, speed, speed, *turned, *3 * (load,))
+        alike = (np.full(np.shape(times), bound) for bound in bounds)
+        return dict(zip(self.observe(np.zeros(1)), alike, strict=True))
 
 
 def coasting(

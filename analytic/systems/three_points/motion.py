@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from functools import cached_property
 from itertools import pairwise
 from typing import ClassVar
@@ -103,8 +103,8 @@ class ThreePointMotion(SingleMotion):
         times = np.unique(np.concatenate([np.linspace(a, b, 5) for a, b in pairwise(edges)]))
         poses, other = self.at(times), self.coarser().at(times)
         parts = []
-        for name in ("position", "heading", "velocity", "angular_velocity"):
-            here, there = getattr(poses, name), getattr(other, name)
+        for field in fields(Pose):
+            here, there = getattr(poses, field.name), getattr(other, field.name)
             size = float(np.abs(here).max())
             parts.append(np.abs(here - there).max(axis=0, keepdims=True) + ROUNDINGS * size)
         return Pose(*parts)
