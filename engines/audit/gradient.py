@@ -16,10 +16,11 @@ to the least at
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cache, cached_property
 from itertools import product
+from typing import Any
 
 import numpy as np
 
@@ -49,18 +50,10 @@ class Way:
     why: str = ""  # there are none
 
 
-@dataclass(frozen=True)
-class Entry:
-    """The derivative of one coordinate by one number, or the norm of all, at the end."""
-
-    of: str
-    by: str
-    way: str
-    exact: float  # [m or rad per unit of the number]
-    uncertainty: float
-    computed: float | None
-    relative_error: float | None
-    eps: float | None
+Entry = Mapping[str, Any]
+"""The derivative "of" one coordinate "by" one number, or the norm of "all", at the end: the "way",
+"exact" and its "uncertainty" [m or rad per unit of the number], "computed", "relative_error" and
+"eps"; None where there is none."""
 
 
 @dataclass(frozen=True)
@@ -154,15 +147,19 @@ class Gradients:
         def value(matrix: Array) -> float:
             return float(self.norm(matrix) if place is None else matrix[row, column])
 
-        exact, known = value(self.exact[-1]), float(self.uncertainty[-1, column])
-        names = self.of[row], self.by[column]
-        if place is None:
-            names, known = ("all", "all"), float(self.certificate[-1]) * exact
-        computed = error = None
-        if way.computed is not None:
-            computed = value(way.computed[-1])
-            error = value(way.computed[-1] - self.exact[-1]) / exact if exact else None
-        return Entry(*names, way.name, exact, known, computed, error, way.eps)
+        exact, there = value(self.exact[-1]), way.computed
+        known = self.certificate[-1] * exact if place is None else self.uncertainty[-1, column]
+        off = None if there is None else value(there[-1] - self.exact[-1])
+        return {
+            "of": "all" if place is None else self.of[row],
+            "by": "all" if place is None else self.by[column],
+            "way": way.name,
+            "exact": exact,
+            "uncertainty": float(known),
+            "computed": None if there is None else value(there[-1]),
+            "relative_error": off / exact if off is not None and exact else None,
+            "eps": way.eps,
+        }
 
 
 def gradients(

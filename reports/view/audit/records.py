@@ -143,7 +143,7 @@ def _gradient(known: Gradients | str | None) -> dict[str, Any]:
         return {"gradient": [], "gradient_horizon": None, "gradient_why": known}
     measured = next(way.eps for way in known.ways if way.name == "central")
     return {
-        "gradient": [entry.__dict__ for entry in known.entries],
+        "gradient": known.entries,
         "gradient_horizon": known.horizon,
         "gradient_why": known.why,
         "gradient_ways": {way.name: way.why for way in known.ways},
