@@ -130,7 +130,6 @@ def held_against(
         model,
         replace(script, controls=script.controls[:count]),
         reference.course.states[: count + 1],
-        reference.positions[: count + 1],
         seconds,
     )
 

@@ -52,7 +52,6 @@ class Held:
     model: OwnModel
     script: Script  # up to where the motion is certified
     states: Array  # certified, shape (periods + 1, ...)
-    positions: Array  # [m] of the bodies
     seconds: float  # for one run
 
     @property
@@ -62,7 +61,7 @@ class Held:
 
     def errors(self, states: Array) -> Array:
         """[m] of states at the ends of the periods, so far."""
-        return distances(self.model.positions(states), self.positions)
+        return distances(self.model.positions(states), self.model.positions(self.states))
 
 
 @dataclass(frozen=True)

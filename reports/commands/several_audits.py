@@ -28,6 +28,7 @@ REFUSED, LOST = 2, 3  # exit codes: the input; a process has died or hung
 PAGE = "audit-models.html"
 OWN_PAGE = re.compile(r'href="#(audit-[^"]*\.html)"')  # of a row, which is no place of this page
 SETS = re.compile(r"\b(?:timestep|integrator|solref)\s*=")  # what a step's error depends on
+ESCAPED = str.maketrans({"%": "%25", "\r": "%0D", "\n": "%0A"})  # in a workflow command
 ANSWERS = ("reference", "your error", "to do")  # lines of an audit
 
 
@@ -141,9 +142,7 @@ def workflow_commands(row: Row) -> Iterator[str]:
     text = file.read_text("utf-8", "replace") if file.is_file() else ""
     numbers = [n for n, line in enumerate(text.splitlines(), 1) if SETS.search(line)] or [1]
     answer = "\n".join(line for line in row.lines if line.startswith(ANSWERS))
-    message = row.missed or (row.says if row.code else answer)
-    for plain, escaped in (("%", "%25"), ("\r", "%0D"), ("\n", "%0A")):
-        message = message.replace(plain, escaped)
+    message = (row.missed or (row.says if row.code else answer)).translate(ESCAPED)
     kind = "error" if row.code else "notice"
     for number in numbers:
         yield f"::{kind} file={row.path},line={number},title=plumbob audit::{message}"

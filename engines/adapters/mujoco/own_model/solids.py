@@ -37,9 +37,7 @@ def _shape(model: Any, geom: int) -> tuple[Array, float]:
     """Points of a geom in its own frame [m], shape (n, 3), and the radius [m] that thickens their
     hull; what is neither round nor a mesh is a box."""
     kind, size = model.geom_type[geom], model.geom_size[geom]
-    if kind == KIND.mjGEOM_SPHERE:
-        return np.zeros((1, 3)), float(size[0])
-    if kind == KIND.mjGEOM_CAPSULE:
+    if kind in (KIND.mjGEOM_SPHERE, KIND.mjGEOM_CAPSULE):  # a sphere has no length
         return np.outer([-size[1], size[1]], [0.0, 0.0, 1.0]), float(size[0])
     if kind == KIND.mjGEOM_PLANE:
         most = FLOOR * model.stat.extent
