@@ -34,21 +34,12 @@ class Measured:
     """A run of the body at one step with one kind of contacts: distances, drift and turn."""
 
     step: float  # [s]
-    slides: tuple[Slide, ...]  # by heading
+    distances: Array  # along each heading [m]; not numbers where it does not stop
+    turned: float  # [rad] about the vertical when it slid straight on, at most
     turning: Slide | None  # while it turns too
     drift: float | None  # [m/s] the largest of all headings under the push, at the own step
     tilts: Array  # displacements by a tilt in deflections of one contact, by heading
     loaded: Array  # whether every load stays >= 0 as its transient overshoots, by heading
-
-    @property
-    def distances(self) -> Array:
-        """Displacements along each heading [m]; not numbers where it does not stop."""
-        return np.array([s.along if s.rests else np.nan for s in self.slides])
-
-    @property
-    def turned(self) -> float:
-        """[rad] by which the body turned about the vertical when it slid straight on, at most."""
-        return max(abs(s.turn) for s in self.slides)
 
 
 @dataclass(frozen=True)
@@ -189,22 +180,24 @@ def _halvings(
         step = model.step / 2**k
         try:
             floor = getattr(model, kind)(step)
+            if more := set(floor.feet) ^ set(standing.feet):
+                raise NotCertifiable(f"at {step:g} s other geoms touch ({', '.join(sorted(more))})")
         except NotCertifiable as reason:
             return tuple(runs), (f"{kind} contacts: {reason}",)
-        if more := set(floor.feet) ^ set(standing.feet):
-            touching = ", ".join(sorted(more))
-            return tuple(runs), (f"{kind} contacts: at {step:g} s other geoms touch ({touching})",)
         stance = Stance(floor.points[:, :2], -float(floor.points[:, 2].mean()))
         pushed = [h for h in HEADINGS[::2] if not k and upright.slides(PUSH * most, h)]
-        run = Measured(
-            step,
-            tuple(floor.slide(h, speed, 0.0, duration) for h in HEADINGS),
-            floor.slide(TURN_HEADING, speed, spin, LONGER * duration),
-            max((floor.drift(h, push, PUSHED) for h in pushed), default=None),
-            np.array([stance.tilt(h) for h in HEADINGS]),
-            np.array([stance.slides(model.overshoot * most, h) for h in HEADINGS]),
+        slides = [floor.slide(h, speed, 0.0, duration) for h in HEADINGS]
+        runs.append(
+            Measured(
+                step,
+                np.array([s.along if s.rests else np.nan for s in slides]),
+                max(abs(s.turn) for s in slides),
+                floor.slide(TURN_HEADING, speed, spin, LONGER * duration),
+                max((floor.drift(h, push, PUSHED) for h in pushed), default=None),
+                np.array([stance.tilt(h) for h in HEADINGS]),
+                np.array([stance.slides(model.overshoot * most, h) for h in HEADINGS]),
+            )
         )
-        runs.append(run)
     return tuple(runs), ()
 
 

@@ -35,7 +35,7 @@ from plumbob.engines.adapters.mujoco.settings_to_paste import (
     settings,
 )
 from plumbob.engines.adapters.mujoco.user_file import user_model
-from plumbob.engines.method import Method, time_step
+from plumbob.engines.method import time_step
 from plumbob.engines.own_contacts import Slide, Standing
 from plumbob.engines.own_motion import NotCertifiable, Start
 from plumbob.engines.peer_model import rotation
@@ -228,7 +228,7 @@ class MujocoContacts(RigidPiece):
         data.qvel[:] = 0.0
         first = model.body_dofadr[body]
         data.qvel[first : first + 3] = speed * way
-        start = replace(self.start, qpos=tuple(data.qpos), qvel=tuple(data.qvel))
+        start = replace(self.start, qpos=data.qpos, qvel=data.qvel)
         return own_model(model, self.name, start), body, way
 
     def frictions(self) -> ByName:
@@ -257,7 +257,7 @@ class MujocoContacts(RigidPiece):
 
     def _pasted(self, step: float, stiffness: float) -> Any:
         """The piece with the settings of the method, as they are pasted into MJCF alone."""
-        spec, named = self.spec.copy(), self._named
+        spec, named = self.spec.copy(), find_method(self.method)
         frictions = self.frictions()
         for pair in list(spec.pairs):
             spec.delete(pair)
@@ -277,14 +277,10 @@ class MujocoContacts(RigidPiece):
         model.qpos0[:] = self._settled.begun
         return model
 
-    @property
-    def _named(self) -> Method:
-        return find_method(self.method)
-
     @cached_property
     def _settings(self) -> Settings:
         friction = next(iter(self.frictions().values()))
-        return settings(self._named, self.step, self.stiffness, friction)
+        return settings(find_method(self.method), self.step, self.stiffness, friction)
 
     @property
     def first_order(self) -> float | None:
