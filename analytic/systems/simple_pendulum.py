@@ -101,9 +101,8 @@ class SimplePendulum:
         action; None where the equation is linear, damped or forced."""
         if self.linear or not self.rotor.conservative:
             return None
-        moment = quad(MASS) * self.length
         return PendulumMotion(
-            TrigonometricPotential(0.0, 0.0, moment * self.gravity),
+            TrigonometricPotential(0.0, 0.0, quad(self.length) * self.gravity),
             self.length**2,
             self.theta,
             self.theta_dot,

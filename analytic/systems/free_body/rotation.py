@@ -94,7 +94,7 @@ class Turning:
     axes: tuple[int, int, int]  # c, m and o: 0, 1 or 2
     side: float  # sign of l_c
     signs: tuple[float, float]  # of l_m and l_o, where sn and cn are positive
-    sizes: tuple[float, float, float]  # C, M and O [kg m^2/s]
+    sizes: Array  # C, M and O [kg m^2/s], shape (3,)
     a: Quad  # A [1/s]
     b: Quad  # B [1/s]
     half_turn: Quad  # [s], half the period of the angular velocity; infinite on the separatrix
@@ -111,8 +111,7 @@ class Turning:
         momentum = np.empty((3, times.size))
         sign = np.where(turns % 2.0 == 0.0, 1.0, -1.0)
         parts = (self.side * dn, self.signs[0] * sign * sn, self.signs[1] * sign * cn)
-        for axis, size, part in zip(self.axes, self.sizes, parts, strict=True):
-            momentum[axis] = size * part
+        momentum[[*self.axes]] = self.sizes[:, None] * parts
         phase = quad(times) * self.steady_rate
         if np.isfinite(double(self.half_turn)):
             phase = phase + quad(turns) * self._extra_per_half_turn
@@ -153,7 +152,7 @@ def _about(body: Rotation, axes: tuple[int, int, int], high: int, kappa: Quad) -
     d_co, d_cm = _apart(body, c, o), _apart(body, c, middle)
     alpha = np.sqrt(d_co * squares[c] + _apart(body, o, middle) * squares[middle])
     beta = np.sqrt(d_co * squares[o] + d_cm * squares[middle])
-    sizes = alpha / np.sqrt(d_co), beta / np.sqrt(d_cm), beta / np.sqrt(d_co)
+    sizes = np.array([alpha, beta, beta]) / np.sqrt(np.array([d_co, d_cm, d_co]))
     a, b = alpha * np.sqrt(d_cm), np.sqrt(d_co * abs(kappa))
     part = sizes[0] / body.magnitude
     signs = [1.0 if part >= 0 else -1.0 for part in momentum]
@@ -164,7 +163,7 @@ def _about(body: Rotation, axes: tuple[int, int, int], high: int, kappa: Quad) -
         axes,
         signs[c],
         (sense, signs[o]),
-        (double(sizes[0]), double(sizes[1]), double(sizes[2])),
+        double(sizes),
         a,
         b,
         half_turn(a, b),
