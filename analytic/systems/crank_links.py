@@ -10,11 +10,16 @@ the end of the one before, whose middles are at c(t), by Lagrange's equation (La
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from operator import add
 from typing import Any, NamedTuple
 
+import numpy as np
+
 from plumbob.analytic.numerics.smooth.certified_motion import CertifiedMotion
 from plumbob.analytic.numerics.smooth.smooth_system import SmoothSystem
+from plumbob.analytic.numerics.smooth.soft_loop import Gaps, loop_force
+from plumbob.analytic.reference import Array
 
 Pair = tuple[Any, Any]
 Moved = tuple[Any, Sequence[Any], Sequence[Any]]
@@ -58,6 +63,15 @@ def potential(gravity: float, links: Sequence[Link]) -> Any:
     for mass, (_, rise), *_ in links:
         energy, end = energy + gravity * mass * (end + rise / 2), end + rise
     return energy
+
+
+def reaction(problem: Any, gaps: Gaps, times: Array) -> Array:
+    """Force [N] in the pin that ties a problem's opened chain, along the line and up, at `times`
+    [s], shape (n,), by the multipliers of its `gaps`; shape (2, n)."""
+    states = problem.motion.observe(times)
+    cranks = zip(states["angle"].tolist(), states["angle_dot"].tolist(), strict=True)
+    chains = (replace(problem, angle=t, angular_velocity=v).opened for t, v in cranks)
+    return np.array([loop_force(at, gaps, *np.split(at.start, 2)) for at in chains]).T
 
 
 def crank_motion(

@@ -24,11 +24,11 @@ import numpy as np
 from plumbob.analytic.numerics.arithmetic import ULP
 from plumbob.analytic.numerics.smooth.certified_motion import CertifiedMotion
 from plumbob.analytic.numerics.smooth.smooth_system import SmoothSystem
-from plumbob.analytic.numerics.smooth.soft_loop import loop_force, softened
+from plumbob.analytic.numerics.smooth.soft_loop import softened
 from plumbob.analytic.parameters import ParameterError, check_fields
 from plumbob.analytic.reference import Array
 from plumbob.analytic.schemes import SoftLoop
-from plumbob.analytic.systems.crank_links import Link, crank_motion, potential
+from plumbob.analytic.systems.crank_links import Link, crank_motion, potential, reaction
 from plumbob.analytic.systems.n_pendulum import NPendulum
 
 LENGTHS = ("crank", "coupler", "rocker", "ground")
@@ -119,11 +119,7 @@ class FourBar:
     def reaction(self, times: Array) -> Array:
         """Force of its axis on the rocker [N], along the line of the axes and up, at `times` [s],
         shape (n,); shape (2, n)."""
-        states = self.motion.observe(times)
-        bars = zip(states["angle"].tolist(), states["angle_dot"].tolist(), strict=True)
-        chains = (replace(self, angle=t, angular_velocity=v).chain.motion.system for t, v in bars)
-        forces = (loop_force(at, self._gaps, *np.split(at.start, 2)) for at in chains)
-        return np.array([*forces]).T
+        return reaction(self, self._gaps, times)
 
     @property
     def transmission_angle(self) -> float:

@@ -23,7 +23,7 @@ from plumbob.analytic.numerics.smooth.soft_loop import softened
 from plumbob.analytic.parameters import ParameterError, check_fields
 from plumbob.analytic.reference import Array
 from plumbob.analytic.schemes import SoftLoop
-from plumbob.analytic.systems.crank_links import Link, crank_motion
+from plumbob.analytic.systems.crank_links import Link, crank_motion, reaction
 from plumbob.analytic.systems.n_pendulum import NPendulum
 
 LENGTHS, MASSES = ("crank", "rod"), ("crank_mass", "rod_mass", "slider_mass")
@@ -92,6 +92,11 @@ class SliderCrank:
         lever = np.array([self.crank, self.rod / 2])  # of the rod's centre, which can move across
         sees = lever @ stretched @ lever / 3 + 1 / self.slider_mass  # the mean of three directions
         return softened(self.opened, _gaps, loop, step, sees)
+
+    def reaction(self, times: Array) -> Array:
+        """Force of the slider's pin on the rod [N], along the line and up, at `times` [s], shape
+        (n,); shape (2, n)."""
+        return reaction(self, _gaps, times)
 
     @property
     def lift(self) -> float:

@@ -10,6 +10,8 @@ from plumbob.analytic.systems.slider_crank import SliderCrank
 from plumbob.models.field_systems import energy_at_start, field_values, smooth_system
 from plumbob.models.scene import Case, Observable, Quantity, scene_of, step_sizes
 
+REACTION = tuple(Observable(f"rod_pin_{x}", "N") for x in "xy")
+
 
 def facts(crank: SliderCrank) -> Mapping[str, Any]:
     """The energy [J], 0 at rest on the line, and whether the crank turns over."""
@@ -55,6 +57,7 @@ SYSTEMS = (
         default="turning",
         facts=facts,
         interest=interest,
+        also=lambda crank, times: dict(zip(REACTION, crank.reaction(times), strict=True)),
         start=("angle", "angular_velocity"),
     ),
 )

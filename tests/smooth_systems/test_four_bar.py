@@ -94,16 +94,25 @@ def test_the_axis_pulls_as_newton_and_euler_say_with_40_digits(angle):
     np.testing.assert_allclose(bars.reaction(np.zeros(1))[:, 0], exact, 1e-12)
 
 
-@pytest.mark.parametrize(("step", "error"), [(1e-3, 4.6e-3), (1e-4, 1.8e-6)])
-def test_mujoco_s_constraint_force_is_that_reaction(step, error):
+@pytest.mark.parametrize(
+    ("name", "step", "error"),
+    [
+        ("four-bar/crank-rocker", 1e-3, 4.6e-3),
+        ("four-bar/crank-rocker", 1e-4, 1.8e-6),
+        ("slider-crank/turning", 1e-3, 5.9e-3),
+        ("slider-crank/turning", 1e-4, 5.2e-7),
+    ],
+)
+def test_mujoco_s_constraint_force_is_that_reaction(name, step, error):
     """At 0.5 s with RK4, within a third of what the README says."""
-    spec = find_builder("mujoco", TURNING.system).whole(TURNING.system.mjcf, BARS)
+    case = case_of(scene(name))
+    spec = find_builder("mujoco", case.system).whole(case.system.mjcf, case.problem)
     spec.option.timestep, spec.option.integrator = step, mujoco.mjtIntegrator.mjINT_RK4
     model = spec.compile()
     data = mujoco.MjData(model)
     mujoco.mj_resetDataKeyframe(model, data, 0)
     mujoco.mj_step(model, data, round(0.5 / step))
     mujoco.mj_forward(model, data)
-    exact = BARS.reaction(np.array([0.5]))[:, 0]
+    exact = case.problem.reaction(np.array([0.5]))[:, 0]
     off = np.hypot(*(data.efc_force[[0, 2]] - exact)) / np.hypot(*exact)
     assert 0.7 * error < off < 1.3 * error
