@@ -52,19 +52,6 @@ def test_the_slider_is_where_the_angle_puts_it():
     np.testing.assert_allclose(found, rounded, 1e-12)
 
 
-def test_the_pin_alone_moves_the_slider():
-    system, t, rate = CRANK.motion.system, CRANK.angle, CRANK.angular_velocity
-    gained = system.acceleration(0.0, (t,), (rate,), system.values)[0]
-    a, length = map(mp.mpf, (CRANK.crank, CRANK.rod))
-
-    def place(t):
-        return a * mp.cos(t) + mp.sqrt(length**2 - (a * mp.sin(t)) ** 2)
-
-    moved = mp.diff(place, t) * gained + mp.diff(place, t, 2) * rate**2
-    along, _ = CRANK.reaction(np.zeros(1))[:, 0]
-    assert along == pytest.approx(float(-CRANK.slider_mass * moved), rel=1e-12)
-
-
 def test_the_soft_loop_pulls_as_mujoco_s_does():
     for gap in (0.0, 1e-5):  # [m]
         (crank, rod, slider), ours = links.loop_accelerations(TURNING, gap)
