@@ -27,6 +27,11 @@ CAPSULES = (  # what tells contact models apart, and of plans the shortest ones
     *("capsule-turn/light-slider", "capsule-turn/heavy-slider", "capsule-plan/heading-*"),
     *("capsule-plan/light-slider", "capsule-plan/heavy-slider"),
 )
+# A line turned about stays a line: a model of one need not run every heading.
+ONE_LINE = (
+    *("capsule-line/[!h]*", "capsule-line/heavy-slider", "capsule-hold", "capsule-train"),
+    "capsule-coast/translation",
+)
 CONTACTS = Scheme("euler with contacts")  # without a theory here
 POINT = 1e-14  # [kg m^2], [kg]: what engines want of bodies that have no size, or no mass
 FOOT_RADIUS = 0.01  # [m] of the spheres that stand on the plane

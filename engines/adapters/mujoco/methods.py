@@ -6,6 +6,7 @@ from dataclasses import replace
 from typing import Any
 
 from plumbob.analytic.schemes import EULER, RK4, Scheme
+from plumbob.engines.adapters.three_feet import ONE_LINE
 from plumbob.engines.method import Method
 from plumbob.models.scene import FREE_ROTATION, ON_PLANE, ON_SUPPORTS, ONE_SMOOTH, SMOOTH
 
@@ -81,11 +82,7 @@ def _capsule(
 
 
 # On the capsule the plain methods have MuJoCo's default contacts. Every method's control is its
-# mean over the step there. The reduced model has no heading, and need not run every one.
-_ONE_LINE = (
-    *("capsule-line/[!h]*", "capsule-line/heavy-slider", "capsule-hold", "capsule-train"),
-    "capsule-coast/translation",
-)
+# mean over the step there.
 _REDUCED = "a body on a rail: friction is a joint's, and there are no contacts"
 _TALL = "a body of another height"
 METHODS = (
@@ -108,8 +105,8 @@ METHODS = (
     _capsule("coulomb+noslip", systems=UNPLANNED, contact="coulomb+noslip"),
     _capsule("coulomb", "implicitfast", UNPLANNED, contact="coulomb"),
     _capsule("coulomb", "RK4", contact="coulomb"),
-    _capsule("reduced", systems=_ONE_LINE, surrogate=_REDUCED, model="reduced"),
-    _capsule("reduced", "RK4", systems=_ONE_LINE, surrogate=_REDUCED, model="reduced"),
+    _capsule("reduced", systems=ONE_LINE, surrogate=_REDUCED, model="reduced"),
+    _capsule("reduced", "RK4", systems=ONE_LINE, surrogate=_REDUCED, model="reduced"),
     _capsule(
         "tall", systems=("capsule-line/at-*",), surrogate=_TALL, contact="coulomb", height=0.05
     ),

@@ -28,10 +28,10 @@ def fields_in(model: Any) -> Fields:
     """Those of a compiled model."""
     yield "gravity", "", model.opt.gravity
     yield "timestep", "", model.opt.timestep
-    for i in range(1, model.nbody):
-        if (name := model.body(i).name) and model.body_mass[i] > 0.0:
-            yield "mass", name, model.body_mass[i]
-            yield "inertia", name, np.sort(model.body_inertia[i])
+    for body in map(model.body, range(1, model.nbody)):
+        if body.name and body.mass > 0.0:
+            yield "mass", body.name, body.mass[0]
+            yield "inertia", body.name, np.sort(body.inertia)
     one_degree = [int(mujoco.mjtJoint.mjJNT_HINGE), int(mujoco.mjtJoint.mjJNT_SLIDE)]
     for joint in map(model.joint, range(model.njnt)):
         if joint.name and joint.type[0] in one_degree:
@@ -44,6 +44,6 @@ def fields_in(model: Any) -> Fields:
             for field in CONTACTS:
                 values = getattr(part, field)
                 yield field, part.name, values[0] if field == "friction" else values
-    for i in range(model.nu):
-        if name := model.actuator(i).name:
-            yield "gear", name, model.actuator_gear[i, 0]
+    for actuator in map(model.actuator, range(model.nu)):
+        if actuator.name:
+            yield "gear", actuator.name, actuator.gear[0]

@@ -7,6 +7,7 @@ import math
 from dataclasses import replace
 
 from plumbob.analytic.schemes import EULER, Scheme
+from plumbob.engines.adapters.three_feet import ONE_LINE
 from plumbob.engines.method import Method
 from plumbob.models.scene import ON_PLANE, ON_SUPPORTS
 
@@ -17,11 +18,6 @@ EULER_STEP = Scheme(EULER, position_first=True)
 CLOSING_RATE = -60.0 * math.log(0.899999976158142)  # [1/s], default error_bias: (1 - 0.1)^60 of
 # single-precision numbers
 SYSTEMS = ("simple-pendulum", "slider-crank", "n-pendulum", "four-bar")
-# A line turned about stays a line, and the side view need not run every heading.
-ONE_LINE = (
-    *("capsule-line/[!h]*", "capsule-line/heavy-slider", "capsule-hold", "capsule-train"),
-    "capsule-coast/translation",
-)
 # Of m L^2: pymunk wants a moment of inertia, a point has none. Taken off the rod's length it hardly
 # shows in the swing, but the joint's equations lose as many digits as it is small: at 1e-12, and
 # one iteration of the solver, the bob flies off.
