@@ -99,9 +99,15 @@ def _models_in(folder: Path) -> list[Path]:
 def audited(
     files: Sequence[Path], do: Callable[[Path], Row], jobs: int, limit: float
 ) -> Iterator[Row]:
-    """A row for each file as they are done, in up to `jobs` processes; one that dies, or takes
-    longer than `limit` [s], costs its own row."""
-    tasks = [Task(path, do, (path,), limit, label=str(path)) for path in files]
+    """A row for each file as they are done, in up to `jobs` processes, the largest first, since one
+    that takes long and begins last is waited for; one that dies, or takes longer than `limit` [s],
+    costs its own row."""
+
+    def size(path: Path) -> int:
+        return path.stat().st_size if path.is_file() else 0
+
+    largest_first = sorted(files, key=size, reverse=True)
+    tasks = [Task(path, do, (path,), limit, label=str(path)) for path in largest_first]
     with Workers(min(jobs, len(tasks))) as workers:
         for task, row in workers.results(tasks):
             path = str(task.key)

@@ -9,7 +9,9 @@ from xml.etree import ElementTree
 import pytest
 
 from plumbob.analytic.parameters import ParameterError
+from plumbob.engines.workers import Workers
 from plumbob.reports.cli import main
+from plumbob.reports.commands import several_audits
 from plumbob.reports.commands.several_audits import Row, model_files, refused, write_badge
 
 ROD = """<mujoco><option timestep="{step}"/><worldbody><body><joint axis="0 1 0"/>
@@ -46,6 +48,15 @@ def test_which_files_are_meant(folder):
         (folder / "empty").mkdir(exist_ok=True)
         with pytest.raises(ParameterError, match="a file, or a folder or pattern with models"):
             model_files([nothing])
+
+
+def test_the_largest_file_is_begun_first(folder, monkeypatch):
+    """And one that is not there is the smallest."""
+    begun = []
+    monkeypatch.setattr(Workers, "results", lambda self, tasks: begun.extend(tasks) or ())
+    files = [folder / name for name in ("none.xml", "notes.xml", "part.xml", "whole.xml")]
+    assert list(several_audits.audited(files, str, 2, 1.0)) == []
+    assert [task.key.stem for task in begun] == ["part", "whole", "notes", "none"]
 
 
 @pytest.mark.long
