@@ -80,10 +80,8 @@ def test_plain_data_are_what_the_command_prints(results, capsys):
     assert main(["audit", str(Path(data["model"])), *short]) == 0
     printed = json.loads(capsys.readouterr().out)
     timed = {"seconds", "steps", "cheapest", "trims", "to_do"}
-    assert {k: v for k, v in printed.items() if k not in timed} == {
-        k: v for k, v in data.items() if k not in timed
-    }
-    assert set(printed) == set(data)
+    assert printed.keys() == data.keys()
+    assert all(printed[key] == data[key] for key in data.keys() - timed)
 
 
 def test_without_an_answer_the_line_says_why(results):

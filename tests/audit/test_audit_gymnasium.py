@@ -20,24 +20,22 @@ def steering(observation):
     return np.clip([2.0 * observation[1] + 0.5 * observation[0] + 0.1], -3.0, 3.0)
 
 
-def _installed():
-    for package in ("gymnasium", "imageio"):
-        pytest.importorskip(package)
+for package in ("gymnasium", "imageio"):
+    pytest.importorskip(package)
 
 
 @pytest.mark.long
 def test_the_rollout_is_gymnasiums_own_to_the_bit():
-    _installed()
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         theirs = importlib.import_module("gymnasium").make(POLE)
         observation, _ = theirs.reset(seed=3)
         states, controls = [], []
         for _ in range(5):
-            states.append(np.concatenate([theirs.unwrapped.data.qpos, theirs.unwrapped.data.qvel]))
+            states.append(theirs.unwrapped.state_vector())
             observation, *_ = theirs.step(steering(observation))
             controls.append(theirs.unwrapped.data.ctrl.copy())
-        states.append(np.concatenate([theirs.unwrapped.data.qpos, theirs.unwrapped.data.qvel]))
+        states.append(theirs.unwrapped.state_vector())
     found = audit(environment(POLE, seed=3), policy=steering, duration=0.2, budget=5.0)
     assert found.script.period == pytest.approx(theirs.unwrapped.dt)
     np.testing.assert_array_equal(found.script.controls, controls)
@@ -50,7 +48,6 @@ def test_the_rollout_is_gymnasiums_own_to_the_bit():
 
 @pytest.mark.long
 def test_on_the_command_line(tmp_path, capsys, monkeypatch):
-    _installed()
     monkeypatch.chdir(tmp_path)
     Path("own_pole.py").write_text("def act(observation):\n    return 0.1 * observation[:1]\n")
     words = ["audit", "--gym", POLE, *QUICK, "--seed", "3"]

@@ -48,17 +48,14 @@ def test_the_first_line_is_written_before_anything_is_computed(asked, tmp_path, 
     model.write_text(PENDULUM.format(integrator="Euler"))
     before = []
 
-    def noted(*given):
-        before.append(out.read_text("utf-8"))
-        return certified(*given)
+    def interrupted(*given):
+        before.append(out.read_text("utf-8").split(maxsplit=1)[:1])
+        raise KeyboardInterrupt
 
-    monkeypatch.setattr("plumbob.engines.audit.audit.certified", noted)
+    monkeypatch.setattr("plumbob.engines.audit.audit.certified", interrupted)
     with out.open("w", encoding="utf-8") as file, redirect_stdout(file):
-        assert main(["audit", str(model), "--duration", "0.1", "--budget", "5", *asked]) == 0
-    text = out.read_text("utf-8")
-    first = text.splitlines(keepends=True)[0]
-    assert before == ["" if asked else first]
-    assert asked or (first.startswith("rod.xml ") and text.count("rod.xml") == 1)
+        main(["audit", str(model), *asked])
+    assert before == [[] if asked else ["rod.xml"]]
 
 
 def test_the_own_step_is_run_whatever_the_time(request):
