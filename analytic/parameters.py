@@ -80,6 +80,22 @@ def check_fields(
             (positive if name in positives else least)(name, getattr(problem, name))
 
 
+def numbers(name: str, value: Any, shape: tuple[int, ...], requirement: str) -> Any:
+    """Return `value`, nested sequences of finite numbers of a `shape`, as tuples, or raise
+    ParameterError naming it, or the row of it with a number that is not finite."""
+
+    def checked(row: str, part: Any, left: tuple[int, ...]) -> Any:
+        if not left:
+            return finite(row, part)
+        items = tuple(part) if isinstance(part, Iterable) else ()
+        if len(items) != left[0]:
+            raise ParameterError(name, value, requirement)
+        names = [f"{row}[{i}]" if left[1:] else row for i in range(left[0])]
+        return tuple(checked(*pair, left[1:]) for pair in zip(names, items, strict=True))
+
+    return checked(name, value, shape)
+
+
 def counting(name: str, value: Any) -> int:
     """Return `value` as a whole number of 1 or more, or raise ParameterError naming it."""
     if isinstance(value, bool) or not isinstance(value, int) or value < 1:

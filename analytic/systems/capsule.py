@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from plumbob.analytic.numerics.arithmetic import ROUNDOFF as ROUNDOFF
-from plumbob.analytic.parameters import ParameterError, check_fields, finite
+from plumbob.analytic.parameters import ParameterError, check_fields, numbers
 from plumbob.analytic.reference import Array
 
 Point = tuple[float, float]
@@ -82,23 +82,8 @@ class SourceAssumption:
     slider_inside: bool
 
 
-def point(name: str, value: Any) -> Point:
-    """Return `value` as the coordinates of a point, or raise ParameterError naming it."""
-    try:
-        x, y = value
-    except (TypeError, ValueError):
-        raise ParameterError(name, value, "a point (x, y)") from None
-    return finite(name, x), finite(name, y)
-
-
 def _triangle(name: str, supports: Any) -> tuple[Point, Point, Point]:
-    try:
-        (x1, y1), (x2, y2), (x3, y3) = supports
-    except (TypeError, ValueError):
-        raise ParameterError(name, supports, "three points (x, y)") from None
-    a1, a2, a3 = (
-        point(f"{name}[{i}]", corner) for i, corner in enumerate(((x1, y1), (x2, y2), (x3, y3)))
-    )
+    a1, a2, a3 = numbers(name, supports, (3, 2), "three points (x, y)")
     longest = max(math.dist(a1, a2), math.dist(a2, a3), math.dist(a3, a1))
     doubled_area = (a2[0] - a1[0]) * (a3[1] - a1[1]) - (a2[1] - a1[1]) * (a3[0] - a1[0])
     if not abs(doubled_area) > FLATTEST * longest**2:

@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from plumbob.analytic.parameters import ParameterError, finite
-from plumbob.analytic.systems.capsule import Capsule, Point, direction_to, point
+from plumbob.analytic.parameters import ParameterError, finite, numbers
+from plumbob.analytic.systems.capsule import Capsule, Point, direction_to
 from plumbob.analytic.systems.capsule_setup import CapsuleProblem, CapsuleSetup
 from plumbob.analytic.systems.manoeuvres.line_manoeuvre import LineManoeuvre
 from plumbob.analytic.systems.three_points.reference import PlaneReference
@@ -158,4 +158,5 @@ def change_line(parameters: Parameters, changes: Parameters) -> Parameters:
 
 def place(parameters: Parameters) -> Point:
     """Position of the fixed slider relative to C [m]; raises ParameterError."""
-    return point("slider", parameters.get("slider", (0.0, 0.0)))
+    slider: Point = numbers("slider", parameters.get("slider", (0.0, 0.0)), (2,), "a point (x, y)")
+    return slider

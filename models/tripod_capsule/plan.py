@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from plumbob.analytic.parameters import ParameterError, known
+from plumbob.analytic.parameters import ParameterError, known, numbers
 from plumbob.analytic.systems.capsule import Capsule
 from plumbob.analytic.systems.capsule_setup import CapsuleProblem
 from plumbob.analytic.systems.planner.problem import POSES, Limits, RestPose
@@ -36,6 +36,7 @@ if TYPE_CHECKING:
 LIMITS = tuple(field.name for field in fields(Limits))
 CURVE = ("legs", "segments", "arc")  # of the slider, where it is not free
 NAMES = (*BODY, *LIMITS, "to", "track", "start", "slider", "slider_at_end", *CURVE)
+_POSE = "a pose [x, y, psi]"
 STEPS = (1e-3, 5e-4, 2e-4, 1e-4, 5e-5)
 LONG = 10.0  # [s]: a plan that takes more is not run at the finest step
 # Whole steps of every size, a little after the last manoeuvre has ended.
@@ -68,37 +69,27 @@ def _planned(
     return plan(body, goal, limits, track, start, **curve)
 
 
-def _pose(name: str, value: Any) -> tuple[float, float, float]:
-    try:
-        x, y, psi = value
-    except (TypeError, ValueError):
-        raise ParameterError(name, value, "a pose [x, y, psi]") from None
-    return x, y, psi
-
-
-def _hashable(value: Any) -> Any:
-    return tuple(_hashable(item) for item in value) if isinstance(value, list | tuple) else value
-
-
 def planned(parameters: Parameters) -> Plan:
     """The plan that parameters ask for, found once; raises ParameterError."""
-    from plumbob.analytic.systems.planner.tracks import check_curve
+    from plumbob.analytic.systems.planner.tracks import checked_curve
 
     known(parameters, NAMES)
-    slider = _hashable(parameters.get("slider", (0.0, 0.0)))
-    start = RestPose(*_pose("start", parameters.get("start", (0.0, 0.0, 0.0))), slider)
-    end = _hashable(parameters.get("slider_at_end", slider))
-    goal = RestPose(*_pose("to", parameters.get("to")), end)
+    slider = parameters.get("slider", (0.0, 0.0))
+    x, y, psi = numbers("start", parameters.get("start", (0.0, 0.0, 0.0)), (3,), _POSE)
+    start = RestPose(x, y, psi, slider)
+    x, y, psi = numbers("to", parameters.get("to"), (3,), _POSE)
+    goal = RestPose(x, y, psi, parameters.get("slider_at_end", slider))
     limits = Limits(**{name: parameters[name] for name in LIMITS if name in parameters})
     track = parameters.get("track", "free")
     if track not in _TRACKS:
         raise ParameterError("track", track, "free or curve")
-    curve = {name: _hashable(parameters[name]) for name in CURVE if name in parameters}
+    curve = {name: parameters[name] for name in CURVE if name in parameters}
     if curve and track == "free":
         name = next(iter(curve))
         raise ParameterError(name, parameters[name], "left out where the track is free")
-    check_curve(**curve)
-    return _planned(capsule(parameters), goal, limits, track, start, **curve)
+    legs, arc, segments = checked_curve(**curve)
+    at = {"legs": legs, "arc": arc, "segments": segments}
+    return _planned(capsule(parameters), goal, limits, track, start, **at)
 
 
 def problem(parameters: Parameters) -> CapsuleProblem:

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from plumbob.analytic.parameters import ParameterError, check_fields, counting
-from plumbob.analytic.systems.capsule import Capsule, Point, point
+from plumbob.analytic.parameters import ParameterError, check_fields, counting, numbers
+from plumbob.analytic.systems.capsule import Capsule, Point
 from plumbob.analytic.systems.manoeuvres.slow_motion import proper_fraction
 
 FULL_CIRCLE = 2.0 * math.pi
@@ -25,7 +25,8 @@ class RestPose:
 
     def __post_init__(self) -> None:
         check_fields(self, others=("slider",))
-        object.__setattr__(self, "slider", point("slider", self.slider))
+        slider = numbers("slider", self.slider, (2,), "a point (x, y)")
+        object.__setattr__(self, "slider", slider)
 
     @property
     def place(self) -> complex:

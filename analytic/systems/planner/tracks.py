@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import cmath
-import contextlib
 import itertools
 import math
 from collections.abc import Sequence
@@ -13,7 +12,7 @@ from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
-from plumbob.analytic.parameters import ParameterError, finite, positive
+from plumbob.analytic.parameters import ParameterError, numbers, positive
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.capsule import (
     Arc,
@@ -255,26 +254,19 @@ class Track:
         )
 
 
-def check_curve(legs: Any = (1, 2), arc: Any = "shorter", segments: Any = None) -> None:
-    """Raises ParameterError where `legs` are no two of the supports, `arc` is neither a name nor
-    two angles, or `segments` are no two triples of numbers."""
+def checked_curve(
+    legs: Any = (1, 2), arc: Any = "shorter", segments: Any = None
+) -> tuple[Pair, ArcName | Ends, tuple[LineSegment, ...] | None]:
+    """The same as tuples; raises ParameterError where `legs` are no two of the supports, `arc` is
+    neither a name nor two angles, or `segments` are no two triples of numbers."""
+    legs = tuple(legs) if isinstance(legs, list) else legs
     if legs not in itertools.permutations((1, 2, 3), 2) or any(type(i) is not int for i in legs):
         raise ParameterError("legs", legs, "two different ones of the supports 1, 2, 3")
     if arc not in ("shorter", "longer"):
-        _check_numbers("arc", arc, (2,), "shorter or longer, or two angles [from, to]")
+        arc = numbers("arc", arc, (2,), "shorter or longer, or two angles [from, to]")
     if segments is not None:
-        _check_numbers("segments", segments, (2, 3), "two of [direction, from, to]")
-
-
-def _check_numbers(name: str, value: Any, shape: tuple[int, ...], need: str) -> None:
-    """Raises ParameterError where `value` is not of that shape, of finite numbers."""
-    numbers = np.empty(0)
-    with contextlib.suppress(ValueError):  # of a shape that has no name
-        numbers = np.array(value, dtype=object)
-    if numbers.shape != shape:
-        raise ParameterError(name, value, need)
-    for number in numbers.flat:
-        finite(name, number)
+        segments = numbers("segments", segments, (2, 3), "two of [direction, from, to]")
+    return legs, arc, segments
 
 
 def curve(
@@ -282,15 +274,15 @@ def curve(
     limits: Limits,
     legs: Pair = (1, 2),
     arc: ArcName | Ends = "shorter",
-    segments: Sequence[LineSegment] | None = None,
+    segments: tuple[LineSegment, ...] | None = None,
 ) -> Track:
     """Two `segments` of lines through C and an `arc` of the circle: from angle to angle [rad], or
     from the first line's direction to the second's the shorter way or the longer. Without
     `segments` those from C to the circle towards the supports `legs` (Chernousko 2020, fig. 1).
     Raises ParameterError."""
-    check_curve(legs, arc, segments)
+    legs, arc, segments = checked_curve(legs, arc, segments)
     if segments is None:
-        segments = [(direction_to(capsule, i), 0.0, limits.radius) for i in legs]
+        segments = tuple((direction_to(capsule, i), 0.0, limits.radius) for i in legs)
     first, second = lines = tuple(
         Rail(direction, min(ends), max(ends), part)
         for part, (direction, *ends) in zip((FIRST, SECOND), segments, strict=True)
