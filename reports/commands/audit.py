@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import argparse
-import importlib
 import json
 import math
 import os
+import pkgutil
 import sys
 import time
 import warnings
@@ -348,10 +348,9 @@ def trimmed_file(audit: Audit, source: Path, target: Path, start: Start = AS_IT_
 def policy_of(name: str) -> Policy:
     """The function MODULE:FUNCTION, also of a module in the present folder; raises
     ParameterError."""
-    module, colon, function = name.partition(":")
     sys.path.insert(0, os.getcwd())
     try:
-        found = getattr(importlib.import_module(module), function) if colon else None
+        found = pkgutil.resolve_name(name)
     except Exception as error:
         raise ParameterError("policy", name, f"MODULE:FUNCTION ({one_line(error)})") from None
     finally:

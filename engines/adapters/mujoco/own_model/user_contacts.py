@@ -90,17 +90,15 @@ class SettledFloor:
         self.begun, contacts = np.array(data.qpos), data.contact
         # Where they then are, relative to the centre of mass [m], shape (n, 3).
         self.points = contacts.pos.reshape(-1, 3) - data.qpos[:3]
-        self.touching = contacts.geom.reshape(-1, 2).max(axis=1).tolist()  # the plane is geom 0
+        geoms = contacts.geom.reshape(-1, 2).max(axis=1)  # the plane is geom 0
+        self.touching = [self.names[geom - 1] for geom in geoms]
+        self.feet = tuple(dict.fromkeys(self.touching))
         self.frictions, self.dimensions = np.array(contacts.friction), np.array(contacts.dim)
 
     def _speed(self) -> float:
-        speed = np.linalg.norm(self.data.qvel[:3]), np.linalg.norm(self.data.qvel[3:])
-        return float(speed[0] + self.gyration * speed[1])
-
-    @property
-    def feet(self) -> tuple[str, ...]:
-        """Geoms that then touch."""
-        return tuple(dict.fromkeys(self.names[geom - 1] for geom in self.touching))
+        velocity = self.data.qvel
+        turning = self.gyration * np.linalg.norm(velocity[3:])
+        return float(np.linalg.norm(velocity[:3]) + turning)
 
     def _begin(self) -> None:
         mujoco.mj_resetData(self.model, self.data)
@@ -233,8 +231,7 @@ class MujocoContacts(RigidPiece):
 
     def frictions(self) -> ByName:
         """{foot: friction coefficient}."""
-        names = [self.geoms[geom - 1] for geom in self._settled.touching]
-        return dict(zip(names, self.standing.friction, strict=True))
+        return dict(zip(self._settled.touching, self.standing.friction, strict=True))
 
     def own(self, step: float) -> SettledFloor:
         """On its own contacts at `step` [s]; raises NotCertifiable where it does not settle."""
