@@ -123,14 +123,13 @@ def _stability(audit: Audit) -> dict[str, Any]:
         return {name: getattr(largest, name) for name in names}
 
     known = audit.stability
+    assert known is not None
     return {
-        "stability": [limit(largest) for largest in known.limits] if known else [],
-        "unstable": known.unstable if known else None,
+        "stability": list(map(limit, known.limits)),
+        "unstable": known.unstable,
         "remedies": [
             {"change": r.change.name, **limit(r.limit), "moved": r.moved} for r in known.remedies
-        ]
-        if known
-        else [],
+        ],
     }
 
 
