@@ -98,7 +98,8 @@ def _convergent(
     def mjcf(softening: float) -> str:
         options = {**chosen.options, "impratio": REGULARISATION_RATIO * softening}
         fields = own_pair(method, step, softening, stiffness)
-        parts = [_option(method, step, options), _default_pair(fields, friction), PAIRS]
+        pair = _default("pair", fields, condim=3, friction=(friction, friction))
+        parts = [_option(method, step, options), pair, PAIRS]
         return "\n".join((f"<!-- contacts for a time step of {step:g} s, and no other -->", *parts))
 
     alone = Snippet(
@@ -125,8 +126,8 @@ def _convergent(
 def _other_contacts(
     method: Method, chosen: ContactProfile, step: float, friction: float
 ) -> Settings:
-    fields = {"friction": friction, **_fields(chosen.pair(step))}
-    geom = f"<default>\n  <geom {_attributes(fields)}/>\n</default>"
+    fields = chosen.pair(step)
+    geom = _default("geom", fields, friction=friction)
     text = "\n".join((_option(method, step, dict(chosen.options)), geom))
     error = f"{NO_PREDICTION}: a sliding body chatters, and a smaller step does not help"
     holds = "nowhere to a given accuracy; mujoco/euler+coulomb converges"
@@ -179,14 +180,11 @@ def _option(method: Method, step: float, options: dict[str, object]) -> str:
     return f"<option {_attributes(attributes)}/>"
 
 
-def _default_pair(fields: PairFields, friction: float) -> str:
-    attributes = {"condim": 3, "friction": (friction, friction), **_fields(fields)}
-    return f"<default>\n  <pair {_attributes(attributes)}/>\n</default>"
-
-
-def _fields(pair: PairFields) -> dict[str, object]:
-    """Fields of a contact as MJCF has them, without the numbers of `solimp` that are defaults."""
-    return {name: tuple(value[:3]) for name, value in pair.items()}
+def _default(part: str, pair: PairFields, **more: object) -> str:
+    """Fields of a contact and `more` of a `part` as MJCF has them, without the numbers of `solimp`
+    that are defaults."""
+    fields = {**more, **{name: tuple(value[:3]) for name, value in pair.items()}}
+    return f"<default>\n  <{part} {_attributes(fields)}/>\n</default>"
 
 
 def _attributes(attributes: dict[str, object]) -> str:

@@ -60,8 +60,7 @@ def from_the_side(setup: CapsuleSetup) -> View:
 
 def along(setup: CapsuleSetup, vector: tuple[float, float]) -> float:
     """Component along the line of a vector in body axes."""
-    x, y = vector
-    return math.cos(setup.direction) * x + math.sin(setup.direction) * y
+    return (complex(*vector) * cmath.rect(1.0, -setup.direction)).real
 
 
 def foot_reach(setup: CapsuleSetup) -> tuple[float, float]:
