@@ -10,10 +10,6 @@ from functools import partial
 from typing import Any
 
 
-def _silent(what: str) -> None:
-    """Nobody is informed."""
-
-
 class Allowance:
     """About so many `seconds` of processor time, from now on; work is done in an `executor` of two
     processes or more, if given, and `progress` is called with what is being done."""
@@ -22,7 +18,7 @@ class Allowance:
         self,
         seconds: float = math.inf,
         executor: Executor | None = None,
-        progress: Callable[[str], None] = _silent,
+        progress: Callable[[str], None] = lambda what: None,
     ) -> None:
         self.seconds, self.executor, self.progress = seconds, executor, progress
         self.begin = time.process_time()
