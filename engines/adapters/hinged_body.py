@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Any
 
@@ -72,8 +73,8 @@ class HingedBody:
 
     @property
     def platform_inertia(self) -> float:
-        """Of a platform that keeps its rate under this load [kg m^2]."""
-        return PLATFORM_RATIO * self.platform_load
+        """Of a platform that keeps its rate under this load [kg m^2]: a power of ten."""
+        return float(10.0 ** math.ceil(math.log10(PLATFORM_RATIO * self.platform_load)))
 
 
 def hinged_body(case: Case) -> HingedBody:
