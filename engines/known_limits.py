@@ -4,7 +4,7 @@ the folder `limits`, those of other packages where these say; README.md explains
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cache
 from pathlib import Path
@@ -22,7 +22,7 @@ from plumbob.engines.method import (
 
 FOLDER = Path(__file__).parent / "limits"
 Pair = tuple[str, str]  # the names of a scene and of a method
-Entry = TypeVar("Entry")
+Entry = TypeVar("Entry", KnownLimit, KnownStepLimit, KnownGradientLimit, NotRead)
 
 
 @dataclass(frozen=True)
@@ -55,31 +55,29 @@ class Limits:
 
     def limit(self, scene: str, method: str) -> KnownLimit | None:
         """The limit that a scene with a method has, or None."""
-        return next((k for k in self.known_limits if _covers(k, scene, method)), None)
+        return next(_of(self.known_limits, scene, method), None)
 
     def step_limit(self, scene: str, method: str, kind: Kind) -> KnownStepLimit | None:
         """The known limit of the largest step of a scene with a method, or None."""
-        held = (k for k in self.step_limits if k.kind == kind and _covers(k, scene, method))
-        return next(held, None)
+        return next((k for k in _of(self.step_limits, scene, method) if k.kind == kind), None)
 
     def gradient(self, pair: Pair, by: str, way: str) -> KnownGradientLimit | None:
         """The known limit of a way's derivative by a parameter, or None."""
-        held = (k for k in self.gradient_limits if _covers(k, *pair))
+        held = _of(self.gradient_limits, *pair)
         return next((k for k in held if fits(by, k.by) and fits(way, k.ways)), None)
 
     def unread(self, scene: str, method: str) -> Mapping[str, str]:
         """{observable: why}: what the engine does not give of a scene with a method; the first
         reason counts."""
         reasons: dict[str, str] = {}
-        for entry in (e for e in self.not_read if _covers(e, scene, method)):
+        for entry in _of(self.not_read, scene, method):
             reasons = dict.fromkeys(entry.observables, entry.reason) | reasons
         return reasons
 
 
-def _covers(
-    entry: KnownLimit | KnownStepLimit | KnownGradientLimit | NotRead, scene: str, method: str
-) -> bool:
-    return fits(method, entry.methods) and fits(scene, entry.scenes)
+def _of(entries: Iterable[Entry], scene: str, method: str) -> Iterator[Entry]:
+    """The entries of a scene with a method."""
+    return (k for k in entries if fits(method, k.methods) and fits(scene, k.scenes))
 
 
 def declared_by(engine: Engine) -> Limits:

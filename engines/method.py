@@ -7,7 +7,6 @@ from dataclasses import dataclass, field
 from fnmatch import fnmatchcase
 from functools import lru_cache
 from pathlib import Path
-from types import MappingProxyType
 from typing import Any, Literal, Protocol, TypeVar
 
 from plumbob.analytic.parameters import ParameterError
@@ -75,17 +74,16 @@ def meant(method: Method, scene: Scene) -> bool:
     system's. A system of another package is for the engines that it has builders for, and the
     methods that name it."""
     names = (scene.system, scene.name)
-    named = [p for p in method.systems if not p.startswith("!")]
-    unwanted = [p[1:] for p in method.systems if p.startswith("!")]
-    if any(fnmatchcase(name, pattern) for pattern in unwanted for name in names):
+    unwanted = tuple(p[1:] for p in method.systems if p.startswith("!"))
+    if any(fits(name, unwanted) for name in names):
         return False
-    if any(fnmatchcase(name, pattern) for pattern in named for name in names):
+    if any(fits(name, method.systems) for name in names):
         return True
     added = added_system(scene.system)
     if added is not None and method.engine not in added.builders:
         return False
     if not method.kinds:
-        return not named
+        return len(unwanted) == len(method.systems)
     return (scene.kind or find_system(scene.system).kind) in method.kinds
 
 
@@ -104,7 +102,6 @@ Limited = Literal[
     "unsupported",
     "converges",
 ]
-_RENAMED = MappingProxyType({"pass": "predicted", "fail": "off-prediction"})
 Patterns = str | tuple[str, ...]
 """Shell patterns of names, or after "!" of those that are left out."""
 
@@ -133,15 +130,6 @@ class KnownLimit:
     quick profile; of no meaning where the verdict is `unsupported` or `converges`."""
     other: Limited | Literal["predicted"] | None = None
     """A verdict that is also expected: which depends on the step sizes."""
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "verdict", present(self.verdict))
-        object.__setattr__(self, "other", self.other and present(self.other))
-
-
-def present(verdict: str) -> str:
-    """A verdict by its present name; earlier ones are understood."""
-    return _RENAMED.get(verdict, verdict) if isinstance(verdict, str) else verdict
 
 
 @dataclass(frozen=True)

@@ -82,6 +82,8 @@ class Frame:
     linear_first: bool = False
     linear_in_body: bool = False
     angular_in_body: bool = False
+    arm: tuple[float, ...] = (0.0, 0.0, 0.0)
+    """In the body [m], to the point whose velocity the engine has, in the world."""
 
     def jacobian(self, attitude: Array) -> Array:
         """The engine's velocity by MuJoCo's, shape (6, 6)."""
@@ -91,7 +93,18 @@ class Frame:
             linear, angular = angular, linear
         out = np.zeros((6, 6))
         out[linear, :3] = turned.T if self.linear_in_body else np.eye(3)
+        out[linear, 3:] = turned @ np.cross(self.arm, np.eye(3))
         out[angular, 3:] = np.eye(3) if self.angular_in_body else turned
+        return out
+
+    def turning(self, attitude: Array, v: Array) -> Array:
+        """The rate of that matrix times MuJoCo's velocity: of the engine's, linear before angular
+        where it is not zero, shape (6,)."""
+        out, spin = np.zeros(FREE), v[3:]
+        if self.linear_in_body:
+            out[:3] = -np.cross(spin, v[:3])
+        elif any(self.arm):
+            out[:3] = np.cross(spin, np.cross(spin, rotation(attitude) @ self.arm))
         return out
 
 
@@ -124,84 +137,77 @@ class Translated:
         in the order of the file, and where those of free joints begin; coordinates may be
         displacements from the file's drawing, where MuJoCo has the joint's `ref`. Raises
         NotRead."""
-        self.engine = engine
-        joints = layout.joints
+        self.engine, joints, self.velocity = engine, layout.joints, layout.velocity
         counts = len(hinges) + FREE * len(free), sum(joint.size for joint in joints)
         scalar = [joint for joint in joints if joint.size == 1]
         if counts[0] != counts[1] or len(scalar) != len(hinges):
             raise NotRead(f"it has {counts[0]} of {counts[1]} degrees of freedom")
-        names = list(hinges)
-        known = {joint.name for joint in scalar} == set(names)
-        order = [joint.name for joint in scalar] if known else names
-        self.hinges = [
-            (joint, *hinges[name], float(joint.reference[0]) if displaced else 0.0)
-            for joint, name in zip(scalar, order, strict=True)
+        known = {joint.name for joint in scalar} == set(hinges)
+        theirs = [hinges[joint.name] for joint in scalar] if known else hinges.values()
+        rows = [
+            [joint.position, joint.velocity, *at] for joint, at in zip(scalar, theirs, strict=True)
         ]
-        floating = [joint for joint in joints if joint.size == FREE]
+        self.hinges = np.array(rows, dtype=int).reshape(-1, 4).T
+        self.drawn = displaced * np.array([joint.reference[0] for joint in scalar])
+        floating = (joint for joint in joints if joint.size == FREE)
         self.free = [(joint, *at) for joint, at in zip(floating, free, strict=True)]
-        self.velocity = layout.velocity
         self._jacobian = np.eye(counts[1])
 
     def begin(self, state: Array) -> None:
         """Start from a state of MuJoCo's."""
-        q, v, _ = self._own(state)
-        self.engine.put(q, v)
+        self.engine.put(*self._own(state))
 
     def terms(self, state: Array, control: Array) -> Terms:
         """In MuJoCo's coordinates, whose velocity v is that of the engine, T v, by a T that turns
         with the body: M = T' M_e T, and the bias has M_e dT/dt v more."""
-        q, v, jacobian = self._own(state)
-        terms = self.engine.terms(q, v, control)
-        terms["bias"] = terms["bias"] + terms["mass matrix"] @ self._turning(v)
-        terms["mass matrix"] = jacobian.T @ terms["mass matrix"] @ jacobian
+        q, v = self._own(state)
+        terms, turning = self.engine.terms(q, v, control), np.zeros(len(v))
+        for joint, _, at, frame in self.free:
+            at_v = slice(at, at + FREE)
+            turning[at_v] = frame.turning(_attitude(joint, state), v[at_v])
+        terms["bias"] = terms["bias"] + terms["mass matrix"] @ turning
+        terms["mass matrix"] = self._jacobian.T @ terms["mass matrix"] @ self._jacobian
         forces = ("gravity", "bias", "passive", "actuator")
-        return {**terms, **{name: jacobian.T @ terms[name] for name in forces}}
+        return {**terms, **{name: self._jacobian.T @ terms[name] for name in forces}}
 
     def advance(self, control: Array, force: Array | None, steps: int) -> Array:
         """The state after steps under a control and a force in MuJoCo's coordinates."""
         if force is not None:
-            force = self._jacobian @ force
+            force = np.asarray(np.linalg.solve(self._jacobian.T, force), np.float64)
         q, v = self.engine.advance(control, force, steps)
-        qpos = np.empty(self.velocity.start)
-        for joint, at, _, drawn in self.hinges:
-            qpos[joint.position] = q[at] + drawn
+        qpos, (ours, _, theirs, _) = np.empty(self.velocity.start), self.hinges
+        qpos[ours] = q[theirs] + self.drawn
         for joint, at, _, frame in self.free:
             place = frame.place(q[at : at + frame.size])
             qpos[joint.position : joint.position + 7] = np.concatenate(place)
         self._jacobian = self._by_velocity(qpos)
-        return np.concatenate([qpos, self._jacobian.T @ v])
+        return np.concatenate([qpos, np.linalg.solve(self._jacobian, v)])
 
-    def _own(self, state: Array) -> tuple[Array, Array, Array]:
-        """The engine's coordinates and velocities, and these by MuJoCo's."""
-        qpos, qvel = state[: self.velocity.start], state[self.velocity]
-        q = np.empty(len(self.hinges) + sum(frame.size for *_, frame in self.free))
-        for joint, at, _, drawn in self.hinges:
-            q[at] = qpos[joint.position] - drawn
+    def _own(self, state: Array) -> tuple[Array, Array]:
+        """The engine's coordinates and velocities."""
+        ours, _, theirs, _ = self.hinges
+        q = np.empty(len(ours) + sum(frame.size for *_, frame in self.free))
+        q[theirs] = state[ours] - self.drawn
         for joint, at, _, frame in self.free:
-            place = qpos[joint.position : joint.position + 7]
-            attitude = place[3:] / np.linalg.norm(place[3:])
-            q[at : at + frame.size] = frame.pose(place[:3], attitude)
-        self._jacobian = self._by_velocity(qpos)
-        return q, self._jacobian @ qvel, self._jacobian
+            place = state[joint.position : joint.position + 3]
+            q[at : at + frame.size] = frame.pose(place, _attitude(joint, state))
+        self._jacobian = self._by_velocity(state)
+        return q, self._jacobian @ state[self.velocity]
 
     def _by_velocity(self, qpos: Array) -> Array:
-        """T, which is orthogonal."""
+        """T."""
         out = np.zeros_like(self._jacobian)
-        for joint, _, at, _ in self.hinges:
-            out[at, joint.velocity] = 1.0
+        out[self.hinges[3], self.hinges[1]] = 1.0
         for joint, _, at, frame in self.free:
-            attitude = qpos[joint.position + 3 : joint.position + 7]
             rows, columns = slice(at, at + FREE), slice(joint.velocity, joint.velocity + FREE)
-            out[rows, columns] = frame.jacobian(attitude)
+            out[rows, columns] = frame.jacobian(_attitude(joint, qpos))
         return out
 
-    def _turning(self, v: Array) -> Array:
-        """dT/dt times MuJoCo's velocity: - w x v of a linear velocity in the body's axes."""
-        out = np.zeros(len(self._jacobian))
-        for _, _, at, frame in self.free:
-            if frame.linear_in_body:  # with the angular one after it
-                out[at : at + 3] = -np.cross(v[at + 3 : at + FREE], v[at : at + 3])
-        return out
+
+def _attitude(joint: Joint, qpos: Array) -> Array:
+    """Of a free joint, of length 1."""
+    attitude = qpos[joint.position + 3 : joint.position + 7]
+    return np.asarray(attitude / np.linalg.norm(attitude))
 
 
 def commands(layout: Layout, names: Sequence[str]) -> list[int]:

@@ -28,7 +28,6 @@ from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from functools import partial
 from importlib import import_module
-from itertools import chain
 from multiprocessing import connection, resource_tracker
 from typing import Any
 
@@ -177,14 +176,13 @@ class Workers(Executor):
                 worker.end_late(time.monotonic() - since, task.limit)
 
     def _next(self, waiting: list[Task], busy: Sequence[_Worker]) -> tuple[Task, _Worker]:
-        """A task and an idle worker: one that knows its group, or a group that nobody has begun."""
-        idle = [worker for worker in self._living() if worker not in busy]
-        if not idle:
+        """A task and an idle worker: of a group that it knows, or else that nobody has begun."""
+        worker = next((worker for worker in self._living() if worker not in busy), None)
+        if worker is None:
             self.begin(len(self._workers) + 1)
-            idle = self._workers[-1:]
-        known = ((t, w) for t in waiting for w in idle if self._groups.get(t.group) is w)
-        new = ((task, idle[0]) for task in waiting if task.group not in self._groups)
-        task, worker = next(chain(known, new, ((task, idle[0]) for task in waiting)))
+            worker = self._workers[-1]
+        order = {worker: 0, None: 1}
+        task = min(waiting, key=lambda task: order.get(self._groups.get(task.group), 2))
         waiting.remove(task)
         self._groups[task.group] = worker
         return task, worker

@@ -17,29 +17,22 @@ import numpy as np
 
 from plumbob.analytic.reference import Array
 from plumbob.analytic.schemes import EULER, Scheme
+from plumbob.analytic.systems.capsule_setup import CapsuleSetup
 from plumbob.engines.abilities import Fields, ModelReader, RunsFiles, SchemeOfCase
-from plumbob.engines.adapters.chain import HINGE, SLIDE, Link, Vector, by_step
-from plumbob.engines.adapters.hinged_body import (
-    PENDULUMS,
-    HingedBody,
-    hinged_body,
-    model_error,
-)
+from plumbob.engines.adapters.chain import HINGE, SLIDE, Link, Pose, Vector, by_step
+from plumbob.engines.adapters.hinged_body import PENDULUMS, model_error
 from plumbob.engines.adapters.stepping import Built, TakeSteps, stepped
 from plumbob.engines.adapters.three_feet import (
-    CAPSULE,
     CAPSULES,
     FOOT_RADIUS,
-    Pose,
+    Bodies,
     ThreeFeet,
-    gravity,
-    on_three_feet,
+    bodies,
     scheme,
     start_velocity,
 )
 from plumbob.engines.method import Engine, Method, Options, Simulation
 from plumbob.engines.peer_model import FREE, Frame, Layout, NotRead, PeerModel, Translated
-from plumbob.engines.trajectory import ByName
 from plumbob.models.scene import Case
 
 EULER_STEP = Scheme(EULER, "start", implicit_damping=True, implicit_spring=True)
@@ -58,20 +51,26 @@ DEPTH = 1e-9  # [m] that the feet start in the plane: contacts are found where b
 
 def prepare(case: Case, method: Method, step: float) -> Simulation:
     """Build `case` for `method` at `step` [s]; raises Unsupported and ParameterError."""
-    if case.system.family == CAPSULE:
-        return stepped(
-            case, step, partial(_capsule, on_three_feet(case.problem.setup), method, step)
-        )
-    return stepped(case, step, partial(_pendulum, hinged_body(case), step))
+    return stepped(case, step, partial(_built, bodies(case), method, step))
 
 
-def _world(step: float, pull: Vector) -> Any:
+def _built(body: Bodies, method: Method, step: float) -> Built:
     import dartpy
 
-    world = dartpy.simulation.World()
+    world, skeleton = dartpy.simulation.World(), dartpy.dynamics.Skeleton()
     world.setTimeStep(step)
-    world.setGravity(pull)
-    return world
+    world.setGravity(body.pull)
+    if method.settings:
+        world.getConstraintSolver().setBoxedLcpSolver(_nsgs(method.settings))
+        world.setDeactivationOptions(_awake())
+    pairs = _jointed(skeleton, body.links)
+    if isinstance(body, ThreeFeet):
+        _on_plane(world, *pairs[0], body.setup)
+    world.addSkeleton(skeleton)
+    joints = [joint for joint, _ in pairs]
+    driven = joints[len(joints) - body.driven :]
+    advance = _advancing(world, driven, by_step(body.controls, step))
+    return body.built(advance, partial(_pose, pairs[0][1], joints[-1]))
 
 
 def _moved(place: Vector) -> Any:
@@ -80,20 +79,6 @@ def _moved(place: Vector) -> Any:
     transform = dartpy.math.Isometry3()
     transform.set_translation(place)
     return transform
-
-
-def _pendulum(body: HingedBody, step: float) -> Built:
-    import dartpy
-
-    world, skeleton = _world(step, (0.0, 0.0, -body.gravity)), dartpy.dynamics.Skeleton()
-    hinge = _jointed(skeleton, body.links)[-1][0]
-    world.addSkeleton(skeleton)
-
-    def read() -> ByName:
-        return {"theta": hinge.getPosition(0), "theta_dot": hinge.getVelocity(0)}
-
-    pushed = [hinge] if body.forcing else []
-    return Built(_advancing(world, pushed, by_step(body.torques, step)), read, body.limits)
 
 
 def _jointed(skeleton: Any, links: tuple[Link, ...]) -> list[tuple[Any, Any]]:
@@ -131,17 +116,13 @@ def _advancing(world: Any, joints: Sequence[Any], controls: Iterator[list[float]
     return advance
 
 
-def _capsule(body: ThreeFeet, method: Method, step: float) -> Built:
+def _on_plane(world: Any, free: Any, shell: Any, setup: CapsuleSetup) -> None:
+    """Put the plane into a world, and a capsule onto it at its start."""
     import dartpy
 
-    world, setup = _world(step, gravity(body.setup)), body.setup
-    if method.settings:
-        world.getConstraintSolver().setBoxedLcpSolver(_nsgs(method.settings))
-        world.setDeactivationOptions(_awake())
-    ground, skeleton = dartpy.dynamics.Skeleton(), dartpy.dynamics.Skeleton()
+    ground = dartpy.dynamics.Skeleton()
     _, plane = ground.createWeldJointAndBodyNodePair()
     _touching(plane, dartpy.dynamics.PlaneShape([0.0, 0.0, 1.0], 0.0), setup.capsule.friction)
-    (free, shell), *sliders = _jointed(skeleton, body.links)
     for x, y in setup.capsule.supports:
         foot = _touching(shell, dartpy.dynamics.SphereShape(FOOT_RADIUS), setup.capsule.friction)
         foot.setRelativeTransform(_moved((x, y, FOOT_RADIUS)))
@@ -149,10 +130,6 @@ def _capsule(body: ThreeFeet, method: Method, step: float) -> Built:
     # DART's free joint has its rates in the world's axes
     free.setVelocities([0.0, 0.0, setup.heading_rate, *start_velocity(setup), 0.0])
     world.addSkeleton(ground)
-    world.addSkeleton(skeleton)
-    driven = [joint for joint, _ in sliders] if body.tracks else []
-    advance = _advancing(world, driven, by_step(body.accelerations, step))
-    return body.built(advance, partial(_pose, shell, driven))
 
 
 def _touching(node: Any, shape: Any, friction: float) -> Any:
@@ -180,16 +157,16 @@ def _nsgs(settings: Options) -> Any:
     return solver
 
 
-def _pose(shell: Any, joints: list[Any]) -> Pose:
-    transform = shell.getWorldTransform()
+def _pose(first: Any, joint: Any) -> Pose:
+    transform = first.getWorldTransform()
     (x, y, _), turned = transform.translation().ravel(), transform.rotation()
-    vx, vy, _ = shell.getLinearVelocity().ravel()
+    vx, vy, _ = first.getLinearVelocity().ravel()
     return Pose(
         complex(x, y),
         complex(vx, vy),
         math.atan2(turned[1, 0], turned[0, 0]),
-        float(shell.getAngularVelocity().ravel()[2]),
-        *((joints[0].getPosition(0), joints[0].getVelocity(0)) if joints else ()),
+        float(first.getAngularVelocity().ravel()[2]),
+        *((joint.getPosition(0), joint.getVelocity(0)) if joint.getNumDofs() else ()),
     )
 
 

@@ -14,18 +14,13 @@ from plumbob.engines.trajectory import ByName, Trajectory
 BEYOND = 10.0  # times what is possible: beyond it a run has diverged, below it there is an error
 
 
-def possible_speed(rotor: DrivenRotor, theta_dot: float) -> float:
-    """A speed [rad/s] that a conservative `rotor` started at `theta_dot` [rad/s] never exceeds."""
-    span = abs(rotor.sin2) + 2 * abs(rotor.cos) + 2 * abs(rotor.sin)  # of V, at most
-    return float(np.sqrt(theta_dot**2 + 2 * span))
-
-
 def fastest(problem: Any, duration: float = math.inf) -> float:
-    """A speed [rad/s] that a simple_pendulum.SimplePendulum never exceeds within `duration` [s]:
+    """A speed [rad/s] that a pendulum, simple or on a cone, never exceeds within `duration` [s]:
     that of its energy, and what forcing adds before damping takes as much away."""
-    rotor: DrivenRotor = problem.rotor
-    spring = math.sqrt(rotor.stiffness) * problem.theta
-    free = possible_speed(rotor, math.hypot(problem.theta_dot, spring))
+    rotor: DrivenRotor = getattr(problem, "rotor", None) or problem.motion.rotor
+    span = abs(rotor.sin2) + 2 * abs(rotor.cos) + 2 * abs(rotor.sin)  # of V, at most
+    spring = rotor.stiffness * problem.theta**2
+    free = math.sqrt(problem.theta_dot**2 + spring + 2 * span)
     if rotor.autonomous:
         return free
     lasting = 2.0 / rotor.damping_rate if rotor.damping_rate else math.inf
@@ -33,13 +28,8 @@ def fastest(problem: Any, duration: float = math.inf) -> float:
 
 
 def limits(problem: Any) -> ByName:
-    """Magnitudes of a simple pendulum's observables that only a diverged run exceeds."""
+    """Magnitudes of a pendulum's observables that only a diverged run exceeds."""
     return {"theta_dot": BEYOND * fastest(problem)}
-
-
-def limits_on_platform(problem: Any) -> ByName:
-    """The same of a cone pendulum."""
-    return {"theta_dot": BEYOND * possible_speed(problem.motion.rotor, problem.theta_dot)}
 
 
 def within(trajectory: Trajectory, limits: ByName) -> Trajectory:

@@ -1,15 +1,15 @@
 """heyoka as an engine: Taylor series of an order that the tolerance chooses, compiled for a scene.
 
-An optional, independent method: it solves the same equation of motion as the reference's own Taylor
-series, by other code, and shows what a smooth scene can cost. It translates the pendulums' equation
-in one angle, a free body's of its angular velocity and attitude, and any mass matrix with forces.
+An optional, independent method: it solves the equations of motion of exact answers by other code
+than the reference's own Taylor series, and shows what a smooth scene can cost. It takes a free
+body's equations and any mass matrix with forces, as those of the pendulums are, in expressions.
 """
 
 from __future__ import annotations
 
 import operator
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import partial
 from typing import Any, cast
 
@@ -17,12 +17,13 @@ import numpy as np
 from numpy.lib.mixins import NDArrayOperatorsMixin
 
 from plumbob.analytic.numerics.arithmetic import ULP
-from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
+from plumbob.analytic.numerics.rotor.orbit import smooth_system
 from plumbob.analytic.numerics.smooth.smooth_system import SmoothSystem
 from plumbob.analytic.reference import Array
 from plumbob.analytic.schemes import ADAPTIVE, Scheme
+from plumbob.analytic.systems.free_body.equations import factors, slope
+from plumbob.analytic.systems.free_body.rotation import ATTITUDE, RATES
 from plumbob.engines.abilities import SecondRun
-from plumbob.engines.adapters.chain import Vector
 from plumbob.engines.adapters.stepping import (
     Followed,
     FollowedSimulation,
@@ -42,23 +43,22 @@ METHODS = (
 )
 
 
-Observe = Callable[[Array], Named]
-Translated = tuple[list[tuple[Any, Any]], tuple[float, ...], Observe]
-"""Equations of motion, the start, and what observes states, shape (d, m)."""
+Slopes = Callable[[Any, Sequence[Any]], Sequence[Any]]
+"""Rates of all parts of a state, given the time and the parts."""
+Translated = tuple[tuple[str, ...], Slopes, tuple[float, ...], Callable[[Array], Named]]
+"""Names of the parts of a state, their rates, the start, and what observes states, shape (d, m)."""
 
 
 def prepare(case: Case, method: Method, step: float) -> Simulation:
     """Compile `case` at the relative tolerance `step`; raises Unsupported and ParameterError."""
     relative_tolerance(step, SMALLEST)
     begin = time.perf_counter()
-    if case.system.name == "free-body":
-        equations, start, observe = _turning(case.problem)
-    elif case.system.kind == SMOOTH:
-        equations, start, observe = _smooth(case.problem.motion.system)
-    else:
-        equations, start, observe = _pendulum(case)
+    names, slopes, start, observe = _translated(case)
     import heyoka
 
+    variables: Any = heyoka.make_vars(*names)
+    rates = slopes(_Term(heyoka.time), [_Term(variable) for variable in variables])
+    equations = [(x, getattr(y, "expression", y)) for x, y in zip(variables, rates, strict=True)]
     # Loops in place of long straight code: compiled in a fraction of the time, and half as fast.
     compact = case.system.kind == SMOOTH
     integrator = cast(Any, heyoka.taylor_adaptive)(
@@ -80,53 +80,40 @@ def _follow(integrator: Any, start: tuple[float, ...], duration: float, samples:
     return Followed(times[good], states[good].T, evaluations, ended, why)
 
 
-def _pendulum(case: Case) -> Translated:
-    problem = getattr(case.problem, "started", case.problem)
+def _translated(case: Case) -> Translated:
+    """The equations of the exact answer: of a free body, or of any smooth system, as an angle of a
+    driven rotor is, which may be measured from a tilt on; raises Unsupported."""
+    problem, tilt = getattr(case.problem, "started", case.problem), 0.0
+    if case.system.name == "free-body":
+        names, start = (*RATES, *ATTITUDE), (*problem.angular_velocity, 1.0, 0.0, 0.0, 0.0)
+        of = factors(problem)
+        return (
+            names,
+            lambda time, state: slope(of, state),
+            start,
+            lambda states: dict(zip(names, states, strict=True)),
+        )
+    system: SmoothSystem
     rotor = getattr(getattr(problem, "motion", None), "rotor", None)
-    if rotor is None or getattr(case.problem, "saturates", False):
+    if case.system.kind == SMOOTH:
+        system = problem.motion.system
+    elif rotor is None or getattr(case.problem, "saturates", False):
         raise Unsupported(
             f"heyoka has no builder for {case.system.name}: no driven rotor in one angle"
         )
-    tilt = getattr(problem, "tilt", 0.0)
-    start = (problem.theta + tilt, problem.theta_dot)
-    return (
-        _equations(rotor),
-        start,
-        lambda states: {
-            "theta": states[0] - tilt,
-            "theta_dot": states[1],
-        },
-    )
+    else:
+        tilt = getattr(problem, "tilt", 0.0)
+        system = smooth_system(rotor, problem.theta + tilt, problem.theta_dot)
+    half = len(system.rates)
 
+    def slopes(time: Any, state: Sequence[Any]) -> Sequence[Any]:
+        q, v = state[:half], state[half:]
+        return (*v, *system.acceleration(time, q, v, system.values))
 
-def _turning(body: Any) -> Translated:
-    """A free body: Euler's equations, and a quaternion."""
-    from plumbob.analytic.systems.free_body.rotation import ATTITUDE, RATES
+    def observe(states: Array) -> Named:
+        return system.observed(np.concatenate([states[:half] - tilt, states[half:]]))
 
-    start = (1.0, 0.0, 0.0, 0.0, *body.angular_velocity)
-    names = (*ATTITUDE, *RATES)
-    return _free_body(body.inertia), start, lambda states: dict(zip(names, states, strict=True))
-
-
-def _free_body(inertia: Vector) -> list[tuple[Any, Any]]:
-    """Rates of the quaternion and of the angular velocity, in the body's axes."""
-    import heyoka
-
-    w, x, y, z, *rates = heyoka.make_vars("w", "x", "y", "z", "u", "v", "r")
-    u, v, r = rates
-    first, second, third = inertia
-    halves = (
-        -x * u - y * v - z * r,
-        w * u + y * r - z * v,
-        w * v - x * r + z * u,
-        w * r + x * v - y * u,
-    )
-    return [
-        *((name, 0.5 * slope) for name, slope in zip((w, x, y, z), halves, strict=True)),
-        (u, (second - third) / first * (v * r)),
-        (v, (third - first) / second * (r * u)),
-        (r, (first - second) / third * (u * v)),
-    ]
+    return (*system.coordinates, *system.rates), slopes, tuple(system.start), observe
 
 
 class _Term(NDArrayOperatorsMixin):
@@ -145,34 +132,9 @@ class _Term(NDArrayOperatorsMixin):
         return _Term(apply(*values))
 
 
-def _smooth(system: SmoothSystem) -> Translated:
-    """Any smooth system: its own functions, of expressions."""
-    import heyoka
-
-    variables: Any = heyoka.make_vars(*system.coordinates, *system.rates)
-    terms, half = [_Term(variable) for variable in variables], len(system.rates)
-    q, v = terms[:half], terms[half:]
-    slopes = (*v, *system.acceleration(_Term(heyoka.time), q, v, system.values))
-    equations = [(x, getattr(y, "expression", y)) for x, y in zip(variables, slopes, strict=True)]
-    return equations, tuple(system.start.tolist()), system.observed
-
-
 def confirming(method: Method) -> tuple[Method, float]:
     """The method itself at its smallest tolerance."""
     return method, SMALLEST
-
-
-def _equations(rotor: DrivenRotor) -> list[tuple[Any, Any]]:
-    """The rotor's equation in heyoka's terms, which drops what is zero in it."""
-    import heyoka
-
-    terms: Any = heyoka
-    theta, theta_dot = terms.make_vars("theta", "theta_dot")
-    phase = rotor.forcing_frequency * terms.time + rotor.forcing_phase
-    pull = rotor.sin2 * terms.sin(2.0 * theta) + rotor.cos * terms.cos(theta)
-    pull += -rotor.sin * terms.sin(theta) - rotor.stiffness * theta
-    pull += rotor.forcing_amplitude * terms.sin(phase) - rotor.damping_rate * theta_dot
-    return [(theta, theta_dot), (theta_dot, pull)]
 
 
 ENGINE = Engine(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -10,8 +11,9 @@ import numpy as np
 
 from plumbob.analytic.parameters import finite
 from plumbob.analytic.reference import Array
-from plumbob.engines.adapters.chain import Link, Vector
-from plumbob.engines.adapters.divergence import limits, limits_on_platform
+from plumbob.engines.adapters.chain import Link, Pose, Vector
+from plumbob.engines.adapters.divergence import limits
+from plumbob.engines.adapters.stepping import Built, TakeSteps
 from plumbob.engines.method import Method, ModelError, Unsupported
 from plumbob.engines.trajectory import ByName
 from plumbob.models.scene import ONE_SMOOTH, Case
@@ -42,10 +44,29 @@ class HingedBody:
     limits: ByName
     """Magnitudes of observables that only a diverged run exceeds."""
 
-    def torques(self, steps: Array, step: float) -> Array:
+    def controls(self, steps: Array, step: float) -> Array:
         """Of the forcing [N m] as steps of `step` [s] with these indices begin, shape (n, 1)."""
         amplitude, frequency = self.forcing or (0.0, 0.0)
         return np.asarray(amplitude * np.sin(frequency * (step * steps[:, None])))
+
+    @property
+    def driven(self) -> int:
+        """How many of the last joints are driven: the hinge, if it is forced."""
+        return int(self.forcing is not None)
+
+    @property
+    def pull(self) -> Vector:
+        """Gravity in the world [m/s^2]."""
+        return 0.0, 0.0, -self.gravity
+
+    def built(self, advance: TakeSteps, pose: Callable[[], Pose]) -> Built:
+        """The body at its start in an engine which tells the `pose`."""
+
+        def read() -> ByName:
+            now = pose()
+            return {"theta": now.joint, "theta_dot": now.joint_rate}
+
+        return Built(advance, read, self.limits)
 
     @property
     def links(self) -> tuple[Link, ...]:
@@ -160,5 +181,5 @@ def on_a_platform(problem: Any) -> HingedBody:
         damping=0.0,
         stiffness=0.0,
         forcing=None,
-        limits=limits_on_platform(problem),
+        limits=limits(problem),
     )

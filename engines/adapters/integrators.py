@@ -6,8 +6,7 @@ than the arithmetic on it. The same code takes arrays where there are several.
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import Any
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -91,21 +90,24 @@ def explicit(tableau: Tableau) -> Advance:
     """The same of any explicit Runge-Kutta method."""
 
     def advance(equation: Equation, state: State, first: int, last: int, h: float) -> State:
-        f, (x, v) = equation.acceleration, state
         for n in range(first, last):
-            speeds: list[Any] = []
-            forces: list[Any] = []
+            slopes: list[State] = []
             for node, row in zip(tableau.nodes, tableau.matrix, strict=True):
-                at = x + h * sum(a * u for a, u in zip(row, speeds, strict=False))
-                rate = v + h * sum(a * k for a, k in zip(row, forces, strict=False))
-                speeds.append(equation.slope(at, rate))
-                forces.append(f((n + node) * h, at, rate))
-            part = h / tableau.divisor
-            x = x + part * sum(b * u for b, u in zip(tableau.weights, speeds, strict=True))
-            v = v + part * sum(b * k for b, k in zip(tableau.weights, forces, strict=True))
-        return x, v
+                x, v = _moved(state, row, slopes, h)
+                slopes.append((equation.slope(x, v), equation.acceleration((n + node) * h, x, v)))
+            state = _moved(state, tableau.weights, slopes, h / tableau.divisor)
+        return state
 
     return advance
+
+
+def _moved(state: State, weights: Sequence[float], slopes: Sequence[State], h: float) -> State:
+    """Both parts of a state after `h` [s] along the weighted slopes."""
+    x, v = (
+        start + h * sum(w * slope[part] for w, slope in zip(weights, slopes, strict=False))
+        for part, start in enumerate(state)
+    )
+    return x, v
 
 
 def integrator(name: str, turning: bool = False) -> Advance:

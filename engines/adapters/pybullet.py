@@ -18,20 +18,18 @@ import numpy as np
 
 from plumbob.analytic.schemes import EULER, Scheme
 from plumbob.engines.abilities import Fields, ModelReader, RunsFiles, SchemeOfCase
-from plumbob.engines.adapters.chain import HINGE, SLIDE, Link, Vector, by_step
-from plumbob.engines.adapters.hinged_body import PENDULUMS, HingedBody, hinged_body, model_error
+from plumbob.engines.adapters.chain import HINGE, SLIDE, Link, Pose, Vector, by_step
+from plumbob.engines.adapters.hinged_body import PENDULUMS, HingedBody, model_error
 from plumbob.engines.adapters.stepping import Built, stepped
 from plumbob.engines.adapters.three_feet import (
     CAPSULE,
     FOOT_RADIUS,
-    Pose,
+    Bodies,
     ThreeFeet,
-    gravity,
-    on_three_feet,
+    bodies,
     start_velocity,
 )
 from plumbob.engines.method import Engine, Method, Options, Simulation, Unsupported
-from plumbob.engines.trajectory import ByName
 from plumbob.models.entry_points import captured
 from plumbob.models.scene import Case, later
 
@@ -71,11 +69,14 @@ METHODS = (
 
 def prepare(case: Case, method: Method, step: float) -> Simulation:
     """Build `case` for `method` at `step` [s]; raises Unsupported and ParameterError."""
-    if case.system.family == CAPSULE:
-        build = partial(_capsule, on_three_feet(case.problem.setup), method, step)
-    else:
-        build = partial(_pendulum, hinged_body(case), method, step)
-    return stepped(case, step, build, (OverflowError, ValueError, _error()))
+    broken = (OverflowError, ValueError, new_client().error)
+    return stepped(case, step, partial(_built, bodies(case), method, step), broken)
+
+
+def _built(body: Bodies, method: Method, step: float) -> Built:
+    if isinstance(body, ThreeFeet):
+        return _capsule(body, method, step)
+    return _pendulum(body, method, step)
 
 
 def scheme(case: Case, method: Method) -> Scheme:
@@ -83,21 +84,17 @@ def scheme(case: Case, method: Method) -> Scheme:
     return OTHERWISE if case.system.family == CAPSULE else method.scheme
 
 
-def _error() -> type[Exception]:
-    with captured():  # what its C code prints
-        import pybullet
-
-    error: type[Exception] = pybullet.error
-    return error
-
-
-def _world(pull: Vector, settings: Options, step: float) -> Any:
+def new_client() -> Any:
     """A client of a simulation of its own, which ends with the last reference to it."""
     with captured():  # what its C code prints
         import pybullet
         from pybullet_utils.bullet_client import BulletClient
 
-        client = BulletClient(connection_mode=pybullet.DIRECT)
+        return BulletClient(connection_mode=pybullet.DIRECT)
+
+
+def _world(pull: Vector, settings: Options, step: float) -> Any:
+    client = new_client()
     client.setGravity(*pull)
     chosen = {name: value for name, value in settings.items() if name != "damping"}
     client.setPhysicsEngineParameter(fixedTimeStep=step, deterministicOverlappingPairs=1, **chosen)
@@ -149,9 +146,9 @@ def _motor(client: Any, tree: int, joint: int, rate: float, force: float = UNLIM
 
 
 def _pendulum(body: HingedBody, method: Method, step: float) -> Built:
-    client = _world((0.0, 0.0, -body.gravity), method.settings, step)
+    client = _world(body.pull, method.settings, step)
     tree, hinge = _jointed(client, method.settings, body.links), len(body.links) - 1
-    move, torques = client.stepSimulation, by_step(body.torques, step)
+    move, torques = client.stepSimulation, by_step(body.controls, step)
     loaded = bool(body.forcing or body.damping or body.stiffness)
 
     def advance(first: int, last: int) -> None:
@@ -162,18 +159,14 @@ def _pendulum(body: HingedBody, method: Method, step: float) -> Built:
                 client.setJointMotorControl2(tree, hinge, client.TORQUE_CONTROL, force=torque)
             move()
 
-    def read() -> ByName:
-        theta, rate = client.getJointState(tree, hinge)[:2]
-        return {"theta": theta, "theta_dot": rate}
-
-    return Built(advance, read, body.limits)
+    return body.built(advance, partial(_pose, client, tree, hinge))
 
 
 def _capsule(body: ThreeFeet, method: Method, step: float) -> Built:
     setup, capsule = body.setup, body.setup.capsule
     if setup.press <= 0.0:
         raise Unsupported("nothing presses the body onto the plane")
-    client = _world(gravity(setup), method.settings, step)
+    client = _world(body.pull, method.settings, step)
     ground = client.createMultiBody(0.0, client.createCollisionShape(client.GEOM_PLANE))
     client.changeDynamics(ground, -1, lateralFriction=1.0)  # friction is the product of the two
     feet = client.createCollisionShapeArray(
@@ -207,28 +200,21 @@ def _capsule(body: ThreeFeet, method: Method, step: float) -> Built:
                 _motor(client, shell, joint, rate)
             move()
 
-    return body.built(advance, partial(_pose, client, shell, bool(body.tracks)))
+    return body.built(advance, partial(_pose, client, shell, 0 if body.tracks else None))
 
 
-def _heading(a: float, b: float, c: float, w: float) -> float:
-    """Angle about the vertical of a quaternion, its real part last."""
-    return math.atan2(2.0 * (w * c + a * b), 1.0 - 2.0 * (b * b + c * c))
-
-
-def _pose(client: Any, shell: int, driven: bool) -> Pose:
-    (x, y, _), attitude = client.getBasePositionAndOrientation(shell)
-    (vx, vy, _), (_, _, rate) = client.getBaseVelocity(shell)
-    slid, pace = client.getJointState(shell, 0)[:2] if driven else (0.0, 0.0)
-    return Pose(complex(x, y), complex(vx, vy), _heading(*attitude), rate, slid, pace)
+def _pose(client: Any, tree: int, joint: int | None) -> Pose:
+    (x, y, _), attitude = client.getBasePositionAndOrientation(tree)
+    (vx, vy, _), (_, _, rate) = client.getBaseVelocity(tree)
+    moved = () if joint is None else client.getJointState(tree, joint)[:2]
+    heading = client.getEulerFromQuaternion(attitude)[2]
+    return Pose(complex(x, y), complex(vx, vy), heading, rate, *moved)
 
 
 def model_fields(path: Path) -> Fields:
     """The numbers that Bullet reads from a model file; it knows friction by the body, not the geom.
     Raises pybullet.error where it refuses the file."""
-    import pybullet
-    from pybullet_utils.bullet_client import BulletClient
-
-    client = BulletClient(connection_mode=pybullet.DIRECT)
+    client = new_client()
     bodies = client.loadMJCF(str(path))
     options = client.getPhysicsEngineParameters()
     yield "gravity", "", [options[f"gravityAcceleration{axis}"] for axis in "XYZ"]

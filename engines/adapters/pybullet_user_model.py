@@ -4,151 +4,110 @@ the velocity. Its own inverse dynamics counts joints that are fixed."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from plumbob.analytic.reference import Array
+from plumbob.engines.adapters.pybullet import new_client
 from plumbob.engines.peer_model import FREE, Frame, Layout, NotRead, PeerModel, Translated, rotation
 
 PROBE = 1e-6  # [s] of the step that shows accelerations
 DAMPED = "springs and damping dropped; velocities of links damped by Bullet's default"
 WIDE = 1e10  # limits of joints that act on nothing
-FRAME = Frame(lambda p, r: np.concatenate([p, r]), lambda q: (q[:3], q[3:]), linear_first=True)
-
-
-@dataclass(frozen=True)
-class Tree:
-    """A body that moves, and its joints of one degree of freedom."""
-
-    body: int
-    joints: tuple[int, ...]
-    free: bool  # its base
-    centre: Array  # [m] of the base's mass in the base
-    q: int  # where its coordinates begin
-    v: int
 
 
 class World:
-    """A file in a simulation of its own, without motors."""
+    """A file in a simulation of its own, without motors. The coordinates of a body that floats are
+    those of its centre of mass, in the world, before those of its joints."""
 
-    def __init__(self, path: Path, step: float) -> None:
-        import pybullet
-        from pybullet_utils.bullet_client import BulletClient
+    def __init__(self, path: Path, layout: Layout, step: float) -> None:
+        client = self.client = new_client()
+        self.bodies = client.loadMJCF(str(path))
+        client.setPhysicsEngineParameter(fixedTimeStep=step, deterministicOverlappingPairs=1)
+        self.bases: list[tuple[int, int, int]] = []  # a body, its first position and velocity,
+        self.joints: list[tuple[int, int, int, int]] = []  # the same of a joint, after its body
+        floating = sum(joint.size == FREE for joint in layout.joints)
+        q = v = 0
+        for body in self.bodies:
+            if client.getDynamicsInfo(body, -1)[0] > 0.0 and len(self.bases) < floating:
+                self.bases.append((body, q, v))
+                q, v = q + 7, v + FREE
+            for joint in range(client.getNumJoints(body)):
+                kind = client.getJointInfo(body, joint)[2]
+                client.setJointMotorControl2(body, joint, client.VELOCITY_CONTROL, force=0.0)
+                if kind in (client.JOINT_REVOLUTE, client.JOINT_PRISMATIC):
+                    self.joints.append((body, joint, q, v))
+                    q, v = q + 1, v + 1
+                elif kind != client.JOINT_FIXED:
+                    raise NotRead("it has a joint of a kind that is not compared")
+        self.size = q, v
 
-        self.client = BulletClient(connection_mode=pybullet.DIRECT)
-        self.bodies = self.client.loadMJCF(str(path))
-        self.client.setPhysicsEngineParameter(fixedTimeStep=step, deterministicOverlappingPairs=1)
-        self.step = step
-        for body, link in self.links():
-            if link >= 0:
-                kind = self.client.VELOCITY_CONTROL
-                self.client.setJointMotorControl2(body, link, kind, force=0.0)
-
-    def links(self) -> list[tuple[int, int]]:
-        """Each body with its links, the base first."""
-        return [(b, i) for b in self.bodies for i in range(-1, self.client.getNumJoints(b))]
-
-    def without_contacts(self, damped: bool) -> World:
-        """Changed in place: nothing touches or meets a limit, and velocities are damped or not."""
-        none = {} if damped else {"linearDamping": 0.0, "angularDamping": 0.0, "jointDamping": 0.0}
-        for body, link in self.links():
-            self.client.setCollisionFilterGroupMask(body, link, 0, 0)
-            limits = {"jointLowerLimit": -WIDE, "jointUpperLimit": WIDE} if link >= 0 else {}
-            self.client.changeDynamics(body, link, **none, **limits)
+    def without_contacts(self, **damping: float) -> World:
+        """Changed in place: nothing touches or meets a limit; velocities are damped as given, else
+        by default."""
+        client = self.client
+        for body in self.bodies:
+            for link in range(-1, client.getNumJoints(body)):
+                client.setCollisionFilterGroupMask(body, link, 0, 0)
+                limits = {"jointLowerLimit": -WIDE, "jointUpperLimit": WIDE} if link >= 0 else {}
+                client.changeDynamics(body, link, **damping, **limits)
         return self
 
-    def put(self, trees: Sequence[Tree], q: Array, v: Array) -> None:
+    def put(self, q: Array, v: Array) -> None:
         """Start from these coordinates."""
-        for tree in trees:
-            at, rate = tree.q, tree.v
-            if tree.free:
-                attitude = q[at + 3 : at + 7]
-                arm, spin = rotation(attitude) @ tree.centre, v[rate + 3 : rate + 6]
-                place, speed = q[at : at + 3] + arm, v[rate : rate + 3] + np.cross(spin, arm)
-                self.client.resetBasePositionAndOrientation(tree.body, place, np.roll(attitude, -1))
-                self.client.resetBaseVelocity(tree.body, speed, spin)
-                at, rate = at + 7, rate + FREE
-            for k, joint in enumerate(tree.joints):
-                self.client.resetJointState(tree.body, joint, q[at + k], v[rate + k])
+        for body, at, rate in self.bases:
+            attitude = np.roll(q[at + 3 : at + 7], -1)
+            self.client.resetBasePositionAndOrientation(body, q[at : at + 3], attitude)
+            self.client.resetBaseVelocity(body, v[rate : rate + 3], v[rate + 3 : rate + FREE])
+        for body, joint, at, rate in self.joints:
+            self.client.resetJointState(body, joint, q[at], v[rate])
 
-    def got(self, trees: Sequence[Tree]) -> tuple[Array, Array]:
-        """The coordinates."""
-        q, v = list[float](), list[float]()
-        for tree in trees:
-            if tree.free:
-                place, attitude = self.client.getBasePositionAndOrientation(tree.body)
-                speed, spin = self.client.getBaseVelocity(tree.body)
-                turned = np.roll(attitude, 1)
-                arm = rotation(turned) @ tree.centre
-                q += [*(place - arm), *turned]
-                v += [*(speed - np.cross(spin, arm)), *spin]
-            states = self.client.getJointStates(tree.body, tree.joints) if tree.joints else ()
-            q += [state[0] for state in states]
-            v += [state[1] for state in states]
-        return np.array(q), np.array(v)
+    def advance(self, force: Array | None, steps: int = 1) -> tuple[Array, Array]:
+        """Take steps under a force; the coordinates at their end."""
+        client, (q, v) = self.client, map(np.zeros, self.size)
+        for _ in range(steps):
+            if force is not None:
+                self._push(force)
+            client.stepSimulation()
+        for body, at, rate in self.bases:
+            place, attitude = client.getBasePositionAndOrientation(body)
+            q[at : at + 7] = *place, *np.roll(attitude, 1)
+            v[rate : rate + FREE] = np.ravel(client.getBaseVelocity(body))
+        for body, joint, at, rate in self.joints:
+            q[at], v[rate] = client.getJointState(body, joint)[:2]
+        return q, v
 
-    def advance(self, trees: Sequence[Tree], force: Array | None) -> None:
-        """Take a step."""
+    def _push(self, force: Array) -> None:
         client = self.client
-        for tree in trees:
-            if force is None:
-                break
-            at = tree.v
-            if tree.free:
-                place, attitude = client.getBasePositionAndOrientation(tree.body)
-                arm = rotation(np.roll(attitude, 1)) @ tree.centre
-                push, turn = force[at : at + 3], force[at + 3 : at + FREE]
-                torque = turn - np.cross(arm, push)
-                client.applyExternalForce(tree.body, -1, push, place, client.WORLD_FRAME)
-                client.applyExternalTorque(tree.body, -1, torque, client.WORLD_FRAME)
-                at += FREE
-            forces = force[at : at + len(tree.joints)]
+        for body, _, rate in self.bases:
+            push, turn = force[rate : rate + 3], force[rate + 3 : rate + FREE]
+            centre, _ = client.getBasePositionAndOrientation(body)
+            client.applyExternalForce(body, -1, push, centre, client.WORLD_FRAME)
+            client.applyExternalTorque(body, -1, turn, client.WORLD_FRAME)
+        for body, joint, _, rate in self.joints:
             kind = client.TORQUE_CONTROL
-            client.setJointMotorControlArray(tree.body, tree.joints, kind, forces=forces)
-        client.stepSimulation()
+            client.setJointMotorControl2(body, joint, kind, force=force[rate])
 
 
 class BulletModel:
     """A file in Bullet, to be stepped, and to be looked at without contacts and damping."""
 
     def __init__(self, path: Path, layout: Layout, step: float) -> None:
-        self.world, self.looked_at = World(path, step), World(path, PROBE)
-        self.bare = World(path, PROBE).without_contacts(damped=False)
-        self.damped = World(path, PROBE).without_contacts(damped=True)
-        floating = sum(joint.size == FREE for joint in layout.joints)
-        self.trees, self.hinges, q, v = list[Tree](), dict[str, tuple[int, int]](), 0, 0
-        client = self.world.client
-        for body in self.world.bodies:
-            infos = [client.getJointInfo(body, i) for i in range(client.getNumJoints(body))]
-            moving = [i for i in infos if i[2] != client.JOINT_FIXED]
-            if any(i[2] not in (client.JOINT_REVOLUTE, client.JOINT_PRISMATIC) for i in moving):
-                raise NotRead("it has a joint of a kind that is not compared")
-            mass, _, _, centre, *_ = client.getDynamicsInfo(body, -1)
-            free = mass > 0.0 and floating > 0
-            floating -= free
-            tree = Tree(body, tuple(i[0] for i in moving), free, np.array(centre), q, v)
-            q, v = q + 7 * free, v + FREE * free
-            self.hinges |= {i[1].decode(): (q + k, v + k) for k, i in enumerate(moving)}
-            q, v = q + len(moving), v + len(moving)
-            self.trees.append(tree)
-        self.size = v
-
-    def put(self, q: Array, v: Array) -> None:
-        """Start from these coordinates."""
-        self.world.put(self.trees, q, v)
+        self.world = World(path, layout, step)
+        self.looked_at, self.damped, bare = (World(path, layout, PROBE) for _ in range(3))
+        self.damped.without_contacts()
+        self.bare = bare.without_contacts(linearDamping=0.0, angularDamping=0.0, jointDamping=0.0)
+        self.put = self.world.put
 
     def _acceleration(self, world: World, q: Array, v: Array, force: Array | None = None) -> Array:
-        world.put(self.trees, q, v)
-        world.advance(self.trees, force)
-        return (world.got(self.trees)[1] - v) / PROBE
+        world.put(q, v)
+        return (world.advance(force)[1] - v) / PROBE
 
     def terms(self, q: Array, v: Array, control: Array) -> dict[str, Any]:
         """As its steps show them; of actuators it reads none."""
-        rest = np.zeros(self.size)
+        rest = np.zeros(len(v))
         falls = self._acceleration(self.bare, q, rest)
         columns = [self._acceleration(self.bare, q, rest, unit) - falls for unit in np.eye(len(v))]
         inertia = np.linalg.inv(np.array(columns).T)
@@ -166,7 +125,7 @@ class BulletModel:
 
     def _touching(self, q: Array, v: Array) -> list[tuple[str, ...]]:
         client = self.looked_at.client
-        self.looked_at.put(self.trees, q, v)
+        self.looked_at.put(q, v)
         client.performCollisionDetection()
         points = [point for point in client.getContactPoints() or () if point[8] <= 0.0]
         return [(self._name(*point[1:4:2]), self._name(*point[2:5:2])) for point in points]
@@ -179,13 +138,24 @@ class BulletModel:
 
     def advance(self, control: Array, force: Array | None, steps: int) -> tuple[Array, Array]:
         """Take steps."""
-        for _ in range(steps):
-            self.world.advance(self.trees, force)
-        return self.world.got(self.trees)
+        return self.world.advance(force, steps)
+
+
+def _frame(client: Any, body: int) -> Frame:
+    """Of a body that floats: its centre of mass, and its attitude."""
+    arm = client.getDynamicsInfo(body, -1)[3]
+    return Frame(
+        lambda place, attitude: np.concatenate([place + rotation(attitude) @ arm, attitude]),
+        lambda q: (q[:3] - rotation(q[3:]) @ arm, q[3:]),
+        linear_first=True,
+        arm=arm,
+    )
 
 
 def user_model(path: Path, layout: Layout, step: float) -> PeerModel:
     """The model of a file; raises NotRead, and pybullet.error where Bullet refuses the file."""
     model = BulletModel(path, layout, step)
-    free = [(tree.q, tree.v, FRAME) for tree in model.trees if tree.free]
-    return Translated(model, layout, model.hinges, free, displaced=True)
+    world, client = model.world, model.world.client
+    hinges = {client.getJointInfo(*at[:2])[1].decode(): at[2:] for at in world.joints}
+    free = [(q, v, _frame(client, body)) for body, q, v in world.bases]
+    return Translated(model, layout, hinges, free, displaced=True)

@@ -26,6 +26,11 @@ TakeSteps = Callable[[int, int], None]
 DIVERGING = np.errstate(over="ignore", invalid="ignore")  # of arrays: cut off once they are read
 
 
+def by_name(rows: Sequence[ByName]) -> Observed:
+    """The observables of samples, shape (len(rows),) each, and no channels."""
+    return {name: np.array([row[name] for row in rows]) for name in rows[0]}, {}
+
+
 @dataclass(frozen=True)
 class Built:
     """A scene at its start in an engine."""
@@ -35,18 +40,8 @@ class Built:
     read: Callable[[], Any]  # this moment: its observables, or what has these
     limits: ByName = field(default_factory=dict)
     """Magnitudes of observables that only a diverged run exceeds."""
-    pause: int = 0
-    """Steps after a sample, or if negative before one, at which `note` is called."""
-    note: Callable[[float], ByName] = lambda time: {}
-    """Time [s] of a pause -> what else there is to say of the sample before it."""
-    gather: Callable[[Sequence[Any]], Observed] | None = None
-    """Of all that was read, the observables and channels, where it is not observables by name."""
-
-    def gathered(self, rows: Sequence[Any]) -> Observed:
-        """Observables and channels of the samples, shape (len(rows),) each."""
-        if self.gather is not None:
-            return self.gather(rows)
-        return {name: np.array([row[name] for row in rows]) for name in rows[0]}, {}
+    gather: Callable[[Sequence[Any]], Observed] = by_name
+    """Of all that was read, the observables and channels, shape (samples,) each."""
 
 
 @dataclass
@@ -70,15 +65,15 @@ class SteppedSimulation:
         rows, seconds, diverged, failure = [built.read()], 0.0, None, ""
         for first, last in pairwise(marks):
             try:
-                seconds += self._advanced(built, first, last, rows[-1])
+                begin = time.perf_counter()
+                built.advance(first, last)
+                seconds += time.perf_counter() - begin
                 rows.append(built.read())
             except self.broken as error:
                 diverged = last * self.step
                 failure = "" if isinstance(error, OVERFLOW) else " ".join(str(error).split())
                 break
-        if built.pause > 0:
-            self._advanced(built, self.steps, self.steps + 1, rows[-1])
-        observables, channels = built.gathered(rows)
+        observables, channels = built.gather(rows)
         return within(
             Trajectory(
                 times=np.array(marks[: len(rows)]) * self.step,
@@ -91,18 +86,6 @@ class SteppedSimulation:
             ),
             built.limits,
         )
-
-    def _advanced(self, built: Built, first: int, last: int, sample: dict[str, float]) -> float:
-        """Take the steps from the `sample` to the next, and return their wall time [s]."""
-        seconds, begin = 0.0, time.perf_counter()
-        if built.pause:
-            middle = (first if built.pause > 0 else last) + built.pause
-            built.advance(first, middle)
-            seconds = time.perf_counter() - begin
-            sample.update(built.note(middle * self.step))
-            first, begin = middle, time.perf_counter()
-        built.advance(first, last)
-        return seconds + time.perf_counter() - begin
 
     @DIVERGING
     def stepped(self, fraction: float) -> Stepping:

@@ -13,7 +13,8 @@ import numpy as np
 from plumbob.analytic.reference import Array
 from plumbob.analytic.schemes import Scheme
 from plumbob.analytic.systems.capsule_setup import CapsuleSetup
-from plumbob.engines.adapters.chain import FREE, ORIGIN, SLIDE, WELD, Link, Vector
+from plumbob.engines.adapters.chain import FREE, ORIGIN, SLIDE, WELD, Link, Pose, Vector
+from plumbob.engines.adapters.hinged_body import HingedBody, hinged_body
 from plumbob.engines.adapters.stepping import Built, TakeSteps
 from plumbob.engines.method import Method
 from plumbob.engines.trajectory import ByName
@@ -37,20 +38,6 @@ POINT = 1e-14  # [kg m^2], [kg]: what engines want of bodies that have no size, 
 FOOT_RADIUS = 0.01  # [m] of the spheres that stand on the plane
 FAR = 1e3  # of the capsule's own size: no body that only slides gets there
 SLIDER_RATIO = 1e8  # of the inertia that imposes the slider's motion to the capsule's mass
-
-
-@dataclass(frozen=True)
-class Pose:
-    """Where the capsule is: the place of C and the heading in the world, and their rates, and the
-    slider's place and rate along its tracks, from its start; numbers, or shape (n,) each. Places
-    and velocities are x + iy."""
-
-    place: Any  # [m]
-    velocity: Any  # [m/s]
-    heading: Any  # [rad], of any turn
-    heading_rate: Any  # [rad/s]
-    slid: Any = 0.0  # [m]
-    slid_rate: Any = 0.0  # [m/s]
 
 
 @dataclass(frozen=True)
@@ -86,6 +73,16 @@ class ThreeFeet:
             place = ORIGIN
         return tuple(links)
 
+    @property
+    def driven(self) -> int:
+        """How many of the last joints are driven: all tracks."""
+        return len(self.tracks)
+
+    @property
+    def pull(self) -> Vector:
+        """Gravity in the world [m/s^2]."""
+        return gravity(self.setup)
+
     def slider_velocity(self, times: Array) -> Array:
         """Imposed velocity along the tracks [m/s] at times [s], shape (n,): (n, tracks)."""
         if (line := self.setup.relative_velocity) is not None:
@@ -93,7 +90,7 @@ class ThreeFeet:
         assert self.setup.plane_velocity is not None
         return self.setup.plane_velocity(times)
 
-    def accelerations(self, steps: Array, step: float) -> Array:
+    def controls(self, steps: Array, step: float) -> Array:
         """Mean acceleration of the slider along its tracks [m/s^2] over the steps of `step` [s]
         with these indices, shape (n, tracks): with it the slider's velocity is right at every grid
         time, wherever the acceleration jumps."""
@@ -156,8 +153,8 @@ def observed(setup: CapsuleSetup, pose: Pose) -> dict[str, Any]:
     return {
         "displacement": place.real,
         "velocity": velocity.real,
-        "stroke": pose.slid,
-        "stroke_rate": pose.slid_rate,
+        "stroke": pose.joint,
+        "stroke_rate": pose.joint_rate,
         "heading": pose.heading,
         "sideways": place.imag,
     }
@@ -190,6 +187,16 @@ def on_three_feet(setup: CapsuleSetup) -> ThreeFeet:
         tracks = ((1.0, 0.0), (0.0, 1.0))
     # A flat body's moments about its own axes, to a factor: no exact answer depends on them.
     return ThreeFeet(setup, 0.5 * setup.capsule.inertia, tracks)
+
+
+Bodies = HingedBody | ThreeFeet
+
+
+def bodies(case: Case) -> Bodies:
+    """Those of a capsule or a pendulum; raises Unsupported for other systems."""
+    if case.system.family == CAPSULE:
+        return on_three_feet(case.problem.setup)
+    return hinged_body(case)
 
 
 def nearest_turn(angle: float, before: float) -> float:

@@ -126,20 +126,22 @@ def test_ports_turn_the_pyramid_of_friction_of_a_capsule_that_is_nearly_upright(
 
 TUMBLING = """<mujoco model="tumbling"><option timestep="1e-3"/><worldbody>
 <body name="hub" pos="0.1 0.2 0.9"><joint name="free" type="free"/>
-<inertial pos="0.02 0.01 0" mass="2" diaginertia="0.03 0.02 0.04"/><geom size="0.1"/>
-<body name="arm" pos="0.1 0.2 0.3"><joint name="hinge" axis="0 1 0"/>
-<inertial pos="0.1 0 0" mass="1" diaginertia="0.004 0.005 0.006"/><geom size="0.05"/>
+<inertial pos="0.02 0.01 0" mass="2" diaginertia="0.03 0.02 0.04"/><geom type="sphere" size="0.1"/>
+<body name="arm" pos="0.1 0.2 0.3"><joint name="hinge" type="hinge" axis="0 1 0"/>
+<inertial pos="0.1 0 0" mass="1" diaginertia="0.004 0.005 0.006"/><geom type="sphere" size="0.05"/>
 </body></body></worldbody>
 <keyframe><key qpos="0 0 1 0.8 0.2 0.4 0.4 0.3" qvel="1 0.5 -0.2 2 -1 3 0.7"/></keyframe>
 </mujoco>"""
 
 
-@pytest.mark.parametrize("engine", ["drake", "pinocchio"])
+@pytest.mark.parametrize("engine", ["drake", "pinocchio", "pybullet"])
 def test_a_free_body_turns_as_in_mujoco(engine, tmp_path):
-    """Engines that read this file have its equations, in each one's own coordinates."""
+    """Engines that read this file have its equations, in each one's own coordinates; Bullet, which
+    reads other moments of inertia, once these are put right."""
     if not installed(find_engine(engine)):
         pytest.skip(f"{engine} is not installed")
     (file := tmp_path / "tumbling.xml").write_text(TUMBLING, "utf-8")
     result = engine_error(engine, held(file, 0, duration=0.1))
-    assert result.differences == ()
-    assert result.error == pytest.approx(result.step_error, rel=0.2)  # Euler in other coordinates
+    assert bool(result.differences) == (engine == "pybullet")
+    left = result.all_right if result.differences else result.error
+    assert left == pytest.approx(result.step_error, rel=0.2)  # Euler in other coordinates

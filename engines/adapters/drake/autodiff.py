@@ -10,7 +10,7 @@ from pydrake.autodiffutils import AutoDiffXd
 from pydrake.systems.analysis import Simulator_
 
 from plumbob.analytic.reference import Array
-from plumbob.engines.adapters.drake.scenes import hinged
+from plumbob.engines.adapters.drake.scenes import assembled
 from plumbob.engines.adapters.drake.stepping import advancing
 from plumbob.engines.adapters.hinged_body import hinged_body
 from plumbob.engines.adapters.own_derivatives import nudged
@@ -28,11 +28,11 @@ def derivatives(number: Number, method: Method, step: float) -> ByName:
         raise Unsupported("AutoDiffXd is stepped in discrete plants alone here")
     if (low.forcing, low.gravity) != (high.forcing, high.gravity):
         raise Unsupported(f"{number.name} is no parameter in a context of Drake's")
-    made = hinged(here, step)
-    diagram = made.diagram.ToAutoDiffXd()
+    plants = [assembled(body, {"time_step": step}, body.pull) for body in (low, here, high)]
+    diagram = plants[1].diagram.ToAutoDiffXd()
     context = diagram.CreateDefaultContext()
-    context.SetTimeStateAndParametersFrom(made.start())
-    _move(context, [hinged(body, step).start() for body in (low, high)], apart)
+    context.SetTimeStateAndParametersFrom(plants[1].start())
+    _move(context, [plants[0].start(), plants[2].start()], apart)
     simulator = Simulator_[AutoDiffXd](diagram, context)
     simulator.Initialize()
     advancing(simulator, step)(0, step_count(number.case.scene.duration, step))

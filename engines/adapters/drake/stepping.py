@@ -79,7 +79,7 @@ def error_controlled(
                 rows.append(built.read())
         except BROKEN as error:
             why.append(" ".join(str(error).split()))
-        observed, _ = built.gathered(rows)
+        observed, _ = built.gather(rows)
         times = np.asarray(step * np.arange(len(rows)))
         return Followed(times, observed, _evaluations(simulator), not why, tuple(why))
 

@@ -10,7 +10,7 @@ import mujoco
 import numpy as np
 
 from plumbob.analytic.reference import Array
-from plumbob.engines.adapters.divergence import limits_on_platform
+from plumbob.engines.adapters.divergence import limits
 from plumbob.engines.adapters.hinged_body import on_a_platform, platform_errors
 from plumbob.engines.adapters.mujoco.translation import (
     Observed,
@@ -33,7 +33,7 @@ def build(mjcf: Path, problem: Any, method: Method, step: float) -> Translation:
     return at_start(
         bare(spec),
         _observe,
-        limits=limits_on_platform(problem),
+        limits=limits(problem),
         control=control,
         sensors=_named_energies if settings.get("reads_energy") else None,
         probe=_energies,

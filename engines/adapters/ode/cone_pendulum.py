@@ -6,7 +6,7 @@ import math
 from typing import Any
 
 from plumbob.analytic.parameters import finite
-from plumbob.engines.adapters.divergence import limits_on_platform, possible_speed
+from plumbob.engines.adapters.divergence import fastest, limits
 from plumbob.engines.adapters.equation import Equation
 from plumbob.engines.method import Method
 
@@ -34,7 +34,7 @@ def build(problem: Any, method: Method) -> Equation:
         acceleration,
         finite("theta", problem.theta),
         finite("theta_dot", problem.theta_dot),
-        possible_speed(problem.motion.rotor, problem.theta_dot),
+        fastest(problem, 0.0),
         damping_rate=0.0,
-        limits=limits_on_platform(problem),
+        limits=limits(problem),
     )

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import time
 import warnings
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from functools import partial
 from types import MappingProxyType
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 from scipy.integrate import DOP853, LSODA, Radau
@@ -66,68 +65,62 @@ def adaptive(
     equation: Equation, solver: type[Any], rtol: float, duration: float
 ) -> FollowedSimulation:
     """An equation with one of scipy's solvers and a relative tolerance."""
-    far = dict.fromkeys((*equation.names, *equation.rate_names), HUGE)
+    # absolute tolerance where a component passes zero: of the coordinates' size and the speed
+    scales = [equation.size] * len(equation.names)
+    scales += [equation.speed or 1.0] * len(equation.rate_names)
+    tolerances = {"rtol": rtol, "atol": rtol * np.array(scales)}
 
     def follow(duration: float, samples: int) -> Followed:
         slope, times, states = _Slope(equation), [0.0], [np.hstack(equation.start).tolist()]
+
+        def begin() -> Any:
+            begun = solver(slope, times[-1], states[-1], duration, **tolerances)
+            if samples > 1 and hasattr(begun, "solve_lu"):  # of an implicit one
+                begun.solve_lu = solved
+            return begun
+
         with warnings.catch_warnings(record=True) as caught:
             warnings.simplefilter("always")
-            failure = _follow(
-                partial(cast(Any, solver), slope), rtol, (times, states), duration, samples > 1
-            )
+            failure = _follow(begin, equation, rtol, times, states)
         # Its own steps: interpolants are less accurate.
         kept = sampling.sampled(len(times) - 1, samples)
         parts = [_parts(equation, states[k]) for k in kept]
-        messages = dict.fromkeys((*(str(warning.message) for warning in caught), *failure))
+        why = dict.fromkeys(filter(None, (*(str(warning.message) for warning in caught), failure)))
         ended = times[-1] == duration
-        return Followed(np.array(times)[kept], parts, slope.evaluated, ended, tuple(messages))
+        return Followed(np.array(times)[kept], parts, slope.evaluated, ended, tuple(why))
 
-    limits = {**far, **equation.limits}
+    limits = dict.fromkeys((*equation.names, *equation.rate_names), HUGE) | {**equation.limits}
     return FollowedSimulation(follow, equation.observed, duration, limits=limits)
 
 
 def _follow(
-    solver: Any, rtol: float, into: tuple[list[float], list[Any]], duration: float, quick: bool
-) -> list[str]:
-    """Add the solver's own steps to times and states, and return why it gave up, if so; `quick`
-    solves an implicit solver's linear systems in scipy's place."""
-    (times, states), equation, failure = into, solver.args[0].equation, ""
-    # absolute tolerance where a component passes zero: of the coordinates' size and the speed
-    scales = [equation.size] * len(equation.names)
-    scales += [equation.speed or 1.0] * len(equation.rate_names)
-    atol = rtol * np.array(scales)
-    try:
-        while times[-1] < duration and sum(map(abs, states[-1])) < HUGE and not failure:
-            begun = solver(times[-1], states[-1], duration, rtol=rtol, atol=atol)
-            if quick and hasattr(begun, "solve_lu"):
-                begun.solve_lu = solved
-            failure = _stepped(begun, equation, into, rtol)
-    except (ValueError, OverflowError) as error:  # math and numpy, of infinity
-        failure = " ".join(str(error).split())
-    return [failure] if failure else []
-
-
-def _stepped(
-    solver: Any, equation: Equation, into: tuple[list[float], list[Any]], rtol: float
+    begin: Callable[[], Any],
+    equation: Equation,
+    rtol: float,
+    times: list[float],
+    states: list[list[float]],
 ) -> str:
-    """Add a solver's steps until it ends, and return why it failed, if so, or until an impact,
-    after which another begins: a rest where the next flight is lower than its tolerance."""
-    times, states = into
-    while solver.status == "running" and sum(map(abs, states[-1])) < HUGE:
-        failure = solver.step()
-        if solver.status == "failed":
-            return str(failure)
-        times.append(float(solver.t))
-        states.append(solver.y.tolist())
-        if equation.restitution is not None and solver.y[0] < 0.0:
-            times[-1], speed = _impact(solver, times[-2], states[-2][1])
-            speed *= -equation.restitution
-            states[-1] = [0.0, speed]
-            pull = -equation.acceleration(times[-1], 0.0, speed)
-            if speed**2 <= 2.0 * pull * rtol * equation.size:
-                times.append(float(solver.t_bound))
-                states[-1:] = [[0.0, 0.0]] * 2
-            break
+    """Add a solver's own steps until it ends, and return why it gave up, if so. After an impact
+    another one begins, or a rest, where the next flight is lower than its tolerance."""
+    try:
+        solver = begin()
+        while solver.status == "running" and sum(map(abs, states[-1])) < HUGE:
+            if failure := solver.step():
+                return str(failure)
+            times.append(float(solver.t))
+            states.append(solver.y.tolist())
+            if equation.restitution is not None and solver.y[0] < 0.0:
+                times[-1], speed = _impact(solver, times[-2], states[-2][1])
+                speed *= -equation.restitution
+                states[-1] = [0.0, speed]
+                pull = -equation.acceleration(times[-1], 0.0, speed)
+                if speed**2 <= 2.0 * pull * rtol * equation.size:
+                    times.append(float(solver.t_bound))
+                    states[-1:] = [[0.0, 0.0]] * 2
+                    break
+                solver = begin()
+    except (ValueError, OverflowError) as error:  # math and numpy, of infinity
+        return " ".join(str(error).split())
     return ""
 
 

@@ -10,8 +10,8 @@ import numpy as np
 import pymunk
 
 from plumbob.analytic.systems.capsule_setup import CapsuleSetup
+from plumbob.engines.adapters.chain import Pose
 from plumbob.engines.adapters.pymunk.simulation import vector
-from plumbob.engines.adapters.three_feet import Pose
 from plumbob.engines.trajectory import ByName
 
 SETTLING_ITERATIONS = 1000  # of the solver, which starts without impulses of a step before

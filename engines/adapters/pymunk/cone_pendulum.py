@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from plumbob.engines.adapters.divergence import limits_on_platform
+from plumbob.engines.adapters.divergence import limits
 from plumbob.engines.adapters.pymunk.simulation import Translation
 from plumbob.engines.adapters.pymunk.wheel import wheel
 from plumbob.engines.method import Method
@@ -30,4 +30,4 @@ def build(problem: Any, method: Method, step: float) -> Translation:
         sine, cosine = math.sin(theta), math.cos(theta)
         return (spread * sine + lever) * cosine - weight * sine + product * math.cos(2 * theta)
 
-    return wheel(problem, body.inertia_x, limits_on_platform(problem), torque=torque)
+    return wheel(problem, body.inertia_x, limits(problem), torque=torque)

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 import pymunk
 
-from plumbob.engines.adapters.stepping import Built, SteppedSimulation, stepped
+from plumbob.engines.adapters.stepping import Built, Observed, SteppedSimulation, by_name, stepped
 from plumbob.engines.method import Method
 from plumbob.engines.registry import find_builder
 from plumbob.engines.trajectory import ByName
@@ -68,8 +68,10 @@ def prepared(case: Case, method: Method, step: float) -> SteppedSimulation:
 
 def _built(scene: Translation, step: float) -> Built:
     move, act, following, before = scene.space.step, scene.act, scene.following, scene.before_sample
+    sample: dict[str, float] = {}  # the latest
+    taken = 0
 
-    def advance(first: int, last: int) -> None:
+    def take(first: int, last: int) -> None:
         if act is None:
             for _ in range(first, last):
                 move(step)
@@ -78,10 +80,31 @@ def _built(scene: Translation, step: float) -> Built:
                 act(n * step)
                 move(step)
 
-    def note(time: float) -> ByName:
-        if before is not None:
-            before(time)
-        return following() if following is not None else {}
+    def advance(first: int, last: int) -> None:
+        nonlocal taken
+        taken, middle = last, first
+        if following is not None:
+            follow(first)
+            middle = first + 1
+        elif before is not None:
+            middle = last - 1
+            take(first, middle)
+            before(middle * step)
+        take(middle, last)
 
-    pause = 1 if following else -1 if before else 0
-    return Built(advance, scene.read, scene.limits, pause, note)
+    def follow(first: int) -> None:
+        take(first, first + 1)
+        assert following is not None
+        sample.update(following())
+
+    def read() -> ByName:
+        nonlocal sample
+        sample = {**scene.read()}
+        return sample
+
+    def gather(rows: Sequence[ByName]) -> Observed:
+        if following is not None:
+            follow(taken)
+        return by_name(rows)
+
+    return Built(advance, read, scene.limits, gather)

@@ -11,10 +11,10 @@ import numpy as np
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.capsule import by_support
 from plumbob.analytic.systems.capsule_setup import CapsuleSetup
+from plumbob.engines.adapters.chain import Pose
 from plumbob.engines.adapters.mujoco.contacts import armature
 from plumbob.engines.adapters.mujoco.translation import Observed
 from plumbob.engines.adapters.three_feet import (
-    Pose,
     nearest_turn,
     observed,
     on_three_feet,
@@ -68,7 +68,7 @@ def control(setup: CapsuleSetup, step: float) -> Callable[[Array], Array] | None
     manoeuvre of the nearest switch on the grid, an error of first order.
     """
     feet = on_three_feet(setup)
-    return (lambda times: feet.accelerations(np.rint(times / step), step)) if feet.tracks else None
+    return (lambda times: feet.controls(np.rint(times / step), step)) if feet.tracks else None
 
 
 def start(setup: CapsuleSetup, rest_qpos: Array) -> tuple[Array, Array]:
