@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -59,11 +60,12 @@ def _energies(model: mujoco.MjModel, data: mujoco.MjData) -> Array:
 
 def whole(mjcf: Path, problem: Any, platform_armature: float | None = None) -> mujoco.MjSpec:
     """The model in the file `mjcf` with the numbers of `problem`, geoms and keyframe included;
-    `platform_armature` [kg m^2] is large enough for the platform to keep its rate to the last bit,
-    unless given."""
+    `platform_armature` [kg m^2] is a power of ten, large enough for the platform to keep its rate
+    to the last bit, unless given."""
     spec, body = read(mjcf, problem.gravity), on_a_platform(problem)
     hung, start, moments = spec.body("cone"), spec.key("start"), np.diag(body.moments)
-    spec.joint("platform").armature = platform_armature or body.platform_inertia
+    least = 10.0 ** math.ceil(math.log10(body.platform_inertia))
+    spec.joint("platform").armature = platform_armature or least
     hung.pos, hung.mass, hung.ipos = body.pivot, body.mass, [0.0, 0.0, -body.arm]
     hung.inertia = moments
     if product := body.moments[1, 2]:  # MuJoCo then works out the principal axes
