@@ -202,23 +202,17 @@ def timed_run(found: ConvergenceStudy, method: Method) -> Measurement | None:
 def _orders(
     taken: list[Measurement], leading: str, method: Method
 ) -> tuple[Order | None, Order | None]:
-    done = [m for m in taken if leading in m.errors]
-    if method.order is None or not done:
+    """The order of the errors, and that of the predicted ones at the same steps."""
+    done = {m.step: (m.errors[leading], m.steps) for m in taken if leading in m.errors}
+    if method.order is None:
         return None, None
-    errors = [m.errors[leading] for m in done]
-    order = fit_order(
-        [m.step for m in done],
-        [e.largest for e in errors],
-        [floor(e, m.steps) for e, m in zip(errors, done, strict=True)],
-    )
-    if order is None or any(e.predicted is None for e in errors):
+    floors = [floor(error, steps) for error, steps in done.values()]
+    order = fit_order(list(done), [error.largest for error, _ in done.values()], floors)
+    predicted = {h: error.predicted.largest for h, (error, _) in done.items() if error.predicted}
+    if order is None or len(predicted) < len(done):
         return order, None
-    same = [
-        (m.step, e.predicted.largest)
-        for m, e in zip(done, errors, strict=True)
-        if m.step in order.steps and e.predicted is not None
-    ]
-    return order, fit_order([s for s, _ in same], [v for _, v in same], [0.0] * len(same))
+    sizes = [predicted[step] for step in order.steps]
+    return order, fit_order(order.steps, sizes, np.zeros(len(sizes)))
 
 
 def _trace(step: float, run: Trajectory, leading: str, exact: Reference) -> Trace:

@@ -195,18 +195,16 @@ class _Runs:
         if measured.status != "done" or run is None:
             raise Unsupported(measured.reason or measured.status)
         scheme, times = scheme_of(case, self.method), run.times.tobytes()
-        ends = {}
+        powers, *_ = expected(Same(case.reference), Same(case.errors), scheme, self.step, times)
+        series, ends = [powers[p] for p in sorted(powers)], {}
         for name in (n for n in self.of if n in measured.errors):
             error, value = measured.errors[name], float(run.observables[name][-1])
-            powers: Mapping[int, Mapping[str, Array]] = {}
-            if error.predicted and error.predicted.terms:
-                series = expected(Same(case.reference), Same(case.errors), scheme, self.step, times)
-                powers = series[0]
+            terms = error.predicted.terms if error.predicted else {}
             ends[name] = _End(
                 value,
                 value - error.end,
                 _predicted(error),
-                tuple(powers[p][name] for p in sorted(powers)),
+                tuple(part[name] for part in series) if terms else (),
                 _rounding(error, measured.steps),
                 error.model_error,
                 error.uncertainty,

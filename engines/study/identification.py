@@ -171,12 +171,11 @@ def _by_search(
 
 def _own_fit(method: Method, way: str) -> OwnFit:
     """Raises ParameterError where the engine has none of this name."""
-    fits = [a for a in engine_of(method).abilities if isinstance(a, OwnFit)]
-    for fit in fits:
-        if fit.way == way:
-            return fit
-    names = ", ".join(["search", *(fit.way for fit in fits)])
-    raise ParameterError("way", way, f"one of {names} with {method.name}")
+    fits = {a.way: a for a in engine_of(method).abilities if isinstance(a, OwnFit)}
+    if way not in fits:
+        names = ", ".join(["search", *fits])
+        raise ParameterError("way", way, f"one of {names} with {method.name}")
+    return fits[way]
 
 
 def _by_own(fit: OwnFit, residuals: Callable[[Sequence[float] | None], Array], p: int) -> Searched:

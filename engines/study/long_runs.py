@@ -17,7 +17,7 @@ from plumbob.engines.registry import engine_of
 from plumbob.engines.study.measurement import scheme_of
 from plumbob.engines.study.request import RunRequest
 from plumbob.engines.trajectory import Trajectory, lost
-from plumbob.models.registry import case_of
+from plumbob.models.registry import case_of, stability_of
 from plumbob.models.scene import Case, Scene
 
 MOST_STEPS = 1_000_000  # of a run: a second of MuJoCo's, a few of an ODE solver in Python
@@ -66,7 +66,7 @@ class LongRunSearch(RunRequest[MeasuredLongRun]):
 def long_run(scene: Scene, method: Method, request: LongRunSearch) -> MeasuredLongRun:
     """The times by runs of `method` on `scene`; raises ParameterError."""
     case = case_of(scene)
-    theory = case.system.stability(case.problem) if case.system.stability else None
+    theory = stability_of(case)
     if theory is None:
         return MeasuredLongRun(why="long runs are of pendulums and of a free body")
     step = request.step or own_step(scene, method, theory)
@@ -78,9 +78,7 @@ def long_run(scene: Scene, method: Method, request: LongRunSearch) -> MeasuredLo
     longest: Trajectory | None = None
     stopped = f"not within {request.most_steps:.3g} steps"
     try:
-        for run in _runs(
-            case, method, step, _durations(pace, request.most_steps, theory), theory.fastest
-        ):
+        for run in _runs(case, method, step, pace, request.most_steps, theory):
             if run.diverged_at is None and not lost(run):
                 longest = run
             else:
@@ -112,23 +110,18 @@ def own_step(scene: Scene, method: Method, theory: StabilityTheory) -> float:
     return min(scene.steps, key=lambda step: abs(math.log(step / wanted)))
 
 
-def _durations(pace: float, most_steps: int, theory: StabilityTheory) -> Iterator[float]:
-    """Durations of runs [s], of FIRST_STEPS to `most_steps` steps of `pace` [s]."""
-    steps = FIRST_STEPS
-    while steps < most_steps and steps * pace < theory.lasts:
-        yield steps * pace
-        steps *= MORE
-    yield min(most_steps * pace, theory.lasts)
-
-
 def _runs(
-    case: Case, method: Method, step: float, durations: Iterator[float], period: float
+    case: Case, method: Method, step: float, pace: float, most_steps: int, theory: StabilityTheory
 ) -> Iterator[Trajectory]:
-    for duration in durations:
+    """Runs of FIRST_STEPS to `most_steps` steps of `pace` [s], until the motion ends."""
+    steps, duration, last = FIRST_STEPS, 0.0, min(most_steps * pace, theory.lasts)
+    while duration < last:
+        duration = min(steps * pace, last)
         with np.errstate(all="ignore"):
-            samples = min(max(case.samples, math.ceil(A_SAMPLE * duration / period)), MOST_SAMPLES)
-            lasting = case.lasting(duration, samples)
+            fine = math.ceil(A_SAMPLE * duration / theory.fastest)
+            lasting = case.lasting(duration, min(max(case.samples, fine), MOST_SAMPLES))
             yield engine_of(method).prepare(lasting, method, step).run()
+        steps *= MORE
 
 
 def _reached(

@@ -118,21 +118,14 @@ def measure(
     try:
         simulation = engine.prepare(case, method, step)
         model = engine.model_error(case, method, step) if theory else {}
-    except Unsupported as why:
-        return replace(blank, reason=str(why)), None
+    except Unsupported as reason:
+        return replace(blank, reason=str(reason)), None
     begin = time.thread_time()
     run = simulation.run()
     seconds = min(run.seconds, time.thread_time() - begin)  # the second is with what reads samples
-    if why_lost := lost(run):
-        return replace(
-            blank,
-            status="diverged",
-            reason=why_lost,
-            diverged_at=run.diverged_at,
-            steps=run.steps,
-            seconds=seconds,
-            warnings=run.warnings,
-        ), run
+    taken = replace(blank, steps=run.steps, seconds=seconds, warnings=run.warnings)
+    if why := lost(run):
+        return replace(taken, status="diverged", reason=why, diverged_at=run.diverged_at), run
     if short := not_asked_for(case, method, step, run):
         return replace(blank, status="cut-short", reason=f"the run is cut short: {short}"), run
     if theory:
@@ -142,15 +135,12 @@ def measure(
         errors, drifts = _differences(case, run), {}
     scheme = scheme_of(case, method)
     return replace(
-        blank,
+        taken,
         status="done",
         errors=errors,
         invariants=drifts,
         duration=float(run.times[-1]),
-        steps=run.steps,
-        seconds=seconds,
         compile_seconds=simulation.compile_seconds,
-        warnings=run.warnings,
         note="" if scheme.known else f"no error theory for the scheme '{scheme}'",
     ), run
 

@@ -42,26 +42,18 @@ SAME, LEAST = 1e-5, 1e-12  # relative, absolute [SI]: what single precision and 
 
 
 @dataclass(frozen=True)
-class Number:
-    """The numbers in a field, of the body, joint, geom or actuator of that name."""
-
-    field: str
-    name: str
-    values: tuple[float, ...]  # SI
-
-
-@dataclass(frozen=True)
 class ModelRead:
     """The numbers that an engine took from a model file."""
 
     version: str  # of the engine
     refuses: str  # why it reads nothing, one line; else empty
-    numbers: tuple[Number, ...]
+    numbers: tuple[tuple[str, str, tuple[float, ...]], ...]
+    """The field, the name of its body, joint, geom or actuator, and its values (SI)."""
 
     @property
     def fields(self) -> ModelFields:
         """The numbers by field and name."""
-        return {(one.field, one.name): one.values for one in self.numbers}
+        return {(field, name): values for field, name, values in self.numbers}
 
 
 @dataclass(frozen=True)
@@ -81,7 +73,7 @@ def read_model(reading: ModelReading) -> ModelRead | None:
         return None
     with every_field() as file:
         refuses, fields = fields_of(engine, file)
-    numbers = tuple(Number(field, name, values) for (field, name), values in fields.items())
+    numbers = tuple((*place, values) for place, values in fields.items())
     return ModelRead(version_of(engine), refuses, numbers)
 
 

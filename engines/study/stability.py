@@ -149,19 +149,17 @@ def _limit(
     trials: Trials, kind: Kind, predicted: StepLimit | None, holds: Holds, start: float
 ) -> MeasuredLimit:
     """The limit of a `kind`, searched from its prediction or from `start` fastest periods."""
-    if predicted is not None and math.isfinite(predicted.step):
+    if predicted is not None:
         start = predicted.step / trials.fastest
     every = 1 if trials.monotone else EVERY
-    low, high = (exponent(end, every) for end in (SMALLEST, LARGEST if every == 1 else AWAY))
-    if predicted is not None and math.isinf(predicted.step):
-        start = LARGEST if every == 1 else AWAY
-    first = min(max(exponent(start, every), low), high) if start > 0.0 else low
+    end = LARGEST if trials.monotone else AWAY
+    low, high = exponent(SMALLEST, every), exponent(end, every)
+    first = max(exponent(min(start, end), every), low) if start > 0.0 else low
     held, failed = bracket(holds, first, low, high, every)
-    if failed is None:
-        why = "every step that was tried holds"
-    else:
-        outcome = trials.outcome(failed)
-        why = outcome.unstable or outcome.changed
+    why = "every step that was tried holds"
+    if failed is not None:
+        unstable, changed = trials.outcome(failed)
+        why = unstable or changed
     return MeasuredLimit(
         kind,
         None if predicted is None else predicted.step,
@@ -212,12 +210,7 @@ def _widened(
     return (last, None) if up else (None, last)
 
 
-@dataclass(frozen=True)
-class _Outcome:
-    """Why runs at a step do not hold; empty where they do."""
-
-    unstable: str = ""
-    changed: str = ""
+Outcome = tuple[str, str]  # why runs are unstable, or else of another kind; empty where they hold
 
 
 @dataclass
@@ -227,21 +220,21 @@ class Trials:
     case: Case
     method: Method
     theory: StabilityTheory | None
-    outcomes: dict[int, _Outcome] = field(default_factory=dict)
+    outcomes: dict[int, Outcome] = field(default_factory=dict)
 
     def steady(self, number: int) -> bool:
         """Whether a nudge stays small at this step of the grid."""
-        return not self.outcome(number).unstable
+        return not self.outcome(number)[0]
 
     def kept(self, number: int) -> bool:
         """Whether the motion stays of its kind, too."""
-        return self.outcome(number) == _Outcome()
+        return not any(self.outcome(number))
 
     def step(self, number: int) -> float:
         """A step of the grid [s]."""
         return float(self.fastest * RATIO**number)
 
-    def outcome(self, number: int) -> _Outcome:
+    def outcome(self, number: int) -> Outcome:
         """The outcome of runs at a step of the grid."""
         if number not in self.outcomes:
             self.outcomes[number] = self._tried(self.step(number))
@@ -313,25 +306,25 @@ class Trials:
         """The kind of the exact motion."""
         return self.theory.kind_of(self.exact) if self.theory else ""
 
-    def _tried(self, step: float) -> _Outcome:
+    def _tried(self, step: float) -> Outcome:
         """The outcome of runs at a step [s]."""
         steps = max(STEPS, math.ceil(PERIODS * self.fastest / step))
         with np.errstate(all="ignore"):  # of runs that are lost
             early = self._kept(step, PILOT)
-            return early if early.unstable else self._kept(step, steps)
+            return early if early[0] else self._kept(step, steps)
 
-    def _kept(self, step: float, steps: int) -> _Outcome:
+    def _kept(self, step: float, steps: int) -> Outcome:
         """The outcome of runs of so many steps [s]."""
         run = self._run(self.case, step, steps)
         if why := _lost(run):
-            return _Outcome(why, why)
+            return why, why
         beyond = {n: d for n, d in invariant_drifts(self.case, run).items() if d > BAND}
         if beyond:
             name = next(iter(beyond))
             why = f"{name.replace('_', ' ')} differs by {beyond[name]:.2g} times its scale"
-            return _Outcome(why, why)
+            return why, why
         grown = self._grown(run, self._run(self.nudged, step, steps))
-        return _Outcome(grown, self._changed(run))
+        return grown, self._changed(run)
 
     def _run(self, case: Case, step: float, steps: int) -> Trajectory:
         """A run of so many steps."""

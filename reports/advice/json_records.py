@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
+from dataclasses import asdict
 from typing import Any
 
 from plumbob.engines.method import USER_METHOD, Method
@@ -11,7 +12,7 @@ from plumbob.engines.study.cost import Cost
 from plumbob.engines.study.measurement import Measurement
 from plumbob.engines.study.order import Order
 from plumbob.engines.study.results import Study
-from plumbob.reports.advice.user_settings import UserResult, instead
+from plumbob.reports.advice.user_settings import UserResult
 from plumbob.reports.judge.expectations import expected
 from plumbob.reports.judge.study_verdicts import Judgements
 from plumbob.reports.judge.verdict import Judgement
@@ -59,7 +60,7 @@ def records(
 ) -> list[dict[str, Any]]:
     """One record a run, that at the step that was drawn too; that of the user's own settings at
     their own step says what would be better."""
-    better = instead(results)
+    better = {result.scene: result for result in results}
     by_method = {method.name: method for method in study.methods}
     rows = []
     for c in study.convergence:
@@ -69,7 +70,11 @@ def records(
             runs.append((c.drawn, both.whole.drawn))
         for m, judgement in runs:
             row = record(by_method[c.method], m, judgement, c.order, cost)
-            rows.append(row | better.get((c.scene, c.method, m.step), {}) | {"drawn": m is c.drawn})
+            rows.append(row | {"drawn": m is c.drawn})
+            of = better.get(c.scene) if c.method == USER_METHOD else None
+            if of and of.step == m.step:
+                rows[-1]["at_equal_accuracy"] = asdict(of.at_equal_accuracy)
+                rows[-1]["at_no_greater_cost"] = asdict(of.better)
     return rows
 
 

@@ -5,8 +5,7 @@ from __future__ import annotations
 import math
 import sys
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass, replace
-from typing import Any
+from dataclasses import dataclass, replace
 
 from plumbob.engines.method import USER_METHOD
 from plumbob.engines.study.convergence import ConvergenceStudy
@@ -113,14 +112,3 @@ def _first(choices: Sequence[Choice]) -> Instead:
     """The first of all choices, and of those in the user's engine."""
     here = (c for c in choices if c.method.startswith(HERE))
     return Instead(next(here, None), next(iter(choices), None))
-
-
-def instead(results: Sequence[UserResult]) -> dict[tuple[str, str, float], dict[str, Any]]:
-    """The same as plain data, by scene, method and step."""
-    return {
-        (result.scene, USER_METHOD, result.step): {
-            "at_equal_accuracy": asdict(result.at_equal_accuracy),
-            "at_no_greater_cost": asdict(result.better),
-        }
-        for result in results
-    }

@@ -84,16 +84,6 @@ def _without_theory(scene: str, method: str) -> Verdict | None:
     return "converges" if foreign or where.distribution else None
 
 
-def refused(scene: str, method: str, judgement: Judgement) -> bool:
-    """Whether an engine did not run a scene though nothing declares it unsupported; a scene of
-    which the profile leaves out every step was not tried, and a user's own settings claim
-    nothing."""
-    if judgement.verdict != "unsupported" or method == USER_METHOD:
-        return False
-    untried = judgement.cut and judgement.reason == NO_STEP_FITS
-    return not untried and not expected(scene, method).allows(judgement)
-
-
 def surprise(scene: Scene, method: Method, judgement: Judgement) -> str:
     """Why a verdict on a convergence study is not the expected one; empty where it is. An engine
     that is not installed is no surprise, nor is a verdict on a user's own settings, of which
@@ -104,7 +94,9 @@ def surprise(scene: Scene, method: Method, judgement: Judgement) -> str:
         return ""
     wanted = expected(scene.name, method.name)
     if judgement.verdict == "unsupported":
-        return _verdicts(wanted, judgement) if refused(scene.name, method.name, judgement) else ""
+        # A scene of which the profile leaves out every step was not tried.
+        untried = judgement.cut and judgement.reason == NO_STEP_FITS
+        return "" if untried else _verdicts(wanted, judgement)
     if _undecided(scene, method, judgement) and not wanted.limit:
         return _drawn(scene, method, judgement)
     why = _verdicts(wanted, judgement) or _other_size(scene, method, judgement, wanted)

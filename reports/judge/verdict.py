@@ -178,10 +178,9 @@ def _silent(run: Measurement, name: str) -> str:
 def _never_judged(runs: Sequence[Judgement]) -> Mapping[str, str]:
     """Observables that no run has a tolerance for, though runs have one for others; the reason is
     that of the finest of them."""
-    held = [run for run in runs if run.tolerances]
-    judged = {name for run in held for name in run.tolerances}
-    finest = held[-1].unjudged if held else {}
-    return {name: why for name, why in finest.items() if name not in judged}
+    held = [run.unjudged for run in runs if run.tolerances]
+    finest = held[-1] if held else {}
+    return {name: why for name, why in finest.items() if all(name in of for of in held)}
 
 
 def _of_runs(

@@ -20,7 +20,7 @@ from plumbob.engines.study.gradient import Difference, Gradient, Gradients, Grad
 from plumbob.engines.study.identification import Identification, Identified, ParameterFit
 from plumbob.engines.study.long_runs import LongRunSearch, MeasuredLongRun
 from plumbob.engines.study.measurement import Measurement, ObservedError, Prediction
-from plumbob.engines.study.model_reading import ModelRead, ModelReading, Number, read_model
+from plumbob.engines.study.model_reading import ModelRead, ModelReading, read_model
 from plumbob.engines.study.request import RunRequest
 from plumbob.engines.study.results import Study
 from plumbob.engines.study.runner import most_steps, pairs
@@ -125,9 +125,7 @@ def _invented(request):
     if isinstance(request, TrimmingRun):
         return Trimming(3.0, 2.0, 1.0, True)
     if isinstance(request, ModelReading):
-        return ModelRead(
-            "1.0", "", (Number("gravity", "", (0.0, 0.0, -9.81)), Number("timestep", "", (1e-3,)))
-        )
+        return ModelRead("1.0", "", (("gravity", "", (0.0, 0.0, -9.81)), ("timestep", "", (1e-3,))))
     if isinstance(request, StabilitySearch):
         bracket = (0.1, 0.101) if request.by_runs else (None, None)
         return Stability((MeasuredLimit("unstable", 0.1, *bracket, "of h omega = 2"),))
