@@ -22,8 +22,6 @@ from plumbob.models.scene import Scene
 class ExtraRun(RunRequest[Trajectory]):
     """One run whose recording a finding shows."""
 
-    answers = Trajectory
-
     scene: str
     method: str
     step: float  # [s], or the relative tolerance of an adaptive method
@@ -51,7 +49,7 @@ class TrimmingRun(RunRequest[Trimming]):
     """A timing of a model, complete and trimmed of pipeline stages and parts: `steps` steps of
     `step` [s], the median of `repeats`."""
 
-    answers, label, timed = Trimming, "trimmed", True
+    label, timed = "trimmed", True
 
     scene: str
     method: str

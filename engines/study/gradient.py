@@ -130,7 +130,7 @@ class Gradients:
 class GradientSearch(RunRequest[Gradients]):
     """Derivatives of the end of a scene's run with a method by one number of its parameters."""
 
-    answers, label, of_pair = Gradients, "derivatives", True
+    label, of_pair = "derivatives", True
 
     scene: str
     method: str
@@ -353,11 +353,15 @@ def _of_number(
 
 def _with_exact(record: Gradient, exact: Sensitivity) -> Gradient:
     """A record with the exact derivative, or the one-sided ones and why there is no other."""
-    name, sides = record.of, None
-    if exact.why:
-        sides = float(exact.below[name][0]), float(exact.above[name][0])
-    value, unsure = float(exact.values[name][0]), float(exact.uncertainty[name][0])
-    return replace(record, exact=value, uncertainty=unsure, no_exact=exact.why, one_sided=sides)
+    name = record.of
+    sides = (float(exact.below[name][0]), float(exact.above[name][0])) if exact.why else None
+    return replace(
+        record,
+        exact=float(exact.values[name][0]),
+        uncertainty=float(exact.uncertainty[name][0]),
+        no_exact=exact.why,
+        one_sided=sides,
+    )
 
 
 def _by_differences(runs: _Runs, record: Gradient, asked: tuple[float, ...]) -> Gradient:

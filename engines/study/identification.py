@@ -72,7 +72,7 @@ class Identification:
 class ParameterFit(RunRequest[Identification]):
     """A search for the value of a parameter with which a run fits the exact motion best."""
 
-    answers, label = Identification, "fitted"
+    label = "fitted"
 
     scene: str
     method: str

@@ -49,7 +49,7 @@ class MeasuredLongRun:
 class LongRunSearch(RunRequest[MeasuredLongRun]):
     """A search for the times at which a method's error on a scene reaches each of LEVELS."""
 
-    answers, label = MeasuredLongRun, "long run"
+    label = "long run"
 
     scene: str
     method: str
@@ -60,45 +60,40 @@ class LongRunSearch(RunRequest[MeasuredLongRun]):
 
     def made(self, scene: Scene, method: Method) -> MeasuredLongRun:
         """The times by runs; raises ParameterError."""
-        return long_run(scene, method, self)
-
-
-def long_run(scene: Scene, method: Method, request: LongRunSearch) -> MeasuredLongRun:
-    """The times by runs of `method` on `scene`; raises ParameterError."""
-    case = case_of(scene)
-    theory = stability_of(case)
-    if theory is None:
-        return MeasuredLongRun(why="long runs are of pendulums and of a free body")
-    step = request.step or own_step(scene, method, theory)
-    fixed = method.control == "step"
-    scales = {q.observable: q.scale for q in case.system.quantities(case)}
-    predicted = theory.long_run(scheme_of(case, method), step, scales) if fixed else None
-    pace = step if fixed else theory.fastest / OF_A_SOLVER
-    times: dict[float, float] = {}
-    longest: Trajectory | None = None
-    stopped = f"not within {request.most_steps:.3g} steps"
-    try:
-        for run in _runs(case, method, step, pace, request.most_steps, theory):
-            if run.diverged_at is None and not lost(run):
-                longest = run
-            else:
-                stopped = f"lost after {run.diverged_at or 0.0:.3g} s"
+        case = case_of(scene)
+        theory = stability_of(case)
+        if theory is None:
+            return MeasuredLongRun(why="long runs are of pendulums and of a free body")
+        step = self.step or own_step(scene, method, theory)
+        fixed = method.control == "step"
+        scales = {q.observable: q.scale for q in case.system.quantities(case)}
+        predicted = theory.long_run(scheme_of(case, method), step, scales) if fixed else None
+        pace = step if fixed else theory.fastest / OF_A_SOLVER
+        times: dict[float, float] = {}
+        longest: Trajectory | None = None
+        stopped = f"not within {self.most_steps:.3g} steps"
+        try:
+            for run in _runs(case, method, step, pace, self.most_steps, theory):
+                if run.diverged_at is None and not lost(run):
+                    longest = run
+                else:
+                    stopped = f"lost after {run.diverged_at or 0.0:.3g} s"
+                    break
+                known = _reached(case, run, scales, times)
+                if len(times) == len(LEVELS):
+                    stopped = ""
+                elif not known:
+                    stopped = "double precision knows the exact motion no longer"
+                elif run.times[-1] >= theory.lasts * (1.0 - 1e-9) - 2.0 * pace:
+                    stopped = "the motion has come to rest, or repeats"
+                else:
+                    continue
                 break
-            known = _reached(case, run, scales, times)
-            if len(times) == len(LEVELS):
-                stopped = ""
-            elif not known:
-                stopped = "double precision knows the exact motion no longer"
-            elif run.times[-1] >= theory.lasts * (1.0 - 1e-9) - 2.0 * pace:
-                stopped = "the motion has come to rest, or repeats"
-            else:
-                continue
-            break
-    except Unsupported as why:
-        return MeasuredLongRun(why=str(why))
-    energy = _energy(theory, longest, "lost" in stopped)
-    followed = 0.0 if longest is None else float(longest.times[-1])
-    return MeasuredLongRun(step, theory.fastest, predicted, times, followed, stopped, *energy)
+        except Unsupported as why:
+            return MeasuredLongRun(why=str(why))
+        energy = _energy(theory, longest, "lost" in stopped)
+        followed = 0.0 if longest is None else float(longest.times[-1])
+        return MeasuredLongRun(step, theory.fastest, predicted, times, followed, stopped, *energy)
 
 
 def own_step(scene: Scene, method: Method, theory: StabilityTheory) -> float:

@@ -60,8 +60,6 @@ class ModelRead:
 class ModelReading(Request[ModelRead]):
     """The model read by an engine's own reader."""
 
-    answers = ModelRead
-
     engine: str
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any, ClassVar, Generic, TypeVar
 
@@ -23,7 +23,6 @@ _ADAPTIVE_WORK = 1e5  # equivalent number of steps for the tolerances of an adap
 class Request(ABC, Generic[Answer]):
     """A request for an answer of one kind."""
 
-    answers: ClassVar[type[Any]]  # the kind
     timed: ClassVar[bool] = False  # made alone, for its time counts
 
 
@@ -66,22 +65,6 @@ class RunRequest(Request[Answer]):
     def work(self, scene: Scene, method: Method) -> float:
         """Roughly how many steps of a pendulum it takes."""
         return _SEARCH_WORK * system_of(scene).weight
-
-
-class UndeclaredRun(LookupError):
-    """A run that is asked of a study and was not declared to it."""
-
-
-def looked_up(extras: Mapping[Request[Any], Any], request: Request[Answer]) -> Answer | None:
-    """The answer that a study has for a request; raises UndeclaredRun where it was not declared."""
-    try:
-        answer: Answer | None = extras[request]
-    except KeyError:
-        raise UndeclaredRun(
-            f"no finding declared {request}: add it to the `requests` of the section that shows it"
-        ) from None
-    assert answer is None or isinstance(answer, request.answers)
-    return answer
 
 
 def work_of(scene: Scene, method: Method, steps: Sequence[float]) -> float:

@@ -11,7 +11,7 @@ from plumbob.engines.method import Method
 from plumbob.engines.study.convergence import SEED, ConvergenceStudy
 from plumbob.engines.study.cost import Cost, Key, SceneCosts
 from plumbob.engines.study.provenance import Provenance
-from plumbob.engines.study.request import Answer, Request, looked_up
+from plumbob.engines.study.request import Answer, Request
 from plumbob.engines.study.stability import KnownLimit, StabilitySearch
 from plumbob.models.registry import case_of, system_of
 from plumbob.models.scene import Observable, Quantity, Scene
@@ -88,14 +88,16 @@ class Study:
             interest={name: self.quantities(name) for name in names},
         )
 
-    def leading(self, scene: str) -> Observable:
-        """The observable that orders and verdicts of a scene lead with."""
-        return self.observables(scene)[0]
-
     def answer(self, request: Request[Answer]) -> Answer | None:
         """The answer to a declared request; None where its engine is missing, its method is not
-        meant for the scene or does not support it, or its run diverged. Raises UndeclaredRun."""
-        return looked_up(self.extras, request)
+        meant for the scene or does not support it, or its run diverged. Raises LookupError."""
+        try:
+            answer: Answer | None = self.extras[request]
+        except KeyError:
+            raise LookupError(
+                f"no finding declared {request}: add it to `requests` of the section that shows it"
+            ) from None
+        return answer
 
     def step_limit(self, scene: str, method: str) -> KnownLimit | None:
         """The smallest limit of the step that is stored of a scene with a method, of those measured

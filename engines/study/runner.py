@@ -49,11 +49,6 @@ _BUDGET = MappingProxyType({"quick": 0.002, "full": 0.05})
 _READING_WORK = 1e3  # of a model file, roughly
 
 
-def no_analyses(study: Study, workers: Workers) -> tuple[Analysed, ...]:
-    """No analyses: those of a study without pages."""
-    return ()
-
-
 def run_study(
     scenes: Sequence[Scene],
     methods: Sequence[Method],
@@ -66,7 +61,7 @@ def run_study(
     command: str = "",
     kept: Checkpoint | None = None,
     seed: int = SEED,
-    analyse: Analyse = no_analyses,
+    analyse: Analyse = lambda study, workers: (),
 ) -> Study:
     """Measure every method on every scene, and make what `requests` asks for beside it, in this
     process or, for two `jobs` and more, in so many others, or in those given; `executor`, where
@@ -155,7 +150,7 @@ def most_steps(scene: Scene, profile: Profile) -> int:
 def convergence_task(scene: Scene, method: Method, profile: Profile, seed: int) -> Task:
     """The convergence study of a pair; one run that is missing where it is given up."""
     most = most_steps(scene, profile)
-    steps = chosen_step_sizes(scene, method, most)
+    steps, beside = chosen_step_sizes(scene, method, most), steps_beside(scene, method, most)
     names = scene.name, method.name
 
     def missing(why: str) -> ConvergenceStudy:
@@ -164,7 +159,7 @@ def convergence_task(scene: Scene, method: Method, profile: Profile, seed: int) 
 
     return study_task(
         " ".join(names),
-        key_of("errors", scene, method, most, versions_of(method), seed),
+        key_of("errors", scene, method, steps, beside, versions_of(method), seed),
         scene.name,
         predicted_work(scene, method, profile),
         TaskResult(scene=scene.name),

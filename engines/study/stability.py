@@ -95,7 +95,7 @@ class Stability:
 class StabilitySearch(RunRequest[Stability]):
     """A search for the largest step of a scene with a method, by its runs or by theory."""
 
-    answers, label, of_pair, as_planned = Stability, "largest step", True, True
+    label, of_pair, as_planned = "largest step", True, True
 
     scene: str
     method: str

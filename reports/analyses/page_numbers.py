@@ -89,7 +89,7 @@ def verdict_on(study: Study, series: ConvergenceStudy, judged: Judgements) -> Pa
         standing(scene, method, both.whole),
         wanted.verdict,
         wanted.reason,
-        tuple(_run(run, study.leading(scene.name).name) for run in both.runs),
+        tuple(_run(run, study.observables(scene.name)[0].name) for run in both.runs),
         both.whole.unjudged,
         surprise(scene, method, both.whole),
         step,

@@ -80,10 +80,10 @@ Observed = System | StoredObservables
 
 
 def judged(
-    series: ConvergenceStudy, system: Observed, method: Method, about: Sequence[Quantity] = ()
+    series: ConvergenceStudy, system: Observed, method: Method, about: Sequence[Quantity]
 ) -> Judged:
     """The verdict on a method on a scene, from those on its runs; `about` are the scene's
-    quantities of interest, or else the leading observable with its largest magnitude as scale."""
+    quantities of interest."""
     every = [(m, judge(m, system, method, about)) for m in series.measurements]
     listed = [pair for pair in every if pair[0].step not in series.beside] or every
     beside = [run for m, run in every if m.step in series.beside]
@@ -204,10 +204,8 @@ def _of_runs(
     # An observable that an engine leaves out is no known limit.
     if dropped := next(filter(None, (_dropped(m, names) for m in found)), None):
         return dropped
-    scales = [m.errors[names[0]].scale for m in found if names[0] in m.errors]
-    quantities = about or (Quantity(names[0], max(scales, default=1.0) or 1.0),)
     if unpredicted(found, method):  # only the envelope of its errors is judged
-        result = convergence(found, quantities)
+        result = convergence(found, about)
         diverged = first("diverged") if result.verdict is None else None
         return diverged or Judgement(result.verdict or "pre-asymptotic", {}, result.reason)
     failed, flat = first("off-prediction"), _flat(found, names[0])
@@ -218,7 +216,7 @@ def _of_runs(
         return failed
     if not runs:
         return Judgement("unsupported", {}, NO_STEP_FITS)
-    return _finest(listed, names, quantities, unjudged) or runs[-1]
+    return _finest(listed, names, about, unjudged) or runs[-1]
 
 
 def _finest(

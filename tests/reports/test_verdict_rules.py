@@ -16,6 +16,7 @@ from plumbob.engines.study.runner import pairs
 from plumbob.engines.trajectory import Trajectory
 from plumbob.models.registry import case_of, scenes, system_of
 from plumbob.models.registry import scene as find_scene
+from plumbob.models.scene import Quantity
 from plumbob.reports.judge import expectations
 from plumbob.reports.judge.tolerance import tolerance
 from plumbob.reports.judge.verdict import judge, judged
@@ -94,7 +95,8 @@ def test_three_finer_steps_have_to_leave_less_than_seven_tenths(left, verdict):
         }
         runs.append(Measurement(SCENE, EULER.name, step, "done", errors=errors, steps=1000))
     found = ConvergenceStudy(SCENE, EULER.name, tuple(runs))
-    assert judged(found, system_of(find_scene(SCENE)), EULER).whole.verdict == verdict
+    about = (Quantity("theta", 1.0),)
+    assert judged(found, system_of(find_scene(SCENE)), EULER, about).whole.verdict == verdict
 
 
 def test_no_failure_is_expected_without_a_size():
