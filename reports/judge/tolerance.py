@@ -25,26 +25,19 @@ finest step. A hundredth of friction, or of a mass, moves a capsule by four time
 AT_STEP = "discretisation"  # the term that is predicted to the last digit, where one is
 
 
-@dataclass(frozen=True)
-class ModelPart:
-    """A part of the motion, other than the usual one, that a model-error bound may be."""
-
-    scenes: str
-    part: float
-    reason: str
-
-
-_STEPS = "many short manoeuvres, at the coarse steps that a profile leaves of them"
-MODEL_PARTS: tuple[ModelPart, ...] = (
-    ModelPart("*-pendulum/*", 1e-8, "a joint: the bob's inertia adds less than rounding does"),
-    ModelPart("free-body/*", 1e-8, "one body that nothing touches: the model adds nothing"),
-    ModelPart("capsule-line/w1-threshold*", 0.5, "the body moves by 1.3 nm in all"),
-    ModelPart("capsule-turn/held*", 0.2, "friction holds the body for most of the turn"),
-    ModelPart("capsule-turn/pivot*", 5e-3, "a support sticks while the body pivots about it"),
-    ModelPart("capsule-turn/thousand", 0.3, "bounds of a thousand turns add up, over one radian"),
-    ModelPart("capsule-plan/near-free", 0.015, _STEPS),
-    ModelPart("capsule-plan/heavy-slider", 0.5, "the body weighs a thousandth of its slider"),
-    ModelPart("capsule-plan/*", 0.2, _STEPS),
+# Scenes, and the part of the motion, other than the usual one, that a model-error bound may be.
+MODEL_PARTS = (
+    ("*-pendulum/*", 1e-8),  # a joint: the bob's inertia adds less than rounding does
+    ("free-body/*", 1e-8),  # one body that nothing touches: the model adds nothing
+    ("capsule-line/w1-threshold*", 0.5),  # the body moves by 1.3 nm in all
+    ("capsule-turn/held*", 0.2),  # friction holds the body for most of the turn
+    ("capsule-turn/pivot*", 5e-3),  # a support sticks while the body pivots about it
+    ("capsule-turn/thousand", 0.3),  # bounds of a thousand turns add up, over one radian
+    # Many short manoeuvres, at the coarse steps that a profile leaves of them; a body that weighs
+    # a thousandth of its slider.
+    ("capsule-plan/near-free", 0.015),
+    ("capsule-plan/heavy-slider", 0.5),
+    ("capsule-plan/*", 0.2),
 )
 
 
@@ -139,7 +132,8 @@ def too_wide(run: Measurement, quantities: Sequence[Quantity]) -> str:
 
 def model_part(scene: str) -> float:
     """The part of a quantity of interest that is declared for the scenes of this name."""
-    return next((p.part for p in MODEL_PARTS if fnmatchcase(scene, p.scenes)), MODEL_PART)
+    parts = (part for scenes, part in MODEL_PARTS if fnmatchcase(scene, scenes))
+    return next(parts, MODEL_PART)
 
 
 def exceeded(
