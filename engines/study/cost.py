@@ -5,18 +5,21 @@ from __future__ import annotations
 
 import statistics
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Hashable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
+from typing import TypeVar
 
 from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.abilities import Batches
 from plumbob.engines.method import Method, Stepping, Unsupported
 from plumbob.engines.registry import engine_of, installed
 from plumbob.engines.trajectory import Timed
-from plumbob.models.scene import Case
+from plumbob.models.registry import case_of
+from plumbob.models.scene import Case, Scene
 
 Key = tuple[str, str]  # scene, method
+Name = TypeVar("Name", bound=Hashable)
 LEAST = 200  # steps that are timed
 ROUND = 0.2  # [s], about, of a batch
 BESIDE = 100  # reference steps before and after each timing
@@ -83,32 +86,33 @@ class SceneCosts:
 
 
 def costs(
-    tasks: Sequence[tuple[Case, Method, float]],
+    scene: Scene,
+    timed: Sequence[tuple[Method, float]],
     repeats: int = 5,
     budget: float = 0.05,
-) -> tuple[Mapping[Key, Cost], float]:
-    """Cost of each task (a scene, a method, a step), and the reference step's [ns per step];
-    `budget` [s] limits how much of a long scene one round runs."""
-    ready: dict[Key, TimedSteps] = {}
-    for case, method, step in tasks:
+) -> SceneCosts:
+    """Costs of methods on a scene, each at its step; none where the engine runs it not. `budget`
+    [s] limits how much of a long scene one round runs."""
+    case, ready = case_of(scene), dict[str, TimedSteps]()
+    for method, step in timed:
         if installed(engine_of(method)):
             with suppress(Unsupported):
-                ready[case.scene.name, method.name] = first_steps(case, method, step)
-    return in_turns(ready, repeats, budget)
+                ready[method.name] = first_steps(case, method, step)
+    return SceneCosts(scene.name, *in_turns(ready, repeats, budget))
 
 
 def in_turns(
-    pieces: Mapping[Key, TimedSteps],
+    pieces: Mapping[Name, TimedSteps],
     repeats: int = 5,
     budget: float = 0.05,
-) -> tuple[Mapping[Key, Cost], float]:
+) -> tuple[Mapping[Name, Cost], float]:
     """Cost of each piece, and the reference step's [ns per step]. Every round times each once, in
     turn, but for those whose times are close to each other already. Each time is divided by that of
     the reference steps before and after it, so that a slow spell of the machine has no effect. A
     piece gets longer until it takes about half of `budget` [s]."""
     ready = dict(pieces)
     rule = reference_step(BESIDE)
-    ratios: dict[Key, list[float]] = {key: [] for key in ready}
+    ratios: dict[Name, list[float]] = {key: [] for key in ready}
     rules = [rule()]
     for _ in range(repeats):
         for key in ready:

@@ -35,7 +35,7 @@ from plumbob.engines.study.request import Request, RunRequest, work_of
 from plumbob.engines.study.results import Analysed, Study, TaskResult, assembled
 from plumbob.engines.study.scheduler import PREDICTED, Progress, study_task, worked_out
 from plumbob.engines.workers import Task, Workers, workers_of
-from plumbob.models.registry import case_of, system_of
+from plumbob.models.registry import system_of
 from plumbob.models.scene import Scene
 
 Profile = str  # "quick" or "full"
@@ -126,18 +126,9 @@ def _cost_tasks(studies: Sequence[ConvergenceStudy], plan: StudyPlan) -> Iterato
                 scene.name,
                 len(of) * math.prod(how) / PREDICTED,
                 TaskResult(scene=scene.name),
-                _costs,
+                costs,
                 (scene, timed, *how),
             )
-
-
-def _costs(
-    scene: Scene, timed: Sequence[tuple[Method, float]], repeats: int, budget: float
-) -> SceneCosts:
-    """The costs of methods on a scene, each at its step; none where the engine runs it not."""
-    case = case_of(scene)
-    found, unit = costs([(case, *run) for run in timed], repeats, budget)
-    return SceneCosts(scene.name, {method: cost for (_, method), cost in found.items()}, unit)
 
 
 def most_steps(scene: Scene, profile: Profile) -> int:

@@ -69,10 +69,9 @@ def _measured(scene: Scene, method: Method, step: float) -> Timed:
 
 
 def _timed(scene: Scene, method: Method, step: float) -> Timed:
-    case = case_of(scene)
-    run, _ = measure(case, method, step)
-    measured, unit = costs([(case, method, step)] if run.status == "done" else [], repeats=5)
-    return run, measured.get((scene.name, method.name)), unit
+    run, _ = measure(case_of(scene), method, step)
+    measured = costs(scene, [(method, step)] if run.status == "done" else [])
+    return run, measured.by_method.get(method.name), measured.reference_step
 
 
 def _methods(name: str | None, like: str | None) -> list[Method]:

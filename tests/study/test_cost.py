@@ -10,7 +10,7 @@ from plumbob.engines.method import Stepping
 from plumbob.engines.registry import engine_of
 from plumbob.engines.registry import method as find_method
 from plumbob.engines.study import cost
-from plumbob.models.registry import case_of, system_of
+from plumbob.models.registry import case_of
 from plumbob.models.registry import scene as find_scene
 
 SCENE = find_scene("simple-pendulum/free-large")  # 50 s
@@ -59,9 +59,8 @@ def cost_of(patch, milliseconds, rules):
     piece, steps = cost.TimedSteps(Slow(iter(milliseconds)), 0.25), iter(rules)
     patch.setattr(cost, "first_steps", lambda *_: piece)
     patch.setattr(cost, "reference_step", lambda _: lambda: next(steps))
-    task = system_of(SCENE).case(SCENE), find_method("mujoco/euler"), 1e-3
-    found, unit = cost.costs([task], budget=1e-3)
-    return found[SCENE.name, "mujoco/euler"], unit
+    found = cost.costs(SCENE, [(find_method("mujoco/euler"), 1e-3)], budget=1e-3)
+    return found.by_method["mujoco/euler"], found.reference_step
 
 
 @pytest.mark.parametrize(
