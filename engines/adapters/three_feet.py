@@ -201,4 +201,4 @@ def bodies(case: Case) -> Bodies:
 
 def nearest_turn(angle: float, before: float) -> float:
     """The angle [rad], which is known to a whole turn, that is nearest to `before` [rad]."""
-    return angle + 2.0 * math.pi * round((before - angle) / (2.0 * math.pi))
+    return angle + 2.0 * math.pi * float(np.rint((before - angle) / (2.0 * math.pi)))
