@@ -92,8 +92,14 @@ def without_findings(monkeypatch):
 def with_prepare(monkeypatch, name, made):
     """Let the engine of this name prepare what `made` makes of its own way to."""
     engine = registry.built_in()[name]
-    broken = {**registry.built_in(), name: replace(engine, prepare=made(engine.prepare))}
-    monkeypatch.setattr(registry, "built_in", lambda: MappingProxyType(broken))
+    with_engine(monkeypatch, replace(engine, prepare=made(engine.prepare)))
+
+
+def with_engine(monkeypatch, engine):
+    """Let this engine take the place of the one of its name."""
+    every = MappingProxyType({**registry.built_in(), engine.name: engine})
+    monkeypatch.setattr(registry, "built_in", lambda: every)
+    monkeypatch.setattr(registry, "_adapter", every.get)
 
 
 def break_engine(monkeypatch, name):

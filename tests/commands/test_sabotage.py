@@ -19,6 +19,7 @@ from plumbob.tests.commands.outcomes import (
     changed_runs,
     misread,
     validated,
+    with_engine,
     with_prepare,
     without_pages,
 )
@@ -97,10 +98,8 @@ def test_friction_that_is_read_wrongly_hides_in_no_known_limit(
 
 def test_a_method_that_loses_its_theory(validate, monkeypatch):
     """Its error still falls with the step; that no theory covers it is declared of nobody here."""
-    engines = dict(registry.built_in())
-    mujoco, other = engines["mujoco"], SchemeOfCase(lambda case, method: Scheme("own"))
-    engines["mujoco"] = replace(mujoco, abilities=(other, *mujoco.abilities))
-    monkeypatch.setattr(registry, "built_in", lambda: MappingProxyType(engines))
+    mujoco, other = registry.built_in()["mujoco"], SchemeOfCase(lambda case, method: Scheme("own"))
+    with_engine(monkeypatch, replace(mujoco, abilities=(other, *mujoco.abilities)))
     found = validate(CONE, "mujoco/euler")
     assert red(found, CONE, "mujoco/euler")
     assert found.failure(CONE, "mujoco/euler").startswith("converges, expected predicted")

@@ -2,7 +2,6 @@
 it reads gravity or friction wrongly."""
 
 from dataclasses import replace
-from types import MappingProxyType
 
 import pytest
 
@@ -14,7 +13,7 @@ from plumbob.engines.study.runner import most_steps
 from plumbob.models.registry import case_of
 from plumbob.models.registry import scene as find_scene
 from plumbob.reports.judge.verdict import judged
-from plumbob.tests.commands.outcomes import misread
+from plumbob.tests.commands.outcomes import misread, with_engine
 
 SWING, LINE = "simple-pendulum/free-large", "capsule-line/heading-030"
 
@@ -34,12 +33,9 @@ SWING, LINE = "simple-pendulum/free-large", "capsule-line/heading-030"
 def test_an_engine_without_theory(scene, method, factors, converges, monkeypatch):
     chosen, how = find_scene(scene), registry.method(method)
     assert set(factors) <= set(chosen.parameters)
-    own = Scheme("own")
-    engines = dict(registry.built_in())
-    mujoco = engines["mujoco"]
+    own, mujoco = Scheme("own"), registry.built_in()["mujoco"]
     other = SchemeOfCase(lambda case, method: own)
-    engines["mujoco"] = replace(mujoco, abilities=(other, *mujoco.abilities))
-    monkeypatch.setattr(registry, "built_in", lambda: MappingProxyType(engines))
+    with_engine(monkeypatch, replace(mujoco, abilities=(other, *mujoco.abilities)))
     if factors:
         misread(monkeypatch, "mujoco", factors)
     case = case_of(chosen)
