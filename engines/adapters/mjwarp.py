@@ -4,7 +4,6 @@ they are first called; a step is recorded as a graph, which takes a hundredth of
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable
 from functools import cached_property, partial
 from typing import Any
@@ -13,8 +12,16 @@ import numpy as np
 
 from plumbob.analytic.reference import Array
 from plumbob.engines.abilities import Batches, RunsFiles
-from plumbob.engines.adapters.ported import PORTED, built, compiled, model_error, ported
-from plumbob.engines.adapters.stepping import Built, stepped
+from plumbob.engines.adapters.ported import (
+    PORTED,
+    built,
+    compiled,
+    model_error,
+    ported,
+    started,
+    timed,
+)
+from plumbob.engines.adapters.stepping import stepped
 from plumbob.engines.method import Engine, Method, Simulation
 from plumbob.models.scene import Case, later
 
@@ -62,6 +69,12 @@ class WarpPort:
 
         for _ in range(count):
             warp.capture_launch(self._step)
+        warp.synchronize()
+
+    def state(self) -> tuple[Array, Array]:
+        """Positions and velocities of a world: copies, as Warp's arrays on the processor are
+        views."""
+        return np.array(self.data.qpos.numpy()[0]), np.array(self.data.qvel.numpy()[0])
 
     def unload(self, data: Any) -> None:
         """Fill in an mjData."""
@@ -71,31 +84,11 @@ class WarpPort:
 
 
 def prepare(case: Case, method: Method, step: float) -> Simulation:
-    """Compile `case` for `method` at `step` [s]; raises ParameterError."""
-    return stepped(case, step, partial(_started, *compiled(case, method, step)))
-
-
-def _port(translation: Any, model: Any, worlds: int = 1) -> WarpPort:
-    """Worlds at the start of a scene."""
-    import mujoco
-
-    port, start = WarpPort(model, worlds), mujoco.MjData(model)
-    start.qpos[:], start.qvel[:] = translation.qpos, translation.qvel
-    port.load(start)
-    return port
-
-
-def _started(translation: Any, model: Any) -> Built:
-    """A scene at its start."""
-    port = _port(translation, model)
-
-    def advance(first: int, last: int) -> None:
-        port.steps(last - first)
-
-    def read() -> tuple[Array, Array]:  # copies: Warp's arrays on the processor are views
-        return np.array(port.data.qpos.numpy()[0]), np.array(port.data.qvel.numpy()[0])
-
-    return built(translation, advance, read)
+    """Compile `case` for `method` at `step` [s]; raises Unsupported and ParameterError."""
+    translation, model = compiled(case, method, step)
+    return stepped(
+        case, step, lambda: built(started(WarpPort(model), translation, model), translation)
+    )
 
 
 def batch(
@@ -104,15 +97,9 @@ def batch(
     """So many worlds from the start on."""
     import warp
 
-    port = _port(*compiled(case, method, step), worlds)
-
-    def seconds(steps: int) -> float:
-        begin = time.perf_counter()
-        port.steps(steps)
-        warp.synchronize()
-        return time.perf_counter() - begin
-
-    return warp.get_device().name, seconds
+    translation, model = compiled(case, method, step)
+    port = started(WarpPort(model, worlds), translation, model)
+    return warp.get_device().name, partial(timed, port)
 
 
 ENGINE = Engine(

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from contextlib import AbstractContextManager
 from dataclasses import replace
 from functools import cache, partial
 from typing import TYPE_CHECKING, Any
@@ -18,9 +17,17 @@ from plumbob.analytic.reference import Array
 from plumbob.engines import sampling
 from plumbob.engines.abilities import Batches, OwnDerivative, RunsFiles
 from plumbob.engines.adapters.own_derivatives import moved, nudged
-from plumbob.engines.adapters.ported import PORTED, built, compiled, model_error, ported
+from plumbob.engines.adapters.ported import (
+    PORTED,
+    built,
+    compiled,
+    model_error,
+    ported,
+    started,
+    timed,
+)
 from plumbob.engines.adapters.stepping import Built, SteppedSimulation
-from plumbob.engines.method import Engine, Method, Stepping, Unsupported
+from plumbob.engines.method import Engine, Method, Unsupported
 from plumbob.engines.trajectory import ByName, Trajectory
 from plumbob.models.scene import Case, later
 
@@ -34,110 +41,111 @@ METHODS = (
 )
 
 
-class MjxSimulation(SteppedSimulation):
-    """A model on JAX's processor; every run starts afresh, from a state after two steps that JAX
-    has compiled. JAX steps on other threads, so that the time is that of the process."""
+class MjxPort:
+    """A compiled model in MJX, in single precision, which is its default, or double."""
 
-    def __init__(
-        self, translation: Any, model: Any, precise: bool, steps: int, step: float, samples: int
-    ) -> None:
-        """With MuJoCo's translation and its compiled model, in double precision if `precise`."""
-        super().__init__(self._started, steps, step, 0.0, samples=samples, clock="process_time")
-        self.translation, self.model, self.precise = translation, model, precise
-
-    def run(self) -> Trajectory:
-        """Run from the start to the end, or until the run diverges; timed in one go, as to begin
-        the steps between two samples takes up to 200 times what they take."""
-        with _precision(self.precise):
-            done = super().run()
-            return replace(done, seconds=super().stepped(done.steps / self.steps).seconds)
-
-    def stepped(self, fraction: float) -> Stepping:
-        """The steps of the first `fraction` of the duration alone."""
-        with _precision(self.precise):
-            return super().stepped(fraction)
-
-    def _started(self) -> Built:
-        import jax
-
-        take, (model, state, controls) = _loop(), self.numbers(self.precise)
-        once = take(model, state, controls, 0, 1)  # arguments and results have different
-        jax.block_until_ready(take(model, once, controls, 1, 2))  # types: two compilations
-
-        def advance(first: int, last: int) -> None:
-            nonlocal state
-            state = jax.block_until_ready(take(model, state, controls, first, last))
-
-        return built(self.translation, advance, lambda: (state.qpos, state.qvel))
-
-    def numbers(self, precise: bool) -> tuple[Any, Any, Any]:
-        """The model, the start, and the controls of all steps, as JAX has them."""
+    def __init__(self, model: Any, double: bool = False) -> None:
         import jax
         from mujoco import mjx
 
-        kind = np.float64 if precise else np.float32
-        begun = {"qpos": self.translation.qpos, "qvel": self.translation.qvel}
-        start = mjx.make_data(self.model)
-        start = start.replace(**{n: jax.numpy.asarray(v.astype(kind)) for n, v in begun.items()})
-        return mjx.put_model(self.model), start, self._controls(kind)
+        self.precision = partial(jax.enable_x64, double)
+        with self.precision():
+            self.compiled, self.model = model, mjx.put_model(model)
+            self.data = mjx.make_data(model)
+        self.take, self.forwards = _loop(), jax.jit(mjx.forward)
 
-    def _controls(self, kind: type[Any]) -> Any:
-        """Controls of all steps, shape (n, nu): of the next power of two of them, so that few
-        lengths are compiled."""
+    def load(self, data: Any) -> None:
+        """Take over the state, control and applied forces of an mjData."""
         import jax
 
-        if self.translation.control is None:
-            return jax.numpy.zeros((1, self.model.nu), dtype=kind)
-        times = (np.arange(self.steps) + self.translation.control_at) * self.step
-        values: Array = self.translation.control(times)
-        rows = np.zeros((1 << (len(values) - 1).bit_length(), values.shape[1]), dtype=kind)
-        rows[: len(values)] = values
-        return jax.numpy.asarray(rows)
+        names = ("qpos", "qvel", "act", "ctrl", "qfrc_applied", "qacc_warmstart")
+        kind = self.data.qpos.dtype
+        with self.precision():
+            numbers = {n: jax.numpy.asarray(np.array(getattr(data, n), kind)) for n in names}
+            self.data = self.data.replace(**numbers)
+
+    def forward(self) -> None:
+        """Work out all terms."""
+        self.data = self.forwards(self.model, self.data)
+
+    def steps(self, count: int) -> None:
+        """Take steps."""
+        import jax
+
+        with self.precision():
+            self.data = jax.block_until_ready(self.take(self.model, self.data, count))
+
+    @property
+    def numbers(self) -> tuple[Any, Any]:
+        """The model, and where it is."""
+        return self.model, self.data
+
+    def state(self) -> tuple[Any, Any]:
+        """Positions and velocities."""
+        return self.data.qpos, self.data.qvel
+
+    def unload(self, data: Any) -> None:
+        """Fill in an mjData."""
+        from mujoco import mjx
+
+        mjx.get_data_into(data, self.compiled, self.data)
 
 
 @cache
-def _loop() -> Callable[[Any, Any, Any, int, int], Any]:
-    """The compiled loop: model, data, controls, and the first and last step."""
+def _loop() -> Callable[[Any, Any, int], Any]:
+    """The compiled loop: model, data, and how many steps."""
     import jax
 
-    def take(model: Any, data: Any, controls: Any, first: Any, last: Any) -> Any:
-        return jax.lax.fori_loop(first, last, _step(model, controls), data)
-
-    return jax.jit(take)  # type: ignore[no-any-return]
+    return jax.jit(_steps)  # type: ignore[no-any-return]
 
 
-def _step(model: Any, controls: Any) -> Callable[[Any, Any], Any]:
-    """The step with this number, from a state to the next."""
+def _steps(model: Any, data: Any, count: Any) -> Any:
     import jax
     from mujoco import mjx
 
-    last = controls.shape[0] - 1
-
-    def take(n: Any, data: Any) -> Any:
-        return mjx.step(model, data.replace(ctrl=controls[jax.numpy.minimum(n, last)]))
-
-    return take
+    return jax.lax.fori_loop(0, count, lambda n, data: mjx.step(model, data), data)
 
 
-def _precision(double: bool) -> AbstractContextManager[None]:
-    import jax
+class MjxSimulation(SteppedSimulation):
+    """A model in MJX, timed in one go: to begin the steps between two samples takes up to 200 times
+    what they take."""
 
-    return jax.enable_x64(double)  # type: ignore[no-any-return]
+    def run(self) -> Trajectory:
+        """Run from the start to the end, or until the run diverges."""
+        done = super().run()
+        return replace(done, seconds=self.stepped(done.steps / self.steps).seconds)
 
 
 def prepare(case: Case, method: Method, step: float) -> MjxSimulation:
-    """Compile `case` for `method` at `step` [s]; raises Unsupported and ParameterError."""
-    steps = sampling.step_count(case.scene.duration, step)
-    begin = time.perf_counter()
-    precise = bool(method.settings.get("float64"))
-    simulation = MjxSimulation(*compiled(case, method, step), precise, steps, step, case.samples)
+    """Compile `case` for `method` at `step` [s]; raises Unsupported and ParameterError. JAX steps
+    on other threads, so that the time is that of the process."""
+    steps, begin = sampling.step_count(case.scene.duration, step), time.perf_counter()
+    translation, model = compiled(case, method, step)
+
+    def build() -> Built:
+        port = _started(translation, model, _double(method))
+        start = port.data  # arguments and results have different types: two compilations
+        port.steps(1)
+        port.steps(1)
+        port.data = start
+        return built(port, translation)
+
     try:
-        with _precision(precise):
-            simulation.numbers(precise)
+        _started(translation, model, _double(method))
     except NotImplementedError as error:
         raise Unsupported(f"MJX refuses the model: {' '.join(str(error).split())}") from None
-    simulation.compile_seconds = time.perf_counter() - begin
-    return simulation
+    seconds = time.perf_counter() - begin
+    return MjxSimulation(build, steps, step, seconds, samples=case.samples, clock="process_time")
+
+
+def _double(method: Method) -> bool:
+    return bool(method.settings.get("float64"))
+
+
+def _started(translation: Any, model: Any, double: bool) -> MjxPort:
+    """A port at the start of a scene."""
+    port: MjxPort = started(MjxPort(model, double), translation, model)
+    return port
 
 
 def batch(
@@ -146,45 +154,47 @@ def batch(
     """So many worlds from the start on, by JAX's vmap."""
     import jax
 
-    simulation = prepare(case, method, step)
-    take = jax.jit(jax.vmap(_loop(), (None, 0, None, None, None)))
-    with _precision(simulation.precise):
-        model, start, controls = simulation.numbers(simulation.precise)
-        states = jax.tree.map(lambda x: jax.numpy.broadcast_to(x, (worlds, *x.shape)), start)
+    port = _started(*compiled(case, method, step), _double(method))
+    port.take = jax.jit(jax.vmap(_steps, (None, 0, None)))
+    with port.precision():
+        port.data = jax.tree.map(lambda x: jax.numpy.broadcast_to(x, (worlds, *x.shape)), port.data)
+    start = port.data
 
     def seconds(steps: int) -> float:
-        with _precision(simulation.precise):
-            return _seconds(take, model, states, controls, 0, steps)
+        port.data = start  # another is of another type, for which a loop is compiled again
+        return timed(port, steps)
 
     return jax.devices()[0].device_kind, seconds
 
 
 def derivatives(way: str, number: Number, method: Method, step: float) -> ByName:
     """Derivatives of the observables by JAX, forward or backward (`way`) through all steps, of a
-    number in the start, the controls or the model; raises Unsupported."""
+    number in the start or the model; raises Unsupported."""
     import jax
 
     cases, apart = nudged(number)
-    low, here, high = (prepare(case, method, step) for case in cases)
-    slopes = _slopes(low, high, apart)
-    with _precision(here.precise):
-        end = partial(_end, here.numbers(here.precise), slopes, here.steps)
+    sides = tuple(compiled(case, method, step) for case in cases)
+    slopes = _slopes(sides[0], sides[2], apart)
+    port = _started(*sides[1], _double(method))
+    with port.precision():
+        steps = sampling.step_count(number.case.scene.duration, step)
+        end = partial(_end, port.numbers, slopes, steps)
         slope, state = jax.jit(getattr(jax, way)(end, has_aux=True))(0.0)
     qpos, qvel, by_qpos, by_qvel = (np.array(x, np.float64)[None] for x in (*state, *slope))
     return moved(
-        lambda q, v: here.translation.observe(qpos + q * by_qpos, qvel + v * by_qvel)[0],
+        lambda q, v: sides[1][0].observe(qpos + q * by_qpos, qvel + v * by_qvel)[0],
         by_qpos,
         by_qvel,
     )
 
 
-def _slopes(low: MjxSimulation, high: MjxSimulation, apart: float) -> list[Array]:
+def _slopes(low: tuple[Any, Any], high: tuple[Any, Any], apart: float) -> list[Array]:
     """The derivative of each of the numbers that a run starts with."""
     import jax
 
-    with _precision(True):
-        sides = (jax.tree.leaves(simulation.numbers(True)) for simulation in (low, high))
-        return [(np.asarray(b, float) - a) / apart for a, b in zip(*sides, strict=True)]
+    sides = (jax.tree.leaves(_started(*side, True).numbers) for side in (low, high))
+    rows = zip(*sides, strict=True)
+    return [(np.asarray(b, float) - np.asarray(a, float)) / apart for a, b in rows]
 
 
 def _end(numbers: Any, slopes: Any, steps: int, amount: Any) -> tuple[Any, Any]:
@@ -197,52 +207,9 @@ def _end(numbers: Any, slopes: Any, steps: int, amount: Any) -> tuple[Any, Any]:
         return x if exact else x + amount * slope.astype(x.dtype)
 
     leaves, structure = jax.tree.flatten(numbers)
-    model, start, controls = jax.tree.unflatten(structure, map(changed, leaves, slopes))
-    end = jax.lax.fori_loop(0, steps, _step(model, controls), start)
+    model, start = jax.tree.unflatten(structure, map(changed, leaves, slopes))
+    end = _steps(model, start, steps)
     return (end.qpos, end.qvel), (end.qpos, end.qvel)
-
-
-def _seconds(take: Any, *arguments: Any) -> float:
-    """Time to take steps, compiled before [s]."""
-    import jax
-
-    begin = time.perf_counter()
-    jax.block_until_ready(take(*arguments))
-    return time.perf_counter() - begin
-
-
-class MjxPort:
-    """A compiled model in MJX, in single precision, which is its default."""
-
-    def __init__(self, model: Any) -> None:
-        import jax
-        from mujoco import mjx
-
-        self.compiled, self.model = model, mjx.put_model(model)
-        self.data = mjx.make_data(model)
-        self.forwards = jax.jit(mjx.forward)
-
-    def load(self, data: Any) -> None:
-        """Take over the state, control and applied forces of an mjData."""
-        import jax
-
-        names = ("qpos", "qvel", "act", "ctrl", "qfrc_applied", "qacc_warmstart")
-        numbers = {n: jax.numpy.asarray(getattr(data, n), self.data.qpos.dtype) for n in names}
-        self.data = self.data.replace(**numbers)
-
-    def forward(self) -> None:
-        """Work out all terms."""
-        self.data = self.forwards(self.model, self.data)
-
-    def steps(self, count: int) -> None:
-        """Take steps."""
-        self.data = _loop()(self.model, self.data, self.data.ctrl[None], 0, count)
-
-    def unload(self, data: Any) -> None:
-        """Fill in an mjData."""
-        from mujoco import mjx
-
-        mjx.get_data_into(data, self.compiled, self.data)
 
 
 ENGINE = Engine(

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+import time
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
 from types import MappingProxyType
@@ -12,8 +13,8 @@ import numpy as np
 
 from plumbob.analytic.schemes import EULER, RK4, Scheme
 from plumbob.engines import registry
-from plumbob.engines.adapters.stepping import Built, TakeSteps
-from plumbob.engines.method import Method
+from plumbob.engines.adapters.stepping import Built
+from plumbob.engines.method import Method, Unsupported
 from plumbob.engines.registry import find_builder
 from plumbob.models.scene import Case
 
@@ -37,13 +38,16 @@ def ported(name: str, integrator: str, **settings: Any) -> Method:
 
 
 def compiled(case: Case, method: Method, step: float) -> tuple[Any, Any]:
-    """The translation of `case`, and its model at `step` [s]; raises ParameterError."""
+    """The translation of `case`, and its model at `step` [s]; raises Unsupported and
+    ParameterError."""
     import mujoco
 
     plain = replace(method, settings={n: v for n, v in method.settings.items() if n not in OWN})
     translation = find_builder("mujoco", case.system).build(
         case.system.mjcf, case.problem, plain, step
     )
+    if translation.control is not None:
+        raise Unsupported("no control changes while a port of MuJoCo takes its steps")
     option = translation.spec.option
     option.timestep = step
     name = "mjINT_" + str(method.settings["integrator"])
@@ -54,11 +58,31 @@ def compiled(case: Case, method: Method, step: float) -> tuple[Any, Any]:
     return translation, model
 
 
-def built(translation: Any, advance: TakeSteps, read: Callable[[], tuple[Any, Any]]) -> Built:
-    """A scene at its start in a port, which reads positions and velocities."""
+def started(port: Any, translation: Any, model: Any) -> Any:
+    """The port, at the start of a scene."""
+    import mujoco
+
+    start = mujoco.MjData(model)
+    start.qpos[:], start.qvel[:] = translation.qpos, translation.qvel
+    port.load(start)
+    return port
+
+
+def built(port: Any, translation: Any) -> Built:
+    """A scene at its start in a port."""
 
     def observed(states: Sequence[tuple[Any, Any]]) -> Any:
         qpos, qvel = (np.array(values, float) for values in zip(*states, strict=True))
         return translation.observe(qpos, qvel)
 
-    return Built(advance, read, translation.limits, gather=observed)
+    def advance(first: int, last: int) -> None:
+        port.steps(last - first)
+
+    return Built(advance, port.state, translation.limits, gather=observed)
+
+
+def timed(port: Any, steps: int) -> float:
+    """Wall time to take steps [s]."""
+    begin = time.perf_counter()
+    port.steps(steps)
+    return time.perf_counter() - begin
