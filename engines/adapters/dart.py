@@ -62,7 +62,9 @@ def _built(body: Bodies, method: Method, step: float) -> Built:
     world.setGravity(body.pull)
     if method.settings:
         world.getConstraintSolver().setBoxedLcpSolver(_nsgs(method.settings))
-        world.setDeactivationOptions(_awake())
+        awake = dartpy.simulation.DeactivationOptions()
+        awake.mEnabled = False
+        world.setDeactivationOptions(awake)
     pairs = _jointed(skeleton, body.links)
     if isinstance(body, ThreeFeet):
         _on_plane(world, *pairs[0], body.setup)
@@ -137,14 +139,6 @@ def _touching(node: Any, shape: Any, friction: float) -> Any:
     shape_node.createCollisionAspect()
     shape_node.createDynamicsAspect().setFrictionCoeff(friction)
     return shape_node
-
-
-def _awake() -> Any:
-    import dartpy
-
-    options = dartpy.simulation.DeactivationOptions()
-    options.mEnabled = False
-    return options
 
 
 def _nsgs(settings: Options) -> Any:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import sys
 from dataclasses import replace
 from typing import Any
 
@@ -37,7 +38,7 @@ def within(trajectory: Trajectory, limits: ByName) -> Trajectory:
     or is not a number; `diverged_at` then says when."""
     lost = np.zeros(len(trajectory.times), dtype=bool)
     for name, values in trajectory.observables.items():
-        lost |= ~(np.abs(values) <= limits.get(name, np.inf)) | ~np.isfinite(values)
+        lost |= ~(np.abs(values) <= limits.get(name, sys.float_info.max))
     if not lost.any():
         return trajectory
     first = int(np.argmax(lost))

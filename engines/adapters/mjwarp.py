@@ -13,6 +13,7 @@ import numpy as np
 from plumbob.analytic.reference import Array
 from plumbob.engines.abilities import Batches, RunsFiles
 from plumbob.engines.adapters.ported import (
+    LOADED,
     PORTED,
     built,
     compiled,
@@ -26,7 +27,6 @@ from plumbob.engines.method import Engine, Method, Simulation
 from plumbob.models.scene import Case, later
 
 METHODS = (ported("mjwarp/default", "EULER"), ported("mjwarp/rk4", "RK4"))
-LOADED = ("qpos", "qvel", "act", "ctrl", "qfrc_applied", "qacc_warmstart")
 
 
 class WarpPort:

@@ -18,6 +18,7 @@ from plumbob.engines import sampling
 from plumbob.engines.abilities import Batches, OwnDerivative, RunsFiles
 from plumbob.engines.adapters.own_derivatives import moved, nudged
 from plumbob.engines.adapters.ported import (
+    LOADED,
     PORTED,
     built,
     compiled,
@@ -58,10 +59,9 @@ class MjxPort:
         """Take over the state, control and applied forces of an mjData."""
         import jax
 
-        names = ("qpos", "qvel", "act", "ctrl", "qfrc_applied", "qacc_warmstart")
         kind = self.data.qpos.dtype
         with self.precision():
-            numbers = {n: jax.numpy.asarray(np.array(getattr(data, n), kind)) for n in names}
+            numbers = {n: jax.numpy.asarray(np.array(getattr(data, n), kind)) for n in LOADED}
             self.data = self.data.replace(**numbers)
 
     def forward(self) -> None:

@@ -26,6 +26,7 @@ SINGLE = 2.0**29  # single precision has 29 bits fewer
 SMOOTH = ("simple-pendulum/free-large", "cone-pendulum/rotating-base")
 OWN = ("integrator", "float64")  # settings that the MuJoCo adapter's builders do not read
 model_error = partial(registry.model_error, engine="mujoco")
+LOADED = ("qpos", "qvel", "act", "ctrl", "qfrc_applied", "qacc_warmstart")  # of an mjData
 PORTED = "plumbob.engines.adapters.mujoco.terms.PortedModel"  # which imports MuJoCo
 
 

@@ -22,11 +22,11 @@ from plumbob.engines.adapters.chain import HINGE, SLIDE, Link, Pose, Vector, by_
 from plumbob.engines.adapters.hinged_body import PENDULUMS, HingedBody, model_error
 from plumbob.engines.adapters.stepping import Built, stepped
 from plumbob.engines.adapters.three_feet import (
-    CAPSULE,
     FOOT_RADIUS,
     Bodies,
     ThreeFeet,
     bodies,
+    scheme,
     start_velocity,
 )
 from plumbob.engines.method import Engine, Method, Options, Simulation, Unsupported
@@ -77,11 +77,6 @@ def _built(body: Bodies, method: Method, step: float) -> Built:
     if isinstance(body, ThreeFeet):
         return _capsule(body, method, step)
     return _pendulum(body, method, step)
-
-
-def scheme(case: Case, method: Method) -> Scheme:
-    """Semi-implicit Euler where there are no contacts, and no damping of velocities."""
-    return OTHERWISE if case.system.family == CAPSULE else method.scheme
 
 
 def new_client() -> Any:
