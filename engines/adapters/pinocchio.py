@@ -81,27 +81,20 @@ def _dynamics(body: HingedBody) -> Acceleration:
     import pinocchio
 
     model = _model(body)
-    data = model.createData()
+    data, last = model.createData(), model.nv - 1
+    q, v, tau, still = np.zeros((4, model.nv))
+    bias = pinocchio.rnea(model, data, q, v, still)[last]
+    inertia = float(pinocchio.rnea(model, data, q, v, np.eye(model.nv)[last])[last] - bias)
+    v[0] = body.platform_rate or 0.0
 
-    if body.platform_rate is None:
-        q, v, tau = np.zeros(1), np.zeros(1), np.zeros(1)
-
-        def forward(time: float, theta: float, rate: float) -> float:
-            q[0], v[0], tau[0] = theta, rate, _torque(body, time, theta, rate)
+    def forward(time: float, theta: float, rate: float) -> float:
+        q[last], v[last], tau[last] = theta, rate, _torque(body, time, theta, rate)
+        if body.platform_rate is None:
             return float(pinocchio.aba(model, data, q, v, tau)[0])
+        needed = float(pinocchio.rnea(model, data, q, v, still)[last])
+        return (float(tau[last]) - needed) / inertia
 
-        return forward
-    q2, v2, none = np.zeros(2), np.zeros(2), np.zeros(2)
-    bias = pinocchio.rnea(model, data, q2, v2, none)[1]
-    inertia = float(pinocchio.rnea(model, data, q2, v2, np.array([0.0, 1.0]))[1] - bias)
-    v2[0] = body.platform_rate
-
-    def hybrid(time: float, theta: float, rate: float) -> float:
-        q2[1], v2[1] = theta, rate
-        needed = float(pinocchio.rnea(model, data, q2, v2, none)[1])
-        return (_torque(body, time, theta, rate) - needed) / inertia
-
-    return hybrid
+    return forward
 
 
 def derivatives(number: Number, method: Method, step: float) -> ByName:
