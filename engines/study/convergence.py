@@ -100,7 +100,7 @@ def _measured(
     measurements: list[Measurement] = []
     finest: tuple[float, Trajectory] | None = None
     at_floor, dense = 0, False
-    waiting = sorted((*chosen, *beside), reverse=True) if beside else list(chosen)
+    waiting = sorted((*chosen, *beside), reverse=True)
     while waiting:
         step = waiting.pop(0)
         measurement, run = measure(case, method, step)

@@ -39,7 +39,14 @@ def points(study: Study, scene: str) -> tuple[Point, ...]:
     they belong to, with an infinite error and cost."""
     about = study.quantities(scene)
     return tuple(
-        Point(m.method, m.step, error_of(m, about), _cost(m, cost.ns_per_step))
+        Point(
+            m.method,
+            m.step,
+            error_of(m, about),
+            m.steps * cost.ns_per_step / m.duration
+            if m.status == "done" and m.duration
+            else math.inf,
+        )
         for convergence_study in study.convergence
         if convergence_study.scene == scene
         and (cost := study.costs.get((scene, convergence_study.method)))
@@ -73,9 +80,3 @@ def converging(curve: Iterable[tuple[float, float]]) -> bool:
         return False
     fall = max(error for _, error in done) / max(done[0][1], 5e-324)
     return fall >= math.sqrt(done[-1][0] / done[0][0])
-
-
-def _cost(run: Measurement, ns_per_step: float) -> float:
-    if run.status != "done" or not run.duration:
-        return float("inf")
-    return run.steps * ns_per_step / run.duration

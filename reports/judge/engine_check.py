@@ -112,25 +112,23 @@ def _ordered(method: Method, scenes: Sequence[Scene]) -> tuple[Scene, ...]:
 
 def _outcome(name: str, look: Look, subjects: Sequence[Subject]) -> Checked:
     """A check's outcome over all methods: the first failure, or the first result."""
-    outcomes = [(*_looked(look, subject), subject.method.name) for subject in subjects]
-    order: tuple[Status, ...] = ("fail", "pass", "not checked")
-    status: Status = next((s for s in order if any(s == of for of, *_ in outcomes)), "not checked")
-    shown = [f"{method}: {what}" for of, what, method in outcomes if of == status]
+    passed, without, failed = [], [], []
+    for subject in subjects:
+        method = subject.method.name
+        try:
+            with _elsewhere(), captured():  # what it writes is a check of its own
+                what = look(subject)
+            passed.append(f"{method}: {what}")
+        except NotChecked as why:
+            without.append(f"{method}: {why}")
+        except AssertionError as why:
+            failed.append(f"{method}: {why}")
+        except Exception as error:
+            failed.append(f"{method}: {type(error).__name__}: {error}")
+    status: Status = "fail" if failed else "pass" if passed else "not checked"
+    shown = failed or passed or without
     more = f" (and {len(shown) - 1} more)" if len(shown) > 1 else ""
     return Checked(name, status, " ".join((shown[0] + more).split()) if shown else "no method")
-
-
-def _looked(look: Look, subject: Subject) -> tuple[Status, str]:
-    """The outcome of one check of one method."""
-    try:
-        with _elsewhere(), captured():  # what it writes is a check of its own
-            return "pass", look(subject)
-    except NotChecked as why:
-        return "not checked", str(why)
-    except AssertionError as why:
-        return "fail", str(why)
-    except Exception as error:
-        return "fail", f"{type(error).__name__}: {error}"
 
 
 def _hold(holds: object, why: str) -> None:

@@ -191,8 +191,7 @@ def _changed(scene: Scene) -> bool:
         usual = find_scene(scene.name)
     except ParameterError:
         return False
-    same = (dict(usual.parameters), usual.duration) == (dict(scene.parameters), scene.duration)
-    return not same
+    return (dict(usual.parameters), usual.duration) != (dict(scene.parameters), scene.duration)
 
 
 def accurate(judgement: Judgement, within: float) -> Judgement:

@@ -16,9 +16,6 @@ from plumbob.reports.judge.expectations import expected
 
 GradientVerdict = Literal["predicted", "off-prediction", "pre-asymptotic", "unsupported"]
 
-# Fields of a derivative, of its difference and of its judgement, that its record has.
-OF, TRIED = ("step", "at", "of", "by", "way", "exact", "cost"), ("computed", "eps")
-JUDGED = ("scene", "method", "relative_error", "predicted_error", "order", "verdict", "why")
 RESOLVED = 10.0  # uncertainties of the exact derivative, below which an error shows no order
 
 
@@ -62,14 +59,28 @@ class JudgedGradient:
         """The record that `plumbob gradient --json` prints."""
         of, tried = self.gradient, self.tried
         below, above = of.one_sided or (None, None)
-        fields = (of, OF), (tried, TRIED), (self, JUDGED)
         return {
-            **{name: getattr(part, name, None) for part, names in fields for name in names},
+            "scene": self.scene,
+            "method": self.method,
+            "step": of.step,
+            "at": of.at,
+            "of": of.of,
+            "by": of.by,
+            "way": of.way,
+            "exact": of.exact,
             "below": below,
             "above": above,
+            "computed": tried and tried.computed,
+            "relative_error": self.relative_error,
+            "predicted_error": self.predicted_error,
             "left_open": tried and self._relative(math.copysign(tried.left_open, of.exact)),
+            "eps": tried and tried.eps,
             "predicted_best_eps": of.predicted_best,
             "measured_best_eps": of.measured_best,
+            "order": self.order,
+            "cost": of.cost,
+            "verdict": self.verdict,
+            "why": self.why,
             "expected": not self.surprise,
             "known_limit": self.known,
         }

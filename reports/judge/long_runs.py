@@ -15,9 +15,6 @@ from plumbob.reports.judge.stability import LimitVerdict
 # is at its largest once a period that much later. The last level is far beyond what is linear.
 WITHIN, PERIODS = 0.1, 2.0
 JUDGED = LEVELS[:2]
-# Fields of a search, of its prediction and of what was measured, that its record has.
-PAIR, PREDICTED = ("scene", "method"), ("growth", "rate")
-MEASURED = ("step", "period", "followed", "energy", "energy_rate")
 
 
 @dataclass(frozen=True)
@@ -32,9 +29,13 @@ class JudgedLongRun:
     def record(self) -> dict[str, Any]:
         """The record that `plumbob stability --long --json` prints, in SI units."""
         found, predicted = self.found, self.found.predicted
-        fields = (self.search, PAIR), (predicted, PREDICTED), (found, MEASURED)
         return {
-            **{name: getattr(part, name, None) for part, names in fields for name in names},
+            "scene": self.search.scene,
+            "method": self.search.method,
+            "step": found.step,
+            "period": found.period,
+            "growth": predicted and predicted.growth,
+            "rate": predicted and predicted.rate,
             "times": [
                 {
                     "error": level,
@@ -43,7 +44,10 @@ class JudgedLongRun:
                 }
                 for level in LEVELS
             ],
+            "followed": found.followed,
             "why": found.why or found.stopped,
+            "energy": found.energy,
+            "energy_rate": found.energy_rate,
             "energy_rate_predicted": predicted and predicted.energy_rate,
             "verdict": self.verdict,
             "expected": not self.surprise,

@@ -15,8 +15,6 @@ from plumbob.engines.study.stability import MeasuredLimit, Stability, StabilityS
 # the limit at an equilibrium; elsewhere where chaos begins depends on the start, too.
 AT_EQUILIBRIUM, ELSEWHERE = 0.02, 0.1
 KNOWN = 0.02  # of a known limit, about its ratio
-# Fields of a judgement and of its limit that its record has.
-JUDGED, LIMIT = ("scene", "method", "verdict", "why"), ("kind", "predicted", "holds", "fails")
 LimitVerdict = Literal["predicted", "off-prediction", "measured"]
 
 
@@ -35,10 +33,17 @@ class JudgedLimit:
 
     def record(self) -> dict[str, Any]:
         """The record that `plumbob stability --json` prints, in seconds."""
-        fields = (self, JUDGED), (self.limit, LIMIT)
+        found = self.limit
         return {
-            **{name: getattr(part, name, None) for part, names in fields for name in names},
-            "predicted_why": self.limit.reason if self.limit else "",
+            "scene": self.scene,
+            "method": self.method,
+            "kind": found and found.kind,
+            "predicted": found and found.predicted,
+            "holds": found and found.holds,
+            "fails": found and found.fails,
+            "why": self.why,
+            "predicted_why": found.reason if found else "",
+            "verdict": self.verdict,
             "expected": not self.surprise,
             "known_limit": self.known,
         }
