@@ -63,9 +63,7 @@ def _engines_of(*names: str) -> Mapping[str, Engine]:
 
 def find_engine(name: str) -> Engine:
     """The engine of this name; raises ParameterError."""
-    # Most have a module of their name: the others are not loaded for it.
-    engine = _adapter(name) if name in _modules() else None
-    if (engine := engine or _engines_of(name).get(name)) is not None:
+    if (engine := _engines_of(name).get(name)) is not None:
         return engine
     raise ParameterError("engine", name, _broken(name) or f"one of {', '.join(engines())}")
 
@@ -73,8 +71,11 @@ def find_engine(name: str) -> Engine:
 def limits_of(method: str) -> Limits:
     """The limits of the engine of a method, by the method's name; none of a stored study's engine
     that is no longer there."""
+    name = method.partition("/")[0]
+    # Most have a module of their name: the others are not loaded for it.
+    engine = _adapter(name) if name in _modules() else None
     try:
-        return declared_by(find_engine(method.partition("/")[0]))
+        return declared_by(engine or find_engine(name))
     except ParameterError:
         return Limits()
 
