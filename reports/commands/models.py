@@ -26,6 +26,9 @@ CONTACTS = b"solreffriction"  # in every file whose friction goes with the time 
 def command(chosen: argparse.Namespace) -> int:
     """Print where the models are, or copy them, or check a file; what is there already is not
     written over."""
+    for name, action in (("step", "export"), ("json", "check")):
+        if chosen.action != action and (value := getattr(chosen, name)):
+            raise ParameterError(name, value, f"given with `plumbob models {action}`")
     if chosen.action == "check":
         with nullcontext(Path(chosen.path)) if chosen.path else every_field() as file:
             readers = read_by(file)
