@@ -64,7 +64,7 @@ def after_friction(problem: FrictionProblem, free: Slip, near: Slip) -> Slip:
     factor, way = load_factor(problem.limits, problem.arms, *pull)
     if factor <= 1.0 + STICKS:
         return REST
-    begin = _lowest(problem, free, way)
+    begin = _lowest(FrictionProblem(*problem[:4]), free, way)  # offsets may exceed a tiny way
     return _moving(problem, free, begin) or begin
 
 
@@ -90,8 +90,8 @@ def simply_held(
 
 
 def _moving(problem: FrictionProblem, free: Slip, near: Slip) -> Slip | None:
-    """The minimum, found from `near` or from a pivot; None where rest is lower than these, whether
-    or not it is the minimum."""
+    """The minimum, found from `near` or from a pivot; None where rest is lower than these, or a
+    slip vanishes on the way, whether or not rest is the minimum."""
     scale = abs(free[0]) + abs(free[1]) * max(map(abs, problem.arms))
     if scale == 0.0:
         return None
@@ -105,11 +105,10 @@ def _moving(problem: FrictionProblem, free: Slip, near: Slip) -> Slip | None:
     if begin[1] != 0.0:
         way = push / abs(push) * excess / problem.mass
         begin = begin[0] + _damping(problem, free, begin, (way, 0.0), 0.0) * way, begin[1]
-    elif problem.value(free, near) < problem.value(free, REST):
-        begin = near
-    else:
-        return None
-    return _sliding(problem, free, begin, scale, NEWTON_STEPS, damped=True) or begin
+        return _sliding(problem, free, begin, scale, NEWTON_STEPS, damped=True) or begin
+    if problem.value(free, near) < problem.value(free, REST):
+        return _sliding(problem, free, near, scale, NEWTON_STEPS, damped=True)
+    return None
 
 
 def _gained(problem: FrictionProblem, free: Slip, slip: Slip) -> float:
@@ -156,8 +155,9 @@ def load_factor(
     while factor == 0.0 or factor - least > NEARLY * factor:
         least += NEARER * max(factor - least, 0.0)
         free = pull[0] / least, pull[1] / least
-        moved = _moving(problem, free, _lowest(problem, free, slip) if factor else free)
-        if moved is None:
+        begin = _lowest(problem, free, slip) if factor else free
+        moved = _moving(problem, free, begin) or begin
+        if problem.value(free, moved) >= problem.value(free, REST):
             break
         slip = moved
         factor = _gained(problem, pull, slip) / problem.value(slip, slip)
