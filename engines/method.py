@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from fnmatch import fnmatchcase
 from functools import lru_cache
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any, Literal, Protocol, TypeVar
 
 from plumbob.analytic.parameters import ParameterError
@@ -102,6 +103,7 @@ Limited = Literal[
     "unsupported",
     "converges",
 ]
+_RENAMED = MappingProxyType({"pass": "predicted", "fail": "off-prediction"})
 Patterns = str | tuple[str, ...]
 """Shell patterns of names, or after "!" of those that are left out."""
 
@@ -130,6 +132,15 @@ class KnownLimit:
     quick profile; of no meaning where the verdict is `unsupported` or `converges`."""
     other: Limited | Literal["predicted"] | None = None
     """A verdict that is also expected: which depends on the step sizes."""
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "verdict", present(self.verdict))
+        object.__setattr__(self, "other", self.other and present(self.other))
+
+
+def present(verdict: str) -> str:
+    """A verdict by its present name; earlier ones are understood."""
+    return _RENAMED.get(verdict, verdict) if isinstance(verdict, str) else verdict
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from plumbob.analytic.parameters import positive
-from plumbob.engines.method import Method
+from plumbob.engines.method import Method, present
 from plumbob.engines.registry import method as find_method
 from plumbob.engines.study.convergence import SEED, ConvergenceStudy, convergence_study
 from plumbob.engines.study.measurement import Measurement, measure
@@ -67,6 +67,7 @@ def check(
     if nothing and not met and not wanted.allows(judgement):
         why = f"{judgement.verdict}, expected {wanted.verdict}"
     if expect is not None:
+        expect = present(expect)
         why = "" if judgement.verdict == expect else f"{judgement.verdict}, expected {expect}"
     if not why:
         return judgement
