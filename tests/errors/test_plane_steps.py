@@ -30,8 +30,7 @@ def test_a_turn_leaks_angular_momentum(angle):
         end = trajectory(CHECK, turn.path, Start(), EULER, step, 2 * parts)[-1]
         found.append((end[HEADING] - turn.corrected_pose[2]) / step)
     assert abs(found[-1] / lead - 1.0) < 0.005
-    extrapolated = 2.0 * found[-1] - found[-2]
-    assert abs(extrapolated / lead - 1.0) < 1e-4  # epsilon^2 is 1e-5
+    assert abs((2.0 * found[-1] - found[-2]) / lead - 1.0) < 1e-4  # epsilon^2 is 1e-5
 
 
 SIZE = st.floats(-1.0, 1.0)

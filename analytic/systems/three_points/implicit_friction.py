@@ -155,8 +155,8 @@ def load_factor(
     while factor == 0.0 or factor - least > NEARLY * factor:
         least += NEARER * max(factor - least, 0.0)
         free = pull[0] / least, pull[1] / least
-        begin = _lowest(problem, free, slip) if factor else free
-        moved = _moving(problem, free, begin) or begin
+        moved = _lowest(problem, free, slip) if factor else free
+        moved = _moving(problem, free, moved) or moved
         if problem.value(free, moved) >= problem.value(free, REST):
             break
         slip = moved
