@@ -31,7 +31,7 @@ def command(chosen: argparse.Namespace) -> int:
         also = case.system.also(case.problem, times)
         observables = case.reference.observe(times)
         uncertainty = _uncertainty(case.reference, times)
-        facts = case.system.facts(case.problem)
+        facts = {name: _plain(value) for name, value in case.system.facts(case.problem).items()}
     values.all_finite(asked, observables, uncertainty)
     answer: dict[str, Any] = {
         "scene": scene.name,
@@ -71,9 +71,12 @@ def _uncertainty(reference: Reference, times: Array) -> dict[str, Array]:
     return {name: np.concatenate([values[name] for values in each]) for name in each[0]}
 
 
+def _plain(value: Any) -> Any:
+    return value.tolist() if isinstance(value, np.ndarray) else value
+
+
 def _text(value: Any) -> str:
-    if isinstance(value, np.ndarray):
-        value = value.tolist()
+    value = _plain(value)
     return repr(float(value) + 0.0) if isinstance(value, float) else str(value)  # no -0.0
 
 

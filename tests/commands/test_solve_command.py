@@ -58,3 +58,8 @@ def test_angles_are_the_parameter(capsys):
     seen = case_of(scene("cone-pendulum")).reference.observe(np.array([time]))
     assert seen["theta"][0] == pytest.approx(3.1, rel=1e-10)
     assert found["also"]["phase"][-1] == pytest.approx(0.5 * found["mean_rate"])
+
+
+def test_a_fact_is_an_array_where_each_manoeuvre_ends(capsys):
+    assert main(["solve", "capsule-plan", "--times", "0"]) == 0
+    assert "\n  ends: [0.2" in capsys.readouterr().out
