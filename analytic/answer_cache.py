@@ -9,12 +9,12 @@ from typing import Any
 
 import numpy as np
 
-from plumbob.analytic.reference import Array
+from plumbob.analytic.reference import Signals
 from plumbob.analytic.schemes import Scheme
 from plumbob.analytic.theory import SteppedErrors
 
 KEPT = 64  # sets of samples: some ten step sizes, of a few problems
-Powers = Mapping[int, Mapping[str, Array]]  # {p: {observable: C_p step^p at the samples}}
+Powers = Mapping[int, Signals]  # {p: {observable: C_p step^p at the samples}}
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,7 +31,7 @@ class Same:
 
 
 @lru_cache(maxsize=KEPT)
-def exactly(exact: Same, times: bytes) -> tuple[Mapping[str, Array], Mapping[str, Array]]:
+def exactly(exact: Same, times: bytes) -> tuple[Signals, Signals]:
     """The observables of a Reference and their uncertainty at `times` [s]: the same for all methods
     with these samples."""
     at = np.frombuffer(times)
@@ -41,7 +41,7 @@ def exactly(exact: Same, times: bytes) -> tuple[Mapping[str, Array], Mapping[str
 @lru_cache(maxsize=KEPT)
 def expected(
     exact: Same, theory: Same, scheme: Scheme, step: float, times: bytes
-) -> tuple[Powers, Mapping[str, Array], float]:
+) -> tuple[Powers, Signals, float]:
     """The terms of the series of an ErrorTheory at `step` [s] and `times` [s], their sum, where
     every power has the observable, and its nonlinearity: the same for all methods of a scheme."""
     at = np.frombuffer(times)

@@ -10,6 +10,8 @@ import numpy as np
 import numpy.typing as npt
 
 Array = npt.NDArray[np.float64]
+Signals = Mapping[str, Array]
+"""Values by name of observable, at times: SI, shape (n,) each."""
 
 
 class NoAnswer(Exception):
@@ -29,16 +31,16 @@ def answering() -> Iterator[None]:
 class Reference(Protocol):
     """The exact motion of one problem, as functions of time."""
 
-    def observe(self, times: Array) -> Mapping[str, Array]:
+    def observe(self, times: Array) -> Signals:
         """Exact observables at `times` [s], shape (n,), each of shape (n,), in SI units."""
         ...
 
-    def uncertainty(self, times: Array) -> Mapping[str, Array]:
+    def uncertainty(self, times: Array) -> Signals:
         """Uncertainty of double precision: for each observable the absolute error that inputs
         rounded to double, and the reference's own arithmetic, may have caused, shape (n,)."""
         ...
 
-    def nonlinearity(self, times: Array, errors: Mapping[str, Array]) -> float:
+    def nonlinearity(self, times: Array, errors: Signals) -> float:
         """Nonlinearity of the motion's response to errors of this size, shape (n,) each: 0 while it
         is linear, about 1 where a linear expansion no longer applies."""
         ...
@@ -47,6 +49,6 @@ class Reference(Protocol):
 class LinearResponse:
     """Of a motion whose steps have errors that do not depend on earlier ones."""
 
-    def nonlinearity(self, times: Array, errors: Mapping[str, Array]) -> float:
+    def nonlinearity(self, times: Array, errors: Signals) -> float:
         """0: the response to errors is linear."""
         return 0.0

@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Literal
 
-from plumbob.analytic.reference import Array
+from plumbob.analytic.reference import Array, Signals
 from plumbob.analytic.schemes import Scheme
 
 # Steps that are tried are powers of RATIO, in fastest periods, of theory and of runs alike; away
@@ -75,11 +75,11 @@ class StabilityTheory:
     growth: Callable[[float], float]
     """The largest factor by which the exact motion magnifies a nudge of its start within a duration
     [s], in the state divided by its scales; at least 1."""
-    kind_of: Callable[[Mapping[str, Array]], str]
+    kind_of: Callable[[Signals], str]
     """The kind of motion of sampled observables: "libration", "rotation", "at rest", ..."""
     long_run: Callable[[Scheme, float, Mapping[str, float]], LongRun | None] = no_long_run
     """The growth of the error of a scheme at a step [s], of observables over these scales; None
     where nothing is known of it."""
-    energy: Callable[[Mapping[str, Array]], Array] | None = None
+    energy: Callable[[Signals], Array] | None = None
     """Energy over its scale of sampled observables, shape (n,); None where it is not conserved."""
     lasts: float = math.inf  # [s] until a damped motion is at rest, or a forced one repeats

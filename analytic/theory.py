@@ -6,14 +6,12 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any, Protocol
 
-from plumbob.analytic.reference import Array
+from plumbob.analytic.reference import Array, Signals
 from plumbob.analytic.schemes import Scheme
 
-Coefficients = Mapping[int, Mapping[str, Array]]
+Coefficients = Mapping[int, Signals]
 """{p: {observable: C_p(t), shape (n,)}} of an error sum_p C_p step^p, simulated minus exact."""
 
-Errors = Mapping[str, Array]
-"""{observable: simulated minus exact, shape (n,)}."""
 
 TRUST = 0.1  # chosen: how much of a series its last two terms may be
 # Calibrated: how nonlinear the motion's response may be, for those terms to hold what follows. At
@@ -33,13 +31,13 @@ def reaches(terms: Mapping[int, float], largest: float, nonlinearity: float) -> 
 class SteppedErrors:
     """Error of each observable for one step size, simulated minus exact, shape (n,)."""
 
-    errors: Errors
-    uncertainty: Errors | None = None
+    errors: Signals
+    uncertainty: Signals | None = None
     """Response of the stepped motion to a unit in the last place of every input and of every step,
     shape (n,); None where that of the exact motion applies."""
 
 
-def apart(stepped: Errors, exact: Errors) -> Errors:
+def apart(stepped: Signals, exact: Signals) -> Signals:
     """Observables that steps reach less the `exact` ones, of those that are in both."""
     return {name: stepped[name] - values for name, values in exact.items() if name in stepped}
 
@@ -61,7 +59,7 @@ class ErrorTheory(Protocol):
         ...
 
 
-Predicted = Errors | SteppedErrors
+Predicted = Signals | SteppedErrors
 
 
 @dataclass(frozen=True)

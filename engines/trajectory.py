@@ -8,7 +8,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from plumbob.analytic.reference import Array
+from plumbob.analytic.reference import Array, Signals
 
 ByName = Mapping[str, float]
 """Numbers by the names of what they are of: observables, bounds, derivatives; SI."""
@@ -19,8 +19,8 @@ class Trajectory:
     """Observables of one run at the times that the engine itself reached."""
 
     times: Array  # [s], shape (n,); the last one is the end of the run
-    observables: Mapping[str, Array]  # by the system's names, SI, shape (n,)
-    channels: Mapping[str, Array] = field(default_factory=dict)  # the engine's own, shape (n,)
+    observables: Signals  # by the system's names, SI, shape (n,)
+    channels: Signals = field(default_factory=dict)  # the engine's own, shape (n,)
     steps: int = 0  # steps taken (right-hand sides evaluated, for adaptive methods)
     seconds: float = 0.0  # wall time of the stepping alone
     diverged_at: float | None = None  # [s]; samples after it are left out

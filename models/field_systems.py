@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import fields
 from functools import partial
 from pathlib import Path
@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from plumbob.analytic.parameters import known
-from plumbob.analytic.reference import Array
+from plumbob.analytic.reference import Array, Signals
 from plumbob.models.scene import ON_PLANE, SMOOTH, Parameters, System, from_analytic
 
 
@@ -80,7 +80,7 @@ def contact_system(
     )
 
 
-def energy(problem: Any, observed: Mapping[str, Array]) -> Array:
+def energy(problem: Any, observed: Signals) -> Array:
     """Energy [J] of a problem with a `potential` energy [J] of its observables, shape (n,)."""
     kinetic = problem.motion.system.kinetic_energy(observed)
     return np.asarray(kinetic + problem.potential(observed))
@@ -92,7 +92,7 @@ def energy_at_start(problem: Any) -> float:
     return float(energy(problem, system.observed(system.start[:, None]))[0])
 
 
-def energy_drift(problem: Any, observed: Mapping[str, Array]) -> Mapping[str, Array]:
+def energy_drift(problem: Any, observed: Signals) -> Signals:
     """Drift of the energy, relative to that at the start, or to a problem's `lift` [J], which its
     weight can take and give, where that is more; to what it gives where both are 0."""
     energies = energy(problem, observed)

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, Final, Literal
 
 import numpy as np
 
-from plumbob.analytic.reference import Array, Reference
+from plumbob.analytic.reference import Array, Reference, Signals
 from plumbob.analytic.stability import StabilityTheory
 from plumbob.analytic.theory import ErrorTheory, no_theory
 
@@ -136,7 +136,7 @@ class System:
     default: str  # the case meant by the system's name alone
     problem: Callable[[Parameters], Any]  # parameters -> analytic object; ParameterError
     reference: Callable[[Any], Reference]  # problem -> its exact motion
-    invariants: Callable[[Any, Mapping[str, Array]], Mapping[str, Array]]  # relative drifts
+    invariants: Callable[[Any, Signals], Signals]  # relative drifts
     facts: Callable[[Any], Mapping[str, Any]]  # what `solve` reports beside the observables
     mjcf: Path  # the model on its own
     family: str  # by which an engine's adapter finds its builder: adapters/<engine>/<family>.py

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from dataclasses import fields, is_dataclass, replace
 from typing import Any
 
 import numpy as np
 
-from plumbob.analytic.reference import Array
+from plumbob.analytic.reference import Array, Signals
 
 ROUNDOFF = 2.0**-53  # unit round-off: largest relative error of one rounding
 ULP = 2.0**-52  # machine epsilon: distance from 1 to the next double
@@ -33,7 +33,7 @@ def varied(given: Any, part: float) -> Iterator[Any]:
 
 
 def rounded_inputs(
-    problem: Any, observe: Callable[[Any], Mapping[str, Array]], roundings: float
+    problem: Any, observe: Callable[[Any], Signals], roundings: float
 ) -> dict[str, Array]:
     """Changes of what is observed by so many roundings of each number of a `problem`, a dataclass,
     and by its own rounding."""

@@ -13,7 +13,7 @@ all of these, of every g together.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, Generic, TypeVar
@@ -22,7 +22,7 @@ import numpy as np
 
 from plumbob.analytic.numerics.arithmetic import ULP
 from plumbob.analytic.numerics.quad import double
-from plumbob.analytic.reference import Array
+from plumbob.analytic.reference import Array, Signals
 
 CENTRAL = (-4, -3, -2, -1, 0, 1, 2, 3, 4)
 ABOVE = (0, 1, 2, 3, 4, 5, 6, 7, 8)
@@ -50,11 +50,11 @@ class Sensitivity:
     either. Both are empty where every derivative exists.
     """
 
-    values: Mapping[str, Array]
-    uncertainty: Mapping[str, Array]
+    values: Signals
+    uncertainty: Signals
     why: str = ""
-    below: Mapping[str, Array] = field(default_factory=dict)
-    above: Mapping[str, Array] = field(default_factory=dict)
+    below: Signals = field(default_factory=dict)
+    above: Signals = field(default_factory=dict)
 
 
 @dataclass(frozen=True)

@@ -11,12 +11,12 @@ the saltation of every switch, without its equations.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from plumbob.analytic.reference import Array, Reference
+from plumbob.analytic.reference import Array, Reference, Signals
 from plumbob.analytic.sensitivities.neighbours import ABOVE, Derived, Neighbours, Sensitivity
 
 WINDOWS = 0.125 ** np.arange(1.0, 6.0)  # of a stencil for do/dt over the length of the phase: near
@@ -32,7 +32,7 @@ class Phased:
     switches: Array
 
 
-def _stacked(observed: Mapping[str, Array], names: Sequence[str]) -> Array:
+def _stacked(observed: Signals, names: Sequence[str]) -> Array:
     """The observables of these names, shape (observables, n)."""
     return np.stack([observed[name] for name in names])
 

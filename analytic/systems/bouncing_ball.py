@@ -10,14 +10,13 @@ With e the coefficient of restitution and t_1 = sqrt(2 h/g) (Falcon et al. 1998,
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
 from plumbob.analytic.numerics.arithmetic import ROUNDOFF, ULP, rounded_inputs
 from plumbob.analytic.parameters import ParameterError, check_fields
-from plumbob.analytic.reference import Array, LinearResponse
+from plumbob.analytic.reference import Array, LinearResponse, Signals
 
 ROUNDINGS = 8.0  # of each parameter
 TINY = 1e-300  # of a speed: no double shows it
@@ -78,14 +77,14 @@ class BouncingBall(LinearResponse):
         since = times - np.where(counts > 0.0, self.impacts(counts)[0], 0.0)
         return since, np.where(counts > 0.0, self.gravity * self.fall * e**counts, 0.0)
 
-    def observe(self, times: Array) -> Mapping[str, Array]:
+    def observe(self, times: Array) -> Signals:
         """Height z [m] of the lowest point at `times` [s], shape (n,)."""
         since, speed = self._flight(times)
         flown = np.where(times < self.fall, self.height, 0.0)
         z = flown + since * (speed - self.gravity * since / 2.0)
         return {"z": np.where(times < self.zeno_time, np.nan_to_num(np.maximum(z, 0.0)), 0.0)}
 
-    def uncertainty(self, times: Array) -> Mapping[str, Array]:
+    def uncertainty(self, times: Array) -> Signals:
         """Absolute errors, shape (n,): the effect of each parameter's rounding and a height's."""
         doubts = rounded_inputs(self, lambda ball: ball.observe(times), ROUNDINGS)
         return {"z": doubts["z"] + ULP * self.height}

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from plumbob.analytic.numerics.arithmetic import ROUNDOFF
-from plumbob.analytic.reference import Array, LinearResponse, Reference
+from plumbob.analytic.reference import Array, LinearResponse, Reference, Signals
 from plumbob.analytic.systems.capsule import Capsule, Point
 
 
@@ -54,12 +54,12 @@ class InWorld(LinearResponse):
         """None where the motion has none."""
         return getattr(self.own, "closed_form", self.own)
 
-    def observe(self, times: Array) -> Mapping[str, Array]:
+    def observe(self, times: Array) -> Signals:
         """Exact observables at `times` [s], shape (n,)."""
         observed = self.own.observe(times)
         return {**observed, "heading": self.heading + observed["heading"]}
 
-    def uncertainty(self, times: Array) -> Mapping[str, Array]:
+    def uncertainty(self, times: Array) -> Signals:
         """That of the motion; of the heading, with the start's rounding and the sum's."""
         known, facing = self.own.uncertainty(times), self.observe(times)["heading"]
         rounding = ROUNDOFF * (abs(self.heading) + np.abs(facing)) if self.heading else 0.0

@@ -14,7 +14,6 @@ that turns fully has all links on one line, and the rocker can turn on either wa
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
@@ -26,7 +25,7 @@ from plumbob.analytic.numerics.smooth.certified_motion import CertifiedMotion
 from plumbob.analytic.numerics.smooth.smooth_system import SmoothSystem
 from plumbob.analytic.numerics.smooth.soft_loop import softened
 from plumbob.analytic.parameters import ParameterError, check_fields
-from plumbob.analytic.reference import Array
+from plumbob.analytic.reference import Array, Signals
 from plumbob.analytic.schemes import SoftLoop
 from plumbob.analytic.systems.crank_links import Link, crank_motion, potential, reaction
 from plumbob.analytic.systems.n_pendulum import NPendulum
@@ -134,7 +133,7 @@ class FourBar:
         (a, b, c), (first, second, third) = self.chain.each("lengths"), self.chain.each("masses")
         return self.gravity * (first * a + second * (2 * a + b) + third * c) / 2
 
-    def potential(self, observed: Mapping[str, Array]) -> Any:
+    def potential(self, observed: Signals) -> Any:
         """Potential energy [J], 0 for links on the line."""
         return potential(self.gravity, _links(self, observed["angle"]))
 

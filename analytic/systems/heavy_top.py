@@ -9,7 +9,6 @@ the body's axis, moments A = A_centre + m l^2 across the axis and C about it (La
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -19,7 +18,7 @@ import numpy as np
 from plumbob.analytic.numerics.smooth.certified_motion import CertifiedMotion
 from plumbob.analytic.numerics.smooth.smooth_system import SmoothSystem
 from plumbob.analytic.parameters import ParameterError, check_fields
-from plumbob.analytic.reference import Array
+from plumbob.analytic.reference import Signals
 
 ANGLES = ("precession", "tilt", "spin")
 RATES = tuple(f"{name}_rate" for name in ANGLES)
@@ -64,7 +63,7 @@ class HeavyTop:
             SmoothSystem(ANGLES, RATES, _masses, _moments, parameters, start, rates)
         )
 
-    def conserved(self, observed: Mapping[str, Array]) -> Mapping[str, Array]:
+    def conserved(self, observed: Signals) -> Signals:
         """Energy [J] and the angular momenta about the vertical and the axis [kg m^2/s]."""
         kinetic, tilt = self.motion.system.kinetic_energy(observed), observed["tilt"]
         around, _, spin = (observed[name] for name in RATES)

@@ -7,14 +7,13 @@ tan(theta) <= f (Coulomb 1785). A cube with f < 1 does not tip.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
 from plumbob.analytic.numerics.arithmetic import ULP, rounded_inputs
 from plumbob.analytic.parameters import ParameterError, check_fields
-from plumbob.analytic.reference import Array, LinearResponse
+from plumbob.analytic.reference import Array, LinearResponse, Signals
 
 ROUNDINGS = 8.0  # of each parameter
 
@@ -82,7 +81,7 @@ class Incline(LinearResponse):
         """Where it stops for the first time [m]; no number where it never does."""
         return self.speed * self.stop_time / 2.0 if math.isfinite(self.stop_time) else math.nan
 
-    def observe(self, times: Array) -> Mapping[str, Array]:
+    def observe(self, times: Array) -> Signals:
         """Place x [m], downhill, and speed [m/s] at `times` [s], shape (n,)."""
         first, stop = self.acceleration(float(np.sign(self.speed))), self.stop_time
         slid, since = np.minimum(times, stop), np.maximum(times - stop, 0.0)
@@ -95,7 +94,7 @@ class Incline(LinearResponse):
             "speed": np.where(stopped, 0.0, self.speed + slid * first) + again * since,
         }
 
-    def uncertainty(self, times: Array) -> Mapping[str, Array]:
+    def uncertainty(self, times: Array) -> Signals:
         """Absolute errors, shape (n,), by the effect of each parameter's rounding and a place's."""
         doubts = rounded_inputs(self, lambda cube: cube.observe(times), ROUNDINGS)
         return {**doubts, "x": doubts["x"] + ULP * self.size}

@@ -22,7 +22,7 @@ import numpy as np
 from plumbob.analytic.numerics.smooth.certified_motion import CertifiedMotion
 from plumbob.analytic.numerics.smooth.smooth_system import SmoothSystem
 from plumbob.analytic.parameters import ParameterError, finite, non_negative, positive
-from plumbob.analytic.reference import Array
+from plumbob.analytic.reference import Signals
 
 MOST = 20  # rods: a step's work goes as the cube
 Numbers = float | Sequence[float]
@@ -84,7 +84,7 @@ class NPendulum:
             )
         )
 
-    def potential(self, observed: Mapping[str, Array]) -> Any:
+    def potential(self, observed: Signals) -> Any:
         """Potential energy [J], 0 where all rods hang."""
         system = self.motion.system
         chain = zip(_hanging(system.values, len(self.angles)), system.coordinates, strict=True)

@@ -7,14 +7,13 @@ across it, in the frame of the hand; friction holds it while F <= 2 f N (Coulomb
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
 from plumbob.analytic.numerics.arithmetic import ULP
 from plumbob.analytic.parameters import ParameterError, check_fields
-from plumbob.analytic.reference import Array, LinearResponse
+from plumbob.analytic.reference import Array, LinearResponse, Signals
 
 
 @dataclass(frozen=True)
@@ -61,12 +60,12 @@ class Pinch(LinearResponse):
         """Part of the largest friction that it takes."""
         return self.load / (2.0 * self.friction * self.normal_force)
 
-    def observe(self, times: Array) -> Mapping[str, Array]:
+    def observe(self, times: Array) -> Signals:
         """Slip [m] along the load and its rate, `speed` [m/s], at `times` [s], shape (n,): none."""
         still = np.zeros(len(times))
         return {"slip": still, "speed": still}
 
-    def uncertainty(self, times: Array) -> Mapping[str, Array]:
+    def uncertainty(self, times: Array) -> Signals:
         """The last place of its edge [m], and of a speed gained over it, shape (n,); rest is
         exact."""
         place = np.full(len(times), ULP * self.size)

@@ -11,7 +11,6 @@ that moves before it accelerates +g h t/2: exactly, at any step h.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -21,7 +20,7 @@ import numpy as np
 from plumbob.analytic.numerics.arithmetic import rounded_inputs
 from plumbob.analytic.numerics.smooth.smooth_system import SmoothSystem
 from plumbob.analytic.parameters import check_fields
-from plumbob.analytic.reference import Array, LinearResponse
+from plumbob.analytic.reference import Array, LinearResponse, Signals
 
 OBSERVED = ("x", "z", "angle")
 ROUNDINGS = 4.0  # of each parameter
@@ -63,14 +62,14 @@ class Projectile(LinearResponse):
             (along, up, self.spin),
         )
 
-    def observe(self, times: Array) -> Mapping[str, Array]:
+    def observe(self, times: Array) -> Signals:
         """Coordinates and rates at `times` [s], shape (n,), by name: eq. 1 and its derivative."""
         system = self.system
         fall = np.array(system.forces(system.values, 0.0, system.position, system.rate))[:, None]
         rates = np.array(system.rate)[:, None] + fall * times
         return system.observed(np.concatenate([(rates - fall * times / 2) * times, rates]))
 
-    def uncertainty(self, times: Array) -> Mapping[str, Array]:
+    def uncertainty(self, times: Array) -> Signals:
         """Absolute errors, shape (n,), by the effect of each parameter's rounding."""
         return rounded_inputs(self, lambda body: body.observe(times), ROUNDINGS)
 
@@ -80,6 +79,6 @@ class Projectile(LinearResponse):
         up = max(self.speed * math.sin(self.elevation), 0.0)
         return up**2 / (2 * self.gravity) if self.gravity else math.inf
 
-    def potential(self, observed: Mapping[str, Array]) -> Any:
+    def potential(self, observed: Signals) -> Any:
         """Potential energy of 1 kg [J]."""
         return self.gravity * observed["z"]

@@ -10,7 +10,6 @@ Brogliato 1999, Eur. J. Mech. A 18, 653).
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -19,7 +18,7 @@ import numpy as np
 from plumbob.analytic.numerics.arithmetic import ULP, rounded_inputs
 from plumbob.analytic.numerics.point_impact import LAWS, PointImpact
 from plumbob.analytic.parameters import ParameterError, check_fields
-from plumbob.analytic.reference import Array, LinearResponse
+from plumbob.analytic.reference import Array, LinearResponse, Signals
 
 ROUNDINGS = 16.0  # of each parameter
 INSTANTS = 2001  # at which the ends are looked at after the impact
@@ -72,7 +71,7 @@ class RodImpact(LinearResponse):
         """Time of the impact [s]."""
         return math.sqrt(2.0 * self.height / self.gravity)
 
-    def _flown(self, times: Array) -> Mapping[str, Array]:
+    def _flown(self, times: Array) -> Signals:
         _, up, along = self.impact.impulses
         sine, cosine, since = math.sin(self.angle), math.cos(self.angle), times - self.fall
         since = np.maximum(since, 0.0) / self.mass
@@ -93,14 +92,14 @@ class RodImpact(LinearResponse):
         above = flown["z"] > self.length / 2.0 * np.abs(np.sin(flown["angle"]))
         return float(times[int(np.argmin(above[1:]))])
 
-    def observe(self, times: Array) -> Mapping[str, Array]:
+    def observe(self, times: Array) -> Signals:
         """Place of the centre x and z [m] and the angle [rad] at `times` [s], shape (n,); raises
         ParameterError beyond `until`."""
         if (last := float(np.max(times, initial=0.0))) > self.until:
             raise ParameterError("times", last, f"at most {self.until:.6g} s: it strikes again")
         return self._flown(times)
 
-    def uncertainty(self, times: Array) -> Mapping[str, Array]:
+    def uncertainty(self, times: Array) -> Signals:
         """Absolute errors, shape (n,), by the effect of each parameter's rounding."""
         doubts = rounded_inputs(self, lambda rod: rod._flown(times), ROUNDINGS)
         moved = ULP * (self.length + abs(self.speed) * times)

@@ -13,7 +13,6 @@ does not begin anew where k >= f.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -21,7 +20,7 @@ import numpy as np
 
 from plumbob.analytic.numerics.arithmetic import ULP
 from plumbob.analytic.parameters import check_fields
-from plumbob.analytic.reference import Array, LinearResponse
+from plumbob.analytic.reference import Array, LinearResponse, Signals
 
 ROUNDINGS = 16.0  # of the speeds: a dozen operations a switch, and at most four switches
 
@@ -118,7 +117,7 @@ class RollingBall(LinearResponse):
         last = self.pieces[-1]
         return math.inf if last.v or last.u else last.time
 
-    def observe(self, times: Array) -> Mapping[str, Array]:
+    def observe(self, times: Array) -> Signals:
         """Place x [m], speed [m/s] and spin [rad/s] at `times` [s], shape (n,)."""
         starts = np.array([piece.time for piece in self.pieces])
         rows = np.array([(p.time, p.x, p.v, p.u, p.v_rate, p.u_rate) for p in self.pieces])
@@ -130,7 +129,7 @@ class RollingBall(LinearResponse):
             "spin": (u + since * b) / self.radius,
         }
 
-    def uncertainty(self, times: Array) -> Mapping[str, Array]:
+    def uncertainty(self, times: Array) -> Signals:
         """Absolute errors, shape (n,). No speed grows beyond those at the start, and a switch that
         comes late by rounding changes speeds by no more than that: accelerations jump by as much as
         what ended changed by."""

@@ -14,7 +14,6 @@ which are not Lagrange's equations: the constraint is no function of the angles.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -24,7 +23,7 @@ import numpy as np
 from plumbob.analytic.numerics.smooth.certified_motion import CertifiedMotion
 from plumbob.analytic.numerics.smooth.smooth_system import SmoothSystem
 from plumbob.analytic.parameters import ParameterError, check_fields
-from plumbob.analytic.reference import Array
+from plumbob.analytic.reference import Array, Signals
 from plumbob.analytic.systems.heavy_top import ANGLES, RATES, euler_masses
 
 
@@ -66,7 +65,7 @@ class RollingDisc:
             )
         )
 
-    def potential(self, observed: Mapping[str, Array]) -> Array:
+    def potential(self, observed: Signals) -> Array:
         """V [1/s^2]."""
         return np.asarray(self.gravity / self.radius * np.sin(observed["tilt"]))
 

@@ -14,7 +14,7 @@ the motion in second order only.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import islice
@@ -27,7 +27,7 @@ from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
 from plumbob.analytic.numerics.rotor.linear_oscillator import linear_motion
 from plumbob.analytic.numerics.smooth.smooth_system import SmoothSystem
 from plumbob.analytic.parameters import check_fields
-from plumbob.analytic.reference import Array, LinearResponse
+from plumbob.analytic.reference import Array, LinearResponse, Signals
 from plumbob.analytic.schemes import Scheme
 from plumbob.analytic.systems.simple_pendulum import SimplePendulum
 
@@ -124,7 +124,7 @@ class Servo(LinearResponse):
         torque = max(abs(first.torque(since)) for since in (0.0, first.peak))
         return min(self.force_limit, torque / self.gear)
 
-    def observe(self, times: Array) -> Mapping[str, Array]:
+    def observe(self, times: Array) -> Signals:
         """x [rad] and x' [rad/s] at `times` [s], shape (n,)."""
         states = np.zeros((2, len(times)))
         for piece in self.pieces():
@@ -133,7 +133,7 @@ class Servo(LinearResponse):
             states[:, later] = piece.states(times[later] - piece.begin)
         return dict(zip(STATE, states, strict=True))
 
-    def uncertainty(self, times: Array) -> Mapping[str, Array]:
+    def uncertainty(self, times: Array) -> Signals:
         """Absolute errors, shape (n,), by the effect of each parameter's rounding."""
         return rounded_inputs(self, lambda servo: servo.observe(times), ROUNDINGS)
 

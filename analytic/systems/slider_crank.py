@@ -10,7 +10,6 @@ the axis or stay on it.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -21,7 +20,7 @@ from plumbob.analytic.numerics.smooth.certified_motion import CertifiedMotion
 from plumbob.analytic.numerics.smooth.smooth_system import SmoothSystem
 from plumbob.analytic.numerics.smooth.soft_loop import softened
 from plumbob.analytic.parameters import ParameterError, check_fields
-from plumbob.analytic.reference import Array
+from plumbob.analytic.reference import Array, Signals
 from plumbob.analytic.schemes import SoftLoop
 from plumbob.analytic.systems.crank_links import Link, crank_motion, reaction
 from plumbob.analytic.systems.n_pendulum import NPendulum
@@ -103,7 +102,7 @@ class SliderCrank:
         """Energy [J] that takes crank and rod from the line to the top."""
         return self.gravity * self.crank * (self.crank_mass + self.rod_mass) / 2
 
-    def potential(self, observed: Mapping[str, Array]) -> Any:
+    def potential(self, observed: Signals) -> Any:
         """Potential energy [J], 0 on the line."""
         return self.lift * np.sin(observed["angle"])
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -10,7 +9,7 @@ import numpy as np
 
 from plumbob.analytic.numerics.arithmetic import ULP
 from plumbob.analytic.parameters import ParameterError, check_fields
-from plumbob.analytic.reference import Array, LinearResponse
+from plumbob.analytic.reference import Array, LinearResponse, Signals
 
 MOST = 100  # cubes
 
@@ -54,10 +53,10 @@ class Stack(LinearResponse):
         moments = np.cumsum((self.masses * (faces + 0.5))[::-1])[::-1] * self.gravity
         return float(np.arctan(0.5 / (moments / self.normal_forces - faces).max()))
 
-    def observe(self, times: Array) -> Mapping[str, Array]:
+    def observe(self, times: Array) -> Signals:
         """Height `top` [m] of the top cube over where it is, at `times` [s], shape (n,): none."""
         return {"top": np.zeros(len(times))}
 
-    def uncertainty(self, times: Array) -> Mapping[str, Array]:
+    def uncertainty(self, times: Array) -> Signals:
         """The last place of the stack's height [m], shape (n,)."""
         return {"top": np.full(len(times), ULP * self.count * self.size)}

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
-from plumbob.analytic.reference import Array
+from plumbob.analytic.reference import Array, Signals
 from plumbob.engines.trajectory import ByName
 
 State = tuple[Any, Any]
@@ -35,7 +35,7 @@ class Equation:
     names: tuple[str, ...] = ("theta",)  # observables that are the coordinates
     rate_names: tuple[str, ...] = ("theta_dot",)  # observables that are their rates
     size: float = 1.0  # scale of x for tolerances: 1 rad for an angle
-    read: Callable[[Array, Array], Mapping[str, Array]] = lambda x, v: {}
+    read: Callable[[Array, Array], Signals] = lambda x, v: {}
     """Further observables of x and x', shape (n, samples) each."""
     restitution: float | None = None
     """Of a floor at x = 0, where the acceleration presses; None: there is none. One coordinate."""
@@ -55,7 +55,7 @@ class Equation:
         """Coordinates after the time `h` [s] at a constant rate."""
         return position + h * rate
 
-    def observed(self, states: Sequence[State]) -> Mapping[str, Array]:
+    def observed(self, states: Sequence[State]) -> Signals:
         """The observables of `states`, each of shape (len(states),)."""
         positions, rates = (
             np.array(part, dtype=np.float64).reshape(len(states), -1).T

@@ -19,7 +19,7 @@ from numpy.lib.mixins import NDArrayOperatorsMixin
 from plumbob.analytic.numerics.arithmetic import ULP
 from plumbob.analytic.numerics.rotor.orbit import smooth_system
 from plumbob.analytic.numerics.smooth.smooth_system import SmoothSystem
-from plumbob.analytic.reference import Array
+from plumbob.analytic.reference import Array, Signals
 from plumbob.analytic.schemes import ADAPTIVE, Scheme
 from plumbob.analytic.systems.free_body.equations import factors, slope
 from plumbob.analytic.systems.free_body.rotation import ATTITUDE, RATES
@@ -27,7 +27,6 @@ from plumbob.engines.abilities import SecondRun
 from plumbob.engines.adapters.stepping import (
     Followed,
     FollowedSimulation,
-    Named,
     no_error,
     relative_tolerance,
 )
@@ -45,7 +44,7 @@ METHODS = (
 
 Slopes = Callable[[Any, Sequence[Any]], Sequence[Any]]
 """Rates of all parts of a state, given the time and the parts."""
-Translated = tuple[tuple[str, ...], Slopes, tuple[float, ...], Callable[[Array], Named]]
+Translated = tuple[tuple[str, ...], Slopes, tuple[float, ...], Callable[[Array], Signals]]
 """Names of the parts of a state, their rates, the start, and what observes states, shape (d, m)."""
 
 
@@ -110,7 +109,7 @@ def _translated(case: Case) -> Translated:
         q, v = state[:half], state[half:]
         return (*v, *system.acceleration(time, q, v, system.values))
 
-    def observe(states: Array) -> Named:
+    def observe(states: Array) -> Signals:
         return system.observed(np.concatenate([states[:half] - tilt, states[half:]]))
 
     return (*system.coordinates, *system.rates), slopes, tuple(system.start), observe

@@ -9,8 +9,7 @@ import numpy as np
 
 from plumbob.analytic.numerics.smooth.smooth_system import TINY
 from plumbob.analytic.parameters import ParameterError
-from plumbob.analytic.reference import Array
-from plumbob.engines.adapters.stepping import Named
+from plumbob.analytic.reference import Array, Signals
 from plumbob.engines.method import Unsupported
 from plumbob.engines.trajectory import ByName
 from plumbob.models.scene import Case
@@ -31,7 +30,7 @@ def nudged(number: Number) -> tuple[tuple[Case, Case, Case], float]:
         raise Unsupported(str(error)) from None
 
 
-def moved(observe: Callable[..., Named], *slopes: Array) -> ByName:
+def moved(observe: Callable[..., Signals], *slopes: Array) -> ByName:
     """Derivatives of what `observe` reads off a state, of how far its places and its rates have
     moved along their `slopes`: each alone, since what is small is rounded beside what is large."""
     total: dict[str, float] = {}

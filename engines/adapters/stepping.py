@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
 from typing import Any
@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from plumbob.analytic.parameters import ParameterError, positive
-from plumbob.analytic.reference import Array
+from plumbob.analytic.reference import Array, Signals
 from plumbob.engines import sampling
 from plumbob.engines.adapters.divergence import within
 from plumbob.engines.method import ModelError, Stepping
@@ -19,8 +19,7 @@ from plumbob.engines.trajectory import ByName, Trajectory
 from plumbob.models.scene import Case
 
 OVERFLOW = (OverflowError, ValueError)  # Python's own, of infinity
-Named = Mapping[str, Array]
-Observed = tuple[Named, Named]  # observables, and channels beside them
+Observed = tuple[Signals, Signals]  # observables, and channels beside them
 TakeSteps = Callable[[int, int], None]
 """Takes the steps with these indices, the last one excluded."""
 DIVERGING = np.errstate(over="ignore", invalid="ignore")  # of arrays: cut off once they are read
@@ -117,7 +116,7 @@ class FollowedSimulation:
 
     follow: Callable[[float, int], Followed]
     """Duration [s], about how many samples to keep, 1 where the solver alone is timed."""
-    observe: Callable[[Any], Named]
+    observe: Callable[[Any], Signals]
     """States of all samples -> observables, shape (n,) each."""
     duration: float  # [s]
     compile_seconds: float = 0.0

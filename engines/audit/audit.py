@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from plumbob.analytic.reference import Array
+from plumbob.analytic.reference import Array, Signals
 from plumbob.engines.audit.allowance import Allowance
 from plumbob.engines.audit.changes import Moved
 from plumbob.engines.audit.gradient import Gradients, gradients
@@ -64,7 +64,7 @@ class Audit:
         return self.found.own.at(self.found.index) if self.found else float("nan")
 
     @property
-    def pose(self) -> Mapping[str, Array]:
+    def pose(self) -> Signals:
         """{body: centre of mass [m]} of the reference at `until`; empty where there is none."""
         if self.found is None:
             return {}

@@ -14,7 +14,7 @@ import numpy as np
 
 from plumbob.analytic.answer_cache import Same, as_stepped, exactly, expected
 from plumbob.analytic.left_open import by_rounding, by_second_run, by_series, roundings
-from plumbob.analytic.reference import Array, NoAnswer, Reference, answering
+from plumbob.analytic.reference import Array, NoAnswer, Reference, Signals, answering
 from plumbob.analytic.schemes import ADAPTIVE, Scheme
 from plumbob.analytic.theory import SteppedErrors, reaches
 from plumbob.engines.abilities import SchemeOfCase, SecondRun
@@ -225,8 +225,8 @@ def _predictions(
     method: Method,
     step: float,
     run: Trajectory,
-    errors: Mapping[str, Array],
-    doubt: Mapping[str, Array],
+    errors: Signals,
+    doubt: Signals,
 ) -> Mapping[str, Prediction]:
     """Predictions of the errors at the samples, shape (n,) each, beside those measured: of theory's
     series in the step and, where that does not reach, of what the scheme does at this very step, of
@@ -250,8 +250,8 @@ def _predictions(
 
 def _at_step(
     stepped: SteppedErrors,
-    errors: Mapping[str, Array],
-    doubt: Mapping[str, Array],
+    errors: Signals,
+    doubt: Signals,
     unit: float,
     steps: int,
 ) -> Mapping[str, Prediction]:
@@ -300,8 +300,8 @@ def _confirmed(second: _Second) -> Trajectory | None:
 def _controlled(
     exact: Reference,
     run: Trajectory,
-    errors: Mapping[str, Array],
-    doubt: Mapping[str, Array],
+    errors: Signals,
+    doubt: Signals,
     second: Trajectory,
 ) -> Mapping[str, Controlled]:
     """The errors of a solver in each observable, as the second run shows."""

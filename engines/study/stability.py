@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from plumbob.analytic.parameters import ParameterError
-from plumbob.analytic.reference import Array
+from plumbob.analytic.reference import Array, Signals
 from plumbob.analytic.stability import (
     AWAY,
     BAND,
@@ -252,7 +252,7 @@ class Trials:
         return self.theory is None or self.theory.equilibrium
 
     @cached_property
-    def exact(self) -> Mapping[str, Array]:
+    def exact(self) -> Signals:
         """The exact motion, over the scene's own duration or FOLLOWED periods, where it is known
         for so long."""
         longest = max(self.case.scene.duration, FOLLOWED * self.fastest if self.theory else 0.0)

@@ -14,7 +14,7 @@ import numpy as np
 
 from plumbob.analytic.numerics.quad import double
 from plumbob.analytic.parameters import known
-from plumbob.analytic.reference import Array
+from plumbob.analytic.reference import Signals
 from plumbob.analytic.stability import StabilityTheory
 from plumbob.analytic.systems.cone_pendulum import Body, ConePendulum, cone
 from plumbob.analytic.systems.pendulums.pendulum_motion import PendulumMotion
@@ -82,7 +82,7 @@ def change(parameters: Parameters, changes: Parameters) -> Parameters:
     return replaced(parameters, changes)
 
 
-def invariants(problem: ConePendulum, observed: Mapping[str, Array]) -> Mapping[str, Array]:
+def invariants(problem: ConePendulum, observed: Signals) -> Signals:
     """Drift of the Jacobi integral [J] over the spread of the potential; and of the action over its
     own start, where a motion repeats: dI = dH/Omega, Sudakov 2015, eq. 12, to first order in dH."""
     motion, inertia, rates = problem.motion, problem.body.inertia_x, observed["theta_dot"]

@@ -6,13 +6,13 @@ from collections.abc import Mapping
 from functools import partial
 from typing import Any
 
-from plumbob.analytic.reference import Array
+from plumbob.analytic.reference import Signals
 from plumbob.analytic.systems.heavy_top import ANGLES, HeavyTop
 from plumbob.models.field_systems import field_values, smooth_system
 from plumbob.models.scene import Case, Observable, Quantity, scene_of, step_sizes
 
 
-def invariants(top: HeavyTop, observed: Mapping[str, Array]) -> Mapping[str, Array]:
+def invariants(top: HeavyTop, observed: Signals) -> Signals:
     """Drifts of the energy and of two angular momenta, relative to their sizes at the start."""
     conserved = top.conserved(observed)
     return {name: (x - x[0]) / (abs(x[0]) or 1.0) for name, x in conserved.items()}

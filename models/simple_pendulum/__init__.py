@@ -11,7 +11,7 @@ from typing import Any
 
 from plumbob.analytic.numerics.quad import double
 from plumbob.analytic.parameters import ParameterError, finite, known, positive
-from plumbob.analytic.reference import Array
+from plumbob.analytic.reference import Signals
 from plumbob.analytic.stability import StabilityTheory
 from plumbob.analytic.systems.pendulums.rod_tension import MASS
 from plumbob.analytic.systems.simple_pendulum import SimplePendulum
@@ -86,7 +86,7 @@ def change(parameters: Parameters, changes: Parameters) -> Parameters:
     return replaced(parameters, changes)
 
 
-def invariants(problem: SimplePendulum, observed: Mapping[str, Array]) -> Mapping[str, Array]:
+def invariants(problem: SimplePendulum, observed: Signals) -> Signals:
     """Drift of the energy over the energy needed to reach the top, where the energy is
     conserved."""
     rotor = problem.rotor

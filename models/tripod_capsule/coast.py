@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from plumbob.analytic.parameters import finite, known
-from plumbob.analytic.reference import Array
+from plumbob.analytic.reference import Signals
 from plumbob.analytic.systems.capsule_setup import CapsuleProblem, CapsuleSetup
 from plumbob.analytic.systems.manoeuvres.residual_motion import coasting
 from plumbob.analytic.systems.slider_path import fixed
@@ -63,7 +63,7 @@ def problem(parameters: Parameters) -> CapsuleProblem:
     return CapsuleProblem(motion, PlaneReference(motion), setup)
 
 
-def invariants(problem: CapsuleProblem, observed: Mapping[str, Array]) -> Mapping[str, Array]:
+def invariants(problem: CapsuleProblem, observed: Signals) -> Signals:
     """How much the kinetic energy rises from one sample to the next, over that at the start."""
     body, still = problem.setup.capsule, np.zeros_like(observed["velocity_x"])
     # a model that has no turn is still

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from plumbob.analytic.parameters import known
-from plumbob.analytic.reference import Array
+from plumbob.analytic.reference import Signals
 from plumbob.analytic.systems.capsule import lowest_normal_forces, source_assumption
 from plumbob.analytic.systems.capsule_setup import CapsuleProblem
 from plumbob.analytic.systems.manoeuvres.driving_force import demand
@@ -52,7 +52,7 @@ def problem(parameters: Parameters) -> CapsuleProblem:
     return on_line(manoeuvre(parameters), parameters)
 
 
-def invariants(problem: CapsuleProblem, observed: Mapping[str, Array]) -> Mapping[str, Array]:
+def invariants(problem: CapsuleProblem, observed: Signals) -> Signals:
     """Friction is f (M + m) g at most: its relative excess. Without friction the common centre of
     mass stays at rest: its displacement relative to the body's."""
     body = problem.setup.capsule

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from plumbob.analytic.parameters import known
-from plumbob.analytic.reference import Array
+from plumbob.analytic.reference import Signals
 from plumbob.analytic.systems.capsule import lowest_normal_forces
 from plumbob.analytic.systems.capsule_setup import CapsuleProblem
 from plumbob.analytic.systems.manoeuvres.repeated_turn import RepeatedTurn
@@ -63,7 +63,7 @@ def _repeated(turn: TurnManoeuvre, count: int, pause: float) -> RepeatedTurn:
     return RepeatedTurn(turn, count, pause)
 
 
-def invariants(problem: CapsuleProblem, observed: Mapping[str, Array]) -> Mapping[str, Array]:
+def invariants(problem: CapsuleProblem, observed: Signals) -> Signals:
     """Without friction the common centre of mass stays where it is (over the body's way)."""
     if problem.setup.capsule.friction > 0.0:
         return {}

@@ -12,7 +12,7 @@ import numpy as np
 
 from plumbob.analytic.errors.sliding_motion.plane_steps import COLUMNS, trajectory
 from plumbob.analytic.errors.sliding_motion.position_first import position_first_trajectory
-from plumbob.analytic.reference import Array, Reference
+from plumbob.analytic.reference import Array, Reference, Signals
 from plumbob.analytic.schemes import RK4, Scheme
 from plumbob.analytic.systems.capsule import NORMAL_FORCES, by_support, load_slopes, normal_forces
 from plumbob.analytic.systems.capsule_setup import CapsuleProblem
@@ -21,7 +21,7 @@ from plumbob.analytic.systems.manoeuvres.line_manoeuvre import LineManoeuvre
 from plumbob.analytic.systems.manoeuvres.residual_motion import ResidualMotion
 from plumbob.analytic.systems.three_points.reference import PlaneReference
 from plumbob.analytic.tableau import CLASSICAL, along
-from plumbob.analytic.theory import Errors, StepErrors, apart
+from plumbob.analytic.theory import StepErrors, apart
 
 MOST_STEPS = 2_000_000  # of a run: some ten seconds
 MOST_PLANE_STEPS = 200_000  # each takes some tens of microseconds
@@ -87,7 +87,7 @@ def _body(motion: Any, scheme: Scheme, step: float, steps: int) -> Array:
 
 def line_errors(
     motion: Any, reference: Reference, scheme: Scheme, step: float, times: Array
-) -> Errors:
+) -> Signals:
     """Error of semi-implicit Euler and of RK4 with `step` [s] at grid `times` [s], shape (n,), by
     observable of `reference`, on a line, lines that repeat, or a slow stroke: friction stops the
     body within a step, and w is its mean over each step. Empty for other schemes, and for more than
@@ -112,7 +112,7 @@ def line_errors(
     }
 
 
-def coasting_errors(motion: ResidualMotion, scheme: Scheme, step: float, times: Array) -> Errors:
+def coasting_errors(motion: ResidualMotion, scheme: Scheme, step: float, times: Array) -> Signals:
     """Error of semi-implicit Euler and of RK4 with `step` [s] at grid `times` [s], shape (n,), with
     friction that stops the body within a step; the coordinates of C only where its path is no
     circle. Empty for other schemes."""
@@ -137,7 +137,7 @@ def coasting_errors(motion: ResidualMotion, scheme: Scheme, step: float, times: 
     return {**(central if motion.centre == (0.0, 0.0) else {}), **turned, **loads}
 
 
-def plane_errors(reference: PlaneReference, scheme: Scheme, step: float, times: Array) -> Errors:
+def plane_errors(reference: PlaneReference, scheme: Scheme, step: float, times: Array) -> Signals:
     """Error that steps of `step` [s] make of the motion at grid `times` [s], shape (n,), by
     observable of `PlaneReference`, found by taking them (`errors.plane_steps`,
     `errors.position_first`); empty for other schemes, or more than MOST_PLANE_STEPS steps."""

@@ -18,10 +18,10 @@ from plumbob.analytic.errors.smooth_motion.scheme_steps import (
 )
 from plumbob.analytic.numerics.smooth.certified_motion import CertifiedMotion
 from plumbob.analytic.numerics.smooth.smooth_system import SmoothSystem
-from plumbob.analytic.reference import Array
+from plumbob.analytic.reference import Array, Signals
 from plumbob.analytic.schemes import EULER, STEPPED, Scheme, SoftLoop
 from plumbob.analytic.systems.servo import Servo
-from plumbob.analytic.theory import Errors, StepErrors, apart
+from plumbob.analytic.theory import StepErrors, apart
 
 MOST_STEPS = 200_000  # of a run: some ten seconds
 Implicit = Callable[[Scheme, Parts], tuple[float, float]]
@@ -39,7 +39,7 @@ def smooth_errors(
     step, for more than MOST_STEPS steps, for times that are no multiples of the step, and where the
     steps diverge."""
 
-    def error(scheme: Scheme, step: float, times: Array) -> Errors:
+    def error(scheme: Scheme, step: float, times: Array) -> Signals:
         marks, system = steps_until(times, step, MOST_STEPS), motion.system
         if scheme.loop is not None and soft is not None:
             system = soft(scheme.loop, step)

@@ -40,7 +40,7 @@ from plumbob.analytic.errors.stability.stepped_growth import (
     step_limit,
 )
 from plumbob.analytic.numerics.smooth.smooth_motion import SmoothMotion
-from plumbob.analytic.reference import Array
+from plumbob.analytic.reference import Array, Signals
 from plumbob.analytic.schemes import (
     ADAPTIVE,
     CLOSED_FORM,
@@ -101,7 +101,7 @@ class FreeRotationStability:
         again each 1/rate of the attitude, which adds it up."""
         return self.growth(duration) * (1.0 + self.rate * duration)
 
-    def kind_of(self, observed: Mapping[str, Array]) -> str:
+    def kind_of(self, observed: Signals) -> str:
         """About which axis, and which side of it, the body turns in all samples; "irregular" where
         that changes, and the exact motion's kind where that is steady or on the separatrix."""
         if self.body.kind in ("steady", "separatrix"):
@@ -130,7 +130,7 @@ class FreeRotationStability:
         motion = self._motion(scheme.integrator)
         return self._by_eigenvalues(motion) if self.equilibrium else limits_by_steps(motion)
 
-    def energy(self, observed: Mapping[str, Array]) -> Array:
+    def energy(self, observed: Signals) -> Array:
         """See `StabilityTheory`: over that of the exact motion."""
         return self.body.invariants(observed).get("energy", np.zeros_like(observed[RATES[0]]))
 

@@ -16,7 +16,7 @@ import numpy as np
 from plumbob.analytic.errors.smooth_motion.rotor_errors import RotorErrors
 from plumbob.analytic.numerics.rotor.orbit import ANGLE
 from plumbob.analytic.parameters import ParameterError
-from plumbob.analytic.reference import Array, Reference
+from plumbob.analytic.reference import Array, Reference, Signals
 from plumbob.analytic.schemes import Scheme
 from plumbob.analytic.stability import LEVELS, Growth, LongRun
 
@@ -59,9 +59,7 @@ class PeriodicMotion:
         )
         return LongRun(growth, float(ahead[0 if quadratic else 1]), drift, spent)
 
-    def _time_ahead(
-        self, times: Array, error: Mapping[str, Array], observed: Mapping[str, Array]
-    ) -> Array:
+    def _time_ahead(self, times: Array, error: Signals, observed: Signals) -> Array:
         """b and a of b t^2 + a t, by the error's mean component along the motion in each period;
         of what is nothing, zero."""
         theta, rate = observed["theta"], observed["theta_dot"]

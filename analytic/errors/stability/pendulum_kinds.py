@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -15,7 +14,7 @@ from plumbob.analytic.numerics.elliptic.trigonometric_potential import (
 )
 from plumbob.analytic.numerics.quad import double
 from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
-from plumbob.analytic.reference import Array
+from plumbob.analytic.reference import Array, Signals
 
 # Chosen: a swing this much faster is of no kind. That of semi-implicit Euler is faster by
 # 1/sqrt(1 - (h omega)^2/4): by 10 at h omega = 1.99, so that the limit of 2 stays sharp to 1 %.
@@ -45,7 +44,7 @@ class PendulumKinds:
         turns, within = np.divmod(theta, TURN)
         return turns * len(self.crests) + np.searchsorted(self.crests, within)
 
-    def __call__(self, observed: Mapping[str, Array]) -> str:
+    def __call__(self, observed: Signals) -> str:
         """The kind of sampled `theta` [rad] and `theta_dot` [rad/s], shape (n,): "libration" or
         "settles" with its wells, "rotation", "at rest"; "forced", "irregular" or "lost" where it is
         of no kind."""

@@ -35,7 +35,7 @@ from plumbob.analytic.errors.stability.stepped_growth import (
 from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
 from plumbob.analytic.numerics.rotor.orbit import ANGLE
 from plumbob.analytic.numerics.smooth.smooth_system import TINY
-from plumbob.analytic.reference import Array, Reference
+from plumbob.analytic.reference import Array, Reference, Signals
 from plumbob.analytic.schemes import ADAPTIVE, CLOSED_FORM, STEPPED, Scheme
 from plumbob.analytic.stability import LEVELS, NO_STEP, LongRun, StabilityTheory, StepLimit
 
@@ -108,7 +108,7 @@ class PendulumStability:
         count = 20.0 if math.isfinite(self.period) else 1.0
         return self.kinds(self.exact.observe(np.linspace(0.0, count * self._span, SAMPLES)))
 
-    def kind_of(self, observed: Mapping[str, Array]) -> str:
+    def kind_of(self, observed: Signals) -> str:
         """See `StabilityTheory`; always the exact motion's where that is of no kind."""
         return self.kinds(observed) if self.kind.startswith(JUDGED) else self.kind
 
@@ -138,7 +138,7 @@ class PendulumStability:
             return RESTS / max(float(np.abs(self._rates.real).min()), TINY)
         return math.inf
 
-    def energy(self, observed: Mapping[str, Array]) -> Array:
+    def energy(self, observed: Signals) -> Array:
         """See `StabilityTheory`: over the largest kinetic energy of the exact motion."""
         scale = kinetic_energy(self.exact, self._span)
         return self.rotor.energy(observed["theta"], observed["theta_dot"]) / scale
@@ -205,7 +205,7 @@ def pendulum_stability(
     observed."""
     theory = PendulumStability(rotor, start, exact, period)
 
-    def of_rotor(observed: Mapping[str, Array]) -> Mapping[str, Array]:
+    def of_rotor(observed: Signals) -> Signals:
         return {**observed, "theta": observed["theta"] + tilt}
 
     return StabilityTheory(

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache, cached_property
 
@@ -21,7 +20,7 @@ from plumbob.analytic.errors.stability.flow_growth import (
 from plumbob.analytic.errors.stability.stepped_growth import SteppedMotion, limits_by_steps
 from plumbob.analytic.numerics.smooth.certified_motion import CertifiedMotion
 from plumbob.analytic.numerics.smooth.smooth_motion import SmoothMotion, certified
-from plumbob.analytic.reference import Array
+from plumbob.analytic.reference import Array, Signals
 from plumbob.analytic.schemes import ADAPTIVE, LEAPFROG, Scheme
 from plumbob.analytic.stability import NO_STEP, StabilityTheory, StepLimit
 
@@ -56,7 +55,7 @@ class SmoothStability:
         """Of the state, shape (2 n,)."""
         return np.repeat([1.0, self.rate], len(self.orbit) // 2)
 
-    def kind_of(self, observed: Mapping[str, Array]) -> str:
+    def kind_of(self, observed: Signals) -> str:
         """See `StabilityTheory`: as fast in the last third as the exact motion, by a factor of
         FASTER in the root mean square of all rates, each over its own, or not."""
         system, ratios = self.motion.system, []

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,7 +18,7 @@ from plumbob.analytic.errors.stability.largest_step import (
     run_length,
 )
 from plumbob.analytic.numerics.smooth.smooth_system import TINY
-from plumbob.analytic.reference import Array
+from plumbob.analytic.reference import Array, Signals
 from plumbob.analytic.stability import AWAY, EVERY, RATIO, Kind, StepLimit, exponent
 
 SAMPLES = 256  # along a run, of nudge and kind
@@ -41,7 +41,7 @@ class SteppedMotion:
     scales: Sequence[float]  # of the first parts, which are nudged by as much
     fastest: float  # [s]
     growth: Callable[[Array], Array]  # of the exact motion, see `StabilityTheory`
-    kind_of: Callable[[Mapping[str, Array]], str]
+    kind_of: Callable[[Signals], str]
     kind: str  # of the exact motion
     window: float  # [s] the shortest time in which it shows
     lost: Callable[[Parts], Marks] = lambda state: np.zeros(len(state[0]), dtype=bool)
@@ -63,7 +63,7 @@ class SteppedMotion:
         squares = sum((part.imag / TINY / scale) ** 2 for _, part, scale in parts)
         return np.where(self.lost(state), np.inf, np.sqrt(squares / len(self.names)))
 
-    def observed(self, state: Parts) -> Mapping[str, Array]:
+    def observed(self, state: Parts) -> Signals:
         """Its first parts."""
         return {name: part.real for name, part in zip(self.names, state, strict=False)}
 
@@ -73,7 +73,7 @@ def tried(motion: SteppedMotion, steps: Array, counts: Counts) -> tuple[Marks, M
     FACTOR times the exact motion's growth at every time, and keep the kind of motion."""
     advance, state = motion.nudged(steps)
     stable, counted = np.ones(len(steps), dtype=bool), [0]
-    samples: list[Mapping[str, Array]] = [motion.observed(state)]
+    samples: list[Signals] = [motion.observed(state)]
     with np.errstate(all="ignore"):  # of steps that diverge
         for sampled in sampled_steps(int(counts.max())):
             if not stable.any():
@@ -98,7 +98,7 @@ def sampled_steps(count: int) -> list[int]:
 
 
 def _kept(
-    motion: SteppedMotion, samples: Sequence[Mapping[str, Array]], judged: Marks, counts: Counts
+    motion: SteppedMotion, samples: Sequence[Signals], judged: Marks, counts: Counts
 ) -> Marks:
     """Which motions keep their kind in so many of the samples, of those that are judged."""
     series = {name: np.stack([sample[name] for sample in samples]) for name in samples[0]}

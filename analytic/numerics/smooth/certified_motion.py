@@ -12,7 +12,6 @@ from __future__ import annotations
 
 import math
 from collections import defaultdict
-from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -27,7 +26,7 @@ from plumbob.analytic.numerics.collocation import (
 from plumbob.analytic.numerics.linear_flow import Response
 from plumbob.analytic.numerics.smooth.smooth_system import TINY, SmoothSystem
 from plumbob.analytic.parameters import ParameterError
-from plumbob.analytic.reference import Array
+from plumbob.analytic.reference import Array, Signals
 from plumbob.analytic.tableau import order_8
 
 STAGES = 20
@@ -71,11 +70,11 @@ class CertifiedMotion:
     system: SmoothSystem
     _known: list[_Track] = field(default_factory=list, repr=False)
 
-    def observe(self, times: Array) -> Mapping[str, Array]:
+    def observe(self, times: Array) -> Signals:
         """Coordinates and rates at `times` [s], shape (n,), by name."""
         return self.system.observed(self._track(times)[1].T)
 
-    def uncertainty(self, times: Array) -> Mapping[str, Array]:
+    def uncertainty(self, times: Array) -> Signals:
         """Sum of the two methods' difference and the effect of rounded inputs, shape (n,)."""
         track, states = self._track(times)
         after = np.searchsorted(track.times, times, side="right")
@@ -97,7 +96,7 @@ class CertifiedMotion:
             return self._known[0].until
         return last
 
-    def nonlinearity(self, times: Array, errors: Mapping[str, Array]) -> float:
+    def nonlinearity(self, times: Array, errors: Signals) -> float:
         """The rates' nonlinear response to errors of the state, shape (n,) each, over the linear
         one."""
         states, nothing = self.system.state(self.observe(times)), np.zeros(len(times))

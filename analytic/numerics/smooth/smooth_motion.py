@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -14,7 +14,7 @@ from plumbob.analytic.numerics.linear_flow import LinearFlow
 from plumbob.analytic.numerics.smooth.certified_motion import CertifiedMotion
 from plumbob.analytic.numerics.smooth.smooth_system import SmoothSystem
 from plumbob.analytic.parameters import ParameterError
-from plumbob.analytic.reference import Array, Reference
+from plumbob.analytic.reference import Array, Reference, Signals
 
 STAGES = 10  # of the collocation of what follows along a motion: known to about 1e-9, relatively
 MOST_STEPS = 2**20
@@ -29,7 +29,7 @@ class SmoothMotion:
     jacobian: Callable[[Array, Array], Array]  # f_z, shape (d, d, n)
     state: Callable[[Array], Array]  # the exact motion: times [s], shape (n,) -> (d, n)
     pace: float  # rate of change [1/s] that the motion does not exceed by much
-    read: Callable[[Array, Array], Mapping[str, Array]]  # observables of times and states
+    read: Callable[[Array, Array], Signals]  # observables of times and states
 
     def grid(self, until: float) -> TimeGrid:
         """Equal steps up to a time [s], in each of which little changes. Raises ParameterError."""

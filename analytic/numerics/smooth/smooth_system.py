@@ -16,7 +16,7 @@ import numpy as np
 
 from plumbob.analytic.numerics.arithmetic import ULP
 from plumbob.analytic.parameters import ParameterError
-from plumbob.analytic.reference import Array
+from plumbob.analytic.reference import Array, Signals
 
 TINY = 1e-30  # imaginary part per derivative: its square is lost in a double
 Elements = Sequence[Any]
@@ -75,24 +75,24 @@ class SmoothSystem:
         """q'' at `time` [s], with the values `p` of the parameters."""
         return solved(self.mass_matrix(p, q), self.forces(p, time, q, v))
 
-    def observed(self, states: Array) -> Mapping[str, Array]:
+    def observed(self, states: Array) -> Signals:
         """Observables of `states`, shape (2 n, m), of shape (m,) each."""
         half = len(states) // 2
         state = dict(zip((*self.coordinates, *self.rates), states, strict=True))
         return {**state, **self.readings(self.values, states[:half], states[half:])}
 
-    def state(self, observed: Mapping[str, Array]) -> Array:
+    def state(self, observed: Signals) -> Array:
         """The states of observables, shape (m,) each, as shape (2 n, m)."""
         return np.stack([observed[name] for name in (*self.coordinates, *self.rates)])
 
-    def kinetic_energy(self, observed: Mapping[str, Array]) -> Array:
+    def kinetic_energy(self, observed: Signals) -> Array:
         """Kinetic energy [J] of observables, shape (m,) each."""
         q, v = ([observed[name] for name in names] for names in (self.coordinates, self.rates))
         rows = self.mass_matrix(self.values, q)
         parts = (m * v[i] * v[j] for i, row in enumerate(rows) for j, m in enumerate(row))
         return np.asarray(sum(parts) / 2)
 
-    def doubts(self, states: Array, doubts: Array) -> Mapping[str, Array]:
+    def doubts(self, states: Array, doubts: Array) -> Signals:
         """Uncertainties of the observables of `states`, shape (2 n, m), which are known within
         `doubts` of that shape, with parameters and results that are rounded."""
         half, p = len(states) // 2, self.perturbed()

@@ -5,7 +5,7 @@ w_i' = (I_j - I_k)/I_i w_j w_k (Euler),   q' = q w/2,   w in the body's axes, q 
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from functools import partial
 from typing import Any
 
@@ -13,7 +13,7 @@ import numpy as np
 
 from plumbob.analytic.numerics.smooth.smooth_motion import SmoothMotion
 from plumbob.analytic.numerics.smooth.smooth_system import jacobian
-from plumbob.analytic.reference import Array
+from plumbob.analytic.reference import Array, Signals
 from plumbob.analytic.systems.free_body.problem import FreeBody
 from plumbob.analytic.systems.free_body.rotation import ATTITUDE, RATES, product
 
@@ -42,7 +42,7 @@ def free_rotation(body: FreeBody) -> SmoothMotion:
     def rates(times: Array, states: Array) -> Array:
         return np.array(slope(of, [*states]))
 
-    def read(times: Array, states: Array) -> Mapping[str, Array]:
+    def read(times: Array, states: Array) -> Signals:
         return dict(zip((*RATES, *ATTITUDE), states, strict=True))
 
     return SmoothMotion(

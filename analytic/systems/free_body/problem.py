@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, Literal
@@ -13,7 +13,7 @@ import numpy as np
 from plumbob.analytic.numerics.arithmetic import ULP, varied
 from plumbob.analytic.numerics.quad import double, quad
 from plumbob.analytic.parameters import ParameterError, finite, positive
-from plumbob.analytic.reference import Array
+from plumbob.analytic.reference import Array, Signals
 from plumbob.analytic.systems.free_body.rotation import ATTITUDE, RATES, Rotation, Turning
 
 # Of an input, for a difference quotient: of the distance from the separatrix, for the response to
@@ -96,12 +96,12 @@ class FreeBody:
         largest = self.inertia[turning.axes[0]] == max(self.inertia)
         return "about the largest" if largest else "about the smallest"
 
-    def observe(self, times: Array) -> Mapping[str, Array]:
+    def observe(self, times: Array) -> Signals:
         """Angular velocity [rad/s] in the body's axes and attitude, a unit quaternion from body to
         world, continuous from 1, at `times` [s], shape (n,)."""
         return dict(zip((*RATES, *ATTITUDE), self.rotation.state(times), strict=True))
 
-    def uncertainty(self, times: Array) -> Mapping[str, Array]:
+    def uncertainty(self, times: Array) -> Signals:
         """Change of each observable at `times` [s], shape (n,), for one unit in the last place of
         every input, of the times, and of the angular momentum where it is nearest to an axis: a
         start next to the unstable axis has small components, whose roundings are small, and later
@@ -139,7 +139,7 @@ class FreeBody:
             moved[3:] += np.sqrt((off[3:] ** 2).sum(axis=0)) * (ULP / change)
         return moved * (times >= wait)
 
-    def nonlinearity(self, times: Array, errors: Mapping[str, Array]) -> float:
+    def nonlinearity(self, times: Array, errors: Signals) -> float:
         """Nonlinearity of the response to errors of the observables, shape (n,) each: the largest
         of the error angle of the attitude, the change of the momentum over its magnitude, and that
         of its distance from the separatrix over the squares which make it up."""
@@ -159,7 +159,7 @@ class FreeBody:
         size = (np.abs(weights) * momentum**2).sum(axis=0)
         return max(largest, float(np.max(2.0 * np.abs(drift) / size)))
 
-    def invariants(self, observed: Mapping[str, Array]) -> Mapping[str, Array]:
+    def invariants(self, observed: Signals) -> Signals:
         """Relative drifts, shape (n,), of the energy and of the angular momentum's magnitude, and
         the distance of its direction in the world from that at time 0, of observables of shape
         (n,)."""

@@ -4,7 +4,6 @@ again and again."""
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from functools import cached_property
 from itertools import groupby
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -12,7 +11,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from plumbob.analytic.numerics.arithmetic import ROUNDOFF
-from plumbob.analytic.reference import Array, LinearResponse
+from plumbob.analytic.reference import Array, LinearResponse, Signals
 from plumbob.analytic.systems.capsule import (
     NORMAL_FORCES,
     Point,
@@ -144,7 +143,7 @@ class LineMotion(LinearResponse):
         places = (self.single.start + self.at(times).stroke)[:, None] * self.unit
         return normal_forces(self.single.capsule, places)
 
-    def observe(self, times: Array) -> Mapping[str, Array]:
+    def observe(self, times: Array) -> Signals:
         """Exact observables at `times` >= 0 [s], shape (n,) (Chernousko 2020, eqs. 7-22):
         displacement, velocity of C [m, m/s]; stroke, stroke_rate of the slider in the body [m,
         m/s]; heading [rad]; sideways, of C across the line [m]; normal_force_1..3, friction_force
@@ -162,7 +161,7 @@ class LineMotion(LinearResponse):
             "driving_force": self.driving_force(times),
         }
 
-    def uncertainty(self, times: Array) -> Mapping[str, Array]:
+    def uncertainty(self, times: Array) -> Signals:
         """Absolute error [SI] at `times` [s], shape (n,), that parameters and times rounded to
         double, and the arithmetic, may have caused: first order, term by term, in magnitude; it
         adds up over the repetitions."""

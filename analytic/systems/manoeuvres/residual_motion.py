@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import cmath
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
@@ -12,7 +11,7 @@ import numpy as np
 
 from plumbob.analytic.numerics.arithmetic import ROUNDOFF
 from plumbob.analytic.parameters import positive
-from plumbob.analytic.reference import Array, LinearResponse
+from plumbob.analytic.reference import Array, LinearResponse, Signals
 from plumbob.analytic.systems.capsule import (
     Capsule,
     Point,
@@ -71,7 +70,7 @@ class ResidualMotion(SingleMotion, LinearResponse):
         braked = math.copysign(self.deceleration, self.rate)
         return np.asarray(self.distance - 0.5 * braked * left**2), braked * left
 
-    def observe(self, times: Array) -> Mapping[str, Array]:
+    def observe(self, times: Array) -> Signals:
         """Exact x, y of C [m], velocity_x, velocity_y [m/s], heading [rad], heading_rate [rad/s]
         and normal_force_1..3 [N] at `times` [s], shape (n,)."""
         place: Any
@@ -93,7 +92,7 @@ class ResidualMotion(SingleMotion, LinearResponse):
             **by_support(normal_forces(self.capsule, np.tile(self.slider, (len(way), 1)))),
         }
 
-    def uncertainty(self, times: Array) -> Mapping[str, Array]:
+    def uncertainty(self, times: Array) -> Signals:
         """Absolute error [SI] at `times` [s], shape (n,), that parameters and times rounded to
         double, and the arithmetic, may have caused."""
         few, turned = ROUNDINGS * ROUNDOFF, (0.0, 0.0)

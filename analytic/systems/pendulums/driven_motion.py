@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property, partial
 
@@ -14,7 +14,7 @@ from plumbob.analytic.numerics.rotor.linear_oscillator import linear_motion
 from plumbob.analytic.numerics.rotor.orbit import smooth_system
 from plumbob.analytic.numerics.smooth.certified_motion import CertifiedMotion
 from plumbob.analytic.parameters import finite
-from plumbob.analytic.reference import Array
+from plumbob.analytic.reference import Array, Signals
 
 LOST = 1e6  # [rad, rad/s]: the uncertainty where double precision determines nothing
 
@@ -43,14 +43,14 @@ class DrivenMotion:
         """The motion by two independent methods."""
         return CertifiedMotion(smooth_system(self.rotor, self.theta, self.theta_dot))
 
-    def observe(self, times: Array) -> Mapping[str, Array]:
+    def observe(self, times: Array) -> Signals:
         """theta [rad] and theta_dot [rad/s] at `times` [s], shape (n,)."""
         if self.closed_form is None:
             return self.certified.observe(np.minimum(times, self._known(times)))
         theta, theta_dot = self.closed_form(times)
         return {"theta": theta, "theta_dot": theta_dot}
 
-    def uncertainty(self, times: Array) -> Mapping[str, Array]:
+    def uncertainty(self, times: Array) -> Signals:
         """Effect of rounded inputs, and of a closed form's rounded result or else the two methods'
         difference, shape (n,)."""
         if self.closed_form is None:
@@ -68,7 +68,7 @@ class DrivenMotion:
         """The time until which the motion is certified, of these [s]; later it is not known."""
         return self.certified.known_until(float(np.max(times, initial=0.0)))
 
-    def nonlinearity(self, times: Array, errors: Mapping[str, Array]) -> float:
+    def nonlinearity(self, times: Array, errors: Signals) -> float:
         """Of the rates' response to errors of theta and theta_dot, shape (n,), over the linear one
         (see `CertifiedMotion`)."""
         if self.closed_form is not None or not np.abs(errors["theta"]).max():

@@ -6,7 +6,7 @@ is a = b = 0).
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, Literal
@@ -22,7 +22,7 @@ from plumbob.analytic.numerics.elliptic.trigonometric_potential import (
 from plumbob.analytic.numerics.quad import Quad, double, quad
 from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
 from plumbob.analytic.parameters import ParameterError, finite, positive
-from plumbob.analytic.reference import Array
+from plumbob.analytic.reference import Array, Signals
 
 Regime = Literal["rest", "libration", "rotation", "separatrix"]
 
@@ -166,12 +166,12 @@ class PendulumMotion:
         the start; NaN where it never does."""
         return self.closed_form.time_at(np.asarray(theta, dtype=float) + self.tilt)
 
-    def observe(self, times: Array) -> Mapping[str, Array]:
+    def observe(self, times: Array) -> Signals:
         """theta [rad] and theta_dot [rad/s] at `times` [s], shape (n,)."""
         theta, theta_dot = self.state(times)
         return {"theta": theta, "theta_dot": theta_dot}
 
-    def uncertainty(self, times: Array) -> Mapping[str, Array]:
+    def uncertainty(self, times: Array) -> Signals:
         """Change of theta [rad] and theta_dot [rad/s] at `times` [s], shape (n,), for one unit in
         the last place of every input, the times included, and of the state where the motion is
         fastest: a start next to a saddle is small and so are its roundings, but later ones are
@@ -193,7 +193,7 @@ class PendulumMotion:
             moved += np.abs(states[:, 1:] - states[:, :1]).sum(axis=1)
         return {"theta": moved[0] + 2 * ULP * abs(self.tilt), "theta_dot": moved[1]}
 
-    def _of_rounded_start(self, times: Array) -> Mapping[str, Array]:
+    def _of_rounded_start(self, times: Array) -> Signals:
         start = float(double(self.closed_form.theta0))
         rounded = replace(self, theta=start, theta_from_top=None)
         here, there = self.observe(times), rounded.observe(times)
@@ -219,7 +219,7 @@ class PendulumMotion:
         later = solve(self.closed_form.potential, self.inertia, theta + starts, rate + speeds)
         return later.state(np.maximum(times - time, 0.0)[None, :])
 
-    def nonlinearity(self, times: Array, errors: Mapping[str, Array]) -> float:
+    def nonlinearity(self, times: Array, errors: Signals) -> float:
         """Nonlinearity of the response to errors of theta and theta_dot, shape (n,) each: the
         larger of the angle's error, and of the energy's error over the kinetic energy plus the
         distance from the nearest barrier."""

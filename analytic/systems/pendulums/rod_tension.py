@@ -3,14 +3,13 @@ Simples)."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from plumbob.analytic.numerics.smooth.smooth_system import SmoothSystem
-from plumbob.analytic.reference import Array
+from plumbob.analytic.reference import Array, Signals
 
 MASS = 1.0  # [kg] of the bob unless given: the notebook's code is per unit mass
 
@@ -45,15 +44,15 @@ class RodMotion:
         """Its equation."""
         return self.motion.rotor
 
-    def observe(self, times: Array) -> Mapping[str, Array]:
+    def observe(self, times: Array) -> Signals:
         """theta [rad], theta_dot [rad/s] and tension [N] at `times` [s], shape (n,)."""
         return self.system.observed(self.system.state(self.motion.observe(times)))
 
-    def uncertainty(self, times: Array) -> Mapping[str, Array]:
+    def uncertainty(self, times: Array) -> Signals:
         """Effect of double precision on each observable at `times` [s], shape (n,)."""
         asked = self.motion.observe, self.motion.uncertainty
         return self.system.doubts(*(self.system.state(ask(times)) for ask in asked))
 
-    def nonlinearity(self, times: Array, errors: Mapping[str, Array]) -> float:
+    def nonlinearity(self, times: Array, errors: Signals) -> float:
         """Nonlinearity of the response to errors of theta and theta_dot, shape (n,)."""
         return float(self.motion.nonlinearity(times, errors))

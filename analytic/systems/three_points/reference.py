@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from typing import Any, ClassVar
@@ -10,7 +10,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from plumbob.analytic.numerics.arithmetic import ROUNDOFF
-from plumbob.analytic.reference import Array, LinearResponse
+from plumbob.analytic.reference import Array, LinearResponse, Signals
 from plumbob.analytic.systems.capsule import (
     by_support,
     normal_force_uncertainty,
@@ -29,19 +29,19 @@ class PlaneReference(LinearResponse):
     """A ThreePointMotion, or several equal ones: its body, path, pose at any time, and error."""
     closed_form: ClassVar[None] = None  # integrated from event to event
 
-    def observe(self, times: Array) -> Mapping[str, Array]:
+    def observe(self, times: Array) -> Signals:
         """Exact x, y of C [m], velocity_x, velocity_y [m/s], heading [rad], heading_rate [rad/s]
         and normal_force_1..3 [N] at `times` [s], shape (n,); body_angle is the heading by the
         source's name."""
         return dict(self._observed(np.asarray(times, dtype=np.float64).tobytes()))
 
     @cached_property
-    def _observed(self) -> Callable[[bytes], Mapping[str, Array]]:
+    def _observed(self) -> Callable[[bytes], Signals]:
         """Observables at times given as bytes, read-only: methods and steps share their samples,
         and an error, its uncertainty and its prediction are of the same ones."""
 
         @lru_cache(maxsize=16)
-        def found(times: bytes) -> Mapping[str, Array]:
+        def found(times: bytes) -> Signals:
             observed = self._worked_out(np.frombuffer(times))
             for values in observed.values():
                 values.setflags(write=False)
@@ -49,7 +49,7 @@ class PlaneReference(LinearResponse):
 
         return found
 
-    def _worked_out(self, times: Array) -> Mapping[str, Array]:
+    def _worked_out(self, times: Array) -> Signals:
         now = self.motion.at(times)
         (x, y), (velocity_x, velocity_y) = now.position.T, now.velocity.T
         return {
@@ -63,7 +63,7 @@ class PlaneReference(LinearResponse):
             **by_support(normal_forces(self.motion.capsule, self.motion.path.places(times))),
         }
 
-    def uncertainty(self, times: Array) -> Mapping[str, Array]:
+    def uncertainty(self, times: Array) -> Signals:
         """The error of the motion, and that of rounded inputs, at `times` [s], shape (n,)."""
         error, observed = self.motion.error, self.observe(times)
         heading, rate = float(error.heading[0]), float(error.angular_velocity[0])

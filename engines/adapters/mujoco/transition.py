@@ -31,12 +31,11 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from plumbob.analytic.reference import Array
+from plumbob.analytic.reference import Array, Signals
 from plumbob.engines.adapters.mujoco import options
 from plumbob.engines.adapters.mujoco.simulation import MujocoSimulation, compiled
 from plumbob.engines.adapters.mujoco.terms import apart, put, shifted, state_of
 from plumbob.engines.adapters.own_derivatives import NUDGE, moved, nudged
-from plumbob.engines.adapters.stepping import Named
 from plumbob.engines.method import Method, Unsupported
 from plumbob.engines.trajectory import ByName
 from plumbob.models.gradient import Number
@@ -88,7 +87,7 @@ class Sides:
         model, state = here.model, state_of(here.data)
         sizes = [model.nv, model.nv, model.na]
 
-        def observe(place: float, rate: float, run: MujocoSimulation = here) -> Named:
+        def observe(place: float, rate: float, run: MujocoSimulation = here) -> Signals:
             end = shifted(model, state, along * np.repeat([place, rate, 0.0], sizes))[None]
             qpos, qvel, _ = np.split(end, (model.nq, model.nq + model.nv), axis=1)
             return run.translation.observe(qpos, qvel)[0]

@@ -19,7 +19,6 @@ from plumbob.analytic.reference import Array
 from plumbob.analytic.schemes import SoftLoop
 from plumbob.engines.adapters.mujoco import options
 from plumbob.engines.adapters.mujoco.contacts import ContactProfile
-from plumbob.engines.adapters.stepping import Named as Named
 from plumbob.engines.adapters.stepping import Observed as Observed
 from plumbob.engines.trajectory import ByName
 

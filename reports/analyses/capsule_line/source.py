@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from plumbob.analytic.reference import Array
+from plumbob.analytic.reference import Signals
 from plumbob.analytic.systems.manoeuvres.line_manoeuvre import printed_body_velocity
 from plumbob.engines.study.extra_runs import ExtraRun, StudyPlan
 from plumbob.engines.study.results import Study
@@ -24,8 +24,6 @@ EVERY = 5  # samples to a mark
 LINES = tuple(f"capsule-line/{name}" for name in ("ca1", "ca2", "ca3", "at-50", "at-123", "at-222"))
 ON_LINES = (MUJOCO, "pymunk/feet")
 LINE_RUNS = runs(LINES, ON_LINES, (STEP,))
-Samples = Mapping[str, Array]
-"""Times [s] and observables at them, by name."""
 
 
 def requests(plan: StudyPlan) -> Sequence[ExtraRun]:
@@ -33,7 +31,7 @@ def requests(plan: StudyPlan) -> Sequence[ExtraRun]:
     return runs((LINE,), ENGINES, (STEP,))
 
 
-def samples(study: Study, every: int, names: Sequence[str]) -> Mapping[str, Samples]:
+def samples(study: Study, every: int, names: Sequence[str]) -> Mapping[str, Signals]:
     """Observables of the check manoeuvre in each engine that ran, at one sample in `every`: not at
     the same ones, so that no mark hides another."""
     by_engine = {}

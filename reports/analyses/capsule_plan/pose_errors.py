@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
 import numpy as np
 
 from plumbob.analytic.parameters import ParameterError
-from plumbob.analytic.reference import Array, Reference
+from plumbob.analytic.reference import Array, Reference, Signals
 from plumbob.analytic.systems.planner.result import Plan
 from plumbob.engines.trajectory import Trajectory
 
@@ -42,7 +40,7 @@ def pose_errors(plan: Plan, exact: Reference, run: Trajectory) -> Array:
     return np.where(resting[:, None], error[last], np.nan)
 
 
-def by_kind(plan: Plan, after: Array) -> Mapping[str, Array]:
+def by_kind(plan: Plan, after: Array) -> Signals:
     """The part that each kind of manoeuvre has added to the pose's error, a turn with its residual
     motion: the error at rest again less the error before; nothing where nothing ran."""
     total: dict[str, Array] = {}

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from plumbob.analytic.reference import Array
+from plumbob.analytic.reference import Array, Signals
 from plumbob.analytic.systems.free_body.rotation import ATTITUDE, RATES
 from plumbob.models.scene import Case
 from plumbob.reports.analyses.replay.pendulums import TRAIL
 from plumbob.reports.analyses.replay.picture import Picture, camera, observed
-from plumbob.reports.analyses.replay.samples import Channels
 
 REACH = 1.3  # of the line along L: the box's corners are at 1
 EDGE = 1.45  # what the picture shows, to each side
@@ -39,7 +38,7 @@ def body(case: Case, seconds: float) -> Picture:
     )
 
 
-def _apart(deviations: Channels) -> dict[str, Array]:
+def _apart(deviations: Signals) -> dict[str, Array]:
     """The angle [rad] between the attitude of a run and the exact one: twice the distance of the
     quaternions, while it is small."""
     return {"rad": 2.0 * np.linalg.norm([deviations[name] for name in ATTITUDE], axis=0)}

@@ -5,12 +5,11 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from plumbob.analytic.reference import Array
+from plumbob.analytic.reference import Array, Signals
 from plumbob.analytic.systems.capsule_setup import CapsuleSetup
 from plumbob.engines.trajectory import Trajectory
 from plumbob.models.scene import Case
 from plumbob.reports.analyses.replay.picture import Picture
-from plumbob.reports.analyses.replay.samples import Channels
 
 PAD = 0.2  # of the body's size
 FINE = 1601  # samples of the exact motion, for what the picture has to show
@@ -35,7 +34,7 @@ def capsule(case: Case, seconds: float) -> Picture:
     )
 
 
-def motion(case: Case, times: Array) -> Channels:
+def motion(case: Case, times: Array) -> Signals:
     """Exact channels at `times` [s], shape (n,): x, y of C in the world [m], heading [rad], and the
     place of the slider in the body [m]."""
     observed = case.reference.observe(times)
@@ -44,7 +43,7 @@ def motion(case: Case, times: Array) -> Channels:
     return {"x": x, "y": y, "heading": observed["heading"], "qx": where[:, 0], "qy": where[:, 1]}
 
 
-def deviations(case: Case, run: Trajectory) -> Channels:
+def deviations(case: Case, run: Trajectory) -> Signals:
     """The differences of a run from the exact pose, and from the slider's place where it observes
     that, at its own times."""
     setup, exact = case.problem.setup, case.reference.observe(run.times)
@@ -59,7 +58,7 @@ def _parts(places: npt.ArrayLike) -> tuple[Array, Array]:
     return np.real(places), np.imag(places)
 
 
-def _in_world(setup: CapsuleSetup, observed: Channels) -> npt.NDArray[np.complex128]:
+def _in_world(setup: CapsuleSetup, observed: Signals) -> npt.NDArray[np.complex128]:
     """Place [m] of C in the world, as x + iy, from observables."""
     if "displacement" in observed:
         place = observed["displacement"] + 1j * observed["sideways"]

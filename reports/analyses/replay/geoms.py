@@ -7,13 +7,13 @@ from dataclasses import asdict
 
 import numpy as np
 
-from plumbob.analytic.reference import Array
+from plumbob.analytic.reference import Array, Signals
 from plumbob.engines.audit.audit import Audit
 from plumbob.engines.trajectory import Trajectory
 from plumbob.reports.analyses.replay import assembled, deviating
 from plumbob.reports.analyses.replay.pendulums import TRAIL
 from plumbob.reports.analyses.replay.picture import Picture, camera, observed
-from plumbob.reports.analyses.replay.samples import Channels, Samples
+from plumbob.reports.analyses.replay.samples import Samples
 from plumbob.reports.view.notation import seconds
 from plumbob.reports.view.records import Layer, Replay
 
@@ -42,7 +42,7 @@ def audited(audit: Audit) -> Replay | None:
     )
 
 
-def _channels(audit: Audit, poses: Array) -> Channels:
+def _channels(audit: Audit, poses: Array) -> Signals:
     """Poses of the bodies that have a solid and move, shape (n, bodies, 7), by body and axis; a
     quaternion has the sign of the one before."""
     bodies = sorted({solid.body for solid in audit.model.solids} - {0})
@@ -51,7 +51,7 @@ def _channels(audit: Audit, poses: Array) -> Channels:
     return {f"{k}{axis}": poses[:, k, i] for k in bodies for i, axis in enumerate(AXES)}
 
 
-def _picture(audit: Audit, times: Array, exact: Channels) -> Picture:
+def _picture(audit: Audit, times: Array, exact: Signals) -> Picture:
     """How the model is drawn, seen as in its picture: from the side of -y, from above."""
     assert audit.found is not None
     view, solids, names = camera(-math.pi / 2.0, ELEVATION), audit.model.solids, audit.model.bodies
@@ -62,7 +62,7 @@ def _picture(audit: Audit, times: Array, exact: Channels) -> Picture:
     low, high = np.min(places, axis=(0, 2)) - reach, np.max(places, axis=(0, 2)) + reach
     size = float(np.hypot(*(high - low)))
 
-    def apart(deviations: Channels) -> dict[str, Array]:
+    def apart(deviations: Signals) -> dict[str, Array]:
         lengths = [
             np.linalg.norm([deviations[f"{k}{axis}"] for axis in "xyz"], axis=0) for k in bodies
         ]

@@ -6,10 +6,9 @@ import math
 
 import numpy as np
 
-from plumbob.analytic.reference import Array
+from plumbob.analytic.reference import Array, Signals
 from plumbob.models.scene import Case
 from plumbob.reports.analyses.replay.picture import ELEVATION, Picture, camera, observed
-from plumbob.reports.analyses.replay.samples import Channels
 
 TRAIL = 12.0  # of a replay: one part of it
 HALF_ANGLE = math.radians(15.0)  # of the cone that stands for a general body: the source's own
@@ -59,5 +58,5 @@ def cone(case: Case, seconds: float) -> Picture:
     )
 
 
-def _apart(deviations: Channels) -> dict[str, Array]:
+def _apart(deviations: Signals) -> dict[str, Array]:
     return {"rad": np.abs(deviations["theta"])}

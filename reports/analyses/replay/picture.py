@@ -9,9 +9,8 @@ from typing import Any, Literal
 
 import numpy as np
 
-from plumbob.analytic.reference import Array
+from plumbob.analytic.reference import Array, Signals
 from plumbob.engines.trajectory import Trajectory
-from plumbob.reports.analyses.replay.samples import Channels
 from plumbob.reports.view import notation
 
 Box = tuple[float, float, float, float]  # left, right, bottom, top
@@ -30,16 +29,16 @@ class Picture:
     box: Box  # that the picture shows [m]
     geometry: Mapping[str, Any]  # what the script needs beside that, as JSON
     sizes: Mapping[str, float]
-    motion: Callable[[Array], Channels]
-    deviations: Callable[[Trajectory], Channels]
-    apart: Callable[[Channels], Mapping[str, Array]]
+    motion: Callable[[Array], Signals]
+    deviations: Callable[[Trajectory], Signals]
+    apart: Callable[[Signals], Signals]
 
-    def part(self, deviations: Channels) -> float:
+    def part(self, deviations: Signals) -> float:
         """The largest deviation, of the picture."""
         sizes = [values / self.sizes[unit] for unit, values in self.apart(deviations).items()]
         return float(np.max(np.sum(sizes, axis=0)))
 
-    def largest(self, deviations: Channels) -> str:
+    def largest(self, deviations: Signals) -> str:
         """The largest deviations, in words."""
         sizes = {unit: float(np.max(values)) for unit, values in self.apart(deviations).items()}
         return ", ".join(
@@ -50,16 +49,16 @@ class Picture:
 
 
 def observed(
-    observe: Callable[[Array], Channels], names: Sequence[str]
-) -> tuple[Callable[[Array], Channels], Callable[[Trajectory], Channels]]:
+    observe: Callable[[Array], Signals], names: Sequence[str]
+) -> tuple[Callable[[Array], Signals], Callable[[Trajectory], Signals]]:
     """The motion that `observe` gives at times [s], and the differences of a run from it, in
     channels that are observables."""
 
-    def motion(times: Array) -> Channels:
+    def motion(times: Array) -> Signals:
         exact = observe(times)
         return {name: exact[name] for name in names}
 
-    def deviations(run: Trajectory) -> Channels:
+    def deviations(run: Trajectory) -> Signals:
         exact = motion(run.times)
         return {name: run.observables.get(name, values) - values for name, values in exact.items()}
 

@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from plumbob.analytic.reference import Array
+from plumbob.analytic.reference import Array, Signals
 
 COUNT = 1601  # of an exact answer: forty in each of forty swings, 2e-3 of whose range they follow
 STEPS = 2**24 - 1  # over the range of a channel: errors are drawn many times as large
-Channels = Mapping[str, Array]
 
 
 @dataclass(frozen=True)
@@ -20,7 +18,7 @@ class Samples:
     """Channels at times: SI, shape (n,) each."""
 
     times: Array  # [s]
-    channels: Channels
+    channels: Signals
 
 
 def coded(values: Array) -> Any:

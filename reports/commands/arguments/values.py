@@ -21,7 +21,7 @@ from plumbob.analytic.parameters import (
     non_negative,
     positive,
 )
-from plumbob.analytic.reference import Array
+from plumbob.analytic.reference import Signals
 from plumbob.models.registry import scene as find_scene
 from plumbob.models.registry import scenes as find_scenes
 
@@ -170,7 +170,7 @@ def representable(
         raise changed_beyond(changed, HELD) from error
 
 
-def all_finite(changed: Mapping[str, Any], *answers: Mapping[str, Array]) -> None:
+def all_finite(changed: Mapping[str, Any], *answers: Signals) -> None:
     """Raises ParameterError, naming what was `changed`, where an observable, or what double
     precision allows it, is not finite."""
     if changed and not all(np.isfinite(v).all() for answer in answers for v in answer.values()):

@@ -15,7 +15,7 @@ import mujoco
 import numpy as np
 
 from plumbob.analytic.parameters import ParameterError
-from plumbob.analytic.reference import Array
+from plumbob.analytic.reference import Array, Signals
 from plumbob.engines.adapters.mujoco.options import collected, disabled
 from plumbob.engines.adapters.mujoco.own_model import derivatives, left_out, urdf
 from plumbob.engines.adapters.mujoco.own_model.field import ContinuousField, without_step
@@ -300,7 +300,7 @@ class MujocoModel:
         """Its geoms, as a replay draws them."""
         return tuple(solids(self.effective, self.start))
 
-    def readings(self, states: Array) -> Mapping[str, Array]:
+    def readings(self, states: Array) -> Signals:
         """Energy [J] and violations of contacts, limits and equalities [m or rad] of states, by
         name, each of shape (len(states),); what the model cannot have is left out."""
         return readings(self.effective, self._begun(self.effective), states)

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import Any
 
 import mujoco
 import numpy as np
 
-from plumbob.analytic.reference import Array
+from plumbob.analytic.reference import Array, Signals
 from plumbob.engines.adapters.mujoco.terms import put
 
 NAMES = ("energy", "momentum", "penetration", "slip", "limits exceeded", "equalities missed")
@@ -27,7 +26,7 @@ def pair_name(model: Any, pair: Any) -> str:
     return " – ".join(name_of(model, "geom", i) for i in pair if i >= 0)
 
 
-def readings(model: Any, data: Any, states: Array) -> Mapping[str, Array]:
+def readings(model: Any, data: Any, states: Array) -> Signals:
     """Of each of `states`, shape (n, ...): energy [J], momentum of a model that is free [kg m/s],
     deepest penetration [m], fastest slip of geoms that touch [m/s], the most by which a joint or
     tendon exceeds its limit and an equality is missed [m or rad]; only what some state has, NaN
