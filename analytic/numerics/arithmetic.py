@@ -17,7 +17,7 @@ NEAR = 1e-7  # relative change of a parameter, by which the effect of its roundi
 
 
 def varied(given: Any, part: float) -> Iterator[Any]:
-    """What is `given`, a dataclass or an array, with one of its numbers after the other, but zeros,
+    """A dataclass or an array, `given`, with one of its numbers after the other, but zeros,
     smaller by this `part` of it."""
     if is_dataclass(given) and not isinstance(given, type):
         for field in fields(given):

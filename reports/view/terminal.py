@@ -15,8 +15,8 @@ from plumbob.reports.view.tables import table
 
 
 def study_values(study: Study, every: Results, verbose: bool) -> dict[str, Any]:
-    """What the lines of a study are written of: unexpected verdicts, with those on largest steps
-    and derivatives; of each scene a line a method, its relative error at the reference step and
+    """Numbers in the lines of a study: unexpected verdicts, with those on largest steps and
+    derivatives; of each scene a line a method, its relative error at the reference step and
     what that costs, and with `verbose` every interval of an order and the cost of a step too; and
     counts."""
     searches = judged_searches(study)

@@ -66,7 +66,6 @@ def test_40_digits(chosen):
 STARTS = ((-0.5, 0.0), (0.0, 5.0), (-0.5, 5.0), (-0.1, -6.0), (0.05, -6.0))
 
 
-@pytest.mark.long(keep=1)
 @pytest.mark.parametrize("kv", [0.0, 1e-3, 0.0788, 0.0791, 0.4], ids=lambda kv: f"kv={kv}")
 def test_the_largest_force_is_that_of_the_first_peak(kv):
     times = np.linspace(0.0, 0.4, 4001)

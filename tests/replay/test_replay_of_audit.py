@@ -37,7 +37,6 @@ def shown():
     return replay
 
 
-@pytest.mark.long
 def test_the_errors_are_those_of_the_audit():
     ghost = shown().layers[1]
     assert ghost.largest == metres(audit().error)

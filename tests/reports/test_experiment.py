@@ -24,7 +24,6 @@ def displacement(friction, body_mass, slider_mass, w1, w2, t1):
     return -mu * (w1 + w2) * (mu * w1 - hold) / (mu * w2 + hold) * t1**2 / 2
 
 
-@pytest.mark.long
 def test_each_part_of_the_uncertainty_is_the_formula_s(bench):
     with mp.workdps(30):
         values = [mp.mpf(str(value)) for value in AT.values()]

@@ -39,7 +39,6 @@ def motion(name):
     return PeriodicMotion(RotorErrors(pendulum.rotor, *first, case.reference), pendulum.period)
 
 
-@pytest.mark.long(keep=3)
 @pytest.mark.parametrize(("name", "scheme", "step", "growth"), RUNS, ids=str)
 def test_the_time_until_an_error_is_as_predicted(name, scheme, step, growth):
     """Within 1.1 at 1 % and at 10 %, but in the first SHORTEST periods: two terms of the series, an

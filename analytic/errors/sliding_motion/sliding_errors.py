@@ -69,7 +69,7 @@ def stepped(
 
 
 def ways(speeds: Array, lead: float, step: float) -> Array:
-    """What is passed at the start and after each step of `step` [s], shape (n + 1, ...), at
+    """States passed at the start and after each step of `step` [s], shape (n + 1, ...), at
     `speeds` of that shape that are right at these times: each step has the part 1/2 + `lead` of
     that at its end."""
     mean = (0.5 - lead) * speeds[:-1] + (0.5 + lead) * speeds[1:]

@@ -57,7 +57,7 @@ class RotorErrors:
 
     @property
     def rod(self) -> SmoothSystem | None:
-        """What reads a rod's tension off the angle; None where there is no rod."""
+        """The function that reads a rod's tension off the angle; None where there is no rod."""
         return self.known.system if isinstance(self.known, RodMotion) else None
 
     @cached_property

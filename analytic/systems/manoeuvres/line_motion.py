@@ -42,7 +42,7 @@ class Phase(NamedTuple):
     slides: bool = False
 
     def after(self, time: Any) -> Phase:
-        """What it has come to after a `time` [s], or after each of several, shape (n,)."""
+        """The state after a `time` [s], or after each of several, shape (n,)."""
         return self._replace(
             start=self.start + time,
             stroke=self.stroke + time * (self.stroke_rate + 0.5 * self.pull * time),

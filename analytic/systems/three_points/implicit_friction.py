@@ -112,7 +112,7 @@ def _moving(problem: FrictionProblem, free: Slip, near: Slip) -> Slip | None:
 
 
 def _gained(problem: FrictionProblem, free: Slip, slip: Slip) -> float:
-    """What the momentum of `free` gives a slip [J]."""
+    """Energy that the momentum of `free` gives a slip [J]."""
     (u, o), (p, w) = slip, free
     return problem.mass * (p.conjugate() * u).real + problem.inertia * w * o
 

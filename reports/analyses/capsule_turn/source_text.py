@@ -66,10 +66,9 @@ def numbers(study: Study) -> Record:
     SHOWN."""
     manoeuvre, motion = turn(SHOWN), problem(name_of(SHOWN)).motion.single
     about, velocity = facts(SHOWN), centre_velocity(manoeuvre, motion)
-    phases = np.array([2.0, about["rest_time"] / manoeuvre.half_time])
-    moved, later = exact_course(SHOWN, phases)[1]
+    at_end = about["rest_time"] / manoeuvre.half_time
+    moved, later = exact_course(SHOWN, np.array([2.0, at_end]))[1]
     many = problem(THOUSAND).motion
-    each = float(many.single.at(np.array([many.single.rest_time])).heading[0])
     friction, integral, pushed = friction_turning(manoeuvre, motion)
     usual, shorter = shortened()
     rate = about["angular_velocity_at_stop"]
@@ -86,7 +85,8 @@ def numbers(study: Study) -> Record:
         usual=usual,  # body angle of the turn of SMALL [rad]
         shorter=shorter,  # and in a SHORTERth of the time
         count=many.count,  # of repeated turns
-        total=many.count * each,  # body angle of all of them [rad]
+        # body angle of all of them [rad]
+        total=many.count * float(many.single.at(np.array([many.single.rest_time])).heading[0]),
         moved=np.hypot(*moved),  # C until 2 tau [m]
         moved_after=np.hypot(*(later - moved)),
         decay=about["rest_time"] - about["stop_time"],  # time from 2 tau to rest [s]

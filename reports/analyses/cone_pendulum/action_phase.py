@@ -3,13 +3,11 @@ measured in MuJoCo."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 
 from plumbob.analytic.numerics.quad import double
 from plumbob.analytic.systems.pendulums.action_curves import branches
-from plumbob.engines.study.extra_runs import ExtraRun, StudyPlan
+from plumbob.engines.study.extra_runs import ExtraRun
 from plumbob.engines.study.results import Study
 from plumbob.models.registry import case_of
 from plumbob.models.registry import scene as find_scene
@@ -30,11 +28,6 @@ HIGHEST = 1100.0  # [J]
 def _request(theta: float, speed: float) -> ExtraRun:
     duration = PERIODS * cone(theta=theta, theta_dot=speed).motion.period
     return ExtraRun(ROTATING, MUJOCO, STEP, duration, (("theta", theta), ("theta_dot", speed)))
-
-
-def requests(plan: StudyPlan) -> Sequence[ExtraRun]:
-    """Three periods of MuJoCo's full model from each start."""
-    return tuple(_request(*start) for start in STARTS)
 
 
 def numbers(study: Study) -> Record:
@@ -81,4 +74,9 @@ def claims(phases: Record) -> Claims:
     )
 
 
-ACTION_PHASE = Analysis("cone_pendulum/action_phase", numbers, requests, claims)
+ACTION_PHASE = Analysis(
+    "cone_pendulum/action_phase",
+    numbers,
+    lambda plan: tuple(_request(*start) for start in STARTS),
+    claims,
+)

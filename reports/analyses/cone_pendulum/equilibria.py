@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 
 from plumbob.analytic.systems.cone_pendulum import Equilibrium
-from plumbob.engines.study.extra_runs import ExtraRun, StudyPlan
+from plumbob.engines.study.extra_runs import ExtraRun
 from plumbob.engines.study.request import Changes
 from plumbob.engines.study.results import Study
 from plumbob.reports.analyses.analysis import Analysis, Record
@@ -41,11 +39,6 @@ def _request(pivot: float, rate: float, centre: Equilibrium) -> ExtraRun:
         ("theta_dot", 0.0),
     )
     return ExtraRun(ROTATING, MUJOCO, STEP, PERIODS * 2 * np.pi / centre.rate, changes)
-
-
-def requests(plan: StudyPlan) -> Sequence[ExtraRun]:
-    """Three small swings of MuJoCo's full model about each stable equilibrium."""
-    return tuple(_request(*where) for where in centres())
 
 
 def numbers(study: Study) -> Record:
@@ -100,4 +93,9 @@ def _diagram(pivot: float) -> Record:
     )
 
 
-EQUILIBRIA = Analysis("cone_pendulum/equilibria", numbers, requests, claims)
+EQUILIBRIA = Analysis(
+    "cone_pendulum/equilibria",
+    numbers,
+    lambda plan: tuple(_request(*where) for where in centres()),
+    claims,
+)

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 from plumbob.analytic.errors.contact_models.added_inertia import drive_error
-from plumbob.engines.study.extra_runs import ExtraRun, StudyPlan
+from plumbob.engines.study.extra_runs import ExtraRun
 from plumbob.engines.study.results import Study
 from plumbob.engines.trajectory import Trajectory
 from plumbob.reports.analyses.analysis import Analysis, Record
@@ -26,11 +24,6 @@ NEXT = 1.7  # [kg m^2]: the largest inertia of the body about the platform's axi
 def _drive(inertia: float) -> ExtraRun:
     settings = (("platform_armature", inertia), ("drive_rate", DRIVE_RATE))
     return ExtraRun(ROTATING, MUJOCO, MUJOCO_STEP, DRIVE_TIME, (), settings)
-
-
-def requests(plan: StudyPlan) -> Sequence[ExtraRun]:
-    """Platforms with weak drives."""
-    return tuple(map(_drive, INERTIAS))
 
 
 def _driven(run: Trajectory, inertia: float) -> Record:
@@ -64,4 +57,6 @@ def claims(solutions: Record) -> Claims:
     return [at_most(what, drive.gap * drive.inertia, NEXT, "kg m²") for drive in solutions.drives]
 
 
-GENERATING_SOLUTION = Analysis("cone_pendulum/generating_solution", numbers, requests, claims)
+GENERATING_SOLUTION = Analysis(
+    "cone_pendulum/generating_solution", numbers, lambda plan: tuple(map(_drive, INERTIAS)), claims
+)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from functools import cache
 from types import MappingProxyType
 
@@ -10,7 +9,7 @@ import numpy as np
 
 from plumbob.analytic.systems.cone_pendulum import ConePendulum
 from plumbob.analytic.systems.pendulums.pendulum_motion import PendulumMotion
-from plumbob.engines.study.extra_runs import ExtraRun, StudyPlan
+from plumbob.engines.study.extra_runs import ExtraRun
 from plumbob.engines.study.results import Study
 from plumbob.engines.trajectory import Trajectory
 from plumbob.models.registry import case_of
@@ -47,11 +46,6 @@ def forms(name: str) -> Record:
         correct=problem.motion,
         printed=problem.printed_motion(),  # of eqs. 9, 15 and 16
     )
-
-
-def requests(plan: StudyPlan) -> Sequence[ExtraRun]:
-    """The runs of two independent methods."""
-    return tuple(INDEPENDENT.values())
 
 
 def numbers(study: Study) -> Record:
@@ -118,4 +112,6 @@ def _independent(both: Record, run: Trajectory) -> Record:
     )
 
 
-PRINTED = Analysis("cone_pendulum/printed_hamiltonian", numbers, requests, claims)
+PRINTED = Analysis(
+    "cone_pendulum/printed_hamiltonian", numbers, lambda plan: tuple(INDEPENDENT.values()), claims
+)

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 
 import numpy as np
 
 from plumbob.analytic.numerics.quad import double
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.pendulums.pendulum_motion import PendulumMotion
-from plumbob.engines.study.extra_runs import ExtraRun, StudyPlan
+from plumbob.engines.study.extra_runs import ExtraRun
 from plumbob.engines.study.results import Study
 from plumbob.engines.trajectory import Trajectory
 from plumbob.reports.analyses.analysis import Analysis, Record
@@ -27,11 +27,6 @@ DOTS = 40  # of the engine's run, over one period
 POINTS = 241  # of a curve
 TEMPLATE = "cone_pendulum/source_figures"
 Curves = Mapping[str, tuple[Array, Array]]  # of panels a to e: angles over 2 pi or times over T
-
-
-def requests(plan: StudyPlan) -> Sequence[ExtraRun]:
-    """A period of MuJoCo's full model on either base."""
-    return tuple(_period(scene) for scene in (RESTING, ROTATING))
 
 
 def _period(scene: str) -> ExtraRun:
@@ -92,4 +87,4 @@ def _sampled(run: Trajectory, motion: PendulumMotion) -> Curves:
     }
 
 
-GALLERIES = Analysis(TEMPLATE, numbers, requests)
+GALLERIES = Analysis(TEMPLATE, numbers, lambda plan: tuple(map(_period, (RESTING, ROTATING))))

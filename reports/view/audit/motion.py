@@ -20,8 +20,8 @@ COURSES = 4  # steps of the own integrator in the figure over time
 
 
 def motion_of(audit: Audit) -> dict[str, Any]:
-    """What follows from an audit whose motion is certified: `runs` of the own integrator at the own
-    step and halves of it, their `errors` [m] where the motion is known, those that it `resolved`,
+    """Results of an audit whose motion is certified: `runs` of the own integrator at the own step
+    and halves of it, their `errors` [m] where the motion is known, those that it `resolved`,
     from `known` [m] on, and their mean `ratio`; the largest step [s] that `holds` to the end, and
     whether the own one has `diverged`; `horizons`, errors [m] and up to when [s] the most accurate
     step keeps them (None: to the end); contacts and limits that begin or cease to act in a second;
