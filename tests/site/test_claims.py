@@ -105,7 +105,7 @@ def _far(found):
     """A recording that departs from where it was, ever faster, with energies of its own; and a
     reading of a model that has no number but its gravity, and another predicted step."""
     if isinstance(found, ModelRead):
-        rest = (n if n.field == "gravity" else replace(n, values=(0.0,)) for n in found.numbers)
+        rest = ((f, n, v if f == "gravity" else (0.0,)) for f, n, v in found.numbers)
         return replace(found, numbers=tuple(rest))
     if isinstance(found, Stability):
         return replace(found, limits=tuple(replace(x, predicted=1.0) for x in found.limits))

@@ -78,9 +78,8 @@ def test_rounding_alone_leaves_open_what_the_floor_is_made_of():
 def test_a_cost_is_taken_at_the_step_that_errors_are_shown_at(monkeypatch):
     asked = []
 
-    def record(tasks, *how):
-        asked.extend(step for _, _, step in tasks)
-        return {}, 1.0
+    def record(chosen, timed, *how):
+        asked.extend(step for _, step in timed)
 
     monkeypatch.setattr("plumbob.engines.study.runner.costs", record)
     chosen = replace(scene("cone-pendulum/deep-well"), steps=(1e-3, 5e-4, 2e-4, 1e-4))

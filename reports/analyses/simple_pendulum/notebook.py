@@ -33,7 +33,6 @@ CASES = MappingProxyType(
         "7": "damped-rotating",
     }
 )
-FORCED = ("forced-small", "forced-large", "forced-chaotic")
 
 
 def requests(plan: StudyPlan) -> Sequence[ExtraRun]:
