@@ -15,6 +15,7 @@ from plumbob.reports.view.content import Claim
 
 STEP = 1e-3  # [s]
 METHODS = ("mujoco/euler", "mujoco/rk4", "pymunk/contact")
+RESTITUTIONS = (1.0, 0.9, 0.75, 0.5, 0.25, 0.1)
 RUNS = tuple(ExtraRun("bouncing-ball/half", method, STEP, duration=0.9) for method in METHODS)
 
 
@@ -31,17 +32,15 @@ def numbers(study: Study) -> Record | None:
         if found is not None:
             top = found.observables["z"][found.times > ball.fall].max()
             measured[run.method] = math.sqrt(float(top) / ball.height)
-    contacts = []
-    for e in (1.0, 0.9, 0.75, 0.5, 0.25, 0.1):
-        contacts.append((e, damping_ratio(e), *soft_impact(e, STEP).solref))
-    late = ball.restitution * soft_impact(ball.restitution, STEP).damping * STEP / 2.0
+    contacts = [(e, damping_ratio(e), *soft_impact(e, STEP).solref) for e in RESTITUTIONS]
     return (
         Record(
             restitution=ball.restitution,
             step=STEP,  # [s]
             measured=measured,
             contacts=contacts,  # e, damping ratio, solref
-            late=late,  # what half a step of the damper does to e
+            # what half a step of the damper does to e
+            late=ball.restitution * soft_impact(ball.restitution, STEP).damping * STEP / 2.0,
         )
         if measured
         else None

@@ -67,8 +67,8 @@ def check(
     if nothing and not met and not wanted.allows(judgement):
         why = f"{judgement.verdict}, expected {wanted.verdict}"
     if expect is not None:
-        met = judgement.verdict == present(expect)
-        why = "" if met else f"{judgement.verdict}, expected {expect}"
+        why = f"{judgement.verdict}, expected {expect}"
+        why = "" if judgement.verdict == present(expect) else why
     if not why:
         return judgement
     reason = judgement.reason or wanted.reason or "within tolerance"

@@ -110,11 +110,10 @@ def environment(templates: Path, **options: Any) -> Environment:
     """An environment that reads the templates of a folder, with further options of jinja2's."""
     import jinja2
 
-    # Kept between processes, apart by the options: half a second of a report.
-    kept = f"plumbob-{options}-%s"
     return jinja2.Environment(
         loader=jinja2.FileSystemLoader(templates),
-        bytecode_cache=jinja2.FileSystemBytecodeCache(pattern=kept),
+        # kept between processes, apart by the options: half a second of a report
+        bytecode_cache=jinja2.FileSystemBytecodeCache(pattern=f"plumbob-{options}-%s"),
         undefined=jinja2.StrictUndefined,
         trim_blocks=True,
         lstrip_blocks=True,
