@@ -102,7 +102,8 @@ class Study:
     def step_limit(self, scene: str, method: str) -> KnownLimit | None:
         """The smallest limit of the step that is stored of a scene with a method, of those measured
         or else of those predicted, or None."""
-        for search in [self.extras.get(StabilitySearch(scene, method, by)) for by in (True, False)]:
+        for by_runs in (True, False):
+            search = self.extras.get(StabilitySearch(scene, method, by_runs))
             if search and search.limits:
                 limit = min(search.limits, key=lambda limit: limit.largest)
                 return KnownLimit(limit.kind, limit.largest, limit.measured, limit.why)

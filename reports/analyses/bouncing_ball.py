@@ -11,6 +11,7 @@ from plumbob.engines.study.results import Study
 from plumbob.models.registry import case_of, scene
 from plumbob.reports.analyses.analysis import Analysis, Record, Section
 from plumbob.reports.analyses.claims import at_most
+from plumbob.reports.analyses.measurements import plan_of, recordings
 from plumbob.reports.view.content import Claim
 
 STEP = 1e-3  # [s]
@@ -27,11 +28,9 @@ def requests(plan: StudyPlan) -> Sequence[ExtraRun]:
 def numbers(study: Study) -> Record | None:
     """The rebounds; None where none was run."""
     measured, ball = {}, case_of(scene(RUNS[0].scene)).problem
-    for run in RUNS:
-        found = study.answer(run) if run in study.extras else None
-        if found is not None:
-            top = found.observables["z"][found.times > ball.fall].max()
-            measured[run.method] = math.sqrt(float(top) / ball.height)
+    for of, run in recordings(study, requests(plan_of(study))).items():
+        top = run.observables["z"][run.times > ball.fall].max()
+        measured[of.method] = math.sqrt(float(top) / ball.height)
     contacts = [(e, damping_ratio(e), *soft_impact(e, STEP).solref) for e in RESTITUTIONS]
     return (
         Record(

@@ -161,7 +161,7 @@ def test_a_period_is_one_mean_and_few_points():
 
 
 def test_parts_of_the_energy_and_the_drive():
-    study = declared(nothing(), drive_work.requests)
+    study = declared(nothing(), drive_work.DRIVE_WORK.requests)
     work = drive_work.numbers(study)
     carried = 16.24 * 26.0**2 * 0.09**2 / 2  # M w^2 Y^2/2 and M Y S w^2
     assert work.extremes["translation"] == pytest.approx((carried, carried), rel=1e-5)

@@ -188,7 +188,7 @@ def test_the_equation_is_that_of_mujoco_s_multibody_model():
 
 @pytest.mark.long
 def test_the_bob_in_the_plane():
-    found = bob.numbers(declared(nothing(), bob.requests))
+    found = bob.numbers(declared(nothing(), bob.BOB.requests))
     distances = {case.label: case for case in found.distances}
     assert distances["1"].parted is distances["5"].parted is None
     assert distances["2"].largest == pytest.approx(2.0, rel=0.01)  # opposite ends of a diameter

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.platform_energy import Energies, drive_torque, energies
-from plumbob.engines.study.extra_runs import ExtraRun, StudyPlan
+from plumbob.engines.study.extra_runs import ExtraRun
 from plumbob.engines.study.request import Changes
 from plumbob.engines.study.results import Study
 from plumbob.engines.trajectory import Trajectory
@@ -31,11 +30,6 @@ SETTINGS: Changes = (("platform_armature", ARMATURE), ("reads_energy", True))
 RUN = ExtraRun(ROTATING, MUJOCO, MUJOCO_STEP, END, (), SETTINGS)
 FINE = np.linspace(0.0, END, 20_001)  # [s]
 PARTS = ("translation", "coupling", "rotation")
-
-
-def requests(plan: StudyPlan) -> Sequence[ExtraRun]:
-    """MuJoCo's full model with a platform whose energy can be read."""
-    return (RUN,)
 
 
 def along(times: Array) -> Energies:
@@ -95,4 +89,4 @@ def claims(work: Record) -> Claims:
     return (clear(what, work.swing, work.mujoco.gap, "J"),)
 
 
-DRIVE_WORK = Analysis("cone_pendulum/drive_work", numbers, requests, claims)
+DRIVE_WORK = Analysis("cone_pendulum/drive_work", numbers, lambda plan: (RUN,), claims)

@@ -55,14 +55,17 @@ def searches(plan: StudyPlan) -> Sequence[StabilitySearch]:
 
 
 def predictions(plan: StudyPlan) -> Sequence[StabilitySearch]:
-    """Of the pairs of the plan whose system has a theory of the largest step; in the quick profile
-    of the first screen's scenes alone, since all of them take half a minute."""
+    """Of the pairs of the plan whose system has a theory of the largest step, but those searched,
+    which have one; in the quick profile of the first screen's scenes alone, since all of them take
+    half a minute."""
+    searched = {(search.scene, search.method) for search in searches(plan)}
     return tuple(
         StabilitySearch(scene.name, method.name, by_runs=False)
         for scene in plan.scenes
         for method in plan.methods
         if system_of(scene).stability and scene.kind != SMOOTH and meant(method, scene)
         if plan.profile != "quick" or scene.name in SCENES
+        if (scene.name, method.name) not in searched
     )
 
 

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.pendulums.rod_tension import bob_place
-from plumbob.engines.study.extra_runs import ExtraRun, StudyPlan
+from plumbob.engines.study.extra_runs import ExtraRun
 from plumbob.engines.study.results import Study
 from plumbob.engines.trajectory import Trajectory
 from plumbob.reports.analyses.analysis import Analysis, Record
@@ -27,11 +25,6 @@ ACCELEROMETER = ExtraRun(
     SIMPLE + DRAWN, "mujoco/rk4", 1e-3, 3.0, (), (("reads_acceleration", True),)
 )
 SHORT = np.linspace(0.0, SHOWN, 240)  # [s]
-
-
-def requests(plan: StudyPlan) -> Sequence[ExtraRun]:
-    """A run of MuJoCo with an accelerometer at the bob."""
-    return (ACCELEROMETER,)
 
 
 def place(scene: str, times: Array) -> Array:
@@ -94,4 +87,4 @@ def _distance(label: str, name: str) -> Record:
     )
 
 
-BOB = Analysis("simple_pendulum/notebook_bob", numbers, requests)
+BOB = Analysis("simple_pendulum/notebook_bob", numbers, lambda plan: (ACCELEROMETER,))
