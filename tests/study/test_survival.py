@@ -84,12 +84,12 @@ def test_a_study_goes_on_after_a_signal(number, moment, out, undisturbed, capsys
     assert ("goes on: " in err) == (moment > 1)
     counts = Counter(disturbed.logged(out))
     assert set(counts.values()) == {1}
-    # Two pairs, four extra runs, one reading of models, costs of a scene, six largest steps,
+    # Two pairs, four extra runs, one reading of models, costs of a scene, three largest steps,
     # measured or predicted, and the search of a derivative.
-    assert len(counts) == 15
+    assert len(counts) == 12
     assert disturbed.figures(out) == disturbed.figures(undisturbed)
     # with three analyses, what a scene's page takes, and what all pages take
-    assert disturbed.rows(out) == (1, 21)  # and a list
+    assert disturbed.rows(out) == (1, 18)  # and a list
     assert (out / "index.html").read_text() != OLD
 
 
