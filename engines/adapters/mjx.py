@@ -61,8 +61,9 @@ class MjxPort:
 
         kind = self.data.qpos.dtype
         with self.precision():
-            numbers = {n: jax.numpy.asarray(np.array(getattr(data, n), kind)) for n in LOADED}
-            self.data = self.data.replace(**numbers)
+            loaded = {n: np.array(getattr(data, n), kind) for n in LOADED}
+            # Beside others that are on a device a loop is compiled once more for those on none.
+            self.data = jax.device_put(self.data.replace(**loaded), self.data.qpos.device)
 
     def forward(self) -> None:
         """Work out all terms."""
@@ -124,9 +125,8 @@ def prepare(case: Case, method: Method, step: float) -> MjxSimulation:
 
     def build() -> Built:
         port = _started(translation, model, _double(method))
-        start = port.data  # arguments and results have different types: two compilations
-        port.steps(1)
-        port.steps(1)
+        start = port.data
+        port.steps(1)  # compiles
         port.data = start
         return built(port, translation)
 
@@ -158,13 +158,7 @@ def batch(
     port.take = jax.jit(jax.vmap(_steps, (None, 0, None)))
     with port.precision():
         port.data = jax.tree.map(lambda x: jax.numpy.broadcast_to(x, (worlds, *x.shape)), port.data)
-    start = port.data
-
-    def seconds(steps: int) -> float:
-        port.data = start  # another is of another type, for which a loop is compiled again
-        return timed(port, steps)
-
-    return jax.devices()[0].device_kind, seconds
+    return jax.devices()[0].device_kind, partial(timed, port)
 
 
 def derivatives(way: str, number: Number, method: Method, step: float) -> ByName:

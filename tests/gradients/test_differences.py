@@ -8,11 +8,10 @@ import pytest
 from plumbob.engines.adapters import integrators
 from plumbob.engines.registry import method
 from plumbob.engines.study import gradient as measuring
-from plumbob.engines.study.gradient import GradientSearch, gradients
+from plumbob.engines.study.gradient import GradientSearch
 from plumbob.engines.study.order import fit_order
-from plumbob.models.registry import case_of, scene
-from plumbob.reports.judge.gradients import judged_gradients
 from plumbob.tests.peers.test_smooth_peers import needed
+from plumbob.tests.support.derivatives import judgements
 
 LINE, CONE = "capsule-line/heading-030", "cone-pendulum/rotating-base"
 THERE = "mujoco/euler+coulomb"
@@ -30,13 +29,8 @@ SMOOTH = (
 )
 
 
-def _judged(search):
-    found = gradients(case_of(scene(search.scene)), method(search.method), search)
-    return list(judged_gradients(search, found))
-
-
 def _records(search):
-    return gradients(case_of(scene(search.scene)), method(search.method), search).records
+    return search.answer(method(search.method)).records
 
 
 @pytest.mark.long(keep=1)
@@ -51,7 +45,7 @@ def test_every_difference_of_a_sweep_has_the_predicted_error(name, how, of, by):
         assert ratios == pytest.approx([1.0] * 2, rel=2.0)
         assert min(ratios) > 1 / 3
     eps = tuple(d.eps for d in found[0].tried if d.eps)
-    judged = _judged(replace(sweep, eps=eps))
+    judged = judgements(replace(sweep, eps=eps))
     assert len(judged) == 2 * len(measuring.SWEEP)
     wrong = [
         (j.gradient.way, j.tried and j.tried.eps, j.why)
@@ -76,10 +70,10 @@ def test_errors_that_jump_are_left_open(name, how, of, by, way, eps, monkeypatch
     """Of supports that stop within a step, or at its very end, and next to a motion in which all
     stop together."""
     search = GradientSearch(name, how, (of,), by, (way,), 1e-3, (eps,))
-    assert [judged.verdict for judged in _judged(search)] == ["predicted"]
+    assert [judged.verdict for judged in judgements(search)] == ["predicted"]
     monkeypatch.setattr(measuring, "JUMP", 0.0)
     monkeypatch.setattr(measuring._Runs, "corner", lambda *_: 0.0)
-    assert [judged.verdict for judged in _judged(search)] == ["off-prediction"]
+    assert [judged.verdict for judged in judgements(search)] == ["off-prediction"]
 
 
 @pytest.mark.parametrize("how", ["dop853", "lsoda"])
@@ -125,7 +119,9 @@ def test_a_slightly_wrong_engine_is_off_its_prediction(part, monkeypatch):
     monkeypatch.setattr(
         integrators, "rk4", lambda e, s, a, b, h: right(e, s, a, b, h * (1.0 + part))
     )
-    (judged,) = _judged(GradientSearch(CONE, "ode/rk4", ("theta",), "gravity", ("central",), 1e-3))
+    (judged,) = judgements(
+        GradientSearch(CONE, "ode/rk4", ("theta",), "gravity", ("central",), 1e-3)
+    )
     assert judged.verdict == "off-prediction"
     assert judged.surprise
 
@@ -140,7 +136,7 @@ def test_where_no_derivative_exists_the_one_sided_ones_stand_beside():
         ("central", "forward"),
         at=5.0,
     )
-    central, forward = _judged(search)
+    central, forward = judgements(search)
     assert central.verdict == "unsupported"
     assert forward.verdict == "pre-asymptotic"
     assert "there is no derivative" in forward.why

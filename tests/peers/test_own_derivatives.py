@@ -2,6 +2,7 @@
 
 import pytest
 
+from plumbob.engines.adapters.mjx import _loop
 from plumbob.tests.peers.test_smooth_peers import CONE, DAMPED, FORCED, SWING, needed
 from plumbob.tests.support.derivatives import judged_way
 
@@ -22,7 +23,6 @@ NO_STATE = "is a parameter of the model"
         (CONE, "drake/rk3", "theta", "autodiff", "discrete plants alone"),
         (SWING, "mjx/euler+float64", "length", "jacfwd", ""),
         (SWING, "mjx/euler+float64", "gravity", "jacrev", ""),
-        (SWING, "mjx/default", "gravity", "jacfwd", ""),
     ],
 )
 def test_an_own_way_has_the_error_of_its_step(name, how, by, way, why):
@@ -30,3 +30,11 @@ def test_an_own_way_has_the_error_of_its_step(name, how, by, way, why):
     judged = judged_way(name, how, "theta", by, way, at=0.1)
     assert judged.verdict == ("unsupported" if why else "predicted"), judged.why
     assert why in judged.why
+
+
+def test_all_runs_of_mjx_share_a_compiled_loop():
+    needed("mjx/default")
+    _loop.cache_clear()
+    judged = judged_way(CONE, "mjx/default", "theta", "theta", "jacfwd", at=0.1)
+    assert judged.verdict == "predicted", judged.why
+    assert _loop()._cache_size() == 1

@@ -3,8 +3,7 @@
 import numpy as np
 
 from plumbob.engines.registry import method
-from plumbob.engines.study.gradient import GradientSearch, gradients
-from plumbob.models.registry import case_of, scene
+from plumbob.engines.study.gradient import GradientSearch
 from plumbob.reports.judge.gradients import judged_gradients
 
 
@@ -14,9 +13,12 @@ def scaled(values, observed, number):
     return largest or 1.0
 
 
+def judgements(search):
+    """The judgements on the derivatives of a search."""
+    return list(judged_gradients(search, search.answer(method(search.method))))
+
+
 def judged_way(name, how, of, by, way, step=None, at=None):
     """The judgement on the derivative that one way gives of an observable `of` by a parameter."""
-    search = GradientSearch(name, how, (of,), by, (way,), step, at=at)
-    found = gradients(case_of(scene(name)), method(how), search)
-    (judged,) = judged_gradients(search, found)
+    (judged,) = judgements(GradientSearch(name, how, (of,), by, (way,), step, at=at))
     return judged
