@@ -42,7 +42,7 @@ def new_folder(text: str, out: Path) -> Path:
     empty = folder.is_dir() and os.access(folder, os.R_OK) and not any(folder.iterdir())
     if (
         (os.path.lexists(folder) and not empty)
-        or {folder, *folder.parents} & {out.resolve()}
+        or folder.is_relative_to(out.resolve())
         or not os.access(folder.parent, os.W_OK)
     ):
         raise ParameterError(

@@ -43,7 +43,7 @@ class Axis:
         if self.logarithmic:
             nowhere = np.full_like(numbers, np.nan)
             numbers = np.log10(numbers, out=nowhere, where=numbers > 0.0)
-        return np.asarray(self.start + (numbers - self.low) / self.scale)
+        return self.start + (numbers - self.low) / self.scale
 
     def ticks(self, most: int) -> Ticks:
         """At most so many, of a long logarithmic axis at powers of ten."""

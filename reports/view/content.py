@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any, Literal, NamedTuple
 
 from plumbob.reports.view.notation import number
 
@@ -13,8 +13,7 @@ Layout = Mapping[str, Any]  # of a figure, or of one of its axes
 StatementVerdict = Literal["holds", "corrected", "refuted", "extended"]
 
 
-@dataclass(frozen=True)
-class Cell:
+class Cell(NamedTuple):
     """A place in a table: its text, its looks, and what a hover shows."""
 
     text: str

@@ -121,11 +121,12 @@ def _marks(trace: Trace, x: Axis, y: Axis) -> Iterator[Path]:
     """The line of a trace and its marks."""
     places = 10.0 * np.column_stack([x.along(trace["x"]), y.along(trace["y"])])
     there, colour = np.isfinite(places.sum(axis=1)), trace["line"]["color"]
+    points = places[there].tolist()
     if "lines" in trace["mode"]:
         follows = np.append(False, there[:-1])[there]
-        points = zip(follows, places[there], strict=True)
+        lines = zip(follows, points, strict=True)
         yield Path(
-            "".join(f"{' ' if after else 'M'}{a:.0f} {b:.0f}" for after, (a, b) in points),
+            "".join(f"{' ' if after else 'M'}{a:.0f} {b:.0f}" for after, (a, b) in lines),
             "",
             colour,
             10.0 * trace["line"]["width"],
@@ -135,7 +136,7 @@ def _marks(trace: Trace, x: Axis, y: Axis) -> Iterator[Path]:
     if "markers" in trace["mode"]:
         size, name = trace["marker"]["size"], trace["marker"].get("symbol", "circle")
         shape = GLYPHS[name.removesuffix("-open")]
-        dots = "".join(f"M{a:.0f} {b:.0f}{shape}" for a, b in places[there])
+        dots = "".join(f"M{a:.0f} {b:.0f}{shape}" for a, b in points)
         if name == "circle":
             yield Path(dots, "", colour, 10.0 * size)
         elif name == "x" or name.endswith("-open"):

@@ -82,7 +82,7 @@ class Plots:
 
 def packed(text: str) -> str:
     """A text compressed, in base64, which our script unpacks when it is wanted."""
-    return base64.b64encode(gzip.compress(text.encode("utf-8"), 6, mtime=0)).decode("ascii")
+    return base64.b64encode(gzip.compress(text.encode("utf-8"), 4, mtime=0)).decode("ascii")
 
 
 def carried(text: str) -> str:

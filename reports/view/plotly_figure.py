@@ -15,7 +15,7 @@ from plumbob.reports.view.palette import BLUE, GREY, RED, Style
 
 MOST = 240  # points of a curve: a screen shows no more
 ZERO = 1e-17  # where an error of exactly zero is drawn on a logarithmic axis
-DIGITS = 4
+SEEN = "{:.4g}".format  # with as many digits as can be seen
 FRONT = "front"  # in place of a method: the Pareto front of the methods that are shown
 DIVERGING = ((0.0, BLUE), (0.5, "#ffffff"), (1.0, RED))
 PLAIN = Style(GREY, "circle", 6.0, "solid")
@@ -43,7 +43,7 @@ def curve(
     is shown on hover, with a point's %{x}, %{y} and %{text}, its entry of `hints`, in it; `more` as
     plotly takes it."""
     xs, ys = np.ravel(x), np.ravel(y)
-    kept = np.unique(np.linspace(0, len(xs) - 1, min(len(xs), MOST)).astype(int))
+    kept = np.linspace(0, len(xs) - 1, min(len(xs), MOST)).astype(int)
     colour = colour or style.colour
     trace: dict[str, Any] = {
         "type": "scatter",
@@ -128,10 +128,10 @@ def logarithmic(title: str, **more: Any) -> Layout:
 
 def positive(values: npt.ArrayLike) -> Array:
     """Magnitudes as a logarithmic axis takes them: zero is drawn at its bottom."""
-    return np.asarray(np.maximum(np.abs(np.asarray(values, dtype=float)), ZERO))
+    return np.maximum(np.abs(np.asarray(values, dtype=float)), ZERO)
 
 
 def rounded(values: npt.ArrayLike) -> list[float | None]:
     """Values with as many digits as can be seen; what is not finite leaves a gap."""
-    numbers = np.ravel(np.asarray(values, dtype=float)).tolist()
-    return [float(f"{v:.{DIGITS}g}") if math.isfinite(v) else None for v in numbers]
+    numbers = np.ravel(values).astype(float).tolist()
+    return [v if math.isfinite(v) else None for v in map(float, map(SEEN, numbers))]

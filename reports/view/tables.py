@@ -99,10 +99,9 @@ def table_of(block: str, parts: Parts) -> Table:
 def _cells(line: str, made: Mapping[str, Cell | Figure | Statement]) -> tuple[Cell, ...]:
     """The cells between the bars of a line; what is text becomes a cell of text."""
     texts = BAR.split(line) if "\\|" in line else line.split("|")
-    stripped = [text.strip() for text in texts[1:-1]]
-    cells = [(text, made.get(text)) for text in stripped]
     return tuple(
-        cell if isinstance(cell, Cell) else Cell(text.replace("\\|", "|")) for text, cell in cells
+        cell if isinstance(cell := made.get(text), Cell) else Cell(text.replace("\\|", "|"))
+        for text in map(str.strip, texts[1:-1])
     )
 
 
@@ -115,6 +114,8 @@ def environment(templates: Path, **options: Any) -> Environment:
         # kept between processes, apart by the options: half a second of a report
         bytecode_cache=jinja2.FileSystemBytecodeCache(pattern=f"plumbob-{options}-%s"),
         undefined=jinja2.StrictUndefined,
+        optimized=False,  # folding constants takes longer than it saves
+        auto_reload=False,
         trim_blocks=True,
         lstrip_blocks=True,
         extensions=("jinja2.ext.do",),

@@ -43,6 +43,6 @@ def trimming(study: Study, scene: Scene) -> Table | None:
         # The page has one cost of a method on a scene: the three are in the proportion of here.
         cost = study.costs.get((scene.name, method))
         scale = cost.ns_per_step / timed.ns_trimmed if cost else 1.0
-        costs = (scale * ns for ns in (timed.ns_default, timed.ns_flags, timed.ns_trimmed))
-        rows.append((method, timed, list(costs)))
+        costs = [scale * ns for ns in (timed.ns_default, timed.ns_flags, timed.ns_trimmed)]
+        rows.append((method, timed, costs))
     return table("trimming", done=rows, first=done[0][1], steps=STEPS)
