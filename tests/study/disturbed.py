@@ -1,5 +1,8 @@
 """A small study by `plumbob validate` in processes of its own, which a test ends too early."""
 
+import os
+import resource
+import signal
 import sqlite3
 import subprocess
 import sys
@@ -7,29 +10,16 @@ import time
 from contextlib import closing
 from pathlib import Path
 
+from plumbob.engines.study.checkpoint import Checkpoint, measured_into
+from plumbob.engines.study.cost import SceneCosts
+from plumbob.engines.study.results import TaskResult
 from plumbob.engines.study.store import FILE, load
+from plumbob.reports.cli import main
 
 SCENE = "linear-pendulum/overdamped"
 METHODS = "ode/rk4,ode/leapfrog,mujoco/euler"
 ENDS = 2.0  # [s] after which an interrupted study has ended
 LOADED = 10.0  # times that on a machine with other work
-# Keeps a list of the results that were measured, to tell whether one was measured twice.
-COUNTED = """
-import sys
-from plumbob.engines.study.checkpoint import Checkpoint
-usual = Checkpoint.keep
-def keep(self, results):
-    usual(self, results)
-    with open(log, "a", encoding="utf-8") as kept:
-        for key, result in results.items():
-            kept.write(f"{'lost ' if result.lost else ''}{key}\\n")
-Checkpoint.keep = keep
-from plumbob.__main__ import main
-if __name__ == "__main__":
-    %s
-    log = sys.argv.pop(1)
-    sys.exit(main())
-"""
 
 
 def words(out, jobs, *more):
@@ -38,15 +28,52 @@ def words(out, jobs, *more):
     return ["validate", *wanted, "--out", str(out), "--jobs", str(jobs), *more]
 
 
-def begun(out, jobs, first=""):
-    """The study, begun in a process group of its own; `first` is run before."""
+def begun(out, jobs, ends=0, number=0, limit=0):
+    """The study, begun in a process group of its own: see `study` and `listing`."""
+    asked = (str(out / "log"), words(out, jobs), ends, number, limit)
     return subprocess.Popen(
-        [sys.executable, "-c", COUNTED % first, str(out / "log"), *words(out, jobs)],
+        [sys.executable, "-c", f"from {__name__} import study; study(*{asked})"],
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
         start_new_session=True,
     )
+
+
+def study(log, words, ends, number, limit):
+    """Measure, and list results as `listing` does, with files no larger than a `limit` [bytes], if
+    any; the process ends."""
+    Checkpoint.keep = listing(log, ends, number)
+    if limit:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit))
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+    sys.exit(main(words))
+
+
+def listing(log, ends=0, number=0):
+    """`Checkpoint.keep` that lists results as they are kept; the one of number `ends` gets a signal
+    `number`."""
+    keep, kept = Checkpoint.keep, []
+
+    def listed(self, results):
+        kept.extend(results)
+        if number and len(kept) == ends:
+            os.kill(os.getpid(), number)
+        keep(self, results)
+        with open(log, "a", encoding="utf-8") as file:
+            file.writelines(f"{key}\n" for key in results)
+
+    return listed
+
+
+def measures(file, kept):
+    """Begin a study in a store with one result of two, say that it is `kept`, and wait for the
+    end."""
+    with measured_into(file) as checkpoint:
+        checkpoint.begin("a plan", ["one", "two"])
+        checkpoint.keep({"one": TaskResult(SceneCosts("", {}, 1.0))})
+        kept.set()
+        signal.pause()
 
 
 def logged(out):

@@ -1,8 +1,6 @@
 """Results of an unfinished study: known by what defines them, kept when its process ends."""
 
-import os
-import signal
-from contextlib import ExitStack, contextmanager
+import multiprocessing
 from dataclasses import replace
 from functools import partial
 
@@ -14,6 +12,7 @@ from plumbob.engines.study.provenance import versions_of
 from plumbob.engines.study.results import Study, TaskResult
 from plumbob.engines.study.store import FILE, load
 from plumbob.models.registry import scene
+from plumbob.tests.study.disturbed import measures
 
 SCENE = "linear-pendulum/overdamped"
 
@@ -48,47 +47,19 @@ def _changed(package, named):
     return "another" if named == package else "1.0"
 
 
-@contextmanager
-def _in_another_process(do):
-    """A process that does something, and then waits to be ended; it ends with the context."""
-    ours, theirs = os.pipe()
-    child = os.fork()
-    if not child:
-        try:
-            do()
-        finally:
-            os.write(theirs, b".")
-            signal.pause()
-            os._exit(0)
-    os.read(ours, 1)
-    os.close(ours)
-    os.close(theirs)
-    try:
-        yield child
-    finally:
-        os.kill(child, signal.SIGKILL)
-        os.waitpid(child, 0)
-
-
 def test_one_process_measures_into_a_folder_until_it_ends(tmp_path):
-    held = ExitStack()
-
-    def begin():
-        kept = held.enter_context(measured_into(tmp_path / FILE))
-        kept.begin("a plan", ["one", "two"])
-        kept.keep({"one": TaskResult(SceneCosts("", {}, 1.0))})
-
+    spawning = multiprocessing.get_context("spawn")  # JAX, where installed, allows no fork
+    begun = spawning.Event()
+    other = spawning.Process(target=measures, args=(tmp_path / FILE, begun), daemon=True)
+    other.start()
     notes = []
 
     def note(what):
-        if not notes:  # in the middle of what it does
-            os.kill(child, signal.SIGKILL)
+        other.kill()  # in the middle of what it does
         notes.append(what)
 
-    with (
-        _in_another_process(begin) as child,
-        measured_into(tmp_path / FILE, note=note) as kept,
-    ):
+    assert begun.wait(60.0)
+    with measured_into(tmp_path / FILE, note=note) as kept:
         assert notes == ["waits for another process, which measures into the same folder"]
         assert kept.begin("a plan", ["one", "two"])
         assert notes[1:] == ["goes on: 1 of 2 results are there"]

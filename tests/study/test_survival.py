@@ -1,10 +1,6 @@
 """A study that is ended before its time goes on: nothing lost, nothing done twice, same figures."""
 
-import io
-import os
-import resource
 import signal
-import sys
 from collections import Counter
 
 import pytest
@@ -31,55 +27,24 @@ def out(tmp_path):
     return tmp_path
 
 
-def _forked(out, words, limit=0):
-    """How a study ends in a process of its own, and what it says; `limit` is that of a file's
-    size [bytes]."""
-    child = os.fork()
-    if not child:
-        code = 99
-        try:
-            sys.stdout = io.StringIO()
-            sys.stderr = (out / "said").open("w")
-            if limit:
-                resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit))
-            signal.signal(signal.SIGINT, signal.default_int_handler)
-            code = main(words)
-            sys.stderr.flush()
-        finally:
-            os._exit(code)
-    _, status = os.waitpid(child, 0)
-    return os.waitstatus_to_exitcode(status), (out / "said").read_text()
-
-
-def _counting(monkeypatch, out, ends=0, number=0):
-    """Note each result that is kept; at the one of number `ends` comes the signal `number`."""
-    usual = Checkpoint.keep
-
-    def keep(self, results):
-        if number and len(disturbed.logged(out)) + 1 == ends:
-            os.kill(os.getpid(), number)
-        usual(self, results)
-        with (out / "log").open("a") as log:
-            log.writelines(f"{key}\n" for key in results)
-
-    monkeypatch.setattr(Checkpoint, "keep", keep)
+def _ended(process):
+    """How a study ends, and what it says."""
+    said, _ = disturbed.ended(process)
+    return process.returncode, said
 
 
 @pytest.mark.long
 @pytest.mark.parametrize("moment", [1, 3, 6])
 @pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGTERM, signal.SIGINT])
 def test_a_study_goes_on_after_a_signal(number, moment, out, undisturbed, capsys, monkeypatch):
-    words = disturbed.words(out, 1)
-    with monkeypatch.context() as patched:
-        _counting(patched, out, moment, number)
-        code, said = _forked(out, words)
+    code, said = _ended(disturbed.begun(out, 1, moment, int(number)))
     assert code == (-signal.SIGKILL if number == signal.SIGKILL else 130)
     assert number == signal.SIGKILL or said == (
         "plumbob: interrupted; what is measured is stored: the same command goes on from there\n"
     )
     assert (out / "index.html").read_text() == OLD
-    _counting(monkeypatch, out)
-    assert main(words) == 0
+    monkeypatch.setattr(Checkpoint, "keep", disturbed.listing(out / "log"))
+    assert main(disturbed.words(out, 1)) == 0
     err = capsys.readouterr().err
     assert ("goes on: " in err) == (moment > 1)
     counts = Counter(disturbed.logged(out))
@@ -100,8 +65,7 @@ def test_a_second_process_waits_for_the_first(out, undisturbed, capsys):
     assert first.poll() is None
     assert main(disturbed.words(out, 1)) == 0
     assert "waits for another process" in capsys.readouterr().err
-    assert disturbed.ended(first)[0] == ""
-    assert first.returncode == 0
+    assert _ended(first) == (0, "")
     assert disturbed.rows(out)[0] == 2
     assert disturbed.figures(out) == disturbed.figures(undisturbed)
 
@@ -111,8 +75,8 @@ def test_a_second_process_waits_for_the_first(out, undisturbed, capsys):
     ("limit", "said"),
     [(30_000, "store = "), (90_000, "store = "), (1_500_000, "the study is stored: `plumbob re")],
 )
-def test_a_full_disk_loses_nothing(limit, said, out, undisturbed, capsys):
-    code, err = _forked(out, disturbed.words(out, 1), limit)
+def test_a_full_disk_loses_nothing(limit, said, out, undisturbed):
+    code, err = _ended(disturbed.begun(out, 1, limit=limit))
     assert code == 2
     assert err.count("\n") == 1
     assert said in err
