@@ -315,10 +315,15 @@ def engines_of(names: str | None) -> tuple[str, ...]:
 
 def new_file(target: Path) -> None:
     """Raises ParameterError where no file can be written, or one is there."""
-    if target.suffix != ".xml" or target.exists() or target.is_symlink():
-        raise ParameterError("write trimmed", str(target), "an .xml file that does not exist yet")
-    if not target.parent.is_dir():
-        raise ParameterError("write trimmed", str(target), "in a folder that exists")
+    what = "an .xml file that does not exist yet, in a folder that can be written to"
+    try:
+        if target.suffix != ".xml":
+            raise ParameterError("write trimmed", str(target), what)
+        target.touch(exist_ok=False)
+        target.unlink()
+    except OSError as error:
+        what += f" ({error.strerror})"
+        raise ParameterError("write trimmed", str(target), what) from None
 
 
 def start_given(chosen: argparse.Namespace) -> dict[str, Any]:

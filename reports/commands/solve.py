@@ -57,7 +57,11 @@ def command(chosen: argparse.Namespace) -> int:
         heads=list(table),
         table=np.transpose(list(table.values())).tolist(),
         held=[] if by_angle else list(observables),
-        units={o.name: o.unit for o in case.system.observables},
+        units={
+            name: unit
+            for o in case.system.observables
+            for name, unit in ((f"{o.name}_dot", f"{o.unit}/s"), (o.name, o.unit))
+        },
         rows=list(zip(times.tolist(), *columns, strict=True)),
         text=_text,
     )

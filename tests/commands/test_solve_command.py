@@ -63,3 +63,8 @@ def test_angles_are_the_parameter(capsys):
 def test_a_fact_is_an_array_where_each_manoeuvre_ends(capsys):
     assert main(["solve", "capsule-plan", "--times", "0"]) == 0
     assert "\n  ends: [0.2" in capsys.readouterr().out
+
+
+def test_rates_beside_the_observables_have_units(capsys):
+    assert main(["solve", "slider-crank", "--times", "0"]) == 0
+    assert "angle_dot [rad/s]" in capsys.readouterr().out

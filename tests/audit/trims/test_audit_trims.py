@@ -113,8 +113,10 @@ def test_command_writes_the_trimmed_model(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     Path("my.xml").write_text(MODELS["cluttered"], "utf-8")
     short = ["audit", "my.xml", "--keyframe", "0", "--duration", "0.2", "--budget", "10"]
-    assert main([*short, "--write-trimmed", "my.xml"]) == 2
-    assert "does not exist yet" in capsys.readouterr().err
+    for refused in ("my.xml", f"{'long' * 99}.xml", "none/less.xml"):
+        assert main([*short, "--write-trimmed", refused]) == 2
+        out, err = capsys.readouterr()
+        assert (out, "does not exist yet" in err) == ("", True)
     assert Path("my.xml").read_text("utf-8") == MODELS["cluttered"]
     code = main([*short, "--write-trimmed", "less.xml"])
     printed = capsys.readouterr()
