@@ -4,10 +4,10 @@ at its steps, writes nothing, reports a failed run, counts its steps, and conver
 from __future__ import annotations
 
 import os
-import tempfile
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import chdir, suppress
 from dataclasses import dataclass
+from tempfile import TemporaryDirectory
 from types import MappingProxyType
 from typing import Literal
 
@@ -112,23 +112,25 @@ def _ordered(method: Method, scenes: Sequence[Scene]) -> tuple[Scene, ...]:
 
 def _outcome(name: str, look: Look, subjects: Sequence[Subject]) -> Checked:
     """A check's outcome over all methods: the first failure, or the first result."""
-    passed, without, failed = [], [], []
+    outcomes: dict[Status, list[str]] = {"fail": [], "pass": [], "not checked": []}
     for subject in subjects:
-        method = subject.method.name
+        status: Status = "fail"
         try:
-            with _elsewhere(), captured():  # what it writes is a check of its own
+            # What it prints and leaves in an empty folder is a check of its own.
+            with TemporaryDirectory() as folder, chdir(folder), captured():
                 what = look(subject)
-            passed.append(f"{method}: {what}")
+            status = "pass"
         except NotChecked as why:
-            without.append(f"{method}: {why}")
+            status, what = "not checked", str(why)
         except AssertionError as why:
-            failed.append(f"{method}: {why}")
+            what = str(why)
         except Exception as error:
-            failed.append(f"{method}: {type(error).__name__}: {error}")
-    status: Status = "fail" if failed else "pass" if passed else "not checked"
-    shown = failed or passed or without
-    more = f" (and {len(shown) - 1} more)" if len(shown) > 1 else ""
-    return Checked(name, status, " ".join((shown[0] + more).split()) if shown else "no method")
+            what = f"{type(error).__name__}: {error}"
+        outcomes[status].append(f"{subject.method.name}: {what}")
+    status = next((name for name, shown in outcomes.items() if shown), "not checked")
+    first, *others = outcomes[status] or ["no method"]
+    more = f" (and {len(others)} more)" if others else ""
+    return Checked(name, status, " ".join((first + more).split()))
 
 
 def _hold(holds: object, why: str) -> None:
@@ -180,13 +182,10 @@ def samples(subject: Subject) -> str:
         _hold(abs(error[0]) <= allowed, off)
         late = not solver or np.abs(error).max() <= LATE * np.abs(np.diff(exact[name])).max()
         _hold(late, f"{name} is late by much of a sample")
-    indices = [] if solver else np.rint(run.times / step).astype(int).tolist()
-    for index in {1, *indices[1:2], *indices[len(indices) // 2 :][:1]} if indices else ():
-        part = subject.run(case.lasting(index * step), step)
-        if index == 1:
-            _not_late(case, part, step)
-        if index in indices:
-            _agree(run, part, indices.index(index), index)
+    if not solver:
+        _not_late(case, subject.run(case.lasting(step), step), step)
+        for sample in {1, len(run.times) // 2}:
+            _agree(run, subject.run(case.lasting(float(run.times[sample])), step), sample)
     return f"{len(run.times)} samples of {case.scene.name}"
 
 
@@ -203,13 +202,13 @@ def _not_late(case: Case, run: Trajectory, step: float) -> None:
             _hold(abs(late) <= LATE, f"after one step {name} is {late:+.2f} steps ahead of time")
 
 
-def _agree(run: Trajectory, part: Trajectory, sample: int, index: int) -> None:
+def _agree(run: Trajectory, part: Trajectory, sample: int) -> None:
     """A run that ends at a sample of a longer one ends with what that holds."""
     for name, values in run.observables.items():
         moved = np.abs(np.diff(values[max(sample - 1, 0) : sample + 2])).max(initial=0.0)
         apart = abs(values[sample] - part.observables[name][-1])
         same = apart <= SAME * moved + 1e-9 * np.abs(values).max(initial=0.0)
-        _hold(same, f"{name} at step {index} is not that of a run of {index} steps")
+        _hold(same, f"{name} at step {part.steps} is not that of a run of {part.steps} steps")
 
 
 def _states(case: Case, run: Trajectory) -> list[str]:
@@ -220,26 +219,14 @@ def _states(case: Case, run: Trajectory) -> list[str]:
 def writes_nothing(subject: Subject) -> str:
     """Building and running leaves no file and writes nothing to stdout or stderr."""
     case, step = subject.short
-    with _elsewhere() as folder, captured() as output:
+    with captured() as output:
         simulation = subject.prepared(case, step)
         simulation.run()
         simulation.stepped(0.5)
-        left = sorted(os.listdir(folder))
+    left = sorted(os.listdir())
     _hold(not left, f"it leaves {', '.join(left[:3])}")
     _hold(not output[0].strip(), f"it prints: {output[0].strip()[:80]}")
     return "no output, no file"
-
-
-@contextmanager
-def _elsewhere() -> Iterator[str]:
-    """An empty folder to work in."""
-    back = os.getcwd()
-    with tempfile.TemporaryDirectory() as folder:
-        os.chdir(folder)
-        try:
-            yield folder
-        finally:
-            os.chdir(back)
 
 
 def divergence(subject: Subject) -> str:
