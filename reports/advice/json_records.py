@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
-from dataclasses import asdict
+from dataclasses import fields, is_dataclass
 from typing import Any
 
 from plumbob.engines.method import USER_METHOD, Method
@@ -73,12 +73,18 @@ def records(
             rows.append(row | {"drawn": m is c.drawn})
             of = better.get(c.scene) if c.method == USER_METHOD else None
             if of and of.step == m.step:
-                rows[-1]["at_equal_accuracy"] = asdict(of.at_equal_accuracy)
-                rows[-1]["at_no_greater_cost"] = asdict(of.better)
+                rows[-1]["at_equal_accuracy"] = of.at_equal_accuracy
+                rows[-1]["at_no_greater_cost"] = of.better
     return rows
 
 
 def plain(value: Any) -> Any:
-    """`value` as JSON knows it: arrays as lists, numbers that are not finite as null."""
-    text = json.dumps(value, default=lambda of: of.tolist() if hasattr(of, "tolist") else dict(of))
-    return json.loads(text, parse_constant=lambda _: None)
+    """`value` as JSON knows it: arrays as lists, dataclasses by their fields, numbers that are not
+    finite as null."""
+
+    def known(of: Any) -> Any:
+        if is_dataclass(of):
+            return {field.name: getattr(of, field.name) for field in fields(of)}
+        return of.tolist() if hasattr(of, "tolist") else dict(of)
+
+    return json.loads(json.dumps(value, default=known), parse_constant=lambda _: None)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import sys
-from dataclasses import asdict
 
 from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.method import meant
@@ -35,5 +34,5 @@ def command(chosen: argparse.Namespace) -> int:
             line = f"{checked.status:<11}  {checked.name:<20}  {checked.detail}"
             print(line, flush=True)
     if chosen.json:
-        values.print_json([asdict(checked) for checked in done])
+        values.print_json(done)
     return int(any(checked.status == "fail" for checked in done))

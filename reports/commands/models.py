@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 import os
 from contextlib import nullcontext
-from dataclasses import asdict
 from pathlib import Path
 
 from plumbob import models
@@ -32,7 +31,7 @@ def command(chosen: argparse.Namespace) -> int:
     if chosen.action == "check":
         with nullcontext(Path(chosen.path)) if chosen.path else every_field() as file:
             readers = read_by(file)
-        values.show(chosen, [asdict(reader) for reader in readers], "models", readers=readers)
+        values.show(chosen, readers, "models", readers=readers)
         return 0
     folders = sorted({s.mjcf.parent for s in systems().values() if s.mjcf.is_file()})
     if chosen.action != "export":

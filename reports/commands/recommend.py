@@ -7,7 +7,7 @@ import os
 import sys
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import asdict, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -157,7 +157,7 @@ def _show(
 
     made = study.provenance
     record = {
-        **asdict(answer.recommendation),
+        **vars(answer.recommendation),
         "scenes": [scene.name for scene in asked.scenes],
         "study": {"date": made.date, "versions": made.versions},
         "cut_short": answer.cut_short,
@@ -170,7 +170,7 @@ def _show(
 
         study = joined(study, run_study(asked.scenes, [user_method]))
         results = user_results(study, judge_study(study))
-        record["user_settings"] = [asdict(result) for result in results]
+        record["user_settings"] = results
     values.show(
         chosen,
         record,

@@ -46,7 +46,7 @@ def command(chosen: argparse.Namespace) -> int:
         worlds = batch_costs(case, method, step, chosen.worlds or [])
         records.append(record(method, run, judgement, None, cost))
         if worlds:
-            records[-1]["worlds"] = [row.__dict__ for row in worlds]
+            records[-1]["worlds"] = worlds
         codes.append(_code(scene, method, run, judgement))
         runs.append((run, judgement, cost, unit, records[-1]["real_time_factor"], worlds))
     answer = records if len(records) > 1 else records[0]

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-from dataclasses import asdict
 from pathlib import Path
 
 from plumbob.analytic.parameters import ParameterError
@@ -28,7 +27,7 @@ def command(chosen: argparse.Namespace) -> int:
     if of_engine is None or named.control != "step":
         raise ParameterError("method", named.name, "one of an engine with settings to paste")
     settings = of_engine.write(named, step, chosen.stiffness, chosen.friction)
-    values.show(chosen, asdict(settings), "settings", of=settings)
+    values.show(chosen, settings, "settings", of=settings)
     return 0
 
 
@@ -43,5 +42,5 @@ def _check(chosen: argparse.Namespace) -> int:
         raise ParameterError("method", named.name, "one of an installed engine that reads MJCF")
     checked = checks.check(Path(chosen.check), named)
     width = max((len(field) for field, _, _ in checked.differences), default=0)
-    values.show(chosen, asdict(checked), "check", file=chosen.check, checked=checked, width=width)
+    values.show(chosen, checked, "check", file=chosen.check, checked=checked, width=width)
     return 1 if checked.warnings else 0

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-from dataclasses import asdict
 
 from plumbob.reports.commands.arguments import values
 from plumbob.reports.view.sources import SOURCES, listed
@@ -11,6 +10,5 @@ from plumbob.reports.view.sources import SOURCES, listed
 
 def command(chosen: argparse.Namespace) -> int:
     """Print the statements by place, each with its finding and its second method."""
-    records = [asdict(entry) for entry in listed()]
-    values.show(chosen, records, "sources", rows=listed(), sources=SOURCES)
+    values.show(chosen, listed(), "sources", rows=listed(), sources=SOURCES)
     return 0

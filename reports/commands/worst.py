@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import math
-from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -88,6 +87,6 @@ def _record(worst: Found) -> dict[str, Any]:
         "runs": worst.runs,
         "without_error": worst.without,
         "certain": worst.certain,
-        "certificate": None if worst.certificate is None else asdict(worst.certificate),
+        "certificate": worst.certificate,
         "command": repeated(worst.box.scene, worst.method, worst.step, parameters),
     }

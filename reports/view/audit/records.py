@@ -48,7 +48,7 @@ def _motion(audit: Audit) -> dict[str, Any]:
         "notes": (*audit.notes, *(steps.own.remarks if steps else ())),
         "to_do": dict(rows(answered(audit)))["to do"],
         **_steps(steps),
-        "balances": [b.__dict__ for b in audit.balances],
+        "balances": audit.balances,
         "trims": []
         if audit.trims is None
         else [trim(t) for t in (*audit.trims.each, *filter(None, [audit.trims.together]))],
@@ -59,7 +59,7 @@ def _motion(audit: Audit) -> dict[str, Any]:
         "versions": versions(),
         **_stability(audit),
         **_gradient(audit.gradient),
-        **({} if audit.changes is None else {"changes": [m.__dict__ for m in audit.changes]}),
+        **({} if audit.changes is None else {"changes": audit.changes}),
         **({"engines": list(map(_engine, audit.engines))} if audit.engines else {}),
         "seconds": audit.seconds,
     }
@@ -83,14 +83,14 @@ def _steps(found: Compared | None) -> dict[str, Any]:
             "error": s.at(found.index),
             "ns_per_second": s.ns_per_second,
             "why": s.why,
-            "cost": s.cost and s.cost.__dict__,
+            "cost": s.cost,
         }
         for s in found.steps
     ]
     return {
         "worst_body": found.own.worst,
         "error_over_time": found.own.errors[: found.index + 1],
-        "order": found.order and found.order.__dict__,
+        "order": found.order,
         "steps": steps,
         "cheapest": [{**c.__dict__, **_spread(c.cost)} for c in found.cheapest],
     }
@@ -111,7 +111,7 @@ def _engine(row: EngineError) -> dict[str, Any]:
         "step_error": row.step_error,
         "apart": row.apart,
         "single_precision": row.rounding,
-        "terms": [difference.__dict__ for difference in row.differences],
+        "terms": row.differences,
     }
 
 
@@ -159,8 +159,6 @@ def _spread(cost: Ratio | None) -> dict[str, Any]:
 
 
 def _contacts(audit: ContactAudit) -> dict[str, Any]:
-    body = audit.standing
-
     def run(measured: Measured, predicted: Any = None) -> dict[str, Any]:
         return {
             "step": measured.step,
@@ -177,7 +175,7 @@ def _contacts(audit: ContactAudit) -> dict[str, Any]:
         "model": audit.name,
         "integrator": audit.integrator,
         "step": audit.step,
-        "body": body.__dict__,
+        "body": audit.standing,
         "speed": audit.speed,
         "spin": audit.spin,
         "headings": HEADINGS,
@@ -189,7 +187,7 @@ def _contacts(audit: ContactAudit) -> dict[str, Any]:
         "turn_not_determined": audit.why_turn,
         "turn_compared_with": audit.exact_turn,
         "turn_known_to": None if audit.exact_turn is None else 0.0,
-        "joints_free": audit.free and audit.free.__dict__,
+        "joints_free": audit.free,
         "own": [run(measured) for measured in audit.own],
         "pasted": [run(measured, audit.predicted(measured)) for measured in audit.pasted],
         "not_run": audit.failed,
