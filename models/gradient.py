@@ -132,9 +132,11 @@ def _general(system: System) -> Gradients:
         start = np.zeros(1)
         if isinstance(system.reference(problems[0].here), CertifiedMotion):
             from plumbob.analytic.numerics.smooth.smooth_motion import certified
-            from plumbob.analytic.sensitivities.smooth_systems import gradients
+            from plumbob.analytic.sensitivities.smooth_motion import smooth_gradients
 
-            return gradients(lambda p: certified(cast(Any, system.reference(p))), problems, times)
+            return smooth_gradients(
+                lambda p: certified(cast(Any, system.reference(p))), problems, times
+            )
         motions = [one.each(lambda p: Phased(system.reference(p), start)) for one in problems]
         return phased_gradients(motions, times)
 

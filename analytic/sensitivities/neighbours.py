@@ -68,7 +68,7 @@ class Neighbours(Generic[T]):
     @property
     def here(self) -> T:
         """At the value itself."""
-        return self.moved[int(np.flatnonzero(self.offsets == 0.0)[0])]
+        return dict(zip(self.offsets, self.moved, strict=True))[0.0]
 
     def each(self, change: Callable[[T], S]) -> Neighbours[S]:
         """The results of `change` at every offset."""
@@ -88,6 +88,11 @@ class Neighbours(Generic[T]):
         count = len(self.offsets) - FEWER
         powers = np.vander(self.offsets / np.abs(self.offsets).max(), count, increasing=True)
         return np.asarray(np.linalg.svd(powers.T)[2][count:])
+
+    def slope(self, read: Callable[[T], float]) -> float:
+        """The derivative of a number alone."""
+        values = np.array([read(one) for one in self.moved])
+        return float(self._weights[0] @ (values - values[self.offsets == 0.0]))
 
     def derivative(self, read: Callable[[T], Any], errors: Array | None = None) -> Derived:
         """The derivative of what `read` gives, of doubles or of 34 digits, of any shape; `errors`
@@ -112,6 +117,11 @@ class Neighbours(Generic[T]):
             ratio = np.maximum(usual, sizes)
             uncertain += DEVIATIONS * ratio * size * np.linalg.norm(all_of_them)
         return found, uncertain
+
+
+def in_rows(observed: Signals, names: Sequence[str]) -> Array:
+    """The observables of these names, shape (observables, n)."""
+    return np.array([observed[name] for name in names])
 
 
 def stacked(derived: Sequence[Derived]) -> Array:

@@ -16,8 +16,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from plumbob.analytic.reference import Array, Reference, Signals
-from plumbob.analytic.sensitivities.neighbours import ABOVE, Derived, Neighbours, Sensitivity
+from plumbob.analytic.reference import Array, Reference
+from plumbob.analytic.sensitivities.neighbours import (
+    ABOVE,
+    Derived,
+    Neighbours,
+    Sensitivity,
+    in_rows,
+)
 
 WINDOWS = 0.125 ** np.arange(1.0, 6.0)  # of a stencil for do/dt over the length of the phase: near
 # its end a support's direction settles as a power of the time that is left
@@ -30,11 +36,6 @@ class Phased:
 
     reference: Reference
     switches: Array
-
-
-def _stacked(observed: Signals, names: Sequence[str]) -> Array:
-    """The observables of these names, shape (observables, n)."""
-    return np.stack([observed[name] for name in names])
 
 
 def phased_gradients(motions: Sequence[Neighbours[Phased]], times: Array) -> list[Sensitivity]:
@@ -68,11 +69,11 @@ def _within(motions: Neighbours[Phased], names: Sequence[str], phase: int, times
         )
 
     def read(motion: Phased) -> Array:
-        return _stacked(motion.reference.observe(tau(motion)), names)
+        return in_rows(motion.reference.observe(tau(motion)), names)
 
     # A motion with a formula has neighbours without: theirs are the larger ones.
     ends = (motions.moved[0], here, motions.moved[-1])
-    unsure = [_stacked(motion.reference.uncertainty(tau(motion)), names) for motion in ends]
+    unsure = [in_rows(motion.reference.uncertainty(tau(motion)), names) for motion in ends]
     values, uncertain = motions.derivative(read, np.max(unsure, axis=0))
     shift, doubt = motions.derivative(tau)
     if not shift.any():
@@ -93,7 +94,7 @@ def _slopes(
     inward = np.where(times - begin < 0.5 * length, 1.0, -1.0)  # from an end of the phase
     for width in length * WINDOWS:
         step = inward * width / ABOVE[-1]
-        ahead = tuple(_stacked(motion.reference.observe(times + k * step), names) for k in ABOVE)
+        ahead = tuple(in_rows(motion.reference.observe(times + k * step), names) for k in ABOVE)
         rate, unsure = Neighbours(ahead, np.array(ABOVE, dtype=float)).derivative(np.asarray)
         rate, unsure = rate / step, unsure / np.abs(step)
         slopes, uncertain = np.where(unsure < uncertain, (rate, unsure), (slopes, uncertain))

@@ -12,7 +12,7 @@ with two numbers of stages, whose difference is part of the uncertainty.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -22,16 +22,24 @@ from plumbob.analytic.numerics.collocation import TimeGrid
 from plumbob.analytic.numerics.smooth.smooth_motion import SmoothMotion
 from plumbob.analytic.numerics.smooth.smooth_system import TINY
 from plumbob.analytic.reference import Array
-from plumbob.analytic.sensitivities.neighbours import Derived, Neighbours, Sensitivity, stacked
+from plumbob.analytic.sensitivities.neighbours import (
+    Derived,
+    Neighbours,
+    Sensitivity,
+    in_rows,
+    stacked,
+)
 
 STAGES, FEWER = 12, 9  # of the collocation, and of the one that shows its error
 RESOLVED, HALVINGS = 1e-11, 4  # relative difference of the two, and halvings of the step for it
 
 
 def smooth_gradients(
-    motions: Sequence[Neighbours[SmoothMotion]], times: Array
+    equations: Callable[[Any], SmoothMotion], problems: Sequence[Neighbours[Any]], times: Array
 ) -> list[Sensitivity]:
-    """Sensitivities at `times` [s], shape (n,), by each parameter, eq. 1."""
+    """Sensitivities at `times` [s], shape (n,), by each parameter, of problems whose `equations`
+    are those of a smooth motion: eq. 1."""
+    motions = [one.each(equations) for one in problems]
     found, missed = _resolved(motions, times)
     states = motions[0].here.state(times)
     return [
@@ -79,14 +87,11 @@ def read_along(
     here: Any = motions.here
     names = list(here.read(times, states))
 
-    def stacked(motion: Any, moved: Array) -> Array:
-        read = motion.read(times, moved)
-        return np.array([read[name] for name in names])
-
     def ahead(direction: Array) -> Array:
-        return stacked(here, states + 1j * TINY * direction).imag / TINY
+        moved = here.read(times, states + 1j * TINY * direction)
+        return in_rows(moved, names).imag / TINY
 
-    direct, uncertain = motions.derivative(lambda motion: stacked(motion, states))
+    direct, uncertain = motions.derivative(lambda m: in_rows(m.read(times, states), names))
     values = direct + ahead(change)
     for row, size in enumerate(missed):
         alone = np.zeros_like(states)

@@ -1,30 +1,18 @@
-"""Sensitivities of pendulums and the free body, and of any smooth motion."""
+"""Sensitivities of pendulums and the free body: the equations of their smooth motions."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
 from functools import partial
-from typing import Any
 
 import numpy as np
 
 from plumbob.analytic.numerics.quad import quad
 from plumbob.analytic.numerics.rotor.orbit import rotor_motion, smooth_system
 from plumbob.analytic.numerics.smooth.smooth_motion import SmoothMotion
-from plumbob.analytic.reference import Array
-from plumbob.analytic.sensitivities.neighbours import Neighbours, Sensitivity
 from plumbob.analytic.sensitivities.smooth_motion import smooth_gradients
 from plumbob.analytic.systems.cone_pendulum import ConePendulum
 from plumbob.analytic.systems.free_body.equations import free_rotation
 from plumbob.analytic.systems.simple_pendulum import SimplePendulum
-
-
-def gradients(
-    equations: Callable[[Any], SmoothMotion], problems: Sequence[Neighbours[Any]], times: Array
-) -> list[Sensitivity]:
-    """Sensitivities at `times` [s], shape (n,), by each parameter, of problems whose `equations`
-    are those of a smooth motion."""
-    return smooth_gradients([one.each(equations) for one in problems], times)
 
 
 def cone_pendulum(pendulum: ConePendulum) -> SmoothMotion:
@@ -47,6 +35,6 @@ def simple_pendulum(pendulum: SimplePendulum) -> SmoothMotion:
     return rotor_motion(pendulum.rotor, pendulum.system, pendulum.motion, start)
 
 
-cone_pendulum_gradients = partial(gradients, cone_pendulum)
-simple_pendulum_gradients = partial(gradients, simple_pendulum)
-free_body_gradients = partial(gradients, free_rotation)
+cone_pendulum_gradients = partial(smooth_gradients, cone_pendulum)
+simple_pendulum_gradients = partial(smooth_gradients, simple_pendulum)
+free_body_gradients = partial(smooth_gradients, free_rotation)

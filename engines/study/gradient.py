@@ -25,11 +25,12 @@ from plumbob.analytic.answer_cache import Same, expected
 from plumbob.analytic.left_open import SURE, by_series, roundings
 from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.reference import Array
+from plumbob.analytic.schemes import ADAPTIVE
 from plumbob.analytic.theory import reaches
 from plumbob.engines.abilities import OwnDerivative, SecondRun
 from plumbob.engines.method import Engine, Method, Unsupported
 from plumbob.engines.registry import engine_of, engines
-from plumbob.engines.study.measurement import ObservedError, measure, scheme_of
+from plumbob.engines.study.measurement import ObservedError, confirming, measure, scheme_of
 from plumbob.engines.study.request import Changes, RunRequest
 from plumbob.models.registry import case_of
 from plumbob.models.scene import Case, Scene
@@ -157,7 +158,15 @@ class GradientSearch(RunRequest[Gradients]):
 
     def made(self, scene: Scene, method: Method) -> Gradients:
         """The derivatives; raises ParameterError."""
-        return gradients(case_of(scene), method, self)
+        from plumbob.models.gradient import numbers
+
+        case = case_of(scene)
+        self.check(case)
+        if self.at is not None:
+            case = case.lasting(self.at)
+        step = usual_step(case, method) if self.step is None else self.step
+        every = (_of_number(n, method, step, self) for n in numbers(case, self.by))
+        return Gradients(tuple(chain.from_iterable(every)))
 
 
 @dataclass(frozen=True)
@@ -168,7 +177,8 @@ class _End:
     exact: float
     error: float  # predicted, signed; NaN without theory
     terms: tuple[Array, ...]  # of its series, over the run; empty where there is none
-    rounding: float  # bound, in which an error of a solver that chooses its steps is
+    rounding: float  # bound
+    control: float  # error of a solver that chooses its steps, by a second run; signed
     model: float  # bound
     doubt: float  # that double precision leaves of the exact motion
     steps: int
@@ -197,7 +207,8 @@ class _Runs:
         scheme, times = scheme_of(case, self.method), run.times.tobytes()
         powers, *_ = expected(Same(case.reference), Same(case.errors), scheme, self.step, times)
         series, ends = [powers[p] for p in sorted(powers)], {}
-        for name in (n for n in self.of if n in measured.errors):
+        second = confirming(case, self.method) if scheme.integrator == ADAPTIVE else None
+        for name in measured.errors.keys() & self.of:
             error, value = measured.errors[name], float(run.observables[name][-1])
             terms = error.predicted.terms if error.predicted else {}
             ends[name] = _End(
@@ -206,6 +217,7 @@ class _Runs:
                 _predicted(error),
                 tuple(part[name] for part in series) if terms else (),
                 _rounding(error, measured.steps),
+                0.0 if second is None else value - float(second.observables[name][-1]),
                 error.model_error,
                 error.uncertainty,
                 measured.steps,
@@ -225,7 +237,7 @@ class _Runs:
             (high.value - low.value) / apart,
             (high.exact - low.exact) / apart - exact,
             (high.error - low.error) / apart,
-            (low.rounding + high.rounding) / apart,
+            (low.rounding + high.rounding + SURE * abs(high.control - low.control)) / apart,
             remainder,
         )
 
@@ -241,10 +253,11 @@ class _Runs:
 
         return np.array([read(shift) for shift in (shifts * self.number.size).tolist()])
 
-    def slope(self, name: str) -> float:
-        """That of the predicted error, one for all differences: where a theory takes the run's own
-        steps, it has their rounding, too; NaN where there is none on both sides."""
-        low, high = self.beside("error", name, NEAR * SIDES["central"])
+    def slope(self, what: str, name: str) -> float:
+        """That of the predicted error, or of another number of the ends, one for all differences:
+        where a theory takes the run's own steps, it has their rounding, too; NaN where there is
+        none on both sides."""
+        low, high = self.beside(what, name, NEAR * SIDES["central"])
         return float(high - low) / (2.0 * NEAR * self.number.size)
 
     def noise(self, name: str) -> float:
@@ -282,20 +295,7 @@ def _predicted(error: ObservedError) -> float:
 
 def _rounding(error: ObservedError, steps: int) -> float:
     own = error.predicted.uncertainty if error.predicted else None
-    bound = (error.uncertainty if own is None else own) * roundings(steps)
-    return bound + (error.controlled.largest if error.controlled else 0.0)
-
-
-def gradients(case: Case, method: Method, search: GradientSearch) -> Gradients:
-    """The derivatives that a search asks for; raises ParameterError."""
-    from plumbob.models.gradient import numbers
-
-    search.check(case)
-    if search.at is not None:
-        case = case.lasting(search.at)
-    step = usual_step(case, method) if search.step is None else search.step
-    every = (_of_number(n, method, step, search) for n in numbers(case, search.by))
-    return Gradients(tuple(chain.from_iterable(every)))
+    return (error.uncertainty if own is None else own) * roundings(steps)
 
 
 def ways() -> tuple[str, ...]:
@@ -353,22 +353,22 @@ def _of_number(
 
 def _with_exact(record: Gradient, exact: Sensitivity) -> Gradient:
     """A record with the exact derivative, or the one-sided ones and why there is no other."""
-    name = record.of
-    sides = (float(exact.below[name][0]), float(exact.above[name][0])) if exact.why else None
+    parts = exact.values, exact.uncertainty, exact.below, exact.above
+    value, uncertainty, *sides = (float(part[record.of][0]) for part in parts if part)
     return replace(
         record,
-        exact=float(exact.values[name][0]),
-        uncertainty=float(exact.uncertainty[name][0]),
+        exact=value,
+        uncertainty=uncertainty,
         no_exact=exact.why,
-        one_sided=sides,
+        one_sided=(sides[0], sides[1]) if sides else None,
     )
 
 
 def _by_differences(runs: _Runs, record: Gradient, asked: tuple[float, ...]) -> Gradient:
     """A record with its differences; raises Unsupported where no value beside the number's is
     possible."""
-    number, tried, why = runs.number, list[Difference](), ""
-    for eps in sorted(asked or (part * number.size for part in SWEEP), reverse=True):
+    tried, why = list[Difference](), ""
+    for eps in sorted(asked or (part * runs.number.size for part in SWEEP), reverse=True):
         try:
             tried.append(_difference(runs, record, eps))
         except (ParameterError, Unsupported) as error:
@@ -380,10 +380,10 @@ def _by_differences(runs: _Runs, record: Gradient, asked: tuple[float, ...]) -> 
     if len(tried) >= LEAST:
         apart = math.sqrt(2.0) * runs.noise(record.of) / (high - low)
         tried = [replace(d, noise=apart / eps) for d, eps in zip(tried, epses, strict=True)]
-    slope = runs.slope(record.of)
+    slope, control = (runs.slope(what, record.of) for what in ("error", "control"))
     # The error of a run is curved, too.
     predicted = [abs(d.truncation + d.slope - slope) + d.noise for d in tried]
-    measured = [abs(d.computed - record.reference - slope) for d in tried]
+    measured = [abs(d.computed - record.reference - slope - control) for d in tried]
     return replace(
         record,
         tried=tuple(tried),
@@ -429,7 +429,7 @@ def _by_own(runs: _Runs, record: Gradient, engine: Engine) -> Gradient:
         raise Unsupported(f"{engine.name} has no way called {record.way}")
     computed, cost = _timed(own.of, engine, runs, record)
     near, unit = _near(runs, record), scheme_of(number.case, method).unit
-    slope, rounding, second = near.slope, near.rounding / unit, engine.ability(SecondRun)
+    rounding, second = near.rounding / unit, engine.ability(SecondRun)
     left = near.remainder + own.precision * unit * abs(computed) * record.at / step
     if own.beside is not None:
         other = _asked(own.beside, number, method, step, record)
@@ -438,9 +438,9 @@ def _by_own(runs: _Runs, record: Gradient, engine: Engine) -> Gradient:
         other = _asked(own.of, number, *second.of(method), record)
         # Both have their start rounded alike.
         alike = runs.at(number.value)[record.of].doubt * _growth(number, record.at)
-        slope, rounding = 0.0, SURE * abs(computed - other) + alike
+        rounding = SURE * abs(computed - other) + alike
     return replace(
-        record, tried=(Difference(None, computed, 0.0, slope, rounding, left),), cost=cost
+        record, tried=(Difference(None, computed, 0.0, near.slope, rounding, left),), cost=cost
     )
 
 

@@ -23,6 +23,7 @@ SMOOTH = (
     (CONE, "ode/leapfrog", "theta", "pivot_y"),
     ("cone-pendulum/fast-platform", "ode/rk4", "theta", "theta"),
     (CONE, "heyoka/taylor", "theta_dot", "gravity"),
+    ("cone-pendulum/equal-wells-short", "ode/radau", "theta", "gravity"),
     ("free-body/flip", "ode/rk4", "angular_velocity_x", "inertia_x"),
     (LINE, "pymunk/feet", "displacement", "w1"),
     (LINE, "mujoco/euler+coulomb", "displacement", "friction"),

@@ -52,19 +52,17 @@ def _with_sensitivity(equations: Neighbours[Equation]) -> Equation:
 
     def acceleration(t: float, x: Array, v: Array) -> Array:
         (angle, s), (rate, s_dot) = x.tolist(), v.tolist()
-        by_parameter = equations.derivative(lambda e: e.acceleration(t, angle, rate))[0]
+        by_parameter = equations.slope(lambda e: e.acceleration(t, angle, rate))
         size = max(abs(s), abs(s_dot)) or 1.0
 
-        def beside(offset: Any) -> float:
-            moved = angle + float(offset) * s / size, rate + float(offset) * s_dot / size
-            return float(here.acceleration(t, *moved))
+        def beside(offset: float) -> Any:
+            return here.acceleration(t, angle + offset * s / size, rate + offset * s_dot / size)
 
-        by_state = size * points.derivative(beside)[0]
-        return np.array([here.acceleration(t, angle, rate), float(by_state + by_parameter)])
+        by_state = size * points.slope(beside)
+        return np.array([here.acceleration(t, angle, rate), by_state + by_parameter])
 
     def start(part: str) -> Array:
-        slope = equations.derivative(lambda e: getattr(e, part))[0]
-        return np.array([getattr(here, part), float(slope)])
+        return np.array([getattr(here, part), equations.slope(lambda e: getattr(e, part))])
 
     return Equation(
         acceleration,

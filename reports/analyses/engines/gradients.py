@@ -58,9 +58,6 @@ def requests(plan: StudyPlan) -> Sequence[GradientSearch]:
     """The sample's derivatives, of its pairs that are planned, and in the full profile those that
     stand side by side."""
 
-    def of_step(name: str) -> bool:
-        return plan.method(name).control == "step"
-
     sample: list[Sampled] = [(*pair, None, None) for pair in SAMPLE]
     if plan.profile != "quick":
         sample += [
@@ -70,7 +67,16 @@ def requests(plan: StudyPlan) -> Sequence[GradientSearch]:
             for part in (1, 2, 4)
         ]
     return [
-        GradientSearch(scene, name, (of,), by, (), step if of_step(name) else None, (eps,), at)
+        GradientSearch(
+            scene,
+            name,
+            (of,),
+            by,
+            (),
+            step if plan.method(name).control == "step" else None,
+            (eps,),
+            at,
+        )
         for scene, name, of, by, eps, step, at in sample
         if plan.has(scene, name)
     ]
@@ -96,8 +102,9 @@ def numbers(study: Study) -> Record | None:
     judged = list(study_gradients(study))
     if not judged:
         return None
-    off = [of for of in judged if of.surprise]
-    surprises = [f"{of.scene} {of.method} {of.about}: {of.surprise}" for of in off]
+    surprises = [
+        f"{of.scene} {of.method} {of.about}: {of.surprise}" for of in judged if of.surprise
+    ]
     records = [of.record() for of in judged]
     verdicts = Counter(record["verdict"] for record in records)
     return Record(records=records, surprises=surprises, verdicts=verdicts)
