@@ -92,7 +92,7 @@ def _worst(oscillator, times, start, units):
     )
 
 
-@pytest.mark.long(keep=4)
+@pytest.mark.long(keep=2)
 @pytest.mark.parametrize("name", OSCILLATORS)
 def test_the_closed_form_is_accurate_to_double_precision(name):
     moving, at_rest = (0.7, -0.4), (0.0, 0.0)

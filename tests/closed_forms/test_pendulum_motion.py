@@ -76,7 +76,7 @@ def drawn(each):
     return tuple(pendulums(each * len(REGIMES)))
 
 
-@pytest.mark.long(keep=4)
+@pytest.mark.long(keep=2)
 @pytest.mark.parametrize("regime", REGIMES)
 def test_random_parameters(regime, pytestconfig):
     for name, pendulum in drawn(EACH[pytestconfig.getoption("profile")]):

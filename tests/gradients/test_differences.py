@@ -34,7 +34,7 @@ def _records(search):
     return search.answer(method(search.method)).records
 
 
-@pytest.mark.long(keep=1)
+@pytest.mark.long
 @pytest.mark.parametrize(("name", "how", "of", "by"), SMOOTH)
 def test_every_difference_of_a_sweep_has_the_predicted_error(name, how, of, by):
     """And the best difference is predicted within a factor of three."""

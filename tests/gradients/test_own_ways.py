@@ -21,7 +21,7 @@ COAST = "capsule-coast/translation"
 LEFT = 0.02  # of a derivative: of one 250 times as large as the start, by differences of steps
 
 
-@pytest.mark.long(keep=4)
+@pytest.mark.long(keep=3)
 @pytest.mark.parametrize(
     ("name", "how", "of", "by", "way"),
     [

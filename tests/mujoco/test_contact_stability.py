@@ -152,7 +152,7 @@ def test_contacts_hold_up_to_the_predicted_step(body, integrator):
     assert measured(compiled, rest, limit) == pytest.approx(limit, rel=WITHIN)
 
 
-@pytest.mark.long(keep=3)
+@pytest.mark.long(keep=2)
 @pytest.mark.parametrize("integrator", INTEGRATORS)
 @pytest.mark.parametrize("body", [BOX, STAND])
 def test_at_rest_friction_steadies_feet_and_has_a_limit_of_its_own(body, integrator):

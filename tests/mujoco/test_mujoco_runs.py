@@ -124,7 +124,7 @@ def test_adapters_are_imported_without_their_engines(code):
     assert done.stdout.strip() == "set()"
 
 
-@pytest.mark.long(keep=1)
+@pytest.mark.long
 @pytest.mark.parametrize("chosen", ["", "glfw"])
 def test_a_command_begins_no_process_that_looks_for_windows(chosen, monkeypatch):
     """Unless the user's environment names a library for them."""

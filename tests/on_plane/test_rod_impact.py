@@ -70,7 +70,7 @@ def impulses(of):
     return total, friction(total)
 
 
-@pytest.mark.long(keep=9)
+@pytest.mark.long(keep=3)
 @pytest.mark.parametrize("law", LAWS)
 @pytest.mark.parametrize("start", STARTS)
 def test_40_digits(start, law):

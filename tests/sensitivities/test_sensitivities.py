@@ -31,7 +31,7 @@ def agrees(found, name, exact, scale, within, known=1e-16):
     return ""
 
 
-@pytest.mark.long(keep=12)
+@pytest.mark.long(keep=7)
 @pytest.mark.parametrize("record", RECORDED, ids=lambda r: r["scene"])
 def test_recorded_derivatives(record):
     """Smooth motions, by every parameter at three random sets of them; turns, coasts and plans

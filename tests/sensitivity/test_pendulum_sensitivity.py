@@ -26,7 +26,7 @@ def early(case, time):
     return replace(case, reference=motion, errors=RotorErrors(rotor, *start, motion))
 
 
-@pytest.mark.long(keep=3)
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize(
     "method", ["mujoco/rk4+midpoint", "mujoco/euler+midpoint", "ode/rk4", "ode/leapfrog"]
 )

@@ -27,7 +27,7 @@ def passed(crank, angle):
     return links.passed(places, masses, (a, length, 0), g, (begin, angle), rate)
 
 
-@pytest.mark.long(keep=1)
+@pytest.mark.long
 @pytest.mark.parametrize(
     "crank", [CRANK, replace(CRANK, rod=0.21, gravity=1.6, slider_mass=3.0)], ids=["scene", "short"]
 )

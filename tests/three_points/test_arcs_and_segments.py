@@ -34,7 +34,7 @@ def asked(number):
     return planned(scene("capsule-plan", task(number)).parameters)
 
 
-@pytest.mark.long(keep=1)
+@pytest.mark.long
 @pytest.mark.parametrize("number", TASKS)
 def test_a_pose_is_reached_along_any_arc_and_segments(number):
     made, given = asked(number), task(number)

@@ -1,7 +1,7 @@
 """What stands for the rest in the short suite of tests. Of pairs of scenes and methods a fifth:
-every scene is among them, of each family of systems every engine, of each kind of system every
-method, and of each system every declared expectation. Of tests that take seconds as many cases as
-their mark keeps."""
+every scene is among them with an engine that is always there, of each family of systems every
+engine, of each kind of system every method, and of each system every declared expectation. Of tests
+that take seconds as many cases as their mark keeps."""
 
 from collections import Counter
 
@@ -14,10 +14,11 @@ from plumbob.reports.judge.expectations import expected
 
 
 def representatives(chosen):
-    """All `mechanisms` of these pairs, each at least once, and where it takes the least work."""
+    """All `mechanisms` of these pairs, each at least once, and where it takes the least work: about
+    an evaluation of the motion for each order of a step."""
     of = {(scene.name, method.name): set(mechanisms(scene, method)) for scene, method in chosen}
     met = Counter(one for own in of.values() for one in own)
-    most_first = sorted(chosen, key=lambda pair: -predicted_work(pair[0], pair[1], "quick"))
+    most_first = sorted(chosen, key=lambda p: -predicted_work(*p, "quick") * (p[1].order or 1))
     for scene, method in most_first:
         own = of[scene.name, method.name]
         if all(met[one] > 1 for one in own):  # others stand for it
@@ -27,10 +28,12 @@ def representatives(chosen):
 
 
 def mechanisms(scene, method):
-    """What a pair has in common with others: the scene; the family of its system, which an engine
-    has a module for; the kind, which a method acts on; and the system with an expectation."""
+    """What a pair has in common with others: the scene, where an engine steps it that is always
+    there; the family of its system, which an engine has a module for; the kind, which a method acts
+    on; and the system with an expectation."""
     wanted, system = expected(scene.name, method.name), system_of(scene)
-    yield scene.name
+    if method.control == "step" and not engine_of(method).optional:
+        yield scene.name
     yield system.family, engine_of(method).name
     yield system.kind, method.name
     yield scene.system, wanted.verdict, wanted.other, wanted.reason
