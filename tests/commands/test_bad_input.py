@@ -13,7 +13,7 @@ from plumbob.engines.registry import method
 from plumbob.engines.study import store
 from plumbob.reports.cli import main
 from plumbob.tests.support.stored import save
-from plumbob.tests.support.studies import made_up
+from plumbob.tests.support.studies import made_up, quick
 
 MOST = 700  # characters of a line, with a value of 200: a few lines of a terminal
 REFUSED = tomllib.loads(Path(__file__).with_name("refused.toml").read_text("utf-8"))
@@ -110,18 +110,12 @@ def test_a_run_that_cannot_begin_is_a_verdict(scene, change, verdict, capsys):
     assert err == ""
 
 
-@pytest.mark.long
 def test_a_finding_whose_numbers_a_store_lacks_is_left_out_and_the_page_says_so(tmp_path, capsys):
     """As one of another version, whose templates asked for other numbers."""
-    chosen = ["--scenes", "cone-pendulum/deep-well", "--methods", "ode/rk4", "--jobs", "1"]
-    assert main(["validate", *chosen, "--out", str(tmp_path)]) == 0
-    study = store.load(tmp_path / store.FILE)
-    assert study
-    (old,) = [a for a in study.analyses if a.template == "cone_pendulum/equilibria"]
+    (old,) = [a for a in quick().analyses if a.template == "cone_pendulum/equilibria"]
     lacking = replace(old, numbers={n: v for n, v in old.numbers.items() if n != "fork"})
-    analyses = tuple(lacking if a is old else a for a in study.analyses)
-    save(replace(study, analyses=analyses), tmp_path / store.FILE)
-    capsys.readouterr()
+    analyses = tuple(lacking if a is old else a for a in quick().analyses)
+    save(replace(quick(), analyses=analyses), tmp_path / store.FILE)
     assert main(["report", str(tmp_path)]) == 0
     assert capsys.readouterr().err == ""
     (page,) = tmp_path.glob("pages/cone-pendulum.html")

@@ -1,7 +1,7 @@
 """Sabotage of one thing at a time turns `validate` red, and the JUnit file with it."""
 
 from dataclasses import replace
-from functools import partial
+from functools import cache, partial
 from types import MappingProxyType
 
 import numpy as np
@@ -12,6 +12,7 @@ from plumbob.engines import registry
 from plumbob.engines.abilities import SchemeOfCase
 from plumbob.engines.study import gradient, measurement
 from plumbob.engines.study import stability as measuring
+from plumbob.models.registry import case_of
 from plumbob.models.registry import scene as find_scene
 from plumbob.reports.judge import known_sizes
 from plumbob.tests.commands.outcomes import (
@@ -176,6 +177,11 @@ def test_a_doctored_theory_of_the_largest_step(tmp_path, capsys, monkeypatch):
     assert found[1.1].failure(SEARCH.scene, f"{SEARCH.method}, largest step").startswith("0.9")
 
 
+@cache
+def _derivatives(search, measured):
+    return measured(case_of(find_scene(search.scene)), registry.method(search.method), search)
+
+
 @pytest.mark.long
 @pytest.mark.parametrize(
     ("factor", "off"), [(1.0 + 1e-4, 6), (1.0, 0), (-1.0, 6), (2.0, 6), (1.0 + 1e-5, 5)]
@@ -186,11 +192,11 @@ def test_a_doctored_derivative(validate, tmp_path, capsys, monkeypatch, factor, 
     the start leaves open, 1.6e-5 of the derivative: rounding of two ends over its eps of 3.7e-7."""
     own = gradient.gradients
 
-    def doctored(*given):
+    def doctored(case, how, search):
         def of(tried):
             return replace(tried, computed=factor * tried.computed)
 
-        every = own(*given).records
+        every = _derivatives(search, own).records
         return gradient.Gradients(
             tuple(replace(one, tried=tuple(map(of, one.tried))) for one in every)
         )
@@ -260,8 +266,7 @@ SABOTAGES = MappingProxyType(
 def test_findings_survive_what_an_engine_returns(kind, tmp_path, capsys, monkeypatch):
     """A verdict says it, and there is a page, with the findings on other engines."""
     changed_runs(monkeypatch, "mujoco", lambda case, run: SABOTAGES[kind](run))
-    scenes = f"{LINE},capsule-line/heading-030"
-    found = validated(tmp_path, capsys, scenes, "mujoco/euler,mujoco/euler+coulomb,pymunk/feet")
+    found = validated(tmp_path, capsys, LINE, "mujoco/euler,mujoco/euler+coulomb,pymunk/feet")
     assert found.code == 1
     assert any(found.failure(LINE, name) for name in ("mujoco/euler", "mujoco/euler+coulomb"))
     assert found.failure(LINE, "pymunk/feet") == ""

@@ -20,8 +20,14 @@ from plumbob.reports.analyses.cone_pendulum import (
     uniformity,
 )
 from plumbob.reports.analyses.cone_pendulum.hamiltonian import ROTATING, cone, forms
-from plumbob.reports.view.finding_text import written
+from plumbob.reports.view.finding_text import findings_of, written
 from plumbob.tests.support.declared import declared, finding, nothing, numbers_of
+from plumbob.tests.support.studies import quick
+
+
+def stored(analysis):
+    """An analysis with the numbers that the study measured for all tests has of it."""
+    return next(of for of in quick().analyses if of.template == analysis.template)
 
 
 def test_finding_printed_hamiltonian():
@@ -72,45 +78,46 @@ def test_claims_in_numbers():
 
 def test_finding_uniformity():
     """Three verdicts, and maps that agree with them."""
-    measures = numbers_of(uniformity.UNIFORMITY)
-    assert not measures.shrinks
-    still, better, *_ = measures.points
-    assert better.exact.deviation < still.exact.deviation
-    assert better.exact.near > still.exact.near
-    for each in measures.maps:
-        assert np.nanmin(each.spread) > 1 - 1e-12
-        assert each.deviation[:, 0] == pytest.approx(1.0, rel=1e-12)  # at rest
-        assert 0.0 < each.steadier < 1.0
-        assert 0.0 < each.nearer < 1.0
+    measures = stored(uniformity.UNIFORMITY).numbers
+    assert not measures["shrinks"]
+    still, better, *_ = (point["exact"] for point in measures["points"])
+    assert better["deviation"] < still["deviation"]
+    assert better["near"] > still["near"]
+    for each in measures["maps"]:
+        assert np.nanmin(each["spread"]) > 1 - 1e-12
+        at_rest = next(zip(*each["deviation"], strict=True))
+        assert np.asarray(at_rest) == pytest.approx(1.0, rel=1e-12)
+        assert 0.0 < each["steadier"] < 1.0
+        assert 0.0 < each["nearer"] < 1.0
 
 
-@pytest.mark.long
 def test_finding_action_and_phase():
-    phases = numbers_of(action_phase.ACTION_PHASE)
-    assert len(phases.starts) == len(action_phase.STARTS)
-    for start in phases.starts:
+    starts = stored(action_phase.ACTION_PHASE).numbers["starts"]
+    assert len(starts) == len(action_phase.STARTS)
+    for start in starts:
         # RK4 at 2e-4 s, and a cubic between 160 samples a period: (2 pi/160)^4/384, relative
-        assert start.measured == pytest.approx(start.period, rel=1e-8)
-        assert start.drift < 1e-9
+        assert start["measured"] == pytest.approx(start["period"], rel=1e-8)
+        assert start["drift"] < 1e-9
 
 
 def test_finding_equilibria():
-    numbers = numbers_of(equilibria.EQUILIBRIA)
-    assert (numbers.fork, numbers.node) == pytest.approx((6.44823, 11.2938), abs=5e-5)
-    assert len(numbers.centres) == 15
-    assert numbers.largest_gap < 1e-6  # the amplitude's
+    numbers = stored(equilibria.EQUILIBRIA).numbers
+    assert (numbers["fork"], numbers["node"]) == pytest.approx((6.44823, 11.2938), abs=5e-5)
+    assert len(numbers["centres"]) == 15
+    assert numbers["largest_gap"] < 1e-6  # the amplitude's
     near, far = (cone(pivot_y=0.0, platform_rate=rate).equilibria[0].rate for rate in (8.0, 8.001))
     assert abs(near / far - 1.0) > 1e-4  # what a platform rate wrong by 1e-4 would change
 
 
 def test_finding_generating_solution():
-    solutions = numbers_of(generating_solution.GENERATING_SOLUTION)
-    for drive in solutions.drives:
-        assert abs(drive.gap) < 1.0 / drive.inertia  # the next order: J/A, J at most 1.68 kg m^2
+    solutions = stored(generating_solution.GENERATING_SOLUTION).numbers
+    for drive in solutions["drives"]:
+        # the next order: J/A, J at most 1.68 kg m^2
+        assert abs(drive["gap"]) < 1.0 / drive["inertia"]
 
 
 def test_what_else_the_source_says():
-    found = finding(source_text.SOURCE_TEXT, nothing())
+    (found,) = findings_of(stored(source_text.SOURCE_TEXT))
     said = {(s.place, s.verdict): s.ours for s in found.statements}
     assert len(found.statements) == 19
     assert "11 of 19" in found.summary
@@ -177,7 +184,8 @@ def test_parts_of_the_energy_and_the_drive():
 
 
 def test_where_the_source_is_right_it_is_said_so():
-    said = {one.text: one for one in finding(source_claims.CLAIMS, nothing()).statements}
+    (claims,) = findings_of(stored(source_claims.CLAIMS))
+    said = {one.text: one for one in claims.statements}
     rises = next(one for text, one in said.items() if "rises to 514.197 J" in text)
     assert rises.verdict == "corrected"
     assert "It rises" in rises.why
