@@ -14,6 +14,7 @@ from plumbob.engines.method import Method
 from plumbob.engines.study.convergence import ConvergenceStudy
 from plumbob.engines.study.measurement import (
     Measurement,
+    ObservedError,
     floor,
     relative_error,
     unpredicted,
@@ -38,6 +39,7 @@ Verdict = Literal[
 NO_STEP_FITS = "no step of the scene's step sizes fits"
 # Rules of judgement, chosen and not derived:
 ELSEWHERE = 0.5  # of the motion itself: a linear bound along the exact motion does not apply
+UNBOUNDED = 10.0  # times the motion: a predicted error beyond it is one of an unstable step
 FLAT = 0.7  # three finer steps that leave this much of an error have not helped
 LEAVES_OUT = "the run leaves out"
 THEORY = "theory of its error"
@@ -130,9 +132,13 @@ def _of_a_run(
         # Bounds of the model's error are linearised along the exact motion.
         far = f"the predicted error of {leading} at this step exceeds half the motion, where the "
         return Judgement("pre-asymptotic", {}, f"{far}bound of the model's error is not known")
-    for name, bound in held.items():
-        if (why_off := exceeded(run, name, bound, units)) is not None:
-            return Judgement("off-prediction", held, f"the error of {name} is {why_off}")
+    off = {n: why for n, bound in held.items() if (why := exceeded(run, n, bound, units))}
+    for name, why in off.items():
+        if not _unbounded(run.errors[name]):
+            return Judgement("off-prediction", held, f"the error of {name} is {why}")
+    if off:
+        why = f"the predicted error of {', '.join(off)} at this step has no bounds, as an engine"
+        return Judgement("pre-asymptotic", {}, f"{why} may have that holds rates below some limit")
     if error and leading in held:  # a tolerance as large as the motion itself tests nothing
         allowed = error.model_error if exactly else held[leading].bound
         if predicted and stepped:
@@ -145,6 +151,13 @@ def _of_a_run(
         why = f"{'the step is too large for the' if theory else 'there is no'} {THEORY}"
         return Judgement("pre-asymptotic", {}, run.note or why)
     return Judgement("predicted", held, "")
+
+
+def _unbounded(error: ObservedError) -> bool:
+    """Whether an error stays below one that is predicted to grow far beyond the motion: where a
+    step is unstable, an engine may limit what the equations do not."""
+    predicted = error.predicted.largest if error.predicted else 0.0
+    return max(error.largest, UNBOUNDED * error.scale) < predicted
 
 
 def _dropped(run: Measurement, observables: Sequence[str]) -> Judgement | None:

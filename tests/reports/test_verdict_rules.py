@@ -99,6 +99,29 @@ def test_three_finer_steps_have_to_leave_less_than_seven_tenths(left, verdict):
     assert judged(found, system_of(find_scene(SCENE)), EULER, about).whole.verdict == verdict
 
 
+@pytest.mark.parametrize(
+    ("predicted", "error", "verdict"),
+    [
+        (11.0, 0.1, "pre-asymptotic"),
+        (9.0, 0.1, "off-prediction"),
+        (11.0, 12.0, "off-prediction"),
+        (11.0, 11.0, "predicted"),
+    ],
+)
+def test_a_run_may_stay_below_an_error_that_is_predicted_to_have_no_bounds(
+    predicted, error, verdict
+):
+    """Of a motion of size 1; one that exceeds it is off, and one that is as predicted is that."""
+    off = abs(predicted - error)
+    of = Prediction(predicted, predicted, {}, 0.0, off, 1e-9, max(off - 1e-9, 0.0), 1e-9)
+    errors = {
+        name: ObservedError(error, error, 1e-16, 1.0, predicted=of)
+        for name in ("theta", "theta_dot")
+    }
+    run = Measurement(SCENE, EULER.name, 1e-3, "done", errors=errors, steps=1000)
+    assert judge(run, system_of(find_scene(SCENE)), EULER).verdict == verdict
+
+
 def test_no_failure_is_expected_without_a_size():
     """Also not beside another verdict: a body that nothing touches fails nowhere."""
     for scene, method in pairs(scenes("*", "quick"), methods()):
