@@ -80,6 +80,13 @@ def test_the_remainder_in_a_tolerance_is_the_last_two_terms(
     assert terms["discretisation: remainder"] == pytest.approx(wanted, rel=1e-12)
 
 
+def run_with(step, error, predicted):
+    """Of a motion of size 1."""
+    of = ObservedError(error, error, 1e-16, 1.0, predicted=predicted)
+    errors = dict.fromkeys(("theta", "theta_dot"), of)
+    return Measurement(SCENE, EULER.name, step, "done", errors=errors, steps=1000)
+
+
 @pytest.mark.parametrize(
     ("left", "verdict"), [(0.25, "predicted"), (0.65, "predicted"), (0.75, "not-converging")]
 )
@@ -89,11 +96,7 @@ def test_three_finer_steps_have_to_leave_less_than_seven_tenths(left, verdict):
     for step in STEPS:
         error = 1e-3 * float(left ** (np.log(STEPS[0] / step) / np.log(STEPS[0] / STEPS[-1])))
         predicted = Prediction(error, error, {1: error, 2: 0.0, 3: 0.0}, 0.0)
-        errors = {
-            name: ObservedError(error, error, 1e-16, 1.0, predicted=predicted)
-            for name in ("theta", "theta_dot")
-        }
-        runs.append(Measurement(SCENE, EULER.name, step, "done", errors=errors, steps=1000))
+        runs.append(run_with(step, error, predicted))
     found = ConvergenceStudy(SCENE, EULER.name, tuple(runs))
     about = (Quantity("theta", 1.0),)
     assert judged(found, system_of(find_scene(SCENE)), EULER, about).whole.verdict == verdict
@@ -111,14 +114,10 @@ def test_three_finer_steps_have_to_leave_less_than_seven_tenths(left, verdict):
 def test_a_run_may_stay_below_an_error_that_is_predicted_to_have_no_bounds(
     predicted, error, verdict
 ):
-    """Of a motion of size 1; one that exceeds it is off, and one that is as predicted is that."""
+    """One that exceeds it is off, and one that is as predicted is that."""
     off = abs(predicted - error)
-    of = Prediction(predicted, predicted, {}, 0.0, off, 1e-9, max(off - 1e-9, 0.0), 1e-9)
-    errors = {
-        name: ObservedError(error, error, 1e-16, 1.0, predicted=of)
-        for name in ("theta", "theta_dot")
-    }
-    run = Measurement(SCENE, EULER.name, 1e-3, "done", errors=errors, steps=1000)
+    of = Prediction(predicted, predicted, {}, 0.0, off, beyond=off, uncertainty=1e-9)
+    run = run_with(1e-3, error, of)
     assert judge(run, system_of(find_scene(SCENE)), EULER).verdict == verdict
 
 
