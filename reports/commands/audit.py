@@ -44,7 +44,6 @@ MISSING = 3
 MISSED = 1  # an accuracy, stability or reference that is asked for
 OTHER = (".urdf", ".mjb")  # models that are no text to trim
 PATIENCE = 10.0  # times the budget, after which an audit of several hangs
-NUMBERS = ("ctrl_period", "duration", "absolute", "budget", "speed", "friction")
 # Options of one audit, which the other does not take, and of a file, which no environment does.
 OF_MOTION = (
     "qpos",
@@ -135,7 +134,7 @@ def _report(done: Sequence[Row], chosen: argparse.Namespace, alone: bool, began:
 
 
 def _checked(chosen: argparse.Namespace) -> None:
-    """Put numbers in the place of their texts; raises ParameterError for what does not fit."""
+    """Fill in what is left out; raises ParameterError for what does not fit."""
     from plumbob.reports.commands.validate import replaceable, writable
 
     if chosen.policy is not None and chosen.ctrl != "rest":
@@ -151,13 +150,7 @@ def _checked(chosen: argparse.Namespace) -> None:
         _without(chosen, OF_MOTION, "left out with --contacts")
     else:
         _without(chosen, OF_CONTACTS, "given with --contacts")
-    for name in NUMBERS:
-        if (text := getattr(chosen, name)) is not None:
-            setattr(chosen, name, values.positive_number(name.replace("_", " "), text))
-    chosen.budget = chosen.budget or BUDGET
-    chosen.jobs = 1 if chosen.jobs is None else values.count("jobs", chosen.jobs)
-    if chosen.fail_above is not None:
-        chosen.fail_above = values.fraction("fail-above", chosen.fail_above)
+    chosen.budget, chosen.jobs = chosen.budget or BUDGET, chosen.jobs or 1
     if chosen.write_trimmed is not None:
         new_file(Path(chosen.write_trimmed))
     if chosen.out is not None and Path(chosen.out).exists() and not Path(chosen.out).is_dir():
@@ -247,7 +240,7 @@ def _result(
             keyframe=chosen.keyframe,
         )
     old = None if chosen.against is None else audit_of(Path(path), chosen.against)
-    begun = start_given(chosen)
+    begun = {name: getattr(chosen, name) for name in ("keyframe", "qpos", "qvel")}
     result: Audit = audit(
         model,
         chosen.ctrl if chosen.ctrl in KINDS else controls_of(Path(chosen.ctrl)),
@@ -324,16 +317,6 @@ def new_file(target: Path) -> None:
     except OSError as error:
         what += f" ({error.strerror})"
         raise ParameterError("write trimmed", str(target), what) from None
-
-
-def start_given(chosen: argparse.Namespace) -> dict[str, Any]:
-    """The start that the options name; raises ParameterError."""
-    lists = {
-        name: [values.number(name, part) for part in text.split(",")]
-        for name in ("qpos", "qvel")
-        if (text := getattr(chosen, name)) is not None
-    }
-    return {"keyframe": chosen.keyframe, **lists}
 
 
 def trimmed_file(audit: Audit, source: Path, target: Path, start: Start = AS_IT_STANDS) -> Audit:

@@ -44,7 +44,7 @@ def test_refused_by_name(reason, text, words, tmp_path, capsys):
 
 @pytest.mark.parametrize(
     ("words", "reason"),
-    [*OPTIONS, (["--speed", "1"], "speed = '1': must be given with --contacts")],
+    [*OPTIONS, (["--speed", "1"], "speed = 1.0: must be given with --contacts")],
 )
 def test_bad_options_of_contacts_are_one_line(words, reason, files, capsys):
     Path("my.xml").write_text(BOX, "utf-8")
