@@ -22,9 +22,11 @@ from plumbob.engines.trajectory import Trajectory
 from plumbob.models.registry import case_of
 from plumbob.models.scene import Case, Quantity, Scene
 
+Residuals = Callable[[Sequence[float] | None], Array]
+"""Of a place in a box, None of the true values: the differences that are fitted, shape (n,)."""
 FAILED = 1e6  # misfit of a run that is lost, or has no exact answer: in scales, beyond all others
 BESIDE = 1e-3  # of a side, over which slopes are taken
-ALIKE = 1e-2  # of the largest singular value: below, a correlation beyond 0.9998, they are one
+ALIKE = 1e2  # a condition beyond it, with a correlation beyond 0.9998: they are one
 
 
 @dataclass(frozen=True)
@@ -114,7 +116,9 @@ def identify(
     or with `all_samples` over the whole run. `noise` is the standard deviation of what is added to
     the exact values, relative to the quantities' scales; `way` names a fit of the engine's own in
     place of the search. Raises ParameterError where nothing fits, or too little is fitted."""
-    wanted = _fitted(true, all_samples)
+    wanted = true.system.quantities(true)
+    if all_samples:
+        wanted = tuple(Quantity(q.observable, q.scale) for q in wanted)
     times = _times(true, method, step)
     ends = np.array([q.when == "end" for q in wanted])
     size = int(np.where(ends, 1, times.size).sum())
@@ -130,10 +134,18 @@ def identify(
         run = complete_run(true if at is None else box.case(at), method, step)
         return _difference(true, run, times, wanted) - added
 
-    if way == "search":
-        searched = _by_search(box, true, residuals, budget, progress)
+    if way == "search":  # the true values among its first places where the box has them
+        truth = [side.fraction(_true(true, side.name)) for side in box.sides]
+        searched = lowest(
+            lambda at: min(_size(residuals(at)), FAILED),
+            len(box.sides),
+            budget,
+            FAILED,
+            lambda made, cost: progress(made, budget, cost),
+            [truth] if all(0.0 <= x <= 1.0 for x in truth) else [],
+        )
     else:
-        searched = _by_own(_own_fit(method, way), residuals, len(box.sides))
+        searched = _by_own(method, way, residuals, len(box.sides))
     if searched.place is None or searched.cost >= FAILED:
         raise ParameterError("within", [s.name for s in box.sides], "where a run ends")
     return Identification(
@@ -150,58 +162,27 @@ def identify(
     )
 
 
-def _by_search(
-    box: Box,
-    true: Case,
-    residuals: Callable[[Sequence[float] | None], Array],
-    budget: int,
-    progress: Callable[[int, int, float], None],
-) -> Searched:
-    """The answer of a search, the true values among its first places where the box has them."""
-    truth = tuple(s.fraction(_true(true, s.name)) for s in box.sides)
-    return lowest(
-        lambda at: min(_size(residuals(at)), FAILED),
-        len(box.sides),
-        budget,
-        FAILED,
-        lambda made, cost: progress(made, budget, cost),
-        [truth] if all(0.0 <= x <= 1.0 for x in truth) else [],
-    )
-
-
-def _own_fit(method: Method, way: str) -> OwnFit:
-    """Raises ParameterError where the engine has none of this name."""
+def _by_own(method: Method, way: str, residuals: Residuals, p: int) -> Searched:
+    """The answer of a fit of the engine's own from the middle of the box on; raises ParameterError
+    where it has none of this name, it is not installed, or a run is lost."""
     fits = {a.way: a for a in engine_of(method).abilities if isinstance(a, OwnFit)}
     if way not in fits:
         names = ", ".join(["search", *fits])
         raise ParameterError("way", way, f"one of {names} with {method.name}")
-    return fits[way]
+    runs = 0
 
-
-def _by_own(fit: OwnFit, residuals: Callable[[Sequence[float] | None], Array], p: int) -> Searched:
-    """The answer of a fit of the engine's own from the middle of the box on; raises ParameterError
-    where it is not installed, or a run is lost."""
-    costs = list[float]()
-
-    def noted(place: Array) -> Array:
-        values = residuals([float(x) for x in np.clip(place, 0.0, 1.0)])
-        costs.append(_size(values))
-        return values
+    def counted(place: Array) -> Array:
+        nonlocal runs
+        runs += 1
+        return residuals(np.clip(place, 0.0, 1.0).tolist())
 
     try:
         with answering():
-            place = fit.of(noted, np.full(p, 0.5))
-            cost = _size(noted(place))
+            place = fits[way].of(counted, np.full(p, 0.5))
+            cost = _size(counted(place))
     except (NoAnswer, Unsupported) as why:
-        raise ParameterError("way", fit.way, f"one that can fit here ({why})") from None
-    return Searched(tuple(map(float, place)), cost, len(costs), 0, "")
-
-
-def _fitted(case: Case, all_samples: bool) -> tuple[Quantity, ...]:
-    quantities = case.system.quantities(case)
-    if not all_samples:
-        return quantities
-    return tuple(Quantity(q.observable, q.scale) for q in quantities)
+        raise ParameterError("way", way, f"one that can fit here ({why})") from None
+    return Searched(tuple(place.tolist()), cost, runs, 0, "")
 
 
 def _times(case: Case, method: Method, step: float) -> Array:
@@ -234,7 +215,7 @@ def _size(residuals: Array) -> float:
 
 
 def _parameters(
-    box: Box, true: Case, searched: Searched, residuals: Callable[[Sequence[float] | None], Array]
+    box: Box, true: Case, searched: Searched, residuals: Residuals
 ) -> tuple[Identified, ...]:
     """The parameters at the place found, with the covariance of a linear fit about it."""
     assert searched.place is not None
@@ -259,9 +240,7 @@ def _parameters(
     )
 
 
-def _slope(
-    box: Box, place: Sequence[float], k: int, residuals: Callable[[Sequence[float] | None], Array]
-) -> Array:
+def _slope(box: Box, place: Sequence[float], k: int, residuals: Residuals) -> Array:
     """Derivative of the residuals by a parameter, shape (n,); 0 where a run beside it is lost."""
     side = box.sides[k]
     low, high = max(place[k] - BESIDE, 0.0), min(place[k] + BESIDE, 1.0)
@@ -279,10 +258,10 @@ def _spread(slopes: Array, residual: float) -> tuple[Array | None, Array | None]
     if not slopes.any(axis=0).all():
         return None, None
     sizes = np.linalg.norm(slopes, axis=0)
-    values = np.linalg.svd(slopes / sizes, compute_uv=False)
-    if values[-1] < ALIKE * values[0]:
+    unit = slopes / sizes
+    if np.linalg.cond(unit) > ALIKE:
         return None, None
-    covariance = np.linalg.inv((slopes / sizes).T @ (slopes / sizes))
+    covariance = np.linalg.inv(unit.T @ unit)
     spread = np.sqrt(np.diag(covariance))
     deviations = residual * math.sqrt(n / (n - p)) * spread / sizes if n > p else None
     return deviations, covariance / np.outer(spread, spread)
