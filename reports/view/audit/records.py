@@ -15,29 +15,33 @@ from plumbob.engines.audit.trims import Trim
 from plumbob.reports.advice.json_records import plain
 from plumbob.reports.view.audit.page import answered, rows, versions
 
+Plain = dict[str, Any]
+"""A record as JSON has it."""
 
-def record(audit: Audit | ContactAudit) -> dict[str, Any]:
+
+def record(audit: Audit | ContactAudit) -> Plain:
     """An audit as plain data: what `--json` prints."""
     return dict(plain(_contacts(audit) if isinstance(audit, ContactAudit) else _motion(audit)))
 
 
-def _motion(audit: Audit) -> dict[str, Any]:
+def _named(of: object, *names: str) -> Plain:
+    return {name: getattr(of, name) for name in names}
+
+
+def _motion(audit: Audit) -> Plain:
     steps = audit.found
 
-    def trim(ablation: Trim) -> dict[str, Any]:
-        done = {"left_out": ablation.name, "same_bits": ablation.same_bits, "moved": ablation.moved}
+    def trim(ablation: Trim) -> Plain:
+        done = {"left_out": ablation.name, **_named(ablation, "same_bits", "moved")}
         return {**done, "accepted": ablation.accepted(audit.error), **_spread(ablation.cost)}
 
     return {
         "model": audit.name,
-        "integrator": audit.integrator,
-        "step": audit.step,
-        "control": audit.control,
+        **_named(audit, "integrator", "step", "control"),
         "control_period": audit.script.period,
         "duration": audit.script.duration,
         "certified_until": audit.until,
-        "uncertainty": audit.uncertainty,
-        "error": audit.error,
+        **_named(audit, "uncertainty", "error"),
         "resolved_until": float(audit.script.times[audit.resolved_index]),
         "resolved": audit.resolved if steps else False,
         "why": audit.reference.why,
@@ -65,7 +69,7 @@ def _motion(audit: Audit) -> dict[str, Any]:
     }
 
 
-def _steps(found: Compared | None) -> dict[str, Any]:
+def _steps(found: Compared | None) -> Plain:
     """The own step's error over time [m], order, and errors and costs of other steps, as plain
     data."""
     if found is None:
@@ -78,12 +82,9 @@ def _steps(found: Compared | None) -> dict[str, Any]:
         }
     steps = [
         {
-            "integrator": s.integrator,
-            "step": s.step,
+            **_named(s, "integrator", "step"),
             "error": s.at(found.index),
-            "ns_per_second": s.ns_per_second,
-            "why": s.why,
-            "cost": s.cost,
+            **_named(s, "ns_per_second", "why", "cost"),
         }
         for s in found.steps
     ]
@@ -96,31 +97,28 @@ def _steps(found: Compared | None) -> dict[str, Any]:
     }
 
 
-def _engine(row: EngineError) -> dict[str, Any]:
+def _engine(row: EngineError) -> Plain:
     """An engine's error [m], and what differs first, as plain data."""
     return {
-        "engine": row.engine,
-        "version": row.version,
-        "error": row.error,
+        **_named(row, "engine", "version", "error"),
         "error_over_time": row.errors,
         "first_term": row.first and row.first.term,
         "difference": row.first and (row.first.cause or f"by {row.first.size:.2g} of it"),
         "part_explained": row.part_explained,
         "why": row.reason,
         "left": row.all_right,
-        "step_error": row.step_error,
-        "apart": row.apart,
+        **_named(row, "step_error", "apart"),
         "single_precision": row.rounding,
         "terms": row.differences,
     }
 
 
-def _stability(audit: Audit) -> dict[str, Any]:
+def _stability(audit: Audit) -> Plain:
     """The largest steps that hold [s], and what raises the own integrator's, as plain data."""
 
-    def limit(largest: Limit) -> dict[str, Any]:
+    def limit(largest: Limit) -> Plain:
         names = ("integrator", "largest_step", "first", "confirmed", "why", "predicted", "chatters")
-        return {name: getattr(largest, name) for name in names}
+        return _named(largest, *names)
 
     known = audit.stability
     assert known is not None
@@ -133,7 +131,7 @@ def _stability(audit: Audit) -> dict[str, Any]:
     }
 
 
-def _gradient(known: Gradients | str | None) -> dict[str, Any]:
+def _gradient(known: Gradients | str | None) -> Plain:
     """Derivatives of the end, their horizon [s] and best eps, as plain data; nothing where they are
     not asked for."""
     if known is None:
@@ -151,33 +149,29 @@ def _gradient(known: Gradients | str | None) -> dict[str, Any]:
     }
 
 
-def _spread(cost: Ratio | None) -> dict[str, Any]:
+def _spread(cost: Ratio | None) -> Plain:
     """A cost in multiples of the model's own, and what its quartiles leave open, as plain data."""
     if cost is None:
         return {"cost": None, "spread": None}
     return {"cost": cost.value, "spread": [cost.low, cost.high]}
 
 
-def _contacts(audit: ContactAudit) -> dict[str, Any]:
-    def run(measured: Measured, predicted: Any = None) -> dict[str, Any]:
+def _contacts(audit: ContactAudit) -> Plain:
+    def run(measured: Measured, predicted: Any = None) -> Plain:
         return {
-            "step": measured.step,
-            "distances": measured.distances,
+            **_named(measured, "step", "distances"),
             "errors": audit.errors(measured),
             "predicted_errors": predicted,
             "direction_dependence": audit.dependence(measured),
-            "turned": measured.turned,
-            "drift": measured.drift,
+            **_named(measured, "turned", "drift"),
             "turn": measured.turning.turn if measured.turning and measured.turning.rests else None,
         }
 
     return {
         "model": audit.name,
-        "integrator": audit.integrator,
-        "step": audit.step,
+        **_named(audit, "integrator", "step"),
         "body": audit.standing,
-        "speed": audit.speed,
-        "spin": audit.spin,
+        **_named(audit, "speed", "spin"),
         "headings": HEADINGS,
         "distance": audit.exact,
         "not_determined": audit.why,
@@ -191,8 +185,7 @@ def _contacts(audit: ContactAudit) -> dict[str, Any]:
         "own": [run(measured) for measured in audit.own],
         "pasted": [run(measured, audit.predicted(measured)) for measured in audit.pasted],
         "not_run": audit.failed,
-        "method": audit.model.method,
-        "stiffness": audit.model.stiffness,
+        **_named(audit.model, "method", "stiffness"),
         "to_paste": audit.snippet,
         "notes": audit.model.notes,
         "versions": versions(),
