@@ -4,7 +4,7 @@ neighbouring parameters, and how they scatter, with each contact setting."""
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from itertools import product
 
 import numpy as np
@@ -45,7 +45,7 @@ QUANTITIES = (  # scene, observable, parameter, and when [s]: sliding, sticking,
 Quantity = tuple[str, str, str, float | None]
 STEPS = (1e-3, 2.5e-4)  # [s]
 FRICTIONS = np.linspace(0.25, 0.35, 33)  # of the curves
-TANGENTS = (7, 16, 25)  # of them, where the derivatives are drawn
+TANGENTS = slice(7, 26, 9)  # of them, where the derivatives are drawn
 EPS = 3e-3  # of a parameter, or of its unit where that is 0: from one neighbour to the next
 NEIGHBOURS = 4  # on either side, and as many derivatives
 RIGHT, FALLS = 0.1, 2.0  # an error that converges: at most, and from step to step by so much
@@ -65,7 +65,8 @@ def kind_of(errors: Array, scatter: Array) -> str:
 def requests(plan: StudyPlan) -> Sequence[ExtraRun]:
     """The curves of a slide, and neighbours: in the full profile of every quantity."""
     curves = (run for name in _drawn(plan) for run in _curve(name))
-    return (*curves, *(run for place in _places(plan) for run in _runs(*place)))
+    pairs = product(_pairs(plan), STEPS)
+    return (*curves, *(run for pair, step in pairs for run in _runs(*pair, step)))
 
 
 def numbers(study: Study) -> Record | None:
@@ -76,18 +77,16 @@ def numbers(study: Study) -> Record | None:
     if not curves:
         return None
     curves["exact"] = next(of[1] for of in ends.values() if of.size)
-    pairs = dict.fromkeys((quantity, name) for quantity, name, _ in _places(plan))
-    nearby = [of for pair in pairs if (of := _nearby(study, *pair))]
+    nearby = [of for pair in _pairs(plan) if (of := _nearby(study, *pair))]
     kinds: dict[str, Counter[str]] = {}
     for of in nearby:
         kinds.setdefault(of.method, Counter())[of.kind] += 1
-    slopes = {name: np.gradient(curve, FRICTIONS) for name, curve in curves.items()}
     return Record(
         frictions=FRICTIONS,
         displacements=curves,  # [m], by method and "exact"
         # friction, displacement [m] and its derivative [m]
         tangents={
-            name: [(FRICTIONS[k], curve[k], slopes[name][k]) for k in TANGENTS]
+            name: np.array([FRICTIONS, curve, np.gradient(curve, FRICTIONS)]).T[TANGENTS]
             for name, curve in curves.items()
         },
         nearby=nearby,
@@ -106,12 +105,11 @@ def claims(numbers: Record) -> Claims:
     return (clear(text, float(size[DEFAULT]), float(size[RECOMMENDED])),)
 
 
-def _places(plan: StudyPlan) -> Iterator[tuple[Quantity, str, float]]:
+def _pairs(plan: StudyPlan) -> list[tuple[Quantity, str]]:
+    """Quantities and methods that a plan has."""
     quick = plan.profile == "quick"
     pairs = product(QUANTITIES[: 1 if quick else None], CURVES[:2] if quick else METHODS)
-    for (quantity, name), step in product(pairs, STEPS):
-        if plan.has(quantity[0], name):
-            yield quantity, name, step
+    return [(quantity, name) for quantity, name in pairs if plan.has(quantity[0], name)]
 
 
 def _drawn(plan: StudyPlan) -> list[str]:
@@ -119,7 +117,7 @@ def _drawn(plan: StudyPlan) -> list[str]:
 
 
 def _curve(method: str) -> list[ExtraRun]:
-    return [_run(SLIDE, method, STEPS[0], None, "friction", f) for f in FRICTIONS]
+    return _varied(SLIDE, method, STEPS[0], None, "friction", FRICTIONS)
 
 
 def _runs(quantity: Quantity, method: str, step: float) -> list[ExtraRun]:
@@ -127,11 +125,14 @@ def _runs(quantity: Quantity, method: str, step: float) -> list[ExtraRun]:
     name, _, by, at = quantity
     value = find_scene(name).parameters[by]
     beside = value + EPS * (abs(value) or 1.0) * np.arange(-NEIGHBOURS, NEIGHBOURS + 1)
-    return [_run(name, method, step, at, by, each) for each in beside]
+    return _varied(name, method, step, at, by, beside)
 
 
-def _run(name: str, method: str, step: float, at: float | None, by: str, value: float) -> ExtraRun:
-    return ExtraRun(name, method, step, at, ((by, float(value)),), end_alone=True)
+def _varied(
+    name: str, method: str, step: float, at: float | None, by: str, values: Array
+) -> list[ExtraRun]:
+    changes = [((by, value),) for value in values.tolist()]
+    return [ExtraRun(name, method, step, at, change, end_alone=True) for change in changes]
 
 
 def _ends(study: Study, runs: Sequence[ExtraRun], of: str) -> Array:
