@@ -52,11 +52,11 @@ def compiled(case: Case, method: Method, step: float) -> tuple[Any, Any]:
     option = translation.spec.option
     option.timestep = step
     name = "mjINT_" + str(method.settings["integrator"])
-    option.integrator = int(mujoco.mjtIntegrator.__members__[name])
+    option.integrator = mujoco.mjtIntegrator.__members__[name]
     for start in translation.spec.keys:  # no step reads it, and MJX compiles anew for another
         translation.spec.delete(start)
     model = translation.spec.compile()
-    model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_SENSOR)  # no step reads a sensor
+    model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_SENSOR  # no step reads a sensor
     translation.tune(model)
     return translation, model
 

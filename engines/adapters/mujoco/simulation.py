@@ -95,7 +95,7 @@ class MujocoSimulation(SteppedSimulation):
         begin there, of shape (n, k); the solver begins each time where the run has ended."""
         model, data, rows = copy(self.model), self.data, []
         model.opt.disableflags &= ~SENSOR
-        model.opt.integrator = int(mujoco.mjtIntegrator.mjINT_EULER)
+        model.opt.integrator = mujoco.mjtIntegrator.mjINT_EULER
         marks = sampling.sampled(self.steps, self.samples)[: len(states)].astype(np.float64)
         for state, control in zip(states, self.held_controls(marks, self.step), strict=True):
             mujoco.mj_setState(model, data, state, STATE)

@@ -14,7 +14,7 @@ from plumbob.analytic.reference import Array
 from plumbob.engines.peer_model import Layout, Terms
 
 Forward = Callable[[Any, Any], None]
-EXPLICIT = int(mujoco.mjtDisableBit.mjDSBL_EULERDAMP | mujoco.mjtDisableBit.mjDSBL_DAMPER)
+EXPLICIT = mujoco.mjtDisableBit.mjDSBL_EULERDAMP | mujoco.mjtDisableBit.mjDSBL_DAMPER
 KINDS = mujoco.mjtConstraint
 ACTING = (
     ("equalities", (KINDS.mjCNSTR_EQUALITY,)),
@@ -88,7 +88,7 @@ class MujocoTerms:
             "acting": [
                 name
                 for name, kinds in ACTING
-                if data.efc_force[np.isin(data.efc_type, [int(kind) for kind in kinds])].any()
+                if data.efc_force[np.isin(data.efc_type, kinds)].any()
             ],
         }
         bias = data.qfrc_bias.copy()

@@ -144,7 +144,7 @@ def inverse(number: Number, method: Method, step: float, beside: bool = False) -
     controls, changes = sides.controls
     if sides.by_model or changes.any():
         raise Unsupported(f"mjd_inverseFD has derivatives by the state alone, not by {number.name}")
-    model.opt.enableflags |= int(mujoco.mjtEnableBit.mjENBL_INVDISCRETE)
+    model.opt.enableflags |= mujoco.mjtEnableBit.mjENBL_INVDISCRETE
     along, before = sides.at_start(), mujoco.MjData(model)
     nudge = NUDGE * BESIDE[NUDGE] if beside else NUDGE
     with options.collected():

@@ -59,13 +59,13 @@ def user_method(path: str | Path) -> Method:
     settings["disableflags"] = _kept(spec.option.disableflags, mujoco.mjtDisableBit, DISABLED)
     settings["enableflags"] = _kept(spec.option.enableflags, mujoco.mjtEnableBit, ENABLED)
     contact = {name: _plain(getattr(spec.default.geom, name)) for name in CONTACT}
-    if spec.option.enableflags & int(mujoco.mjtEnableBit.mjENBL_OVERRIDE):
+    if spec.option.enableflags & mujoco.mjtEnableBit.mjENBL_OVERRIDE:
         contact |= {name: _plain(getattr(spec.option, f"o_{name}")) for name in OVERRIDDEN}
     settings["contact"] = contact | {name: getattr(spec.option, name) for name in ENDS}
     _runnable(path, settings)
     step = time_step("like", spec.option.timestep, str(path))
     like = next(m for m in METHODS if m.settings["integrator"].lower() == settings["integrator"])
-    explicit = settings["disableflags"] & int(mujoco.mjtDisableBit.mjDSBL_EULERDAMP)
+    explicit = settings["disableflags"] & mujoco.mjtDisableBit.mjDSBL_EULERDAMP
     if settings["integrator"] == "euler" and explicit:
         like = replace(like, scheme=replace(like.scheme, implicit_damping=False))
     step_sizes = tuple(step / 2**n for n in range(HALVINGS + 1))

@@ -49,7 +49,7 @@ TURNING = "turning.xml"  # two sliding joints for the slider, along the axes of 
 PAIR = ("solimp", "solref", "solreffriction")
 OPTIONS = ("cone", "impratio", "noslip_iterations", "tolerance", "noslip_tolerance")
 # One body on one plane: there are no islands of contacts to search for.
-ISLANDS = int(mujoco.mjtDisableBit.mjDSBL_ISLAND)
+ISLANDS = mujoco.mjtDisableBit.mjDSBL_ISLAND
 SETTLING = 1000  # steps of DEFAULT_STEP: 50 time constants of default contacts
 SETTLED = 300  # steps: twenty periods of contacts that converge, at rest after 200
 DEFAULT_STEP = 1e-3  # [s], for contacts with a time constant of their own, 0.02 s by default

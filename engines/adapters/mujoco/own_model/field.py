@@ -46,7 +46,7 @@ def converging(model: Any) -> Any:
     option.ls_tolerance, option.ls_iterations = 0.01, 50
     option.ccd_tolerance = min(option.ccd_tolerance, 1e-9)
     option.ccd_iterations = max(option.ccd_iterations, 200)
-    option.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_WARMSTART)
+    option.disableflags |= mujoco.mjtDisableBit.mjDSBL_WARMSTART
     return model
 
 

@@ -24,7 +24,7 @@ def changes(model: Any, met: set[tuple[int, ...]]) -> Iterator[Change]:
     collides = (model.geom_contype | model.geom_conaffinity) != 0
     yield from _never_touching(model, collides, met)
     disabled, idle = int(model.opt.disableflags), needless_stages(model)
-    constrained = not idle & int(BITS.mjDSBL_CONSTRAINT)
+    constrained = not idle & BITS.mjDSBL_CONSTRAINT
     sensors = int(BITS.mjDSBL_SENSOR)
     stages = {
         "sensors": sensors * bool(model.nsensor),

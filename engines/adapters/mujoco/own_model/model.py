@@ -132,7 +132,7 @@ class MujocoModel:
         """The same without sensors, for Jacobians of steps and for nudged runs; each use sets the
         step and the integrator. Copies of models with textures take long."""
         model = self._as_stepped()
-        model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_SENSOR)
+        model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_SENSOR
         return for_maps(copy.copy(model)), model
 
     def step_maps(self, state: Array, control: Array) -> TangentMaps:
@@ -319,7 +319,7 @@ class MujocoModel:
         """Derivatives of positions at the ends of the periods by all of `names`, multiplied along
         its own steps, shape (periods + 1, positions, names); raises NotCertifiable."""
         model = copy.copy(self.effective)
-        model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_SENSOR)
+        model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_SENSOR
         with collected():
             return derivatives.product(model, self._begun(model), script)
 
@@ -435,7 +435,7 @@ def clamped_for(model: Any, step: float) -> tuple[Any, Mapping[str, int]]:
         acting = [getattr(model, switch) != 0 for switch in switches] or [short]
         if used := int((short & np.any(acting, axis=0)).sum()):
             changed[name] = used
-    overriding = model.opt.enableflags & int(mujoco.mjtEnableBit.mjENBL_OVERRIDE)
+    overriding = model.opt.enableflags & mujoco.mjtEnableBit.mjENBL_OVERRIDE
     if overriding and 0.0 < model.opt.o_solref[0] < least:
         model.opt.o_solref[0], changed["o_solref"] = least, 1
     model.opt.disableflags |= REFSAFE

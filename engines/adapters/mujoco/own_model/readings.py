@@ -12,7 +12,7 @@ from plumbob.engines.adapters.mujoco.terms import put
 
 NAMES = ("energy", "momentum", "penetration", "slip", "limits exceeded", "equalities missed")
 KINDS = mujoco.mjtConstraint
-LIMITS = (int(KINDS.mjCNSTR_LIMIT_JOINT), int(KINDS.mjCNSTR_LIMIT_TENDON))
+LIMITS = (KINDS.mjCNSTR_LIMIT_JOINT, KINDS.mjCNSTR_LIMIT_TENDON)
 DEEP = 0.01  # [m or rad] of contacts, and beyond limits, that a start is hardly meant to have
 
 
@@ -43,7 +43,7 @@ def readings(model: Any, data: Any, states: Array) -> Signals:
             mujoco.mj_subtreeVel(model, data)
             momentum = free * np.linalg.norm(data.subtree_linvel[0])
             depth, beyond = _beyond(data)
-            missed = np.abs(_places(data, int(KINDS.mjCNSTR_EQUALITY))).max(initial=0.0)
+            missed = np.abs(_places(data, KINDS.mjCNSTR_EQUALITY)).max(initial=0.0)
             measured[:, k] = data.energy.sum(), momentum, depth, _slip(model, data), beyond, missed
     has = np.nanmax(np.abs(measured), axis=1, initial=0.0) > 0.0
     return {name: of for name, of, some in zip(NAMES, measured, has, strict=True) if some}
@@ -63,7 +63,7 @@ def _beyond(data: Any) -> tuple[float, float]:
     return -data.contact.dist.min(initial=0.0), -_places(data, *LIMITS).min(initial=0.0)
 
 
-def _places(data: Any, *kinds: int) -> Array:
+def _places(data: Any, *kinds: Any) -> Array:
     """Distances [m or rad] of the constraints of some kinds, shape (n,)."""
     return np.asarray(data.efc_pos[np.isin(data.efc_type, kinds)])
 

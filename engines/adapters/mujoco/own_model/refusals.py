@@ -26,7 +26,7 @@ def refused(model: Any) -> None:
         (bool(np.any(getattr(model, "actuator_delay", 0.0))), "an actuator with a delay"),
         (bool(np.any(getattr(model, "sensor_delay", 0.0))), "a sensor with a delay"),
         (bool(np.any(getattr(model, "flex_damping", 0.0))), "a flex with damping"),
-        (bool(option.enableflags & int(enabled.mjENBL_SLEEP)), "sleeping bodies"),
+        (bool(option.enableflags & enabled.mjENBL_SLEEP), "sleeping bodies"),
         (option.noslip_iterations > 0, "the noslip solver, which corrects after the fact"),
         (model.nv == 0, "no degree of freedom"),
     )

@@ -44,7 +44,7 @@ def rigid_piece(
     """The free body `body`, or the heaviest that a plane can touch, of `model` in the posture of
     `data`, whose positions are computed, with sliding `friction` in place of its own; raises
     ParameterError, and NotCertifiable for what cannot be slid on a plane."""
-    if model.opt.enableflags & int(mujoco.mjtEnableBit.mjENBL_OVERRIDE):
+    if model.opt.enableflags & mujoco.mjtEnableBit.mjENBL_OVERRIDE:
         raise NotCertifiable("the model overrides the settings of every contact")
     root = _free_body(model, body)
     inside = np.flatnonzero(model.body_rootid == root)
@@ -221,7 +221,7 @@ def _pairs(spec: Any, model: Any, plane: int, geoms: list[int]) -> None:
 
 def _on_the_plane(model: Any) -> None:
     """Lower the piece until it touches, in its posture at the start; changed in place."""
-    if model.opt.disableflags & int(mujoco.mjtDisableBit.mjDSBL_CONTACT):
+    if model.opt.disableflags & mujoco.mjtDisableBit.mjDSBL_CONTACT:
         raise NotCertifiable("no contact with the plane is made: contacts may be disabled")
     near = mujoco.MjData(model)
     near.qpos[2] = up = 4.0 * float(

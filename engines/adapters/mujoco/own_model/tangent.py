@@ -122,7 +122,7 @@ class TangentMaps:
 def for_maps(model: Any) -> Any:
     """The model for Jacobians of its steps, changed in place: its solver runs to its floor, and it
     goes on from numbers without bounds."""
-    model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_AUTORESET)
+    model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET
     converging(model).opt.disableflags &= ~int(mujoco.mjtDisableBit.mjDSBL_WARMSTART)
     return model
 

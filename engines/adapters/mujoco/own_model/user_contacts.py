@@ -269,7 +269,7 @@ class MujocoContacts(RigidPiece):
         model.opt = self.model.opt
         model.opt.timestep = step
         model.opt.integrator = kind(named.settings["integrator"])
-        model.opt.cone = int(mujoco.mjtCone.mjCONE_ELLIPTIC)
+        model.opt.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
         model.opt.impratio, model.opt.tolerance = REGULARISATION_RATIO, TOLERANCE
         model.qpos0[:] = self._settled.begun
         return model
