@@ -5,7 +5,9 @@ from dataclasses import dataclass, replace
 from types import MappingProxyType
 from xml.etree import ElementTree
 
+from plumbob.analytic.schemes import Scheme
 from plumbob.engines import registry
+from plumbob.engines.abilities import SchemeOfCase
 from plumbob.engines.method import Simulation, Unsupported
 from plumbob.engines.study.codec import plain
 from plumbob.engines.study.results import Analysed
@@ -100,6 +102,12 @@ def with_engine(monkeypatch, engine):
     every = MappingProxyType({**registry.built_in(), engine.name: engine})
     monkeypatch.setattr(registry, "built_in", lambda: every)
     monkeypatch.setattr(registry, "_adapter", every.get)
+
+
+def without_theory(monkeypatch):
+    """Let MuJoCo's methods have a scheme that no theory knows."""
+    mujoco, other = registry.built_in()["mujoco"], SchemeOfCase(lambda case, method: Scheme("own"))
+    with_engine(monkeypatch, replace(mujoco, abilities=(other, *mujoco.abilities)))
 
 
 def break_engine(monkeypatch, name):

@@ -7,9 +7,6 @@ from types import MappingProxyType
 import numpy as np
 import pytest
 
-from plumbob.analytic.schemes import Scheme
-from plumbob.engines import registry
-from plumbob.engines.abilities import SchemeOfCase
 from plumbob.engines.study import gradient, measurement
 from plumbob.engines.study import stability as measuring
 from plumbob.models.registry import case_of
@@ -20,9 +17,9 @@ from plumbob.tests.commands.outcomes import (
     changed_runs,
     misread,
     validated,
-    with_engine,
     with_prepare,
     without_pages,
+    without_theory,
 )
 
 PENDULUM, LINE = "simple-pendulum/free-small", "capsule-line/ca1"
@@ -99,8 +96,7 @@ def test_friction_that_is_read_wrongly_hides_in_no_known_limit(
 
 def test_a_method_that_loses_its_theory(validate, monkeypatch):
     """Its error still falls with the step; that no theory covers it is declared of nobody here."""
-    mujoco, other = registry.built_in()["mujoco"], SchemeOfCase(lambda case, method: Scheme("own"))
-    with_engine(monkeypatch, replace(mujoco, abilities=(other, *mujoco.abilities)))
+    without_theory(monkeypatch)
     found = validate(CONE, "mujoco/euler")
     assert red(found, CONE, "mujoco/euler")
     assert found.failure(CONE, "mujoco/euler").startswith("converges, expected predicted")

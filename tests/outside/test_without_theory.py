@@ -1,19 +1,15 @@
 """An engine whose scheme no theory covers converges where it reads a scene as it is, and not where
 it reads gravity or friction wrongly."""
 
-from dataclasses import replace
-
 import pytest
 
-from plumbob.analytic.schemes import Scheme
 from plumbob.engines import registry
-from plumbob.engines.abilities import SchemeOfCase
 from plumbob.engines.study.convergence import convergence_study
 from plumbob.engines.study.runner import most_steps
 from plumbob.models.registry import case_of
 from plumbob.models.registry import scene as find_scene
 from plumbob.reports.judge.verdict import judged
-from plumbob.tests.commands.outcomes import misread, with_engine
+from plumbob.tests.commands.outcomes import misread, without_theory
 
 SWING, LINE = "simple-pendulum/free-large", "capsule-line/heading-030"
 
@@ -33,9 +29,7 @@ SWING, LINE = "simple-pendulum/free-large", "capsule-line/heading-030"
 def test_an_engine_without_theory(scene, method, factors, converges, monkeypatch):
     chosen, how = find_scene(scene), registry.method(method)
     assert set(factors) <= set(chosen.parameters)
-    own, mujoco = Scheme("own"), registry.built_in()["mujoco"]
-    other = SchemeOfCase(lambda case, method: own)
-    with_engine(monkeypatch, replace(mujoco, abilities=(other, *mujoco.abilities)))
+    without_theory(monkeypatch)
     if factors:
         misread(monkeypatch, "mujoco", factors)
     case = case_of(chosen)
