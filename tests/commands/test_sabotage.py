@@ -7,6 +7,7 @@ from types import MappingProxyType
 import numpy as np
 import pytest
 
+from plumbob.engines import registry
 from plumbob.engines.study import gradient, measurement
 from plumbob.engines.study import stability as measuring
 from plumbob.models.registry import case_of
