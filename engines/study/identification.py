@@ -120,8 +120,7 @@ def identify(
     if all_samples:
         wanted = tuple(Quantity(q.observable, q.scale) for q in wanted)
     times = _times(true, method, step)
-    ends = np.array([q.when == "end" for q in wanted])
-    size = int(np.where(ends, 1, times.size).sum())
+    size = sum(1 if q.when == "end" else times.size for q in wanted)
     if size < len(box.sides):
         raise ParameterError(
             "parameter",
