@@ -55,7 +55,7 @@ class PeerModel(Protocol):
     def begin(self, state: Array) -> None:
         """Start from a state."""
 
-    def advance(self, control: Array, force: Array | None, steps: int) -> Array:
+    def advance(self, control: Array, force: Array, steps: int) -> Array:
         """Take steps under a control and a generalised force beside it; the state at their end."""
 
 
@@ -117,7 +117,7 @@ class EngineModel(Protocol):
     def terms(self, q: Array, v: Array, control: Array) -> dict[str, Any]:
         """As `Terms` has them."""
 
-    def advance(self, control: Array, force: Array | None, steps: int) -> tuple[Array, Array]:
+    def advance(self, control: Array, force: Array, steps: int) -> tuple[Array, Array]:
         """As `PeerModel` does; the coordinates at the end."""
 
 
@@ -170,10 +170,9 @@ class Translated:
         forces = ("gravity", "bias", "passive", "actuator")
         return {**terms, **{name: self._jacobian.T @ terms[name] for name in forces}}
 
-    def advance(self, control: Array, force: Array | None, steps: int) -> Array:
+    def advance(self, control: Array, force: Array, steps: int) -> Array:
         """The state after steps under a control and a force in MuJoCo's coordinates."""
-        if force is not None:
-            force = np.asarray(np.linalg.solve(self._jacobian.T, force), np.float64)
+        force = np.asarray(np.linalg.solve(self._jacobian.T, force), np.float64)
         q, v = self.engine.advance(control, force, steps)
         qpos, (ours, _, theirs, _) = np.empty(self.velocity.start), self.hinges
         qpos[ours] = q[theirs] + self.drawn

@@ -237,12 +237,11 @@ class DartModel:
             "contacts": [_names(contact) for contact in touching.getContacts()],
         }
 
-    def advance(self, control: Array, force: Array | None, steps: int) -> tuple[Array, Array]:
+    def advance(self, control: Array, force: Array, steps: int) -> tuple[Array, Array]:
         """Take steps."""
         for _ in range(steps):
-            if force is not None:
-                for skeleton, part in zip(self.skeletons, self._split(force), strict=True):
-                    skeleton.setForces(part)
+            for skeleton, part in zip(self.skeletons, self._split(force), strict=True):
+                skeleton.setForces(part)
             self.world.step()
         q, v = (
             np.concatenate([getattr(skeleton, name)() for skeleton in self.skeletons])

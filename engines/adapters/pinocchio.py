@@ -199,14 +199,13 @@ class PinocchioModel:
         upper = np.triu(inertia)
         return {"mass matrix": upper + np.triu(upper, 1).T, **forces, "contacts": []}
 
-    def advance(self, control: Array, force: Array | None, steps: int) -> tuple[Array, Array]:
+    def advance(self, control: Array, force: Array, steps: int) -> tuple[Array, Array]:
         """Take steps."""
         import pinocchio
 
-        applied = np.zeros(len(self.v)) if force is None else force
         for _ in range(steps):
             self.v = self.v + self.step * pinocchio.aba(
-                self.model, self.data, self.q, self.v, applied
+                self.model, self.data, self.q, self.v, force
             )
             self.q = pinocchio.integrate(self.model, self.q, self.step * self.v)
         return self.q, self.v

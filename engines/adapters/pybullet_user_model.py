@@ -64,12 +64,11 @@ class World:
         for body, joint, at, rate in self.joints:
             self.client.resetJointState(body, joint, q[at], v[rate])
 
-    def advance(self, force: Array | None, steps: int = 1) -> tuple[Array, Array]:
+    def advance(self, force: Array, steps: int = 1) -> tuple[Array, Array]:
         """Take steps under a force; the coordinates at their end."""
         client, (q, v) = self.client, map(np.zeros, self.size)
         for _ in range(steps):
-            if force is not None:
-                self._push(force)
+            self._push(force)
             client.stepSimulation()
         for body, at, rate in self.bases:
             place, attitude = client.getBasePositionAndOrientation(body)
@@ -101,18 +100,18 @@ class BulletModel:
         self.bare = bare.without_contacts(linearDamping=0.0, angularDamping=0.0, jointDamping=0.0)
         self.put = self.world.put
 
-    def _acceleration(self, world: World, q: Array, v: Array, force: Array | None = None) -> Array:
+    def _acceleration(self, world: World, q: Array, v: Array, force: Array) -> Array:
         world.put(q, v)
         return (world.advance(force)[1] - v) / PROBE
 
     def terms(self, q: Array, v: Array, control: Array) -> dict[str, Any]:
         """As its steps show them; of actuators it reads none."""
         rest = np.zeros(len(v))
-        falls = self._acceleration(self.bare, q, rest)
+        falls = self._acceleration(self.bare, q, rest, rest)
         columns = [self._acceleration(self.bare, q, rest, unit) - falls for unit in np.eye(len(v))]
         inertia = np.linalg.inv(np.array(columns).T)
-        moved = self._acceleration(self.bare, q, v)
-        damped = self._acceleration(self.damped, q, v)
+        moved = self._acceleration(self.bare, q, v, rest)
+        damped = self._acceleration(self.damped, q, v, rest)
         return {
             "mass matrix": (inertia + inertia.T) / 2,
             "gravity": inertia @ falls,
@@ -136,7 +135,7 @@ class BulletModel:
         name: str = info.decode()
         return name
 
-    def advance(self, control: Array, force: Array | None, steps: int) -> tuple[Array, Array]:
+    def advance(self, control: Array, force: Array, steps: int) -> tuple[Array, Array]:
         """Take steps."""
         return self.world.advance(force, steps)
 

@@ -235,7 +235,7 @@ def _run(peer: PeerModel, held: Held, right: Sequence[str] = ()) -> tuple[Array,
     peer.begin(state)
     for k, control in enumerate(script.controls):
         for _ in range(parts if right else 1):
-            force = None
+            force = np.zeros_like(script.start[held.model.layout.velocity])
             if right:
                 state = np.append(state, held.states[k, state.size :])  # activations, if any
                 force = _force(terms, peer, state, control, right, held.model.step)

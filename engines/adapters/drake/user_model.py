@@ -8,12 +8,11 @@ from typing import Any
 import numpy as np
 from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import AddMultibodyPlantSceneGraph
-from pydrake.multibody.tree import JointIndex
 from pydrake.systems.framework import DiagramBuilder
 
 from plumbob.analytic.reference import Array
 from plumbob.engines.adapters.drake.stepping import simulator_of
-from plumbob.engines.peer_model import Frame, Layout, PeerModel, Translated, commands
+from plumbob.engines.peer_model import FREE, Frame, Layout, PeerModel, Translated, commands
 
 DIRECT = "controls are taken for torques: gear and gain dropped"
 FRAME = Frame(lambda p, r: np.concatenate([r, p]), lambda q: (q[4:], q[:4]))
@@ -42,29 +41,26 @@ class DrakeModel:
         self.simulator.get_mutable_context().SetTime(0.0)
         self.plant.SetPositions(self.context, q)
         self.plant.SetVelocities(self.context, v)
-        self._push(np.zeros(len(self.layout.actuators)), None)
+        self._push(np.zeros(len(self.layout.actuators)), 0.0 * v)
         self.simulator.Initialize()
 
-    def _push(self, control: Array, force: Array | None) -> None:
+    def _push(self, control: Array, force: Array) -> None:
         plant, context = self.plant, self.context
         self.forces = np.zeros(self.selects.shape[1])
         if self.commands:
             self.forces[:] = control[self.commands]
         plant.get_actuation_input_port().FixValue(context, self.forces)
-        applied = np.zeros(plant.num_velocities()) if force is None else force
-        plant.get_applied_generalized_force_input_port().FixValue(context, applied)
+        plant.get_applied_generalized_force_input_port().FixValue(context, force)
 
     def terms(self, q: Array, v: Array, control: Array) -> dict[str, Any]:
         """Of the plant; pairs that touch by Drake's contact results."""
         plant, context = self.plant, self.context
         self.put(q, v)
-        self._push(control, None)
-        joints = map(plant.get_joint, map(JointIndex, range(plant.num_joints())))
+        self._push(control, 0.0 * v)
         damping = np.zeros(plant.num_velocities())
-        for joint in joints:
-            at, count = joint.velocity_start(), joint.num_velocities()
-            if count == 1:
-                damping[at : at + count] = joint.GetDampingVector(context)
+        for joint in map(plant.get_joint, plant.GetJointIndices()):
+            at = joint.velocity_start()
+            damping[at : at + joint.num_velocities()] = joint.GetDampingVector(context)
         touching = plant.get_contact_results_output_port().Eval(context)
         pairs = [
             (info.bodyA_index(), info.bodyB_index())
@@ -82,7 +78,7 @@ class DrakeModel:
             "contacts": [tuple(plant.get_body(i).name() for i in pair) for pair in pairs],
         }
 
-    def advance(self, control: Array, force: Array | None, steps: int) -> tuple[Array, Array]:
+    def advance(self, control: Array, force: Array, steps: int) -> tuple[Array, Array]:
         """Take steps; a discrete update takes place at the time at which its step begins."""
         self._push(control, force)
         begun = round(self.simulator.get_context().get_time() / self.step + 0.5)
@@ -94,16 +90,11 @@ class DrakeModel:
 def user_model(path: Path, layout: Layout, step: float) -> PeerModel:
     """The model of a file; raises NotRead, and RuntimeError where Drake refuses the file."""
     model = DrakeModel(path, layout, step)
-    plant = model.plant
-    joints = [plant.get_joint(i) for i in plant.GetJointIndices()]
-    hinges = {
-        joint.name(): (joint.position_start(), joint.velocity_start())
-        for joint in joints
-        if joint.num_velocities() == 1
-    }
-    free = [
-        (joint.position_start(), joint.velocity_start(), FRAME)
-        for joint in joints
-        if joint.num_velocities() == 6
-    ]
+    hinges, free = {}, []
+    for joint in map(model.plant.get_joint, model.plant.GetJointIndices()):
+        at = joint.position_start(), joint.velocity_start()
+        if joint.num_velocities() == 1:
+            hinges[joint.name()] = at
+        elif joint.num_velocities() == FREE:
+            free.append((*at, FRAME))
     return Translated(model, layout, hinges, free)

@@ -135,10 +135,10 @@ class PortedModel:
         mujoco.mj_resetData(self.model, self.data)
         put(self.data, state)
 
-    def advance(self, control: Array, force: Array | None, steps: int) -> Array:
+    def advance(self, control: Array, force: Array, steps: int) -> Array:
         """Take steps under a control and a force; the state at their end."""
         data = self.data
-        data.ctrl[:], data.qfrc_applied[:] = control, 0.0 if force is None else force
+        data.ctrl[:], data.qfrc_applied[:] = control, force
         self.port.load(data)
         self.port.steps(steps)
         self.port.unload(data)
