@@ -69,14 +69,17 @@ class Evidence:
         """The largest relative error over the scenes at each step that any of them ran."""
         largest: dict[float, float] = {}
         for scene in self.scenes:
-            for step, run in self.runs[scene.name, method.name].items():
+            for step, run in self._runs(scene, method).items():
                 error = error_of(run, self.quantities[scene.name])
                 largest[step] = max(error, largest.get(step, 0.0))
         return largest
 
+    def _runs(self, scene: Scene, method: Method) -> dict[float, Measurement]:
+        return self.runs[scene.name, method.name]
+
     def common(self, method: Method, below: float = math.inf) -> list[float]:
         """The steps below one that were run on every scene, from small to large."""
-        every = (set(self.runs[scene.name, method.name]) for scene in self.scenes)
+        every = (set(self._runs(scene, method)) for scene in self.scenes)
         return sorted(h for h in set.intersection(*every) if h < below)
 
     def cost(self, method: Method, step: float) -> float:
@@ -86,7 +89,7 @@ class Evidence:
 
     def _price(self, scene: Scene, method: Method, step: float) -> float:
         """[ns] of a run, at a tolerance that of the nearest run."""
-        runs = self.runs[scene.name, method.name]
+        runs = self._runs(scene, method)
         if math.isinf(step) or not runs:
             return 0.0
         steps = scene.duration / step
@@ -141,15 +144,12 @@ class Evidence:
         common = self.common(method, below)
         return [self.choice(method, h, errors[h]) for h in common if math.isfinite(errors[h])]
 
-    def reaches(
-        self, method: Method, step: float, wanted: float, margin: float = 1.0
-    ) -> bool | None:
+    def reaches(self, method: Method, step: float, wanted: float, margin: float) -> bool | None:
         """Whether the error at a step is the wanted one over a `margin`, or smaller, on every
         scene; runs what is missing, and is None where there is no time for that."""
         for scene in self.scenes:
-            least, most = _TOLERANCES
-            if method.control == "step":
-                least, most = 0.0, scene.duration / _FEWEST
+            steps = 0.0, scene.duration / _FEWEST
+            least, most = steps if method.control == "step" else _TOLERANCES
             if not least <= step <= most:
                 return False
             run = self._run(scene, method, step)
@@ -159,7 +159,7 @@ class Evidence:
 
     def _run(self, scene: Scene, method: Method, step: float) -> Measurement | None:
         """A run, made now where it is missing and there is time for it."""
-        runs = self.runs[scene.name, method.name]
+        runs = self._runs(scene, method)
         if step not in runs and self.run is not None:
             seconds = _COMPILE + 1e-9 * self._price(scene, method, step)
             if seconds > self.seconds:
@@ -174,12 +174,15 @@ class Evidence:
         scatter, and those by a margin; None where there is no time for it."""
         few, more = ([float(f"{step * part:.4g}") for part in parts] for parts in (FEW, MORE))
         few = [step, *few]
-        reached = (self.reaches(method, h, wanted) for h in few)
-        first = next((answer for answer in reached if not answer), True)
+
+        def every(steps: Sequence[float], margin: float) -> bool | None:
+            answers = (self.reaches(method, h, wanted, margin) for h in steps)
+            return next((answer for answer in answers if not answer), True)
+
+        first = every(few, 1.0)
         if not first or (method.control == "step" and _straight(few, self.errors(method))):
             return first
-        beyond = (self.reaches(method, h, wanted, SCATTER) for h in (*few, *more))
-        return next((answer for answer in beyond if not answer), True)
+        return every((*few, *more), SCATTER)
 
 
 def searched(
@@ -219,14 +222,14 @@ def _largest(evidence: Evidence, method: Method, wanted: float, best: float) -> 
         good = evidence.common(method, ceiling)
         return min(good, key=partial(evidence.cost, method), default=None)
     resolved = RESOLVED if method.control == "step" else RESOLVED**8  # cost: the 8th root, or so
-    chosen = None
+    chosen = 0.0
     for _ in range(_TRIES):
         ceiling = min(ceiling, evidence.failing(method, wanted))
-        if chosen is not None and chosen >= ceiling:
-            chosen = None
-        if expensive(ceiling) or (chosen is not None and ceiling <= resolved * chosen):
+        if chosen >= ceiling:
+            chosen = 0.0
+        if expensive(ceiling) or ceiling <= resolved * chosen:
             break
-        if chosen is None:
+        if not chosen:
             below = evidence.common(method, ceiling)
             good = [h for h in below if STRIDE * h <= ceiling] or below[:1]
             step = good[-1] if good else _finer(evidence, method, wanted, ceiling)
@@ -234,24 +237,25 @@ def _largest(evidence: Evidence, method: Method, wanted: float, best: float) -> 
             step = _rounded(chosen * (1.8 if method.control == "step" else 4.0))
         else:
             step = _rounded(math.sqrt(chosen * ceiling))
-        if step in (None, chosen) or (holds := evidence.holds(method, step, wanted)) is None:
+        if step == chosen or (holds := evidence.holds(method, step, wanted)) is None:
             break
         chosen, ceiling = (step, ceiling) if holds else (chosen, step)
-    return chosen
+    return chosen or None
 
 
-def _finer(evidence: Evidence, method: Method, wanted: float, failing: float) -> float | None:
-    """A step below all that were run, where the curve of errors leads to the wanted one."""
+def _finer(evidence: Evidence, method: Method, wanted: float, failing: float) -> float:
+    """A step below all that were run, where the curve of errors leads to the wanted one; 0 where it
+    leads nowhere."""
     steps, errors = evidence.common(method), evidence.errors(method)
     if len(steps) < 2 or not 0.0 < errors[steps[0]] < errors[steps[1]] < math.inf:
-        return None
+        return 0.0
     small, large = steps[:2]
     slope = math.log(errors[large] / errors[small]) / math.log(large / small)
     if slope < _SHALLOW:
-        return None
+        return 0.0
     factor = min(0.8, 0.9 * (wanted / errors[small]) ** (1.0 / slope))
     # Smaller steps take too long, and may underflow.
-    return _rounded(min(failing, small) * factor) if factor > _SMALLEST else None
+    return _rounded(min(failing, small) * factor) if factor > _SMALLEST else 0.0
 
 
 def _straight(steps: Sequence[float], errors: Mapping[float, float]) -> bool:
