@@ -26,7 +26,7 @@ import numpy as np
 
 from plumbob.analytic.reference import Array
 from plumbob.engines.audit.allowance import Allowance
-from plumbob.engines.audit.reference import TIGHT, Certificate, Run, computed
+from plumbob.engines.audit.reference import TIGHT, Certificate, computed
 from plumbob.engines.own_motion import NotCertifiable, OwnModel, Script
 
 # The two computations of eq. 1, (method, tolerance, eps): with contacts, differences that are ten
@@ -253,8 +253,8 @@ def _refined(
     method, tolerance, eps = way
 
     def course(by: float) -> Array:
-        run = Run(method, tolerance, 0.0, allowance.left)
-        motion = computed(model, _moved(model, script, number, by), run)
+        moved = _moved(model, script, number, by)
+        motion = computed(model, moved, method, tolerance, allowance.left)
         if motion.why:
             raise NotCertifiable(motion.why)
         return motion.states

@@ -37,16 +37,6 @@ OUT_OF_TIME = "the time given for it ended"
 
 
 @dataclass(frozen=True)
-class Run:
-    """One computation of the motion."""
-
-    method: str
-    tolerance: float
-    width: float  # [m] of the layer over which contacts begin; 0: at once
-    seconds: float  # that it may take
-
-
-@dataclass(frozen=True)
 class Certificate:
     """The continuous motion at the ends of the control periods, and how well it is known."""
 
@@ -78,10 +68,9 @@ def certified(model: OwnModel, script: Script, allowance: Allowance) -> Certific
     """The reference of `model` under `script`; its confirmation runs beside it in an executor, with
     the same bits. Where nothing can be certified, its uncertainty is infinite after the start and
     `why` says so."""
-    tight = Run("DOP853", TIGHT, 0.0, FIRST * allowance.seconds)
-    loose = Run("RK45", LOOSE, 0.0, (1.0 - FIRST) * allowance.seconds)
-    second = allowance.start(computed, model, script, loose)
-    first = computed(model, script, tight)
+    seconds = allowance.seconds
+    second = allowance.start(computed, model, script, "RK45", LOOSE, (1.0 - FIRST) * seconds)
+    first = computed(model, script, "DOP853", TIGHT, FIRST * seconds)
     smooth = _compared(model, first, second())
     if not first.why:
         return smooth
@@ -109,7 +98,7 @@ def _layered(
     while len(courses) < len(asked):
         seconds = allowance.left * pace / (len(asked) - len(courses))
         runs = [
-            allowance.start(computed, model, script, Run("RK45", tolerance, width, seconds))
+            allowance.start(computed, model, script, "RK45", tolerance, seconds, width)
             for width, tolerance in asked[len(courses) :][:pace]
         ]
         courses += [run() for run in runs]
@@ -171,15 +160,22 @@ class _Watch:
             raise NotCertifiable(f"{OUT_OF_TIME} at {at:.4g} s")
 
 
-def computed(model: OwnModel, script: Script, run: Run) -> Integration:
+def computed(
+    model: OwnModel,
+    script: Script,
+    method: str,
+    tolerance: float,
+    seconds: float,
+    width: float = 0.0,
+) -> Integration:
     """The motion of `model` under `script` by an adaptive method of scipy's, begun anew with each
-    control period; it gives up where its time ends, where the step collapses and, without a layer,
-    where events come too often."""
+    control period; contacts begin over a layer of this `width` [m], or at once. It gives up where
+    its time ends, where the step collapses and, without a layer, where events come too often."""
     from scipy import integrate
 
-    solver: Any = getattr(integrate, run.method)
-    field = model.field(run.width)
-    watch = _Watch(field, run.width > 0.0, run.seconds)
+    solver: Any = getattr(integrate, method)
+    field = model.field(width)
+    watch = _Watch(field, width > 0.0, seconds)
     states = np.full((len(script.controls) + 1, script.start.size), np.nan)
     states[0] = y = field.normalised(script.start)
     size: float | None = None
@@ -192,8 +188,8 @@ def computed(model: OwnModel, script: Script, run: Run) -> Integration:
                 *(field, start, y, end),
                 first_step=min(size, 0.999 * (end - start)) if size else None,
                 max_step=script.period,
-                rtol=run.tolerance,
-                atol=run.tolerance,
+                rtol=tolerance,
+                atol=tolerance,
             )
             while motion.status == "running":
                 motion.step()
