@@ -42,6 +42,10 @@ METHODS = (
 )
 
 
+Pair = tuple[Any, Any]
+"""A model and its data, or positions and velocities."""
+
+
 class MjxPort:
     """A compiled model in MJX, in single precision, which is its default, or double."""
 
@@ -77,11 +81,11 @@ class MjxPort:
             self.data = jax.block_until_ready(self.take(self.model, self.data, count))
 
     @property
-    def numbers(self) -> tuple[Any, Any]:
+    def numbers(self) -> Pair:
         """The model, and where it is."""
         return self.model, self.data
 
-    def state(self) -> tuple[Any, Any]:
+    def state(self) -> Pair:
         """Positions and velocities."""
         return self.data.qpos, self.data.qvel
 
@@ -182,7 +186,7 @@ def derivatives(way: str, number: Number, method: Method, step: float) -> ByName
     )
 
 
-def _slopes(low: tuple[Any, Any], high: tuple[Any, Any], apart: float) -> list[Array]:
+def _slopes(low: Pair, high: Pair, apart: float) -> list[Array]:
     """The derivative of each of the numbers that a run starts with."""
     import jax
 
@@ -191,7 +195,7 @@ def _slopes(low: tuple[Any, Any], high: tuple[Any, Any], apart: float) -> list[A
     return [(np.asarray(b, float) - np.asarray(a, float)) / apart for a, b in rows]
 
 
-def _end(numbers: Any, slopes: Any, steps: int, amount: Any) -> tuple[Any, Any]:
+def _end(numbers: Any, slopes: Any, steps: int, amount: Any) -> Pair:
     """Positions and velocities after so many steps, from numbers moved by an amount of slopes, to
     differentiate and as they are."""
     import jax

@@ -7,6 +7,8 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
+Stored = Mapping[str, Any]
+"""An audit as its JSON has it."""
 SETTINGS = ("integrator", "step", "start", "control", "control_period", "duration", "worst_body")
 ABSENT = "none"
 # Chosen, relative and [m, s, m/s]: a run repeats to the bit, and JSON holds its doubles whole; what
@@ -27,7 +29,7 @@ class Moved:
     where it is neither better nor worse."""
 
 
-def changes(old: Mapping[str, Any], new: Mapping[str, Any]) -> tuple[Moved, ...]:
+def changes(old: Stored, new: Stored) -> tuple[Moved, ...]:
     """Everything that two audits, as plain data, tell apart. An error that no longer has a value
     counts as infinite, one below what the references are known to as none."""
     if "fields" not in old:
@@ -43,7 +45,7 @@ def changes(old: Mapping[str, Any], new: Mapping[str, Any]) -> tuple[Moved, ...]
     )
 
 
-def _settings(audit: Mapping[str, Any]) -> dict[str, Any]:
+def _settings(audit: Stored) -> dict[str, Any]:
     """Settings, versions and the fields of an audited model."""
     return (
         {name: audit[name] for name in SETTINGS}
@@ -71,7 +73,7 @@ def _moved(what: str, old: Any, new: Any, growth: float | None = None) -> Moved:
     return Moved(what, text(old), text(new), growth)
 
 
-def _worse(old: Mapping[str, Any], new: Mapping[str, Any]) -> Iterator[Moved]:
+def _worse(old: Stored, new: Stored) -> Iterator[Moved]:
     """Changes of the error, as far as both are certified, of the certified motion, its end and
     stability."""
     ends = [audit["certified_until"] for audit in (old, new)]
@@ -95,7 +97,7 @@ def _worse(old: Mapping[str, Any], new: Mapping[str, Any]) -> Iterator[Moved]:
         yield _moved("unstable", old["unstable"], new["unstable"], lost)
 
 
-def _error(audit: Mapping[str, Any], samples: int) -> float:
+def _error(audit: Stored, samples: int) -> float:
     """The largest error [m] over the first `samples` of its control periods."""
     error = audit["error_over_time"][samples - 1] if samples else audit["error"]
     return math.inf if error is None else float(error)
