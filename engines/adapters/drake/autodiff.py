@@ -10,8 +10,7 @@ from pydrake.autodiffutils import AutoDiffXd
 from pydrake.systems.analysis import Simulator_
 
 from plumbob.analytic.reference import Array
-from plumbob.engines.adapters.drake.scenes import assembled
-from plumbob.engines.adapters.drake.stepping import advancing
+from plumbob.engines.adapters.drake.scenes import advancing, assembled
 from plumbob.engines.adapters.hinged_body import hinged_body
 from plumbob.engines.adapters.own_derivatives import nudged
 from plumbob.engines.method import Method, Unsupported

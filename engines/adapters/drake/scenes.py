@@ -5,6 +5,8 @@ step by step."""
 from __future__ import annotations
 
 import math
+import time
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 from typing import Any
@@ -21,6 +23,7 @@ from pydrake.multibody.plant import (
     MultibodyPlant,
     MultibodyPlantConfig,
 )
+from pydrake.systems.analysis import ApplySimulatorConfig, Simulator, SimulatorConfig
 from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import Sine, TrajectorySource, ZeroOrderHold
 from pydrake.trajectories import PiecewisePolynomial
@@ -28,14 +31,14 @@ from pydrake.trajectories import PiecewisePolynomial
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.capsule import Capsule
 from plumbob.engines.adapters.chain import FREE, HINGE, WELD, Link, Pose, Vector
-from plumbob.engines.adapters.drake.stepping import (
-    BROKEN,
-    Scene,
-    by_steps,
-    error_controlled,
-    simulator_of,
+from plumbob.engines.adapters.stepping import (
+    Built,
+    Followed,
+    FollowedSimulation,
+    TakeSteps,
+    relative_tolerance,
+    stepped,
 )
-from plumbob.engines.adapters.stepping import Built, TakeSteps, stepped
 from plumbob.engines.adapters.three_feet import (
     FOOT_RADIUS,
     Bodies,
@@ -47,6 +50,7 @@ from plumbob.engines.method import Method, Options, Simulation
 from plumbob.engines.sampling import step_count
 from plumbob.models.scene import Case
 
+BROKEN = (OverflowError, ValueError, RuntimeError)  # raised where numbers are no longer finite
 GROUND = 100.0  # [m] of a block whose top is the plane
 SETTLING = 1000  # steps for the capsule to come to rest on its contacts
 SETTLING_STEP = 1e-3  # [s]
@@ -56,34 +60,84 @@ CONTROL = 1e-3  # [s] for which the slider's acceleration is held in a continuou
 def discrete(case: Case, method: Method, step: float) -> Simulation:
     """The discrete plant of `case` with the contact solver that `method` names, at `step` [s];
     raises Unsupported and ParameterError."""
-    scene = _scene(case, {**method.settings, "time_step": step}, step)
-    return stepped(case, step, partial(by_steps, scene, step), BROKEN)
+    body, settings = bodies(case), {**method.settings, "time_step": step}
+
+    def build() -> Built:
+        simulator, pose = _started(body, settings, step, case.scene.duration)
+        return body.built(advancing(simulator, step), pose)
+
+    return stepped(case, step, build, BROKEN)
 
 
 def continuous(case: Case, method: Method, accuracy: float, smallest: float) -> Simulation:
     """The continuous plant of `case` with the integrator that `method` names, at an accuracy of at
     least the `smallest`, a slider's motion held for CONTROL; raises ParameterError."""
-    scene = _scene(case, {"time_step": 0.0}, CONTROL)
-    return error_controlled(case, method, accuracy, smallest, scene)
+    body, lasting = bodies(case), case.scene.duration
+    chosen = SimulatorConfig(
+        integration_scheme=method.settings["integration_scheme"],
+        accuracy=relative_tolerance(accuracy, smallest),
+        max_step_size=lasting,
+        use_error_control=True,
+        target_realtime_rate=0.0,
+    )
+
+    def started(step: float) -> tuple[Any, Built]:
+        simulator, pose = _started(body, {"time_step": 0.0}, CONTROL, lasting)
+        ApplySimulatorConfig(chosen, simulator)
+        simulator.Initialize()
+        return simulator, body.built(lambda first, last: simulator.AdvanceTo(last * step), pose)
+
+    def follow(duration: float, samples: int) -> Followed:
+        step = duration / samples
+        simulator, built = started(step)
+        rows, why = [built.read()], list[str]()
+        try:
+            for k in range(samples):
+                built.advance(k, k + 1)
+                rows.append(built.read())
+        except BROKEN as error:
+            why.append(" ".join(str(error).split()))
+        observed, _ = built.gather(rows)
+        times = np.asarray(step * np.arange(len(rows)))
+        return Followed(times, observed, _evaluations(simulator), not why, tuple(why))
+
+    begin = time.perf_counter()
+    limits = started(lasting)[1].limits
+    seconds = time.perf_counter() - begin
+    return FollowedSimulation(follow, dict, lasting, seconds, limits, case.samples)
 
 
-def _scene(case: Case, settings: Options, control: float) -> Scene:
-    """`case` in a plant with these settings, its controls held so long [s]."""
-    return partial(_built, bodies(case), settings, control, case.scene.duration)
-
-
-def _built(body: Bodies, settings: Options, control: float, duration: float) -> Any:
+def _started(
+    body: Bodies, settings: Options, control: float, duration: float
+) -> tuple[Any, Callable[[], Pose]]:
+    """A simulator of bodies at their start in a plant with these settings, its controls held so
+    long [s], and what tells their pose."""
     source = None
     if isinstance(body, ThreeFeet) and body.tracks:
         steps = np.arange(float(step_count(duration, control)))
         source = _held(body.hold * body.controls(steps, control), control)
     standing = assembled(body, settings, body.pull, source, control)
-    rest = _rest(body, settings) if isinstance(body, ThreeFeet) else None
+    still = _rest(body, settings) if isinstance(body, ThreeFeet) else None
+    simulator = simulator_of(standing.diagram, standing.start(still))
+    return simulator, partial(standing.pose, simulator)
 
-    def build(simulator: Any, advance: TakeSteps) -> Built:
-        return body.built(advance, partial(standing.pose, simulator))
 
-    return standing.diagram, standing.start(rest), build
+def simulator_of(diagram: Any, context: Any) -> Any:
+    """Of a diagram from a context on."""
+    simulator = Simulator(diagram, context)
+    simulator.set_target_realtime_rate(0.0)
+    simulator.Initialize()
+    return simulator
+
+
+def advancing(simulator: Any, step: float) -> TakeSteps:
+    """A function that takes the steps with these indices, the last one excluded, of `step` [s]."""
+
+    def advance(first: int, last: int) -> None:
+        # A discrete update takes place at the time at which its step begins.
+        simulator.AdvanceTo((last - 0.5) * step)
+
+    return advance
 
 
 @dataclass
@@ -224,3 +278,13 @@ def _rest(body: ThreeFeet, settings: Options) -> tuple[Array, Array]:
     attitude = pose.rotation().ToQuaternion().wxyz()
     attitude[3] = 0.0
     return attitude, np.array([0.0, 0.0, pose.translation()[2]])
+
+
+def _evaluations(simulator: Any) -> int:
+    """So far; of CENIC, which counts none, its solutions of a step: three each, rejected ones
+    too."""
+    integrator = simulator.get_integrator()
+    if counted := integrator.get_num_derivative_evaluations():
+        return int(counted)
+    rejected = integrator.get_num_step_shrinkages_from_error_control()
+    return int(3 * (integrator.get_num_steps_taken() + rejected))

@@ -11,7 +11,7 @@ from pydrake.multibody.plant import AddMultibodyPlantSceneGraph
 from pydrake.systems.framework import DiagramBuilder
 
 from plumbob.analytic.reference import Array
-from plumbob.engines.adapters.drake.stepping import simulator_of
+from plumbob.engines.adapters.drake.scenes import simulator_of
 from plumbob.engines.peer_model import FREE, Frame, Layout, PeerModel, Translated, commands
 
 DIRECT = "controls are taken for torques: gear and gain dropped"
