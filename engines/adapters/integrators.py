@@ -14,6 +14,7 @@ from plumbob.analytic.schemes import EULER, LEAPFROG, RK4, TABLEAUX
 from plumbob.analytic.tableau import Tableau
 from plumbob.engines.adapters.equation import Equation, State
 from plumbob.engines.adapters.stepping import Built, SteppedSimulation
+from plumbob.engines.sampling import step_count
 
 Advance = Callable[[Equation, State, int, int, float], State]
 MOST_CORRECTIONS = 100  # of an implicit half step: each divides the change by 2/(h df/dv)
@@ -110,15 +111,16 @@ def _moved(state: State, weights: Sequence[float], slopes: Sequence[State], h: f
     return x, v
 
 
-def integrator(name: str, turning: bool = False) -> Advance:
-    """The integrator that a `Scheme` names: EULER, LEAPFROG or one of TABLEAUX, of an attitude if
-    `turning`; raises KeyError."""
-    steps = {EULER: semi_implicit_euler, LEAPFROG: leapfrog} | ({} if turning else {RK4: rk4})
-    return steps[name] if name in steps else explicit(TABLEAUX[name])
-
-
-def fixed_steps(equation: Equation, advance: Advance, steps: int, step: float) -> SteppedSimulation:
-    """An equation with an integrator, so many steps and their length [s]."""
+def fixed_steps(
+    equation: Equation, integrator: str, duration: float, step: float
+) -> SteppedSimulation:
+    """An equation over a duration [s] in steps [s] of the integrator that a `Scheme` names: EULER,
+    LEAPFROG or one of TABLEAUX, which alone take coordinates whose rate is not v; raises KeyError
+    and ParameterError."""
+    loops = {EULER: semi_implicit_euler, LEAPFROG: leapfrog}
+    if type(equation) is Equation:
+        loops[RK4] = rk4
+    advance = loops[integrator] if integrator in loops else explicit(TABLEAUX[integrator])
 
     def build() -> Built:
         state = equation.start
@@ -134,4 +136,4 @@ def fixed_steps(equation: Equation, advance: Advance, steps: int, step: float) -
             gather=lambda states: (equation.observed(states), {}),
         )
 
-    return SteppedSimulation(build, steps, step, 0.0)
+    return SteppedSimulation(build, step_count(duration, step), step, 0.0)

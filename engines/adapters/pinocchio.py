@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -18,12 +17,11 @@ from plumbob.analytic.schemes import EULER, RK4, Scheme
 from plumbob.engines.abilities import Fields, ModelReader, OwnDerivative, RunsFiles
 from plumbob.engines.adapters.equation import Equation
 from plumbob.engines.adapters.hinged_body import PENDULUMS, HingedBody, hinged_body, model_error
-from plumbob.engines.adapters.integrators import fixed_steps, integrator
+from plumbob.engines.adapters.integrators import fixed_steps
 from plumbob.engines.adapters.own_derivatives import nudged
 from plumbob.engines.adapters.three_feet import CAPSULE
 from plumbob.engines.method import Engine, Method, Simulation, Unsupported
 from plumbob.engines.peer_model import FREE, Frame, Layout, NotRead, PeerModel, Translated
-from plumbob.engines.sampling import step_count
 from plumbob.engines.trajectory import ByName
 from plumbob.models.scene import Case
 
@@ -53,11 +51,10 @@ def prepare(case: Case, method: Method, step: float) -> Simulation:
         raise Unsupported(NO_CONTACTS)
     begin, body = time.perf_counter(), hinged_body(case)
     equation = Equation(_dynamics(body), body.theta, body.theta_dot, 1.0, limits=body.limits)
-    steps, advance = step_count(case.scene.duration, step), integrator(method.scheme.integrator)
-    seconds = time.perf_counter() - begin
-    return replace(
-        fixed_steps(equation, advance, steps, step), compile_seconds=seconds, samples=case.samples
-    )
+    simulation = fixed_steps(equation, method.scheme.integrator, case.scene.duration, step)
+    simulation.compile_seconds = time.perf_counter() - begin
+    simulation.samples = case.samples
+    return simulation
 
 
 def _model(body: HingedBody) -> Any:
@@ -119,9 +116,8 @@ def derivatives(number: Number, method: Method, step: float) -> ByName:
         names=("theta", "by"),
         rate_names=("theta_dot", "by_dot"),
     )
-    advance = integrator(method.scheme.integrator)
-    steps = step_count(number.case.scene.duration, step)
-    end = fixed_steps(equation, advance, steps, step).run().observables
+    duration = number.case.scene.duration
+    end = fixed_steps(equation, method.scheme.integrator, duration, step).run().observables
     return {"theta": float(end["by"][-1]), "theta_dot": float(end["by_dot"][-1])}
 
 

@@ -6,13 +6,9 @@ import numpy as np
 import pytest
 
 from plumbob.engines.adapters.equation import Equation
-from plumbob.engines.adapters.integrators import integrator
+from plumbob.engines.adapters.integrators import fixed_steps
 from plumbob.engines.adapters.ode import ENGINE
-from plumbob.engines.adapters.ode.simulation import (
-    SOLVERS,
-    adaptive,
-    fixed_steps,
-)
+from plumbob.engines.adapters.ode.simulation import SOLVERS, adaptive
 
 FIXED = [method for method in ENGINE.methods if method.control == "step"]
 ADAPTIVE = [method for method in ENGINE.methods if method.control == "tolerance"]
@@ -33,8 +29,7 @@ def test_a_declared_damping_rate_gives_the_same_steps(method):
         names = {"names": ("x", "z"), "rate_names": ("velocity_x", "velocity_z")}
         start = np.zeros(2), LAUNCH, 20.0
         equation = Equation(acceleration, *start, damping_rate=declared, **names)
-        advance = integrator(method.scheme.integrator)
-        run = fixed_steps(equation, advance, 200, 0.01).run()
+        run = fixed_steps(equation, method.scheme.integrator, 2.0, 0.01).run()
         ends.append([values[-1] for values in run.observables.values()])
     np.testing.assert_allclose(ends[0], ends[1], rtol=0, atol=1e-13)
 
@@ -65,8 +60,7 @@ DIVERGING = {
 def test_divergence_is_a_result(method, kind):
     equation = DIVERGING[kind]
     if method in FIXED:
-        advance = integrator(method.scheme.integrator)
-        simulation = fixed_steps(equation, advance, 30_000, 1e-3)
+        simulation = fixed_steps(equation, method.scheme.integrator, 30.0, 1e-3)
         assert kind != "raises" or simulation.stepped(1.0).steps == 0  # nothing to time
     else:
         solver = SOLVERS[method.settings["method"]]

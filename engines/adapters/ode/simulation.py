@@ -18,8 +18,7 @@ from plumbob.analytic.numerics.arithmetic import ULP
 from plumbob.analytic.reference import Array
 from plumbob.engines import sampling
 from plumbob.engines.adapters.equation import Equation, State
-from plumbob.engines.adapters.integrators import fixed_steps, integrator
-from plumbob.engines.adapters.ode.turning import TurningEquation
+from plumbob.engines.adapters.integrators import fixed_steps
 from plumbob.engines.adapters.stepping import (
     Followed,
     FollowedSimulation,
@@ -53,10 +52,7 @@ def of_equation(
     """Set up an equation for `method` at `step` [s], or at the relative tolerance `step`; raises
     ParameterError."""
     if method.control == "step":
-        steps = sampling.step_count(duration, step)
-        turning = isinstance(equation, TurningEquation)
-        advance = integrator(method.scheme.integrator, turning)
-        return fixed_steps(equation, advance, steps, step)
+        return fixed_steps(equation, method.scheme.integrator, duration, step)
     solver = SOLVERS[method.settings["method"]]
     return adaptive(equation, solver, relative_tolerance(step, SMALLEST), duration)
 
