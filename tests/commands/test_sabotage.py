@@ -10,7 +10,6 @@ import pytest
 from plumbob.engines import registry
 from plumbob.engines.study import gradient, measurement
 from plumbob.engines.study import stability as measuring
-from plumbob.models.registry import case_of
 from plumbob.models.registry import scene as find_scene
 from plumbob.reports.judge import known_sizes
 from plumbob.tests.commands.outcomes import (
@@ -175,8 +174,8 @@ def test_a_doctored_theory_of_the_largest_step(tmp_path, capsys, monkeypatch):
 
 
 @cache
-def _derivatives(search, measured):
-    return measured(case_of(find_scene(search.scene)), registry.method(search.method), search)
+def _derivatives(search, made):
+    return made(search, find_scene(search.scene), registry.method(search.method)).records
 
 
 @pytest.mark.long
@@ -187,18 +186,18 @@ def test_a_doctored_derivative(validate, tmp_path, capsys, monkeypatch, factor, 
     """By gravity and by the start, by three ways: another sign, a factor, and a ten-thousandth
     more. Every run is right. A hundred-thousandth more is within what the forward difference by
     the start leaves open, 1.6e-5 of the derivative: rounding of two ends over its eps of 3.7e-7."""
-    own = gradient.gradients
+    own = gradient.GradientSearch.made
 
-    def doctored(case, how, search):
+    def doctored(search, *_):
         def of(tried):
             return replace(tried, computed=factor * tried.computed)
 
-        every = _derivatives(search, own).records
+        every = _derivatives(search, own)
         return gradient.Gradients(
             tuple(replace(one, tried=tuple(map(of, one.tried))) for one in every)
         )
 
-    monkeypatch.setattr(gradient, "gradients", doctored)
+    monkeypatch.setattr(gradient.GradientSearch, "made", doctored)
     outcome = validated(tmp_path, capsys, CONE, "ode/rk4", ["--gradients"])
     assert outcome.code == bool(off)
     assert outcome.junit.attrib["failures"] == str(off)
