@@ -6,7 +6,11 @@ from pathlib import Path
 
 import pytest
 
+from plumbob.engines.registry import methods as find_methods
 from plumbob.reports.cli import main
+from plumbob.reports.commands import recommend
+from plumbob.tests.commands.outcomes import without_findings
+from plumbob.tests.commands.test_recommend_command import FEW
 from plumbob.tests.contracts.tree import LAYERS, files
 from plumbob.tests.support.page_document import resolve, words
 
@@ -38,6 +42,9 @@ NOT_RUN = {
     "plumbob recommend simple-pendulum/free-large --error 1e-6 --like my.xml": (
         "every method of the scene: half a minute; test_like_command.py does a part"
     ),
+    "plumbob audit my.xml --gradient": (
+        "every core for a minute: test_audit_gradient.py does it on small models"
+    ),
     "plumbob recommend 'capsule-line/heading-*' --error 1e-3": (
         "24 scenes: minutes; test_recommend_command.py asks for a smaller family"
     ),
@@ -52,6 +59,9 @@ NOT_RUN = {
     ),
     "plumbob identify capsule-line/heading-030 mujoco/euler --parameter friction --way sysid": (
         "packages that may be missing: tests/sweep/test_identify.py"
+    ),
+    "plumbob stability simple-pendulum/free-large mujoco/euler ode/rk4 --long --step 0.02": (
+        "seconds: test_stability_command.py has a shorter one"
     ),
     "plumbob audit my.xml --json > old.json": "seconds, and a shell's: test_audit_changes.py",
     "plumbob audit my.xml --against old.json --fail-above 5%": "the same with a file before",
@@ -93,8 +103,11 @@ def folder(tmp_path, monkeypatch):
 @pytest.mark.long
 def test_every_command_runs_as_it_is_written(folder, capsys, monkeypatch):
     """In their order, in one folder, and in this process, for others take longer to begin than to
-    run: each ends with exit code 0 and says nothing on stderr."""
+    run: each ends with exit code 0 and says nothing on stderr. Without findings, which have tests
+    of their own, and with few methods to recommend."""
     monkeypatch.setattr("os.cpu_count", lambda: 1)
+    monkeypatch.setattr(recommend, "find_methods", lambda: find_methods(FEW))
+    without_findings(monkeypatch)
     given = commands("".join((ROOT / name).read_text("utf-8") for name in READMES))
     assert set(NOT_RUN) <= set(given)
     for command in given:

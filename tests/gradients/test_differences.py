@@ -39,7 +39,8 @@ def _records(search):
 def test_every_difference_of_a_sweep_has_the_predicted_error(name, how, of, by):
     """And the best difference is predicted within a factor of three."""
     needed(how)
-    sweep = GradientSearch(name, how, (of,), by, ("central", "forward"))
+    at = 2.0 if name == "free-body/flip" else None  # its exact derivatives take long
+    sweep = GradientSearch(name, how, (of,), by, ("central", "forward"), at=at)
     found = _records(sweep)
     if "capsule" not in name:
         ratios = [of.measured_best / of.predicted_best for of in found]

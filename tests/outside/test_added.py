@@ -7,7 +7,7 @@ import pytest
 
 from plumbob.models import entry_points
 from plumbob.reports.cli import main
-from plumbob.tests.commands.outcomes import validated, without_pages
+from plumbob.tests.commands.outcomes import validated, without_findings, without_pages
 from plumbob.tests.outside.installed_packages import (
     DEFECTS,
     ENGINE,
@@ -53,6 +53,7 @@ def test_both_are_measured_judged_and_recommended(both, tmp_path, monkeypatch, c
     """With worker processes, which find the packages by themselves, and a page."""
     monkeypatch.setenv("PYTHONPATH", str(both), prepend=":")
     monkeypatch.chdir(tmp_path)
+    without_findings(monkeypatch)
     junit, chosen = tmp_path / "j.xml", f"{FALL},simple-pendulum/free-small"
     words = ["validate", "--scenes", chosen, "--methods", "tiny,ode/euler", "--jobs", "2"]
     assert main([*words, "--json", "--junitxml", str(junit)]) == 0

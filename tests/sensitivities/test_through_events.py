@@ -15,10 +15,10 @@ STEPS, HALVINGS = (1e-2, 2e-3, 2e-4, 1e-6), 3  # of a parameter: the longest, ea
 # Of scale: the usual error of these, and beside a switch that they step over; of derivatives.
 USUAL, LARGEST, SURE = 2e-8, 1e-5, 1e-7
 EVENTFUL = (
-    ("capsule-coast/spin", ("friction", "velocity_x", "heading_rate", "inertia", "slider_mass")),
-    ("capsule-turn/pivot", ("friction", "radius", "half_time", "inertia")),
-    ("capsule-turn/held", ("friction", "radius", "half_time", "angular_acceleration")),
-    ("capsule-turn/0.1", ("friction", "radius", "body_mass", "gravity")),
+    ("capsule-coast/spin", ("friction", "inertia")),
+    ("capsule-turn/pivot", ("friction", "radius")),
+    ("capsule-turn/held", ("half_time", "angular_acceleration")),
+    ("capsule-turn/0.1", ("body_mass", "gravity")),
 )
 
 

@@ -46,7 +46,6 @@ def test_runs_take_the_predicted_time_to_be_wrong(scene, method):
         ("free-body/flip", "mujoco/euler"),  # not leapfrog, whose error peaks between samples
         ("free-body/flip", "mujoco/implicit"),
         ("free-body/symmetric", "ode/leapfrog"),
-        ("free-body/about-largest", "ode/leapfrog"),
         ("free-body/about-largest", "mujoco/rk4"),
     ],
 )

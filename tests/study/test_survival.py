@@ -34,8 +34,10 @@ def _ended(process):
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("moment", [1, 3, 6])
-@pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGTERM, signal.SIGINT])
+@pytest.mark.parametrize(
+    ("number", "moment"),
+    [(signal.SIGKILL, 1), (signal.SIGKILL, 6), (signal.SIGTERM, 3), (signal.SIGINT, 6)],
+)
 def test_a_study_goes_on_after_a_signal(number, moment, out, undisturbed, capsys, monkeypatch):
     code, said = _ended(disturbed.begun(out, 1, moment, int(number)))
     assert code == (-signal.SIGKILL if number == signal.SIGKILL else 130)
