@@ -66,6 +66,7 @@ def test_40_digits(chosen):
 STARTS = ((-0.5, 0.0), (0.0, 5.0), (-0.5, 5.0), (-0.1, -6.0), (0.05, -6.0))
 
 
+@pytest.mark.long(keep=2)
 @pytest.mark.parametrize("kv", [0.0, 1e-3, 0.0788, 0.0791, 0.4], ids=lambda kv: f"kv={kv}")
 def test_the_largest_force_is_that_of_the_first_peak(kv):
     times = np.linspace(0.0, 0.4, 4001)
@@ -85,6 +86,7 @@ def test_the_limit_is_reached_where_the_motion_takes_more():
     assert limited.peak_force == 3.9999
 
 
+@pytest.mark.long(keep=2)
 @pytest.mark.parametrize("damping", [0.0, 5.6])
 @pytest.mark.parametrize("kv", [0.0, 0.0788, 0.4])
 def test_starts_and_dampings_with_40_digits(kv, damping):

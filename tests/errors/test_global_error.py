@@ -60,6 +60,7 @@ def remainders(case, scheme, steps, rotor, terms=2):
     return np.array(found)
 
 
+@pytest.mark.long(keep=12)
 @pytest.mark.parametrize(("name", "scheme"), PAIRS)
 def test_the_coefficients_make_up_the_error(name, scheme):
     case = replace(CASES[name], duration=0.5 if name == "cone" else 5.0)

@@ -58,6 +58,7 @@ def chosen_runs():
     ]
 
 
+@pytest.mark.long(keep=40)
 @pytest.mark.parametrize(("chosen", "how"), chosen_runs())
 def test_runs_are_predicted(chosen, how):
     """At steps that nobody listed, one of them longer than half a soft contact's time constant;

@@ -121,6 +121,7 @@ def drawn_line(number):
     return {**parameters, "start": start / 100, "direction": direction, "heading": heading}
 
 
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize("number", range(3))
 def test_line_derivatives(number):
     """A line manoeuvre by every parameter, in each of its phases, against 40 digits."""

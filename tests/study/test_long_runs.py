@@ -55,6 +55,7 @@ def test_free_bodies_take_the_predicted_time_to_be_wrong(scene, method):
     assert judged.found.predicted is not None
 
 
+@pytest.mark.long
 def test_energy_is_bounded_drifts_as_predicted_or_is_lost():
     euler, rk4 = run(SWING, "ode/euler").found, run(SWING, "ode/rk4").found
     assert euler.energy == "bounded"
