@@ -8,7 +8,6 @@ world's; the manual's NSGS solver, with its law of Coulomb and a small tolerance
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -21,7 +20,7 @@ from plumbob.analytic.systems.capsule_setup import CapsuleSetup
 from plumbob.engines.abilities import Fields, ModelReader, RunsFiles, SchemeOfCase
 from plumbob.engines.adapters.chain import HINGE, SLIDE, Link, Pose, Vector, by_step
 from plumbob.engines.adapters.hinged_body import PENDULUMS, model_error
-from plumbob.engines.adapters.stepping import Built, TakeSteps, stepped
+from plumbob.engines.adapters.stepping import Built, stepped
 from plumbob.engines.adapters.three_feet import (
     CAPSULES,
     FOOT_RADIUS,
@@ -31,7 +30,7 @@ from plumbob.engines.adapters.three_feet import (
     scheme,
     start_velocity,
 )
-from plumbob.engines.method import Engine, Method, Options, Simulation
+from plumbob.engines.method import Engine, Method, Simulation
 from plumbob.engines.peer_model import FREE, Frame, Layout, NotRead, PeerModel, Translated
 from plumbob.models.scene import Case
 
@@ -61,7 +60,11 @@ def _built(body: Bodies, method: Method, step: float) -> Built:
     world.setTimeStep(step)
     world.setGravity(body.pull)
     if method.settings:
-        world.getConstraintSolver().setBoxedLcpSolver(_nsgs(method.settings))
+        solver = dartpy.constraint.NsgsFrictionSolver()
+        chosen = solver.getOptions()
+        chosen.tolerance = method.settings["tolerance"]
+        solver.setOptions(chosen)
+        world.getConstraintSolver().setBoxedLcpSolver(solver)
         awake = dartpy.simulation.DeactivationOptions()
         awake.mEnabled = False
         world.setDeactivationOptions(awake)
@@ -71,7 +74,15 @@ def _built(body: Bodies, method: Method, step: float) -> Built:
     world.addSkeleton(skeleton)
     joints = [joint for joint, _ in pairs]
     driven = joints[len(joints) - body.driven :]
-    advance = _advancing(world, driven, by_step(body.controls, step))
+    move, controls = world.step, by_step(body.controls, step)
+
+    def advance(first: int, last: int) -> None:
+        for _ in range(first, last):
+            # Accelerations of joints where these are prescribed, else torques.
+            for joint, value in zip(driven, next(controls) if driven else (), strict=True):
+                joint.setCommand(0, value)
+            move()
+
     return body.built(advance, partial(_pose, pairs[0][1], joints[-1]))
 
 
@@ -105,19 +116,6 @@ def _jointed(skeleton: Any, links: tuple[Link, ...]) -> list[tuple[Any, Any]]:
     return pairs
 
 
-def _advancing(world: Any, joints: Sequence[Any], controls: Iterator[list[float]]) -> TakeSteps:
-    """Steps under controls of joints: accelerations where these are prescribed, else torques."""
-    move = world.step
-
-    def advance(first: int, last: int) -> None:
-        for _ in range(first, last):
-            for joint, value in zip(joints, next(controls) if joints else (), strict=True):
-                joint.setCommand(0, value)
-            move()
-
-    return advance
-
-
 def _on_plane(world: Any, free: Any, shell: Any, setup: CapsuleSetup) -> None:
     """Put the plane into a world, and a capsule onto it at its start."""
     import dartpy
@@ -139,16 +137,6 @@ def _touching(node: Any, shape: Any, friction: float) -> Any:
     shape_node.createCollisionAspect()
     shape_node.createDynamicsAspect().setFrictionCoeff(friction)
     return shape_node
-
-
-def _nsgs(settings: Options) -> Any:
-    import dartpy
-
-    solver = dartpy.constraint.NsgsFrictionSolver()
-    chosen = solver.getOptions()
-    chosen.tolerance = settings["tolerance"]
-    solver.setOptions(chosen)
-    return solver
 
 
 def _pose(first: Any, joint: Any) -> Pose:

@@ -65,5 +65,5 @@ def timed_periods(
 
 def costs_in_turns(timed: Sequence[Timed]) -> tuple[Cost, ...]:
     """The cost of a step of each."""
-    pieces = {(str(k), ""): TimedSteps(run, 1.0) for k, run in enumerate(timed)}
+    pieces = {k: TimedSteps(run, 1.0) for k, run in enumerate(timed)}
     return tuple(in_turns(pieces, TURNS)[0].values())

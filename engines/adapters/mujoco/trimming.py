@@ -11,10 +11,9 @@ import numpy as np
 from plumbob.engines.abilities import Trimming
 from plumbob.engines.adapters.mujoco import options
 from plumbob.engines.adapters.mujoco.simulation import MujocoSimulation, compiled
-from plumbob.engines.adapters.mujoco.translation import Translation
 from plumbob.engines.method import Method
 from plumbob.engines.registry import find_builder
-from plumbob.engines.study.cost import Key, TimedSteps, in_turns
+from plumbob.engines.study.cost import TimedSteps, in_turns
 from plumbob.models.scene import Case
 
 PARTS = (("geoms", "geom"), ("meshes", "mesh"), ("joints", "joint"))  # counted, and their names
@@ -29,36 +28,24 @@ def trimming(
     trimmed, translation = simulation.model, simulation.translation
     complete = find_builder("mujoco", case.system).whole(case.system.mjcf, case.problem)
     parts = tuple(_parts_left_out(complete, translation.spec))
-    models = _versions(translation, translation.whole or complete, trimmed, method, step)
+    untrimmed = translation.whole or complete
+    options.apply(untrimmed, method.settings, step)
+    every_stage = untrimmed.compile()
+    translation.tune(every_stage)
+    shown = copy.copy(every_stage)  # the parts that are shown alone, too
+    every_stage.opt.disableflags = 0
+    shown.opt.disableflags = trimmed.opt.disableflags
+    models = (every_stage, shown, trimmed)
     runs = [MujocoSimulation(translation, model, steps, step) for model in models]
-    pieces: dict[Key, TimedSteps] = {(str(k), ""): TimedSteps(r, 1.0) for k, r in enumerate(runs)}
+    pieces = {k: TimedSteps(run, 1.0) for k, run in enumerate(runs)}
     costs = [cost.ns_per_step for cost in in_turns(pieces, repeats)[0].values()]
     ends = np.array([np.concatenate([run.data.qpos, run.data.qvel]) for run in runs])
     return Trimming(
-        costs[0],
-        costs[1],
-        costs[2],
+        *costs,
         bool((ends == ends[0]).all()),
         options.disabled(trimmed.opt.disableflags),
         parts,
     )
-
-
-def _versions(
-    translation: Translation,
-    untrimmed: mujoco.MjSpec,
-    trimmed: mujoco.MjModel,
-    method: Method,
-    step: float,
-) -> tuple[mujoco.MjModel, mujoco.MjModel, mujoco.MjModel]:
-    """The model with every stage, with needless ones disabled, and as run: without visual parts."""
-    options.apply(untrimmed, method.settings, step)
-    default = untrimmed.compile()
-    translation.tune(default)
-    shown = copy.copy(default)
-    default.opt.disableflags = 0
-    shown.opt.disableflags = trimmed.opt.disableflags
-    return default, shown, trimmed
 
 
 def _parts_left_out(complete: mujoco.MjSpec, trimmed: mujoco.MjSpec) -> Iterator[str]:
