@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import re
-from collections.abc import Mapping
 from dataclasses import asdict, dataclass, replace
 from typing import Any
 
@@ -71,7 +70,9 @@ def command(chosen: argparse.Namespace) -> int:
             scene, method = find_scene(SYSTEM, parameters), find_method(chosen.method)
             measured = run_plan(found, scene, method, chosen.step)
         if chosen.other:
-            answer["on"] = _ends_on(found, chosen.other)
+            known(chosen.other, BODY)
+            body = capsule({**asdict(found.capsule), **chosen.other})
+            answer["on"] = _misses(replace(found, capsule=body))
     if measured is not None:
         answer["method"] = measured_data(found, measured)
     values.show(chosen, answer, "plan", **{"method": None, "on": None, **answer})
@@ -80,42 +81,32 @@ def command(chosen: argparse.Namespace) -> int:
 
 def described(found: Plan) -> dict[str, Any]:
     """A plan as plain data."""
-    distance, angle = found.error
     return {
-        "start": asdict(found.start),
-        "goal": asdict(found.goal),
+        "start": found.start,
+        "goal": found.goal,
         "track": found.track,
         "legs": found.legs if found.track == "curve" and not found.segments else None,
         "segments": found.segments,
         "arc": found.arc if found.track == "curve" else None,
         "one_curve": found.rails.joined,
-        "limits": asdict(found.limits),
-        "parameters": asdict(found.capsule),
+        "limits": found.limits,
+        "parameters": found.capsule,
         "total_time": found.duration,
         "turns": found.turns,
         "lines": found.lines,
         "manoeuvres": [
-            {
-                "kind": one.kind,
-                "start": one.start,
-                "duration": one.duration,
-                "parameters": dict(one.parameters),
-            }
-            for one in found.manoeuvres
+            {name: getattr(m, name) for name in ("kind", "start", "duration", "parameters")}
+            for m in found.manoeuvres
         ],
-        "reached": asdict(found.reached),
-        "position_error": distance,
-        "heading_error": angle,
+        "reached": found.reached,
+        **_misses(found),
         "drive": plane_demand(found.motion).facts(),
     }
 
 
-def _ends_on(plan: Plan, changes: Mapping[str, Any]) -> dict[str, float]:
-    """How far from its goal the plan's motion of the slider ends in a changed body; raises
-    ParameterError."""
-    known(changes, BODY)
-    body = capsule({**asdict(plan.capsule), **changes})
-    distance, angle = replace(plan, capsule=body).error
+def _misses(plan: Plan) -> dict[str, float]:
+    """How far from its goal the plan's motion of the slider ends."""
+    distance, angle = plan.error
     return {"position_error": distance, "heading_error": angle}
 
 
