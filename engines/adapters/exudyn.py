@@ -5,6 +5,7 @@ default, and two of its explicit Runge-Kutta methods. The solver steps in C++ an
 from __future__ import annotations
 
 import time
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -68,28 +69,37 @@ def prepare(case: Case, method: Method, step: float) -> Simulation:
     begin = time.perf_counter()
     _assembled(body)[2].Reset()
     seconds = time.perf_counter() - begin
-
-    def follow(duration: float, samples: int) -> Followed:
-        import exudyn
-
-        exudyn.config.printToConsole = False  # warnings of memory go there
-        (system, sensors, container), steps = _assembled(body), max(1, round(duration / step))
-        why: tuple[str, ...] = ()
-        try:
-            solver = getattr(exudyn.DynamicSolverType, method.settings["solver"])
-            chosen = _options(method.settings, steps, step)
-            system.SolveDynamic(chosen, solverType=solver, showHints=False)
-        except (RuntimeError, ValueError) as error:
-            why = (" ".join(str(error).split())[:200],)
-        angles, rates = (np.atleast_2d(system.GetSensorStoredData(s))[:, -1] for s in sensors)
-        container.Reset()
-        exudyn.config.printToConsole = True
-        kept = sampling.sampled(steps, samples)
-        kept = kept[kept < len(angles)]
-        times, observed = kept * step, {"theta": angles[kept], "theta_dot": rates[kept]}
-        return Followed(times, observed, len(angles) - 1, len(angles) > steps, why)
-
+    follow = partial(_follow, body, method.settings, step)
     return FollowedSimulation(follow, dict, duration, seconds, body.limits)
+
+
+def _follow(
+    body: HingedBody, settings: Options, step: float, duration: float, samples: int
+) -> Followed:
+    import exudyn
+
+    exudyn.config.printToConsole = False  # warnings of memory go there
+    (system, sensors, container), steps = _assembled(body), max(1, round(duration / step))
+    why: tuple[str, ...] = ()
+    try:
+        solver = getattr(exudyn.DynamicSolverType, settings["solver"])
+        chosen = _options(settings, steps, step)
+        system.SolveDynamic(chosen, solverType=solver, showHints=False)
+    except (RuntimeError, ValueError) as error:
+        why = (" ".join(str(error).split())[:200],)
+    angles, rates = (np.atleast_2d(system.GetSensorStoredData(s))[:, -1] for s in sensors)
+    container.Reset()
+    exudyn.config.printToConsole = True
+    kept = sampling.sampled(steps, samples)
+    kept = kept[kept < len(angles)]
+    observed = {"theta": angles[kept], "theta_dot": rates[kept]}
+    return Followed(
+        np.asarray(kept * step, dtype=np.float64),
+        observed,
+        len(angles) - 1,
+        len(angles) > steps,
+        why,
+    )
 
 
 def _assembled(body: HingedBody) -> tuple[Any, tuple[int, int], Any]:

@@ -10,6 +10,7 @@ from __future__ import annotations
 import operator
 import time
 from collections.abc import Callable, Sequence
+from functools import partial
 from typing import Any, cast
 
 import numpy as np
@@ -63,18 +64,19 @@ def prepare(case: Case, method: Method, step: float) -> Simulation:
         equations, list(start), tol=step, compact_mode=compact
     )
     seconds = time.perf_counter() - begin
-
-    def follow(duration: float, samples: int) -> Followed:
-        integrator.time, integrator.state[:] = 0.0, start
-        times = np.linspace(0.0, duration, SAMPLES + 1)
-        outcome, _, _, steps, *_, states = integrator.propagate_grid(times)
-        good = np.isfinite(states).all(axis=1)
-        ended = "time_limit" in str(outcome) and bool(good.all())
-        # A step counts as many right-hand sides as its order.
-        evaluations, why = int(steps) * int(integrator.order), () if ended else (str(outcome),)
-        return Followed(times[good], states[good].T, evaluations, ended, why)
-
+    follow = partial(_follow, integrator, start)
     return FollowedSimulation(follow, observe, case.scene.duration, seconds)
+
+
+def _follow(integrator: Any, start: tuple[float, ...], duration: float, samples: int) -> Followed:
+    integrator.time, integrator.state[:] = 0.0, start
+    times = np.linspace(0.0, duration, SAMPLES + 1)
+    outcome, _, _, steps, *_, states = integrator.propagate_grid(times)
+    good = np.isfinite(states).all(axis=1)
+    ended = "time_limit" in str(outcome) and bool(good.all())
+    # A step counts as many right-hand sides as its order.
+    evaluations, why = int(steps) * int(integrator.order), () if ended else (str(outcome),)
+    return Followed(times[good], states[good].T, evaluations, ended, why)
 
 
 def _translated(case: Case) -> Translated:

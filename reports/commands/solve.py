@@ -57,11 +57,8 @@ def command(chosen: argparse.Namespace) -> int:
         heads=list(table),
         table=np.transpose(list(table.values())).tolist(),
         held=[] if by_angle else list(observables),
-        units={
-            name: unit
-            for o in case.system.observables
-            for name, unit in ((f"{o.name}_dot", f"{o.unit}/s"), (o.name, o.unit))
-        },
+        units={f"{o.name}_dot": f"{o.unit}/s" for o in case.system.observables}
+        | {o.name: o.unit for o in case.system.observables},
         rows=list(zip(times.tolist(), *columns, strict=True)),
         text=_text,
     )

@@ -132,7 +132,7 @@ def _of_a_run(
         # Bounds of the model's error are linearised along the exact motion.
         far = f"the predicted error of {leading} at this step exceeds half the motion, where the "
         return Judgement("pre-asymptotic", {}, f"{far}bound of the model's error is not known")
-    off = {n: why for n, bound in held.items() if (why := exceeded(run, n, bound, units))}
+    off = {name: why for name, bound in held.items() if (why := exceeded(run, name, bound, units))}
     for name, why in off.items():
         if not _unbounded(run.errors[name]):
             return Judgement("off-prediction", held, f"the error of {name} is {why}")

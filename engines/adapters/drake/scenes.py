@@ -103,8 +103,9 @@ def continuous(case: Case, method: Method, accuracy: float, smallest: float) -> 
 
     begin = time.perf_counter()
     limits = started(lasting)[1].limits
-    seconds = time.perf_counter() - begin
-    return FollowedSimulation(follow, dict, lasting, seconds, limits, case.samples)
+    return FollowedSimulation(
+        follow, dict, lasting, time.perf_counter() - begin, limits, case.samples
+    )
 
 
 def _started(

@@ -27,7 +27,6 @@ def trimming(
     simulation = compiled(case, method, step)
     trimmed, translation = simulation.model, simulation.translation
     complete = find_builder("mujoco", case.system).whole(case.system.mjcf, case.problem)
-    parts = tuple(_parts_left_out(complete, translation.spec))
     untrimmed = translation.whole or complete
     options.apply(untrimmed, method.settings, step)
     every_stage = untrimmed.compile()
@@ -35,8 +34,7 @@ def trimming(
     shown = copy.copy(every_stage)  # the parts that are shown alone, too
     every_stage.opt.disableflags = 0
     shown.opt.disableflags = trimmed.opt.disableflags
-    models = (every_stage, shown, trimmed)
-    runs = [MujocoSimulation(translation, model, steps, step) for model in models]
+    runs = [MujocoSimulation(translation, m, steps, step) for m in (every_stage, shown, trimmed)]
     pieces = {k: TimedSteps(run, 1.0) for k, run in enumerate(runs)}
     costs = [cost.ns_per_step for cost in in_turns(pieces, repeats)[0].values()]
     ends = np.array([np.concatenate([run.data.qpos, run.data.qvel]) for run in runs])
@@ -44,7 +42,7 @@ def trimming(
         *costs,
         bool((ends == ends[0]).all()),
         options.disabled(trimmed.opt.disableflags),
-        parts,
+        tuple(_parts_left_out(complete, translation.spec)),
     )
 
 

@@ -22,15 +22,7 @@ def changes(model: Any, met: set[tuple[int, ...]]) -> Iterator[Change]:
     """Features that may be left out of `model`, whose pairs of geoms `met`, smaller number first,
     are all that touched."""
     collides = (model.geom_contype | model.geom_conaffinity) != 0
-    touched = {geom for pair in met for geom in pair}
-    if never := tuple(i for i in np.flatnonzero(collides).tolist() if i not in touched):
-        off = (("geom_contype", never, 0), ("geom_conaffinity", never, 0))
-        which = f"{len(never)} geoms that never touch" if never[1:] else "1 geom that never touches"
-        yield Change(f"collisions of {which}", off)
-    pairs = np.sort(np.stack([model.pair_geom1, model.pair_geom2], axis=1), axis=1).tolist()
-    if apart := tuple(i for i, pair in enumerate(pairs) if tuple(pair) not in met):
-        name = f"{len(apart)} contact pairs that never touch"
-        yield Change(name, (("pair_margin", apart, NEVER),))
+    yield from _never_touching(model, collides, met)
     disabled, idle = int(model.opt.disableflags), needless_stages(model)
     constrained = not idle & BITS.mjDSBL_CONSTRAINT
     sensors = int(BITS.mjDSBL_SENSOR)
@@ -51,6 +43,19 @@ def changes(model: Any, met: set[tuple[int, ...]]) -> Iterator[Change]:
         yield Change(f"iterations above {FEW}", (("iterations", (), FEW),))
     if model.opt.tolerance < LOOSE:
         yield Change(f"tolerance below {LOOSE:g}", (("tolerance", (), LOOSE),))
+
+
+def _never_touching(model: Any, collides: Any, met: set[tuple[int, ...]]) -> Iterator[Change]:
+    """Collisions of geoms, and contact pairs, that are not `met`."""
+    touched = {geom for pair in met for geom in pair}
+    if never := tuple(i for i in np.flatnonzero(collides).tolist() if i not in touched):
+        off = (("geom_contype", never, 0), ("geom_conaffinity", never, 0))
+        which = f"{len(never)} geoms that never touch" if never[1:] else "1 geom that never touches"
+        yield Change(f"collisions of {which}", off)
+    pairs = np.sort(np.stack([model.pair_geom1, model.pair_geom2], axis=1), axis=1).tolist()
+    if apart := tuple(i for i, pair in enumerate(pairs) if tuple(pair) not in met):
+        name = f"{len(apart)} contact pairs that never touch"
+        yield Change(name, (("pair_margin", apart, NEVER),))
 
 
 def apply(model: Any, left_out: Sequence[Change]) -> None:
