@@ -78,7 +78,7 @@ def test_errors_that_jump_are_left_open(name, how, of, by, way, eps, monkeypatch
     assert [judged.verdict for judged in judgements(search)] == ["off-prediction"]
 
 
-@pytest.mark.long(keep=1)
+@pytest.mark.long
 @pytest.mark.parametrize("how", ["dop853", "lsoda"])
 def test_no_best_difference_is_predicted_where_steps_change_beside_it(how):
     """LSODA takes one step less at -1e-10, where its error jumps by 4e-11 rad."""

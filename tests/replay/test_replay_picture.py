@@ -151,7 +151,7 @@ def pytest_generate_tests(metafunc):
         metafunc.parametrize("name", _names(metafunc.config))
 
 
-@pytest.mark.long(keep=1)
+@pytest.mark.long
 def test_the_body_is_where_the_exact_answer_puts_it(name, page):
     assert not misplaced(stopped(page, name), name)
 

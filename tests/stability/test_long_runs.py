@@ -73,7 +73,7 @@ FOLLOWED = (
 LATER = 0.1  # [s]: two steps at most
 
 
-@pytest.mark.long(keep=1)
+@pytest.mark.long
 @pytest.mark.parametrize(("name", "scheme", "step", "growth"), FOLLOWED, ids=str)
 def test_errors_that_die_or_grow_exponentially_are_followed(name, scheme, step, growth):
     case = case_of(find_scene(name))

@@ -62,7 +62,7 @@ def held(name, scheme, step):
     return bool((apart[at] <= allowed).all()), limits.kind_of(observed) == limits.kind_of(exact)
 
 
-@pytest.mark.long(keep=1)
+@pytest.mark.long
 @pytest.mark.parametrize(("name", "scheme", "kind"), FIRST, ids=lambda part: str(part))
 def test_runs_hold_below_the_limit_and_are_lost_above(name, scheme, kind):
     first = min(theory(name).limits(scheme), key=lambda limit: limit.step)
