@@ -95,7 +95,7 @@ ENGINE = Engine(
     abilities=(
         SchemeOfCase(scheme),
         SecondRun(confirming),
-        ModelReader(later(f"{__name__}.model_fields.model_fields")),
+        ModelReader(later(f"{__name__}.user_model.model_fields")),
         RunsFiles(later(f"{__name__}.user_model.user_model")),
         OwnDerivative("autodiff", later(f"{__name__}.autodiff.derivatives"), 1e-12),
     ),
