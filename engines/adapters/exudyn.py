@@ -128,7 +128,7 @@ def _assembled(body: HingedBody) -> tuple[Any, tuple[int, int], Any]:
     system.AddObject(
         items.ObjectKinematicTree(
             nodeNumber=node,
-            gravity=[0.0, 0.0, -body.gravity],
+            gravity=list(body.pull),
             jointTypes=[exudyn.JointType.RevoluteZ, exudyn.JointType.RevoluteX][-count:],
             linkParents=list(range(-1, count - 1)),
             jointTransformations=exudyn.Matrix3DList([np.eye(3)] * count),

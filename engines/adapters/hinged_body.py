@@ -87,15 +87,12 @@ class HingedBody:
         return Link(1.0, np.eye(3), axis=axis, rate=rate, hold=hold), bob
 
     @property
-    def platform_load(self) -> float:
-        """A bound on the moment of inertia about the platform's axis [kg m^2], at any angle."""
-        x, y, _ = self.pivot
-        return self.mass * (x**2 + (abs(y) + self.arm) ** 2) + float(np.trace(self.moments))
-
-    @property
     def platform_inertia(self) -> float:
-        """Of a platform that keeps its rate under this load [kg m^2]: a power of ten."""
-        return float(10.0 ** math.ceil(math.log10(PLATFORM_RATIO * self.platform_load)))
+        """Of a platform that keeps its rate under this load [kg m^2]: a power of ten, from a bound
+        on the body's moment of inertia about the platform's axis, at any angle."""
+        x, y, _ = self.pivot
+        load = self.mass * (x**2 + (abs(y) + self.arm) ** 2) + float(np.trace(self.moments))
+        return float(10.0 ** math.ceil(math.log10(PLATFORM_RATIO * load)))
 
 
 def hinged_body(case: Case) -> HingedBody:

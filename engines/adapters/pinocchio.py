@@ -68,7 +68,7 @@ def _model(body: HingedBody) -> Any:
         last = model.addJoint(last, turns, place, f"joint {last}")
         inertia = pinocchio.Inertia(link.mass, np.array(link.centre), link.moments)
         model.appendBodyToJoint(last, inertia, still)
-    model.gravity.linear = np.array([0.0, 0.0, -body.gravity])
+    model.gravity.linear = np.array(body.pull)
     return model
 
 

@@ -12,6 +12,7 @@ import math
 from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -42,13 +43,16 @@ DAMPED = (  # enough to show what the default damping does
     *("simple-pendulum/free-large", "cone-pendulum/rotating-base", "capsule-line/ca1"),
     *("capsule-line/heading-030", "capsule-coast/spin"),
 )
+ITERATED = MappingProxyType(
+    {"numSolverIterations": 200, "solverResidualThreshold": 0.0, "damping": 0.0}
+)
 METHODS = (
     Method("pybullet/default", OTHERWISE, 1, systems=DAMPED),
     Method(
         "pybullet/undamped+iterated",
         EULER_STEP,
         1,
-        settings={"numSolverIterations": 200, "solverResidualThreshold": 0.0, "damping": 0.0},
+        settings=ITERATED,
         systems=("!cone-pendulum/fast-platform", *LINES, "capsule-coast", *TURNS),
         kinds=PENDULUMS,
     ),
@@ -56,12 +60,7 @@ METHODS = (
         "pybullet/undamped+pyramid",
         OTHERWISE,
         1,
-        settings={
-            "numSolverIterations": 200,
-            "solverResidualThreshold": 0.0,
-            "damping": 0.0,
-            "enableConeFriction": 0,
-        },
+        settings={**ITERATED, "enableConeFriction": 0},
         systems=("capsule-line/heading-030",),
     ),
 )
