@@ -28,6 +28,7 @@ from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from functools import partial
 from importlib import import_module
+from itertools import product
 from multiprocessing import connection, resource_tracker
 from typing import Any
 
@@ -177,12 +178,15 @@ class Workers(Executor):
 
     def _next(self, waiting: list[Task], busy: Sequence[_Worker]) -> tuple[Task, _Worker]:
         """A task and an idle worker: of a group that it knows, or else that nobody has begun."""
-        worker = next((worker for worker in self._living() if worker not in busy), None)
-        if worker is None:
+        idle = [worker for worker in self._living() if worker not in busy]
+        if not idle:
             self.begin(len(self._workers) + 1)
-            worker = self._workers[-1]
-        order = {worker: 0, None: 1}
-        task = min(waiting, key=lambda task: order.get(self._groups.get(task.group), 2))
+            idle = self._workers[-1:]
+
+        def distance(pair: tuple[Task, _Worker]) -> int:
+            return {pair[1]: 0, None: 1}.get(self._groups.get(pair[0].group), 2)
+
+        task, worker = min(product(waiting, idle), key=distance)
         waiting.remove(task)
         self._groups[task.group] = worker
         return task, worker

@@ -13,7 +13,7 @@ from plumbob.analytic.reference import Array
 Vector = tuple[float, float, float]
 ORIGIN = (0.0, 0.0, 0.0)
 HINGE, SLIDE, FREE, WELD = "revolute", "prismatic", "free", "weld"
-BLOCK = 4096  # steps whose controls are computed at once
+FEW, BLOCK = 256, 4096  # steps whose controls are computed at once, first and at most
 
 
 @dataclass(frozen=True)
@@ -50,8 +50,9 @@ class Pose:
 
 
 def by_step(rows: Callable[[Array, float], Array], step: float) -> Iterator[Any]:
-    """The rows of steps of `step` [s], given their indices, one by one, without end."""
-    steps = np.arange(float(BLOCK))
+    """The rows of steps of `step` [s], given their indices, one by one, without end: a few at
+    once, then more, so that a few steps do not pay for many."""
+    first, count = 0.0, FEW
     while True:
-        yield from rows(steps, step).tolist()
-        steps += BLOCK
+        yield from rows(np.arange(first, first + count), step).tolist()
+        first, count = first + count, min(2 * count, BLOCK)

@@ -196,7 +196,7 @@ def test_the_bob_in_the_plane():
     assert x[0] == pytest.approx(-math.sin(math.radians(120)))
     assert y[0] == pytest.approx(0.5)
     # within three periods of 2.76 s, as the summary says
-    assert bob.distances(notebook.FINE[:3320], "free-large").max() > 1.9
+    assert bob.distances("free-large")[:3320].max() > 1.9
 
 
 def test_an_accelerometer_at_the_bob_reads_the_notebooks_acceleration_less_gravity():

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from plumbob.analytic.reference import Array
+from plumbob.analytic.reference import Array, Signals
 from plumbob.analytic.systems.pendulums.rod_tension import bob_place
 from plumbob.engines.study.extra_runs import ExtraRun
 from plumbob.engines.study.results import Study
@@ -17,6 +17,7 @@ from plumbob.reports.analyses.simple_pendulum.notebook import (
     FINE,
     LINEAR,
     SIMPLE,
+    fine,
 )
 
 DRAWN, SHOWN = "free-large", 6.0  # case 2, and its first seconds
@@ -27,15 +28,14 @@ ACCELEROMETER = ExtraRun(
 SHORT = np.linspace(0.0, SHOWN, 240)  # [s]
 
 
-def place(scene: str, times: Array) -> Array:
-    """x and y of the bob [m], shape (n, 2), of the exact motion at `times` [s], shape (n,)."""
-    posed = case(scene)
-    return bob_place(posed.problem.length, posed.reference.observe(times)["theta"])
+def place(scene: str, motion: Signals) -> Array:
+    """x and y of the bob [m], shape (n, 2), of the exact motion of a scene at n times."""
+    return bob_place(case(scene).problem.length, motion["theta"])
 
 
-def distances(times: Array, name: str) -> Array:
-    """Distance [m] of the two bobs of a case at `times` [s], shape (n,)."""
-    apart = place(SIMPLE + name, times) - place(LINEAR + name, times)
+def distances(name: str) -> Array:
+    """Distance [m] of the two bobs of a case at FINE, shape (n,)."""
+    apart = np.subtract(*(place(kind + name, fine(kind + name)) for kind in (SIMPLE, LINEAR)))
     return np.asarray(np.hypot(*apart.T))
 
 
@@ -45,7 +45,10 @@ def numbers(study: Study) -> Record:
         distances=[_distance(label, name) for label, name in CASES.items()],
         times=SHORT,
         # x and y of both bobs [m] at them, shape (2, n)
-        paths=[place(kind + DRAWN, SHORT).T for kind in (SIMPLE, LINEAR)],
+        paths=[
+            place(kind + DRAWN, case(kind + DRAWN).reference.observe(SHORT)).T
+            for kind in (SIMPLE, LINEAR)
+        ],
         accelerometer=None if (run := study.answer(ACCELEROMETER)) is None else readings(run),
         apart=APART,  # [m]
         duration=DURATION,
@@ -78,7 +81,7 @@ def readings(run: Trajectory) -> Record | None:
 
 def _distance(label: str, name: str) -> Record:
     """How far the two bobs of a case are apart."""
-    apart = distances(FINE, name)
+    apart = distances(name)
     over = np.flatnonzero(apart > APART * case(SIMPLE + name).problem.length)
     return Record(
         label=label,

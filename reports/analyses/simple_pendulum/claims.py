@@ -17,6 +17,7 @@ from plumbob.reports.analyses.simple_pendulum.notebook import (
     LINEAR,
     SIMPLE,
     difference,
+    fine,
 )
 
 VISIBLE = 0.05  # of the amplitude: a difference that a plot shows
@@ -26,12 +27,12 @@ MUJOCO = "mujoco/rk4"
 
 def angle(scene: str) -> Array:
     """theta [rad] of the exact motion at FINE."""
-    return case(scene).reference.observe(FINE)["theta"]
+    return fine(scene)["theta"]
 
 
 def parting(name: str) -> Record:
     """The difference of the exact motions of a case."""
-    apart, amplitude = np.abs(difference(FINE, name)), abs(float(angle(SIMPLE + name)[0]))
+    apart, amplitude = np.abs(difference(name)), abs(float(angle(SIMPLE + name)[0]))
     over = np.flatnonzero(apart > VISIBLE * amplitude)
     return Record(
         largest=apart.max(),  # difference within DURATION [rad]
@@ -41,15 +42,15 @@ def parting(name: str) -> Record:
     )
 
 
-def swing(scene: str, times: Array) -> float:
-    """Largest angle [rad] of an exact motion at `times` [s]."""
-    return float(np.abs(case(scene).reference.observe(times)["theta"]).max())
+def swing(scene: str, since: float = 0.0) -> float:
+    """Largest angle [rad] of an exact motion from a time [s] on."""
+    return float(np.abs(angle(scene)[FINE >= since]).max())
 
 
 def decay(name: str) -> float:
     """Largest relative difference of the extreme angles of a damped swing from |theta_0| times
     exp(-xi t/2)."""
-    observed, rate = case(SIMPLE + name).reference.observe(FINE), case(SIMPLE + name).problem
+    observed, rate = fine(SIMPLE + name), case(SIMPLE + name).problem
     speed, theta = observed["theta_dot"], observed["theta"]
     turns = np.flatnonzero(speed[:-1] * speed[1:] < 0.0)
     part = speed[turns] / (speed[turns] - speed[turns + 1])
@@ -74,7 +75,7 @@ def rotation(name: str) -> Record:
     least = math.sqrt(2.0 * problem.gravity / problem.length * (1.0 + math.cos(problem.theta)))
     return Record(
         turns=abs(float(end - start)) / math.tau,  # within DURATION
-        linear_degrees=math.degrees(swing(LINEAR + name, FINE)),  # its largest angle [°]
+        linear_degrees=math.degrees(swing(LINEAR + name)),  # its largest angle [°]
         # than the speed that just reaches the top, relative
         faster=float(abs(problem.theta_dot)) / least - 1.0,
     )
@@ -91,7 +92,7 @@ def smallest_error(study: Study) -> tuple[float, float] | None:
 def numbers(study: Study) -> Record:
     """The figures that the notebook's statements are held to."""
     damped = case(f"{SIMPLE}damped-small").problem
-    natural, late = math.sqrt(damped.gravity / damped.length), FINE[FINE >= SETTLED]
+    natural = math.sqrt(damped.gravity / damped.length)
     return Record(
         partings={label: parting(CASES[label]) for label in ("1", "2", "5", "6")},
         # of the period, relative
@@ -99,14 +100,14 @@ def numbers(study: Study) -> Record:
         rotations={label: rotation(CASES[label]) for label in ("3", "4")},
         decay={label: decay(CASES[label]) for label in ("5", "6")},  # see `decay`
         # [rad], the largest angle of the forced swing, settled
-        forced=swing(f"{SIMPLE}forced-large", late),
-        forced_linear=swing(f"{LINEAR}forced-large", late),
+        forced=swing(f"{SIMPLE}forced-large", SETTLED),
+        forced_linear=swing(f"{LINEAR}forced-large", SETTLED),
         # turns, where case 7 comes to rest
         rests=float(angle(f"{SIMPLE}damped-rotating")[-1]) / math.tau,
         damping_ratio=damped.damping_rate / (2 * natural),
         mujoco=smallest_error(study),  # error [rad] of its multibody model on case 2, at step [s]
         # non-linear less linear angle [rad] over time in case 1
-        apart=(FINE[::40], difference(FINE[::40], CASES["1"])),
+        apart=(FINE[::40], difference(CASES["1"])[::40]),
         duration=DURATION,
         visible=VISIBLE,
         settled=SETTLED,

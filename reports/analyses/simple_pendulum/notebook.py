@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import cache
 from types import MappingProxyType
 
 import numpy as np
 
-from plumbob.analytic.reference import Array
+from plumbob.analytic.reference import Array, Signals
 from plumbob.engines.study.extra_runs import ExtraRun, StudyPlan
 from plumbob.engines.study.results import Study
 from plumbob.reports.analyses.analysis import Analysis, Record
@@ -88,9 +89,8 @@ def errors(study: Study) -> Record:
                 error=measured,  # largest [rad]
                 predicted=predicted,
                 of_linear=error(study, LINEAR + name)[0],  # of RK4 for the linear pendulum
-                difference=np.abs(
-                    difference(FINE, name)
-                ).max(),  # of the linear motion from the non-linear one
+                # of the linear motion from the non-linear one
+                difference=np.abs(difference(name)).max(),
             )
         )
     sizes = [entry.error for entry in entries]
@@ -130,12 +130,15 @@ def at_every_step(times: Array, theta: Array, rate: Array) -> Array:
     return CubicHermiteSpline(times, theta, rate)(EVERY_STEP)
 
 
-def difference(times: Array, name: str) -> Array:
-    """Non-linear less linear angle [rad] of a case's exact motions at `times` [s], shape (n,)."""
-    nonlinear, linear = (
-        case(kind + name).reference.observe(times)["theta"] for kind in (SIMPLE, LINEAR)
-    )
-    return nonlinear - linear
+@cache
+def fine(scene: str) -> Signals:
+    """The exact motion of a scene at FINE, once for all findings."""
+    return case(scene).reference.observe(FINE)
+
+
+def difference(name: str) -> Array:
+    """Non-linear less linear angle [rad] of a case's exact motions at FINE, shape (n,)."""
+    return fine(SIMPLE + name)["theta"] - fine(LINEAR + name)["theta"]
 
 
 CASE_MOTIONS = Analysis("simple_pendulum/notebook_cases", cases, requests)
