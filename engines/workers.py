@@ -182,11 +182,10 @@ class Workers(Executor):
         if not idle:
             self.begin(len(self._workers) + 1)
             idle = self._workers[-1:]
-
-        def distance(pair: tuple[Task, _Worker]) -> int:
-            return {pair[1]: 0, None: 1}.get(self._groups.get(pair[0].group), 2)
-
-        task, worker = min(product(waiting, idle), key=distance)
+        task, worker = min(
+            product(waiting, idle),
+            key=lambda pair: {pair[1]: 0, None: 1}.get(self._groups.get(pair[0].group), 2),
+        )
         waiting.remove(task)
         self._groups[task.group] = worker
         return task, worker

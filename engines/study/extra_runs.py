@@ -92,8 +92,3 @@ class StudyPlan:
 
 
 Requests = Callable[[StudyPlan], Sequence[Request[Any]]]
-
-
-def nothing_more(plan: StudyPlan) -> Sequence[Request[Any]]:
-    """No requests: those of an analysis of the study's own runs alone."""
-    return ()

@@ -23,11 +23,7 @@ from plumbob.engines.study.convergence import (
     timed_run,
 )
 from plumbob.engines.study.cost import SceneCosts, costs
-from plumbob.engines.study.extra_runs import (
-    Requests,
-    StudyPlan,
-    nothing_more,
-)
+from plumbob.engines.study.extra_runs import Requests, StudyPlan
 from plumbob.engines.study.measurement import Measurement
 from plumbob.engines.study.model_reading import ModelReading, read_model
 from plumbob.engines.study.provenance import machine, provenance, version_of, versions_of
@@ -57,7 +53,7 @@ def run_study(
     executor: Executor | None = None,
     progress: Progress = lambda what, done, total: None,
     timed: bool = True,
-    requests: Requests = nothing_more,
+    requests: Requests = lambda plan: (),
     command: str = "",
     kept: Checkpoint | None = None,
     seed: int = SEED,

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from plumbob.engines.study.extra_runs import Requests, StudyPlan, nothing_more
+from plumbob.engines.study.extra_runs import Requests, StudyPlan
 from plumbob.engines.study.request import Request
 from plumbob.engines.study.results import Analysed, Study
 from plumbob.reports.judge.study_verdicts import Judgements, unexpected
@@ -22,18 +22,14 @@ Numbers = Any
 """A record; None where a study lacks what the analysis is about."""
 
 
-def _nothing(numbers: Numbers) -> Sequence[Claim]:
-    return ()
-
-
 @dataclass(frozen=True)
 class Analysis:
     """An analysis of a study, with the template that holds all its words, tables and figures."""
 
     template: str  # "cone_pendulum/equilibria" of reports/templates
     numbers: Callable[[Study], Numbers]
-    requests: Requests = nothing_more  # runs beside the study's own
-    claims: Callable[[Numbers], Sequence[Claim]] = _nothing  # that its words rest on
+    requests: Requests = lambda plan: ()  # runs beside the study's own
+    claims: Callable[[Numbers], Sequence[Claim]] = lambda numbers: ()  # that its words rest on
 
 
 @dataclass(frozen=True)

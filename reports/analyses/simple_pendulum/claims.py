@@ -44,7 +44,7 @@ def parting(name: str) -> Record:
 
 def swing(scene: str, since: float = 0.0) -> float:
     """Largest angle [rad] of an exact motion from a time [s] on."""
-    return float(np.abs(angle(scene)[FINE >= since]).max())
+    return float(np.abs(angle(scene)[since <= FINE]).max())
 
 
 def decay(name: str) -> float:
