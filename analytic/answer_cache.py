@@ -9,11 +9,10 @@ from typing import Any
 
 import numpy as np
 
-from plumbob.analytic.reference import Signals
+from plumbob.analytic.reference import KEPT, Signals
 from plumbob.analytic.schemes import Scheme
 from plumbob.analytic.theory import SteppedErrors
 
-KEPT = 64  # sets of samples: some ten step sizes, of a few problems
 Powers = Mapping[int, Signals]  # {p: {observable: C_p step^p at the samples}}
 
 

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from typing import Protocol
+from functools import lru_cache
+from typing import Any, Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -12,6 +13,9 @@ import numpy.typing as npt
 Array = npt.NDArray[np.float64]
 Signals = Mapping[str, Array]
 """Values by name of observable, at times: SI, shape (n,) each."""
+
+
+KEPT = 64  # sets of samples: some ten step sizes, of a few problems
 
 
 class NoAnswer(Exception):
@@ -52,3 +56,17 @@ class LinearResponse:
     def nonlinearity(self, times: Array, errors: Signals) -> float:
         """0: the response to errors is linear."""
         return 0.0
+
+
+def remembered(observe: Callable[[Any, Array], Signals]) -> Callable[[Any, Array], Signals]:
+    """What a motion has at times, with its last answers, read-only: methods and steps share their
+    samples, and an error, its uncertainty and its prediction are of the same ones."""
+
+    @lru_cache(KEPT)
+    def known(motion: Any, times: bytes) -> Signals:
+        observed = observe(motion, np.frombuffer(times))
+        for values in observed.values():
+            values.setflags(write=False)
+        return observed
+
+    return lambda motion, times: dict(known(motion, np.asarray(times, dtype=float).tobytes()))

@@ -5,15 +5,16 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cache, reduce
-from itertools import repeat
 from operator import add
 from typing import Any
 
-Moved = Callable[[Any, Any, float, float], Any]
-"""A state moved along a slope for a multiple of the step, and a divisor of that."""
-
 Slopes = Callable[[float, Sequence[Any]], Sequence[Any]]
 """The slopes of all parts of a state at a fraction of the step: series, arrays or numbers."""
+
+
+def moved(parts: Sequence[Any], rates: Sequence[Any], step: Any) -> Sequence[Any]:
+    """Sequence[Any] of a state that change at these rates for a step."""
+    return [x + step * rate for x, rate in zip(parts, rates, strict=True)]
 
 
 @dataclass(frozen=True)
@@ -27,47 +28,37 @@ class Tableau:
     matrix: tuple[tuple[float, ...], ...]
     divisor: float = 1.0
 
-    def slopes(self, slopes_at: Slopes, state: Sequence[Any], moved: Moved) -> list[Any]:
-        """The weighted sums of the slopes of each part of `state`, to be divided by `divisor`;
-        `moved` moves a part along a slope."""
+    def slopes(self, slopes_at: Slopes, state: Sequence[Any], step: Any) -> Sequence[Any]:
+        """The weighted sums of the slopes of each part of `state` in a `step`, to be divided by
+        `divisor`."""
         stages: list[Sequence[Any]] = []
         for node, row in zip(self.nodes, self.matrix, strict=True):
             stage = state
             for weight, slope in zip(row, stages, strict=False):
                 if weight:
-                    stage = list(map(moved, stage, slope, repeat(weight), repeat(1.0)))
+                    stage = moved(stage, slope, weight * step)
             stages.append(slopes_at(node, stage))
-        return [_weighted(self.weights, parts) for parts in zip(*stages, strict=True)]
+        return _weighted(self.weights, stages)
 
-    def advanced(self, slopes_at: Slopes, state: Sequence[Any], moved: Moved) -> list[Any]:
-        """The parts of `state` after a step."""
-        sums = self.slopes(slopes_at, state, moved)
-        return list(map(moved, state, sums, repeat(1.0), repeat(self.divisor)))
+    def advanced(self, slopes_at: Slopes, state: Sequence[Any], step: Any) -> Sequence[Any]:
+        """The parts of `state` after a `step`."""
+        return moved(state, self.slopes(slopes_at, state, step), step / self.divisor)
 
     def change(self, slope: Callable[[Any, Any], Any], time: Any, state: Any, step: Any) -> Any:
         """Change of `state` in a `step` [s] from `time` [s] under its rate `slope(time, state)`;
         arrays of any shapes that broadcast."""
-
-        def slopes_at(fraction: float, stage: Sequence[Any]) -> Sequence[Any]:
-            return (slope(time + fraction * step, stage[0]),)
-
-        return step / self.divisor * self.slopes(slopes_at, (state,), along(step))[0]
+        (total,) = self.slopes(lambda part, z: (slope(time + part * step, *z),), (state,), step)
+        return step / self.divisor * total
 
 
-def along(step: Any) -> Moved:
-    """Numbers or arrays moved along a slope for a multiple of `step`."""
-    length = cache(lambda multiple, divisor: multiple * step / divisor)
-    return lambda state, slope, multiple, divisor: state + length(multiple, divisor) * slope
-
-
-def _weighted(weights: Sequence[float], slopes: Sequence[Any]) -> Any:
+def _weighted(weights: Sequence[float], stages: Sequence[Sequence[Any]]) -> Sequence[Any]:
     # A sum is twice as fast as a product with a number, which numpy converts.
     parts = [
-        k if w == 1.0 else k + k if w == 2.0 else w * k
-        for w, k in zip(weights, slopes, strict=True)
+        slopes if w == 1.0 else [k + k if w == 2.0 else w * k for k in slopes]
+        for w, slopes in zip(weights, stages, strict=True)
         if w
     ]
-    return reduce(add, parts)
+    return reduce(lambda total, part: list(map(add, total, part)), parts)
 
 
 CLASSICAL = Tableau(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator
 from dataclasses import fields, is_dataclass, replace
 from typing import Any
@@ -14,6 +15,15 @@ ROUNDOFF = 2.0**-53  # unit round-off: largest relative error of one rounding
 ULP = 2.0**-52  # machine epsilon: distance from 1 to the next double
 
 NEAR = 1e-7  # relative change of a parameter, by which the effect of its rounding is known
+
+
+def _elementwise(of_number: Any, of_array: Any) -> Any:
+    """A function of plain numbers, in a fifth of the time, and of all else as numpy has it."""
+    return lambda x: of_number(x) if isinstance(x, float) else of_array(x)
+
+
+sin, cos = _elementwise(math.sin, np.sin), _elementwise(math.cos, np.cos)
+sqrt = _elementwise(math.sqrt, np.sqrt)
 
 
 def varied(given: Any, part: float) -> Iterator[Any]:

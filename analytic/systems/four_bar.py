@@ -20,7 +20,7 @@ from typing import Any
 
 import numpy as np
 
-from plumbob.analytic.numerics.arithmetic import ULP
+from plumbob.analytic.numerics.arithmetic import ULP, cos, sin, sqrt
 from plumbob.analytic.numerics.smooth.certified_motion import CertifiedMotion
 from plumbob.analytic.numerics.smooth.smooth_system import SmoothSystem
 from plumbob.analytic.numerics.smooth.soft_loop import softened
@@ -95,15 +95,15 @@ class FourBar:
             return {
                 "angle": q[0] - math.pi / 2,
                 "angle_dot": v[0],
-                "coupler_x": a * np.sin(q[0]) + half * np.sin(q[1]),
-                "coupler_y": -a * np.cos(q[0]) - half * np.cos(q[1]),
+                "coupler_x": a * sin(q[0]) + half * sin(q[1]),
+                "coupler_y": -a * cos(q[0]) - half * cos(q[1]),
             }
 
         return replace(self.chain.motion.system, readings=read)
 
     def _gaps(self, p: Any, q: Any, v: Any) -> tuple[Any, Any, Any]:
         lengths = np.array(self.chain.lengths)
-        along, up, square = lengths * np.sin(q), -lengths * np.cos(q), np.square(v)
+        along, up, square = lengths * sin(q), -lengths * cos(q), np.square(v)
         gap = along.sum() - self.ground, up.sum()
         return gap, (-up, along), (-along @ square, -up @ square)
 
@@ -140,13 +140,13 @@ class FourBar:
 
 def _vectors(p: Any, t: Any) -> tuple[Any, Any, Any]:
     """U, V and W of the header."""
-    b, c, u = p.coupler, p.rocker, (p.crank * np.cos(t), p.crank * np.sin(t))
+    b, c, u = p.coupler, p.rocker, (p.crank * cos(t), p.crank * sin(t))
     x, y = p.ground - u[0], -u[1]  # from the crank's end to D
-    square = (p.ground - p.crank) ** 2 + 4 * p.ground * p.crank * np.sin(t / 2) ** 2
-    line = np.sqrt(square)
+    square = (p.ground - p.crank) ** 2 + 4 * p.ground * p.crank * sin(t / 2) ** 2
+    line = sqrt(square)
     along = (square + (b - c) * (b + c)) / (2 * square)  # of V, and across, by Heron's formula
     area = (b + c - line) * (b + c + line) * (line + b - c) * (line - b + c)
-    across = np.sqrt(area) / (2 * square)
+    across = sqrt(area) / (2 * square)
     v = along * x - across * y, along * y + across * x
     return u, v, (v[0] - x, v[1] - y)
 

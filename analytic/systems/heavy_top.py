@@ -15,6 +15,7 @@ from typing import Any
 
 import numpy as np
 
+from plumbob.analytic.numerics.arithmetic import cos, sin
 from plumbob.analytic.numerics.smooth.certified_motion import CertifiedMotion
 from plumbob.analytic.numerics.smooth.smooth_system import SmoothSystem
 from plumbob.analytic.parameters import ParameterError, check_fields
@@ -67,10 +68,10 @@ class HeavyTop:
         """Energy [J] and the angular momenta about the vertical and the axis [kg m^2/s]."""
         kinetic, tilt = self.motion.system.kinetic_energy(observed), observed["tilt"]
         around, _, spin = (observed[name] for name in RATES)
-        along = self.inertia_axis * (spin + around * np.cos(tilt))
-        vertical = _across(self) * around * np.sin(tilt) ** 2 + along * np.cos(tilt)
+        along = self.inertia_axis * (spin + around * cos(tilt))
+        vertical = _across(self) * around * sin(tilt) ** 2 + along * cos(tilt)
         return {
-            "energy": kinetic + self.mass * self.gravity * self.length * np.cos(tilt),
+            "energy": kinetic + self.mass * self.gravity * self.length * cos(tilt),
             "vertical_momentum": vertical,
             "axial_momentum": along,
         }
@@ -84,8 +85,8 @@ def _across(p: Any) -> Any:
 def euler_masses(q: Any, around: Any, across: Any, axis: Any) -> tuple[tuple[Any, ...], ...]:
     """The matrix of the rates of Euler's angles `q` [rad]: of moments in eq. 1 in place of A where
     the precession turns the body across its axis, and the tilt, and in place of C."""
-    cosine = np.cos(q[1])
-    turn = around * np.sin(q[1]) ** 2 + axis * cosine**2
+    cosine = cos(q[1])
+    turn = around * sin(q[1]) ** 2 + axis * cosine**2
     return (turn, 0.0, axis * cosine), (0.0, across, 0.0), (axis * cosine, 0.0, axis)
 
 
@@ -94,7 +95,7 @@ def _masses(p: Any, q: Any) -> tuple[tuple[Any, ...], ...]:
 
 
 def _moments(p: Any, time: Any, q: Any, v: Any) -> tuple[Any, Any, Any]:
-    sine, cosine = np.sin(q[1]), np.cos(q[1])
+    sine, cosine = sin(q[1]), cos(q[1])
     more, axis = (_across(p) - p.inertia_axis) * sine * cosine, p.inertia_axis * sine
     weight = p.mass * p.gravity * p.length * sine
     return (

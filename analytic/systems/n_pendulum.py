@@ -19,6 +19,7 @@ from typing import Any
 
 import numpy as np
 
+from plumbob.analytic.numerics.arithmetic import cos, sin
 from plumbob.analytic.numerics.smooth.certified_motion import CertifiedMotion
 from plumbob.analytic.numerics.smooth.smooth_system import SmoothSystem
 from plumbob.analytic.parameters import ParameterError, finite, non_negative, positive
@@ -108,19 +109,17 @@ def _masses(p: Any, q: Any) -> list[list[Any]]:
     rows = [[(w - m / 6) * length**2 for _ in chain] for m, length, w in chain]
     for j, (_, outer, w) in enumerate(chain):
         for i, (_, inner, _) in enumerate(chain[:j]):
-            rows[i][j] = rows[j][i] = w * inner * outer * np.cos(q[i] - q[j])
+            rows[i][j] = rows[j][i] = w * inner * outer * cos(q[i] - q[j])
     return rows
 
 
 def _moments(p: Any, time: Any, q: Any, v: Any) -> list[Any]:
     """The right-hand side of eq. 1 [N m]."""
     chain = _hanging(p, len(q))
-    moments = [
-        -p.gravity * length * w * np.sin(t) for (_, length, w), t in zip(chain, q, strict=True)
-    ]
+    moments = [-p.gravity * length * w * sin(t) for (_, length, w), t in zip(chain, q, strict=True)]
     for j, (_, outer, w) in enumerate(chain):
         for i, (_, inner, _) in enumerate(chain[:j]):
-            pull = w * inner * outer * np.sin(q[i] - q[j])
+            pull = w * inner * outer * sin(q[i] - q[j])
             moments[i] = moments[i] - pull * v[j] ** 2
             moments[j] = moments[j] + pull * v[i] ** 2
     return moments
@@ -130,6 +129,6 @@ def _tip(p: Any, q: Any, v: Any) -> Mapping[str, Any]:
     """Place of the last rod's end, from the axis [m]."""
     rods = [(length, t) for (_, length, _), t in zip(_hanging(p, len(q)), q, strict=True)]
     return {
-        "tip_x": sum(length * np.sin(t) for length, t in rods),
-        "tip_z": -sum(length * np.cos(t) for length, t in rods),
+        "tip_x": sum(length * sin(t) for length, t in rods),
+        "tip_z": -sum(length * cos(t) for length, t in rods),
     }

@@ -20,6 +20,7 @@ from typing import Any
 
 import numpy as np
 
+from plumbob.analytic.numerics.arithmetic import cos, sin
 from plumbob.analytic.numerics.smooth.certified_motion import CertifiedMotion
 from plumbob.analytic.numerics.smooth.smooth_system import SmoothSystem
 from plumbob.analytic.parameters import ParameterError, check_fields
@@ -67,7 +68,7 @@ class RollingDisc:
 
     def potential(self, observed: Signals) -> Array:
         """V [1/s^2]."""
-        return np.asarray(self.gravity / self.radius * np.sin(observed["tilt"]))
+        return np.asarray(self.gravity / self.radius * sin(observed["tilt"]))
 
     @property
     def steady_spin(self) -> float:
@@ -91,7 +92,7 @@ def masses(held: float, q: Any) -> tuple[tuple[Any, ...], ...]:
 
 def moments(held: float, pull: Any, q: Any, v: Any) -> tuple[Any, Any, Any]:
     """The right-hand side of eq. 1 for that matrix; `pull` is g/R [1/s^2]."""
-    sine, cosine, w = np.sin(q[1]), np.cos(q[1]), v[2] + v[0] * np.cos(q[1])
+    sine, cosine, w = sin(q[1]), cos(q[1]), v[2] + v[0] * cos(q[1])
     return (
         sine * v[1] * (w / 2 + 2 * held * v[0] * cosine),
         sine * v[0] * (v[0] * cosine / 4 - (0.5 + held) * w) - held * pull * cosine,

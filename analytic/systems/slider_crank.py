@@ -16,6 +16,7 @@ from typing import Any
 
 import numpy as np
 
+from plumbob.analytic.numerics.arithmetic import cos, sin, sqrt
 from plumbob.analytic.numerics.smooth.certified_motion import CertifiedMotion
 from plumbob.analytic.numerics.smooth.smooth_system import SmoothSystem
 from plumbob.analytic.numerics.smooth.soft_loop import softened
@@ -104,13 +105,13 @@ class SliderCrank:
 
     def potential(self, observed: Signals) -> Any:
         """Potential energy [J], 0 on the line."""
-        return self.lift * np.sin(observed["angle"])
+        return self.lift * sin(observed["angle"])
 
 
 def _links(p: Any, t: Any) -> tuple[Link, Link, Link]:
     """Crank, rod, and the slider, which has no length."""
-    sine, cosine = p.crank * np.sin(t), p.crank * np.cos(t)
-    root = np.sqrt((p.rod - p.crank) * (p.rod + p.crank) + cosine**2)
+    sine, cosine = p.crank * sin(t), p.crank * cos(t)
+    root = sqrt((p.rod - p.crank) * (p.rod + p.crank) + cosine**2)
     turn = -cosine / root
     return (
         Link(p.crank_mass, (cosine, sine), 1.0),
@@ -127,8 +128,8 @@ def _slider(p: Any, t: Any) -> Any:
 
 def _gaps(p: Any, q: Any, v: Any) -> tuple[Any, Any, Any]:
     """From the slider to the rod's end: along and across the line, with J and J' q'."""
-    across = np.sin(q[:2]) * (p.crank, p.rod)
-    along = np.cos(q[:2]) * (p.crank, p.rod)
+    across = sin(q[:2]) * (p.crank, p.rod)
+    along = cos(q[:2]) * (p.crank, p.rod)
     gap = along.sum() - q[2], across.sum()
     square = np.square(v[:2])
     return gap, ((*-across, -1.0), (*along, 0.0)), (-along @ square, -across @ square)

@@ -18,7 +18,7 @@ from plumbob.engines.method import ModelError, Stepping
 from plumbob.engines.trajectory import ByName, Trajectory
 from plumbob.models.scene import Case
 
-OVERFLOW = (OverflowError, ValueError)  # Python's own, of infinity
+OVERFLOW = (ArithmeticError, ValueError)  # Python's own, of infinity
 Observed = tuple[Signals, Signals]  # observables, and channels beside them
 TakeSteps = Callable[[int, int], None]
 """Takes the steps with these indices, the last one excluded."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from plumbob.analytic.errors.smooth_motion.scheme_steps import whole_steps
 from plumbob.analytic.errors.smooth_motion.stepped_system import smooth_errors
 from plumbob.analytic.numerics.arithmetic import ULP
 from plumbob.analytic.reference import Array
@@ -71,7 +72,7 @@ def disc_errors(disc: RollingDisc) -> StepErrors:
             return smooth_errors(disc.motion).at_step(scheme, step, times)
         if scheme.contact != ROLLS or scheme.integrator != EULER:
             return {}
-        states = stepped(disc, step, np.rint(times / step).astype(int))
+        states = stepped(disc, step, whole_steps(times, step))
         if not states.size:
             return {}
         exact, doubt = disc.motion.observe(times), disc.motion.uncertainty(times)

@@ -9,6 +9,7 @@ import numpy as np
 
 from plumbob.analytic.errors.contact_models.soft_friction import STEPPED, Held, drifted
 from plumbob.analytic.errors.sliding_motion.sliding_errors import stepped
+from plumbob.analytic.errors.smooth_motion.scheme_steps import whole_steps
 from plumbob.analytic.numerics.arithmetic import ULP
 from plumbob.analytic.reference import Array
 from plumbob.analytic.schemes import EULER, Scheme
@@ -65,7 +66,7 @@ def pinch_errors(pinch: Pinch) -> StepErrors:
         held, still = fingertip(pinch), pinch.observe(times)
         if scheme.contact is None:
             return still if scheme.integrator == EULER else {}
-        drift = drifted(scheme, held, step, np.rint(times / step).astype(int))
+        drift = drifted(scheme, held, step, whole_steps(times, step))
         deep = held.depth(scheme.contact, step) > TIP * pinch.size
         if deep or not len(drift) or drift[0].max() > pinch.size / 2.0:  # off the face
             return {}
@@ -86,7 +87,7 @@ def incline_errors(cube: Incline) -> StepErrors:
     contacts on a cube that slides, whose contacts chatter."""
 
     def error(scheme: Scheme, step: float, times: Array) -> Predicted:
-        exact, marks = cube.observe(times), np.rint(times / step).astype(int)
+        exact, marks = cube.observe(times), whole_steps(times, step)
         if scheme.contact is None and scheme.integrator == EULER:
             pulls, limit = [cube.pull] * int(marks[-1]), cube.friction * cube.press
             reached = stepped(scheme, step, cube.speed, pulls, limit)[:, marks]

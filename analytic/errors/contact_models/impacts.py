@@ -20,6 +20,7 @@ from plumbob.analytic.errors.smooth_motion.scheme_steps import (
     Parts,
     advance,
     states_after,
+    whole_steps,
 )
 from plumbob.analytic.numerics.arithmetic import ULP
 from plumbob.analytic.reference import Array
@@ -136,7 +137,7 @@ def bouncing_errors(ball: BouncingBall) -> StepErrors:
     is 1/(1 - d) times as much."""
 
     def error(scheme: Scheme, step: float, times: Array) -> Predicted:
-        marks = np.rint(times / step).astype(int).tolist()
+        marks = whole_steps(times, step).tolist()
         if scheme.integrator not in (EULER, *TABLEAUX):
             return {}
 

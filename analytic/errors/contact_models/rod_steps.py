@@ -6,6 +6,7 @@ from __future__ import annotations
 import numpy as np
 
 from plumbob.analytic.errors.contact_models.impacts import hard_impulses, held_impulses, soft_impact
+from plumbob.analytic.errors.smooth_motion.scheme_steps import whole_steps
 from plumbob.analytic.numerics.arithmetic import ULP
 from plumbob.analytic.reference import Array
 from plumbob.analytic.schemes import EULER, Scheme
@@ -52,7 +53,7 @@ def rod_errors(rod: RodImpact) -> StepErrors:
         if scheme.integrator != EULER or scheme.contact is not None or kept:
             return {}
         exact = rod.observe(times)
-        places = stepped(rod, scheme, step, np.rint(times / step).astype(int))
+        places = stepped(rod, scheme, step, whole_steps(times, step))
         errors = apart(dict(zip(exact, places, strict=True)), exact)
         return SteppedErrors(errors, {n: ROUNDED * ULP * (1 + abs(x)) for n, x in exact.items()})
 

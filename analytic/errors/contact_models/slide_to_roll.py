@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from plumbob.analytic.errors.smooth_motion.scheme_steps import whole_steps
 from plumbob.analytic.numerics.arithmetic import ULP
 from plumbob.analytic.reference import Array
 from plumbob.analytic.schemes import EULER, Scheme
@@ -23,7 +24,7 @@ def rolling_errors(ball: RollingBall) -> StepErrors:
     def error(scheme: Scheme, step: float, times: Array) -> Predicted:
         if scheme.integrator != EULER or ball.rolling_friction:
             return {}
-        marks = np.rint(times / step).astype(int)
+        marks = whole_steps(times, step)
         slip, steps = ball.speed - ball.radius * ball.spin, np.arange(marks[-1] + 1)
         lost = np.minimum(3.5 * ball.friction * ball.gravity * step * steps, abs(slip))
         lost *= np.sign(slip)

@@ -12,6 +12,7 @@ import numpy as np
 
 from plumbob.analytic.errors.sliding_motion.plane_steps import COLUMNS, trajectory
 from plumbob.analytic.errors.sliding_motion.position_first import position_first_trajectory
+from plumbob.analytic.errors.smooth_motion.scheme_steps import whole_steps
 from plumbob.analytic.reference import Array, Reference, Signals
 from plumbob.analytic.schemes import RK4, Scheme
 from plumbob.analytic.systems.capsule import NORMAL_FORCES, by_support, load_slopes, normal_forces
@@ -20,7 +21,7 @@ from plumbob.analytic.systems.manoeuvres.driving_force import driving_force
 from plumbob.analytic.systems.manoeuvres.line_manoeuvre import LineManoeuvre
 from plumbob.analytic.systems.manoeuvres.residual_motion import ResidualMotion
 from plumbob.analytic.systems.three_points.reference import PlaneReference
-from plumbob.analytic.tableau import CLASSICAL, along
+from plumbob.analytic.tableau import CLASSICAL
 from plumbob.analytic.theory import StepErrors, apart
 
 MOST_STEPS = 2_000_000  # of a run: some ten seconds
@@ -52,7 +53,7 @@ def stepped(
     what begins at `rate` [m/s or rad/s] under `pushes`, shape (n,), and friction up to `limit`,
     accelerations both: friction aims at rest within a step, by semi-implicit Euler or RK4 in each
     stage. The friction is that of the first stage of the step that follows, of the last one NaN."""
-    way, rows, moved, push = 0.0, list[tuple[float, float, float]](), along(step), 0.0
+    way, rows, push = 0.0, list[tuple[float, float, float]](), 0.0
 
     def slopes(_: float, state: Sequence[float]) -> tuple[float, float]:
         return state[1], push + min(max(-state[1] / step - push, -limit), limit)
@@ -61,7 +62,7 @@ def stepped(
         gained = slopes(0.0, (way, rate))[1]
         rows.append((way, rate, gained - push))
         if scheme.integrator == RK4:
-            way, rate = CLASSICAL.advanced(slopes, (way, rate), moved)
+            way, rate = CLASSICAL.advanced(slopes, (way, rate), step)
         else:
             before, rate = rate, rate + step * gained
             way += step * (before if scheme.position_first else rate)
@@ -92,7 +93,7 @@ def line_errors(
     observable of `reference`, on a line, lines that repeat, or a slow stroke: friction stops the
     body within a step, and w is its mean over each step. Empty for other schemes, and for more than
     MOST_STEPS steps."""
-    marks = np.rint(np.asarray(times) / step).astype(int)
+    marks = whole_steps(times, step)
     if (lead := scheme.position_lead) is None or marks[-1] > MOST_STEPS:
         return {}
     kind = Scheme(scheme.integrator, position_first=scheme.position_first)
@@ -119,7 +120,7 @@ def coasting_errors(motion: ResidualMotion, scheme: Scheme, step: float, times: 
     if scheme.position_lead is None:
         return {}
     still, loads = np.zeros(len(times)), by_support(np.zeros((len(times), 3)))
-    marks = np.rint(np.asarray(times) / step).astype(int)
+    marks = whole_steps(times, step)
     nothing = [0.0] * int(marks[-1])
     way, rate, _ = stepped(scheme, step, motion.rate, nothing, motion.deceleration)[:, marks]
     way, rate = np.stack([way, rate]) - motion.course(times)
@@ -141,8 +142,7 @@ def plane_errors(reference: PlaneReference, scheme: Scheme, step: float, times: 
     """Error that steps of `step` [s] make of the motion at grid `times` [s], shape (n,), by
     observable of `PlaneReference`, found by taking them (`errors.plane_steps`,
     `errors.position_first`); empty for other schemes, or more than MOST_PLANE_STEPS steps."""
-    times = np.asarray(times, dtype=np.float64)
-    marks = np.rint(times / step).astype(np.int64)
+    marks = whole_steps(times, step)
     steps, motion = int(marks.max()), reference.motion
     if steps > MOST_PLANE_STEPS or scheme.position_lead is None:
         return {}

@@ -15,7 +15,6 @@ from plumbob.analytic.errors.smooth_motion.scheme_steps import (
     Equations,
     Parts,
     advance,
-    moved,
 )
 from plumbob.analytic.numerics.smooth.smooth_system import solved
 from plumbob.analytic.schemes import (
@@ -35,7 +34,7 @@ from plumbob.analytic.systems.free_body.equations import (
 )
 from plumbob.analytic.systems.free_body.problem import FreeBody
 from plumbob.analytic.systems.free_body.rotation import ATTITUDE, RATES, product
-from plumbob.analytic.tableau import along
+from plumbob.analytic.tableau import moved
 
 ORDERS: Mapping[str, range] = MappingProxyType(
     {EULER: range(1, 5), LINEARLY_IMPLICIT: range(1, 5), LEAPFROG: range(2, 10, 2)}
@@ -57,7 +56,7 @@ def stepped(body: FreeBody, scheme: Scheme, step: Any) -> Advance:
 
     if integrator in TABLEAUX:  # of w and q together: the turn is not of length 1
         return lambda time, state: TABLEAUX[integrator].advanced(
-            lambda _, z: slope(of, z), state, along(step)
+            lambda _, z: slope(of, z), state, step
         )
     if integrator == RK4_ADDED_RATES:
         # The stages' angular velocities are added as vectors, and turn the body at once, although

@@ -15,7 +15,7 @@ from plumbob.analytic.numerics.arithmetic import ULP
 from plumbob.analytic.numerics.power_series import Series
 from plumbob.analytic.reference import Array
 from plumbob.analytic.schemes import EULER, TABLEAUX, Scheme
-from plumbob.analytic.tableau import along
+from plumbob.analytic.tableau import moved
 
 MOST_STEPS = 2_000_000  # of a run: a few seconds
 OFF = 1e-6  # of a step: samples this far from a whole number of steps are not on the orbit
@@ -27,11 +27,6 @@ Marks = npt.NDArray[np.int64]
 Parts = Sequence[Any]
 Advance = Callable[[Any, Parts], Parts]
 """The time at a step's start [s] and the state there, q and then q' -> the state after it."""
-
-
-def moved(parts: Parts, rates: Parts, step: Any) -> Parts:
-    """Parts of a state that change at these rates for a step."""
-    return [x + step * rate for x, rate in zip(parts, rates, strict=True)]
 
 
 @dataclass(frozen=True)
@@ -50,19 +45,21 @@ class Equations:
 def advance(scheme: Scheme, equations: Equations, step: Any) -> Advance:
     """The step of a `scheme` of STEPPED."""
     count, drifted, implicit = equations.count, equations.drifted, equations.implicit
-    tableau, move, lag = TABLEAUX.get(scheme.integrator), along(step), READ_AT.get(scheme.control)
+    acceleration = equations.acceleration
+    tableau, lag = TABLEAUX.get(scheme.integrator), READ_AT.get(scheme.control)
 
     def pulled(time: Any, fraction: float, q: Parts, v: Parts) -> Parts:
-        return equations.acceleration(time + step * (fraction if lag is None else lag), q, v)
+        return acceleration(time + step * (fraction if lag is None else lag), q, v)
 
     def stepped(time: Any, state: Parts) -> Parts:
-        q, v = state[:-count], state[-count:]
         if tableau is not None:
-            return tableau.advanced(
-                lambda part, z: [*z[-count:], *pulled(time, part, z[:-count], z[-count:])],
-                state,
-                move,
-            )
+
+            def slopes(part: float, z: Parts) -> Parts:
+                at, v = time + step * (part if lag is None else lag), z[-count:]
+                return [*v, *acceleration(at, z[:-count], v)]
+
+            return tableau.advanced(slopes, state, step)
+        q, v = state[:-count], state[-count:]
         if scheme.position_first:
             q = drifted(q, v, step)
             return [*q, *moved(v, pulled(time, 0.0, q, v), step)]
@@ -91,8 +88,17 @@ def _corrected(kick: Callable[[Parts], Parts], start: Parts) -> Parts:
     changes shrink; of series for as many degrees as they have."""
     if isinstance(start[0], Series):
         return reduce(lambda rates, _: kick(rates), start[0].terms, start)
+    before: Any = np.inf
+    if isinstance(start[0], float):
+        for _ in range(MOST_CORRECTIONS):
+            rates, start = start, kick(start)
+            change = max([abs(x - rate) for x, rate in zip(start, rates, strict=True)])
+            if not 0.0 < change < before:
+                break
+            before = change
+        return start
     now: Any = np.array(start)
-    before, shrinks = np.inf, np.ones(now.shape[1:], dtype=bool)
+    shrinks = np.ones(now.shape[1:], dtype=bool)
     for _ in range(MOST_CORRECTIONS):
         after = np.array(kick(now))
         change = np.abs(after - now).max(axis=0)
@@ -104,10 +110,15 @@ def _corrected(kick: Callable[[Parts], Parts], start: Parts) -> Parts:
     return [*now]
 
 
+def whole_steps(times: Array, step: float) -> npt.NDArray[Any]:
+    """The numbers of steps of `step` [s] nearest to `times` [s], shape (n,)."""
+    return np.rint(np.asarray(times) / step).astype(np.int64)
+
+
 def steps_until(times: Array, step: float, most: int = MOST_STEPS) -> Marks | None:
     """The numbers of steps of `step` [s] until `times` [s], shape (n,); None for more than `most`,
     and for times that are no multiples of the step."""
-    marks = np.rint(times / step).astype(np.int64)
+    marks = whole_steps(times, step)
     if not 0 < int(marks[-1]) <= most:
         return None
     off = np.abs(times / step - marks).max()

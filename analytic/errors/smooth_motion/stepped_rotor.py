@@ -25,7 +25,7 @@ import cmath
 import math
 from collections.abc import Callable
 from dataclasses import asdict, astuple, dataclass, replace
-from functools import cached_property, lru_cache
+from functools import cached_property, lru_cache, partial
 from types import SimpleNamespace
 from typing import Any
 
@@ -65,7 +65,7 @@ def equations_of(
     if scheme.integrator == LEAPFROG:  # so that a damped step is symmetric
         implicit = p.damping_rate, 0.0
     return Equations(
-        lambda time, q, v: force(p, time, q, v),
+        partial(force, p),
         1,
         (lambda state: implicit) if part or scheme.integrator == LEAPFROG else None,
     )
@@ -166,7 +166,7 @@ def _stepper(
         return advance(scheme, equations, step), start
     closing, (theta, theta_dot) = scheme.joint_closing_rate, start
     joint = _Joint(
-        equations.acceleration,
+        None if rotor.conservative and not rotor.cos else equations.acceleration,
         READ_AT.get(scheme.control, 0.0),
         rotor.sin * by,
         step,
@@ -177,7 +177,7 @@ def _stepper(
     a = b = 0.0 * step
     if math.isinf(closing):  # as open as the step before would have left it
         before = step * (theta_dot - step * float(rotor.acceleration(0.0, theta, theta_dot)))
-        a, b = joint.turned(before, 1.0, before)
+        a, b = joint.turned(before, (1.0, before))
         a = a - 1.0
     pull = theta_dot**2 + joint.weight * math.cos(theta)
     return joint, (theta, theta_dot, theta_dot - joint.rate * b, a, b, pull)
@@ -187,7 +187,7 @@ def _stepper(
 class _Joint:
     """The step of a bob that a joint holds (module docstring)."""
 
-    acceleration: Callable[..., Parts]
+    acceleration: Callable[..., Parts] | None  # but for the weight
     lag: float  # of a forcing, in steps
     weight: Any  # g/L [1/s^2]
     step: Any  # h [s]
@@ -200,20 +200,20 @@ class _Joint:
         """k / h [1/s]."""
         return (1.0 - self.kept) / self.step
 
-    def turned(self, angle: Any, out: Any, aside: Any) -> tuple[Any, Any]:
-        """A vector in axes that turn by an angle."""
+    def turned(self, angle: Any, *vectors: tuple[Any, Any]) -> list[Any]:
+        """The parts of vectors in axes that turn by an angle."""
         c, s = self.library.cos(angle), self.library.sin(angle)
-        return c * out + s * aside, c * aside - s * out
+        return [x for out, aside in vectors for x in (c * out + s * aside, c * aside - s * out)]
 
     def __call__(self, time: Any, state: Parts) -> Parts:
         x, w, v, a, b, _ = state
         turn, rate, lever = self.step * w, self.rate, self.step / self.part
-        (push,) = self.acceleration(time + self.lag * self.step, (0.0,), (w,))
-        x = x + turn
-        outwards, along = self.turned(turn, -rate * a, v + lever * push)
+        if self.acceleration is not None:
+            v = v + lever * self.acceleration(time + self.lag * self.step, (0.0,), (w,))[0]
+        opened = 1.0 + self.kept * a, turn + self.kept * b
+        outwards, along, a, b = self.turned(turn, (-rate * a, v), opened)
+        x, a = x + turn, a - 1.0
         outwards = outwards + lever * self.weight * self.library.cos(x)
         along = along - lever * self.weight * self.library.sin(x)
-        a, b = self.turned(turn, 1.0 + self.kept * a, turn + self.kept * b)
-        a = a - 1.0
         w = w + self.part * (along - w + rate * b)
         return x, w, w - rate * b, a, b, (outwards + rate * a) / lever

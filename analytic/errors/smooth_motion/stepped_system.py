@@ -46,8 +46,11 @@ def smooth_errors(
         take = advance_of(scheme, system, step, implicit)
         if take is None or marks is None:
             return {}
-        with np.errstate(all="ignore"):  # of steps that diverge
-            after = states_after(take, system.start.tolist(), step, marks.tolist())
+        try:
+            with np.errstate(all="ignore"):  # of steps that diverge
+                after = states_after(take, system.start.tolist(), step, marks.tolist())
+        except (ArithmeticError, ValueError):  # math and numbers, of infinity
+            return {}
         states: Array = np.array(after)
         if not np.isfinite(states).all():
             return {}
@@ -69,8 +72,7 @@ def advance_of(
     unknown = at_end is None and (scheme.implicit_spring or damped)
     if scheme.integrator not in STEPPED or jointed or unknown:
         return None
-
-    def acceleration(time: Any, q: Parts, v: Parts) -> Parts:
-        return system.acceleration(time, q, v, values)
-
-    return advance(scheme, Equations(acceleration, len(system.rates), at_end), step)
+    equations = Equations(
+        lambda time, q, v: system.acceleration(time, q, v, values), len(system.rates), at_end
+    )
+    return advance(scheme, equations, step)

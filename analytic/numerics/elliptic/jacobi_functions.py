@@ -17,35 +17,31 @@ from plumbob.analytic.reference import Array
 _STEPS = 20  # enough for any B/A > 0: the first ones halve the logarithm of B/A
 
 
-def arithmetic_geometric_mean(a: Any, b: Any) -> Any:
-    """AGM(a, b) for b > 0, elementwise, to 34 digits (DLMF 19.8.1)."""
+def _means(a: Any, b: Any, near: float) -> list[tuple[Any, Any, Any]]:
+    """Arithmetic and geometric means from a and b > 0 on, elementwise, and half their sums, until
+    they are as `near` (DLMF 19.8.1)."""
+    steps: list[tuple[Any, Any, Any]] = []
     for _ in range(_STEPS):
-        near = np.all(abs(a - b) <= 1e-16 * a)
-        a, b = (a + b) / 2, np.sqrt(a * b)
-        if near:  # convergence is quadratic
+        steps.append((a, b, half_sum := (a + b) / 2))
+        if np.all(abs(a - b) <= near * a):  # convergence is quadratic
             break
-    return a
+        a, b = half_sum, np.sqrt(a * b)
+    return steps
 
 
 def half_turn(a: Quad, b: Quad) -> Quad:
-    """Time tau in which chi advances by pi: pi / AGM(A, B); infinite for B = 0."""
+    """Time tau in which chi advances by pi: pi / AGM(A, B), to 34 digits; infinite for
+    B = 0."""
     endless = b == 0
-    return choose(endless, quad(np.inf), PI / arithmetic_geometric_mean(a, choose(endless, a, b)))
+    return choose(endless, quad(np.inf), PI / _means(a, choose(endless, a, b), 1e-16)[-1][-1])
 
 
 def jacobi(tau: Any, a: Any, b: Any) -> tuple[Array, Array, Array]:
     """sn, cn, dn by the descending Landen transformation (DLMF 22.7.2 to 22.7.4), of cn/sn so that
     nothing is subtracted; arguments broadcast; tau should be reduced to a turn or two."""
     endless = b == 0.0
-    steps, mean, geometric = [], a, choose(endless, a, b)
-    for _ in range(_STEPS):
-        half_sum = (mean + geometric) / 2
-        steps.append((mean, geometric, half_sum))
-        if np.all(mean - geometric <= 4e-16 * mean):  # the next two differ by 1e-32
-            break
-        mean, geometric = half_sum, np.sqrt(mean * geometric)
-    mean = half_sum
-    angle = mean * tau
+    steps = _means(a, choose(endless, a, b), 4e-16)  # the next two differ by 1e-32
+    angle = steps[-1][-1] * tau
     sine = np.sin(angle)
     tiny = np.copysign(1e-100, sine)  # in place of what a quotient might overflow by
     ratio = np.cos(angle) / np.where(np.abs(sine) < 1e-100, tiny, sine)
@@ -56,7 +52,7 @@ def jacobi(tau: Any, a: Any, b: Any) -> tuple[Array, Array, Array]:
         dn = (square + geometric) / (square + mean)
     sn = np.copysign(1.0, sine) / np.sqrt(1.0 + ratio * ratio)
     cn, sn = ratio * sn, np.where(sine == 0, sine, sn)
-    if not np.all(np.logical_not(endless)):
+    if np.any(endless):
         fading = np.exp(-abs(a * tau))
         fading = 2 * fading / (1 + fading * fading)
         sn = np.where(endless, np.tanh(a * tau), sn)

@@ -16,6 +16,7 @@ from typing import Any
 
 import numpy as np
 
+from plumbob.analytic.numerics.elliptic.trigonometric_potential import TrigonometricPotential
 from plumbob.analytic.numerics.smooth.smooth_system import TINY
 from plumbob.analytic.parameters import check_fields
 from plumbob.analytic.reference import Array
@@ -70,8 +71,7 @@ class DrivenRotor:
     def energy(self, theta: Any, theta_dot: Any) -> Array:
         """Energy per moment of inertia [rad^2/s^2], theta_dot^2/2 + V; a constant of the motion
         when `conservative`."""
-        sine = np.sin(theta)
-        well = -(self.sin2 * sine + self.cos) * sine - self.sin * np.cos(theta)
+        well = TrigonometricPotential(self.sin2, self.cos, self.sin).value(theta)
         well = well + 0.5 * self.stiffness * np.square(theta)
         return np.asarray(0.5 * np.square(theta_dot) + well)
 
@@ -86,13 +86,15 @@ def forces(rotor: DrivenRotor, library: Any = np) -> Callable[..., tuple[Any]]:
     """The acceleration of `rotor`, of its coefficients, a time, an angle and a rate, in any
     arithmetic in which `library` has a sine and a cosine."""
 
+    linear, autonomous = rotor.linear, rotor.autonomous
+
     def acceleration(p: Any, t: Any, q: Any, v: Any) -> tuple[Any]:
         (theta,), (rate,), total = q, v, 0.0
-        if not rotor.linear:
+        if not linear:
             sine = library.sin(theta)
             total = (2.0 * p.sin2 * sine + p.cos) * library.cos(theta) - p.sin * sine
         total = total - p.stiffness * theta - p.damping_rate * rate
-        if not rotor.autonomous:
+        if not autonomous:
             push = library.sin(p.forcing_frequency * t + p.forcing_phase)
             total = total + p.forcing_amplitude * push
         return (total,)

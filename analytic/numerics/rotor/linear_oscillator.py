@@ -27,16 +27,19 @@ def linear_motion(
     longest = rate * float(np.max(times, initial=0.0))
     doublings = max(0, math.ceil(math.log2(8 * longest or 1.0)))
     push, phase = rotor.forcing_amplitude, quad(rotor.forcing_phase)
-    numbers = 4 if push else 2
-    time = quad(np.asarray(times, dtype=float))[..., None, None] / quad(2.0**doublings)
-    part = quad(_matrix(rotor)[:numbers, :numbers]) * time
-    flow = unit = quad(np.eye(numbers))
-    for n in range(TERMS, 0, -1):
-        flow = unit + _product(part, flow) / n
-    for _ in range(doublings):
-        flow = _product(flow, flow)
     start = np.array([quad(theta), quad(theta_dot), push * np.sin(phase), push * np.cos(phase)])
-    x, v = np.moveaxis(double(_product(flow, start[:numbers, None])), -2, 0)[:2, ..., 0]
+    start = start[: 4 if push else 2, None, None]
+    time = quad(np.ravel(times).astype(float)) / quad(2.0**doublings)
+    matrix, powers = quad(_matrix(rotor)[: len(start), : len(start)]), [quad(np.eye(len(start)))]
+    for n in range(1, TERMS + 1):
+        powers.append(_product(matrix, powers[-1]) / n)
+    flow = quad(0.0)
+    for power in reversed(powers):
+        flow = flow * time + power[..., None]
+    for _ in range(doublings):
+        flow[:2] = _product(flow[:2], flow)
+        flow[2:, 2:] = _product(flow[2:, 2:], flow[2:, 2:])
+    x, v = double(_product(flow[:2], start)).reshape(2, *np.shape(times))
     return x, v
 
 
@@ -50,5 +53,5 @@ def _matrix(rotor: DrivenRotor) -> Array:
 
 
 def _product(left: Quad, right: Quad) -> Quad:
-    """Of matrices: numpy's own is wrong of stacks of 34 digits."""
-    return (left[..., None] * right[..., None, :, :]).sum(axis=-2)
+    """Of matrices, along their first two axes: numpy's own is wrong of stacks of 34 digits."""
+    return sum(left[:, k, None] * right[k] for k in range(left.shape[1]))

@@ -26,7 +26,7 @@ from plumbob.analytic.numerics.collocation import (
 from plumbob.analytic.numerics.linear_flow import Response
 from plumbob.analytic.numerics.smooth.smooth_system import TINY, SmoothSystem
 from plumbob.analytic.parameters import ParameterError
-from plumbob.analytic.reference import Array, Signals
+from plumbob.analytic.reference import Array, Signals, remembered
 from plumbob.analytic.tableau import order_8
 
 STAGES = 20
@@ -70,6 +70,7 @@ class CertifiedMotion:
     system: SmoothSystem
     _known: list[_Track] = field(default_factory=list, repr=False)
 
+    @remembered
     def observe(self, times: Array) -> Signals:
         """Coordinates and rates at `times` [s], shape (n,), by name."""
         return self.system.observed(self._track(times)[1].T)

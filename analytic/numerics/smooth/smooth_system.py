@@ -135,13 +135,13 @@ def jacobian(slope: Callable[[Any, Array], Array], time: Any, states: Array) -> 
 def solved(matrix: Sequence[Elements], right: Elements) -> list[Any]:
     """Solution of a linear system, whose elements may be arrays, by elimination without a change of
     rows: of a positive definite matrix, or one near the identity."""
-    rows = [[*row, value] for row, value in zip(matrix, right, strict=True)]
+    size, rows = len(right), [[*row, value] for row, value in zip(matrix, right, strict=True)]
     for k, pivot in enumerate(rows):
-        for i in range(k + 1, len(rows)):
-            ratio = rows[i][k] / pivot[k]
-            rows[i] = [a - ratio * b for a, b in zip(rows[i], pivot, strict=True)]
-    solution: list[Any] = []
+        for row in rows[k + 1 :]:
+            ratio = row[k] / pivot[k]
+            for j in range(k + 1, size + 1):
+                row[j] = row[j] - ratio * pivot[j]
     for i, row in reversed(list(enumerate(rows))):
-        known = sum((a * x for a, x in zip(row[i + 1 : -1], solution, strict=True)), 0.0)
-        solution.insert(0, (row[-1] - known) / row[i])
-    return solution
+        known = sum([row[j] * rows[j][-1] for j in range(i + 1, size)], 0.0)
+        row[-1] = (row[-1] - known) / row[i]
+    return [row[-1] for row in rows]

@@ -32,9 +32,9 @@ def softened(
     stiffness = damping / (2 * constant)
     soft = inverse_mass * (1 - loop.impedance) / loop.impedance
 
-    def forces(p: Any, time: Any, q: Any, v: Any) -> list[Any]:
+    def forces(p: Any, time: Any, q: Any, v: Any) -> Any:
         free, across, pull = _pulled(tree, gaps, (p, time, q, v), damping, stiffness, soft)
-        return list(free + across.T @ pull)
+        return (free + across.T @ pull).tolist()
 
     return replace(tree, forces=forces)
 

@@ -14,7 +14,7 @@ from plumbob.analytic.numerics.rotor.linear_oscillator import linear_motion
 from plumbob.analytic.numerics.rotor.orbit import smooth_system
 from plumbob.analytic.numerics.smooth.certified_motion import CertifiedMotion
 from plumbob.analytic.parameters import finite
-from plumbob.analytic.reference import Array, Signals
+from plumbob.analytic.reference import Array, Signals, remembered
 
 LOST = 1e6  # [rad, rad/s]: the uncertainty where double precision determines nothing
 
@@ -43,6 +43,7 @@ class DrivenMotion:
         """The motion by two independent methods."""
         return CertifiedMotion(smooth_system(self.rotor, self.theta, self.theta_dot))
 
+    @remembered
     def observe(self, times: Array) -> Signals:
         """theta [rad] and theta_dot [rad/s] at `times` [s], shape (n,)."""
         if self.closed_form is None:

@@ -6,10 +6,9 @@ is a = b = 0).
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 
@@ -22,7 +21,7 @@ from plumbob.analytic.numerics.elliptic.trigonometric_potential import (
 from plumbob.analytic.numerics.quad import Quad, double, quad
 from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
 from plumbob.analytic.parameters import ParameterError, finite, positive
-from plumbob.analytic.reference import Array, Signals
+from plumbob.analytic.reference import Array, Signals, remembered
 
 Regime = Literal["rest", "libration", "rotation", "separatrix"]
 
@@ -69,15 +68,17 @@ class PendulumMotion:
     @cached_property
     def closed_form(self) -> EllipticMotion:
         """The constants of the closed form."""
-        return self._solve([0.0] * 6)
+        return self._solve(0.0)
 
-    def _solve(self, changes: Sequence[Any]) -> EllipticMotion:
-        """The closed form with relative `changes` of a, b, c, inertia, the angle and the speed (or
-        excess)."""
+    def _solve(self, change: float) -> EllipticMotion:
+        """The closed form, or one for each relative `change` of a, b, c, inertia, the angle or the
+        speed (or excess), of those that are not zero."""
         v, from_top, excess = self.potential, self.theta_from_top, self.excess
         angle = self.theta if from_top is None else from_top
         last = self.theta_dot if excess is None else excess
         given = v.a, v.b, v.c, self.inertia, angle, last
+        kept = np.flatnonzero([double(x) for x in given])
+        changes = quad(change * np.eye(6)[:, kept])[..., None] if change else [0.0] * 6
         changed = zip(given, changes, strict=True)
         a, b, c, inertia, angle, last = (quad(x) * (1 + quad(part)) for x, part in changed)
         return solve(
@@ -91,8 +92,8 @@ class PendulumMotion:
 
     @cached_property
     def neighbours(self) -> EllipticMotion:
-        """The motion itself, then one for each input changed by a unit in the last place."""
-        return self._solve(quad(ULP * np.eye(6, 7, 1))[..., None])
+        """Motions with an input that is not zero changed by a unit in the last place."""
+        return self._solve(ULP)
 
     @property
     def regime(self) -> Regime:
@@ -140,12 +141,16 @@ class PendulumMotion:
         c, inertia, theta and speed (or excess), each alone; infinite on a separatrix."""
         if self.regime == "separatrix":
             return np.inf
-        periods = self.neighbours.period[:, 0]
-        return float(double(np.abs(periods[1:] / periods[0] - 1)).sum() / ULP)
+        changes = self.neighbours.period / self.closed_form.period - 1
+        return float(double(np.abs(changes)).sum() / ULP)
+
+    @remembered
+    def _reached(self, times: Array) -> Signals:
+        return dict(zip("xv", self.closed_form.state(times), strict=True))
 
     def state(self, times: Array) -> tuple[Array, Array]:
         """theta [rad] and theta_dot [rad/s] at `times` [s], shape (n,)."""
-        theta, rate = self.closed_form.state(np.asarray(times, dtype=float))
+        theta, rate = self._reached(times).values()
         return theta - self.tilt, rate
 
     def phase(self, times: Array) -> Array:
@@ -180,17 +185,16 @@ class PendulumMotion:
         times = np.asarray(times, dtype=float)
         if self.theta_from_top is not None:
             return self._of_rounded_start(times)
-        theta, rate = self.closed_form.state(times)
+        theta, rate = self._reached(times).values()
         finite = np.isfinite(self.period)
         # time is rounded four times in the closed form
         late = ULP * (np.abs(times) + (2 * self.period if finite else 0.0))
         slopes = np.array([rate, self.rotor.acceleration(times, theta, rate)])
         moved = ULP * np.abs([theta, rate]) + ULP + late * np.abs(slopes)
-        near = [self.neighbours.state(times[None, :])]
+        near = np.swapaxes(self.neighbours.state(times[None, :]), 0, 1)
+        moved += np.abs(near - [theta, rate]).sum(axis=0)
         if finite:
-            near.append(self._rounded(times, theta))
-        for states in map(np.array, near):
-            moved += np.abs(states[:, 1:] - states[:, :1]).sum(axis=1)
+            moved += self._rounded(times, theta)
         return {"theta": moved[0] + 2 * ULP * abs(self.tilt), "theta_dot": moved[1]}
 
     def _of_rounded_start(self, times: Array) -> Signals:
@@ -208,22 +212,23 @@ class PendulumMotion:
         at = int(np.abs(rates).argmax())
         return float(first[at]), float(angles[at]), float(rates[at])
 
-    def _rounded(self, times: Array, angles: Array) -> tuple[Array, Array]:
-        """States of the motion, which is at `angles` [rad] at `times` [s], shape (n,), then with
-        theta rounded where it is fastest, then with theta_dot."""
+    def _rounded(self, times: Array, angles: Array) -> Array:
+        """Changes of the motion, which is at `angles` [rad] at `times` [s], shape (n,), by rounding
+        of theta where it is fastest, and of theta_dot."""
         time, theta, rate = self._fastest
         # The rounding of an angle grows with the number of turns, and the force's with it; late
         # roundings have less time to act, so that half of the last angle represents all of them.
         wound = max(abs(theta), 0.5 * float(np.abs(angles).max(initial=0.0)))
         starts, speeds = quad(ULP * np.array([[0.0, wound, 0.0], [0.0, 0.0, rate]]))[..., None]
         later = solve(self.closed_form.potential, self.inertia, theta + starts, rate + speeds)
-        return later.state(np.maximum(times - time, 0.0)[None, :])
+        begun, *changed = np.swapaxes(later.state(np.maximum(times - time, 0.0)[None, :]), 0, 1)
+        return np.asarray(np.abs(np.subtract(changed, begun)).sum(axis=0))
 
     def nonlinearity(self, times: Array, errors: Signals) -> float:
         """Nonlinearity of the response to errors of theta and theta_dot, shape (n,) each: the
         larger of the angle's error, and of the energy's error over the kinetic energy plus the
         distance from the nearest barrier."""
-        theta, rate = self.closed_form.state(times)
+        theta, rate = self._reached(times).values()
         torque = np.asarray(self.rotor.acceleration(times, theta, rate)) * self.inertia
         drift = self.inertia * rate * errors["theta_dot"] - torque * errors["theta"]
         gaps = double(np.abs(self.energy - self.barriers))

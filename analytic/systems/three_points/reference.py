@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
 from typing import Any, ClassVar
 
 import numpy as np
 
 from plumbob.analytic.numerics.arithmetic import ROUNDOFF
-from plumbob.analytic.reference import Array, LinearResponse, Signals
+from plumbob.analytic.reference import Array, LinearResponse, Signals, remembered
 from plumbob.analytic.systems.capsule import (
     by_support,
     normal_force_uncertainty,
@@ -21,7 +19,7 @@ from plumbob.analytic.systems.three_points.friction import Start
 ROUNDINGS = 8 * ROUNDOFF  # of parameters and times, and of the change to the axes of the start
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class PlaneReference(LinearResponse):
     """Observables of a motion in the plane: C starts at the origin, with heading 0."""
 
@@ -29,27 +27,11 @@ class PlaneReference(LinearResponse):
     """A ThreePointMotion, or several equal ones: its body, path, pose at any time, and error."""
     closed_form: ClassVar[None] = None  # integrated from event to event
 
+    @remembered
     def observe(self, times: Array) -> Signals:
         """Exact x, y of C [m], velocity_x, velocity_y [m/s], heading [rad], heading_rate [rad/s]
         and normal_force_1..3 [N] at `times` [s], shape (n,); body_angle is the heading by the
         source's name."""
-        return dict(self._observed(np.asarray(times, dtype=np.float64).tobytes()))
-
-    @cached_property
-    def _observed(self) -> Callable[[bytes], Signals]:
-        """Observables at times given as bytes, read-only: methods and steps share their samples,
-        and an error, its uncertainty and its prediction are of the same ones."""
-
-        @lru_cache(maxsize=16)
-        def found(times: bytes) -> Signals:
-            observed = self._worked_out(np.frombuffer(times))
-            for values in observed.values():
-                values.setflags(write=False)
-            return observed
-
-        return found
-
-    def _worked_out(self, times: Array) -> Signals:
         now = self.motion.at(times)
         (x, y), (velocity_x, velocity_y) = now.position.T, now.velocity.T
         return {
