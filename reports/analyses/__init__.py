@@ -70,13 +70,13 @@ def analyses_of(
     with workers_of(jobs) as workers:
         if workers.count > 1 and len(study.scenes) >= MANY:
             results = _side_by_side(study, parts, judged, workers)
-    results |= {part: _analysed(study, part, judged) for part in parts if part not in results}
+    results |= {part: _analysed(study, judged, part) for part in parts if part not in results}
     every = (analysis for part in parts for analysis in results[part])
     about = page_numbers.study_record(study, judged)
     return (*every, Analysed("", STUDY, "", "", plain(about)))
 
 
-def _analysed(study: Study, part: Part, judged: Judgements) -> tuple[Analysed, ...]:
+def _analysed(study: Study, judged: Judgements, part: Part) -> tuple[Analysed, ...]:
     kind, name = part
     if kind == "scene":
         scene = next(scene for scene in study.scenes if scene.name == name)
@@ -96,15 +96,14 @@ def _side_by_side(
         file.write_bytes(pickle.dumps((study, judged), pickle.HIGHEST_PROTOCOL))
         tasks = [
             Task(part, _by_a_worker, (str(file), part), LIMIT, part[1].partition("/")[0])
-            for part in parts
+            for part in sorted(parts, reverse=True)  # systems first: scenes fill what they leave
         ]
         results = workers.results(tasks)
         return {task.key: of for task, of in results if not isinstance(of, Lost)}
 
 
 def _by_a_worker(file: str, part: Part) -> tuple[Analysed, ...]:
-    study, judged = _read(file)
-    return _analysed(study, part, judged)
+    return _analysed(*_read(file), part)
 
 
 @lru_cache(maxsize=1)
