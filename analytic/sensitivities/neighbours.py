@@ -68,7 +68,7 @@ class Neighbours(Generic[T]):
     @property
     def here(self) -> T:
         """At the value itself."""
-        return dict(zip(self.offsets, self.moved, strict=True))[0.0]
+        return self.moved[list(self.offsets).index(0.0)]
 
     def each(self, change: Callable[[T], S]) -> Neighbours[S]:
         """The results of `change` at every offset."""

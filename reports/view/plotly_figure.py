@@ -128,7 +128,7 @@ def logarithmic(title: str, **more: Any) -> Layout:
 
 def positive(values: npt.ArrayLike) -> Array:
     """Magnitudes as a logarithmic axis takes them: zero is drawn at its bottom."""
-    return np.maximum(np.abs(np.asarray(values, dtype=float)), ZERO)
+    return np.asarray(np.maximum(np.abs(np.asarray(values, dtype=float)), ZERO))
 
 
 def rounded(values: npt.ArrayLike) -> list[float | None]:

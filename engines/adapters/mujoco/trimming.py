@@ -36,10 +36,12 @@ def trimming(
     shown.opt.disableflags = trimmed.opt.disableflags
     runs = [MujocoSimulation(translation, m, steps, step) for m in (every_stage, shown, trimmed)]
     pieces = {k: TimedSteps(run, 1.0) for k, run in enumerate(runs)}
-    costs = [cost.ns_per_step for cost in in_turns(pieces, repeats)[0].values()]
+    default, flags, least = (c.ns_per_step for c in in_turns(pieces, repeats)[0].values())
     ends = np.array([np.concatenate([run.data.qpos, run.data.qvel]) for run in runs])
     return Trimming(
-        *costs,
+        default,
+        flags,
+        least,
         bool((ends == ends[0]).all()),
         options.disabled(trimmed.opt.disableflags),
         tuple(_parts_left_out(complete, translation.spec)),
