@@ -77,7 +77,7 @@ def ways(speeds: Array, lead: float, step: float) -> Array:
     return step * np.cumsum(np.concatenate([0.0 * speeds[:1], mean]), axis=0)
 
 
-@lru_cache(maxsize=16)  # the same for all methods of one scene
+@lru_cache(maxsize=64)  # the same for all methods of one scene
 def _body(motion: Any, scheme: Scheme, step: float, steps: int) -> Array:
     """`stepped` of the body under the mean reaction of the slider in each step."""
     capsule = motion.single.capsule

@@ -100,7 +100,7 @@ def simplest(scheme: Scheme, rotor: DrivenRotor) -> Scheme:
     return replace(scheme, control=control, implicit_damping=damping, implicit_spring=spring)
 
 
-@lru_cache(maxsize=16)  # the same for all methods of one scene
+@lru_cache(maxsize=64)  # the same for all methods of one scene
 def orbit(
     rotor: DrivenRotor,
     start: tuple[float, float],

@@ -48,10 +48,11 @@ def smooth_errors(
             return {}
         try:
             with np.errstate(all="ignore"):  # of steps that diverge
-                after = states_after(take, system.start.tolist(), step, marks.tolist())
+                states: Array = np.array(
+                    states_after(take, system.start.tolist(), step, marks.tolist())
+                )
         except (ArithmeticError, ValueError):  # math and numbers, of infinity
             return {}
-        states: Array = np.array(after)
         if not np.isfinite(states).all():
             return {}
         return apart(system.observed(states.T), motion.observe(times))

@@ -20,7 +20,7 @@ _STEPS = 20  # enough for any B/A > 0: the first ones halve the logarithm of B/A
 def _means(a: Any, b: Any, near: float) -> list[tuple[Any, Any, Any]]:
     """Arithmetic and geometric means from a and b > 0 on, elementwise, and half their sums, until
     they are as `near` (DLMF 19.8.1)."""
-    steps: list[tuple[Any, Any, Any]] = []
+    steps = []
     for _ in range(_STEPS):
         steps.append((a, b, half_sum := (a + b) / 2))
         if np.all(abs(a - b) <= near * a):  # convergence is quadratic

@@ -24,8 +24,7 @@ def linear_motion(
     """Theta [rad] and theta_dot [rad/s] of a linear `rotor` at `times` [s], any shape, not
     negative, from `theta` [rad] and `theta_dot` [rad/s]."""
     rate = math.sqrt(abs(rotor.stiffness)) + rotor.damping_rate + abs(rotor.forcing_frequency)
-    longest = rate * float(np.max(times, initial=0.0))
-    doublings = max(0, math.ceil(math.log2(8 * longest or 1.0)))
+    doublings = max(0, math.ceil(math.log2(8 * rate * float(np.max(times, initial=0.0)) or 1.0)))
     push, phase = rotor.forcing_amplitude, quad(rotor.forcing_phase)
     start = np.array([quad(theta), quad(theta_dot), push * np.sin(phase), push * np.cos(phase)])
     start = start[: 4 if push else 2, None, None]
