@@ -232,14 +232,14 @@ def _run(peer: PeerModel, held: Held, right: Sequence[str] = ()) -> tuple[Array,
     states = np.full((len(script.controls) + 1, held.states.shape[1]), np.nan)
     states[0], ends = script.start, time.process_time() + held.seconds
     state, terms = script.start, held.model.terms()
+    force, calls = 0.0 * state[held.model.layout.velocity], parts if right else 1
     peer.begin(state)
     for k, control in enumerate(script.controls):
-        for _ in range(parts if right else 1):
-            force = np.zeros_like(script.start[held.model.layout.velocity])
+        for _ in range(calls):
             if right:
                 state = np.append(state, held.states[k, state.size :])  # activations, if any
                 force = _force(terms, peer, state, control, right, held.model.step)
-            state = peer.advance(control, force, 1 if right else parts)
+            state = peer.advance(control, force, parts // calls)
         states[k + 1, : state.size] = state
         at = f"{(k + 1) * script.period:.3g} s"
         if not np.isfinite(state).all() or np.abs(state).max() > DIVERGED:

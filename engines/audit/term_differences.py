@@ -107,7 +107,7 @@ def looks_at(peer: PeerModel, held: Held, integrator: str) -> list[Look]:
         peer.begin(state)
         after = (
             held.model.stepped(Script(state, step, control[None]), integrator, 1).states[1],
-            peer.advance(control, np.zeros_like(state[velocity]), 1),
+            peer.advance(control, 0.0 * state[velocity], 1),
         )
         ours, other = ((moved[velocity] - state[velocity]) / step for moved in after)
         looks.append(Look(state, control, terms(state, control), theirs, (ours, other)))
