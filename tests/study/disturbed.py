@@ -105,7 +105,7 @@ def group(leader):
 def ended(process):
     """What it has written on stderr, and the time [s] until the last process of its group ended."""
     begin = time.monotonic()
-    _, err = process.communicate(timeout=60.0)
+    _, err = process.communicate(timeout=300.0)
     while group(process.pid) and time.monotonic() - begin < LOADED * ENDS:
         time.sleep(0.01)
     return err, time.monotonic() - begin
