@@ -59,7 +59,7 @@ class LinearResponse:
 
 
 def remembered(observe: Callable[[Any, Array], Signals]) -> Callable[[Any, Array], Signals]:
-    """What a motion has at times, with its last answers, read-only: methods and steps share their
+    """An `observe` of motions that keeps its last answers, read-only: methods and steps share their
     samples, and an error, its uncertainty and its prediction are of the same ones."""
 
     @lru_cache(KEPT)

@@ -45,18 +45,17 @@ class Equations:
 def advance(scheme: Scheme, equations: Equations, step: Any) -> Advance:
     """The step of a `scheme` of STEPPED."""
     count, drifted, implicit = equations.count, equations.drifted, equations.implicit
-    acceleration = equations.acceleration
     tableau, lag = TABLEAUX.get(scheme.integrator), READ_AT.get(scheme.control)
 
     def pulled(time: Any, fraction: float, q: Parts, v: Parts) -> Parts:
-        return acceleration(time + step * (fraction if lag is None else lag), q, v)
+        return equations.acceleration(time + step * (fraction if lag is None else lag), q, v)
 
     def stepped(time: Any, state: Parts) -> Parts:
         if tableau is not None:
 
             def slopes(part: float, z: Parts) -> Parts:
-                at, v = time + step * (part if lag is None else lag), z[-count:]
-                return [*v, *acceleration(at, z[:-count], v)]
+                v = z[-count:]
+                return [*v, *pulled(time, part, z[:-count], v)]
 
             return tableau.advanced(slopes, state, step)
         q, v = state[:-count], state[-count:]
