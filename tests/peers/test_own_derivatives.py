@@ -34,7 +34,7 @@ def test_an_own_way_has_the_error_of_its_step(name, how, by, way, why):
 
 def test_all_runs_of_mjx_share_a_compiled_loop():
     needed("mjx/default")
-    _loop.cache_clear()
+    before = _loop()._cache_size()
     judged = judged_way(CONE, "mjx/default", "theta", "theta", "jacfwd", at=0.1)
     assert judged.verdict == "predicted", judged.why
-    assert _loop()._cache_size() == 1
+    assert _loop()._cache_size() <= before + 1
