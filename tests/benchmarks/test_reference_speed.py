@@ -32,7 +32,7 @@ def solved():
     """The motion with the constants of its closed form."""
     motion = PENDULUM.motion
     fresh = PendulumMotion(motion.potential, motion.inertia, motion.theta, motion.theta_dot)
-    assert fresh.closed_form.half > 0.0
+    assert fresh.closed_form.period > 0.0
     return fresh
 
 
