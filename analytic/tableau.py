@@ -13,7 +13,7 @@ Slopes = Callable[[float, Sequence[Any]], Sequence[Any]]
 
 
 def moved(parts: Sequence[Any], rates: Sequence[Any], step: Any) -> Sequence[Any]:
-    """Sequence[Any] of a state that change at these rates for a step."""
+    """The parts of a state that change at these rates for a step."""
     return [x + step * rate for x, rate in zip(parts, rates, strict=True)]
 
 

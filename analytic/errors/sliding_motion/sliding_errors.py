@@ -13,7 +13,7 @@ import numpy as np
 from plumbob.analytic.errors.sliding_motion.plane_steps import COLUMNS, trajectory
 from plumbob.analytic.errors.sliding_motion.position_first import position_first_trajectory
 from plumbob.analytic.errors.smooth_motion.scheme_steps import whole_steps
-from plumbob.analytic.reference import Array, Reference, Signals
+from plumbob.analytic.reference import KEPT, Array, Reference, Signals
 from plumbob.analytic.schemes import RK4, Scheme
 from plumbob.analytic.systems.capsule import NORMAL_FORCES, by_support, load_slopes, normal_forces
 from plumbob.analytic.systems.capsule_setup import CapsuleProblem
@@ -77,7 +77,7 @@ def ways(speeds: Array, lead: float, step: float) -> Array:
     return step * np.cumsum(np.concatenate([0.0 * speeds[:1], mean]), axis=0)
 
 
-@lru_cache(maxsize=64)  # the same for all methods of one scene
+@lru_cache(maxsize=KEPT)  # the same for all methods of one scene
 def _body(motion: Any, scheme: Scheme, step: float, steps: int) -> Array:
     """`stepped` of the body under the mean reaction of the slider in each step."""
     capsule = motion.single.capsule

@@ -43,7 +43,7 @@ from plumbob.analytic.errors.smooth_motion.scheme_steps import (
 from plumbob.analytic.numerics.arithmetic import ROUNDOFF, ULP
 from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor, forces
 from plumbob.analytic.numerics.smooth.smooth_system import TINY
-from plumbob.analytic.reference import Array
+from plumbob.analytic.reference import KEPT, Array
 from plumbob.analytic.schemes import EULER, LEAPFROG, STEPPED, Scheme
 
 FORCE_ROUNDINGS = 8.0  # of a force, whose parts an engine adds up along its own way
@@ -100,7 +100,7 @@ def simplest(scheme: Scheme, rotor: DrivenRotor) -> Scheme:
     return replace(scheme, control=control, implicit_damping=damping, implicit_spring=spring)
 
 
-@lru_cache(maxsize=64)  # the same for all methods of one scene
+@lru_cache(maxsize=KEPT)  # the same for all methods of one scene
 def orbit(
     rotor: DrivenRotor,
     start: tuple[float, float],
