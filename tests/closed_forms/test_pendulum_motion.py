@@ -25,8 +25,9 @@ PERIODS = np.array([0.31, -1.7, 50.3])  # after the start
 PERIOD = 1e-15
 # A mean of up to 2^16 samples, each with an error of some units in the last place.
 ACTION = 1e-14
-# Relative to 1 rad and the phase; for the rate relative to the largest in the orbit. Round-off of a
-# time in a period as long as ln(1e12) is 1e-14.
+# Relative to 1 rad and the phase; for the rate relative to the largest in the orbit, and for the
+# table's, which forces in double make, to that of a turn by 1 rad. Round-off of a time in a period
+# as long as ln(1e12) is 1e-14.
 ANGLE = 1e-13
 
 STEEL = ConePendulum(cone(8000.0, 0.3, math.radians(30.0)), 0.0, 0.09, 26.0, 9.8, 0.0, 37.0)
@@ -37,8 +38,9 @@ SIMPLE = TrigonometricPotential(0.0, 0.0, 9.8)
 
 
 def errors(motion, orbit, times):
-    """Errors of a motion of finite period, each over its bound."""
+    """Errors of a motion of finite period, each over its bound, closed form and table alike."""
     theta, theta_dot = motion.closed_form.state(times)
+    tabled = motion.table.state(times)
     period, action, states = orbit.follow(times.tolist(), list(zip(theta, theta_dot, strict=True)))
     fastest = np.abs(motion.closed_form.state(np.linspace(0.0, motion.period, 200))[1]).max()
     allowed = ANGLE * (1.0 + np.abs(motion.phase(times)))
@@ -53,6 +55,8 @@ def errors(motion, orbit, times):
         "action": abs(float(motion.action / action - 1)) / ACTION,
         "theta": worst(theta, 0, allowed),
         "theta_dot": worst(theta_dot, 1, allowed * fastest),
+        "theta of the table": worst(tabled[0], 0, allowed),
+        "theta_dot of the table": worst(tabled[1], 1, allowed * (fastest + motion.rotor.rate())),
         "theta over its uncertainty": worst(theta, 0, uncertain["theta"]),
         "theta_dot over its uncertainty": worst(theta_dot, 1, uncertain["theta_dot"]),
     }
@@ -152,3 +156,12 @@ def test_a_change_of_2e_11_is_detected(change, theta_dot):
     found = errors(pendulum.motion, orbit, PERIODS * pendulum.motion.period)
     for name in ("period", "action", "theta", "theta_dot"):
         assert found[name] > 1.0, name
+
+
+@pytest.mark.parametrize("excess", [None, 0.0, -19.6], ids=["turns", "separatrix", "rest"])
+def test_many_times_are_as_exact_as_few(excess):
+    motion, some = PendulumMotion(SIMPLE, 1.0, 0.0, 7.0, excess), np.s_[::10_007]
+    times = np.linspace(0.0, 1e9, 50_001)
+    for name, values in motion.observe(times).items():
+        gaps = values[some] - motion.observe(times[some])[name]
+        assert (np.abs(gaps) <= ANGLE * (1 + np.abs(values[some]))).all()

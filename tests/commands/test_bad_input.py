@@ -12,6 +12,7 @@ import pytest
 from plumbob.engines.registry import method
 from plumbob.engines.study import store
 from plumbob.reports.cli import main
+from plumbob.tests.commands.test_cli import ran
 from plumbob.tests.support.stored import save
 from plumbob.tests.support.studies import made_up, quick
 
@@ -79,11 +80,7 @@ def test_it_is_one_line_and_nothing_is_written(line, inputs, capsys):
     for name, value in ODD.items():
         words = [word.replace(name, value) for word in words]
     before = sorted(inputs.rglob("*"))
-    try:
-        code = main(words)
-    except SystemExit as stop:  # what argparse does
-        code = int(stop.code or 0)
-    out, err = capsys.readouterr()
+    code, out, err = ran(capsys, *words)
     assert (code, out, err.count("\n")) == (2, "", 1), err
     assert err.startswith(("plumbob: ", "plumbob recommend: "))
     assert err.removeprefix("plumbob: ").startswith(begin)

@@ -10,7 +10,8 @@ from plumbob.models.registry import systems
 from plumbob.reports.cli import main
 
 
-def _run(capsys, *words):
+def ran(capsys, *words):
+    """The exit code of a command, its output and its errors."""
     try:
         code = main(words)
     except SystemExit as stop:  # what argparse does
@@ -21,7 +22,7 @@ def _run(capsys, *words):
 
 @pytest.mark.parametrize("name", list(systems()))
 def test_solve_answers_every_system(name, capsys):
-    code, out, _ = _run(capsys, "solve", name, "--json")
+    code, out, _ = ran(capsys, "solve", name, "--json")
     answer = json.loads(out)
     assert code == 0
     assert set(answer) >= {"scene", "parameters", "times", "observables"}
@@ -30,7 +31,7 @@ def test_solve_answers_every_system(name, capsys):
 
 
 def test_run_answers_with_its_budget(capsys):
-    code, out, _ = _run(capsys, "run", "cone-pendulum", "mujoco/rk4", "--step", "1e-3", "--json")
+    code, out, _ = ran(capsys, "run", "cone-pendulum", "mujoco/rk4", "--step", "1e-3", "--json")
     answer = json.loads(out)
     assert code == 0
     assert answer["verdict"] == "predicted"
@@ -44,7 +45,7 @@ def test_run_answers_with_its_budget(capsys):
 
 def test_run_says_the_error_at_the_end_with_its_sign(capsys):
     words = ("run", "capsule-line", "mujoco/euler+reduced", "--step", "1e-3", "--json")
-    answer = json.loads(_run(capsys, *words)[1])
+    answer = json.loads(ran(capsys, *words)[1])
     for name in ("displacement", "stroke_rate"):
         assert abs(answer["errors_at_end"][name]) <= answer["errors"][name]
     # the body stops late by a sawtooth, and goes too far, which is backward
@@ -53,15 +54,15 @@ def test_run_says_the_error_at_the_end_with_its_sign(capsys):
 
 
 def test_list_and_cite_name_everything(capsys):
-    _, out, _ = _run(capsys, "list")
+    _, out, _ = ran(capsys, "list")
     for system in systems().values():
         assert all(scene.name in out for scene in system.scenes)
-    _, out, _ = _run(capsys, "cite")
+    _, out, _ = ran(capsys, "cite")
     assert "Sudakov" in out
 
 
 def test_version_is_printed(capsys):
-    code, out, _ = _run(capsys, "--version")
+    code, out, _ = ran(capsys, "--version")
     assert (code, out) == (0, f"plumbob {__version__}\n")
 
 

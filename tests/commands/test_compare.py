@@ -12,6 +12,7 @@ from plumbob.reports.cli import main
 from plumbob.reports.judge.study_verdicts import judge_study
 from plumbob.tests.support.page_document import Document, broken_links
 from plumbob.tests.support.stored import save
+from plumbob.tests.support.studies import remeasured
 
 # x stays at zero on the scene of the second system, but for rounding.
 SCENES, METHODS = (
@@ -29,19 +30,11 @@ def study():
 
 def changed(study, change):
     """The study with another run of mujoco/euler at 1 ms on the cone."""
-    return replace(
-        study,
-        convergence=tuple(
-            replace(
-                c,
-                measurements=tuple(
-                    change(m) if f"{m.scene} {m.method}" == EULER and m.step == STEP else m
-                    for m in c.measurements
-                ),
-            )
-            for c in study.convergence
-        ),
-    )
+
+    def each(m):
+        return change(m) if f"{m.scene} {m.method}" == EULER and m.step == STEP else m
+
+    return remeasured(study, each)
 
 
 def errors_times(factor):

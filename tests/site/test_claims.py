@@ -19,6 +19,7 @@ from plumbob.reports.view.site.claims import NOT_SHOWN, as_measured
 from plumbob.reports.view.site.views import OF_ENGINES
 from plumbob.tests.site import whole_profile
 from plumbob.tests.support.declared import findings_of
+from plumbob.tests.support.studies import remeasured
 
 COMPUTED = (  # from the sources and the exact motions alone: no figure of theirs is measured
     "capsule-mean-speed",
@@ -75,24 +76,14 @@ FAR = 0.7  # by how much its recordings depart by their end, in SI
 @pytest.fixture(scope="module")
 def spoiled(study):
     """The study with the same large error in every run and recording, and other costs."""
+
+    def wrong(m):
+        return replace(
+            m, errors={n: replace(e, largest=UNITED, end=UNITED) for n, e in m.errors.items()}
+        )
+
     return replace(
-        study,
-        convergence=tuple(
-            replace(
-                c,
-                measurements=tuple(
-                    replace(
-                        m,
-                        errors={
-                            name: replace(e, largest=UNITED, end=UNITED)
-                            for name, e in m.errors.items()
-                        },
-                    )
-                    for m in c.measurements
-                ),
-            )
-            for c in study.convergence
-        ),
+        remeasured(study, wrong),
         costs={
             pair: replace(cost, ns_per_step=cost.ns_per_step * (1.0 + 0.1 * (place % 7)))
             for place, (pair, cost) in enumerate(study.costs.items())

@@ -25,7 +25,7 @@ from plumbob.reports.view.records import (
 from plumbob.reports.view.site import first_screen, matrix
 from plumbob.reports.view.trimming import trimming
 from plumbob.tests.site import whole_profile
-from plumbob.tests.support.studies import SCENE, quick, verdicts
+from plumbob.tests.support.studies import SCENE, quick, remeasured, verdicts
 
 LINE, DEFAULT, CONVERGENT, RK4 = "capsule-line/ca1", *first_screen.KINDS[0][-1]
 
@@ -35,24 +35,15 @@ def _with_error(study, scene, method, error):
     one that is a function of the step [s]."""
     at = error if callable(error) else lambda step: error
     (quantity,) = _about(study, scene)
-    changed = []
-    for c in study.convergence:
-        if (c.scene, c.method) == (scene, method):
-            own = {
-                m.step: replace(
-                    m.errors[quantity.observable],
-                    largest=at(m.step) * quantity.scale,
-                    end=at(m.step) * quantity.scale,
-                )
-                for m in c.measurements
-            }
-            runs = tuple(
-                replace(m, errors={**m.errors, quantity.observable: own[m.step]})
-                for m in c.measurements
-            )
-            c = replace(c, measurements=runs)
-        changed.append(c)
-    return replace(study, convergence=tuple(changed))
+
+    def changed(m):
+        if (m.scene, m.method) != (scene, method):
+            return m
+        size, own = at(m.step) * quantity.scale, m.errors[quantity.observable]
+        own = replace(own, largest=size, end=size)
+        return replace(m, errors={**m.errors, quantity.observable: own})
+
+    return remeasured(study, changed)
 
 
 def _about(study, scene):

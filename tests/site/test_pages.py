@@ -24,7 +24,7 @@ from plumbob.tests.support.page_document import (
     site_files,
     words,
 )
-from plumbob.tests.support.studies import made_up, quick, recorded
+from plumbob.tests.support.studies import made_up, quick, recorded, remeasured
 
 KILOBYTES = 400.0  # of an index, without the files that it shares
 HOSTILE = "<script>alert('x')</script><img src=x onerror=alert(1)>"
@@ -100,15 +100,10 @@ def test_commands_on_the_pages_run(page, capsys):
 def test_markup_from_outside_is_escaped(tmp_path):
     study = made_up([(Method("made/up", Scheme(RK4), 4), (1e-3, 1e-4), lambda h: h)])
     scene = replace(study.scenes[0], summary=HOSTILE)
-    convergence_study = study.convergence[0]
-    runs = tuple(
-        replace(m, status="diverged", reason=HOSTILE) for m in convergence_study.measurements
-    )
     hostile = recorded(
         replace(
-            study,
+            remeasured(study, lambda m: replace(m, status="diverged", reason=HOSTILE)),
             scenes=(scene,),
-            convergence=(replace(convergence_study, measurements=runs),),
             costs={},
             provenance=Provenance(command=HOSTILE),
         )
@@ -138,15 +133,12 @@ def test_an_engine_that_is_not_installed_is_a_line(tmp_path):
     ran = Method("made/up", Scheme(RK4), 4)
     gone = [Method(f"absent/{name}", Scheme(RK4), 4) for name in ("one", "two")]
     study = made_up([(method, (1e-3, 1e-4), lambda h: h) for method in (ran, *gone)])
-    lacking = tuple(
-        replace(
-            c, measurements=tuple(replace(m, status="missing", errors={}) for m in c.measurements)
-        )
-        if c.method.startswith("absent")
-        else c
-        for c in study.convergence
-    )
-    index = write_page(recorded(replace(study, convergence=lacking)), tmp_path)
+
+    def lacking(m):
+        absent = m.method.startswith("absent")
+        return replace(m, status="missing", errors={}) if absent else m
+
+    index = write_page(recorded(remeasured(study, lacking)), tmp_path)
     page = next(f for f in site_files(index) if f.stem == "cone-pendulum-rotating-base")
     text = page.read_text("utf-8")
     assert text.count("absent") == 1

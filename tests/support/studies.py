@@ -29,6 +29,14 @@ COMMAND = f"plumbob validate --scenes '{SCENES}' --profile quick"
 NS = 1000.0  # [ns] of a step, and of an evaluation
 
 
+def remeasured(study, change):
+    """The study with each of its measurements as `change` makes it."""
+    convergence = (
+        replace(c, measurements=tuple(map(change, c.measurements))) for c in study.convergence
+    )
+    return replace(study, convergence=tuple(convergence))
+
+
 @dataclass(frozen=True)
 class Asked(Mapping[Request[Any], Any]):
     """Results of declared requests, with a record of those that were looked up."""

@@ -6,6 +6,7 @@ is a = b = 0).
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Literal
@@ -14,6 +15,7 @@ import numpy as np
 
 from plumbob.analytic.numerics.arithmetic import ULP
 from plumbob.analytic.numerics.elliptic.motion import EllipticMotion, solve
+from plumbob.analytic.numerics.elliptic.orbit_table import OrbitTable, orbit_table
 from plumbob.analytic.numerics.elliptic.trigonometric_potential import (
     TrigonometricPotential,
     crests,
@@ -24,6 +26,7 @@ from plumbob.analytic.parameters import ParameterError, finite, positive
 from plumbob.analytic.reference import Array, Signals, remembered
 
 Regime = Literal["rest", "libration", "rotation", "separatrix"]
+_MANY = 50_000  # times for which the closed form takes 0.2 s, and a table of it a tenth of that
 
 
 @dataclass(frozen=True)
@@ -144,13 +147,25 @@ class PendulumMotion:
         changes = self.neighbours.period / self.closed_form.period - 1
         return float(double(np.abs(changes)).sum() / ULP)
 
+    @cached_property
+    def table(self) -> OrbitTable:
+        """One period, for many times."""
+        fastest = self.rotor.rate() + abs(self._fastest[2])
+        return orbit_table(self.closed_form, self.rotor.acceleration, fastest)
+
     @remembered
-    def _reached(self, times: Array) -> Signals:
+    def _remembered(self, times: Array) -> Signals:
         return dict(zip("xv", self.closed_form.state(times), strict=True))
+
+    def _reached(self, times: Array) -> Sequence[Array]:
+        times = np.asarray(times, dtype=float)
+        if times.size >= _MANY and self.regime in ("libration", "rotation"):
+            return self.table.state(times)
+        return tuple(self._remembered(times).values())
 
     def state(self, times: Array) -> tuple[Array, Array]:
         """theta [rad] and theta_dot [rad/s] at `times` [s], shape (n,)."""
-        theta, rate = self._reached(times).values()
+        theta, rate = self._reached(times)
         return theta - self.tilt, rate
 
     def phase(self, times: Array) -> Array:
@@ -185,7 +200,7 @@ class PendulumMotion:
         times = np.asarray(times, dtype=float)
         if self.theta_from_top is not None:
             return self._of_rounded_start(times)
-        theta, rate = self._reached(times).values()
+        theta, rate = self._reached(times)
         finite = np.isfinite(self.period)
         # time is rounded four times in the closed form
         late = ULP * (np.abs(times) + (2 * self.period if finite else 0.0))
@@ -228,7 +243,7 @@ class PendulumMotion:
         """Nonlinearity of the response to errors of theta and theta_dot, shape (n,) each: the
         larger of the angle's error, and of the energy's error over the kinetic energy plus the
         distance from the nearest barrier."""
-        theta, rate = self._reached(times).values()
+        theta, rate = self._reached(times)
         torque = np.asarray(self.rotor.acceleration(times, theta, rate)) * self.inertia
         drift = self.inertia * rate * errors["theta_dot"] - torque * errors["theta"]
         gaps = double(np.abs(self.energy - self.barriers))
