@@ -38,7 +38,7 @@ def test_the_actions_step_fails_on_the_line_that_a_change_sets(tmp_path):
     action = (ROOT / ".github/actions/audit/action.yml").read_text("utf-8")
     (script,) = re.findall(r"run: \|\n((?: {8}.*\n)+)", action)
     inputs = dict(re.findall(r"^ {8}([A-Z]+): \$\{\{ inputs\.(\w+) \}\}$", action, re.MULTILINE))
-    assert inputs == {"FILES": "files", "METRES": "metres", "OPTIONS": "options"}
+    assert inputs == {name: name.lower() for name in ("FILES", "METRES", "ENGINES", "OPTIONS")}
     given = {"FILES": "rod.xml", "METRES": "0.01", "OPTIONS": "--duration 0.2 --budget 60"}
     for step, code, kind in (("0.005", 0, "notice"), ("0.05", 1, "error")):
         (tmp_path / "rod.xml").write_text(ROD.replace("0.005", step))
