@@ -5,7 +5,8 @@ import os
 import sys
 
 INTERRUPTED = 130
-LIVING = 100_000  # new objects, after which Python looks for those that nothing refers to any more
+# new objects, after which Python looks for those that nothing refers to any more
+LIVING = 100_000
 
 
 def main() -> int:

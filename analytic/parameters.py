@@ -47,7 +47,11 @@ def _shown(value: object) -> str:
 
 def finite(name: str, value: Any) -> float:
     """Return `value` as a finite float, or raise ParameterError naming it."""
-    if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
+    if (
+        isinstance(value, bool)
+        or not isinstance(value, (int, float))
+        or not math.isfinite(value)
+    ):
         raise ParameterError(name, value, "a finite number")
     return float(value)
 

@@ -11,7 +11,8 @@ from typing import Final, Literal
 from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.tableau import CLASSICAL, Tableau
 
-EULER: Final = "semi-implicit-euler"  # the velocity first, then the position with the new velocity
+# the velocity first, then the position with the new velocity
+EULER: Final = "semi-implicit-euler"
 LEAPFROG: Final = "leapfrog"
 RK4: Final = "rk4"  # the classical method
 RK4_ADDED_RATES: Final = "rk4, angular velocities of its stages added as vectors"
@@ -58,7 +59,8 @@ class SoftPoint:
     damping_ratio: float = 1.0
     impedance: tuple[float, float] = (0.9, 0.95)
     width: float = 1e-3
-    ratio: float = 1.0  # of friction's impedance; infinite where nothing is left of its softness
+    # of friction's impedance; infinite where nothing is left of its softness
+    ratio: float = 1.0
     pyramidal: bool = True
 
 
@@ -78,15 +80,18 @@ class Scheme:
     """[1/s] at which a joint solved for velocities closes what it has opened, infinite where it
     closes in one step; None where coordinates keep every joint closed (EULER, position first)."""
     loop: SoftLoop | None = None  # what closes a loop; None where coordinates keep it closed
-    contact: SoftPoint | None = None  # of bodies that touch; None where friction ends slip at once
+    # of bodies that touch; None where friction ends slip at once
+    contact: SoftPoint | None = None
     jointed_moment: float = 0.0
     """Moment of inertia about its centre of a body held by such a joint, over that about the joint;
     below a quarter."""
     unit: float = 1.0  # in the last place of what a step computes with, in those of a double
 
     def __post_init__(self) -> None:
-        euler, rate = self.integrator == EULER, self.joint_closing_rate
-        part, damped = self.jointed_moment, self.implicit_damping
+        euler = self.integrator == EULER
+        rate = self.joint_closing_rate
+        part = self.jointed_moment
+        damped = self.implicit_damping
         wrong = (
             ("control", self.control, self.control not in _CONTROLS),
             ("implicit_damping", damped, (damped and not euler) or not 0 <= damped <= 1),
@@ -95,7 +100,11 @@ class Scheme:
             ("position_first", True, self.position_first and damped),
             ("joint_closing_rate", rate, rate is not None and not self.position_first),
             ("joint_closing_rate", rate, rate is not None and not rate > 0.0),
-            ("jointed_moment", part, not 0.0 <= part < (0.0 if rate is None else 0.25) + 1e-300),
+            (
+                "jointed_moment",
+                part,
+                not 0.0 <= part < (0.0 if rate is None else 0.25) + 1e-300,
+            ),
         )
         for name, value, broken in wrong:
             if broken and self.integrator in KNOWN:

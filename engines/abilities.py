@@ -76,7 +76,9 @@ class FileCheck:
 
     method: str
     step: float  # [s], the file's own
-    differences: tuple[tuple[str, str, str], ...]  # field, value in the file, value of the method
+    differences: tuple[
+        tuple[str, str, str], ...
+    ]  # field, value in the file, value of the method
     warnings: tuple[str, ...]  # contacts that are written for another step, or unstable
 
 
@@ -183,7 +185,8 @@ class OwnDerivative:
     way: str
     of: Derivatives
     precision: float = 0.0  # relative, a step: what its own differences leave, a bound
-    beside: Derivatives | None = None  # the same by others, which tell how large their rounding is
+    # the same by others, which tell how large their rounding is
+    beside: Derivatives | None = None
 
 
 @dataclass(frozen=True)

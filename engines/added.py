@@ -41,7 +41,8 @@ def mistyped(record: Any) -> str:
 
 
 def _is_of(value: Any, kind: Any) -> bool:
-    of, parts = get_origin(kind) or kind, get_args(kind)
+    of = get_origin(kind) or kind
+    parts = get_args(kind)
     if of in (Union, UnionType):
         return any(_is_of(value, part) for part in parts)
     if of is Literal:
@@ -89,7 +90,9 @@ def guarded(added: Addition) -> Engine:
     return replace(
         engine,
         prepare=prepare,
-        model_error=lambda *about: _asked(added, "model_error", lambda: engine.model_error(*about)),
+        model_error=lambda *about: _asked(
+            added, "model_error", lambda: engine.model_error(*about)
+        ),
         optional=True,
         distribution=added.distribution,
     )

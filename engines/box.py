@@ -83,7 +83,9 @@ def box(scene: str, changes: Mapping[str, Any], sides: Sequence[Side]) -> Box:
             raise ParameterError("vary", side.name, "given once")
         usual = found.parameters.get(side.name, side.low)
         if isinstance(usual, bool) or not isinstance(usual, (int, float)):
-            raise ParameterError("vary", side.name, f"a parameter with one number, not {usual!r}")
+            raise ParameterError(
+                "vary", side.name, f"a parameter with one number, not {usual!r}"
+            )
     return Box(found.name, tuple(changes.items()), tuple(sides))
 
 

@@ -54,7 +54,8 @@ def lowest(
         try:
             value = cost(at)
         except (NoAnswer, Unsupported) as reason:
-            without, why = without + 1, str(reason)
+            without = without + 1
+            why = str(reason)
             return failed
         tried.append((value, at))
         progress(len(tried) + without, min(tried)[0])

@@ -105,19 +105,24 @@ def read(file: Path) -> Limits:
     """The content of a file of limits; raises OSError, and ValueError, TypeError and other errors
     where it is none."""
     content = tomllib.loads(file.read_text("utf-8"))
-    sizes, solvers = _by_pair(content.pop("sizes", {})), _by_pair(content.pop("solvers", {}))
+    sizes = _by_pair(content.pop("sizes", {}))
+    solvers = _by_pair(content.pop("solvers", {}))
     return Limits(
         known_limits=_entries(KnownLimit, content.pop("known_limits", ())),
         step_limits=_entries(KnownStepLimit, content.pop("step_limits", ())),
         gradient_limits=_entries(KnownGradientLimit, content.pop("gradient_limits", ())),
         not_read=_entries(NotRead, content.pop("not_read", ())),
         sizes={pair: Size(**values) for pair, values in sizes.items()},
-        solvers={pair: {float(t): e for t, e in held.items()} for pair, held in solvers.items()},
+        solvers={
+            pair: {float(t): e for t, e in held.items()} for pair, held in solvers.items()
+        },
         **content,  # the versions; another name is an error
     )
 
 
-def _entries(kind: Callable[..., Entry], tables: Iterable[Mapping[str, Any]]) -> tuple[Entry, ...]:
+def _entries(
+    kind: Callable[..., Entry], tables: Iterable[Mapping[str, Any]]
+) -> tuple[Entry, ...]:
     """An entry of a kind for each table, whose lists of patterns are tuples."""
     return tuple(
         kind(**{key: tuple(v) if isinstance(v, list) else v for key, v in table.items()})

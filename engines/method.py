@@ -25,7 +25,8 @@ Options = Mapping[str, Any]  # an engine's own names of settings, and their valu
 USER_METHOD = "mujoco/mine"  # the method that a user's own file is read as
 
 
-SHORTEST, LONGEST = 1e-9, 1e3  # [s] of a time step, whose inverse square contacts are as stiff as
+# [s] of a time step, whose inverse square contacts are as stiff as
+SHORTEST, LONGEST = 1e-9, 1e3
 
 
 def time_step(name: str, step: float, model: str = "") -> float:
@@ -34,7 +35,9 @@ def time_step(name: str, step: float, model: str = "") -> float:
     if not SHORTEST <= step <= LONGEST:
         allowed = f"from {SHORTEST:g} to {LONGEST:g} s"
         if model:
-            raise ParameterError(name, model, f"a model with a time step {allowed}, not {step:g}")
+            raise ParameterError(
+                name, model, f"a model with a time step {allowed}, not {step:g}"
+            )
         raise ParameterError(name, step, allowed)
     return step
 
@@ -50,9 +53,11 @@ class Method:
     name: str  # "mujoco/rk4", "mujoco/euler+coulomb"
     scheme: Scheme  # what it does in a step, for the theory of errors
     order: int | None  # of the global error in the step; None for adaptive methods
-    control: Literal["step", "tolerance"] = "step"  # what its `step` argument means: [s], or rtol
+    # what its `step` argument means: [s], or rtol
+    control: Literal["step", "tolerance"] = "step"
     settings: Options = field(default_factory=dict)  # the engine's own option names
-    step_sizes: tuple[float, ...] = ()  # of tolerances, loose to tight; steps are the scene's own
+    # of tolerances, loose to tight; steps are the scene's own
+    step_sizes: tuple[float, ...] = ()
     systems: tuple[str, ...] = ()
     """Patterns of systems, or scenes, it is meant for beside its kinds, or after "!" is not."""
     kinds: tuple[str, ...] = ()

@@ -39,7 +39,8 @@ class Standing:
     @property
     def coefficient(self) -> float:
         """The friction coefficient of all points; not a number where they differ."""
-        least, most = min(self.friction), max(self.friction)
+        least = min(self.friction)
+        most = max(self.friction)
         return least if most - least <= 1e-9 * most else float("nan")
 
 

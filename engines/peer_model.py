@@ -65,7 +65,9 @@ class NotRead(Exception):
 
 def rotation(attitude: Array) -> Array:
     """The matrix of a quaternion [w, x, y, z], shape (3, 3)."""
-    from scipy.spatial.transform import Rotation  # not above: this module is loaded at each start
+    from scipy.spatial.transform import (
+        Rotation,  # not above: this module is loaded at each start
+    )
 
     return Rotation.from_quat(attitude, scalar_first=True).as_matrix()
 
@@ -88,7 +90,8 @@ class Frame:
     def jacobian(self, attitude: Array) -> Array:
         """The engine's velocity by MuJoCo's, shape (6, 6)."""
         turned = rotation(attitude)
-        linear, angular = slice(0, 3), slice(3, 6)
+        linear = slice(0, 3)
+        angular = slice(3, 6)
         if not self.linear_first:
             linear, angular = angular, linear
         out = np.zeros((6, 6))
@@ -100,7 +103,8 @@ class Frame:
     def turning(self, attitude: Array, v: Array) -> Array:
         """The rate of that matrix times MuJoCo's velocity: of the engine's, linear before angular
         where it is not zero, shape (6,)."""
-        out, spin = np.zeros(FREE), v[3:]
+        out = np.zeros(FREE)
+        spin = v[3:]
         if self.linear_in_body:
             out[:3] = -np.cross(spin, v[:3])
         elif any(self.arm):
@@ -137,7 +141,9 @@ class Translated:
         in the order of the file, and where those of free joints begin; coordinates may be
         displacements from the file's drawing, where MuJoCo has the joint's `ref`. Raises
         NotRead."""
-        self.engine, joints, self.velocity = engine, layout.joints, layout.velocity
+        self.engine = engine
+        joints = layout.joints
+        self.velocity = layout.velocity
         counts = len(hinges) + FREE * len(free), sum(joint.size for joint in joints)
         scalar = [joint for joint in joints if joint.size == 1]
         if counts[0] != counts[1] or len(scalar) != len(hinges):
@@ -145,7 +151,8 @@ class Translated:
         known = {joint.name for joint in scalar} == set(hinges)
         theirs = [hinges[joint.name] for joint in scalar] if known else hinges.values()
         rows = [
-            [joint.position, joint.velocity, *at] for joint, at in zip(scalar, theirs, strict=True)
+            [joint.position, joint.velocity, *at]
+            for joint, at in zip(scalar, theirs, strict=True)
         ]
         self.hinges = np.array(rows, dtype=int).reshape(-1, 4).T
         self.drawn = displaced * np.array([joint.reference[0] for joint in scalar])
@@ -161,7 +168,8 @@ class Translated:
         """In MuJoCo's coordinates, whose velocity v is that of the engine, T v, by a T that turns
         with the body: M = T' M_e T, and the bias has M_e dT/dt v more."""
         q, v = self._own(state)
-        terms, turning = self.engine.terms(q, v, control), np.zeros(len(v))
+        terms = self.engine.terms(q, v, control)
+        turning = np.zeros(len(v))
         for joint, _, at, frame in self.free:
             at_v = slice(at, at + FREE)
             turning[at_v] = frame.turning(_attitude(joint, state), v[at_v])
@@ -174,7 +182,8 @@ class Translated:
         """The state after steps under a control and a force in MuJoCo's coordinates."""
         force = np.asarray(np.linalg.solve(self._jacobian.T, force), np.float64)
         q, v = self.engine.advance(control, force, steps)
-        qpos, (ours, _, theirs, _) = np.empty(self.velocity.start), self.hinges
+        qpos = np.empty(self.velocity.start)
+        (ours, _, theirs, _) = self.hinges
         qpos[ours] = q[theirs] + self.drawn
         for joint, at, _, frame in self.free:
             place = frame.place(q[at : at + frame.size])
@@ -198,7 +207,8 @@ class Translated:
         out = np.zeros_like(self._jacobian)
         out[self.hinges[3], self.hinges[1]] = 1.0
         for joint, _, at, frame in self.free:
-            rows, columns = slice(at, at + FREE), slice(joint.velocity, joint.velocity + FREE)
+            rows = slice(at, at + FREE)
+            columns = slice(joint.velocity, joint.velocity + FREE)
             out[rows, columns] = frame.jacobian(_attitude(joint, qpos))
         return out
 

@@ -23,7 +23,9 @@ def step_count(duration: float, step: float) -> int:
     if step > duration:
         raise ParameterError("step", step, f"at most the duration, {duration} s")
     if step * MOST_STEPS < duration:
-        raise ParameterError("step", step, f"at least {duration / MOST_STEPS} s for this duration")
+        raise ParameterError(
+            "step", step, f"at least {duration / MOST_STEPS} s for this duration"
+        )
     return round(duration / step)
 
 
@@ -45,10 +47,13 @@ def sampled(steps: int, samples: int = SAMPLES) -> Indices:
 def cut_short(run: Trajectory, duration: float, step: float | None) -> str:
     """Why a run that claims to have ended is not the one asked for, of `duration` [s] at `step` [s]
     (None: of a solver that chooses its steps); empty where it is."""
-    times, steps = run.times, step_count(duration, step) if step else 0
-    end, clock = duration, CLOCK_OF_A_SOLVER * duration
+    times = run.times
+    steps = step_count(duration, step) if step else 0
+    end = duration
+    clock = CLOCK_OF_A_SOLVER * duration
     if step:
-        end, clock = steps * step, CLOCK * step
+        end = steps * step
+        clock = CLOCK * step
     if len(times) < 2 or times[0] != 0.0 or not (np.diff(times) > 0.0).all():
         return f"its {len(times)} times do not increase from 0"
     if not abs(times[-1] - end) <= clock:

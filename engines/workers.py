@@ -157,7 +157,9 @@ class Workers(Executor):
         done: list[tuple[Task, Any]] = []
         while waiting or running or done:
             while waiting and len(running) < self.count:
-                task, worker = self._next(waiting, [worker for _, worker, _ in running.values()])
+                task, worker = self._next(
+                    waiting, [worker for _, worker, _ in running.values()]
+                )
                 future = worker.submit(task.do, *task.arguments)
                 running[future] = task, worker, time.monotonic()
                 begun(task)

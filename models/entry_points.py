@@ -37,7 +37,8 @@ class Addition:
 def points(group: str) -> Mapping[str, tuple[metadata.EntryPoint, ...]]:
     """The entry points of a group by name, none of them loaded; several packages may have one of
     the same name."""
-    every = dict.fromkeys(metadata.entry_points(group=group))  # a folder may be on the path twice
+    # a folder may be on the path twice
+    every = dict.fromkeys(metadata.entry_points(group=group))
     names = dict.fromkeys(point.name for point in every)
     return MappingProxyType({n: tuple(p for p in every if p.name == n) for n in names})
 
@@ -65,7 +66,9 @@ def broken(group: str, wrong: Wrong, name: str) -> str:
 
 def _addition(name: str, several: tuple[metadata.EntryPoint, ...], wrong: Wrong) -> Addition:
     packages = [f"{p.dist.name} {p.dist.version}" if p.dist else p.module for p in several]
-    loaded, reason, printed = None, "", [""]
+    loaded = None
+    reason = ""
+    printed = [""]
     if len(several) > 1:
         reason = f"more than one package adds {name!r}: {', '.join(packages)}"
     else:

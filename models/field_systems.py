@@ -30,7 +30,8 @@ def field_system(model: type[Any], mjcf: Path | None = None, **about: Any) -> Sy
     """The system of a dataclass with the model in the file `mjcf`, without one that of plumbob
     which is named as its module; the other fields of `plumbob.models.scene.System` are given by
     name."""
-    names, own = field_names(model), model.__module__.rpartition(".")[2]
+    names = field_names(model)
+    own = model.__module__.rpartition(".")[2]
     mjcf = mjcf or Path(__file__).parent / own / f"{own}.xml"
     return System(
         parameters=names,

@@ -82,7 +82,8 @@ class Number:
     def problem(self, number: float) -> Any:
         """The problem with this number in its place; raises ParameterError where it is not one of
         the same kind."""
-        changed, system = self._changed(number), self.case.system
+        changed = self._changed(number)
+        system = self.case.system
         moved = system.problem(changed)
         if system.structure(moved) != system.structure(self.case.problem):
             only = "one that does not change the sequence of manoeuvres"
@@ -110,9 +111,12 @@ def numbers(case: Case, wanted: str) -> Iterator[Number]:
 
 def _sensitivity(number: Number, times: Array, names: Sequence[str]) -> Sensitivity:
     """The derivatives by one number, on both of its sides or on one."""
-    (sides, why), system = _beside(number), number.case.system
+    (sides, why) = _beside(number)
+    system = number.case.system
     gradients = system.sensitivity or _general(system)
-    found = dict(zip(sides, gradients(list(sides.values()), times) if sides else (), strict=True))
+    found = dict(
+        zip(sides, gradients(list(sides.values()), times) if sides else (), strict=True)
+    )
     nothing = dict.fromkeys(names, np.full(times.shape, np.nan))
     values = {side: {n: one.values[n] for n in names} for side, one in found.items()}
     # Where there are both sides apart, the larger of their uncertainties.
@@ -152,7 +156,8 @@ def _parsed(name: str) -> tuple[str, tuple[int, ...]]:
 def _complete(case: Case, name: str) -> Parameters:
     """The case's parameters with the value that `name` has where it is left out: that with which
     the motion is the same."""
-    system, parameters = case.system, case.scene.parameters
+    system = case.system
+    parameters = case.scene.parameters
     if name not in system.parameters:
         raise ParameterError("by", name, f"one of {', '.join(system.parameters)}")
     if name in parameters:
@@ -173,7 +178,8 @@ def _complete(case: Case, name: str) -> Parameters:
 def _same(case: Case, parameters: Parameters) -> bool:
     ends = np.array([0.0, 0.3, 1.0]) * case.scene.duration
     motion = case.system.reference(case.system.problem(parameters)).observe(ends)
-    exact, allowed = case.reference.observe(ends), case.reference.uncertainty(ends)
+    exact = case.reference.observe(ends)
+    allowed = case.reference.uncertainty(ends)
     return all(
         bool((np.abs(motion[name] - values) <= 8 * allowed[name]).all())
         for name, values in exact.items()
@@ -210,7 +216,8 @@ def _with(value: Any, path: tuple[int, ...], number: float) -> Any:
 
 def _beside(of: Number) -> Beside:
     """The neighbours on both sides of one number, else on either, and why not on both."""
-    number, system = of.value, of.case.system
+    number = of.value
+    system = of.case.system
     if isinstance(number, (bool, str)) or not isinstance(number, (int, float)):
         return {}, f"{of.name} = {number!r} is not a number that can vary"
 
@@ -232,7 +239,8 @@ def _beside(of: Number) -> Beside:
     both = neighbours(CENTRAL)
     if isinstance(both, Neighbours):
         return {"both": both}, ""
-    found, why = {}, list[str]()
+    found = {}
+    why = list[str]()
     for side, stencil in zip(SIDES, (BELOW, ABOVE), strict=True):
         one = neighbours(stencil)
         if isinstance(one, Neighbours):

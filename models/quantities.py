@@ -49,7 +49,8 @@ def turned(case: Case, observable: str) -> tuple[Quantity, ...]:
 def pose(case: Case) -> tuple[Quantity, ...]:
     """The pose that a body ends in: its place, with the distance from where it was as the scale, if
     it moves, and its heading, with the angle turned or one radian, if it turns."""
-    start, final = case.reference.observe(np.zeros(1)), _final(case)
+    start = case.reference.observe(np.zeros(1))
+    final = _final(case)
     moved = {name: final[name] - float(start[name][0]) for name in ("x", "y", "heading")}
     distance = math.hypot(moved["x"], moved["y"])
     quantities = []

@@ -75,7 +75,9 @@ def added_system(name: str) -> System | None:
 def _one_of(name: str, names: Iterable[str]) -> str:
     """The requirement on a name of a system or a scene."""
     system = name.partition("/")[0]
-    return entry_points.broken(entry_points.SYSTEMS, _wrong, system) or unknown(name, list(names))
+    return entry_points.broken(entry_points.SYSTEMS, _wrong, system) or unknown(
+        name, list(names)
+    )
 
 
 def _wrong(candidate: Any, name: str) -> str:
@@ -94,7 +96,8 @@ def _wrong(candidate: Any, name: str) -> str:
         return f"the scene {foreign[0]!r} is none of {name!r}"
     for scene in candidate.scenes:
         try:
-            case, ends = candidate.case(scene), np.array([0.0, scene.duration])
+            case = candidate.case(scene)
+            ends = np.array([0.0, scene.duration])
             for values in (case.reference.observe(ends), case.reference.uncertainty(ends)):
                 for observable in candidate.observables:
                     if not np.isfinite(values[observable.name]).all():

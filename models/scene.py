@@ -113,14 +113,18 @@ def scene_of(
 ) -> Scene:
     """A scene with `values` in place of some of the parameters of `base`."""
     parameters = change(base, values)
-    return Scene(f"{system}/{case}", summary, parameters, duration, steps, source, profile, hard)
+    return Scene(
+        f"{system}/{case}", summary, parameters, duration, steps, source, profile, hard
+    )
 
 
 def step_sizes(coarse: float, fine: float) -> tuple[float, ...]:
     """Steps [s] 1, 2 and 5 times powers of ten, from `coarse` down to `fine`, both included."""
     decades = range(math.ceil(math.log10(coarse)), math.floor(math.log10(fine)) - 1, -1)
     # Through decimal text: 5e-4 is the double nearest to 0.0005, 5 * 10**-4 need not be.
-    round_numbers = [float(f"{digit}e{exponent}") for exponent in decades for digit in (5, 2, 1)]
+    round_numbers = [
+        float(f"{digit}e{exponent}") for exponent in decades for digit in (5, 2, 1)
+    ]
     return tuple(h for h in round_numbers if fine * (1 - 1e-9) <= h <= coarse * (1 + 1e-9))
 
 
@@ -143,7 +147,8 @@ class System:
     kind: str = ""  # by which methods claim it: without one those alone that name it
     change: Callable[[Parameters, Parameters], Parameters] = replaced
     errors: Callable[[Any], ErrorTheory] = no_theory  # theory of fixed steps' errors
-    stability: Callable[[Any], StabilityTheory | None] | None = None  # theory of the largest step
+    # theory of the largest step
+    stability: Callable[[Any], StabilityTheory | None] | None = None
     start: tuple[str, ...] = ()
     """Parameters of the start of the motion; where a scene has none of them, the last is zero."""
 
@@ -172,7 +177,8 @@ class System:
         """The quantities that a case of this system is about, with scales."""
         if self.interest is not None:
             return self.interest(case)
-        first, times = self.observables[0].name, np.linspace(0.0, case.scene.duration, 101)
+        first = self.observables[0].name
+        times = np.linspace(0.0, case.scene.duration, 101)
         largest = float(np.abs(case.reference.observe(times)[first]).max())
         return (Quantity(first, largest or 1.0),)
 
@@ -199,7 +205,8 @@ class Case:
     problem: Any  # the system's analytic object
     reference: Reference  # its exact motion
     errors: ErrorTheory  # theory of fixed steps' errors
-    samples: int = 500  # of a run, at most: enough for a smooth curve; errors are judged at them
+    # of a run, at most: enough for a smooth curve; errors are judged at them
+    samples: int = 500
 
     def lasting(self, duration: float, samples: int = 500) -> Case:
         """The same case for another `duration` [s], with at most so many `samples`, which MuJoCo,

@@ -111,7 +111,9 @@ def _moved(
             period, duration = held, None
         return user_model, script(user_model, control, duration, period)
     except NotCertifiable as why:
-        raise ParameterError("model", name, f"one that has a continuous motion; {why}") from None
+        raise ParameterError(
+            "model", name, f"one that has a continuous motion; {why}"
+        ) from None
 
 
 def _lasting(duration: float | None) -> float:

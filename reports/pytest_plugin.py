@@ -22,7 +22,9 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     chosen pair of a scene and a method is a test."""
     group = parser.getgroup("plumbob", "validation of physics engines (plumbob)")
     group.addoption("--plumbob-scenes", metavar="GLOB", help="validate these scenes: 'cone-*'")
-    group.addoption("--plumbob-methods", metavar="GLOB", help="validate these methods: 'mujoco/*'")
+    group.addoption(
+        "--plumbob-methods", metavar="GLOB", help="validate these methods: 'mujoco/*'"
+    )
     group.addoption(
         "--plumbob-profile", choices=("quick", "full"), help="validate the main scenes, or all"
     )
@@ -60,7 +62,9 @@ def pytest_collection_modifyitems(session: pytest.Session, items: list[pytest.It
             continue
         name = f"{scene.name}-{method.name}"
         items.append(
-            Validation.from_parent(session, name=name, scene=scene, method=method, profile=profile)
+            Validation.from_parent(
+                session, name=name, scene=scene, method=method, profile=profile
+            )
         )
 
 

@@ -43,7 +43,11 @@ def pytest_collection_finish():
     gc.freeze()
 
 
-WORKED_OUT = ("plumbob.analytic", "plumbob.engines.adapters", "plumbob.engines.study.measurement")
+WORKED_OUT = (
+    "plumbob.analytic",
+    "plumbob.engines.adapters",
+    "plumbob.engines.study.measurement",
+)
 
 
 class _RootIsAFolder:
@@ -114,7 +118,8 @@ def _one_name_a_module():
 def monkeypatch(monkeypatch):
     """pytest's own; with a formula or an adapter that is replaced, and when it is back, what was
     worked out by it is forgotten."""
-    usual, replaced = monkeypatch.setattr, []
+    usual = monkeypatch.setattr
+    replaced = []
 
     def forgetting(target, *rest, **more):
         usual(target, *rest, **more)
@@ -144,9 +149,13 @@ def _forget():
 def pytest_addoption(parser):
     """Add what chooses the runs of tests/validation: the same words as `plumbob validate`."""
     group = parser.getgroup("plumbob", "which scenes and methods tests/validation runs")
-    group.addoption("--profile", choices=("quick", "full"), default="quick", help="how much to run")
+    group.addoption(
+        "--profile", choices=("quick", "full"), default="quick", help="how much to run"
+    )
     group.addoption("--scenes", metavar="GLOB", default="*", help="scenes by name, as 'cone-*'")
-    group.addoption("--methods", metavar="GLOB", default="*", help="methods by name, as 'ode/*'")
+    group.addoption(
+        "--methods", metavar="GLOB", default="*", help="methods by name, as 'ode/*'"
+    )
     group.addoption("--seed", type=int, default=SEED, help="draws one more step for each pair")
     group.addoption(
         "--suite",

@@ -22,7 +22,8 @@ def _elementwise(of_number: Any, of_array: Any) -> Any:
     return lambda x: of_number(x) if isinstance(x, float) else of_array(x)
 
 
-sin, cos = _elementwise(math.sin, np.sin), _elementwise(math.cos, np.cos)
+sin = _elementwise(math.sin, np.sin)
+cos = _elementwise(math.cos, np.cos)
 sqrt = _elementwise(math.sqrt, np.sqrt)
 
 

@@ -102,8 +102,11 @@ def radau_collocation(stages: int) -> Collocation:
 
 def _collocation(points: Array) -> Collocation:
     """The rule of nodes at `points` of (-1, 1], shape (n,)."""
-    stages, nodes = len(points), (points + 1.0) / 2.0
-    spectrum = np.linalg.inv(np.asarray(legendre.legvander(points, stages - 1), dtype=np.float64))
+    stages = len(points)
+    nodes = (points + 1.0) / 2.0
+    spectrum = np.linalg.inv(
+        np.asarray(legendre.legvander(points, stages - 1), dtype=np.float64)
+    )
     slopes = 2.0 * legendre.legvander(points, stages - 2) @ legendre.legder(spectrum)
     # Legendre coefficients of the integrals from 0 of the shifted Legendre polynomials
     antiderivative = np.asarray(0.5 * legendre.legint(np.eye(stages), lbnd=-1.0), np.float64)
@@ -140,7 +143,9 @@ def collocate(
     by the first k components of the state; f may depend weakly on the others. `start` (d,) is the
     state at c = 0, `guess` (n, d) the first slopes, `scale` (d,) the size of the state.
     """
-    slopes, previous, newton = guess.copy(), 0.0, None
+    slopes = guess.copy()
+    previous = 0.0
+    newton = None
     for _ in range(ITERATIONS):
         fresh = newton is None
         value, derivative = right_hand_side(start + rule.integral @ slopes, fresh)
@@ -153,7 +158,11 @@ def collocate(
         step = float((np.abs(rule.integral @ correction) / scale).max())
         # Newton's method converges quadratically, with an old matrix linearly: the next step is
         # below step^2/previous.
-        if step <= CONVERGED or step * step <= CONVERGED * previous or STALLED > step > previous:
+        if (
+            step <= CONVERGED
+            or step * step <= CONVERGED * previous
+            or STALLED > step > previous
+        ):
             return slopes
         if step > DIVERGED:
             return None
@@ -172,14 +181,16 @@ def _newton(rule: Collocation, derivative: Array) -> Callable[[Array], Array] | 
     if not np.isfinite(derivative.sum()):
         return None
     count, _, stiff = derivative.shape
-    across, others = derivative[:, :stiff].transpose(2, 0, 1), derivative[:, stiff:]
+    across = derivative[:, :stiff].transpose(2, 0, 1)
+    others = derivative[:, stiff:]
     matrix = np.multiply(-rule.integral.T[:, None, :, None], across[None]).reshape(-1)
     matrix[:: count * stiff + 1] += 1.0
     square = matrix.reshape(count * stiff, count * stiff).T
     factors, pivots, singular = dgetrf(square, overwrite_a=True)
 
     def correction(residual: Array) -> Array:
-        right: Any = residual[:, :stiff].reshape(-1)  # one column, which LAPACK takes as a vector
+        # one column, which LAPACK takes as a vector
+        right: Any = residual[:, :stiff].reshape(-1)
         residual[:, :stiff] = dgetrs(factors, pivots, right)[0].reshape(-1, stiff)
         if stiff < residual.shape[1]:
             moved = rule.integral @ residual[:, :stiff]
@@ -200,7 +211,9 @@ def linearised(rates: Array, derivative: Array, lengths: Array) -> Array:
     except np.linalg.LinAlgError:
         return np.repeat(rates[None, :], lengths.size, axis=0)
     exponent = lengths[:, None] * values.real
-    growth = np.exp(np.minimum(exponent, LARGEST_EXPONENT) + 1j * lengths[:, None] * values.imag)
+    growth = np.exp(
+        np.minimum(exponent, LARGEST_EXPONENT) + 1j * lengths[:, None] * values.imag
+    )
     ahead = np.empty((lengths.size, rates.size))
     ahead[:, :stiff] = ((growth * weights) @ vectors.T).real
     with np.errstate(all="ignore"):

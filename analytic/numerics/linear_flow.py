@@ -93,7 +93,8 @@ class LinearFlow:
     def respond(self, start: Array, forcing: Array) -> Response:
         """Response that begins at `start`, shape (d, columns), under `forcing`, the q at the nodes,
         shape (steps, stages, d, columns)."""
-        forced, states = self._solved(forcing), [start]
+        forced = self._solved(forcing)
+        states = [start]
         for across, gained in zip(self.transitions, self._across(forced), strict=True):
             states.append(across @ states[-1] + gained)
         slopes = forced + self._free @ np.array(states[:-1])[:, None]
@@ -108,7 +109,9 @@ class LinearFlow:
     def _solved(self, sources: Array) -> Array:
         """Slopes at the nodes of each step from rest, for `sources` there, the same shape."""
         steps, stages, size, _ = self.matrix.shape
-        scaled = np.diff(self.grid.breakpoints)[:, None, None] * gauss_collocation(stages).integral
+        scaled = (
+            np.diff(self.grid.breakpoints)[:, None, None] * gauss_collocation(stages).integral
+        )
         slopes = np.empty(sources.shape, np.result_type(sources, self.matrix))
         # Slopes k_i = A_i (w + length sum_j a_ij k_j) + q_i, all nodes of a step together.
         for block in (slice(k, k + BLOCK) for k in range(0, steps, BLOCK)):

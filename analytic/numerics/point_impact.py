@@ -43,7 +43,8 @@ class PointImpact:
     @property
     def ratios(self) -> tuple[float, float]:
         """q in the slip of the start, and after it."""
-        (a, b, _), f = self.weights, self.friction
+        (a, b, _) = self.weights
+        f = self.friction
         after = min(max(-b / a, -f), f)
         return (-math.copysign(f, self.slip) if self.slip else after), after
 
@@ -56,8 +57,12 @@ class PointImpact:
     def impulses(self) -> tuple[float, float, float]:
         """P where slip ends and in all, and the friction impulse Q [N s]; by v and its work, which
         are polynomials of P before and after the end of slip."""
-        (a, b, c), (q, after), v = self.weights, self.ratios, self.speed
-        slows, rate, later = b + a * q, c + b * q, c + b * after
+        (a, b, c) = self.weights
+        (q, after) = self.ratios
+        v = self.speed
+        slows = b + a * q
+        rate = c + b * q
+        later = c + b * after
         ends = -self.slip / slows if self.slip * slows < 0.0 else math.inf
         slip = ends if self.slip else 0.0
         then = v + rate * slip  # v where slip ends
@@ -78,7 +83,8 @@ class PointImpact:
     def _rebound(self, pressed: float, then: float, rate: float, later: float) -> float:
         """The velocity off the floor [m/s] that gives back e^2 of the work of compression: the
         impulse times the mean velocity, here twice that."""
-        low, high = min(then, 0.0), max(then, 0.0)
+        low = min(then, 0.0)
+        high = max(then, 0.0)
         back = self.restitution**2 * (pressed + low**2 / later)
         first = high**2 / rate if high else 0.0
         return math.sqrt(high**2 + later * (back - first) if back > first else rate * back)

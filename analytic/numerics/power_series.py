@@ -78,7 +78,8 @@ def _quotient(a: list[Any], b: list[Any]) -> list[Any]:
 
 def _sine_cosine(a: list[Any]) -> tuple[list[Any], list[Any]]:
     """By (sin u)' = u' cos u and its like."""
-    sine, cosine = [np.sin(a[0])], [np.cos(a[0])]
+    sine = [np.sin(a[0])]
+    cosine = [np.cos(a[0])]
     for n in range(1, len(a)):
         parts = [(i / n * a[i], n - i) for i in range(1, n + 1) if not _is_zero(a[i])]
         rising = sum((part * cosine[k] for part, k in parts), 0.0)

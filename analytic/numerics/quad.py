@@ -11,7 +11,8 @@ from typing import Any
 import numpy as np
 import numpy_quaddtype as quaddtype
 
-Quad = Any  # a QuadPrecision scalar or an array of dtype QuadPrecDType: one elementwise arithmetic
+# a QuadPrecision scalar or an array of dtype QuadPrecDType: one elementwise arithmetic
+Quad = Any
 _DTYPE = quaddtype.QuadPrecDType()
 PI: Quad = quaddtype.pi  # QuadPrecision(pi) would round it to double
 

@@ -33,7 +33,8 @@ def phased(problem: CapsuleProblem, together: bool = False) -> Phased:
     """The motion; its formula changes where the slider's acceleration does, and where the body
     stops, or its mode changes. Near a motion in which all supports stop `together` others pivot at
     the end, for a time that is small in the difference."""
-    motion, single = problem.motion, problem.motion.single
+    motion = problem.motion
+    single = problem.motion.single
     if isinstance(single, ThreePointMotion) and not together:
         return Phased(problem.in_world, _repeated(motion, _phases(single)[1]))
     stops = _repeated(motion, np.array([single.sliding_time]))
@@ -43,13 +44,15 @@ def phased(problem: CapsuleProblem, together: bool = False) -> Phased:
 
 def alike(problem: CapsuleProblem, near: CapsuleProblem) -> bool:
     """Whether a problem `near` another has the same phases, of nearly the same lengths."""
-    here, there = problem.motion.single, near.motion.single
+    here = problem.motion.single
+    there = near.motion.single
     if not isinstance(here, ThreePointMotion):
         formula = not isinstance(there, ThreePointMotion)
         return formula or bool(abs(there.sliding_time / here.sliding_time - 1.0) < TOGETHER)
     if not isinstance(there, ThreePointMotion):
         return False
-    (names, begins), (others, later) = _phases(here), _phases(there)
+    (names, begins) = _phases(here)
+    (others, later) = _phases(there)
     return names == others and np.allclose(np.diff(later), np.diff(begins), CLOSE, 0.0)
 
 

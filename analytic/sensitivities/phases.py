@@ -25,7 +25,8 @@ from plumbob.analytic.sensitivities.neighbours import (
     in_rows,
 )
 
-WINDOWS = 0.125 ** np.arange(1.0, 6.0)  # of a stencil for do/dt over the length of the phase: near
+# of a stencil for do/dt over the length of the phase: near
+WINDOWS = 0.125 ** np.arange(1.0, 6.0)
 # its end a support's direction settles as a power of the time that is left
 LATEST = 1.0 - 1e-11  # fraction of a phase: at its end round-off decides which formula holds
 
@@ -54,7 +55,9 @@ def phased_gradients(motions: Sequence[Neighbours[Phased]], times: Array) -> lis
     return answers
 
 
-def _within(motions: Neighbours[Phased], names: Sequence[str], phase: int, times: Array) -> Derived:
+def _within(
+    motions: Neighbours[Phased], names: Sequence[str], phase: int, times: Array
+) -> Derived:
     """Eq. 1 and its uncertainty at `times` within one phase, shape (observables, n)."""
     here = motions.here
     since = times - here.switches[phase]
@@ -90,12 +93,14 @@ def _slopes(
     shape = len(names), times.size
     if not np.isfinite(length):
         return np.zeros(shape), np.zeros(shape)
-    slopes, uncertain = np.zeros(shape), np.full(shape, np.inf)
+    slopes = np.zeros(shape)
+    uncertain = np.full(shape, np.inf)
     inward = np.where(times - begin < 0.5 * length, 1.0, -1.0)  # from an end of the phase
     for width in length * WINDOWS:
         step = inward * width / ABOVE[-1]
         ahead = tuple(in_rows(motion.reference.observe(times + k * step), names) for k in ABOVE)
         rate, unsure = Neighbours(ahead, np.array(ABOVE, dtype=float)).derivative(np.asarray)
-        rate, unsure = rate / step, unsure / np.abs(step)
+        rate = rate / step
+        unsure = unsure / np.abs(step)
         slopes, uncertain = np.where(unsure < uncertain, (rate, unsure), (slopes, uncertain))
     return slopes, uncertain

@@ -50,13 +50,15 @@ def smooth_gradients(
 
 def _resolved(motions: Sequence[Neighbours[SmoothMotion]], times: Array) -> Derived:
     """S at `times` and its uncertainty, shape (n, d, parameters)."""
-    last, count = float(np.max(times, initial=0.0)) or 1.0, len(motions)
+    last = float(np.max(times, initial=0.0)) or 1.0
+    count = len(motions)
     steps = len(motions[0].here.grid(last).breakpoints)
     for _ in range(1 + HALVINGS):
         grid = TimeGrid(np.linspace(0.0, last, steps))
         along = np.append(times, grid.breakpoints)  # what has decayed beside what it was
         fine, coarse = (_response(grid, motions, stages, along) for stages in (STAGES, FEWER))
-        apart, found = np.abs(fine - coarse)[..., :count], fine[..., :count]
+        apart = np.abs(fine - coarse)[..., :count]
+        found = fine[..., :count]
         largest = np.abs(found).max(axis=0)
         if (apart <= RESOLVED * largest).all():
             break

@@ -67,7 +67,8 @@ class BouncingBall(LinearResponse):
     def _flight(self, times: Array) -> tuple[Array, Array]:
         """Time [s] since the last impact, or the top before the first, and the speed then [m/s]; no
         number at rest."""
-        e, begun = self._within, times / self.fall
+        e = self._within
+        begun = times / self.fall
         with np.errstate(all="ignore"):
             left = -(1.0 - e) * (1.0 + begun) / 2.0  # e^n is what is left of the time to t_inf
             counts = np.floor(np.log1p(left) / math.log(e))

@@ -109,9 +109,11 @@ def load_fractions(capsule: Capsule, centres: Array) -> Array:
     shape (n, 2): barycentric coordinates, shape (n, 3), of either sign, with sum 1."""
     corners = np.asarray(capsule.supports)
     ends = corners - np.asarray(centres, dtype=np.float64)[..., None, :]
-    after, last = ends[..., (1, 2, 0), :], ends[..., (2, 0, 1), :]
+    after = ends[..., (1, 2, 0), :]
+    last = ends[..., (2, 0, 1), :]
     areas = after[..., 0] * last[..., 1] - after[..., 1] * last[..., 0]
-    (ux, uy), (vx, vy) = corners[1] - corners[0], corners[2] - corners[0]
+    (ux, uy) = corners[1] - corners[0]
+    (vx, vy) = corners[2] - corners[0]
     return np.asarray(areas / (ux * vy - uy * vx))
 
 
@@ -139,7 +141,9 @@ def load_slopes(capsule: Capsule, direction: float) -> Array:
     return np.asarray([math.cos(direction), math.sin(direction)] @ load_gradient(capsule))
 
 
-def longest_stroke(capsule: Capsule, direction: float, least: float = 0.0) -> tuple[float, float]:
+def longest_stroke(
+    capsule: Capsule, direction: float, least: float = 0.0
+) -> tuple[float, float]:
     """Where the slider's line at `direction` [rad] through C leaves the places with every N_i above
     `least` of what it is with the slider at C, from C [m]: the ends of the longest stroke, which
     are themselves outside. Raises ParameterError where C is outside the triangle."""
@@ -160,7 +164,8 @@ def normal_force_uncertainty(capsule: Capsule, reach: float, moved: Any = 0.0) -
     within `reach` of C [m], in places that it is `moved` from [m], shape of these: a quotient of
     areas, which has few digits in a flat triangle."""
     corners = np.asarray(capsule.supports)
-    (ux, uy), (vx, vy) = corners[1] - corners[0], corners[2] - corners[0]
+    (ux, uy) = corners[1] - corners[0]
+    (vx, vy) = corners[2] - corners[0]
     size = float(np.abs(corners).max()) + capsule.mass_ratio * reach
     flatness = size**2 / abs(ux * vy - uy * vx)
     rounded = 32 * ROUNDOFF * capsule.weight * flatness * (1 + 4 * flatness)

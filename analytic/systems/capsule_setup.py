@@ -61,7 +61,8 @@ class InWorld(LinearResponse):
 
     def uncertainty(self, times: Array) -> Signals:
         """That of the motion; of the heading, with the start's rounding and the sum's."""
-        known, facing = self.own.uncertainty(times), self.observe(times)["heading"]
+        known = self.own.uncertainty(times)
+        facing = self.observe(times)["heading"]
         rounding = ROUNDOFF * (abs(self.heading) + np.abs(facing)) if self.heading else 0.0
         return {**known, "heading": known["heading"] + rounding}
 

@@ -60,7 +60,8 @@ class Body:
             name = "inertia_x" if self.inertia_x < least else "inertia_y"
             wanted = f"at least mass com_distance^2 = {least:.6g}"
             raise ParameterError(name, getattr(self, name), wanted)
-        central_x, central_y = self.inertia_x - least, self.inertia_y - least
+        central_x = self.inertia_x - least
+        central_y = self.inertia_y - least
         central = sorted((central_x, central_y, self.inertia_z))
         if central[2] > (central[0] + central[1]) * (1 + 1e-12):
             raise ParameterError(
@@ -69,10 +70,16 @@ class Body:
                 "possible: about the centre of mass none may exceed the sum of the other two",
             )
         # the two principal moments across x may differ by the third at most
-        half = math.sqrt(max(0.0, (central_x / 2) ** 2 - ((central_y - self.inertia_z) / 2) ** 2))
+        half = math.sqrt(
+            max(0.0, (central_x / 2) ** 2 - ((central_y - self.inertia_z) / 2) ** 2)
+        )
         if abs(self.inertia_yz) > half * (1 + 1e-12):
-            wanted = f"at most {half:.6g} in magnitude, or one principal moment of inertia exceeds "
-            raise ParameterError("inertia_yz", self.inertia_yz, wanted + "the sum of the others")
+            wanted = (
+                f"at most {half:.6g} in magnitude, or one principal moment of inertia exceeds "
+            )
+            raise ParameterError(
+                "inertia_yz", self.inertia_yz, wanted + "the sum of the others"
+            )
 
 
 def cone(density: float, height: float, apex_angle: float) -> Body:
@@ -131,17 +138,20 @@ class ConePendulum:
     @cached_property
     def _terms(self) -> tuple[TrigonometricPotential, Quad, Quad]:
         """The three-term potential in phi = theta + tilt, the tilt, and what it lacks of V."""
-        body, rate2 = self.body, quad(self.platform_rate) ** 2
+        body = self.body
+        rate2 = quad(self.platform_rate) ** 2
         arm = quad(body.mass) * body.com_distance
         a = (quad(body.inertia_y) - quad(body.inertia_z)) * rate2 / 2
-        b, c = arm * self.pivot_y * rate2, arm * self.gravity
+        b = arm * self.pivot_y * rate2
+        c = arm * self.gravity
         if body.inertia_yz == 0.0 or self.platform_rate == 0.0:
             return TrigonometricPotential(a, b, c), quad(0.0), quad(0.0)
         twice_d = quad(body.inertia_yz) * rate2
         sign = -1.0 if a < 0 else 1.0
         turned = sign * np.sqrt(a * a + twice_d * twice_d)
         tilt = np.arctan2(sign * twice_d, sign * a) / 2
-        sine, cosine = np.sin(tilt), np.cos(tilt)
+        sine = np.sin(tilt)
+        cosine = np.cos(tilt)
         v = TrigonometricPotential(turned, b * cosine + c * sine, c * cosine - b * sine)
         return v, tilt, (turned - a) / 2
 
@@ -207,7 +217,9 @@ class ConePendulum:
     def equilibria(self) -> tuple[Equilibrium, ...]:
         """Relative equilibria in (-pi, pi], ascending."""
         return tuple(
-            sorted(map(self._equilibrium, critical_points(self.potential)), key=lambda e: e.theta)
+            sorted(
+                map(self._equilibrium, critical_points(self.potential)), key=lambda e: e.theta
+            )
         )
 
     def _equilibrium(self, theta: Quad) -> Equilibrium:

@@ -39,7 +39,9 @@ def _derivatives(links: Sequence[Link], order: int) -> Iterator[Moved]:
     2."""
     end: list[Any] = [0.0] * (2 * order)
     for mass, (x, y), turn, turning in links:
-        x, y, inward = x / 2, y / 2, turn * turn
+        x = x / 2
+        y = y / 2
+        inward = turn * turn
         half = [-turn * y, turn * x]
         if order == 2:
             half += [-turning * y - inward * x, turning * x - inward * y]
@@ -61,7 +63,8 @@ def potential(gravity: float, links: Sequence[Link]) -> Any:
     """Potential energy [J] of `links` under `gravity` [m/s^2], 0 where they are level."""
     end, energy = 0.0, 0.0
     for mass, (_, rise), *_ in links:
-        energy, end = energy + gravity * mass * (end + rise / 2), end + rise
+        energy = energy + gravity * mass * (end + rise / 2)
+        end = end + rise
     return energy
 
 

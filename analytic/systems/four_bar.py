@@ -59,12 +59,15 @@ class FourBar:
     def __post_init__(self) -> None:
         check_fields(self, CONSTANTS[:-1], CONSTANTS[-1:])
         a, b, c, d = lengths = [getattr(self, name) for name in LENGTHS]
-        spare, rounding = min(abs(d - a) - abs(b - c), b + c - d - a), 4 * ULP * sum(lengths)
+        spare = min(abs(d - a) - abs(b - c), b + c - d - a)
+        rounding = 4 * ULP * sum(lengths)
         if spare <= rounding:
             why = "such that the crank turns fully: |ground - crank| > |coupler - rocker|, and \
                 ground + crank < coupler + rocker"
             if abs(spare) <= rounding:
-                why += "; where they are equal, the motion beyond the change point is not unique"
+                why += (
+                    "; where they are equal, the motion beyond the change point is not unique"
+                )
             raise ParameterError(", ".join(LENGTHS), lengths, why)
 
     @cached_property
@@ -89,7 +92,8 @@ class FourBar:
     @cached_property
     def opened(self) -> SmoothSystem:
         """The chain's equations, with what is observed of the linkage."""
-        a, half = self.crank, self.coupler / 2
+        a = self.crank
+        half = self.coupler / 2
 
         def read(p: Any, q: Any, v: Any) -> dict[str, Any]:
             return {
@@ -103,7 +107,9 @@ class FourBar:
 
     def _gaps(self, p: Any, q: Any, v: Any) -> tuple[Any, Any, Any]:
         lengths = np.array(self.chain.lengths)
-        along, up, square = lengths * sin(q), -lengths * cos(q), np.square(v)
+        along = lengths * sin(q)
+        up = -lengths * cos(q)
+        square = np.square(v)
         gap = along.sum() - self.ground, up.sum()
         return gap, (-up, along), (-along @ square, -up @ square)
 
@@ -112,7 +118,8 @@ class FourBar:
         lengths = np.array(self.chain.lengths)
         stretched: Array = np.array(self.opened.mass_matrix(self.opened.values, np.zeros(3)))
         lever = lengths * (1, 1, 0.5)  # of the rocker's centre, which can move across
-        sees = float(lever @ np.linalg.solve(stretched, lever)) / 3  # the mean of three directions
+        # the mean of three directions
+        sees = float(lever @ np.linalg.solve(stretched, lever)) / 3
         return softened(self.opened, self._gaps, loop, step, sees)
 
     def reaction(self, times: Array) -> Array:
@@ -123,14 +130,16 @@ class FourBar:
     @property
     def transmission_angle(self) -> float:
         """The smallest angle [rad] between coupler and rocker, 0 at the change point."""
-        b, c = self.coupler, self.rocker
+        b = self.coupler
+        c = self.rocker
         ends = (b**2 + c**2 - (self.ground + sign * self.crank) ** 2 for sign in (-1, 1))
         return math.acos(max(abs(end) / (2 * b * c) for end in ends))
 
     @property
     def lift(self) -> Any:
         """The most energy [J] that the weight of links can have; 0 on the line."""
-        (a, b, c), (first, second, third) = self.chain.each("lengths"), self.chain.each("masses")
+        (a, b, c) = self.chain.each("lengths")
+        (first, second, third) = self.chain.each("masses")
         return self.gravity * (first * a + second * (2 * a + b) + third * c) / 2
 
     def potential(self, observed: Signals) -> Any:
@@ -140,8 +149,12 @@ class FourBar:
 
 def _vectors(p: Any, t: Any) -> tuple[Any, Any, Any]:
     """U, V and W of the header."""
-    b, c, u = p.coupler, p.rocker, (p.crank * cos(t), p.crank * sin(t))
-    x, y = p.ground - u[0], -u[1]  # from the crank's end to D
+    b = p.coupler
+    c = p.rocker
+    u = (p.crank * cos(t), p.crank * sin(t))
+    # from the crank's end to D
+    x = p.ground - u[0]
+    y = -u[1]
     square = (p.ground - p.crank) ** 2 + 4 * p.ground * p.crank * sin(t / 2) ** 2
     line = sqrt(square)
     along = (square + (b - c) * (b + c)) / (2 * square)  # of V, and across, by Heron's formula
@@ -159,7 +172,8 @@ def _closed(p: Any, t: Any) -> tuple[Any, Any, Any]:
     """U, V and W of the header, f' and r' of eq. 1, f'' and r'' of eq. 2."""
     u, v, w = _vectors(p, t)
     apart = _cross(v, w)
-    turn, swing = -_cross(u, w) / apart, -_cross(u, v) / apart
+    turn = -_cross(u, w) / apart
+    swing = -_cross(u, v) / apart
     k = [-i - turn**2 * j + swing**2 * m for i, j, m in zip(u, v, w, strict=True)]
     turnings = (-(k[0] * link[0] + k[1] * link[1]) / apart for link in (w, v))
     return (u, v, w), (turn, swing), (*turnings,)

@@ -52,7 +52,9 @@ class HeavyTop:
             most = f"at most twice the moment across, {2 * self.inertia_across:g} kg m^2"
             raise ParameterError("inertia_axis", self.inertia_axis, most)
         if not 0.0 < self.tilt < np.pi:
-            raise ParameterError("tilt", self.tilt, "between 0 and pi, where the axis is vertical")
+            raise ParameterError(
+                "tilt", self.tilt, "between 0 and pi, where the axis is vertical"
+            )
 
     @cached_property
     def motion(self) -> CertifiedMotion:
@@ -66,7 +68,8 @@ class HeavyTop:
 
     def conserved(self, observed: Signals) -> Signals:
         """Energy [J] and the angular momenta about the vertical and the axis [kg m^2/s]."""
-        kinetic, tilt = self.motion.system.kinetic_energy(observed), observed["tilt"]
+        kinetic = self.motion.system.kinetic_energy(observed)
+        tilt = observed["tilt"]
         around, _, spin = (observed[name] for name in RATES)
         along = self.inertia_axis * (spin + around * cos(tilt))
         vertical = _across(self) * around * sin(tilt) ** 2 + along * cos(tilt)
@@ -95,8 +98,10 @@ def _masses(p: Any, q: Any) -> tuple[tuple[Any, ...], ...]:
 
 
 def _moments(p: Any, time: Any, q: Any, v: Any) -> tuple[Any, Any, Any]:
-    sine, cosine = sin(q[1]), cos(q[1])
-    more, axis = (_across(p) - p.inertia_axis) * sine * cosine, p.inertia_axis * sine
+    sine = sin(q[1])
+    cosine = cos(q[1])
+    more = (_across(p) - p.inertia_axis) * sine * cosine
+    axis = p.inertia_axis * sine
     weight = p.mass * p.gravity * p.length * sine
     return (
         axis * v[1] * v[2] - 2 * more * v[0] * v[1],

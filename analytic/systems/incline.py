@@ -83,8 +83,10 @@ class Incline(LinearResponse):
 
     def observe(self, times: Array) -> Signals:
         """Place x [m], downhill, and speed [m/s] at `times` [s], shape (n,)."""
-        first, stop = self.acceleration(float(np.sign(self.speed))), self.stop_time
-        slid, since = np.minimum(times, stop), np.maximum(times - stop, 0.0)
+        first = self.acceleration(float(np.sign(self.speed)))
+        stop = self.stop_time
+        slid = np.minimum(times, stop)
+        since = np.maximum(times - stop, 0.0)
         again = 0.0 if self.holds else self.acceleration(1.0)
         stopped = times >= stop
         return {

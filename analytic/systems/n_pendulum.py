@@ -71,7 +71,9 @@ class NPendulum:
         numbers = range(1, len(self.angles) + 1)
         parameters = {"gravity": self.gravity}
         for name, short in (("masses", "mass"), ("lengths", "length")):
-            parameters |= {f"{short}_{i}": x for i, x in zip(numbers, self.each(name), strict=True)}
+            parameters |= {
+                f"{short}_{i}": x for i, x in zip(numbers, self.each(name), strict=True)
+            }
         return CertifiedMotion(
             SmoothSystem(
                 tuple(f"angle_{i}" for i in numbers),
@@ -95,7 +97,8 @@ class NPendulum:
 
 def _hanging(p: Any, count: int) -> list[tuple[Any, Any, Any]]:
     """m_i, l_i and w_i of each rod."""
-    chain, below = [], 0.0 * p.gravity
+    chain = []
+    below = 0.0 * p.gravity
     for i in range(count, 0, -1):
         mass = getattr(p, f"mass_{i}")
         chain.append((mass, getattr(p, f"length_{i}"), mass / 2 + below))
@@ -116,7 +119,9 @@ def _masses(p: Any, q: Any) -> list[list[Any]]:
 def _moments(p: Any, time: Any, q: Any, v: Any) -> list[Any]:
     """The right-hand side of eq. 1 [N m]."""
     chain = _hanging(p, len(q))
-    moments = [-p.gravity * length * w * sin(t) for (_, length, w), t in zip(chain, q, strict=True)]
+    moments = [
+        -p.gravity * length * w * sin(t) for (_, length, w), t in zip(chain, q, strict=True)
+    ]
     for j, (_, outer, w) in enumerate(chain):
         for i, (_, inner, _) in enumerate(chain[:j]):
             pull = w * inner * outer * sin(q[i] - q[j])

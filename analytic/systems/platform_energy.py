@@ -47,9 +47,13 @@ class Energies:
 
 def energies(pendulum: ConePendulum, theta: Array, theta_dot: Array) -> Energies:
     """Energies at the states `theta` [rad], `theta_dot` [rad/s], shape (n,)."""
-    body, w = pendulum.body, pendulum.platform_rate
-    x, y, arm = pendulum.pivot_x, pendulum.pivot_y, body.mass * body.com_distance
-    sine, cosine = np.sin(theta), np.cos(theta)
+    body = pendulum.body
+    w = pendulum.platform_rate
+    x = pendulum.pivot_x
+    y = pendulum.pivot_y
+    arm = body.mass * body.com_distance
+    sine = np.sin(theta)
+    cosine = np.cos(theta)
     about_z = body.inertia_y * sine**2 + body.inertia_z * cosine**2
     about_z = about_z + 2 * body.inertia_yz * sine * cosine
     inertia = body.mass * (x**2 + y**2) + 2 * arm * y * sine + about_z

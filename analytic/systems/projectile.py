@@ -65,7 +65,9 @@ class Projectile(LinearResponse):
     def observe(self, times: Array) -> Signals:
         """Coordinates and rates at `times` [s], shape (n,), by name: eq. 1 and its derivative."""
         system = self.system
-        fall = np.array(system.forces(system.values, 0.0, system.position, system.rate))[:, None]
+        fall = np.array(system.forces(system.values, 0.0, system.position, system.rate))[
+            :, None
+        ]
         rates = np.array(system.rate)[:, None] + fall * times
         return system.observed(np.concatenate([(rates - fall * times / 2) * times, rates]))
 

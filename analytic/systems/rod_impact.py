@@ -51,14 +51,24 @@ class RodImpact(LinearResponse):
         if self.angle > 3.1415:
             raise ParameterError("angle", self.angle, "at most 3.1415")
         jams = self.impact.jams
-        if not self.height and (not jams or self.law == LAWS[0]):  # gives back to what fell alone
-            raise ParameterError("height", self.height, "greater than 0, or there is no rebound")
+        if not self.height and (
+            not jams or self.law == LAWS[0]
+        ):  # gives back to what fell alone
+            raise ParameterError(
+                "height", self.height, "greater than 0, or there is no rebound"
+            )
 
     @property
     def weights(self) -> tuple[float, float, float]:
         """a, b and c [1/kg]."""
-        sine, cosine, light = math.sin(self.angle), math.cos(self.angle), 1.0 / self.mass
-        return light * (1 + 3 * sine**2), -3 * light * sine * cosine, light * (1 + 3 * cosine**2)
+        sine = math.sin(self.angle)
+        cosine = math.cos(self.angle)
+        light = 1.0 / self.mass
+        return (
+            light * (1 + 3 * sine**2),
+            -3 * light * sine * cosine,
+            light * (1 + 3 * cosine**2),
+        )
 
     @cached_property
     def impact(self) -> PointImpact:
@@ -73,7 +83,9 @@ class RodImpact(LinearResponse):
 
     def _flown(self, times: Array) -> Signals:
         _, up, along = self.impact.impulses
-        sine, cosine, since = math.sin(self.angle), math.cos(self.angle), times - self.fall
+        sine = math.sin(self.angle)
+        cosine = math.cos(self.angle)
+        since = times - self.fall
         since = np.maximum(since, 0.0) / self.mass
         begun = self.height + self.length / 2.0 * sine
         return {
@@ -86,7 +98,8 @@ class RodImpact(LinearResponse):
     def until(self) -> float:
         """A time [s] shortly before an end strikes for a second time."""
         late = self.fall + self.impact.impulses[1] / self.mass / self.gravity
-        most = 2.0 * late + math.sqrt(8.0 * self.length / self.gravity)  # it is in the floor then
+        # it is in the floor then
+        most = 2.0 * late + math.sqrt(8.0 * self.length / self.gravity)
         times = np.linspace(self.fall, most, INSTANTS)
         flown = self._flown(times)
         above = flown["z"] > self.length / 2.0 * np.abs(np.sin(flown["angle"]))

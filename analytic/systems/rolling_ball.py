@@ -73,7 +73,9 @@ class RollingBall(LinearResponse):
 
     def rates(self, v: float, u: float) -> tuple[float, float]:
         """Accelerations of the centre and of R w [m/s^2] at the speeds v and u = R w [m/s]."""
-        f, k, g = self.friction, self.rolling_ratio, self.gravity
+        f = self.friction
+        k = self.rolling_ratio
+        g = self.gravity
         if v == u and k <= 1.4 * f:
             rolling = -math.copysign(5.0 * k * g / 7.0, v) if v else 0.0
             return rolling, rolling
@@ -85,7 +87,10 @@ class RollingBall(LinearResponse):
     @cached_property
     def pieces(self) -> tuple[Piece, ...]:
         """The motion between its switches: the slip ends, or the spin does."""
-        time, x, v, u = 0.0, 0.0, float(self.speed), self.radius * self.spin
+        time = 0.0
+        x = 0.0
+        v = float(self.speed)
+        u = self.radius * self.spin
         pieces = []
         while True:
             a, b = self.rates(v, u)
@@ -95,8 +100,10 @@ class RollingBall(LinearResponse):
             if math.isinf(lasts):
                 return tuple(pieces)
             slip_ends = (v - u) * (a - b) < 0.0 and lasts == -(v - u) / (a - b)
-            time, x = time + lasts, x + lasts * (v + lasts * a / 2.0)
-            v, u = v + lasts * a, u + lasts * b
+            time = time + lasts
+            x = x + lasts * (v + lasts * a / 2.0)
+            v = v + lasts * a
+            u = u + lasts * b
             if slip_ends:
                 v = u = (5.0 * v + 2.0 * u) / 7.0
             else:

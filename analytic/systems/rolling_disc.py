@@ -47,12 +47,15 @@ class RollingDisc:
     def __post_init__(self) -> None:
         check_fields(self, ("radius",), ("gravity",))
         if not 0.0 < self.tilt < np.pi:
-            raise ParameterError("tilt", self.tilt, "between 0 and pi, where the disc lies flat")
+            raise ParameterError(
+                "tilt", self.tilt, "between 0 and pi, where the disc lies flat"
+            )
 
     @cached_property
     def motion(self) -> CertifiedMotion:
         """The exact motion."""
-        start, rates = (0.0, self.tilt, 0.0), tuple(getattr(self, name) for name in RATES)
+        start = (0.0, self.tilt, 0.0)
+        rates = tuple(getattr(self, name) for name in RATES)
         sizes = {"radius": self.radius, "gravity": self.gravity}
         return CertifiedMotion(
             SmoothSystem(
@@ -73,9 +76,12 @@ class RollingDisc:
     @property
     def steady_spin(self) -> float:
         """The spin rate [rad/s] with which it keeps the tilt and the precession of the start."""
-        turn, sine, cosine = self.precession_rate, math.sin(self.tilt), math.cos(self.tilt)
+        turn = self.precession_rate
+        sine = math.sin(self.tilt)
+        cosine = math.cos(self.tilt)
         return (
-            cosine * (turn / 4 - self.gravity / (self.radius * turn * sine)) / 1.5 - turn * cosine
+            cosine * (turn / 4 - self.gravity / (self.radius * turn * sine)) / 1.5
+            - turn * cosine
         )
 
     @property
@@ -92,7 +98,9 @@ def masses(held: float, q: Any) -> tuple[tuple[Any, ...], ...]:
 
 def moments(held: float, pull: Any, q: Any, v: Any) -> tuple[Any, Any, Any]:
     """The right-hand side of eq. 1 for that matrix; `pull` is g/R [1/s^2]."""
-    sine, cosine, w = sin(q[1]), cos(q[1]), v[2] + v[0] * cos(q[1])
+    sine = sin(q[1])
+    cosine = cos(q[1])
+    w = v[2] + v[0] * cos(q[1])
     return (
         sine * v[1] * (w / 2 + 2 * held * v[0] * cosine),
         sine * v[0] * (v[0] * cosine / 4 - (0.5 + held) * w) - held * pull * cosine,

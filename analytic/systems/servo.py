@@ -62,10 +62,14 @@ class Servo(LinearResponse):
     @cached_property
     def started(self) -> SimplePendulum:
         """Eq. 1 without a limit as that of a linear pendulum of J at 1 m."""
-        total, square = self.inertia + self.armature, self.gear**2
-        stiffness, damping = square * self.kp / total, (square * self.kv + self.damping) / total
+        total = self.inertia + self.armature
+        square = self.gear**2
+        stiffness = square * self.kp / total
+        damping = (square * self.kv + self.damping) / total
         start = self.theta, self.theta_dot
-        return SimplePendulum(1.0, stiffness, damping, 0.0, 0.0, *start, linear=True, mass=total)
+        return SimplePendulum(
+            1.0, stiffness, damping, 0.0, 0.0, *start, linear=True, mass=total
+        )
 
     @property
     def joint_part(self) -> float:
@@ -85,7 +89,8 @@ class Servo(LinearResponse):
     @property
     def system(self) -> SmoothSystem:
         """Eq. 1 as theory steps it."""
-        matrix, start = ((self.started.mass,),), (self.theta, self.theta_dot)
+        matrix = ((self.started.mass,),)
+        start = (self.theta, self.theta_dot)
 
         def torques(p: Any, time: float, q: Any, v: Any) -> tuple[float]:
             torque = min(max(self.unlimited(*q, *v), -self.limit), self.limit)
@@ -152,7 +157,8 @@ class Piece:
     @cached_property
     def motion(self) -> DrivenRotor:
         """Its equation, over J."""
-        servo, inertia = self.servo, self.servo.started.mass
+        servo = self.servo
+        inertia = self.servo.started.mass
         if not self.side:
             return servo.started.rotor
         constant = math.pi / 2.0  # the phase of a frequency of 0
@@ -176,10 +182,13 @@ class Piece:
     @property
     def peak(self) -> float:
         """The first peak of |n F| below the limit [s]; 0 where it falls."""
-        pull, damping = self.motion.stiffness, self.motion.damping_rate
-        torque, slope = self.torque(0.0), self.slope(0.0)
+        pull = self.motion.stiffness
+        damping = self.motion.damping_rate
+        torque = self.torque(0.0)
+        slope = self.slope(0.0)
         # of T = n F, T' falls as e^(-damping t/2) (slope c + bend s), c and s/root cosine and sine
-        bend, root = -pull * torque - damping / 2 * slope, math.sqrt(abs(pull - damping**2 / 4))
+        bend = -pull * torque - damping / 2 * slope
+        root = math.sqrt(abs(pull - damping**2 / 4))
         late = 0.0
         if pull > damping**2 / 4:
             late = math.atan2(-root * slope, bend) % math.pi / root
@@ -193,7 +202,8 @@ class Piece:
         from scipy.optimize import brentq
 
         scale = 1.0 / math.sqrt(self.servo.started.gravity)
-        first, last = 0.0, scale if self.side else self.peak
+        first = 0.0
+        last = scale if self.side else self.peak
         side = self.side or math.copysign(1.0, self.torque(last))
 
         def beyond(since: float) -> float:

@@ -92,7 +92,9 @@ class SimplePendulum:
         return replace(
             system,
             parameters={**system.parameters, **rod},
-            readings=lambda p, q, v: {"tension": tension(p.length, p.gravity, q[0], v[0], p.mass)},
+            readings=lambda p, q, v: {
+                "tension": tension(p.length, p.gravity, q[0], v[0], p.mass)
+            },
         )
 
     @property

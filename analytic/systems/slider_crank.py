@@ -26,7 +26,8 @@ from plumbob.analytic.schemes import SoftLoop
 from plumbob.analytic.systems.crank_links import Link, crank_motion, reaction
 from plumbob.analytic.systems.n_pendulum import NPendulum
 
-LENGTHS, MASSES = ("crank", "rod"), ("crank_mass", "rod_mass", "slider_mass")
+LENGTHS = ("crank", "rod")
+MASSES = ("crank_mass", "rod_mass", "slider_mass")
 CONSTANTS = (*LENGTHS, *MASSES, "gravity")
 
 
@@ -57,7 +58,9 @@ class SliderCrank:
     @cached_property
     def motion(self) -> CertifiedMotion:
         """The exact motion."""
-        return crank_motion(self, CONSTANTS, _links, lambda p, q, v: {"slider": _slider(p, q[0])})
+        return crank_motion(
+            self, CONSTANTS, _links, lambda p, q, v: {"slider": _slider(p, q[0])}
+        )
 
     @property
     def opened(self) -> SmoothSystem:
@@ -65,7 +68,8 @@ class SliderCrank:
         _, rod, _ = _links(self, self.angle)
         angles = self.angle, math.atan2(rod.vector[1], rod.vector[0])
         by_angle = rod.vector[1] * (1.0 - rod.turn)  # the slider's derivative
-        masses, lengths = (self.crank_mass, self.rod_mass), (self.crank, self.rod)
+        masses = (self.crank_mass, self.rod_mass)
+        lengths = (self.crank, self.rod)
         chain = NPendulum(masses, lengths, self.gravity, angles).motion.system
 
         def matrix(p: Any, q: Any) -> tuple[tuple[Any, ...], ...]:
@@ -89,8 +93,10 @@ class SliderCrank:
     def soft(self, loop: SoftLoop, step: float) -> SmoothSystem:
         """The mechanism with its rod tied to the slider by a soft constraint."""
         stretched = np.linalg.inv(self.opened.mass_matrix(self, (0.0, 0.0, 0.0)))[:2, :2]
-        lever = np.array([self.crank, self.rod / 2])  # of the rod's centre, which can move across
-        sees = lever @ stretched @ lever / 3 + 1 / self.slider_mass  # the mean of three directions
+        # of the rod's centre, which can move across
+        lever = np.array([self.crank, self.rod / 2])
+        # the mean of three directions
+        sees = lever @ stretched @ lever / 3 + 1 / self.slider_mass
         return softened(self.opened, _gaps, loop, step, sees)
 
     def reaction(self, times: Array) -> Array:
@@ -110,7 +116,8 @@ class SliderCrank:
 
 def _links(p: Any, t: Any) -> tuple[Link, Link, Link]:
     """Crank, rod, and the slider, which has no length."""
-    sine, cosine = p.crank * sin(t), p.crank * cos(t)
+    sine = p.crank * sin(t)
+    cosine = p.crank * cos(t)
     root = sqrt((p.rod - p.crank) * (p.rod + p.crank) + cosine**2)
     turn = -cosine / root
     return (

@@ -168,10 +168,12 @@ def _driven(
     durations: Sequence[float],
 ) -> SliderPath:
     """From rest at `place`, pieces that are given their duration, place, rate and acceleration."""
-    pieces, rate = [], 0.0
+    pieces = []
+    rate = 0.0
     for w, t in zip(accelerations, durations, strict=True):
         pieces.append(piece(positive("duration", t), place, rate, w))
-        place, rate = place + t * (rate + 0.5 * w * t), rate + w * t
+        place = place + t * (rate + 0.5 * w * t)
+        rate = rate + w * t
     return SliderPath(tuple(pieces))
 
 

@@ -49,10 +49,13 @@ class Pose:
     joint_rate: Any = 0.0  # [m/s] or [rad/s]
 
 
-def by_step(rows: Callable[[Array, float], Array], step: float, count: int = FEW) -> Iterator[Any]:
+def by_step(
+    rows: Callable[[Array, float], Array], step: float, count: int = FEW
+) -> Iterator[Any]:
     """The rows of steps of `step` [s], given their indices, one by one, without end: `count` at
     once, then more, so that a few steps do not pay for many."""
     first = 0.0
     while True:
         yield from rows(np.arange(first, first + count), step).tolist()
-        first, count = first + count, min(2 * count, BLOCK)
+        first = first + count
+        count = min(2 * count, BLOCK)

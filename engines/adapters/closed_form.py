@@ -16,7 +16,9 @@ from plumbob.models.scene import FREE_ROTATION, ON_PLANE, ON_SUPPORTS, ONE_SMOOT
 # ULP is the finest representable tolerance.
 KINDS = (ONE_SMOOTH, FREE_ROTATION, ON_SUPPORTS, ON_PLANE)
 METHODS = (
-    Method("exact/closed-form", Scheme(CLOSED_FORM), None, "tolerance", {}, (ULP,), kinds=KINDS),
+    Method(
+        "exact/closed-form", Scheme(CLOSED_FORM), None, "tolerance", {}, (ULP,), kinds=KINDS
+    ),
 )
 
 

@@ -56,7 +56,8 @@ def prepare(case: Case, method: Method, step: float) -> Simulation:
 def _built(body: Bodies, method: Method, step: float) -> Built:
     import dartpy
 
-    world, skeleton = dartpy.simulation.World(), dartpy.dynamics.Skeleton()
+    world = dartpy.simulation.World()
+    skeleton = dartpy.dynamics.Skeleton()
     world.setTimeStep(step)
     world.setGravity(body.pull)
     if method.settings:
@@ -74,7 +75,8 @@ def _built(body: Bodies, method: Method, step: float) -> Built:
     world.addSkeleton(skeleton)
     joints = [joint for joint, _ in pairs]
     driven = joints[len(joints) - body.driven :]
-    move, controls = world.step, by_step(body.controls, step)
+    move = world.step
+    controls = by_step(body.controls, step)
 
     def advance(first: int, last: int) -> None:
         for _ in range(first, last):
@@ -124,7 +126,9 @@ def _on_plane(world: Any, free: Any, shell: Any, setup: CapsuleSetup) -> None:
     _, plane = ground.createWeldJointAndBodyNodePair()
     _touching(plane, dartpy.dynamics.PlaneShape([0.0, 0.0, 1.0], 0.0), setup.capsule.friction)
     for x, y in setup.capsule.supports:
-        foot = _touching(shell, dartpy.dynamics.SphereShape(FOOT_RADIUS), setup.capsule.friction)
+        foot = _touching(
+            shell, dartpy.dynamics.SphereShape(FOOT_RADIUS), setup.capsule.friction
+        )
         foot.setRelativeTransform(_moved((x, y, FOOT_RADIUS)))
     free.setPositions([0.0, 0.0, setup.heading, 0.0, 0.0, -DEPTH])
     # DART's free joint has its rates in the world's axes
@@ -141,7 +145,8 @@ def _touching(node: Any, shape: Any, friction: float) -> Any:
 
 def _pose(first: Any, joint: Any) -> Pose:
     transform = first.getWorldTransform()
-    (x, y, _), turned = transform.translation().ravel(), transform.rotation()
+    (x, y, _) = transform.translation().ravel()
+    turned = transform.rotation()
     vx, vy, _ = first.getLinearVelocity().ravel()
     return Pose(
         complex(x, y),
@@ -193,7 +198,9 @@ class DartModel:
 
     def put(self, q: Array, v: Array) -> None:
         """Start from these coordinates."""
-        for skeleton, x, rates in zip(self.skeletons, self._split(q), self._split(v), strict=True):
+        for skeleton, x, rates in zip(
+            self.skeletons, self._split(q), self._split(v), strict=True
+        ):
             skeleton.setPositions(x)
             skeleton.setVelocities(rates)
 
@@ -250,7 +257,8 @@ def _frame(joint: Any) -> Frame:
     from scipy.spatial.transform import Rotation
 
     drawn = joint.getTransformFromParentBodyNode()
-    origin, turned = drawn.translation().ravel(), Rotation.from_matrix(drawn.rotation())
+    origin = drawn.translation().ravel()
+    turned = Rotation.from_matrix(drawn.rotation())
 
     def pose(place: Array, attitude: Array) -> Array:
         rotation = turned.inv() * Rotation.from_quat(attitude, scalar_first=True)
@@ -266,7 +274,8 @@ def _frame(joint: Any) -> Frame:
 def user_model(path: Path, layout: Layout, step: float) -> PeerModel:
     """The model of a file; raises NotRead, and RuntimeError where DART refuses the file."""
     model = DartModel(path, step)
-    hinges, free = {}, []
+    hinges = {}
+    free = []
     for skeleton, first in zip(model.skeletons, model.places, strict=True):
         for joint in map(skeleton.getJoint, range(skeleton.getNumJoints())):
             if joint.getNumDofs():

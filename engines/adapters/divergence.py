@@ -12,7 +12,8 @@ import numpy as np
 from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
 from plumbob.engines.trajectory import ByName, Trajectory
 
-BEYOND = 10.0  # times what is possible: beyond it a run has diverged, below it there is an error
+# times what is possible: beyond it a run has diverged, below it there is an error
+BEYOND = 10.0
 
 
 def fastest(problem: Any, duration: float = math.inf) -> float:

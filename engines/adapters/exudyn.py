@@ -64,7 +64,8 @@ def prepare(case: Case, method: Method, step: float) -> Simulation:
     """Assemble `case` for `method` at `step` [s]; raises Unsupported and ParameterError."""
     if case.system.family == CAPSULE:
         raise Unsupported(NO_CONTACTS)
-    body, duration = hinged_body(case), case.scene.duration
+    body = hinged_body(case)
+    duration = case.scene.duration
     sampling.step_count(duration, step)
     begin = time.perf_counter()
     _assembled(body)[2].Reset()
@@ -79,7 +80,8 @@ def _follow(
     import exudyn
 
     exudyn.config.printToConsole = False  # warnings of memory go there
-    (system, sensors, container), steps = _assembled(body), max(1, round(duration / step))
+    (system, sensors, container) = _assembled(body)
+    steps = max(1, round(duration / step))
     why: tuple[str, ...] = ()
     try:
         solver = getattr(exudyn.DynamicSolverType, settings["solver"])
@@ -110,7 +112,9 @@ def _assembled(body: HingedBody) -> tuple[Any, tuple[int, int], Any]:
     items = exudyn.itemInterface
 
     container = exudyn.SystemContainer()
-    system, links, count = container.AddSystem(), body.links, len(body.links)
+    system = container.AddSystem()
+    links = body.links
+    count = len(body.links)
     node = system.AddNode(
         items.NodeGenericODE2(
             referenceCoordinates=[0.0] * count,
@@ -160,8 +164,10 @@ def _options(settings: Options, steps: int, step: float) -> Any:
     import exudyn
 
     chosen = exudyn.SimulationSettings()
-    integration, solution = chosen.timeIntegration, chosen.solution
-    integration.numberOfSteps, integration.endTime = steps, steps * step
+    integration = chosen.timeIntegration
+    solution = chosen.solution
+    integration.numberOfSteps = steps
+    integration.endTime = steps * step
     integration.verboseMode = 0
     integration.adaptiveStep = False
     if "relativeTolerance" in settings:

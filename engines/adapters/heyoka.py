@@ -57,7 +57,9 @@ def prepare(case: Case, method: Method, step: float) -> Simulation:
 
     variables: Any = heyoka.make_vars(*names)
     rates = slopes(_Term(heyoka.time), [_Term(variable) for variable in variables])
-    equations = [(x, getattr(y, "expression", y)) for x, y in zip(variables, rates, strict=True)]
+    equations = [
+        (x, getattr(y, "expression", y)) for x, y in zip(variables, rates, strict=True)
+    ]
     # Loops in place of long straight code: compiled in a fraction of the time, and half as fast.
     compact = case.system.kind == SMOOTH
     integrator = cast(Any, heyoka.taylor_adaptive)(
@@ -68,23 +70,28 @@ def prepare(case: Case, method: Method, step: float) -> Simulation:
     return FollowedSimulation(follow, observe, case.scene.duration, seconds)
 
 
-def _follow(integrator: Any, start: tuple[float, ...], duration: float, samples: int) -> Followed:
+def _follow(
+    integrator: Any, start: tuple[float, ...], duration: float, samples: int
+) -> Followed:
     integrator.time, integrator.state[:] = 0.0, start
     times = np.linspace(0.0, duration, SAMPLES + 1)
     outcome, _, _, steps, *_, states = integrator.propagate_grid(times)
     good = np.isfinite(states).all(axis=1)
     ended = "time_limit" in str(outcome) and bool(good.all())
     # A step counts as many right-hand sides as its order.
-    evaluations, why = int(steps) * int(integrator.order), () if ended else (str(outcome),)
+    evaluations = int(steps) * int(integrator.order)
+    why = () if ended else (str(outcome),)
     return Followed(times[good], states[good].T, evaluations, ended, why)
 
 
 def _translated(case: Case) -> Translated:
     """The equations of the exact answer: of a free body, or of any smooth system, as an angle of a
     driven rotor is, which may be measured from a tilt on; raises Unsupported."""
-    problem, tilt = getattr(case.problem, "started", case.problem), 0.0
+    problem = getattr(case.problem, "started", case.problem)
+    tilt = 0.0
     if case.system.name == "free-body":
-        names, start = (*RATES, *ATTITUDE), (*problem.angular_velocity, 1.0, 0.0, 0.0, 0.0)
+        names = (*RATES, *ATTITUDE)
+        start = (*problem.angular_velocity, 1.0, 0.0, 0.0, 0.0)
         of = factors(problem)
         return (
             names,
@@ -106,7 +113,8 @@ def _translated(case: Case) -> Translated:
     half = len(system.rates)
 
     def slopes(time: Any, state: Sequence[Any]) -> Sequence[Any]:
-        q, v = state[:half], state[half:]
+        q = state[:half]
+        v = state[half:]
         return (*v, *system.acceleration(time, q, v, system.values))
 
     def observe(states: Array) -> Signals:
@@ -121,12 +129,15 @@ class _Term(NDArrayOperatorsMixin):
     def __init__(self, expression: Any) -> None:
         self.expression = expression
 
-    def __array_ufunc__(self, function: Any, method: str, *inputs: Any, **options: Any) -> _Term:
+    def __array_ufunc__(
+        self, function: Any, method: str, *inputs: Any, **options: Any
+    ) -> _Term:
         import heyoka
 
         short = {"subtract": "sub", "multiply": "mul", "divide": "truediv", "power": "pow"}
         short["negative"] = "neg"
-        name, values = function.__name__, [getattr(x, "expression", x) for x in inputs]
+        name = function.__name__
+        values = [getattr(x, "expression", x) for x in inputs]
         apply = getattr(operator, short.get(name, name), None) or getattr(heyoka, name)
         return _Term(apply(*values))
 

@@ -83,7 +83,9 @@ class HingedBody:
         )
         if self.platform_rate is None:
             return (bob,)
-        axis, rate, hold = (0.0, 0.0, 1.0), self.platform_rate, self.platform_inertia
+        axis = (0.0, 0.0, 1.0)
+        rate = self.platform_rate
+        hold = self.platform_inertia
         return Link(1.0, np.eye(3), axis=axis, rate=rate, hold=hold), bob
 
     @property

@@ -20,10 +20,14 @@ Advance = Callable[[Equation, State, int, int, float], State]
 MOST_CORRECTIONS = 100  # of an implicit half step: each divides the change by 2/(h df/dv)
 
 
-def semi_implicit_euler(equation: Equation, state: State, first: int, last: int, h: float) -> State:
+def semi_implicit_euler(
+    equation: Equation, state: State, first: int, last: int, h: float
+) -> State:
     """State after the steps `first` to `last` - 1 of length `h` [s]: v = v + h f(t, x, v), then
     x drifts at v."""
-    f, drifted, (x, v) = equation.acceleration, equation.drifted, state
+    f = equation.acceleration
+    drifted = equation.drifted
+    (x, v) = state
     for n in range(first, last):
         v = v + h * f(n * h, x, v)
         x = drifted(x, v, h)
@@ -35,8 +39,10 @@ def leapfrog(equation: Equation, state: State, first: int, last: int, h: float) 
     half a step; what depends on the rate is explicit in the first kick, implicit in the second."""
     if equation.damping_rate is None:
         return _implicit_leapfrog(equation, state, first, last, h)
-    f, (x, v) = equation.acceleration, state
-    half, damping = 0.5 * h, equation.damping_rate
+    f = equation.acceleration
+    (x, v) = state
+    half = 0.5 * h
+    damping = equation.damping_rate
     # 1 - 1/(1 + damping h/2): the factor itself has the same rounding error in each step.
     loss = half * damping / (1 + half * damping)
     still = 0.0 * v
@@ -50,18 +56,23 @@ def leapfrog(equation: Equation, state: State, first: int, last: int, h: float) 
     return x, v
 
 
-def _implicit_leapfrog(equation: Equation, state: State, first: int, last: int, h: float) -> State:
+def _implicit_leapfrog(
+    equation: Equation, state: State, first: int, last: int, h: float
+) -> State:
     """The same for any dependence on the rate: the second kick by fixed-point iteration, until
     nothing changes or changes no longer shrink."""
-    f, (x, v) = equation.acceleration, state
+    f = equation.acceleration
+    (x, v) = state
     half = 0.5 * h
     for n in range(first, last):
         v = v + half * f(n * h, x, v)
         x = equation.drifted(x, v, h)
-        kicked, change = v, np.inf
+        kicked = v
+        change = np.inf
         for _ in range(MOST_CORRECTIONS):
             corrected = kicked + half * f((n + 1) * h, x, v)
-            before, change = change, float(np.abs(corrected - v).max())
+            before = change
+            change = float(np.abs(corrected - v).max())
             v = corrected
             if not 0.0 < change < before:
                 break
@@ -71,8 +82,10 @@ def _implicit_leapfrog(equation: Equation, state: State, first: int, last: int, 
 def rk4(equation: Equation, state: State, first: int, last: int, h: float) -> State:
     """State after the steps `first` to `last` - 1 of length `h` [s] of the classical Runge-Kutta
     method, as in the notebook Pendulo Simples; of coordinates whose rate is v."""
-    f, (x, v) = equation.acceleration, state
-    half, sixth = 0.5 * h, h / 6
+    f = equation.acceleration
+    (x, v) = state
+    half = 0.5 * h
+    sixth = h / 6
     for n in range(first, last):
         t = n * h
         a1 = f(t, x, v)
@@ -95,7 +108,9 @@ def explicit(tableau: Tableau) -> Advance:
             slopes: list[State] = []
             for node, row in zip(tableau.nodes, tableau.matrix, strict=True):
                 x, v = _moved(state, row, slopes, h)
-                slopes.append((equation.slope(x, v), equation.acceleration((n + node) * h, x, v)))
+                slopes.append(
+                    (equation.slope(x, v), equation.acceleration((n + node) * h, x, v))
+                )
             state = _moved(state, tableau.weights, slopes, h / tableau.divisor)
         return state
 

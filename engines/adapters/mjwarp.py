@@ -36,7 +36,8 @@ class WarpPort:
         import mujoco
         import warp
 
-        warp.config.log_level = warp.LOG_ERROR  # each kernel that is loaded has a line on stdout
+        # each kernel that is loaded has a line on stdout
+        warp.config.log_level = warp.LOG_ERROR
         import mujoco_warp
 
         self.compiled, self.model = model, mujoco_warp.put_model(model)

@@ -124,7 +124,8 @@ class MjxSimulation(SteppedSimulation):
 def prepare(case: Case, method: Method, step: float) -> MjxSimulation:
     """Compile `case` for `method` at `step` [s]; raises Unsupported and ParameterError. JAX steps
     on other threads, so that the time is that of the process."""
-    steps, begin = sampling.step_count(case.scene.duration, step), time.perf_counter()
+    steps = sampling.step_count(case.scene.duration, step)
+    begin = time.perf_counter()
     translation, model = compiled(case, method, step)
 
     def build() -> Built:
@@ -139,7 +140,9 @@ def prepare(case: Case, method: Method, step: float) -> MjxSimulation:
     except NotImplementedError as error:
         raise Unsupported(f"MJX refuses the model: {' '.join(str(error).split())}") from None
     seconds = time.perf_counter() - begin
-    return MjxSimulation(build, steps, step, seconds, samples=case.samples, clock="process_time")
+    return MjxSimulation(
+        build, steps, step, seconds, samples=case.samples, clock="process_time"
+    )
 
 
 def _double(method: Method) -> bool:
@@ -161,7 +164,9 @@ def batch(
     port = _started(*compiled(case, method, step), _double(method))
     port.take = jax.jit(jax.vmap(_steps, (None, 0, None)))
     with port.precision():
-        port.data = jax.tree.map(lambda x: jax.numpy.broadcast_to(x, (worlds, *x.shape)), port.data)
+        port.data = jax.tree.map(
+            lambda x: jax.numpy.broadcast_to(x, (worlds, *x.shape)), port.data
+        )
     return jax.devices()[0].device_kind, partial(timed, port)
 
 

@@ -35,7 +35,8 @@ def moved(observe: Callable[..., Signals], *slopes: Array) -> ByName:
     moved along their `slopes`: each alone, since what is small is rounded beside what is large."""
     total: dict[str, float] = {}
     for length in np.diag([NUDGE / max(float(abs(slope).max()), TINY) for slope in slopes]):
-        low, high = observe(*-length), observe(*length)
+        low = observe(*-length)
+        high = observe(*length)
         for name in high:
             change = float(high[name][0] - low[name][0]) / (2 * length.max())
             total[name] = total.get(name, 0.0) + change

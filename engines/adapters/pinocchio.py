@@ -49,7 +49,8 @@ def prepare(case: Case, method: Method, step: float) -> Simulation:
     """Build `case` for `method` at `step` [s]; raises Unsupported and ParameterError."""
     if case.system.family == CAPSULE:
         raise Unsupported(NO_CONTACTS)
-    begin, body = time.perf_counter(), hinged_body(case)
+    begin = time.perf_counter()
+    body = hinged_body(case)
     equation = Equation(_dynamics(body), body.theta, body.theta_dot, 1.0, limits=body.limits)
     simulation = fixed_steps(equation, method.scheme.integrator, case.scene.duration, step)
     simulation.compile_seconds = time.perf_counter() - begin
@@ -61,7 +62,9 @@ def _model(body: HingedBody) -> Any:
     """The body on its hinge, on a platform where there is one."""
     import pinocchio
 
-    model, last, still = pinocchio.Model(), 0, pinocchio.SE3.Identity()
+    model = pinocchio.Model()
+    last = 0
+    still = pinocchio.SE3.Identity()
     for link in body.links:
         turns = pinocchio.JointModelRevoluteUnaligned(np.array(link.axis))
         place = pinocchio.SE3(np.eye(3), np.array(link.place))
@@ -78,7 +81,8 @@ def _dynamics(body: HingedBody) -> Acceleration:
     import pinocchio
 
     model = _model(body)
-    data, last = model.createData(), model.nv - 1
+    data = model.createData()
+    last = model.nv - 1
     q, v, tau, still = np.zeros((4, model.nv))
     bias = pinocchio.rnea(model, data, q, v, still)[last]
     inertia = float(pinocchio.rnea(model, data, q, v, np.eye(model.nv)[last])[last] - bias)
@@ -121,22 +125,31 @@ def derivatives(number: Number, method: Method, step: float) -> ByName:
     return {"theta": float(end["by"][-1]), "theta_dot": float(end["by_dot"][-1])}
 
 
-def _variational(low: HingedBody, here: HingedBody, high: HingedBody, apart: float) -> Acceleration:
+def _variational(
+    low: HingedBody, here: HingedBody, high: HingedBody, apart: float
+) -> Acceleration:
     """The acceleration of the angle and of its derivative: where inverse dynamics gives the torque
     of the hinge, their derivatives are equal."""
     import pinocchio
 
-    model, second = _model(here), _dynamics(here)
-    data, last = model.createData(), model.nv - 1
-    q, v, a = np.zeros(model.nv), np.zeros(model.nv), np.zeros(model.nv)
+    model = _model(here)
+    second = _dynamics(here)
+    data = model.createData()
+    last = model.nv - 1
+    q = np.zeros(model.nv)
+    v = np.zeros(model.nv)
+    a = np.zeros(model.nv)
     inertia = pinocchio.crba(model, data, q)[last, last]
     low_rate, v[0], high_rate = (body.platform_rate or 0.0 for body in (low, here, high))
 
     def forward(time: float, x: Any, rate: Any) -> Any:
-        q[last], v[last] = x[0], rate[0]
+        q[last] = x[0]
+        v[last] = rate[0]
         a[last] = second(time, x[0], rate[0])
         pinocchio.computeRNEADerivatives(model, data, q, v, a)
-        torque = (_torque(high, time, x[0], rate[0]) - _torque(low, time, x[0], rate[0])) / apart
+        torque = (
+            _torque(high, time, x[0], rate[0]) - _torque(low, time, x[0], rate[0])
+        ) / apart
         torque -= here.damping * rate[1] + here.stiffness * x[1]
         torque -= data.dtau_dq[last, last] * x[1] + data.dtau_dv[last, last] * rate[1]
         if last:
@@ -167,7 +180,8 @@ def model_fields(path: Path) -> Fields:
             yield "inertia", frame.name, np.linalg.eigvalsh(inertia.inertia)
     for i in range(1, model.njoints):
         if model.nvs[i] == 1:
-            dof, name = model.idx_vs[i], model.names[i]
+            dof = model.idx_vs[i]
+            name = model.names[i]
             yield "armature", name, model.armature[dof]
             yield "damping", name, model.damping[dof]
             yield "frictionloss", name, model.upperDryFrictionLimit[dof]
@@ -222,9 +236,11 @@ def user_model(path: Path, layout: Layout, step: float) -> PeerModel:
     import pinocchio
 
     model = pinocchio.buildModelFromMJCF(str(path))
-    hinges, free = dict[str, tuple[int, int]](), []
+    hinges = dict[str, tuple[int, int]]()
+    free = []
     for i in range(1, model.njoints):
-        at, count = (int(model.idx_qs[i]), int(model.idx_vs[i])), model.nvs[i]
+        at = (int(model.idx_qs[i]), int(model.idx_vs[i]))
+        count = model.nvs[i]
         if count == FREE and model.nqs[i] > FREE:
             free.append((*at, FRAME))
         elif count != model.nqs[i]:

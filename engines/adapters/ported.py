@@ -19,7 +19,10 @@ from plumbob.engines.registry import find_builder
 from plumbob.models.scene import Case
 
 STEPS = MappingProxyType(
-    {"EULER": (Scheme(EULER, "start", implicit_damping=True), 1), "RK4": (Scheme(RK4, "start"), 4)}
+    {
+        "EULER": (Scheme(EULER, "start", implicit_damping=True), 1),
+        "RK4": (Scheme(RK4, "start"), 4),
+    }
 )  # with their orders
 SINGLE = 2.0**29  # single precision has 29 bits fewer
 # Compiling takes seconds: one scene of each system, and none with contacts.
@@ -66,7 +69,8 @@ def started(port: Any, translation: Any, model: Any) -> Any:
     import mujoco
 
     start = mujoco.MjData(model)
-    start.qpos[:], start.qvel[:] = translation.qpos, translation.qvel
+    start.qpos[:] = translation.qpos
+    start.qvel[:] = translation.qvel
     port.load(start)
     return port
 

@@ -91,7 +91,9 @@ def _world(pull: Vector, settings: Options, step: float) -> Any:
     client = new_client()
     client.setGravity(*pull)
     chosen = {name: value for name, value in settings.items() if name != "damping"}
-    client.setPhysicsEngineParameter(fixedTimeStep=step, deterministicOverlappingPairs=1, **chosen)
+    client.setPhysicsEngineParameter(
+        fixedTimeStep=step, deterministicOverlappingPairs=1, **chosen
+    )
     return client
 
 
@@ -107,7 +109,8 @@ def _principal(moments: Any) -> tuple[list[float], list[float]]:
 def _jointed(client: Any, settings: Options, links: Sequence[Link], **base: Any) -> int:
     """A chain at its start on a `base`, by default one that is fixed; its damping is as the
     settings say, and only joints whose motion is prescribed have motors."""
-    count, kinds = len(links), {HINGE: client.JOINT_REVOLUTE, SLIDE: client.JOINT_PRISMATIC}
+    count = len(links)
+    kinds = {HINGE: client.JOINT_REVOLUTE, SLIDE: client.JOINT_PRISMATIC}
     frames = [_principal(link.moments) for link in links]
     tree: int = client.createMultiBody(
         linkMasses=[link.mass for link in links],
@@ -141,8 +144,10 @@ def _motor(client: Any, tree: int, joint: int, rate: float, force: float = UNLIM
 
 def _pendulum(body: HingedBody, method: Method, step: float) -> Built:
     client = _world(body.pull, method.settings, step)
-    tree, hinge = _jointed(client, method.settings, body.links), len(body.links) - 1
-    move, torques = client.stepSimulation, by_step(body.controls, step)
+    tree = _jointed(client, method.settings, body.links)
+    hinge = len(body.links) - 1
+    move = client.stepSimulation
+    torques = by_step(body.controls, step)
     loaded = bool(body.forcing or body.damping or body.stiffness)
 
     def advance(first: int, last: int) -> None:
@@ -157,7 +162,8 @@ def _pendulum(body: HingedBody, method: Method, step: float) -> Built:
 
 
 def _capsule(body: ThreeFeet, method: Method, step: float) -> Built:
-    setup, capsule = body.setup, body.setup.capsule
+    setup = body.setup
+    capsule = body.setup.capsule
     if setup.press <= 0.0:
         raise Unsupported("nothing presses the body onto the plane")
     client = _world(body.pull, method.settings, step)
@@ -185,8 +191,11 @@ def _capsule(body: ThreeFeet, method: Method, step: float) -> Built:
         localInertiaDiagonal=np.diag(body.links[0].moments).tolist(),
         activationState=1,
     )
-    client.resetBaseVelocity(shell, [*start_velocity(setup), 0.0], [0.0, 0.0, setup.heading_rate])
-    move, controls = client.stepSimulation, by_step(body.velocities, step)
+    client.resetBaseVelocity(
+        shell, [*start_velocity(setup), 0.0], [0.0, 0.0, setup.heading_rate]
+    )
+    move = client.stepSimulation
+    controls = by_step(body.velocities, step)
 
     def advance(first: int, last: int) -> None:
         for _ in range(first, last):

@@ -11,7 +11,15 @@ import numpy as np
 
 from plumbob.analytic.reference import Array
 from plumbob.engines.adapters.pybullet import new_client
-from plumbob.engines.peer_model import FREE, Frame, Layout, NotRead, PeerModel, Translated, rotation
+from plumbob.engines.peer_model import (
+    FREE,
+    Frame,
+    Layout,
+    NotRead,
+    PeerModel,
+    Translated,
+    rotation,
+)
 
 PROBE = 1e-6  # [s] of the step that shows accelerations
 DAMPED = "springs and damping dropped; velocities of links damped by Bullet's default"
@@ -33,13 +41,15 @@ class World:
         for body in self.bodies:
             if client.getDynamicsInfo(body, -1)[0] > 0.0 and len(self.bases) < floating:
                 self.bases.append((body, q, v))
-                q, v = q + 7, v + FREE
+                q = q + 7
+                v = v + FREE
             for joint in range(client.getNumJoints(body)):
                 kind = client.getJointInfo(body, joint)[2]
                 client.setJointMotorControl2(body, joint, client.VELOCITY_CONTROL, force=0.0)
                 if kind in (client.JOINT_REVOLUTE, client.JOINT_PRISMATIC):
                     self.joints.append((body, joint, q, v))
-                    q, v = q + 1, v + 1
+                    q = q + 1
+                    v = v + 1
                 elif kind != client.JOINT_FIXED:
                     raise NotRead("it has a joint of a kind that is not compared")
         self.size = q, v
@@ -51,7 +61,9 @@ class World:
         for body in self.bodies:
             for link in range(-1, client.getNumJoints(body)):
                 client.setCollisionFilterGroupMask(body, link, 0, 0)
-                limits = {"jointLowerLimit": -WIDE, "jointUpperLimit": WIDE} if link >= 0 else {}
+                limits = (
+                    {"jointLowerLimit": -WIDE, "jointUpperLimit": WIDE} if link >= 0 else {}
+                )
                 client.changeDynamics(body, link, **damping, **limits)
         return self
 
@@ -66,7 +78,8 @@ class World:
 
     def advance(self, force: Array, steps: int = 1) -> tuple[Array, Array]:
         """Take steps under a force; the coordinates at their end."""
-        client, (q, v) = self.client, map(np.zeros, self.size)
+        client = self.client
+        (q, v) = map(np.zeros, self.size)
         for _ in range(steps):
             self._push(force)
             client.stepSimulation()
@@ -81,7 +94,8 @@ class World:
     def _push(self, force: Array) -> None:
         client = self.client
         for body, _, rate in self.bases:
-            push, turn = force[rate : rate + 3], force[rate + 3 : rate + FREE]
+            push = force[rate : rate + 3]
+            turn = force[rate + 3 : rate + FREE]
             centre, _ = client.getBasePositionAndOrientation(body)
             client.applyExternalForce(body, -1, push, centre, client.WORLD_FRAME)
             client.applyExternalTorque(body, -1, turn, client.WORLD_FRAME)
@@ -97,7 +111,9 @@ class BulletModel:
         self.world = World(path, layout, step)
         self.looked_at, self.damped, bare = (World(path, layout, PROBE) for _ in range(3))
         self.damped.without_contacts()
-        self.bare = bare.without_contacts(linearDamping=0.0, angularDamping=0.0, jointDamping=0.0)
+        self.bare = bare.without_contacts(
+            linearDamping=0.0, angularDamping=0.0, jointDamping=0.0
+        )
         self.put = self.world.put
 
     def _acceleration(self, world: World, q: Array, v: Array, force: Array) -> Array:
@@ -108,7 +124,9 @@ class BulletModel:
         """As its steps show them; of actuators it reads none."""
         rest = np.zeros(len(v))
         falls = self._acceleration(self.bare, q, rest, rest)
-        columns = [self._acceleration(self.bare, q, rest, unit) - falls for unit in np.eye(len(v))]
+        columns = [
+            self._acceleration(self.bare, q, rest, unit) - falls for unit in np.eye(len(v))
+        ]
         inertia = np.linalg.inv(np.array(columns).T)
         moved = self._acceleration(self.bare, q, v, rest)
         damped = self._acceleration(self.damped, q, v, rest)
@@ -154,7 +172,8 @@ def _frame(client: Any, body: int) -> Frame:
 def user_model(path: Path, layout: Layout, step: float) -> PeerModel:
     """The model of a file; raises NotRead, and pybullet.error where Bullet refuses the file."""
     model = BulletModel(path, layout, step)
-    world, client = model.world, model.world.client
+    world = model.world
+    client = model.world.client
     hinges = {client.getJointInfo(*at[:2])[1].decode(): at[2:] for at in world.joints}
     free = [(q, v, _frame(client, body)) for body, q, v in world.bases]
     return Translated(model, layout, hinges, free, displaced=True)

@@ -22,7 +22,8 @@ OVERFLOW = (ArithmeticError, ValueError)  # Python's own, of infinity
 Observed = tuple[Signals, Signals]  # observables, and channels beside them
 TakeSteps = Callable[[int, int], None]
 """Takes the steps with these indices, the last one excluded."""
-DIVERGING = np.errstate(over="ignore", invalid="ignore")  # of arrays: cut off once they are read
+# of arrays: cut off once they are read
+DIVERGING = np.errstate(over="ignore", invalid="ignore")
 
 
 def by_name(rows: Sequence[ByName]) -> Observed:
@@ -61,7 +62,10 @@ class SteppedSimulation:
         """Run from the start to the end, or until the run diverges."""
         built = self.build()
         marks = [int(mark) for mark in sampling.sampled(self.steps, self.samples)]
-        rows, seconds, diverged, failure = [built.read()], 0.0, None, ""
+        rows = [built.read()]
+        seconds = 0.0
+        diverged = None
+        failure = ""
         for first, last in pairwise(marks):
             try:
                 begin = time.perf_counter()
@@ -89,7 +93,8 @@ class SteppedSimulation:
     @DIVERGING
     def stepped(self, fraction: float) -> Stepping:
         """The steps of the first `fraction` of the duration alone."""
-        built, steps = self.build(), sampling.first_steps(self.steps, fraction)
+        built = self.build()
+        steps = sampling.first_steps(self.steps, fraction)
         clock = getattr(time, self.clock)
         begin = clock()
         try:

@@ -58,10 +58,13 @@ class ThreeFeet:
     @property
     def links(self) -> tuple[Link, ...]:
         """The body, and the slider on each of its tracks, or fixed to it."""
-        setup, capsule = self.setup, self.setup.capsule
+        setup = self.setup
+        capsule = self.setup.capsule
         moments = np.diag([self.tilt_inertia, self.tilt_inertia, capsule.inertia])
         links = [Link(capsule.body_mass, moments, joint=FREE)]
-        place, point, tracks = (*setup.slider, 0.0), POINT * np.eye(3), self.tracks
+        place = (*setup.slider, 0.0)
+        point = POINT * np.eye(3)
+        tracks = self.tracks
         if not tracks:
             return *links, Link(capsule.slider_mass, point, joint=WELD, place=place)
         masses = [POINT] * (len(tracks) - 1) + [capsule.slider_mass]
@@ -139,7 +142,8 @@ def observed(setup: CapsuleSetup, pose: Pose) -> dict[str, Any]:
     """The observables that the pose shows: all but the forces."""
     axis = setup.heading + (0.0 if setup.in_plane else setup.direction)
     back = cmath.rect(1.0, -axis)
-    place, velocity = pose.place * back, pose.velocity * back
+    place = pose.place * back
+    velocity = pose.velocity * back
     if setup.in_plane:
         return {
             "x": place.real,
@@ -168,7 +172,8 @@ def observed_on_a_line(
     if not setup.in_plane:
         names = ("displacement", "velocity", "stroke", "stroke_rate")
         return dict(zip(names, (place, velocity, slid, slid_rate), strict=True))
-    x, y = math.cos(setup.direction), math.sin(setup.direction)
+    x = math.cos(setup.direction)
+    y = math.sin(setup.direction)
     places = {"x": x * place, "y": y * place}
     return {**places, "velocity_x": x * velocity, "velocity_y": y * velocity}
 

@@ -54,7 +54,8 @@ class Audit:
     stability: Stability | None = None  # the largest steps that hold
     written: tuple[str, Trim] | None = None  # the trimmed file, and what it does, read back
     gradient: Gradients | str | None = None  # why there is none; None where it is not asked for
-    changes: tuple[Moved, ...] | None = None  # since another audit; None where it is held to none
+    # since another audit; None where it is held to none
+    changes: tuple[Moved, ...] | None = None
     engines: tuple[EngineError, ...] = ()  # others, that are asked for
 
     @property
@@ -83,7 +84,9 @@ class Audit:
     @property
     def uncertainty(self) -> float:
         """[m] of the reference there."""
-        return float(self.reference.uncertainty[self.found.index]) if self.found else float("inf")
+        return (
+            float(self.reference.uncertainty[self.found.index]) if self.found else float("inf")
+        )
 
     @property
     def until(self) -> float:
@@ -152,7 +155,8 @@ def audited(
 ) -> Audit:
     """The audit of `model` on the motion that `script` makes of it; `begun` is called with what is
     known before anything is computed."""
-    progress, began = allowance.progress, time.perf_counter()
+    progress = allowance.progress
+    began = time.perf_counter()
     audit = Audit(
         model.name,
         model.integrator,
@@ -180,7 +184,9 @@ def audited(
     audit = replace(audit, reference=reference, found=result)
     if result is not None and math.isfinite(audit.error):
         progress("what can be left out")
-        parts, index, error = result.own.parts, result.index, audit.error
+        parts = result.own.parts
+        index = result.index
+        error = audit.error
         left_out = trims(model, script, parts, index, error, allowance.part(TRIMS))
         audit = replace(audit, balances=balances(model, *audit.states), trims=left_out)
     progress("the largest step that holds")
@@ -191,10 +197,13 @@ def audited(
 
 def with_gradient(audit: Audit, allowance: Allowance) -> Audit:
     """An audit with the derivatives of the end, or why there are none."""
-    began, index = time.perf_counter(), audit.found.index if audit.found else 0
+    began = time.perf_counter()
+    index = audit.found.index if audit.found else 0
     derivatives: Gradients | str
     try:
         derivatives = gradients(audit.model, audit.script, audit.reference, index, allowance)
     except NotCertifiable as why:
         derivatives = str(why)
-    return replace(audit, gradient=derivatives, seconds=audit.seconds + time.perf_counter() - began)
+    return replace(
+        audit, gradient=derivatives, seconds=audit.seconds + time.perf_counter() - began
+    )

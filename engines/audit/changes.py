@@ -9,7 +9,15 @@ from typing import Any
 
 Stored = Mapping[str, Any]
 """An audit as its JSON has it."""
-SETTINGS = ("integrator", "step", "start", "control", "control_period", "duration", "worst_body")
+SETTINGS = (
+    "integrator",
+    "step",
+    "start",
+    "control",
+    "control_period",
+    "duration",
+    "worst_body",
+)
 ABSENT = "none"
 # Chosen, relative and [m, s, m/s]: a run repeats to the bit, and JSON holds its doubles whole; what
 # another processor rounds is far below a nanometre, and what an edit does above
@@ -34,7 +42,8 @@ def changes(old: Stored, new: Stored) -> tuple[Moved, ...]:
     counts as infinite, one below what the references are known to as none."""
     if "fields" not in old:
         return (Moved("audit", f"none: {old.get('why')}", "there is one"),)
-    was, now = _settings(old), _settings(new)
+    was = _settings(old)
+    now = _settings(new)
     return (
         *_worse(old, new),
         *(

@@ -129,7 +129,8 @@ class ContactAudit:
 def contacts_audited(model: ContactModel, speed: float = SPEED) -> ContactAudit:
     """The contact audit of `model` at `speed` [m/s]; raises NotCertifiable where the body does not
     stand."""
-    begin, standing = time.perf_counter(), model.standing
+    begin = time.perf_counter()
+    standing = model.standing
     stance = Stance(standing.points, standing.height)
     centred = stance.inside(np.zeros(2))
     if not centred > 0.0:
@@ -172,8 +173,10 @@ def _halvings(
 ) -> tuple[tuple[Measured, ...], tuple[str, ...]]:
     """Slides on contacts of a kind at the model's step and its halvings, with pushes at the step
     itself along headings at which the body does not tip, and why they end early."""
-    standing, runs = model.standing, list[Measured]()
-    duration, most = _lasting(standing, speed), max(standing.friction)
+    standing = model.standing
+    runs = list[Measured]()
+    duration = _lasting(standing, speed)
+    most = max(standing.friction)
     push = PUSH * float(np.mean(standing.friction)) * standing.gravity
     upright = Stance(standing.points, standing.height)
     for k in range(HALVINGS + 1):
@@ -181,7 +184,9 @@ def _halvings(
         try:
             floor = getattr(model, kind)(step)
             if more := set(floor.feet) ^ set(standing.feet):
-                raise NotCertifiable(f"at {step:g} s other geoms touch ({', '.join(sorted(more))})")
+                raise NotCertifiable(
+                    f"at {step:g} s other geoms touch ({', '.join(sorted(more))})"
+                )
         except NotCertifiable as reason:
             return tuple(runs), (f"{kind} contacts: {reason}",)
         stance = Stance(floor.points[:, :2], -float(floor.points[:, 2].mean()))
@@ -209,7 +214,8 @@ def _lasting(standing: Standing, speed: float) -> float:
 def undetermined(standing: Standing, determined: tuple[bool, ...]) -> str:
     """Why Coulomb's law does not determine the stopping distance; empty where it does."""
     if math.isnan(standing.coefficient):
-        least, most = min(standing.friction), max(standing.friction)
+        least = min(standing.friction)
+        most = max(standing.friction)
         return f"feet have different friction coefficients ({least:g} … {most:g})"
     if not any(determined):
         return (
@@ -248,5 +254,7 @@ def turn(standing: Standing, speed: float, spin: float) -> float:
         standing.gravity,
     )
     way = (speed * math.cos(TURN_HEADING), speed * math.sin(TURN_HEADING))
-    motion = three_point_motion(body, fixed((0.0, 0.0)), Start(velocity=way, angular_velocity=spin))
+    motion = three_point_motion(
+        body, fixed((0.0, 0.0)), Start(velocity=way, angular_velocity=spin)
+    )
     return float(motion.at(np.array([motion.rest_time])).heading[0])

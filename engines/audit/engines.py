@@ -64,7 +64,8 @@ class EngineError:
     engine: str
     version: str = ""
     why: str = ""  # there is no error, or the difference cannot be put right
-    errors: Array = field(default_factory=lambda: np.zeros(0))  # [m] at ends of the periods, so far
+    # [m] at ends of the periods, so far
+    errors: Array = field(default_factory=lambda: np.zeros(0))
     step_error: float = math.nan  # [m] of MuJoCo with the scheme of the engine at the same step
     differences: tuple[Difference, ...] = ()  # the first one first
     first_right: float = math.nan  # [m] error with the first term put right
@@ -112,7 +113,9 @@ def with_engines(
         return audit
     count = audit.found.index if audit.found else 0
     held = held_against(Path(file), audit.model, audit.script, audit.reference, count, seconds)
-    tasks = [Task(n, engine_error, (n, held), HANGS + 4 * seconds, n) for n in dict.fromkeys(names)]
+    tasks = [
+        Task(n, engine_error, (n, held), HANGS + 4 * seconds, n) for n in dict.fromkeys(names)
+    ]
     with Workers(1) as workers:
         rows = [
             EngineError(task.label, why=row.why) if isinstance(row, Lost) else row
@@ -122,7 +125,12 @@ def with_engines(
 
 
 def held_against(
-    file: Path, model: OwnModel, script: Script, reference: Certificate, count: int, seconds: float
+    file: Path,
+    model: OwnModel,
+    script: Script,
+    reference: Certificate,
+    count: int,
+    seconds: float,
 ) -> Held:
     """A motion that is certified for so many periods, to hold engines against."""
     return Held(
@@ -168,7 +176,8 @@ def measured(engine: Engine, held: Held) -> EngineError:
     apart = tuple(differences(engine, looks, held, runs.precision))
     states, why = _run(peer, held)
     mujoco = held.model.stepped(held.script, integrator, held.parts).states
-    rounding, from_mujoco = math.nan, moved(held.model, states, mujoco)
+    rounding = math.nan
+    from_mujoco = moved(held.model, states, mujoco)
     if runs.precision > EXACT:
         rounded = held.model.stepped(held.script, integrator, held.parts, single=True).states
         rounding = moved(held.model, rounded, mujoco)
@@ -212,7 +221,8 @@ def _righted(
     looks: Sequence[Look], peer: PeerModel, held: Held, right: Sequence[str]
 ) -> list[Look]:
     """The looks with the engine's acceleration as it is with some terms put right."""
-    step, velocity = held.model.step, held.model.layout.velocity
+    step = held.model.step
+    velocity = held.model.layout.velocity
 
     def acceleration(look: Look) -> Array:
         moved = Script(look.state, step, look.control[None])
@@ -221,18 +231,22 @@ def _righted(
         return np.asarray(after[velocity] - look.state[velocity]) / step
 
     return [
-        replace(look, accelerations=(look.accelerations[0], acceleration(look))) for look in looks
+        replace(look, accelerations=(look.accelerations[0], acceleration(look)))
+        for look in looks
     ]
 
 
 def _run(peer: PeerModel, held: Held, right: Sequence[str] = ()) -> tuple[Array, str]:
     """States at the ends of the periods, some terms put right by a force, and why they end
     early."""
-    script, parts = held.script, held.parts
+    script = held.script
+    parts = held.parts
     states = np.full((len(script.controls) + 1, held.states.shape[1]), np.nan)
     states[0], ends = script.start, time.process_time() + held.seconds
-    state, terms = script.start, held.model.terms()
-    force, calls = 0.0 * state[held.model.layout.velocity], parts if right else 1
+    state = script.start
+    terms = held.model.terms()
+    force = 0.0 * state[held.model.layout.velocity]
+    calls = parts if right else 1
     peer.begin(state)
     for k, control in enumerate(script.controls):
         for _ in range(calls):

@@ -46,7 +46,8 @@ def rollout(environment: Any, policy: Policy, duration: float) -> Array:
     """Controls, shape (periods, actuators), that an environment makes of the actions of `policy`,
     which is called with its observations, for a duration [s] or until the episode ends. Raises
     ParameterError."""
-    inner, controls = environment.unwrapped, list[Array]()
+    inner = environment.unwrapped
+    controls = list[Array]()
     observation = inner._get_obs()
     name = getattr(policy, "__name__", type(policy).__name__)
     with warnings.catch_warnings():
@@ -55,7 +56,9 @@ def rollout(environment: Any, policy: Policy, duration: float) -> Array:
             try:
                 observation, _, ended, late, _ = environment.step(policy(observation))
             except Exception as error:
-                what = f"a function of an observation that returns an action ({one_line(error)})"
+                what = (
+                    f"a function of an observation that returns an action ({one_line(error)})"
+                )
                 raise ParameterError("policy", name, what) from None
             controls.append(np.array(inner.data.ctrl))
             if ended or late:

@@ -63,7 +63,7 @@ class Gradients:
     of: tuple[str, ...]  # coordinates
     by: tuple[str, ...]  # numbers: of the start, and constant additions to controls
     exact: (
-        Array  # shape (n, coordinates, numbers), at the ends of the periods; no number: not known
+        Array  # shape (n, coordinates, numbers), at the ends of periods; no number: not known
     )
     uncertainty: Array  # shape (n, numbers), of the largest entry
     times: Array  # [s], shape (n,)
@@ -117,7 +117,8 @@ class Gradients:
         if self.along is None:
             return self.ways[-1].why
         known = self.certificate <= TRUSTED
-        most, until = self.errors(self.along)[known].max(), self.times[known][-1]
+        most = self.errors(self.along)[known].max()
+        until = self.times[known][-1]
         return f"the error is at most {100 * most:.2g} % up to {until:.3g} s"
 
     def growth(self, values: Array) -> float | None:
@@ -147,7 +148,8 @@ class Gradients:
         def value(matrix: Array) -> float:
             return float(self.norm(matrix) if place is None else matrix[row, column])
 
-        exact, there = value(self.exact[-1]), way.computed
+        exact = value(self.exact[-1])
+        there = way.computed
         known = self.certificate[-1] * exact if place is None else self.uncertainty[-1, column]
         off = None if there is None else value(there[-1] - self.exact[-1])
         return {
@@ -207,10 +209,13 @@ def _certified(
     model: OwnModel, script: Script, allowance: Allowance
 ) -> tuple[Array, Array, float, tuple[str, ...]]:
     """The derivatives and uncertainty of `Gradients`, the largest C, and what is left out."""
-    by, count = _numbers(model), len(model.names["position"])
+    by = _numbers(model)
+    count = len(model.names["position"])
     exact = np.full((len(script.times), count, len(by)), np.nan)
-    uncertainty, curvatures = np.full((len(exact), len(by)), math.inf), [0.0]
-    left_out, state = list[str](), len(by) - len(model.names["control"])
+    uncertainty = np.full((len(exact), len(by)), math.inf)
+    curvatures = [0.0]
+    left_out = list[str]()
+    state = len(by) - len(model.names["control"])
     for number in (*range(state, len(by)), *range(state)):
         allowance.progress(f"derivative by {by[number]}")
         try:
@@ -229,7 +234,8 @@ def _within_range(model: OwnModel, script: Script, actuator: int) -> None:
     """Raises NotCertifiable for a control at an end of its range, where there is a derivative on
     one side only."""
     if actuator >= 0:
-        (low, high), values = model.ranges[actuator], script.controls[:, actuator]
+        (low, high) = model.ranges[actuator]
+        values = script.controls[:, actuator]
         if min(values.min() - low, high - values.max()) < max(eps for *_, eps in CERTIFYING):
             raise NotCertifiable("at an end of its range")
 
@@ -260,7 +266,8 @@ def _refined(
         return motion.states
 
     wide, narrow = (
-        model.coordinates(course(size), course(-size)) / (2.0 * size) for size in (eps, eps / 2.0)
+        model.coordinates(course(size), course(-size)) / (2.0 * size)
+        for size in (eps, eps / 2.0)
     )
     curvature = float(np.abs(wide - narrow).max() * 4.0 / 3.0 / eps**2)
     return (4.0 * narrow - wide) / 3.0, curvature
@@ -278,7 +285,8 @@ def _differences(
 ) -> Iterator[Way]:
     """Central and forward differences of the own run, each at the eps that changes it least
     when it becomes the next smaller."""
-    parts, numbers = round(script.period / model.step), np.flatnonzero(known).tolist()
+    parts = round(script.period / model.step)
+    numbers = np.flatnonzero(known).tolist()
 
     @cache
     def run(number: int, by: float) -> Array:

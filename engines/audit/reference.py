@@ -94,7 +94,8 @@ def _layered(
     """The motion with contacts that set in over layers, which shrink, and why one of them ended;
     none where one has no duration."""
     asked = [*((width, IN_LAYER) for width in WIDTHS), (WIDTHS[-1], OTHER_IN_LAYER)]
-    pace, courses = 1 if allowance.executor is None else 2, list[Integration]()
+    pace = 1 if allowance.executor is None else 2
+    courses = list[Integration]()
     while len(courses) < len(asked):
         seconds = allowance.left * pace / (len(asked) - len(courses))
         runs = [
@@ -108,11 +109,14 @@ def _layered(
     return _in_layers(model, courses[:-1], courses[-1]), ended
 
 
-def _in_layers(model: OwnModel, layers: Sequence[Integration], again: Integration) -> Certificate:
+def _in_layers(
+    model: OwnModel, layers: Sequence[Integration], again: Integration
+) -> Certificate:
     """The motion of the last, narrowest, of `layers`; how far it is from the limit and what it
     differs by from `again`, at another tolerance, may add up."""
     apart = [_compared(model, narrow, wide) for wide, narrow in pairwise(layers)]
-    last, other = apart[-1], _compared(model, layers[-1], again)
+    last = apart[-1]
+    other = _compared(model, layers[-1], again)
     return replace(
         last,
         uncertainty=left_open(WIDTHS, [r.uncertainty for r in apart]) + other.uncertainty,
@@ -131,7 +135,9 @@ def left_open(widths: Sequence[float], apart: Sequence[Array]) -> Array:
     power = np.full(apart[-1].shape, POWERS[0])
     if len(apart) > 1:
         with np.errstate(divide="ignore", invalid="ignore"):
-            power = np.interp(np.nan_to_num(apart[-2] / apart[-1]), steps[-2] / steps[-1], powers)
+            power = np.interp(
+                np.nan_to_num(apart[-2] / apart[-1]), steps[-2] / steps[-1], powers
+            )
     left = [
         difference * widths[-1] ** power / (wide**power - narrow**power)
         for difference, (wide, narrow) in zip(apart, pairwise(widths), strict=True)
@@ -182,7 +188,8 @@ def computed(
     done, why = 0, ""
     try:
         for k, control in enumerate(script.controls):
-            start, end = k * script.period, (k + 1) * script.period
+            start = k * script.period
+            end = (k + 1) * script.period
             field.hold(control, start, y)
             motion = solver(
                 *(field, start, y, end),
@@ -201,7 +208,8 @@ def computed(
             y = field.normalised(motion.y)
             if not np.isfinite(y).all():
                 raise NotCertifiable(f"the motion has no bounds from {end:.4g} s on")
-            states[k + 1], done = y, k + 1
+            states[k + 1] = y
+            done = k + 1
     except NotCertifiable as reason:
         why = str(reason)
     return Integration(

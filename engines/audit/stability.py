@@ -127,7 +127,9 @@ def excess(jacobian: Array, rates: Array, step: float) -> float:
     return float((stepped / np.maximum(flow, 1.0)).max())
 
 
-def excess_at(at: Point, integrator: str, step: float, difference: float = DIFFERENCES[0]) -> float:
+def excess_at(
+    at: Point, integrator: str, step: float, difference: float = DIFFERENCES[0]
+) -> float:
     """That of one step [s] at a state."""
     maps = at.maps_at(integrator, step)
     return excess(maps(integrator, step, difference), at.rates, step) if maps else 1.0
@@ -148,11 +150,13 @@ def shown(at: Point, integrator: str, most: float) -> float | None:
     that double up to `most`, bisected; None where all hold."""
     fastest = float(np.abs(at.rates).max())
     safe = SAFE / fastest if fastest else math.inf
-    holds, fails = 0.0, min(most / BEYOND if at.rests else safe, most)
+    holds = 0.0
+    fails = min(most / BEYOND if at.rests else safe, most)
     while not unstable(at, integrator, fails):
         if fails >= most:
             return None
-        holds, fails = fails, min(RATIO * fails, most)
+        holds = fails
+        fails = min(RATIO * fails, most)
     while fails - holds > RESOLVED * fails:
         middle = (holds + fails) / 2.0
         holds, fails = (holds, middle) if unstable(at, integrator, middle) else (middle, fails)
@@ -188,7 +192,9 @@ class Course:
         """States at the ends of the periods as far as the motion is known, at small steps."""
         parts = FINE * round(self.script.period / self.model.step)
         controls = self.script.controls[: max(1, len(self.states) - 1)]
-        return self.model.stepped(replace(self.script, controls=controls), integrator, parts).states
+        return self.model.stepped(
+            replace(self.script, controls=controls), integrator, parts
+        ).states
 
     def lost(self, integrator: str, step: float, index: int = 0) -> bool:
         """Whether a run with a step [s] diverges, or loses a nudge: one from a period `index` on,
@@ -199,16 +205,19 @@ class Course:
         return nudges or math.isinf(self.rate(integrator, step))
 
     def _lost(self, integrator: str, step: float, begin: int) -> bool:
-        script, followed = self.script, self.model.followed
+        script = self.script
+        followed = self.model.followed
         duration = min(max(script.duration - begin * script.period, LEAST * step), MOST * step)
         moving = begin < len(self.states)
         if moving:
             start = self.states[begin]
         elif maps := self.points[-1].maps_at(integrator, step):
-            start, duration = maps.state, MOST * step
+            start = maps.state
+            duration = MOST * step
         else:
             return False
-        begun, most = replace(script, start=start), LOST
+        begun = replace(script, start=start)
+        most = LOST
         for tried in step * np.array(NEAR if moving else NEAR[:1]):
             grown, _ = followed(begun, begin, integrator, tried, duration)
             if math.isinf(grown):
@@ -232,7 +241,8 @@ class Course:
 def limited(course: Course, integrator: str) -> Limit:
     """The limit of an integrator: the lowest of those at the states above which a nudged run is
     lost. Others set none: the motion leaves them before a nudge has grown."""
-    most, passed = BEYOND * course.model.step, ""
+    most = BEYOND * course.model.step
+    passed = ""
     limits = [(step, at.index) for at in course.points if (step := shown(at, integrator, most))]
     for step, index in sorted(limits):
         if not course.lost(integrator, ABOVE * step, index):
@@ -246,14 +256,18 @@ def limited(course: Course, integrator: str) -> Limit:
     limit = Limit(integrator, most)
     if course.lost(integrator, most):
         return measured(course, limit, f"none by its Jacobians{passed}")
-    return Limit(integrator, None, confirmed=True, why=f"beyond {BEYOND:g} x its own step{passed}")
+    return Limit(
+        integrator, None, confirmed=True, why=f"beyond {BEYOND:g} x its own step{passed}"
+    )
 
 
 def measured(course: Course, limit: Limit, why: str) -> Limit:
     """A limit by runs alone, below a step at which they are lost: the first of smaller steps at
     which nudged runs hold, and runs at its neighbours do."""
     assert limit.largest_step is not None
-    of, index, step = limit.integrator, limit.index, limit.largest_step
+    of = limit.integrator
+    index = limit.index
+    step = limit.largest_step
     while course.lost(of, step, index) or any(
         math.isinf(course.rate(of, n * step)) for n in NEAR[1:]
     ):
@@ -272,7 +286,8 @@ def tried_below(course: Course, limit: Limit) -> Limit:
     it; from where they chatter, if smaller steps come to rest, it says."""
     if not limit.confirmed:
         return limit
-    of, most = limit.integrator, limit.largest_step or BEYOND * course.model.step
+    of = limit.integrator
+    most = limit.largest_step or BEYOND * course.model.step
     tried = np.geomspace(most / RATIO, most, BETWEEN)[:-1]
     rates = np.array([course.rate(of, step, MOST * most) for step in tried])
     if np.isinf(rates).any():
@@ -290,7 +305,8 @@ def culprit(course: Course, limit: Limit) -> tuple[Place, Element | None]:
     from scipy import linalg
 
     assert limit.largest_step is not None
-    integrator, step = limit.integrator, ABOVE * limit.largest_step
+    integrator = limit.integrator
+    step = ABOVE * limit.largest_step
     at = next(at for at in course.points if at.index == limit.index)
     maps = at.maps_at(integrator, step) or at.maps
     jacobian = maps(integrator, step, DIFFERENCES[0])
@@ -304,7 +320,8 @@ def culprit(course: Course, limit: Limit) -> tuple[Place, Element | None]:
     if not exceeding.any():
         return Place(""), None
     k = order[int(np.argmax(exceeding))]
-    mode, dual = right[:, k], left[:, k].conj() / (left[:, k].conj() @ right[:, k])
+    mode = right[:, k]
+    dual = left[:, k].conj() / (left[:, k].conj() @ right[:, k])
     place = maps.place(np.abs(dual * mode))  # what takes part, whatever units it has
     along = np.stack([mode.real, mode.imag], axis=1)
     best: tuple[float, Element | None] = (NOTICED, None)
@@ -330,7 +347,8 @@ def remedied(course: Course, limits: Sequence[Limit]) -> tuple[Remedy, ...]:
     place, element = culprit(course, own)
     changes = [*place.remedies, *([element.remedy] if element and element.remedy else [])]
     best = max(limits, key=lambda limit: limit.reach).integrator
-    remedies, states = list[Remedy](), course.finely_stepped(best)
+    remedies = list[Remedy]()
+    states = course.finely_stepped(best)
     there = RAISED * min(own.predicted or math.inf, own.largest_step or math.inf)
     for change in changes:
         other = replace(course, model=course.model.changed((change,)))

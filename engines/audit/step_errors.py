@@ -39,7 +39,9 @@ class StepError:
     integrator: str
     step: float  # [s]
     parts: int  # in a control period
-    errors: Array  # [m] largest distance of any body so far, at the ends of the periods, shape (n,)
+    errors: (
+        Array  # [m] largest distance of any body so far, at the ends of the periods, shape (n,)
+    )
     worst: str  # the body that is furthest off at the end
     seconds: float  # of processor time, of one run
     why: str = ""  # it ended early
@@ -108,7 +110,8 @@ def compared(
     names = model.integrators
     groups = [names] if allowance.executor is None else [(name,) for name in names]
     runs = [
-        allowance.start(halved, model, script, reference, names, allowance.left) for names in groups
+        allowance.start(halved, model, script, reference, names, allowance.left)
+        for names in groups
     ]
     errors = [step for run in runs for step in run()]
     allowance.progress("costs")
@@ -138,12 +141,14 @@ def halved(
     """Runs of some integrators, in turns, coarse to fine, so that what the time allows is spread
     over all: about so many `seconds`; the model's own step whatever that takes."""
     reached = reference.known
-    ends, usual = time.process_time() + seconds, round(script.period / model.step)
+    ends = time.process_time() + seconds
+    usual = round(script.period / model.step)
     errors: list[StepError] = []
     going = {name: usual // 2 if usual % 2 == 0 else usual for name in integrators}
     while going:
         for name, parts in list(going.items()):
-            begin, due = time.process_time(), name == model.integrator and parts <= usual
+            begin = time.process_time()
+            due = name == model.integrator and parts <= usual
             if errors and begin >= ends and not due:
                 del going[name]
                 continue
@@ -180,7 +185,9 @@ def tends(steps: Sequence[StepError], as_is: StepError, reference: Certificate) 
     else."""
     nearest = np.min([s.errors for s in steps], axis=0)
     floor = np.maximum(reference.uncertainty, NOTHING)
-    same = [s.errors for s in steps if s.integrator == as_is.integrator and s.parts >= as_is.parts]
+    same = [
+        s.errors for s in steps if s.integrator == as_is.integrator and s.parts >= as_is.parts
+    ]
     allowed = np.maximum(floor, FALLS * np.max(same, axis=0))
     good = np.isfinite(reference.uncertainty) & (nearest <= allowed)
     good &= ~_level(steps, as_is, floor)
@@ -216,7 +223,9 @@ def _level(steps: Sequence[StepError], as_is: StepError, floor: Array) -> Any:
     return np.all(levels, axis=0) if levels else np.zeros(len(as_is.errors), bool)
 
 
-def observed_order(steps: Sequence[StepError], reference: Certificate, index: int) -> Order | None:
+def observed_order(
+    steps: Sequence[StepError], reference: Certificate, index: int
+) -> Order | None:
     """Slope of log error against log step, of the errors that the reference resolves."""
     done = [s for s in steps if math.isfinite(s.at(index))]
     floor = float(reference.uncertainty[index]) * RESOLVED / 10.0  # as `fit_order` takes it
@@ -226,7 +235,11 @@ def observed_order(steps: Sequence[StepError], reference: Certificate, index: in
 
 
 def cheapest(
-    steps: Sequence[StepError], as_is: StepError, reference: Certificate, index: int, target: float
+    steps: Sequence[StepError],
+    as_is: StepError,
+    reference: Certificate,
+    index: int,
+    target: float,
 ) -> Cheapest | None:
     """The cheapest of all integrators whose error, with the reference's uncertainty, stays within
     `target` [m] at this step and every smaller one that was run; the model's own integrator, then
@@ -260,7 +273,9 @@ def horizon(result: Compared, reference: Certificate, script: Script, target: fl
     """The first time [s] at which even the most accurate step that was run misses `target` [m], or
     the reference is not known to a fifth of it; infinite where neither happens."""
     best = np.min([s.errors for s in result.steps], axis=0)
-    missed = (best + reference.uncertainty > target) | (reference.uncertainty > TRUSTED * target)
+    missed = (best + reference.uncertainty > target) | (
+        reference.uncertainty > TRUSTED * target
+    )
     at = np.flatnonzero(missed)
     return float(script.times[at[0]]) if at.size else math.inf
 
@@ -268,12 +283,17 @@ def horizon(result: Compared, reference: Certificate, script: Script, target: fl
 def balances(model: OwnModel, reference: Array, steps: Array) -> tuple[Balance, ...]:
     """Readings of two courses of states, shape (n, ...). An energy, which has no zero, is measured
     from its start."""
-    theirs, ours = model.readings(reference), model.readings(steps)
-    zero, rows = np.zeros(len(steps)), []
+    theirs = model.readings(reference)
+    ours = model.readings(steps)
+    zero = np.zeros(len(steps))
+    rows = []
     for name in dict.fromkeys((*ours, *theirs)):
-        first, second = ours.get(name, zero), theirs.get(name, zero)
+        first = ours.get(name, zero)
+        second = theirs.get(name, zero)
         start = first[0] if name == "energy" else 0.0
-        sizes = (float(np.abs(x).max()) for x in (first - start, second - start, first - second))
+        sizes = (
+            float(np.abs(x).max()) for x in (first - start, second - start, first - second)
+        )
         rows.append(Balance(name, *sizes))
     return tuple(rows)
 

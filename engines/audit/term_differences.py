@@ -26,7 +26,8 @@ CONTACTS, AXES = "contact set", "friction axes"
 STEP, SINGLE = "acceleration", "single precision"
 SAME = 1e-5  # relative: a reader in single precision, and new frames, leave as much
 ROUNDINGS = 100.0  # of all forces together, which cancel in one of them
-SAME_STEP = 0.02  # relative, of the acceleration in a step: schemes of first order leave as much
+# relative, of the acceleration in a step: schemes of first order leave as much
+SAME_STEP = 0.02
 TURNED = 1e-3  # [rad] of axes, a reader in single precision leaves less
 # Numbers of a file on which a term depends.
 DEPENDS = MappingProxyType(
@@ -95,7 +96,9 @@ class Look:
 
 def looks_at(peer: PeerModel, held: Held, integrator: str) -> list[Look]:
     """Some states along the certified motion."""
-    terms, step, controls = held.model.terms(), held.model.step, held.script.controls
+    terms = held.model.terms()
+    step = held.model.step
+    controls = held.script.controls
     velocity = held.model.layout.velocity
     places = [(k, held.states[k]) for k in _spread(len(controls))]
     touching = list(held.model.touched(held.script))
@@ -124,7 +127,8 @@ def differences(
 ) -> list[Difference]:
     """The terms that differ, in order."""
     overall = ROUNDINGS * precision * max(look.size(force_of(look.of_file)) for look in looks)
-    apart, readings = list[Difference](), read_by(engine, held.file)
+    apart = list[Difference]()
+    readings = read_by(engine, held.file)
     for term in TERMS:
         pairs = [(look, look.of_file[term], look.of_engine[term]) for look in looks]
         off = max(look.size(there - here) for look, here, there in pairs)
@@ -162,7 +166,9 @@ def _of_axes(looks: Sequence[Look], held: Held) -> Iterator[Difference]:
     if turned and (most := max(turned.values())) > TURNED:
         pairs = _pairs([pair for pair in turned if turned[pair] > TURNED])
         cause = f"the pyramid of friction is turned by up to {math.degrees(most):.0f}°: {pairs}"
-        yield Difference(AXES, most / (0.25 * math.pi), f"{cause}; an elliptic cone has no axes")
+        yield Difference(
+            AXES, most / (0.25 * math.pi), f"{cause}; an elliptic cone has no axes"
+        )
 
 
 def of_step(looks: Sequence[Look]) -> Iterator[Difference]:

@@ -143,7 +143,8 @@ def key_of(*what: Any) -> str:
 def _source() -> str:
     """The hash of plumbob's own files that decide what is measured: a version between two releases
     has the number of the last."""
-    root, digest = Path(__file__).parents[2], hashlib.sha256()
+    root = Path(__file__).parents[2]
+    digest = hashlib.sha256()
     for folder in SOURCES:
         for file in sorted((root / folder).rglob("*")):
             if file.suffix in (".py", ".xml", ".toml") and file.is_file():

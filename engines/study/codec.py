@@ -59,7 +59,9 @@ def _converter() -> cattrs.Converter:
     made = cattrs.Converter(detailed_validation=False)
     made.register_unstructure_hook(MappingProxyType, lambda m: made.unstructure(dict(m)))
     made.register_unstructure_hook(np.generic, lambda value: value.item())
-    made.register_structure_hook_func(lambda kind: kind is Any, lambda value, _: hashable(value))
+    made.register_structure_hook_func(
+        lambda kind: kind is Any, lambda value, _: hashable(value)
+    )
     # Most of a store is such tuples: cattrs takes ten times as long for the same.
     made.register_structure_hook_func(
         lambda kind: kind == tuple[float, ...], lambda values, _: tuple(map(float, values))

@@ -117,7 +117,9 @@ def _measured(
         if (error := measurement.errors.get(leading)) is None:
             continue
         finest = step, run
-        at_floor += step not in beside and error.largest <= 3.0 * floor(error, measurement.steps)
+        at_floor += step not in beside and error.largest <= 3.0 * floor(
+            error, measurement.steps
+        )
         if at_floor > 2:
             waiting = [h for h in waiting if h == REFERENCE_STEP]
     return measurements, finest, at_floor
@@ -132,7 +134,8 @@ def drawn_step(
     done = [m.step for m in taken if m.status == "done"]
     if len(done) < 2 or own_steps(method):
         return None
-    coarse, fine = max(done), min(done)
+    coarse = max(done)
+    fine = min(done)
     if method.control == "step" and coarse > 4.0 * fine:
         fine *= 2.0
     draw = random.Random(f"{seed} {scene.name} {method.name}")
@@ -149,9 +152,11 @@ def chosen_step_sizes(
     every = step_sizes or method.step_sizes or scene.steps
     if method.control == "tolerance":
         return every
-    asked, most = math.nan, most_steps
+    asked = math.nan
+    most = most_steps
     if own_steps(method):
-        asked, most = method.step_sizes[0], FURTHER * most_steps
+        asked = method.step_sizes[0]
+        most = FURTHER * most_steps
     elif method.name == DEFAULT[0] and not step_sizes:
         asked = DEFAULT[1]
         every = tuple(sorted({*every, asked}, reverse=True))
@@ -173,7 +178,8 @@ def between(steps: tuple[float, ...], duration: float, own: bool) -> tuple[float
     """Three incommensurate steps [s] an octave, down to the finest of `steps`, over five octaves at
     least, or over those of a method's own steps alone; at the coarsest eight steps in `duration`
     [s]."""
-    finest, coarsest = min(steps), max(steps)
+    finest = min(steps)
+    coarsest = max(steps)
     if not own:
         coarsest = max(coarsest, min(finest * 2.0**OCTAVES, duration / 8.0))
     count = math.floor(PER_OCTAVE * math.log2(coarsest / finest) + 1e-9)
@@ -208,7 +214,9 @@ def _orders(
         return None, None
     floors = [floor(error, steps) for error, steps in done.values()]
     order = fit_order(list(done), [error.largest for error, _ in done.values()], floors)
-    predicted = {h: error.predicted.largest for h, (error, _) in done.items() if error.predicted}
+    predicted = {
+        h: error.predicted.largest for h, (error, _) in done.items() if error.predicted
+    }
     if order is None or len(predicted) < len(done):
         return order, None
     sizes = [predicted[step] for step in order.steps]
@@ -217,6 +225,7 @@ def _orders(
 
 def _trace(step: float, run: Trajectory, leading: str, exact: Reference) -> Trace:
     kept = np.unique(np.linspace(0, len(run.times) - 1, TRACE).astype(int))
-    times, values = run.times[kept], run.observables[leading][kept]
+    times = run.times[kept]
+    values = run.observables[leading][kept]
     errors = values - exact.observe(times)[leading]
     return Trace(step, tuple(times.tolist()), tuple(values.tolist()), tuple(errors.tolist()))

@@ -93,7 +93,8 @@ def costs(
 ) -> SceneCosts:
     """Costs of methods on a scene, each at its step; none where the engine runs it not. `budget`
     [s] limits how much of a long scene one round runs."""
-    case, ready = case_of(scene), dict[str, TimedSteps]()
+    case = case_of(scene)
+    ready = dict[str, TimedSteps]()
     for method, step in timed:
         if installed(engine_of(method)):
             with suppress(Unsupported):
@@ -190,7 +191,8 @@ def first_steps(case: Case, method: Method, step: float) -> TimedSteps:
 def _agree(values: Sequence[float]) -> bool:
     """Whether another ratio would tell nothing new: ENOUGH of them, the median among them, are
     within CLOSE of each other."""
-    ordered, middle = sorted(values), (len(values) - 1) / 2
+    ordered = sorted(values)
+    middle = (len(values) - 1) / 2
     return any(
         first <= middle <= first + ENOUGH - 1
         and ordered[first + ENOUGH - 1] <= (1.0 + CLOSE) * ordered[first]

@@ -54,7 +54,8 @@ FINE, BESIDE, SMOOTH = 1e-9, 8, 3
 # Calibrated by capsule-plan/beside-curve-31: where a support stops within a step, and a solver's
 # residual with it, a model's error jumps from one parameter to the next, by 2e-3 of its bound.
 JUMP = 5e-3
-COURSE, LOST = 65, 1e6  # times at which derivatives' growth is read, and a relative one of nothing
+# times at which derivatives' growth is read, and a relative one of nothing
+COURSE, LOST = 65, 1e6
 SHORTEST = 1e-6  # [s] of a run, whose time a cost is relative to
 LEAST = 4  # differences that show a best one
 
@@ -204,12 +205,15 @@ class _Runs:
         measured, run = measure(case, self.method, self.step)
         if measured.status != "done" or run is None:
             raise Unsupported(measured.reason or measured.status)
-        scheme, times = scheme_of(case, self.method), run.times.tobytes()
+        scheme = scheme_of(case, self.method)
+        times = run.times.tobytes()
         powers, *_ = expected(Same(case.reference), Same(case.errors), scheme, self.step, times)
-        series, ends = [powers[p] for p in sorted(powers)], {}
+        series = [powers[p] for p in sorted(powers)]
+        ends = {}
         second = confirming(case, self.method) if scheme.integrator == ADAPTIVE else None
         for name in measured.errors.keys() & self.of:
-            error, value = measured.errors[name], float(run.observables[name][-1])
+            error = measured.errors[name]
+            value = float(run.observables[name][-1])
             terms = error.predicted.terms if error.predicted else {}
             ends[name] = _End(
                 value,
@@ -231,7 +235,9 @@ class _Runs:
         remainder = POWER * max(low.model, high.model) / self.number.size
         if len(high.terms) == len(low.terms) > 0:
             pairs = zip(low.terms, high.terms, strict=True)
-            remainder += float(by_series([(above - below) / apart for below, above in pairs])[-1])
+            remainder += float(
+                by_series([(above - below) / apart for below, above in pairs])[-1]
+            )
         return Difference(
             None,
             (high.value - low.value) / apart,
@@ -268,7 +274,8 @@ class _Runs:
 
     def steady(self, name: str) -> bool:
         """Whether a solver took as many steps in all runs near the number's value."""
-        value, apart = self.number.value, 2.0 * NEAR * self.number.size
+        value = self.number.value
+        apart = 2.0 * NEAR * self.number.size
         near = (ends for at, ends in self.ends.items() if abs(at - value) <= apart)
         return len({ends[name].steps for ends in near}) == 1
 
@@ -278,7 +285,9 @@ class _Runs:
         another theory holds, and has a corner where a switch falls on the end of a step."""
         shifts = np.array([eps, NEAR, 2.0 * NEAR])
         less, here, more = (self.beside("error", name, s * shifts) for s in (-1, 0, 1))
-        there, once, twice = np.nan_to_num((more - 2.0 * here + less) / shifts / self.number.size)
+        there, once, twice = np.nan_to_num(
+            (more - 2.0 * here + less) / shifts / self.number.size
+        )
         return float(abs(there - (twice - once) * eps / NEAR))
 
 
@@ -322,9 +331,12 @@ def _of_number(
     """The records of one number."""
     from plumbob.models.gradient import exact_gradient
 
-    engine, value = engine_of(method), number.value
+    engine = engine_of(method)
+    value = number.value
     wanted = search.ways or (*SIDES, *(own.way for own in own_ways(engine)))
-    blank = [Gradient(name, number.name, way, step=step) for name in search.of for way in wanted]
+    blank = [
+        Gradient(name, number.name, way, step=step) for name in search.of for way in wanted
+    ]
     runs = _Runs(number, method, step, search.of)
     try:
         if isinstance(value, (bool, str)) or not isinstance(value, (int, float)):
@@ -367,7 +379,8 @@ def _with_exact(record: Gradient, exact: Sensitivity) -> Gradient:
 def _by_differences(runs: _Runs, record: Gradient, asked: tuple[float, ...]) -> Gradient:
     """A record with its differences; raises Unsupported where no value beside the number's is
     possible."""
-    tried, why = list[Difference](), ""
+    tried = list[Difference]()
+    why = ""
     for eps in sorted(asked or (part * runs.number.size for part in SWEEP), reverse=True):
         try:
             tried.append(_difference(runs, record, eps))
@@ -376,7 +389,8 @@ def _by_differences(runs: _Runs, record: Gradient, asked: tuple[float, ...]) -> 
     if not tried:
         raise Unsupported(why)
     low, high = SIDES[record.way]
-    order, epses = 2 if low else 1, [d.eps or 0.0 for d in tried]
+    order = 2 if low else 1
+    epses = [d.eps or 0.0 for d in tried]
     if len(tried) >= LEAST:
         apart = math.sqrt(2.0) * runs.noise(record.of) / (high - low)
         tried = [replace(d, noise=apart / eps) for d, eps in zip(tried, epses, strict=True)]
@@ -396,7 +410,8 @@ def _by_differences(runs: _Runs, record: Gradient, asked: tuple[float, ...]) -> 
 def _difference(runs: _Runs, record: Gradient, eps: float) -> Difference:
     """That of a way with one eps, with all that its contacts leave open; raises ParameterError and
     Unsupported."""
-    number, name = runs.number, record.of
+    number = runs.number
+    name = record.of
     low, high = (number.value + eps * SIDES[record.way]).tolist()
     difference = runs.difference(name, (low, high), record.reference)
     near = (NEAR, *([eps / number.size] if low == number.value else []))
@@ -410,7 +425,8 @@ def best_eps(eps: Sequence[float], errors: Sequence[float], order: int) -> float
     `eps`: C by the largest, R by the mean square of those that C does not explain, each a draw of
     the rounding, small by chance at times; None where too few were tried, or the largest is best,
     as of what is linear."""
-    sizes, parts = np.array(errors), np.array(eps)
+    sizes = np.array(errors)
+    parts = np.array(eps)
     if len(sizes) < LEAST or not np.isfinite(sizes).all() or not np.argmin(sizes):
         return None
     truncation = float(np.median((sizes / parts**order)[:2]))
@@ -423,13 +439,17 @@ def best_eps(eps: Sequence[float], errors: Sequence[float], order: int) -> float
 
 def _by_own(runs: _Runs, record: Gradient, engine: Engine) -> Gradient:
     """A record of a way of the engine's own; raises Unsupported."""
-    number, method, step = runs.number, runs.method, runs.step
+    number = runs.number
+    method = runs.method
+    step = runs.step
     own = next((w for w in own_ways(engine) if w.way == record.way), None)
     if own is None:
         raise Unsupported(f"{engine.name} has no way called {record.way}")
     computed, cost = _timed(own.of, engine, runs, record)
-    near, unit = _near(runs, record), scheme_of(number.case, method).unit
-    rounding, second = near.rounding / unit, engine.ability(SecondRun)
+    near = _near(runs, record)
+    unit = scheme_of(number.case, method).unit
+    rounding = near.rounding / unit
+    second = engine.ability(SecondRun)
     left = near.remainder + own.precision * unit * abs(computed) * record.at / step
     if own.beside is not None:
         other = _asked(own.beside, number, method, step, record)
@@ -455,9 +475,13 @@ def _growth(number: Number, end: float) -> float:
     return max((s / o for s, o in sizes if s * number.size < LOST * o), default=0.0)
 
 
-def _timed(of: Derivatives, engine: Engine, runs: _Runs, record: Gradient) -> tuple[float, float]:
+def _timed(
+    of: Derivatives, engine: Engine, runs: _Runs, record: Gradient
+) -> tuple[float, float]:
     """The derivative of one observable, and its cost in runs; raises Unsupported."""
-    number, method, step = runs.number, runs.method, runs.step
+    number = runs.number
+    method = runs.method
+    step = runs.step
     begin = time.thread_time()
     engine.prepare(number.case, method, step).run()
     between = time.thread_time()
@@ -468,7 +492,8 @@ def _timed(of: Derivatives, engine: Engine, runs: _Runs, record: Gradient) -> tu
 def _near(runs: _Runs, record: Gradient) -> Difference:
     """The derivative of the predicted error, with what two differences of it leave open, and the
     error of the same difference of the exact answer: beside a barrier all of it."""
-    value, size = runs.number.value, NEAR * runs.number.size
+    value = runs.number.value
+    size = NEAR * runs.number.size
     near, wider = (
         runs.difference(record.of, (value - eps, value + eps), record.exact)
         for eps in (size, 2 * size)
@@ -477,7 +502,9 @@ def _near(runs: _Runs, record: Gradient) -> Difference:
     return replace(near, remainder=near.remainder + apart + SURE * abs(near.truncation))
 
 
-def _asked(of: Derivatives, number: Number, method: Method, step: float, record: Gradient) -> float:
+def _asked(
+    of: Derivatives, number: Number, method: Method, step: float, record: Gradient
+) -> float:
     """The derivative of one observable; raises Unsupported."""
     asked = of(number, method, step)
     if record.of not in asked:

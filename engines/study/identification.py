@@ -24,7 +24,8 @@ from plumbob.models.scene import Case, Quantity, Scene
 
 Residuals = Callable[[Sequence[float] | None], Array]
 """Of a place in a box, None of the true values: the differences that are fitted, shape (n,)."""
-FAILED = 1e6  # misfit of a run that is lost, or has no exact answer: in scales, beyond all others
+# misfit of a run that is lost, or has no exact answer: in scales, beyond all others
+FAILED = 1e6
 BESIDE = 1e-3  # of a side, over which slopes are taken
 ALIKE = 1e2  # a condition beyond it, with a correlation beyond 0.9998: they are one
 
@@ -59,7 +60,9 @@ class Identification:
     fitted: tuple[str, ...]  # observables
     samples: int  # numbers that are fitted
     parameters: tuple[Identified, ...]
-    residual: float  # root mean square of the difference at the best fit, relative to the scales
+    residual: (
+        float  # root mean square of the difference at the best fit, relative to the scales
+    )
     residual_at_true: float  # with the true parameters
     runs: int
     way: str = "search"
@@ -219,7 +222,9 @@ def _parameters(
     """The parameters at the place found, with the covariance of a linear fit about it."""
     assert searched.place is not None
     names = [side.name for side in box.sides]
-    slopes = np.column_stack([_slope(box, searched.place, k, residuals) for k in range(len(names))])
+    slopes = np.column_stack(
+        [_slope(box, searched.place, k, residuals) for k in range(len(names))]
+    )
     deviations, correlations = _spread(slopes, searched.cost)
     return tuple(
         Identified(
@@ -242,7 +247,8 @@ def _parameters(
 def _slope(box: Box, place: Sequence[float], k: int, residuals: Residuals) -> Array:
     """Derivative of the residuals by a parameter, shape (n,); 0 where a run beside it is lost."""
     side = box.sides[k]
-    low, high = max(place[k] - BESIDE, 0.0), min(place[k] + BESIDE, 1.0)
+    low = max(place[k] - BESIDE, 0.0)
+    high = min(place[k] + BESIDE, 1.0)
     try:
         below, above = (residuals((*place[:k], x, *place[k + 1 :])) for x in (low, high))
     except NoAnswer:

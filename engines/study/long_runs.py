@@ -24,8 +24,10 @@ from plumbob.models.scene import Case, Scene
 MOST_STEPS = 1_000_000  # of a run: a second of MuJoCo's, a few of an ODE solver in Python
 FIRST_STEPS, MORE = 1_000, 4  # of the first run, and how many times as many the next one takes
 A_PERIOD = 100  # steps that a step of one's own choice takes to a period of the fastest mode
-OF_A_SOLVER = 1e3  # steps to a period, roughly, of one that chooses its own, for the length of runs
-A_SAMPLE, MOST_SAMPLES = 16.0, 50_000  # to a fastest period, in which errors come and go; of a run
+# steps to a period, roughly, of one that chooses its own, for the length of runs
+OF_A_SOLVER = 1e3
+# to a fastest period, in which errors come and go; of a run
+A_SAMPLE, MOST_SAMPLES = 16.0, 50_000
 DOUBT = 0.2  # of the least level, by which the exact motion is known well enough
 SHARP = 4.0  # standard errors by which a drift of the energy differs from none
 LOST = 1.0  # of the energy's scale: all of it gained or lost
@@ -94,7 +96,9 @@ class LongRunSearch(RunRequest[MeasuredLongRun]):
             return MeasuredLongRun(why=str(why))
         energy = _energy(theory, longest, "lost" in stopped)
         followed = 0.0 if longest is None else float(longest.times[-1])
-        return MeasuredLongRun(step, theory.fastest, predicted, times, followed, stopped, *energy)
+        return MeasuredLongRun(
+            step, theory.fastest, predicted, times, followed, stopped, *energy
+        )
 
 
 def own_step(scene: Scene, method: Method, theory: StabilityTheory) -> float:
@@ -107,10 +111,17 @@ def own_step(scene: Scene, method: Method, theory: StabilityTheory) -> float:
 
 
 def _runs(
-    case: Case, method: Method, step: float, pace: float, most_steps: int, theory: StabilityTheory
+    case: Case,
+    method: Method,
+    step: float,
+    pace: float,
+    most_steps: int,
+    theory: StabilityTheory,
 ) -> Iterator[Trajectory]:
     """Runs of FIRST_STEPS to `most_steps` steps of `pace` [s], until the motion ends."""
-    steps, duration, last = FIRST_STEPS, 0.0, min(most_steps * pace, theory.lasts)
+    steps = FIRST_STEPS
+    duration = 0.0
+    last = min(most_steps * pace, theory.lasts)
     while duration < last:
         duration = min(steps * pace, last)
         with np.errstate(all="ignore"):

@@ -36,7 +36,8 @@ class Prediction:
     end: float  # at the end, with its sign
     terms: Mapping[int, float]  # {p: largest |C_p| step^p over the samples}; empty if no series
     nonlinearity: float  # see `Reference.nonlinearity`
-    difference: float = 0.0  # largest magnitude over the samples of measured less predicted, signed
+    # largest magnitude over the samples of measured less predicted, signed
+    difference: float = 0.0
     open: float = 0.0  # what theory leaves open of that, the largest over the samples
     beyond: float = 0.0  # the most by which a sample differs by more than is open there
     uncertainty: float | None = None
@@ -64,9 +65,12 @@ class ObservedError:
 
     largest: float  # largest magnitude over the samples
     end: float  # at the end of the run, with its sign
-    uncertainty: float  # what double precision allows the exact answer, largest over the samples
+    uncertainty: (
+        float  # what double precision allows the exact answer, largest over the samples
+    )
     scale: float  # largest magnitude of the exact observable
-    model: Mapping[str, float] = field(default_factory=dict)  # {reason: bound}, not from the step
+    # {reason: bound}, not from the step
+    model: Mapping[str, float] = field(default_factory=dict)
     predicted: Prediction | None = None
     controlled: Controlled | None = None
     start: float = 0.0  # magnitude at the first sample; 0 of a force
@@ -122,7 +126,8 @@ def measure(
         return replace(blank, reason=str(reason)), None
     begin = time.thread_time()
     run = simulation.run()
-    seconds = min(run.seconds, time.thread_time() - begin)  # the second is with what reads samples
+    # the second is with what reads samples
+    seconds = min(run.seconds, time.thread_time() - begin)
     taken = replace(blank, steps=run.steps, seconds=seconds, warnings=run.warnings)
     if why := lost(run):
         return replace(taken, status="diverged", reason=why, diverged_at=run.diverged_at), run
@@ -132,7 +137,8 @@ def measure(
         errors = _errors(case, method, step, run, model)
         drifts = invariant_drifts(case, run)
     else:
-        errors, drifts = _differences(case, run), {}
+        errors = _differences(case, run)
+        drifts = {}
     scheme = scheme_of(case, method)
     return replace(
         taken,
@@ -169,7 +175,8 @@ def scheme_of(case: Case, method: Method) -> Scheme:
 def _differences(case: Case, run: Trajectory) -> Mapping[str, ObservedError]:
     """The errors of the observables, without bounds on them; raises NoAnswer."""
     with answering():
-        exact, names = case.reference.observe(run.times), [o.name for o in case.system.observables]
+        exact = case.reference.observe(run.times)
+        names = [o.name for o in case.system.observables]
         errors = {n: run.observables[n] - exact[n] for n in names if n in run.observables}
     return {
         name: ObservedError(float(np.abs(error).max()), float(error[-1]), 0.0, 0.0)
@@ -204,7 +211,9 @@ def _errors(
     errors = {name: run.observables[name] - truth[name] for name in names}
     predicted = _predictions(case, method, step, run, errors, doubt)
     second = confirming(case, method) if scheme.integrator == ADAPTIVE else None
-    controlled = {} if second is None else _controlled(case.reference, run, errors, doubt, second)
+    controlled = (
+        {} if second is None else _controlled(case.reference, run, errors, doubt, second)
+    )
     return {
         name: ObservedError(
             largest=float(np.abs(error).max()),
@@ -231,7 +240,8 @@ def _predictions(
     """Predictions of the errors at the samples, shape (n,) each, beside those measured: of theory's
     series in the step and, where that does not reach, of what the scheme does at this very step, of
     which rounding alone is left open."""
-    scheme, times = scheme_of(case, method), run.times.tobytes()
+    scheme = scheme_of(case, method)
+    times = run.times.tobytes()
     powers, total, nonlinear = expected(
         Same(case.reference), Same(case.errors), scheme, step, times
     )
@@ -305,7 +315,8 @@ def _controlled(
     second: Trajectory,
 ) -> Mapping[str, Controlled]:
     """The errors of a solver in each observable, as the second run shows."""
-    truth, controlled = exact.observe(second.times), {}
+    truth = exact.observe(second.times)
+    controlled = {}
     for name, error in errors.items():
         theirs = np.interp(run.times, second.times, second.observables[name] - truth[name])
         own = by_second_run(error, theirs)

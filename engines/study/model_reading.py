@@ -93,7 +93,8 @@ def fields_of(engine: Engine, file: Path) -> tuple[str, ModelFields]:
 def dropped(wanted: ModelFields, fields: ModelFields) -> dict[str, str]:
     """{field: what is there instead} of the numbers that a file states, as MuJoCo reads it, which
     another reader does not give; empty where it gives none of the field."""
-    known, lost = {field for field, _ in fields}, dict[str, str]()
+    known = {field for field, _ in fields}
+    lost = dict[str, str]()
     for (field, name), values in wanted.items():
         stated = any(values) or field == GRAVITY
         if field in lost or not stated or _has(fields, field, name, values):

@@ -17,7 +17,8 @@ from plumbob.models.scene import Scene
 Answer = TypeVar("Answer")
 _SEARCH_WORK = 2e5  # equivalent number of steps of a search by runs, roughly
 Changes = tuple[tuple[str, Any], ...]  # by name; hashable values
-_ADAPTIVE_WORK = 1e5  # equivalent number of steps for the tolerances of an adaptive method, roughly
+# equivalent number of steps for the tolerances of an adaptive method, roughly
+_ADAPTIVE_WORK = 1e5
 
 
 class Request(ABC, Generic[Answer]):
@@ -41,7 +42,8 @@ class RunRequest(Request[Answer]):
         """The scene with its parameters and its duration; raises ParameterError."""
         scene = find_scene(self.scene)
         if self.changes:
-            system, changes = system_of(scene), dict(self.changes)
+            system = system_of(scene)
+            changes = dict(self.changes)
             known(changes, system.parameters)
             scene = replace(scene, parameters=system.change(scene.parameters, changes))
         return scene if self.duration is None else replace(scene, duration=self.duration)

@@ -113,7 +113,8 @@ class Study:
 def assembled(head: Study, results: Iterable[TaskResult]) -> Study:
     """A study with these results, its costs in the time of one reference step."""
     parts = tuple(results)
-    answers, costs = [part.answer for part in parts if part.request is None], {}
+    answers = [part.answer for part in parts if part.request is None]
+    costs = {}
     for of in answers:
         if isinstance(of, SceneCosts):
             scale = head.reference_step / of.reference_step

@@ -137,7 +137,8 @@ def most_steps(scene: Scene, profile: Profile) -> int:
 def convergence_task(scene: Scene, method: Method, profile: Profile, seed: int) -> Task:
     """The convergence study of a pair; one run that is missing where it is given up."""
     most = most_steps(scene, profile)
-    steps, beside = chosen_step_sizes(scene, method, most), steps_beside(scene, method, most)
+    steps = chosen_step_sizes(scene, method, most)
+    beside = steps_beside(scene, method, most)
     names = scene.name, method.name
 
     def missing(why: str) -> ConvergenceStudy:
@@ -159,11 +160,13 @@ def convergence_task(scene: Scene, method: Method, profile: Profile, seed: int) 
 def _extra_task(request: Request[Any], plan: StudyPlan) -> Task:
     kind = type(request).__name__
     if isinstance(request, ModelReading):
-        label, blank = f"a model file {request.engine}", TaskResult(request=request)
+        label = f"a model file {request.engine}"
+        blank = TaskResult(request=request)
         key = key_of(kind, request, version_of(find_engine(request.engine)))
         return study_task(label, key, "models", _READING_WORK, blank, read_model, (request,))
     assert isinstance(request, RunRequest)
-    scene, method = plan.scene(request), plan.method(request.method)
+    scene = plan.scene(request)
+    method = plan.method(request.method)
     label = ", ".join(filter(None, (f"{scene.name} {method.name}", request.label)))
     where = machine() if request.timed else {}
     key = key_of(kind, request, scene, method, versions_of(method), where)
@@ -181,7 +184,10 @@ def joined(study: Study, more: Study) -> Study:
     return replace(
         study,
         methods=(*more.methods, *(m for m in study.methods if m.name not in names)),
-        convergence=(*more.convergence, *(c for c in study.convergence if c.method not in names)),
+        convergence=(
+            *more.convergence,
+            *(c for c in study.convergence if c.method not in names),
+        ),
         costs={**study.costs, **found},
     )
 

@@ -41,7 +41,9 @@ def study_task(
     return Task(key, _answered, (blank, do, arguments), limit, group, label, instead)
 
 
-def _answered(blank: TaskResult, do: Callable[..., Any], arguments: tuple[Any, ...]) -> TaskResult:
+def _answered(
+    blank: TaskResult, do: Callable[..., Any], arguments: tuple[Any, ...]
+) -> TaskResult:
     """A result with its answer; given up for a defect in the exact motion or the theory of an added
     system. Raises an error that is plumbob's own."""
     try:

@@ -36,15 +36,18 @@ GROWTH = 1e3  # of a nudge, beyond that of the exact motion
 # Of the start, relative to the scales of the state; smaller where a nudge that the exact motion and
 # GROWTH magnify would be as large as the motion, but far above what a double resolves.
 NUDGE, SMALLEST_NUDGE, SMALL = 1e-6, 1e-11, 0.1
-STEPS, PERIODS = 10_000, 100  # the least that a run lasts: steps, and periods of the fastest mode
+# the least that a run lasts: steps, and periods of the fastest mode
+STEPS, PERIODS = 10_000, 100
 COARSER = 4  # the search widens by this factor, in exponents of RATIO
 PILOT = 500  # steps of runs that show most failures, at little cost
 FIRST = 0.3  # in fastest periods: where a search without a prediction begins
 # Exponents of RATIO. Steps of 0.95, 0.78, 0.5 and 0.25 of a limit are to hold, too; away from an
 # equilibrium all of EVERY from 0.78: where a motion becomes chaotic there are steps that fail below
 # others that hold.
-BELOW, NEAR = (5, 25, 70, 140), 25
-FOLLOWED, SAMPLES = 30, 501  # periods and samples of an exact motion, for its kind and its scales
+BELOW = (5, 25, 70, 140)
+NEAR = 25
+# periods and samples of an exact motion, for its kind and its scales
+FOLLOWED, SAMPLES = 30, 501
 Holds = Callable[[int], bool]
 
 
@@ -123,7 +126,9 @@ def stability(scene: Scene, method: Method, by_runs: bool = True) -> Stability:
     predicted = theory.limits(scheme_of(case, method)) if theory else ()
     if by_runs:
         return measured(case, method, theory, predicted)
-    return Stability(tuple(MeasuredLimit(of.kind, of.step, None, None, of.why) for of in predicted))
+    return Stability(
+        tuple(MeasuredLimit(of.kind, of.step, None, None, of.why) for of in predicted)
+    )
 
 
 def measured(
@@ -137,7 +142,8 @@ def measured(
     changes = _limit(trials, "changes-kind", by_kind.get("changes-kind"), trials.kept, start)
     if changes.fails and not trials.steady(exponent(changes.fails / trials.fastest)):
         # The first search may have begun beyond steps that are unstable, too.
-        predicted_step, reason = unstable.predicted, unstable.reason
+        predicted_step = unstable.predicted
+        reason = unstable.reason
         unstable = replace(changes, kind="unstable", predicted=predicted_step, reason=reason)
     apart = (changes.fails or math.inf) < (unstable.holds or 0.0)
     several = apart or "changes-kind" in by_kind
@@ -153,7 +159,8 @@ def _limit(
         start = predicted.step / trials.fastest
     every = 1 if trials.monotone else EVERY
     end = LARGEST if trials.monotone else AWAY
-    low, high = exponent(SMALLEST, every), exponent(end, every)
+    low = exponent(SMALLEST, every)
+    high = exponent(end, every)
     first = max(exponent(min(start, end), every), low) if start > 0.0 else low
     held, failed = bracket(holds, first, low, high, every)
     why = "every step that was tried holds"
@@ -201,16 +208,19 @@ def _widened(
     holds: Holds, first: int, low: int, high: int, stride: int
 ) -> tuple[int | None, int | None]:
     """Two numbers, the smaller of which holds, by ever wider strides from `first`."""
-    up, last = holds(first), first
+    up = holds(first)
+    last = first
     while last != (end := high if up else low):
         following = min(last + stride, end) if up else max(last - stride, end)
         if holds(following) != up:
             return (last, following) if up else (following, last)
-        last, stride = following, COARSER * stride
+        last = following
+        stride = COARSER * stride
     return (last, None) if up else (None, last)
 
 
-Outcome = tuple[str, str]  # why runs are unstable, or else of another kind; empty where they hold
+# why runs are unstable, or else of another kind; empty where they hold
+Outcome = tuple[str, str]
 
 
 @dataclass
@@ -259,13 +269,17 @@ class Trials:
         try:
             return self.case.reference.observe(np.linspace(0.0, longest, SAMPLES))
         except ParameterError:
-            return self.case.reference.observe(np.linspace(0.0, self.case.scene.duration, SAMPLES))
+            return self.case.reference.observe(
+                np.linspace(0.0, self.case.scene.duration, SAMPLES)
+            )
 
     @cached_property
     def scales(self) -> Mapping[str, float]:
         """The largest magnitude of each observable of the state; of an angle one radian at most."""
         return {
-            o.name: min(float(np.abs(self.exact[o.name]).max()), 1.0 if o.unit == "rad" else np.inf)
+            o.name: min(
+                float(np.abs(self.exact[o.name]).max()), 1.0 if o.unit == "rad" else np.inf
+            )
             or 1.0
             for o in self.case.system.observables
             if not o.force
@@ -283,7 +297,8 @@ class Trials:
     @cached_property
     def nudged(self) -> Case:
         """The case with another start."""
-        system, parameters = self.case.system, self.case.scene.parameters
+        system = self.case.system
+        parameters = self.case.scene.parameters
         names = [name for name in system.start if name in parameters] or system.start[-1:]
         changes = {name: self._moved(name, parameters.get(name, 0.0)) for name in names}
         changed = system.change(parameters, changes)
@@ -328,7 +343,9 @@ class Trials:
 
     def _run(self, case: Case, step: float, steps: int) -> Trajectory:
         """A run of so many steps."""
-        return engine_of(self.method).prepare(case.lasting(steps * step), self.method, step).run()
+        return (
+            engine_of(self.method).prepare(case.lasting(steps * step), self.method, step).run()
+        )
 
     def _grown(self, run: Trajectory, nudged: Trajectory) -> str:
         """By how much a nudge has grown beyond what the exact motion magnifies it; empty where

@@ -90,7 +90,9 @@ def complete(
     with transaction(store):
         keep(store, number, _by_key(study.analyses))
         _write(store, number, STUDY, to_json(Listed(study.described(), listed)))
-        query = "delete from result where study = ? and key not in (select value from json_each(?))"
+        query = (
+            "delete from result where study = ? and key not in (select value from json_each(?))"
+        )
         store.execute(query, (number, json.dumps(stays)))
 
 
@@ -157,7 +159,9 @@ def in_any_study(file: Path, keys: Collection[str]) -> dict[str, TaskResult]:
     with reading(file) as store:
         rows = store.execute("select distinct study from result order by study desc").fetchall()
         for (number,) in rows:
-            there = results(store, number, [key for key in keys if key not in found], TaskResult)
+            there = results(
+                store, number, [key for key in keys if key not in found], TaskResult
+            )
             found |= {key: result for key, result in there.items() if not result.lost}
     return found
 

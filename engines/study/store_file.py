@@ -140,6 +140,9 @@ def decoding() -> Iterator[None]:
 
 def _needed(error: sqlite3.DatabaseError) -> str:
     """The condition on a file that an error of SQLite's tells to be broken."""
-    if getattr(error, "sqlite_errorcode", 0) & 0xFF in (sqlite3.SQLITE_BUSY, sqlite3.SQLITE_LOCKED):
+    if getattr(error, "sqlite_errorcode", 0) & 0xFF in (
+        sqlite3.SQLITE_BUSY,
+        sqlite3.SQLITE_LOCKED,
+    ):
         return "a file that no other process has locked (try again)"
     return f"{HOLDS} ({error})"

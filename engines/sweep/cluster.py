@@ -33,7 +33,9 @@ def cluster(address: str) -> Iterator[tuple[Executor, int]]:
         try:
             client.wait_for_workers(1, timeout=PATIENCE)
         except TimeoutError:
-            raise ParameterError("scheduler", address, "one with a worker; it has none") from None
+            raise ParameterError(
+                "scheduler", address, "one with a worker; it has none"
+            ) from None
         _of_these_versions(address, client.run(versions))
         # A task is tried again where its worker ends; that is the scheduler's work.
         yield client.get_executor(pure=False, retries=2), sum(client.nthreads().values())

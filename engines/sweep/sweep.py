@@ -91,7 +91,9 @@ def sweep_of(
     runnable(box, methods)
     if len({method.control for method in methods}) > 1:
         raise ParameterError(
-            "method", ", ".join(m.name for m in methods), "all with steps, or all with tolerances"
+            "method",
+            ", ".join(m.name for m in methods),
+            "all with steps, or all with tolerances",
         )
     if math.prod(counts) > MOST_POINTS:
         raise ParameterError("vary", math.prod(counts), f"at most {MOST_POINTS} points in all")

@@ -17,7 +17,8 @@ from plumbob.engines.sweep.sweep import run_error
 from plumbob.models.scene import Case
 
 DIVERGED = 1e30  # what a run that diverged counts as in the search
-FINE_STEPS = (1e-4, 5e-5)  # [s] at which another fixed-step computation is held against the answer
+# [s] at which another fixed-step computation is held against the answer
+FINE_STEPS = (1e-4, 5e-5)
 SURE = 0.1  # of the error found: what the exact answer may be off for the finding to be certain
 Score = Callable[[Case, Method, float], float]
 Progress = Callable[[int, int, float], None]  # runs made, of how many, the worst so far
@@ -73,7 +74,8 @@ def search(
         raise ParameterError(
             "within", [s.name for s in box.sides], f"such that an error exists ({searched.why})"
         )
-    at, largest = searched.place, -searched.cost
+    at = searched.place
+    largest = -searched.cost
     if largest >= DIVERGED:
         largest = math.inf
     case = box.case(at)

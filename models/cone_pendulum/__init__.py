@@ -85,7 +85,9 @@ def change(parameters: Parameters, changes: Parameters) -> Parameters:
 def invariants(problem: ConePendulum, observed: Signals) -> Signals:
     """Drift of the Jacobi integral [J] over the spread of the potential; and of the action over its
     own start, where a motion repeats: dI = dH/Omega, Sudakov 2015, eq. 12, to first order in dH."""
-    motion, inertia, rates = problem.motion, problem.body.inertia_x, observed["theta_dot"]
+    motion = problem.motion
+    inertia = problem.body.inertia_x
+    rates = observed["theta_dot"]
     energy = inertia * motion.rotor.energy(observed["theta"] + problem.tilt, rates)
     drift = energy - energy[0]
     spread = max(motion.potential.scale, inertia * rates[0] ** 2 / 2)
@@ -97,7 +99,8 @@ def invariants(problem: ConePendulum, observed: Signals) -> Signals:
 
 def facts(problem: ConePendulum) -> Mapping[str, Any]:
     """Mass properties, barrier, equilibria, period and action; the printed Hamiltonian's apart."""
-    motion, offset = problem.motion, problem.potential_offset
+    motion = problem.motion
+    offset = problem.potential_offset
     barrier, at = problem.printed_barrier
     return {
         **_about(motion),
@@ -301,9 +304,9 @@ SYSTEMS = (
         default="rotating-base",
         problem=problem,
         reference=lambda problem: problem.reference,
-        errors=lambda problem: from_analytic("errors.smooth_motion.rotor_errors.pendulum_errors")(
-            problem.motion
-        ),
+        errors=lambda problem: from_analytic(
+            "errors.smooth_motion.rotor_errors.pendulum_errors"
+        )(problem.motion),
         stability=stability,
         start=("theta", "theta_dot"),
         invariants=invariants,

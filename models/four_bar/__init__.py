@@ -35,7 +35,10 @@ SYSTEMS = (
         FourBar,
         name="four-bar",
         title="Four-bar linkage",
-        observables=(Observable("angle", "rad"), *(Observable(f"coupler_{x}", "m") for x in "xy")),
+        observables=(
+            Observable("angle", "rad"),
+            *(Observable(f"coupler_{x}", "m") for x in "xy"),
+        ),
         scenes=(
             _scene(
                 "crank-rocker",

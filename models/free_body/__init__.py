@@ -29,7 +29,8 @@ HALF = 0.5  # an error of 1 rad of the attitude is one of 0.5 of its quaternion
 def facts(body: FreeBody) -> Mapping[str, Any]:
     """Kind of motion; half the period of the angular velocity [s], none where that stays or never
     comes back; energy [J] and angular momentum [kg m^2/s] in the world."""
-    moments, rates = body.inertia, body.angular_velocity
+    moments = body.inertia
+    rates = body.angular_velocity
     return {
         "kind": body.kind,
         "half_period": body.half_period if math.isfinite(body.half_period) else None,

@@ -60,9 +60,15 @@ SYSTEMS = (
         title="Cube on an incline",
         observables=(Observable("x", "m"), Observable("speed", "m/s")),
         scenes=(
-            _scene("rest", "at 0.9 of the slope that friction holds", 0.9, 0.0, profile="quick"),
-            _scene("just-held", "at 0.999 of it", 0.999, 0.0, hard="friction used up but for 1e-3"),
-            _scene("just-slides", "at 1.001 of it", 1.001, 0.0, hard="the motion is a difference"),
+            _scene(
+                "rest", "at 0.9 of the slope that friction holds", 0.9, 0.0, profile="quick"
+            ),
+            _scene(
+                "just-held", "at 0.999 of it", 0.999, 0.0, hard="friction used up but for 1e-3"
+            ),
+            _scene(
+                "just-slides", "at 1.001 of it", 1.001, 0.0, hard="the motion is a difference"
+            ),
             _scene("stops", "thrown downhill, it stops and stays", 0.5, 1.0, profile="quick"),
             _scene("returns", "thrown uphill, it stops and slides back", 1.5, -2.0),
             _scene(

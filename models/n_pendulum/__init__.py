@@ -23,7 +23,9 @@ _scene = partial(
     steps=step_sizes(1e-2, 1e-3),
     source="Landau and Lifshitz 1976, Mechanics, 5, for rods; the numbers are ours",
 )
-_triple = partial(_scene, lengths=(0.5, 0.4, 0.3), masses=(1.0, 0.8, 0.6), angles=(1.5, 2.0, 2.5))
+_triple = partial(
+    _scene, lengths=(0.5, 0.4, 0.3), masses=(1.0, 0.8, 0.6), angles=(1.5, 2.0, 2.5)
+)
 SYSTEMS = (
     smooth_system(
         NPendulum,
@@ -32,7 +34,10 @@ SYSTEMS = (
         observables=(Observable("tip_x", "m"), Observable("tip_z", "m")),
         scenes=(
             _triple(
-                "triple", "three rods, released above the axis: chaos within seconds", 1.0, "quick"
+                "triple",
+                "three rods, released above the axis: chaos within seconds",
+                1.0,
+                "quick",
             ),
             _scene(
                 "small",

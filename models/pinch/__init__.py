@@ -29,7 +29,9 @@ def _scene(
         summary,
         1.0,
         system="pinch",
-        base=field_values(Pinch, (MASS, 0.08, 0.5, FRICTION, normal_force, GRAVITY, push, lift)),
+        base=field_values(
+            Pinch, (MASS, 0.08, 0.5, FRICTION, normal_force, GRAVITY, push, lift)
+        ),
         steps=step_sizes(5e-3, 5e-4),
         source="Coulomb 1785, Mem. Math. Phys. 10, 161; the numbers are ours",
         **more,

@@ -11,7 +11,8 @@ from plumbob.models.scene import Case, Observable, Quantity, scene_of, step_size
 
 def interest(case: Case) -> tuple[Quantity, ...]:
     """The place, with the way thrown or fallen as its scale, and the angle, with one radian."""
-    body, time = case.problem, case.scene.duration
+    body = case.problem
+    time = case.scene.duration
     way = max(body.speed * time, body.gravity * time**2 / 2) or 1.0
     return Quantity("z", way), Quantity("x", way), Quantity("angle", 1.0)
 

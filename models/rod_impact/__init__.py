@@ -50,7 +50,9 @@ SYSTEMS = (
         title="Rod that strikes the floor",
         observables=(Observable("x", "m"), Observable("z", "m"), Observable("angle", "rad")),
         scenes=(
-            _scene("sticks", "friction ends the slip", profile="quick", speed=0.5, friction=1.0),
+            _scene(
+                "sticks", "friction ends the slip", profile="quick", speed=0.5, friction=1.0
+            ),
             _scene("slides", "it slides all through the impact", angle=1.1, speed=-2.0),
             _scene("reverses", "its slip turns round in the impact", profile="quick"),
             _scene("reverses-poisson", "as reverses, by Poisson's law", law=POISSON),

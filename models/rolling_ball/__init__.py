@@ -15,7 +15,8 @@ from plumbob.models.scene import Observable, scene_of, step_sizes
 def facts(ball: RollingBall) -> Mapping[str, Any]:
     """Time [s], place [m] and speed [m/s] where rolling begins, and the time of rest and the place;
     none where it never does."""
-    rolls, stops = ball.rolling_begins, ball.rest_time if math.isfinite(ball.rest_time) else None
+    rolls = ball.rolling_begins
+    stops = ball.rest_time if math.isfinite(ball.rest_time) else None
     return {
         "rolling_time": rolls and rolls.time,
         "rolling_place": rolls and rolls.x,
@@ -39,7 +40,11 @@ SYSTEMS = (
         theory="errors.contact_models.slide_to_roll.rolling_errors",
         name="rolling-ball",
         title="Rolling ball",
-        observables=(Observable("x", "m"), Observable("speed", "m/s"), Observable("spin", "rad/s")),
+        observables=(
+            Observable("x", "m"),
+            Observable("speed", "m/s"),
+            Observable("spin", "rad/s"),
+        ),
         scenes=(
             _scene("slide-to-roll", "thrown without spin", profile="quick"),
             _scene("backspin", "thrown with backspin, it comes back", speed=1.0, spin=-40.0),

@@ -17,7 +17,8 @@ from plumbob.models.scene import Observable, from_analytic, scene_of, step_sizes
 def facts(disc: RollingDisc) -> Mapping[str, Any]:
     """The spin rate [rad/s] and the radius [m] of a steady circle with this tilt and precession,
     and the rate [rad/s] of small wobbles upright with this spin; none where there is none."""
-    turn, spin = disc.precession_rate, disc.steady_spin if disc.precession_rate else None
+    turn = disc.precession_rate
+    spin = disc.steady_spin if disc.precession_rate else None
     return {
         "steady_spin": spin,
         "circle_radius": abs(spin / turn) * disc.radius if spin else None,

@@ -56,7 +56,9 @@ def problem(parameters: Parameters, linear: bool = False) -> SimplePendulum:
     if FROM_TOP in parameters:
         finite(FROM_TOP, parameters[FROM_TOP])
         if "theta" in parameters:
-            raise ParameterError(FROM_TOP, parameters[FROM_TOP], "left out where theta is given")
+            raise ParameterError(
+                FROM_TOP, parameters[FROM_TOP], "left out where theta is given"
+            )
         parameters = {**parameters, "theta": math.pi}  # which only says near which turn
     return SimplePendulum(**per_unit_mass(parameters), linear=linear)
 
@@ -100,7 +102,8 @@ def invariants(problem: SimplePendulum, observed: Signals) -> Signals:
 
 def stability(problem: SimplePendulum) -> StabilityTheory:
     """Theory of the largest steps on the motion."""
-    start, elliptic = problem.started, problem.elliptic
+    start = problem.started
+    elliptic = problem.elliptic
     period = math.inf if elliptic is None else elliptic.period
     begun = start.theta, start.theta_dot
     theory: StabilityTheory = from_analytic("errors.stability.pendulums.pendulum_stability")(
@@ -141,7 +144,8 @@ def facts(problem: SimplePendulum) -> Mapping[str, Any]:
 def _kind(problem: SimplePendulum) -> str:
     if problem.elliptic is not None:
         return problem.elliptic.regime
-    damping, critical = problem.damping_rate, 2 * math.sqrt(problem.gravity / problem.length)
+    damping = problem.damping_rate
+    critical = 2 * math.sqrt(problem.gravity / problem.length)
     words = ["forced"] if problem.forcing_amplitude else []
     if damping:
         words.append("overdamped" if damping > critical else "damped")
@@ -373,6 +377,8 @@ def _system(name: str, title: str, observables: tuple[Observable, ...], linear: 
 
 _MOTION = (Observable("theta", "rad"), Observable("theta_dot", "rad/s"))
 SYSTEMS = (
-    _system("simple-pendulum", "Simple pendulum", (*_MOTION, Observable("tension", "N")), False),
+    _system(
+        "simple-pendulum", "Simple pendulum", (*_MOTION, Observable("tension", "N")), False
+    ),
     _system("linear-pendulum", "Linear pendulum", _MOTION, True),
 )

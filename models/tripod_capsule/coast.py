@@ -49,7 +49,9 @@ def problem(parameters: Parameters) -> CapsuleProblem:
     """Residual motion that parameters describe, by its formula where it has one; raises
     ParameterError."""
     known(parameters, NAMES)
-    body, slider, turned = capsule(parameters), place(parameters), heading(parameters)
+    body = capsule(parameters)
+    slider = place(parameters)
+    turned = heading(parameters)
     vx, vy = (finite(name, parameters[name]) for name in ("velocity_x", "velocity_y"))
     rate = finite("heading_rate", parameters["heading_rate"])
     line = math.atan2(vy, vx)
@@ -65,7 +67,8 @@ def problem(parameters: Parameters) -> CapsuleProblem:
 
 def invariants(problem: CapsuleProblem, observed: Signals) -> Signals:
     """How much the kinetic energy rises from one sample to the next, over that at the start."""
-    body, still = problem.setup.capsule, np.zeros_like(observed["velocity_x"])
+    body = problem.setup.capsule
+    still = np.zeros_like(observed["velocity_x"])
     # a model that has no turn is still
     rate, turn = (observed.get(name, still) for name in ("heading_rate", "heading"))
     velocity = observed["velocity_x"] + 1j * observed["velocity_y"]
@@ -77,7 +80,8 @@ def invariants(problem: CapsuleProblem, observed: Signals) -> Signals:
 
 def facts(problem: CapsuleProblem) -> Mapping[str, Any]:
     """How far and how long the body coasts."""
-    motion, about = problem.motion, dict[str, Any]()
+    motion = problem.motion
+    about = dict[str, Any]()
     if motion.kind == "plane":
         about["events"] = [
             {"t": e.time, "mode": e.mode, "support": e.support + 1} for e in motion.events

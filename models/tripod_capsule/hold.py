@@ -37,11 +37,14 @@ def problem(parameters: Parameters) -> CapsuleProblem:
     known(parameters, NAMES)
     if "length" in parameters:
         return _stroke(parameters)
-    body, turned = capsule(parameters), heading(parameters)
-    slider, line = place(parameters), along(parameters, body)
+    body = capsule(parameters)
+    turned = heading(parameters)
+    slider = place(parameters)
+    line = along(parameters, body)
     hold = TiltedHold(body, finite("fraction", parameters["fraction"]), line, slider)
     angle = tilt_angle(body, hold.fraction)
-    pull, press = body.gravity * math.sin(angle), body.gravity * math.cos(angle)
+    pull = body.gravity * math.sin(angle)
+    press = body.gravity * math.cos(angle)
     return CapsuleProblem(
         hold, hold, CapsuleSetup(body, slider, line, turned, pull=pull, press=press)
     )
@@ -49,14 +52,18 @@ def problem(parameters: Parameters) -> CapsuleProblem:
 
 def _stroke(parameters: Parameters) -> CapsuleProblem:
     body = capsule(parameters)
-    length, fraction = parameters["length"], parameters["fraction"]
+    length = parameters["length"]
+    fraction = parameters["fraction"]
     start = parameters.get("start", 0.0)
-    return on_line(SlowStroke(body, length, fraction, along(parameters, body), start), parameters)
+    return on_line(
+        SlowStroke(body, length, fraction, along(parameters, body), start), parameters
+    )
 
 
 def facts(problem: CapsuleProblem) -> Mapping[str, Any]:
     """The load on friction, and the friction limit."""
-    body, hold = problem.setup.capsule, problem.motion
+    body = problem.setup.capsule
+    hold = problem.motion
     about: dict[str, Any] = {
         "displacement": 0.0,
         "fraction": hold.fraction,
@@ -84,7 +91,9 @@ SCENES = (
             step_sizes(5e-3, 1e-4),
             SOURCE,
             profile="quick" if fraction == 0.999 else "full",
-            hard=f"friction used up but for {1 - fraction:.0e} of it" if fraction >= 0.999 else "",
+            hard=f"friction used up but for {1 - fraction:.0e} of it"
+            if fraction >= 0.999
+            else "",
         )
         for fraction in (0.5, 0.9, 0.99, 0.999, 0.999999)
     ),

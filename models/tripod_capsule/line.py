@@ -58,7 +58,9 @@ def invariants(problem: CapsuleProblem, observed: Signals) -> Signals:
     body = problem.setup.capsule
     if body.friction == 0.0:
         shift = observed["displacement"] + body.mass_ratio * observed["stroke"]
-        return {"centre_of_mass": shift / (float(np.abs(observed["displacement"]).max()) or 1.0)}
+        return {
+            "centre_of_mass": shift / (float(np.abs(observed["displacement"]).max()) or 1.0)
+        }
     if "friction_force" not in observed:
         return {}
     most = body.friction * body.weight
@@ -184,7 +186,12 @@ SCENES = (
     ),
     _mass_ratio("heavy-slider", 1e3, "m/M = 1e3", 0.03),
     _mass_ratio(
-        "lightest-slider", 1e-6, "m/M = 1e-6", 6e-5, duration=3e-4, steps=step_sizes(1.5e-6, 1.5e-8)
+        "lightest-slider",
+        1e-6,
+        "m/M = 1e-6",
+        6e-5,
+        duration=3e-4,
+        steps=step_sizes(1.5e-6, 1.5e-8),
     ),
     _scene(
         "near-edge",

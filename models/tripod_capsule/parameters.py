@@ -112,7 +112,8 @@ def manoeuvre(parameters: Parameters) -> LineManoeuvre:
 def on_line(motion: Any, parameters: Parameters) -> CapsuleProblem:
     """The problem of a `motion` whose slider stays on a line; raises ParameterError."""
     once = motion.single
-    (x, y), body = once.ends[0], once.capsule
+    (x, y) = once.ends[0]
+    body = once.capsule
     setup = CapsuleSetup(
         body,
         (x, y),
@@ -127,7 +128,8 @@ def on_line(motion: Any, parameters: Parameters) -> CapsuleProblem:
 def plane_problem(motion: Any, exact: Any, facing: float) -> CapsuleProblem:
     """The problem of a `motion` that begins at rest and whose slider goes round C, of which `exact`
     gives the poses, with the body's heading `facing` [rad] in the world."""
-    capsule, path = motion.capsule, motion.path
+    capsule = motion.capsule
+    path = motion.path
     x, y = path.places(np.zeros(1))[0].tolist()
     setup = CapsuleSetup(
         capsule,
@@ -149,7 +151,9 @@ def heading(parameters: Parameters) -> float:
 def change_line(parameters: Parameters, changes: Parameters) -> Parameters:
     """Parameters with some values changed; `support` replaces `direction`, and the reverse."""
     if "support" in changes and "direction" in changes:
-        raise ParameterError("direction", changes["direction"], "left out where support is given")
+        raise ParameterError(
+            "direction", changes["direction"], "left out where support is given"
+        )
     for chosen, other in (("support", "direction"), ("direction", "support")):
         if chosen in changes:
             parameters = {name: value for name, value in parameters.items() if name != other}
@@ -158,5 +162,7 @@ def change_line(parameters: Parameters, changes: Parameters) -> Parameters:
 
 def place(parameters: Parameters) -> Point:
     """Position of the fixed slider relative to C [m]; raises ParameterError."""
-    slider: Point = numbers("slider", parameters.get("slider", (0.0, 0.0)), (2,), "a point (x, y)")
+    slider: Point = numbers(
+        "slider", parameters.get("slider", (0.0, 0.0)), (2,), "a point (x, y)"
+    )
     return slider

@@ -62,7 +62,12 @@ CURVES: tuple[tuple[str, Pair, ArcName, float, Literal["quick", "full"]], ...] =
 
 @cache
 def _planned(
-    body: Capsule, goal: RestPose, limits: Limits, track: TrackName, start: RestPose, **curve: Any
+    body: Capsule,
+    goal: RestPose,
+    limits: Limits,
+    track: TrackName,
+    start: RestPose,
+    **curve: Any,
 ) -> Plan:
     from plumbob.analytic.systems.planner.construction import plan
 
@@ -125,7 +130,8 @@ _scene = partial(scene_of, system="capsule-plan", steps=STEPS, base=CHECK, sourc
 
 
 def _to_pose(case: str, goal: RestPose, track: TrackName) -> Scene:
-    to, lasting = (goal.x, goal.y, goal.heading), _LASTING[case][track == "curve"]
+    to = (goal.x, goal.y, goal.heading)
+    lasting = _LASTING[case][track == "curve"]
     where = "on a free plane" if track == "free" else "along the source's single curve"
     half = " (half a turn)" if abs(abs(goal.heading) - math.pi) < 1e-9 else ""
     return _scene(

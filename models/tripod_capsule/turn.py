@@ -67,8 +67,11 @@ def invariants(problem: CapsuleProblem, observed: Signals) -> Signals:
     """Without friction the common centre of mass stays where it is (over the body's way)."""
     if problem.setup.capsule.friction > 0.0:
         return {}
-    begin, mu = complex(*problem.setup.slider), problem.setup.capsule.mass_ratio
-    path = problem.motion.path.places(np.linspace(0.0, problem.motion.period, len(observed["x"])))
+    begin = complex(*problem.setup.slider)
+    mu = problem.setup.capsule.mass_ratio
+    path = problem.motion.path.places(
+        np.linspace(0.0, problem.motion.period, len(observed["x"]))
+    )
     arm = mu * (path @ [1.0, 1j]) * np.exp(1j * observed["body_angle"])
     shift = observed["x"] + 1j * observed["y"] + arm - mu * begin
     return {"centre_of_mass": np.abs(shift) / (float(np.abs(arm).max()) or 1.0)}
@@ -77,13 +80,17 @@ def invariants(problem: CapsuleProblem, observed: Signals) -> Signals:
 def facts(problem: CapsuleProblem) -> Mapping[str, Any]:
     """Angle at 2 tau and at rest, exact and by the formulas; sizes; loads."""
     turns = problem.motion
-    turn, stop = turns.manoeuvre, np.array([2.0 * turns.manoeuvre.half_time])
+    turn = turns.manoeuvre
+    stop = np.array([2.0 * turns.manoeuvre.half_time])
     events = [(e.time, e.mode, e.support + 1) for e in turns.single.events]
     lowest, _ = lowest_normal_forces(turn.capsule, turn.path.track())
-    left, formula = turns.single.at(stop), turn.rates_at_stop
+    left = turns.single.at(stop)
+    formula = turn.rates_at_stop
     return {
         "body_angle": float(turns.single.at(stop).heading[0]),
-        "body_angle_at_rest": float(turns.single.at(np.array([turns.single.rest_time])).heading[0]),
+        "body_angle_at_rest": float(
+            turns.single.at(np.array([turns.single.rest_time])).heading[0]
+        ),
         "body_angle_formula": turn.body_angle,
         "body_angle_corrected": float(turn.corrected_pose[2]),
         "body_angle_corrected_at_rest": float(turn.corrected_pose_at_rest[2]),
@@ -123,13 +130,16 @@ def _scene(
     lasting: float = LASTING,
     **more: Any,
 ) -> Scene:
-    name, tau = f"capsule-turn/{case}", parameters["half_time"]
+    name = f"capsule-turn/{case}"
+    tau = parameters["half_time"]
     steps = tuple(tau / part for part in parts)
     return Scene(name, summary, parameters, lasting * tau, steps, SOURCE, **more)
 
 
 def _epsilon(epsilon: float, *, stop: bool) -> Scene:
-    hard = "" if epsilon >= 0.03 else "centripetal forces of up to 1e5 N, and slips of micrometres"
+    hard = (
+        "" if epsilon >= 0.03 else "centripetal forces of up to 1e5 N, and slips of micrometres"
+    )
     return _scene(
         f"{epsilon}{'-stop' if stop else ''}",
         f"epsilon {epsilon}, until {'the slider stops, at 2 tau' if stop else 'all is at rest'}",

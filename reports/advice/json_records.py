@@ -26,7 +26,9 @@ def record(
     cost: Cost | None,
 ) -> dict[str, Any]:
     """One run: its errors by observable (SI), their bounds, verdict and cost."""
-    per_step = cost.ns_per_step if cost else (1e9 * run.seconds / run.steps if run.steps else None)
+    per_step = (
+        cost.ns_per_step if cost else (1e9 * run.seconds / run.steps if run.steps else None)
+    )
     wanted = None if method.name == USER_METHOD else expected(run.scene, method.name).verdict
     wall = per_step * 1e-9 * run.steps if per_step else None
     return {
@@ -64,7 +66,8 @@ def records(
     by_method = {method.name: method for method in study.methods}
     rows = []
     for c in study.convergence:
-        both, cost = judged[c.scene, c.method], study.costs.get((c.scene, c.method))
+        both = judged[c.scene, c.method]
+        cost = study.costs.get((c.scene, c.method))
         runs = list(zip(c.measurements, both.runs, strict=True))
         if c.drawn is not None and both.whole.drawn is not None:
             runs.append((c.drawn, both.whole.drawn))

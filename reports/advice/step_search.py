@@ -56,7 +56,8 @@ class Evidence:
     quantities: Mapping[str, Quantities]  # by scene
     costs: Mapping[Key, float]  # [ns of a step]
     runs: dict[Key, dict[float, Measurement]]  # by step
-    run: Callable[[Scene, Method, float], Measurement] | None = None  # None: nothing more is run
+    # None: nothing more is run
+    run: Callable[[Scene, Method, float], Measurement] | None = None
     seconds: float = math.inf  # [s] of computing that may still be spent
     limits: Mapping[Key, KnownLimit] = field(default_factory=dict)  # of the step
 
@@ -122,7 +123,8 @@ class Evidence:
     def choice(self, method: Method, step: float, error: float, wanted: float = 0.0) -> Choice:
         """A step that was run, with the relative `error` that is said of it, as an answer to the
         one `wanted`."""
-        limit, allowed = self.limit(method), self.allowed(method)
+        limit = self.limit(method)
+        allowed = self.allowed(method)
         missing = self.missing(method, wanted)
         larger = max([RESOLVED * step, *self.common(method, missing)])
         return Choice(
@@ -221,7 +223,8 @@ def _largest(evidence: Evidence, method: Method, wanted: float, best: float) -> 
         # A looser tolerance need not be the cheaper one.
         good = evidence.common(method, ceiling)
         return min(good, key=partial(evidence.cost, method), default=None)
-    resolved = RESOLVED if method.control == "step" else RESOLVED**8  # cost: the 8th root, or so
+    # cost: the 8th root, or so
+    resolved = RESOLVED if method.control == "step" else RESOLVED**8
     chosen = 0.0
     for _ in range(_TRIES):
         ceiling = min(ceiling, evidence.failing(method, wanted))
@@ -246,7 +249,8 @@ def _largest(evidence: Evidence, method: Method, wanted: float, best: float) -> 
 def _finer(evidence: Evidence, method: Method, wanted: float, failing: float) -> float:
     """A step below all that were run, where the curve of errors leads to the wanted one; 0 where it
     leads nowhere."""
-    steps, errors = evidence.common(method), evidence.errors(method)
+    steps = evidence.common(method)
+    errors = evidence.errors(method)
     if len(steps) < 2 or not 0.0 < errors[steps[0]] < errors[steps[1]] < math.inf:
         return 0.0
     small, large = steps[:2]

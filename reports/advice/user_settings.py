@@ -41,7 +41,9 @@ class UserResult:
     relative: float  # the error of that run, of all quantities of interest
     ns_per_second: float  # [ns] of wall time per simulated second; infinite where it diverged
     verdict: Verdict  # on all steps that were run
-    finest: tuple[float, float] | None  # the smallest step [s] that was run, and the error there
+    finest: (
+        tuple[float, float] | None
+    )  # the smallest step [s] that was run, and the error there
     at_equal_accuracy: Instead  # the cheapest with an error no larger
     better: Instead  # the most accurate that costs no more
 
@@ -58,8 +60,11 @@ def user_results(study: Study, judged: Judgements) -> tuple[UserResult, ...]:
     )
 
 
-def _of_scene(study: Study, scene: Scene, runs: ConvergenceStudy, judged: Judgements) -> UserResult:
-    run, about = runs.measurements[0], study.quantities(scene.name)
+def _of_scene(
+    study: Study, scene: Scene, runs: ConvergenceStudy, judged: Judgements
+) -> UserResult:
+    run = runs.measurements[0]
+    about = study.quantities(scene.name)
     first = replace(about[0], scale=1.0)  # in its own unit
     unit = next(o.unit for o in study.observables(scene.name) if o.name == first.observable)
     relative = error_of(run, about)

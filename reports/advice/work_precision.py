@@ -15,7 +15,9 @@ from plumbob.engines.study.measurement import Measurement, relative_error
 from plumbob.engines.study.results import Quantities, Study
 
 T = TypeVar("T")
-_RUNS, _OCTAVES = 5, 2.0**4  # that a curve has at least, to show that it falls
+# that a curve has at least, to show that it falls
+_RUNS = 5
+_OCTAVES = 2.0**4
 
 
 @dataclass(frozen=True)
@@ -55,10 +57,13 @@ def points(study: Study, scene: str) -> tuple[Point, ...]:
     )
 
 
-def front(runs: Iterable[T], cost_and_error: Callable[[T], tuple[float, float]]) -> tuple[T, ...]:
+def front(
+    runs: Iterable[T], cost_and_error: Callable[[T], tuple[float, float]]
+) -> tuple[T, ...]:
     """The Pareto front: the runs with no other that is both cheaper and more accurate, from cheap
     to accurate."""
-    best, kept = math.inf, []
+    best = math.inf
+    kept = []
     for run in sorted(runs, key=cost_and_error):
         if (error := cost_and_error(run)[1]) < best:
             best = error

@@ -50,7 +50,9 @@ def requests(plan: StudyPlan) -> tuple[Request[Any], ...]:
     systems' findings and of those on engines, then those of the replays and of the table of trimmed
     models."""
     named = dict.fromkeys((*(scene.system for scene in plan.scenes), OF_ENGINES))
-    extra = [request for name in named if (of := section(name)) for request in of.requests(plan)]
+    extra = [
+        request for name in named if (of := section(name)) for request in of.requests(plan)
+    ]
     return tuple(dict.fromkeys((*extra, *replay_requests(plan), *trimming_requests(plan))))
 
 
@@ -96,7 +98,9 @@ def _side_by_side(
         file.write_bytes(pickle.dumps((study, judged), pickle.HIGHEST_PROTOCOL))
         tasks = [
             Task(part, _by_a_worker, (str(file), part), LIMIT, part[1].partition("/")[0])
-            for part in sorted(parts, reverse=True)  # systems first: scenes fill what they leave
+            for part in sorted(
+                parts, reverse=True
+            )  # systems first: scenes fill what they leave
         ]
         results = workers.results(tasks)
         return {task.key: of for task, of in results if not isinstance(of, Lost)}

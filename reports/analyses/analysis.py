@@ -57,7 +57,9 @@ def analysed(
         try:
             if (numbers := analysis.numbers(study)) is None:
                 continue
-            claims = tuple((claim.text, bool(claim.holds)) for claim in analysis.claims(numbers))
+            claims = tuple(
+                (claim.text, bool(claim.holds)) for claim in analysis.claims(numbers)
+            )
             results.append(replace(left_out, numbers=plain(numbers), claims=claims))
         except Exception:
             if not (pairs := unexpected(study, judged)):

@@ -27,7 +27,8 @@ def requests(plan: StudyPlan) -> Sequence[ExtraRun]:
 
 def numbers(study: Study) -> Record | None:
     """The rebounds; None where none was run."""
-    measured, ball = {}, case_of(scene(RUNS[0].scene)).problem
+    measured = {}
+    ball = case_of(scene(RUNS[0].scene)).problem
     for of, run in recordings(study, requests(plan_of(study))).items():
         top = run.observables["z"][run.times > ball.fall].max()
         measured[of.method] = math.sqrt(float(top) / ball.height)

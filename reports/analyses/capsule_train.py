@@ -45,7 +45,8 @@ def _total(study: Study, scene: str, repeated: RepeatedLine, method: str) -> Rec
     """A method's total displacement, its relative error, and the cost of one manoeuvre."""
     if (run := measured(study, scene, method, STEP)) is None:
         return None
-    error, exact = run.errors["displacement"], repeated.displacement
+    error = run.errors["displacement"]
+    exact = repeated.displacement
     timed = study.costs.get((scene, method))
     return Record(
         method=method,

@@ -24,7 +24,8 @@ from plumbob.models.registry import scene as find_scene
 from plumbob.models.scene import Case
 
 TURN = 2 * np.pi
-PERIODS = 3.1  # of a run whose period is measured: two whole ones between crossings, and some more
+# of a run whose period is measured: two whole ones between crossings, and some more
+PERIODS = 3.1
 
 LINE = "capsule-line/ca1"  # the check manoeuvre of the source
 
@@ -113,7 +114,8 @@ def covers(plan: Study | StudyPlan, *scenes: str) -> bool:
 
 def energy(potential: TrigonometricPotential, inertia: float, run: Trajectory) -> Array:
     """inertia theta_dot^2 / 2 + `potential` [J] along a run, shape (n,)."""
-    theta, rate = run.observables["theta"], run.observables["theta_dot"]
+    theta = run.observables["theta"]
+    rate = run.observables["theta_dot"]
     return np.asarray(inertia * rate**2 / 2 + in_double(potential).value(theta))
 
 
@@ -136,7 +138,9 @@ def period(run: Trajectory | None, centre: float) -> float | None:
     course = CubicHermiteSpline(run.times, theta, run.observables["theta_dot"])
     gone = float(theta[-1] - theta[0])
     if turns := int(abs(gone) // TURN):
-        ends = course.solve(float(theta[0]) + np.copysign(turns * TURN, gone), extrapolate=False)
+        ends = course.solve(
+            float(theta[0]) + np.copysign(turns * TURN, gone), extrapolate=False
+        )
         return float(ends[0] - run.times[0]) / turns if len(ends) else None
     # a start exactly at the centre may be found just outside the first interval, or not at all
     places = course.solve(centre, extrapolate=False)

@@ -114,7 +114,9 @@ def _budgets(
     m, run = next((pair for pair in held if pair[1].verdict == "off-prediction"), held[-1])
     units = {o.name: o.unit for o in study.observables(series.scene)}
     shown = [next(iter(units))] if run.verdict != "off-prediction" else list(units)
-    return m.step, tuple(_budget(m, run, name, units) for name in run.tolerances if name in shown)
+    return m.step, tuple(
+        _budget(m, run, name, units) for name in run.tolerances if name in shown
+    )
 
 
 def _budget(run: Measurement, judged: Judgement, name: str, units: Mapping[str, str]) -> Budget:
@@ -124,16 +126,22 @@ def _budget(run: Measurement, judged: Judgement, name: str, units: Mapping[str, 
 
 
 def _motion(case: Case, period: float) -> Motion:
-    duration, most = case.scene.duration, PERIODS * period
+    duration = case.scene.duration
+    most = PERIODS * period
     times = np.linspace(0.0, min(duration, most), SAMPLES)
     observed = case.reference.observe(times)
     channels = [observed[o.name].tolist() for o in case.system.observables[:2]]
-    return Motion(tuple(times.tolist()), tuple(map(tuple, channels)), PERIODS * (most < duration))
+    return Motion(
+        tuple(times.tolist()), tuple(map(tuple, channels)), PERIODS * (most < duration)
+    )
 
 
 def _system(system: System) -> SystemRecord:
-    file, added = _picture(system), bool(system.distribution)
-    return SystemRecord(system.name, system.title, system.default, file.name if file else "", added)
+    file = _picture(system)
+    added = bool(system.distribution)
+    return SystemRecord(
+        system.name, system.title, system.default, file.name if file else "", added
+    )
 
 
 def _picture(system: System) -> Path | None:
@@ -149,7 +157,9 @@ def _base64(file: Path) -> str:
 def _settings(engines: set[str]) -> Mapping[str, Settings]:
     """The settings to copy of methods of these engines."""
     methods = [find_method(name) for name, _ in SHOWN]
-    return {m.name: written for m in methods if m.engine in engines and (written := _written(m))}
+    return {
+        m.name: written for m in methods if m.engine in engines and (written := _written(m))
+    }
 
 
 def _written(method: Method) -> Settings | None:

@@ -73,15 +73,21 @@ def command(chosen: argparse.Namespace) -> int:
 
     _checked(chosen)
     files = None if chosen.gym else model_files(chosen.model)
-    alone, began, done = files is None, time.time(), list[Row]()
-    if chosen.write_trimmed and (not alone or chosen.gym or Path(chosen.model[0]).suffix in OTHER):
+    alone = files is None
+    began = time.time()
+    done = list[Row]()
+    if chosen.write_trimmed and (
+        not alone or chosen.gym or Path(chosen.model[0]).suffix in OTHER
+    ):
         what = "left out, but with a single MJCF file"
         raise ParameterError("write trimmed", chosen.write_trimmed, what)
     with progress() as show:
         if files is None:
             try:
                 model = (
-                    environment(chosen.gym, chosen.seed) if chosen.gym else Path(chosen.model[0])
+                    environment(chosen.gym, chosen.seed)
+                    if chosen.gym
+                    else Path(chosen.model[0])
                 )
             except ImportError as why:
                 print(f"plumbob: {why}: pip install 'plumbob[robots]'", file=sys.stderr)
@@ -109,7 +115,8 @@ def _first_line(audit: Audit, name: str | None) -> None:
 def _report(done: Sequence[Row], chosen: argparse.Namespace, alone: bool, began: float) -> None:
     """Print and write all audits, of one file that is `alone` or of several."""
     if chosen.out is not None and not alone:
-        out, seconds = Path(chosen.out), time.time() - began
+        out = Path(chosen.out)
+        seconds = time.time() - began
         print(several_audits.write_page(done, out, chosen.line, seconds), file=sys.stderr)
     elif chosen.out is not None and done[0].page:
         print(Path(chosen.out) / done[0].page, file=sys.stderr)
@@ -150,7 +157,8 @@ def _checked(chosen: argparse.Namespace) -> None:
         _without(chosen, OF_MOTION, "left out with --contacts")
     else:
         _without(chosen, OF_CONTACTS, "given with --contacts")
-    chosen.budget, chosen.jobs = chosen.budget or BUDGET, chosen.jobs or 1
+    chosen.budget = chosen.budget or BUDGET
+    chosen.jobs = chosen.jobs or 1
     if chosen.write_trimmed is not None:
         new_file(Path(chosen.write_trimmed))
     if chosen.out is not None and Path(chosen.out).exists() and not Path(chosen.out).is_dir():
@@ -181,7 +189,8 @@ def _audited(
     path = chosen.gym or str(model)
     try:
         result = _result(model, path, chosen, jobs, **shown)
-        answer, missed = answered(result), "; ".join(_missed(result, chosen))
+        answer = answered(result)
+        missed = "; ".join(_missed(result, chosen))
         name = "" if chosen.out is None else _written(answer, result, path, chosen, shared)
     except ParameterError as why:
         return refused(path, str(why))
@@ -271,7 +280,8 @@ def _missed(result: Audit | ContactAudit, chosen: argparse.Namespace) -> Iterato
             check()
         except AssertionError as why:
             yield str(why)
-    above = sys.float_info.max if chosen.fail_above is None else chosen.fail_above  # lost: infinite
+    # lost: infinite
+    above = sys.float_info.max if chosen.fail_above is None else chosen.fail_above
     for moved in getattr(result, "changes", None) or ():
         if (moved.growth or 0.0) > above:
             yield f"{result.name}: {moved.what} {moved.old} -> {moved.new}"
@@ -294,7 +304,8 @@ def audit_of(file: Path, stored: Sequence[Mapping[str, Any]]) -> Mapping[str, An
     """The audit of a file among those that are `stored`: by its path, else its name, or the only
     one; raises ParameterError."""
     paths = [Path(old.get("path", old.get("model", ""))) for old in stored]
-    by_path, by_name = [path == file for path in paths], [path.name == file.name for path in paths]
+    by_path = [path == file for path in paths]
+    by_name = [path.name == file.name for path in paths]
     for same in (by_path, by_name, [True] * len(stored)):
         if sum(same) == 1:
             return stored[same.index(True)]
@@ -319,7 +330,9 @@ def new_file(target: Path) -> None:
         raise ParameterError("write trimmed", str(target), what) from None
 
 
-def trimmed_file(audit: Audit, source: Path, target: Path, start: Start = AS_IT_STANDS) -> Audit:
+def trimmed_file(
+    audit: Audit, source: Path, target: Path, start: Start = AS_IT_STANDS
+) -> Audit:
     """Write the model `source` without what `audit` leaves out, and run it as it is read back;
     raises ParameterError where nothing is, or it cannot be written."""
     together = audit.trims.together if audit.trims else None
@@ -344,7 +357,9 @@ def policy_of(name: str) -> Policy:
     finally:
         sys.path.remove(os.getcwd())
     if not callable(found):
-        raise ParameterError("policy", name, "MODULE:FUNCTION, a function of time, qpos and qvel")
+        raise ParameterError(
+            "policy", name, "MODULE:FUNCTION, a function of time, qpos and qvel"
+        )
     return cast(Policy, found)
 
 

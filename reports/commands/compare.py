@@ -23,7 +23,8 @@ MOVED = 1e-9  # of an error, beside what rounding explains: the same code gives 
 
 def command(chosen: argparse.Namespace) -> int:
     """Print what moved; 1 when a verdict did, or an error grew by more than is allowed."""
-    old, new = _study("OLD", chosen.old), _study("NEW", chosen.new)
+    old = _study("OLD", chosen.old)
+    new = _study("NEW", chosen.new)
     moved = _moved(old, new)
     versions = moved.pop("versions")
     rows = [row for part in moved.values() for row in part]
@@ -66,10 +67,12 @@ def _study(name: str, text: str) -> Study:
 def _moved(old: Study, new: Study) -> dict[str, list[dict[str, Any]]]:
     """Rows of what differs by kind; errors beyond what rounding explains."""
     absent = {"versions": "unknown", "verdicts": None, "presence": "no"}  # of one study alone
-    had, has = dict(_facts(old)), dict(_facts(new))
+    had = dict(_facts(old))
+    has = dict(_facts(new))
     moved: dict[str, list[dict[str, Any]]] = {kind: [] for kind in (*absent, "errors")}
     for kind, pair, what in {**had, **has}:
-        key, whole = (kind, pair, what), ("presence", pair, "measured")
+        key = (kind, pair, what)
+        whole = ("presence", pair, "measured")
         was, now = (facts.get(key, absent.get(kind)) for facts in (had, has))
         alone = (whole in had) != (whole in has)
         if was == now or was is None or now is None or (alone and key != whole):
@@ -81,7 +84,8 @@ def _moved(old: Study, new: Study) -> dict[str, list[dict[str, Any]]]:
             if abs(grown) <= MOVED * past + blurred + blurs:
                 continue
             growth = grown / past if past > 0.0 else math.inf
-            was, now = f"{past:.6g}", f"{largest:.6g}"
+            was = f"{past:.6g}"
+            now = f"{largest:.6g}"
         row = {"scene": pair[0], "method": pair[1], "what": what, "old": was, "new": now}
         moved[kind].append(row | {"growth": growth})
     return moved
@@ -92,7 +96,8 @@ def _facts(study: Study) -> Iterator[tuple[tuple[str, Key, str], Any]]:
     it."""
     for name, version in study.provenance.versions.items():
         yield ("versions", ("", ""), f"version of {name}"), version
-    judged, known = judge_study(study), systems()
+    judged = judge_study(study)
+    known = systems()
     for convergence in study.convergence:
         pair = convergence.scene, convergence.method
         units = {o.name: o.unit for o in known[pair[0].partition("/")[0]].observables}
@@ -103,4 +108,7 @@ def _facts(study: Study) -> Iterator[tuple[tuple[str, Key, str], Any]]:
             yield ("errors", pair, f"run at {run.step:g}"), run.status
             for name, error in run.errors.items():
                 rounded = round_off(run, name, units)
-                yield ("errors", pair, f"{name} error at {run.step:g}"), (error.largest, rounded)
+                yield (
+                    ("errors", pair, f"{name} error at {run.step:g}"),
+                    (error.largest, rounded),
+                )

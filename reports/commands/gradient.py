@@ -54,7 +54,11 @@ def _searches(
     scene = case.scene
     if not meant(method, scene):
         raise ParameterError("method", method.name, f"one that is meant for {scene.name}")
-    of = chosen.of.split(",") if chosen.of else [q.observable for q in case.system.quantities(case)]
+    of = (
+        chosen.of.split(",")
+        if chosen.of
+        else [q.observable for q in case.system.quantities(case)]
+    )
     by = chosen.by.split(",") if chosen.by else _usual(case)
     for name in by:
         next(numbers(case, name))

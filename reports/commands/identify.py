@@ -28,7 +28,8 @@ def command(chosen: argparse.Namespace) -> int:
     from plumbob.engines.sweep.sweep import runnable
     from plumbob.reports.commands.validate import progress
 
-    method, changed = find_method(chosen.method), chosen.changes
+    method = find_method(chosen.method)
+    changed = chosen.changes
     step = chosen.step or finest(method)
     with values.representable(changed):
         true = case_of(find_scene(chosen.scene, changed))
@@ -78,6 +79,8 @@ def _sides(true: Case, chosen: argparse.Namespace) -> Iterator[Side]:
     for name in wanted:
         value = true.scene.parameters.get(name, true.system.left_out.get(name, 0.0))
         if isinstance(value, bool) or not isinstance(value, (int, float)):
-            raise ParameterError("parameter", name, f"a parameter with one number, not {value!r}")
+            raise ParameterError(
+                "parameter", name, f"a parameter with one number, not {value!r}"
+            )
         ends = sorted((value / 2, value * 2)) if value else (-1.0, 1.0)
         yield limits.get(name) or Side(name, *ends)

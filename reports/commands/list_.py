@@ -31,7 +31,8 @@ def _rows(kind: str) -> list[tuple[str, str]]:
     if kind == "scenes":
         return [(s.name, s.summary) for system in systems().values() for s in system.scenes]
     if kind == "models":
-        files = {s.mjcf for s in systems().values() if s.mjcf.is_file()}  # another's may have none
+        # another's may have none
+        files = {s.mjcf for s in systems().values() if s.mjcf.is_file()}
         return [(path.stem, str(path)) for path in sorted(files)]
     if kind == "schemas":
         return [(path.stem, str(path)) for path in sorted(SCHEMAS.iterdir())]

@@ -59,7 +59,8 @@ def command(chosen: argparse.Namespace) -> int:
 
 def _content(path: Path, step: float | None) -> bytes:
     """The bytes to write for the file `path`: its contacts, if it has any, for `step` [s]."""
-    content, steps = path.read_bytes(), find_engine("mujoco").ability(StepsOfFiles)
+    content = path.read_bytes()
+    steps = find_engine("mujoco").ability(StepsOfFiles)
     if step is None or steps is None or path.suffix != ".xml" or CONTACTS not in content:
         return content
     return steps.rewrite(content.decode("utf-8"), step).encode("utf-8")

@@ -67,7 +67,8 @@ def command(chosen: argparse.Namespace) -> int:
         found = planned({**CHECK, **parameters})
         answer = described(found)
         if chosen.method:
-            scene, method = find_scene(SYSTEM, parameters), find_method(chosen.method)
+            scene = find_scene(SYSTEM, parameters)
+            method = find_method(chosen.method)
             measured = run_plan(found, scene, method, chosen.step)
         if chosen.other:
             known(chosen.other, BODY)
@@ -140,7 +141,9 @@ def measured_data(plan: Plan, run: PlanRun) -> dict[str, Any]:
         "verdict": run.judgement.verdict,
         "errors_at_end": {name: error.end for name, error in measured.errors.items()},
         "predicted_at_end": {
-            name: error.predicted.end for name, error in measured.errors.items() if error.predicted
+            name: error.predicted.end
+            for name, error in measured.errors.items()
+            if error.predicted
         },
         "allowed": {name: error.left_open for name, error in measured.errors.items()},
         "off_after": [None if np.isnan(off).any() else named(off) for off in run.after],

@@ -52,10 +52,13 @@ def command(chosen: argparse.Namespace) -> int:
     with measured(chosen, scenes) as (study, run):
         _check(chosen.observable, study.observables(study.scenes[0].name))
         methods = tuple(
-            m for m in study.methods if m.name != USER_METHOD and chosen.engine in (None, m.engine)
+            m
+            for m in study.methods
+            if m.name != USER_METHOD and chosen.engine in (None, m.engine)
         )
         name = chosen.scene if len(study.scenes) > 1 else study.scenes[0].name
-        error, absolute = chosen.error or chosen.absolute, chosen.error is None
+        error = chosen.error or chosen.absolute
+        absolute = chosen.error is None
         asked = Question(name, study.scenes, methods, error, absolute, chosen.observable)
         answer = advise(asked, study, run)
     _show(chosen, asked, study, answer, user_method)
@@ -92,7 +95,9 @@ def _stored(
         if dict(s.parameters) == dict(of.parameters)  # at whatever steps
     ]
     if study is None or not there:
-        raise ParameterError("scene", next(iter(names)), "one that was measured, as nothing is run")
+        raise ParameterError(
+            "scene", next(iter(names)), "one that was measured, as nothing is run"
+        )
     for entry in changed_since(study.provenance):
         print(f"plumbob: the stored runs are of {entry}", file=sys.stderr)
     yield replace(study, scenes=tuple(there)), None
@@ -150,7 +155,11 @@ def _one_more(kept: Checkpoint, show: Progress) -> Run:
 
 
 def _show(
-    chosen: argparse.Namespace, asked: Any, study: Study, answer: Answer, user_method: Method | None
+    chosen: argparse.Namespace,
+    asked: Any,
+    study: Study,
+    answer: Answer,
+    user_method: Method | None,
 ) -> None:
     """Print the answer, and what a user's own settings, measured now, give beside it."""
     from plumbob.reports.view.user_settings import cost_factor

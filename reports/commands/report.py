@@ -13,7 +13,8 @@ from plumbob.engines.study import store
 def command(chosen: argparse.Namespace) -> int:
     """Write the same pages that `validate` wrote, to the byte, or one file with the content of all
     of them, or a folder to publish, and print where it is."""
-    single, public = chosen.single, None
+    single = chosen.single
+    public = None
     if chosen.publish is not None:
         public = new_folder(chosen.publish, Path(chosen.out))
     if single and public:
@@ -46,6 +47,8 @@ def new_folder(text: str, out: Path) -> Path:
         or not os.access(folder.parent, os.W_OK)
     ):
         raise ParameterError(
-            "publish", text, "an empty folder or a new one, outside OUT, where one can be written"
+            "publish",
+            text,
+            "an empty folder or a new one, outside OUT, where one can be written",
         )
     return folder

@@ -38,7 +38,9 @@ def command(chosen: argparse.Namespace) -> int:
     if chosen.step is None and not chosen.like:
         raise ParameterError("step", None, "given, or the step of the file that --like names")
     step = chosen.step or methods[-1].step_sizes[0]  # the user's own
-    codes, records, runs = [], [], []
+    codes = []
+    records = []
+    runs = []
     for method in methods:
         with values.representable(changed, chosen):
             run, cost, unit = _measured(scene, method, step)

@@ -22,7 +22,8 @@ def command(chosen: argparse.Namespace) -> int:
         raise ParameterError("METHOD", None, "given, as `plumbob settings METHOD --step DT`")
     if chosen.step is None:
         raise ParameterError("step", None, "given, in seconds: settings are for one step")
-    named, step = method(chosen.method), time_step("step", chosen.step)
+    named = method(chosen.method)
+    step = time_step("step", chosen.step)
     of_engine = engine_of(named).ability(SettingsToPaste)
     if of_engine is None or named.control != "step":
         raise ParameterError("method", named.name, "one of an engine with settings to paste")
@@ -34,7 +35,9 @@ def command(chosen: argparse.Namespace) -> int:
 def _check(chosen: argparse.Namespace) -> int:
     for name in ("step", "stiffness"):
         if getattr(chosen, name) is not None:
-            raise ParameterError(name, getattr(chosen, name), "left out: --check takes the file's")
+            raise ParameterError(
+                name, getattr(chosen, name), "left out: --check takes the file's"
+            )
     named: Method = method(chosen.method or CHECKED)
     engine = engine_of(named)
     checks = engine.ability(FileChecks)

@@ -26,7 +26,8 @@ INCLUDED = re.compile(r"<(?:include|model)\b[^>]*\bfile\s*=\s*[\"']([^\"']+)[\"'
 ROOT = re.compile(r"<mujoco\b")
 REFUSED, LOST = 2, 3  # exit codes: the input; a process has died or hung
 PAGE = "audit-models.html"
-OWN_PAGE = re.compile(r'href="#(audit-[^"]*\.html)"')  # of a row, which is no place of this page
+# of a row, which is no place of this page
+OWN_PAGE = re.compile(r'href="#(audit-[^"]*\.html)"')
 SETS = re.compile(r"\b(?:timestep|integrator|solref)\s*=")  # what a step's error depends on
 ESCAPED = str.maketrans({"%": "%25", "\r": "%0D", "\n": "%0A"})  # in a workflow command
 ANSWERS = ("reference", "your error", "to do")  # lines of an audit
@@ -73,7 +74,9 @@ def model_files(words: Sequence[str]) -> list[Path] | None:
         else:
             files = [Path(word)]
         if not files:
-            raise ParameterError("model", word, "a file, or a folder or pattern with models in it")
+            raise ParameterError(
+                "model", word, "a file, or a folder or pattern with models in it"
+            )
         found += files
     return list(dict.fromkeys(found))
 
@@ -85,7 +88,8 @@ def _is_pattern(word: str) -> bool:
 def _models_in(folder: Path) -> list[Path]:
     """MJCF files below `folder` that are no part of another one."""
     texts = {
-        path.resolve(): path.read_text("utf-8", "replace") for path in sorted(folder.rglob("*.xml"))
+        path.resolve(): path.read_text("utf-8", "replace")
+        for path in sorted(folder.rglob("*.xml"))
     }
     parts = {
         (path.parent / part).resolve()
@@ -169,7 +173,12 @@ def write_badge(file: Path, rows: Sequence[Row], bounded: bool) -> None:
         colour = "red"
     elif any(row.error is None for row in rows):
         colour = "lightgrey"
-    badge = {"schemaVersion": 1, "label": "simulation error", "message": message, "color": colour}
+    badge = {
+        "schemaVersion": 1,
+        "label": "simulation error",
+        "message": message,
+        "color": colour,
+    }
     written(json.dumps(badge), file.parent, file.name)
 
 

@@ -39,8 +39,11 @@ def command(chosen: argparse.Namespace) -> int:
     study = _measured(chosen, scenes, methods)
     judged = list(_judged(study))
     page = chosen.out and write_page(judged, study.provenance, Path(chosen.out))
-    records, shown = [of.record() for of in judged], aligned(table(judged))
-    surprises = [(record, of) for record, of in zip(records, judged, strict=True) if of.surprise]
+    records = [of.record() for of in judged]
+    shown = aligned(table(judged))
+    surprises = [
+        (record, of) for record, of in zip(records, judged, strict=True) if of.surprise
+    ]
     values.show(chosen, records, "stability", rows=shown, surprises=surprises, page=page)
     if surprises:
         return 1

@@ -45,7 +45,10 @@ def command(chosen: argparse.Namespace) -> int:
         swept, Path(chosen.out), provenance(chosen.line), store.key_of_sweep(asked)
     )
     for number, why in swept.lost.items():
-        print(f"plumbob: points from {number * asked.chunk} on are missing: {why}", file=sys.stderr)
+        print(
+            f"plumbob: points from {number * asked.chunk} on are missing: {why}",
+            file=sys.stderr,
+        )
     texts = words(swept)
     record = {
         "scene": texts["scene"],

@@ -95,7 +95,9 @@ def _validated(
                     analyse=analyse,
                 )
             except BaseException as error:
-                error.add_note("what is measured is stored: the same command goes on from there")
+                error.add_note(
+                    "what is measured is stored: the same command goes on from there"
+                )
                 raise
         for what in kept.given_up:
             noted(f"given up: {what}; the same command tries it again")
@@ -124,7 +126,8 @@ def _report(
     study = store.load(out / store.FILE, number)
     assert study
     results = user_results(study, judged)
-    page, every = write_page(study, out), results_of(study, records_of(study))
+    page = write_page(study, out)
+    every = results_of(study, records_of(study))
     if junit:
         write_junit(junit, study, every)
     values.show(
@@ -144,14 +147,18 @@ def _methods(pattern: str | None, like: str | None) -> tuple[Method, ...]:
     """The methods that were asked for, the user's own among them."""
     methods = find_methods(pattern or (LIKE_METHODS if like else "*"))
     if pattern in (None, "*"):
-        methods = tuple(m for m in methods if installed(engine_of(m)) or not engine_of(m).optional)
+        methods = tuple(
+            m for m in methods if installed(engine_of(m)) or not engine_of(m).optional
+        )
     return (own_method(like), *methods) if like else methods
 
 
 def exit_code(study: Study, every: Results) -> int:
     """1 when a verdict is not as expected, else 3 when an engine is missing or the user's own
     settings ran nothing, else 0."""
-    if unexpected(judged_searches(study)) or "unexpected" in {of.meaning for of in every.values()}:
+    if unexpected(judged_searches(study)) or "unexpected" in {
+        of.meaning for of in every.values()
+    }:
         return 1
     verdicts = {of.judged.verdict for of in every.values()}
     user = {of.judged.verdict for of in every.values() if of.name == USER_METHOD}

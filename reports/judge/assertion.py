@@ -45,10 +45,12 @@ def check(
     """
     if within is not None:
         positive("within", within)
-    chosen, how = find_scene(scene, changes), find_method(method)
+    chosen = find_scene(scene, changes)
+    how = find_method(method)
     if step is None:
         runs, both = judged_runs(chosen, how, "quick")
-        judgement, rows = both.whole, tuple(zip(runs.measurements, both.runs, strict=True))
+        judgement = both.whole
+        rows = tuple(zip(runs.measurements, both.runs, strict=True))
         why = surprise(chosen, how, judgement)
     else:
         case = case_of(chosen)

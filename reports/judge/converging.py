@@ -45,7 +45,9 @@ def convergence(runs: Sequence[Measurement], quantities: Sequence[Quantity]) -> 
         return Convergence(None, f"{len(octaves)} octaves of steps, and {OCTAVES} are needed")
     least = f"the smallest error resolved is {errors[octaves].min():.2g}, relative"
     if not len(above):
-        return Convergence("converges", f"within {ROUND_OFFS:g} round-offs at every step; {least}")
+        return Convergence(
+            "converges", f"within {ROUND_OFFS:g} round-offs at every step; {least}"
+        )
     last = octaves[-1]
     if resolved[last] and errors[last] >= STALLED * errors[octaves[-3]]:
         why = f"the relative error stays at {errors[last]:.3g}, "
@@ -78,7 +80,8 @@ def _row(run: Measurement, quantities: Sequence[Quantity]) -> tuple[float, ...]:
     quantity, relative = worst(run, quantities)
     if math.isnan(relative):
         return ()
-    error, scale = run.errors[quantity.observable], quantity.scale
+    error = run.errors[quantity.observable]
+    scale = quantity.scale
     return run.step, relative, rounding(error, run.steps) / scale, error.end / scale
 
 

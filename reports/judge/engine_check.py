@@ -26,7 +26,8 @@ from plumbob.models.scene import Case, Scene
 from plumbob.reports.judge.expectations import expected
 from plumbob.reports.judge.verdict import judged
 
-LATE = 0.25  # steps: of a method that converges the first sample is late by less and less of a step
+# steps: of a method that converges the first sample is late by less and less of a step
+LATE = 0.25
 SAME = 1e-3  # of a step's motion: by what runs of different lengths may differ at the same time
 BELOW = 0.3  # by how much an observed order may be lower than the declared one
 ORDERS, TRIED = 3, 9  # scenes that the order is to be seen on, and how many are tried for it
@@ -71,7 +72,8 @@ class Subject:
         """The case of fewest steps that the engine builds, no longer than the steps that are looked
         at, and its step; raises NotChecked where there is none."""
         for scene in self.scenes:
-            case, step = case_of(scene), self.step(scene)
+            case = case_of(scene)
+            step = self.step(scene)
             if self.method.control == "step":
                 case = case.lasting(min(STEPS, round(scene.duration / step)) * step)
             with suppress(Unsupported):
@@ -94,7 +96,8 @@ def check_engine(methods: Sequence[Method], scenes: Sequence[Scene]) -> Iterator
     """The checks of an engine's methods on those of `scenes` that they are meant for, one after the
     other."""
     subjects = [
-        Subject(unguarded(method.engine), method, _ordered(method, scenes)) for method in methods
+        Subject(unguarded(method.engine), method, _ordered(method, scenes))
+        for method in methods
     ]
     for name, look in CHECKS.items():
         yield _outcome(name, look, subjects)
@@ -121,7 +124,8 @@ def _outcome(name: str, look: Look, subjects: Sequence[Subject]) -> Checked:
                 what = look(subject)
             status = "pass"
         except NotChecked as why:
-            status, what = "not checked", str(why)
+            status = "not checked"
+            what = str(why)
         except AssertionError as why:
             what = str(why)
         except Exception as error:
@@ -173,8 +177,10 @@ def samples(subject: Subject) -> str:
     """Samples stand at times of whole steps, from the start to the end, and hold what the engine
     has reached by then: not a step later, nor earlier."""
     case, step = subject.short
-    run, solver = subject.run(case, step), subject.method.control == "tolerance"
-    exact, doubt = case.reference.observe(run.times), case.reference.uncertainty(run.times[:1])
+    run = subject.run(case, step)
+    solver = subject.method.control == "tolerance"
+    exact = case.reference.observe(run.times)
+    doubt = case.reference.uncertainty(run.times[:1])
     for name in _states(case, run):
         error = run.observables[name] - exact[name]
         allowed = 10.0 * doubt[name][0] + 1e-9 * (np.abs(exact[name]).max() or 1.0)
@@ -194,12 +200,15 @@ def _not_late(case: Case, run: Trajectory, step: float) -> None:
     of it: a step's own error is smaller by an order of the step, a sample's that is a step late is
     as large as the change."""
     times = np.array([0.0, step, 2.0 * step])
-    exact, doubt = case.reference.observe(times), case.reference.uncertainty(times)
+    exact = case.reference.observe(times)
+    doubt = case.reference.uncertainty(times)
     for name in _states(case, run):
         change, twice = exact[name][1:] - exact[name][0]
         if abs(change) > 1e3 * doubt[name].max() and abs(twice / change - 2.0) < 0.1:
             late = float(run.observables[name][-1] - exact[name][1]) / float(change)
-            _hold(abs(late) <= LATE, f"after one step {name} is {late:+.2f} steps ahead of time")
+            _hold(
+                abs(late) <= LATE, f"after one step {name} is {late:+.2f} steps ahead of time"
+            )
 
 
 def _agree(run: Trajectory, part: Trajectory, sample: int) -> None:
@@ -213,7 +222,9 @@ def _agree(run: Trajectory, part: Trajectory, sample: int) -> None:
 
 def _states(case: Case, run: Trajectory) -> list[str]:
     """Observables that are coordinates and rates, which steps change; forces are read off."""
-    return [o.name for o in case.system.observables if not o.force and o.name in run.observables]
+    return [
+        o.name for o in case.system.observables if not o.force and o.name in run.observables
+    ]
 
 
 def writes_nothing(subject: Subject) -> str:
@@ -250,8 +261,10 @@ def cost(subject: Subject) -> str:
     """A run counts its steps, and the steps that are timed alone are those of the fraction asked
     for."""
     case, step = subject.short
-    run, simulation = subject.run(case, step), subject.prepared(case, step)
-    full, half = simulation.stepped(1.0), simulation.stepped(0.5)
+    run = subject.run(case, step)
+    simulation = subject.prepared(case, step)
+    full = simulation.stepped(1.0)
+    half = simulation.stepped(0.5)
     _hold(simulation.compile_seconds >= 0.0, "compile_seconds is negative")
     for what, of in (("a run", run), ("stepped(1)", full), ("stepped(0.5)", half)):
         _hold(of.steps > 0, f"{what} counts no steps")

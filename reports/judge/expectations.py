@@ -69,7 +69,8 @@ def expected(scene: str, method: str) -> Expectation:
     package brings no theory `converges`."""
     if (known := limits_of(method).limit(scene, method)) is None:
         return Expectation("predicted", "", _without_theory(scene, method))
-    verdict, other = cast(Verdict, known.verdict), cast("Verdict | None", known.other)
+    verdict = cast(Verdict, known.verdict)
+    other = cast("Verdict | None", known.other)
     return Expectation(verdict, known.reason, other, known.size)
 
 
@@ -77,7 +78,8 @@ def _without_theory(scene: str, method: str) -> Verdict | None:
     """`converges` for a system of another package, which brings its own theory, and for a method of
     one whose scheme has a name of its own; for plumbob's own, EXPECTATIONS declare it."""
     try:
-        how, where = find_method(method), find_system(scene.partition("/")[0])
+        how = find_method(method)
+        where = find_system(scene.partition("/")[0])
     except ParameterError:  # of a stored study, whose engine is no longer there
         return None
     foreign = engine_of(how).distribution and not how.scheme.known
@@ -139,7 +141,8 @@ def run_surprise(scene: Scene, method: Method, judgement: Judgement) -> str:
     study cut short: of an error that does not converge it may fail, or pass where the step's own
     error is larger; and it may be too large for the theory, or smaller than all steps of a study
     that are. The error of a known limit lies within a factor of two of what its study spans."""
-    wanted, short = expected(scene.name, method.name), replace(judgement, cut=True)
+    wanted = expected(scene.name, method.name)
+    short = replace(judgement, cut=True)
     if judgement.verdict == "inaccurate":
         return INACCURATE
     if method.name == USER_METHOD or judgement.verdict in ("pre-asymptotic", "missing"):

@@ -57,7 +57,8 @@ class JudgedGradient:
 
     def record(self) -> dict[str, Any]:
         """The record that `plumbob gradient --json` prints."""
-        of, tried = self.gradient, self.tried
+        of = self.gradient
+        tried = self.tried
         below, above = of.one_sided or (None, None)
         return {
             "scene": self.scene,
@@ -101,13 +102,15 @@ def _judged(search: GradientSearch, of: Gradient, tried: Difference | None) -> J
     pair = search.scene, search.method
     known = None if search.changes else limits_of(search.method).gradient(pair, of.by, of.way)
     run = expected(*pair)  # of a run whose error is not the predicted one its derivative is not
-    off, reason = verdict == "off-prediction", ""
+    off = verdict == "off-prediction"
+    reason = ""
     judged = JudgedGradient(*pair, of, tried, verdict, why)
     if known is None:
         reason = run.reason if run.limit and off else ""
         return replace(judged, surprise=why if off and not reason else "", known=reason)
     surprise = "predicted, expected off-prediction" if verdict == "predicted" else ""
-    error, factor = abs(judged.relative_error or 0.0), known.factor
+    error = abs(judged.relative_error or 0.0)
+    factor = known.factor
     if off and not known.size / factor <= error <= known.size * factor:
         within = f"within a factor of {factor:g}"
         surprise = f"its error is {error:.3g}, and known to be {known.size:g}, {within}"
@@ -154,7 +157,8 @@ def _pair(of: JudgedGradient) -> tuple[str, ...]:
 def _of_runs(of: JudgedGradient) -> float:
     """The error that the runs give a derivative, without that of the difference; NaN where it is
     not known."""
-    tried, known = of.tried, of.gradient
+    tried = of.tried
+    known = of.gradient
     if tried is None:
         return math.nan
     error = abs(tried.computed - known.exact - tried.truncation)
@@ -163,7 +167,8 @@ def _of_runs(of: JudgedGradient) -> float:
 
 def _order(errors: Mapping[float, float]) -> float | None:
     """The slope of log error against log step; None of one step."""
-    steps, sizes = np.log(list(errors)), np.log(list(errors.values()))
+    steps = np.log(list(errors))
+    sizes = np.log(list(errors.values()))
     if len(steps) < 2 or not np.isfinite(sizes).all():
         return None
     return float(np.polyfit(steps, sizes, 1)[0])

@@ -28,7 +28,8 @@ class JudgedLongRun:
 
     def record(self) -> dict[str, Any]:
         """The record that `plumbob stability --long --json` prints, in SI units."""
-        found, predicted = self.found, self.found.predicted
+        found = self.found
+        predicted = self.found.predicted
         return {
             "scene": self.search.scene,
             "method": self.search.method,
@@ -67,8 +68,10 @@ def _wrong(run: MeasuredLongRun) -> Iterator[str]:
     assert run.predicted is not None
     slack = PERIODS * run.period
     for level in JUDGED:
-        wanted, measured = run.predicted.times[level], run.times.get(level)
-        least, most = (1.0 - WITHIN) * wanted - slack, (1.0 + WITHIN) * wanted + slack
+        wanted = run.predicted.times[level]
+        measured = run.times.get(level)
+        least = (1.0 - WITHIN) * wanted - slack
+        most = (1.0 + WITHIN) * wanted + slack
         if measured is None and most < run.followed:
             yield f"no error of {level:.0%} in {run.followed:.4g} s, predicted at {wanted:.4g} s"
         elif measured is not None and not least <= measured <= most:

@@ -21,7 +21,8 @@ from plumbob.engines.study.model_reading import (
 from plumbob.engines.workers import Workers
 
 RULE = "mujoco"  # the reader whose format it is
-OPTIONS = ("gravity", "timestep")  # that a reader may seem to read where its default is the same
+# that a reader may seem to read where its default is the same
+OPTIONS = ("gravity", "timestep")
 
 
 @dataclass(frozen=True)
@@ -57,9 +58,13 @@ def read_by(file: Path) -> tuple[Reader, ...]:
             with Workers(1) as workers:
                 refuses, read, never = workers.submit(_seen, engine.name, str(file)).result()
         except BrokenExecutor:
-            refuses, read, never = "its process ends", {}, ()
+            refuses = "its process ends"
+            read = {}
+            never = ()
         readers.append(
-            Reader(engine.name, refuses) if refuses else compared(engine.name, wanted, read, never)
+            Reader(engine.name, refuses)
+            if refuses
+            else compared(engine.name, wanted, read, never)
         )
     return tuple(readers)
 

@@ -16,7 +16,8 @@ from plumbob.models.scene import Quantity
 
 STARTS_OFF = "the run does not start where the scene does"
 START = 1e-6  # of an observable's size: an engine in single precision rounds it by 6e-8
-ROUNDED = 1e-15  # of its unit: a small angle is read off an attitude, whose numbers are near one
+# of its unit: a small angle is read off an attitude, whose numbers are near one
+ROUNDED = 1e-15
 TOO_WIDE = "the model-error bound"
 MODEL_PART = 2.5e-3
 """Of a quantity of interest: the most that an engine's own bound on its model's error may be at the
@@ -86,7 +87,8 @@ def used(error: ObservedError, allowed: Tolerance) -> float:
     predicted error it is the difference from the prediction, of another the error itself."""
     if error.controlled is not None and error.controlled.beyond > 0.0:
         return 1.0 + error.controlled.beyond / max(error.largest, error.controlled.largest)
-    predicted, left = error.predicted, error.left_open
+    predicted = error.predicted
+    left = error.left_open
     if predicted is None or not left:
         return error.largest / allowed.bound if allowed.bound else float(error.largest > 0.0)
     further = predicted.beyond - error.model_error
@@ -126,7 +128,9 @@ def too_wide(run: Measurement, quantities: Sequence[Quantity]) -> str:
             continue
         if (wide := error.model_error / quantity.scale) > part:
             of = f"{TOO_WIDE} of {quantity.observable}"
-            return f"{of} is {wide:.3g} of its scale at the finest step, declared {part:g} at most"
+            return (
+                f"{of} is {wide:.3g} of its scale at the finest step, declared {part:g} at most"
+            )
     return ""
 
 
@@ -152,7 +156,8 @@ def exceeded(
 def round_off(run: Measurement, name: str, units: Mapping[str, str]) -> float:
     """The round-off level of an error; an observable has that of the largest one of its unit, and
     where it stays zero that of the largest of all."""
-    error, every = run.errors[name], run.errors
+    error = run.errors[name]
+    every = run.errors
     alike = max(e.scale for n, e in every.items() if units.get(n) == units.get(name))
     scale = alike if error.scale else max(e.scale for e in every.values())
     doubt = max(error.uncertainty, float_info.epsilon * scale)
@@ -192,9 +197,11 @@ def _adaptive(error: ObservedError, method: Method) -> tuple[Term, ...] | None:
 
 
 def _double_precision(error: ObservedError, steps: int) -> tuple[Term, ...]:
-    moved, what = error.uncertainty, "exact answer"
+    moved = error.uncertainty
+    what = "exact answer"
     if (predicted := error.predicted) and predicted.uncertainty is not None:
-        moved, what = predicted.uncertainty, "answer of this step"
+        moved = predicted.uncertainty
+        what = "answer of this step"
     return (
         Term(
             "conditioning",

@@ -43,7 +43,8 @@ UNBOUNDED = 10.0  # times the motion: a predicted error beyond it is one of an u
 FLAT = 0.7  # three finer steps that leave this much of an error have not helped
 LEAVES_OUT = "the run leaves out"
 THEORY = "theory of its error"
-FLOORS = 100.0  # multiples of the round-off level: an error within them may be resolved no further
+# multiples of the round-off level: an error within them may be resolved no further
+FLOORS = 100.0
 
 
 @dataclass(frozen=True)
@@ -130,15 +131,23 @@ def _of_a_run(
     bounded = predicted if exactly and not stepped else None
     if error and bounded and bounded.largest > ELSEWHERE * error.scale > 0.0:
         # Bounds of the model's error are linearised along the exact motion.
-        far = f"the predicted error of {leading} at this step exceeds half the motion, where the "
+        far = (
+            f"the predicted error of {leading} at this step exceeds half the motion, where the "
+        )
         return Judgement("pre-asymptotic", {}, f"{far}bound of the model's error is not known")
-    off = {name: why for name, bound in held.items() if (why := exceeded(run, name, bound, units))}
+    off = {
+        name: why for name, bound in held.items() if (why := exceeded(run, name, bound, units))
+    }
     for name, why in off.items():
         if not _unbounded(run.errors[name]):
             return Judgement("off-prediction", held, f"the error of {name} is {why}")
     if off:
-        why = f"the predicted error of {', '.join(off)} at this step has no bounds, as an engine"
-        return Judgement("pre-asymptotic", {}, f"{why} may have that holds rates below some limit")
+        why = (
+            f"the predicted error of {', '.join(off)} at this step has no bounds, as an engine"
+        )
+        return Judgement(
+            "pre-asymptotic", {}, f"{why} may have that holds rates below some limit"
+        )
     if error and leading in held:  # a tolerance as large as the motion itself tests nothing
         allowed = error.model_error if exactly else held[leading].bound
         if predicted and stepped:
@@ -206,10 +215,13 @@ def _of_runs(
 ) -> Judgement:
     """The verdict on a method from its runs on a scene, coarse to fine; those `beside` its step
     sizes tell of no order and no plateau, and are judged each by itself."""
-    found, runs = [m for m, _ in listed], [run for _, run in listed]
+    found = [m for m, _ in listed]
+    runs = [run for _, run in listed]
 
     def first(*verdicts: Verdict) -> Judgement | None:
-        every = (run for verdict in verdicts for run in (*runs, *beside) if run.verdict == verdict)
+        every = (
+            run for verdict in verdicts for run in (*runs, *beside) if run.verdict == verdict
+        )
         return next(every, None)
 
     if not_run := first("unsupported", "missing", "cut-short"):
@@ -221,7 +233,8 @@ def _of_runs(
         result = convergence(found, about)
         diverged = first("diverged") if result.verdict is None else None
         return diverged or Judgement(result.verdict or "pre-asymptotic", {}, result.reason)
-    failed, flat = first("off-prediction"), _flat(found, names[0])
+    failed = first("off-prediction")
+    flat = _flat(found, names[0])
     # Steps too large for theory show nothing about finer ones.
     if flat and (failed or runs[-1].verdict != "pre-asymptotic"):
         return Judgement("not-converging", failed.tolerances if failed else {}, flat)

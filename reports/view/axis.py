@@ -34,7 +34,8 @@ class Axis:
 
     def scaled(self, scale: float) -> Axis:
         """An axis about the same middle with so many units to a pixel."""
-        middle, half = (self.low + self.high) / 2, abs(self.end - self.start) * scale / 2
+        middle = (self.low + self.high) / 2
+        half = abs(self.end - self.start) * scale / 2
         return replace(self, low=middle - half, high=middle + half)
 
     def along(self, values: npt.ArrayLike) -> Array:
@@ -47,14 +48,17 @@ class Axis:
 
     def ticks(self, most: int) -> Ticks:
         """At most so many, of a long logarithmic axis at powers of ten."""
-        low, high = self.low, self.high
+        low = self.low
+        high = self.high
         if self.logarithmic:
-            first, last = math.ceil(low - 1e-9), math.floor(high + 1e-9)
+            first = math.ceil(low - 1e-9)
+            last = math.floor(high + 1e-9)
             if last > first:
                 powers = np.arange(first, last + 1, -(-(last - first + 1) // most))
                 texts = [f"10{str(p).translate(SUPERSCRIPTS)}" for p in powers]
                 return list(zip(self.along(10.0**powers).tolist(), texts, strict=True))
-            low, high = 10.0**low, 10.0**high
+            low = 10.0**low
+            high = 10.0**high
         unit = 10.0 ** math.floor(math.log10((high - low) / most))
         step = next(unit * k for k in (1, 2, 5, 10) if high - low <= most * unit * k)
         values = step * np.arange(math.ceil(low / step), math.floor(high / step) + 1)

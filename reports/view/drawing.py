@@ -15,7 +15,8 @@ from plumbob.reports.view.content import Figure, Layout, Trace
 from plumbob.reports.view.plotly_figure import FRONT
 
 WIDTH, WIDE, SQUARE = 560, 860, 400  # [px]
-LEFT, RIGHT, SCALE, TOP, BOTTOM = 64, 18, 68, 10, 40  # margins [px], with a map's scale in place
+# margins [px], with a map's scale in place
+LEFT, RIGHT, SCALE, TOP, BOTTOM = 64, 18, 68, 10, 40
 LETTER = 7.4  # [px] at most
 MOST_TICKS, SHADES = 6, 16
 # Marks by plotly's names, in tenths of a pixel from their middles; a disc is the round end of a
@@ -56,8 +57,10 @@ map with ticks beside them, and the names, colours and dashes of its curves."""
 def drawing(figure: Figure, chosen: Sequence[str] = ()) -> Drawing | None:
     """A figure, of curves that belong to methods with those of the `chosen` ones, if there are any;
     None where nothing has a place on its axes."""
-    traces, layout = shown(figure, chosen), figure.layout
-    width, square = WIDE if figure.wide else WIDTH, "scaleanchor" in layout["yaxis"]
+    traces = shown(figure, chosen)
+    layout = figure.layout
+    width = WIDE if figure.wide else WIDTH
+    square = "scaleanchor" in layout["yaxis"]
     height = SQUARE if square else figure.height
     first = traces[0] if "z" in traces[0] else None
     longest = max(map(len, layout["yaxis"].get("ticktext", ())), default=0)
@@ -120,7 +123,8 @@ def _ticks(layout: Layout, axis: Axis) -> Ticks:
 def _marks(trace: Trace, x: Axis, y: Axis) -> Iterator[Path]:
     """The line of a trace and its marks."""
     places = 10.0 * np.column_stack([x.along(trace["x"]), y.along(trace["y"])])
-    there, colour = np.isfinite(places.sum(axis=1)), trace["line"]["color"]
+    there = np.isfinite(places.sum(axis=1))
+    colour = trace["line"]["color"]
     points = places[there].tolist()
     if "lines" in trace["mode"]:
         follows = np.append(False, there[:-1])[there]
@@ -134,7 +138,8 @@ def _marks(trace: Trace, x: Axis, y: Axis) -> Iterator[Path]:
             trace.get("opacity"),
         )
     if "markers" in trace["mode"]:
-        size, name = trace["marker"]["size"], trace["marker"].get("symbol", "circle")
+        size = trace["marker"]["size"]
+        name = trace["marker"].get("symbol", "circle")
         shape = GLYPHS[name.removesuffix("-open")]
         dots = "".join(f"M{a:.0f} {b:.0f}{shape}" for a, b in points)
         if name == "circle":

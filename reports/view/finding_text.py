@@ -34,7 +34,14 @@ from dataclasses import replace
 from typing import Any, cast
 
 from plumbob.engines.study.results import Analysed
-from plumbob.reports.view.content import Claim, Figure, Finding, Statement, StatementVerdict, Table
+from plumbob.reports.view.content import (
+    Claim,
+    Figure,
+    Finding,
+    Statement,
+    StatementVerdict,
+    Table,
+)
 from plumbob.reports.view.sources import SOURCES
 from plumbob.reports.view.tables import Parts, filled_text, table, table_of
 
@@ -62,7 +69,8 @@ def written(
     head, *sections = re.split(r"^# ", whole.strip(), flags=re.MULTILINE)
     keys = keys_of(head, template)
     name = keys.get("name", [template.rpartition("/")[2].replace("_", "-")])[0]
-    judgement, commands = keys.get("judgement", [""])[0], tuple(keys.get("command", ()))
+    judgement = keys.get("judgement", [""])[0]
+    commands = tuple(keys.get("command", ()))
     empty = Finding(name, "", judgement, "", commands=commands, claims=claims)
     return tuple(_filled(empty, section, template, parts) for section in sections)
 
@@ -76,7 +84,8 @@ def _filled(empty: Finding, section: str, template: str, parts: Parts) -> Findin
         for block in blocks
         if isinstance(block, Statement) or str(block).startswith("statement: ")
     ]
-    tables, paragraphs = list[Table](), list[str]()
+    tables = list[Table]()
+    paragraphs = list[str]()
     for block in blocks:
         if block == "statements as a table":
             tables.append(table("statements", statements=statements))

@@ -30,7 +30,9 @@ def write_junit(file: Path, study: Study, every: Results) -> None:
     skipped with the reason where it is a known limit or claims nothing; and a failure for each
     largest step and each derivative that is unexpected."""
     searches = [
-        Case(of.scene, f"{of.method}, {of.about}", 0.0, {}, "failure", f"{of.surprise}: {of.why}")
+        Case(
+            of.scene, f"{of.method}, {of.about}", 0.0, {}, "failure", f"{of.surprise}: {of.why}"
+        )
         for of in unexpected(judged_searches(study))
     ]
     date = study.provenance.date.removesuffix(" UTC").replace(" ", "T")
@@ -41,7 +43,8 @@ def write_junit(file: Path, study: Study, every: Results) -> None:
 def _case(of: MethodResult) -> Case:
     """A pair, with its verdict and order, the relative error at the reference step [s] (or the
     tightest tolerance), of which quantity of interest it is, and the step."""
-    judged, order = of.judged, of.series.order
+    judged = of.judged
+    order = of.series.order
     properties: dict[str, str] = {"verdict": judged.verdict}
     if order:
         properties["order"] = f"{order.slope:.3f}"

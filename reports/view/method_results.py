@@ -30,14 +30,20 @@ from plumbob.reports.view.records import PairVerdict, Records
 Meaning = Literal["predicted", "converges", "limit", "unexpected", "unclaimed", "not-run"]
 SIGNS: Mapping[Meaning, tuple[str, str, str]] = MappingProxyType(
     {
-        "predicted": ("=", "as predicted", "the error is the predicted one, or within its bound"),
+        "predicted": (
+            "=",
+            "as predicted",
+            "the error is the predicted one, or within its bound",
+        ),
         "converges": ("↓", "converges", "not predicted, but smaller steps remove it"),
         "limit": ("◆", "known limit", "declared, with its reason and its size"),
         "unclaimed": ("?", "step too large", "the theory does not reach it"),
         "unexpected": ("✗", "unexpected", "not what theory or a declared limit says"),
     }
 )
-LARGEST_STEP, LOOSEST = DEFAULT[1], 1e-3  # default settings: MuJoCo's step [s], scipy's tolerance
+# default settings: MuJoCo's step [s], scipy's tolerance
+LARGEST_STEP = DEFAULT[1]
+LOOSEST = 1e-3
 PERCENT = 0.01  # relative: the error that the largest step is shown for
 DECADES = 6  # below 1 that have a colour of their own: errors of 1e-6 and less have the first
 
@@ -194,7 +200,9 @@ class MethodResult:
         """Computing time [ns] of a simulated second at a step of a run that reached its end."""
         runs = [m for m in self.done if m.step == step and m.duration]
         return (
-            runs[0].steps * self.cost.ns_per_step / runs[0].duration if runs and self.cost else None
+            runs[0].steps * self.cost.ns_per_step / runs[0].duration
+            if runs and self.cost
+            else None
         )
 
     @property
@@ -206,7 +214,9 @@ class MethodResult:
     def in_reach(self) -> bool:
         """Whether the errors that the order was fitted to are small enough for a series."""
         steps = self.series.order.steps if self.series.order else ()
-        predicted = [e.predicted for m in self.done if m.step in steps for e in m.errors.values()]
+        predicted = [
+            e.predicted for m in self.done if m.step in steps for e in m.errors.values()
+        ]
         return all(f is not None and f.nonlinearity < 1.0 for f in predicted)
 
 
@@ -215,10 +225,12 @@ Results = Mapping[tuple[str, str], MethodResult]  # by scene and method
 
 def results_of(study: Study, records: Records) -> Results:
     """Every method on every scene of a study."""
-    methods, scenes = {m.name: m for m in study.methods}, {s.name: s for s in study.scenes}
+    methods = {m.name: m for m in study.methods}
+    scenes = {s.name: s for s in study.scenes}
     results = {}
     for c in study.convergence:
-        pair, stepped = (c.scene, c.method), methods[c.method].control == "step"
+        pair = (c.scene, c.method)
+        stepped = methods[c.method].control == "step"
         results[pair] = MethodResult(
             scenes[c.scene],
             methods[c.method],
@@ -233,4 +245,6 @@ def results_of(study: Study, records: Records) -> Results:
 
 def finite_limits(results: Sequence[MethodResult]) -> dict[str, float]:
     """The largest stable step [s] of each method that has one and a next that is not."""
-    return {of.name: of.limit.step for of in results if of.limit and 0.0 < of.limit.step < math.inf}
+    return {
+        of.name: of.limit.step for of in results if of.limit and 0.0 < of.limit.step < math.inf
+    }

@@ -43,7 +43,8 @@ class Plots:
 
     folder: str | None = None  # where the page finds their files; None: inside the page
     page: str = ""  # its name
-    data: list[Mapping[str, Any]] = field(default_factory=list)  # a figure each, as plotly takes it
+    # a figure each, as plotly takes it
+    data: list[Mapping[str, Any]] = field(default_factory=list)
     tables: list[str] = field(default_factory=list)  # HTML, a table each
     files: dict[str, str] = field(default_factory=dict)  # by name
 
@@ -143,7 +144,8 @@ def shared_files(hold: Callable[[str], str] = carried) -> Mapping[str, str]:
 
     styles, scripts = (
         "\n".join(
-            INDENT.sub("", path.read_text("utf-8")) for path in sorted(TEMPLATES.glob(f"*.{kind}"))
+            INDENT.sub("", path.read_text("utf-8"))
+            for path in sorted(TEMPLATES.glob(f"*.{kind}"))
         )
         for kind in ("css", "js")
     )

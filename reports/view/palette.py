@@ -17,7 +17,8 @@ from plumbob.engines.method import USER_METHOD
 BLUE, RED, GREEN, ORANGE = "#0072b2", "#d55e00", "#009e73", "#e69f00"
 SKY, PINK, GREY = "#56b4e9", "#cc79a7", "#808080"
 PLUM, OLIVE, PERIWINKLE = "#b05a8c", "#6b8e23", "#5a78d2"
-COLOURS = (BLUE, ORANGE, GREEN, PINK, SKY, RED, OLIVE, PERIWINKLE, GREY)  # of what has no own one
+# of what has no own one
+COLOURS = (BLUE, ORANGE, GREEN, PINK, SKY, RED, OLIVE, PERIWINKLE, GREY)
 
 # Fixed places, so that two pages agree whatever was measured; what is not here takes what is left.
 INTEGRATORS = (
@@ -73,7 +74,8 @@ class Style:
 def styles(names: Iterable[str]) -> Mapping[str, Style]:
     """The style of each method by name; earlier ones get larger markers, so that curves that
     coincide are seen as rings."""
-    colours, shapes = dict(INTEGRATORS), dict(ENGINES)
+    colours = dict(INTEGRATORS)
+    shapes = dict(ENGINES)
     by_method: dict[str, Style] = {}
     dashes: dict[str, int] = {}  # by colour, so that the two tell methods apart
     for rank, name in enumerate(names):

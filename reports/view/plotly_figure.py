@@ -42,7 +42,8 @@ def curve(
     """A curve, or points: those of `method` follow its style and its place in the legend; `hint`
     is shown on hover, with a point's %{x}, %{y} and %{text}, its entry of `hints`, in it; `more` as
     plotly takes it."""
-    xs, ys = np.ravel(x), np.ravel(y)
+    xs = np.ravel(x)
+    ys = np.ravel(y)
     kept = np.linspace(0, len(xs) - 1, min(len(xs), MOST)).astype(int)
     colour = colour or style.colour
     trace: dict[str, Any] = {
@@ -81,7 +82,9 @@ def figure(
     return Figure(title, caption, tuple(traces), layout, height, wide)
 
 
-def over_time(title: str, caption: str, traces: Sequence[Trace], y: Layout, **more: Any) -> Figure:
+def over_time(
+    title: str, caption: str, traces: Sequence[Trace], y: Layout, **more: Any
+) -> Figure:
     """A figure over time [s] with a legend; `more` as `figure` takes it."""
     return figure(title, caption, traces, linear("time [s]"), y, legend=True, **more)
 

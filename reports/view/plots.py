@@ -82,7 +82,9 @@ def _errors(
             yield of.name, {step: e.largest for step, e in errors.items()}, predicted
 
 
-def _drifts(stepped: Sequence[MethodResult]) -> Mapping[str, Mapping[str, Mapping[float, float]]]:
+def _drifts(
+    stepped: Sequence[MethodResult],
+) -> Mapping[str, Mapping[str, Mapping[float, float]]]:
     """By invariant and method the largest relative drifts by step [s]."""
     rows: dict[str, dict[str, dict[float, float]]] = {}
     for of in stepped:

@@ -32,7 +32,9 @@ def to_copy(settings: Settings, title: str, cost: str = "") -> Pasted:
     """Settings under a title; a study's own `cost` of a step, in steps of MuJoCo's default method,
     takes the place of the usual one."""
     if cost:
-        words = f"{cost} times a step of {DEFAULT_METHOD}, the median over the scenes of this study"
+        words = (
+            f"{cost} times a step of {DEFAULT_METHOD}, the median over the scenes of this study"
+        )
         snippets = tuple(replace(snippet, cost=words) for snippet in settings.snippets)
         settings = replace(settings, snippets=snippets)
     return Pasted(title, settings)

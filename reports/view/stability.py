@@ -18,7 +18,8 @@ Judged = Sequence[JudgedLimit | JudgedLongRun]
 
 def write_page(judged: Judged, provenance: Provenance, folder: Path) -> Path:
     """Write `stability.html` into `folder` and return its path; raises OSError."""
-    long, shown = _long(judged), table(judged)
+    long = _long(judged)
+    shown = table(judged)
     page = filled("stability.html.jinja", table=shown, long=long, made=provenance)
     return written(page, folder, NAME)
 

@@ -154,10 +154,8 @@ def in_unit(amount: float, unit: str, digits: int = 3) -> str:
 
 def verdict_cell(judged: PairVerdict, link: str = "") -> Cell:
     """A verdict, coloured, and marked as known limit or as unexpected."""
-    text, hint = (
-        judged.verdict.replace("-", " "),
-        judged.reason or "as predicted, or within its bound",
-    )
+    text = judged.verdict.replace("-", " ")
+    hint = judged.reason or "as predicted, or within its bound"
     if judged.mark:
         text += f" ({judged.mark})"
         hint += f"; expected {judged.expected}"

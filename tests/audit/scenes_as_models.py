@@ -57,7 +57,8 @@ class AuditedScene:
 
     def observed(self, states, name):
         """An observable of states, shape (n,)."""
-        nq, nv = self.compiled.nq, self.compiled.nv
+        nq = self.compiled.nq
+        nv = self.compiled.nv
         values = self.observe(states[:, :nq], states[:, nq : nq + nv])[0][name]
         return np.asarray(values, dtype=float)
 
@@ -67,13 +68,16 @@ def scene_as_model(name, method, step, duration):
     case = case_of(find_scene(name)).lasting(duration)
     simulation = ENGINE.prepare(case, find_method(method), step)
     data = mujoco.MjData(simulation.model)
-    data.qpos[:], data.qvel[:] = simulation.translation.qpos, simulation.translation.qvel
+    data.qpos[:] = simulation.translation.qpos
+    data.qvel[:] = simulation.translation.qvel
     mujoco.mj_forward(simulation.model, data)
     model = replace(own_model(simulation.model, name), start=data)
     return AuditedScene(case, model, simulation.model, simulation.translation.observe)
 
 
-def ball(height=0.15, integrator="Euler", solref=".02 1", friction="1", flags='energy="disable"'):
+def ball(
+    height=0.15, integrator="Euler", solref=".02 1", friction="1", flags='energy="disable"'
+):
     """A compiled ball above a plane, its centre at `height` [m]; its radius is 0.1 m."""
     text = BALL.format(
         height=height, integrator=integrator, solref=solref, friction=friction, flags=flags
@@ -96,7 +100,9 @@ def audit_of(model, control="rest", keyframe=None, budget=60.0, **motion):
     processor time [s] than it takes."""
     if isinstance(model, str):
         model = compiled(model)
-    own = model if isinstance(model, MujocoModel) else own_model(model, "model", Start(keyframe))
+    own = (
+        model if isinstance(model, MujocoModel) else own_model(model, "model", Start(keyframe))
+    )
     return audited(own, script(own, control, **motion), control, Allowance(budget))
 
 

@@ -60,7 +60,8 @@ def test_certified_where_small_steps_tend(name):
         fine = own.positions(own.stepped(motion, integrator, 10 * FINE).states)
         assert np.abs(fine - found.positions).max() < NEAR
         coarse = own.positions(own.stepped(motion, integrator, 10).states)
-        assert np.abs(coarse - found.positions).max() > 4 * NEAR  # a field with the step is seen
+        # a field with the step is seen
+        assert np.abs(coarse - found.positions).max() > 4 * NEAR
 
 
 def test_a_force_that_looks_ahead_moves_as_one_that_does_not():

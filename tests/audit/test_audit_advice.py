@@ -25,7 +25,14 @@ from plumbob.engines.method import Stepping
 from plumbob.engines.study import cost as cost_module
 from plumbob.engines.study.cost import Cost
 from plumbob.reports.view.audit.page import answered, rows
-from plumbob.tests.audit.scenes_as_models import PENDULUM, ball, compiled, pendulum, ready, recast
+from plumbob.tests.audit.scenes_as_models import (
+    PENDULUM,
+    ball,
+    compiled,
+    pendulum,
+    ready,
+    recast,
+)
 
 
 @pytest.fixture(name="found", scope="module")
@@ -70,7 +77,8 @@ def test_what_is_advised_depends_on_the_error(found):
     assert to_do(replace(found, found=short, reference=ended)).endswith(
         "2.2]) up to 0.2 s; a larger --budget tells more"
     )
-    as_large = Cheapest(1e-2, "implicitfast", 0.01, 9e-3, times(0.75))  # its spread reaches 0.825
+    # its spread reaches 0.825
+    as_large = Cheapest(1e-2, "implicitfast", 0.01, 9e-3, times(0.75))
     assert choosing(found, as_large) == "no step that was run is reliably nearer"
     assert "enough for 1 cm" in choosing(found, replace(as_large, cost=times(0.7)))
     assert to_do(replace(found, found=None)).startswith("try a shorter --duration")

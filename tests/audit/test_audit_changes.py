@@ -65,7 +65,8 @@ def test_what_moves_beyond_what_is_known(new, what, growth):
 
 @pytest.mark.long
 def test_an_edit_is_named_and_fails_where_asked(tmp_path, capsys):
-    file, old = tmp_path / "rod.xml", tmp_path / "old.json"
+    file = tmp_path / "rod.xml"
+    old = tmp_path / "old.json"
     file.write_text(ROD)
     quick = ["audit", str(file), "--duration", "0.1", "--budget", "5"]
     assert main([*quick, "--json"]) == 0

@@ -42,14 +42,18 @@ def _sets(name, factor):
         ("actuator_gainprm", 0.0, "actuator", "all of it dropped"),
     ],
 )
-def test_a_change_is_the_first_term_and_its_force_puts_it_right(motion, field, factor, term, cause):
+def test_a_change_is_the_first_term_and_its_force_puts_it_right(
+    motion, field, factor, term, cause
+):
     """Put right, what is left is the step's own error, to rounding."""
     result = measured(changed(_sets(field, factor)), motion)
     assert result.first.term == term
     assert result.first.cause.startswith(cause)
     assert result.all_right == pytest.approx(result.step_error, rel=1e-6)
     assert result.part_explained is not None
-    assert result.error > 1.0001 * result.step_error or result.error < 0.9999 * result.step_error
+    assert (
+        result.error > 1.0001 * result.step_error or result.error < 0.9999 * result.step_error
+    )
 
 
 def test_rounding_to_single_precision_is_predicted(motion):

@@ -29,7 +29,8 @@ def test_errors_agree_with_those_of_the_study(name):
 
 def test_errors_agree_on_every_scene_without_contacts(request):
     families = scenes("cone-pendulum/*,simple-pendulum/*,linear-pendulum/*")
-    chosen = [scene for scene in families if "/forced" not in scene.name]  # driven within a step
+    # driven within a step
+    chosen = [scene for scene in families if "/forced" not in scene.name]
     assert len(chosen) > 50
     every = 1 if request.config.getoption("--profile") == "full" else 12
     for scene in chosen[::every]:

@@ -38,7 +38,8 @@ BOTH = pytest.mark.parametrize("name", ["rod.xml", "model"])
 @BOTH
 def test_a_line_a_text_and_a_card_say_the_same(results, name):
     result = results[name]
-    text, html = result.text(), unescape(result._repr_html_()).replace("\u00a0", " ")
+    text = result.text()
+    html = unescape(result._repr_html_()).replace("\u00a0", " ")
     assert re.fullmatch(f"<audit of {name}: .+>", repr(result))
     (line,) = re.findall("<strong>(.*)</strong>", re.sub("</?span.*?>", "", html))
     assert repr(result) == f"<audit of {name}: {line}>"
@@ -85,7 +86,8 @@ def test_plain_data_are_what_the_command_prints(results, capsys):
 
 
 def test_without_an_answer_the_line_says_why(results):
-    motion, contacts = results["rod.xml"], results["model"]
+    motion = results["rod.xml"]
+    contacts = results["model"]
     assert isinstance(motion, MotionResult)
     assert isinstance(contacts, ContactResult)
     lost = replace(motion, found=None, reference=replace(motion.reference, why="it blows up"))

@@ -49,14 +49,16 @@ def at_end(found, name):
 
 def test_of_an_oscillator_all_are_those_of_the_closed_forms():
     """Of the motion x'' = (u - k x)/m and of Euler's steps v += h (u - k x)/m, x += h v."""
-    found, frequency = found_of(oscillator()), math.sqrt(STIFFNESS / MASS)
+    found = found_of(oscillator())
+    frequency = math.sqrt(STIFFNESS / MASS)
     phase = frequency * found.times
     exact = [np.cos(phase), np.sin(phase) / frequency, (1.0 - np.cos(phase)) / STIFFNESS]
     assert found.by == ("position along", "velocity along", "control push")
     off = np.abs(found.exact[:, 0] - np.transpose(exact))
     assert (off <= 2.0 * found.uncertainty + 1e-12).all()
     assert found.certificate[-1] < 1e-7
-    steps, along = round(DURATION / STEP), np.eye(2, 3)
+    steps = round(DURATION / STEP)
+    along = np.eye(2, 3)
     one = np.array([[1 - STEP**2 * STIFFNESS / MASS, STEP], [-STEP * STIFFNESS / MASS, 1.0]])
     for _ in range(steps):
         along = one @ along

@@ -30,7 +30,8 @@ def test_the_rollout_is_gymnasiums_own_to_the_bit():
         warnings.simplefilter("ignore")
         theirs = importlib.import_module("gymnasium").make(POLE)
         observation, _ = theirs.reset(seed=3)
-        states, controls = [], []
+        states = []
+        controls = []
         for _ in range(5):
             states.append(theirs.unwrapped.state_vector())
             observation, *_ = theirs.step(steering(observation))

@@ -37,7 +37,9 @@ def test_the_actions_step_fails_on_the_line_that_a_change_sets(tmp_path):
     """Ten times the step: the error exceeds what passes, on the third line of the file."""
     action = (ROOT / ".github/actions/audit/action.yml").read_text("utf-8")
     (script,) = re.findall(r"run: \|\n((?: {8}.*\n)+)", action)
-    inputs = dict(re.findall(r"^ {8}([A-Z]+): \$\{\{ inputs\.(\w+) \}\}$", action, re.MULTILINE))
+    inputs = dict(
+        re.findall(r"^ {8}([A-Z]+): \$\{\{ inputs\.(\w+) \}\}$", action, re.MULTILINE)
+    )
     assert inputs == {name: name.lower() for name in ("FILES", "METRES", "ENGINES", "OPTIONS")}
     given = {"FILES": "rod.xml", "METRES": "0.01", "OPTIONS": "--duration 0.2 --budget 60"}
     for step, code, kind in (("0.005", 0, "notice"), ("0.05", 1, "error")):
@@ -55,6 +57,10 @@ def test_the_hooks_command_takes_files(tmp_path):
     hooks = (ROOT / ".pre-commit-hooks.yaml").read_text("utf-8")
     (entry,) = re.findall(r"entry: (.*)", hooks)
     (pattern,) = re.findall(r"files: (.*)", hooks)
-    assert [bool(re.search(pattern, name)) for name in ("a/b.xml", "r.urdf", "a.py")] == [1, 1, 0]
+    assert [bool(re.search(pattern, name)) for name in ("a/b.xml", "r.urdf", "a.py")] == [
+        1,
+        1,
+        0,
+    ]
     (tmp_path / "bad.xml").write_text("<mujoco><no_such/></mujoco>")
     assert _run(f"{entry} bad.xml", tmp_path).returncode == 2

@@ -44,7 +44,8 @@ def test_what_is_certified_when_time_runs_out_is_kept(budget, least, monkeypatch
 @pytest.mark.parametrize("asked", [[], ["--json"]])
 def test_the_first_line_is_written_before_anything_is_computed(asked, tmp_path, monkeypatch):
     """Standard output is a file, which is written in blocks unless it is flushed."""
-    model, out = tmp_path / "rod.xml", tmp_path / "out.txt"
+    model = tmp_path / "rod.xml"
+    out = tmp_path / "out.txt"
     model.write_text(PENDULUM.format(integrator="Euler"))
     before = []
 

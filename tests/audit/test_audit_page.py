@@ -37,7 +37,9 @@ def test_the_card_says_the_error_the_choice_and_the_certificate(found):
 
 
 @pytest.mark.long
-def test_command_writes_the_page_and_names_the_model_as_it_was_given(tmp_path, monkeypatch, capsys):
+def test_command_writes_the_page_and_names_the_model_as_it_was_given(
+    tmp_path, monkeypatch, capsys
+):
     monkeypatch.chdir(tmp_path)
     Path("arm").mkdir()
     Path("arm/rod.xml").write_text(PENDULUM.format(integrator="Euler"), "utf-8")

@@ -20,7 +20,8 @@ def holding(time, qpos, qvel):
 @pytest.mark.parametrize("held", [1, 4])
 def test_what_is_replayed_is_the_users_own_loop_to_the_bit(held):
     model = mujoco.MjModel.from_xml_string(ROD)
-    data, controls = mujoco.MjData(model), []
+    data = mujoco.MjData(model)
+    controls = []
     for _ in range(40 // held):
         data.ctrl[:] = holding(data.time, data.qpos, data.qvel)
         controls.append(data.ctrl.copy())
@@ -40,8 +41,16 @@ def test_on_the_command_line(tmp_path, monkeypatch, capsys):
     (tmp_path / "holding_rod.py").write_text("def act(time, qpos, qvel):\n    return -qpos\n")
     line = ["audit", "rod.xml", "--duration", "0.05", "--budget", "1"]
     assert main([*line, "--policy", "holding_rod:act"]) == 0
-    assert "control (policy, recorded at the model's own step) held 5 ms" in capsys.readouterr().out
-    for wrong in ("holding_rod", "holding_rod:none", "no_such_module:act", "holding_rod:__name__"):
+    assert (
+        "control (policy, recorded at the model's own step) held 5 ms"
+        in capsys.readouterr().out
+    )
+    for wrong in (
+        "holding_rod",
+        "holding_rod:none",
+        "no_such_module:act",
+        "holding_rod:__name__",
+    ):
         assert main([*line, "--policy", wrong]) == 2
         err = capsys.readouterr().err
         assert (err.count("\n"), "policy = " in err) == (1, True)

@@ -19,7 +19,9 @@ HOSTILE = CASES["hostile"]
 
 
 BY_REASON = [(reason, text, ["--budget", "5"]) for reason, text in CASES["refused"].items()]
-BY_REASON += [(reason, text, ["--contacts"]) for reason, text in CASES["refused_contacts"].items()]
+BY_REASON += [
+    (reason, text, ["--contacts"]) for reason, text in CASES["refused_contacts"].items()
+]
 BOX = CASES["refused_contacts"]["no gravity"].replace(' gravity="0 0 0"', "")
 OPTIONS = [(words.split(" "), reason) for words, reason in CASES["bad_options"].items()]
 
@@ -57,7 +59,8 @@ def test_bad_options_of_contacts_are_one_line(words, reason, files, capsys):
 class WithPluginState:
     """A model that says it has a plugin with numbers of its own; no plugin of MuJoCo's own has."""
 
-    nplugin, plugin_statenum = 1, (2,)
+    nplugin = 1
+    plugin_statenum = (2,)
 
     def __init__(self, model):
         self.model = model
@@ -75,7 +78,11 @@ def test_a_plugin_with_a_state_of_its_own_is_refused():
 def _files(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     text = PENDULUM.format(integrator="Euler")
-    models = {"my.xml": text, "secret.xml": text, "no_step.xml": text.replace('"0.01"', '"nan"')}
+    models = {
+        "my.xml": text,
+        "secret.xml": text,
+        "no_step.xml": text.replace('"0.01"', '"nan"'),
+    }
     written = CASES["files"] | models
     for name, content in written.items():
         Path(name).write_text(content, "utf-8")

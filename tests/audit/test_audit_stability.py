@@ -64,7 +64,12 @@ DROP = """
 
 
 def arm(
-    more=DRIVE, joint="", step=0.001, integrator="Euler", armature=INERTIA, flag='energy="disable"'
+    more=DRIVE,
+    joint="",
+    step=0.001,
+    integrator="Euler",
+    armature=INERTIA,
+    flag='energy="disable"',
 ):
     return ARM.format(
         more=more, joint=joint, step=step, integrator=integrator, armature=armature, flag=flag
@@ -91,14 +96,28 @@ def test_an_oscillator_goes_where_theory_says(integrator, times):
     assert limit.first == DRIVEN
 
 
-FILTER = '<actuator><general name="drive" joint="elbow" dyntype="filter" dynprm=".001"/></actuator>'
+FILTER = (
+    '<actuator><general name="drive" joint="elbow" dyntype="filter" dynprm=".001"/></actuator>'
+)
 
 
 @pytest.mark.parametrize(
     ("more", "joint", "integrator", "first", "limit"),
     [
-        ("", 'stiffness="2000"', "euler", "joint elbow, stiffness 2000 on 0.01 kg m²", 2 / RATE),
-        ("", 'damping="20"', "rk4", "joint elbow, damping 20 on 0.01 kg m²", 2.785 * INERTIA / 20),
+        (
+            "",
+            'stiffness="2000"',
+            "euler",
+            "joint elbow, stiffness 2000 on 0.01 kg m²",
+            2 / RATE,
+        ),
+        (
+            "",
+            'damping="20"',
+            "rk4",
+            "joint elbow, damping 20 on 0.01 kg m²",
+            2.785 * INERTIA / 20,
+        ),
         (
             '<actuator><velocity name="brake" joint="elbow" kv="20"/></actuator>',
             "",
@@ -119,7 +138,8 @@ def test_what_goes_first_has_its_name(more, joint, integrator, first, limit):
 def test_growth_of_the_motion_itself_is_no_instability():
     """A pole on its end falls e-fold in a tenth of a second, at any step."""
     on = course(POLE, 2.0)
-    at, step = on.points[0], on.model.step
+    at = on.points[0]
+    step = on.model.step
     for integrator in on.model.steppable:
         jacobian = at.maps(integrator, step, DIFFERENCES[0])
         assert excess(jacobian, at.rates, step) <= 1.0 + MARGIN
@@ -160,7 +180,9 @@ def test_a_step_that_loses_the_motion_is_not_said_to_hold(monkeypatch):
     on = course(arm())
     for factor in (1.4, math.inf):
         shown = factor * 2.0 / RATE
-        monkeypatch.setattr(stability_module, "unstable", lambda at, of, step, s=shown: step > s)
+        monkeypatch.setattr(
+            stability_module, "unstable", lambda at, of, step, s=shown: step > s
+        )
         limit = limited(on, "euler")
         assert limit.confirmed
         assert limit.largest_step != limit.predicted
@@ -170,13 +192,16 @@ def test_a_step_that_loses_the_motion_is_not_said_to_hold(monkeypatch):
 
 def test_where_smaller_steps_diverge_the_limit_is_below_them(monkeypatch):
     """Some between them and the limit hold: an island, not a limit."""
-    on, rate = course(arm()), Course.rate
+    on = course(arm())
+    rate = Course.rate
     limit = limited(on, "euler")
     assert tried_below(on, limit) == limit
     monkeypatch.setattr(
         Course,
         "rate",
-        lambda self, of, step, t=None: np.inf if 3e-3 < step < 3.4e-3 else rate(self, of, step, t),
+        lambda self, of, step, t=None: (
+            np.inf if 3e-3 < step < 3.4e-3 else rate(self, of, step, t)
+        ),
     )
     lower = tried_below(on, limit)
     assert lower.confirmed

@@ -40,7 +40,10 @@ def test_a_start_is_what_is_asked_for():
 @pytest.mark.parametrize(
     ("given", "line"),
     [
-        ({"qpos": [1.0, 2.0]}, "qpos = '2 numbers': must be 1 finite numbers, as the model has"),
+        (
+            {"qpos": [1.0, 2.0]},
+            "qpos = '2 numbers': must be 1 finite numbers, as the model has",
+        ),
         ({"qvel": [float("nan")]}, "must be 1 finite numbers"),
         ({"qvel": "fast"}, "qvel = 'fast': must be a list of numbers"),
     ],

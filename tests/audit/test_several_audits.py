@@ -66,7 +66,11 @@ def test_a_broken_model_costs_its_row(folder, capsys):
     assert main(["audit", *given, *QUICK, "2", "--out", str(out)]) == 2
     head, *table = capsys.readouterr().out.splitlines()
     assert head.split()[:3] == ["model", "step", "error"]
-    assert [line.split()[0] for line in table] == ["coarse/rod.xml", "fine/rod.xml", "broken.xml"]
+    assert [line.split()[0] for line in table] == [
+        "coarse/rod.xml",
+        "fine/rod.xml",
+        "broken.xml",
+    ]
     assert "must be a MuJoCo model file" in table[-1]
     pages = {page.name for page in out.iterdir()}
     assert pages == {"audit-models.html", "audit-fine-rod.html", "audit-coarse-rod.html"}
@@ -83,7 +87,8 @@ def test_json_is_a_list_of_what_one_audit_gives(folder, capsys):
     asked = ["--absolute", str(2.0 * alone["error"])]
     # the coarse one misses it
     assert (
-        main(["audit", str(folder / "f*" / "rod.xml"), coarse, *QUICK, "1", *asked, "--json"]) == 1
+        main(["audit", str(folder / "f*" / "rod.xml"), coarse, *QUICK, "1", *asked, "--json"])
+        == 1
     )
     both = json.loads(capsys.readouterr().out)
     assert [one["path"] for one in both] == [coarse, fine]

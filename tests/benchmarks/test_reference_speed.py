@@ -39,7 +39,8 @@ def solved():
 def right_side(_, state):
     """theta', theta'' by the cheapest arithmetic that Python has for two numbers."""
     theta, rate = state
-    sine, cosine = math.sin(theta), math.cos(theta)
+    sine = math.sin(theta)
+    cosine = math.cos(theta)
     bend = (2 * ROTOR.sin2 * sine + ROTOR.cos) * cosine - ROTOR.sin * sine
     return np.array([rate, bend])
 
@@ -51,7 +52,8 @@ def sampled(times=TIMES):
 
 def test_a_million_times_against_dop853(hold):
     def integrated():
-        span, state = (0.0, 50.0), [0.0, 37.0]
+        span = (0.0, 50.0)
+        state = [0.0, 37.0]
         return seconds(
             lambda: solve_ivp(right_side, span, state, "DOP853", TIMES, rtol=1e-13, atol=1e-13)
         )
@@ -81,7 +83,8 @@ def test_a_certified_motion_against_dop853(hold):
         return seconds(lambda: CertifiedMotion(system).uncertainty(np.array([10.0])))
 
     def integrated():
-        ends, start = (0.0, 10.0), system.start
+        ends = (0.0, 10.0)
+        start = system.start
         return seconds(
             lambda: solve_ivp(system.slope, ends, start, "DOP853", rtol=1e-13, atol=1e-13)
         )

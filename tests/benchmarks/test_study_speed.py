@@ -23,7 +23,8 @@ from plumbob.tests.support.stored import save
 SCENES = "simple-pendulum,linear-pendulum"
 SAVED = 1.5  # required speed-up by two processes, which take a second each to start
 STARTS = 4.0  # of Python with numpy, that an answer from a stored study may take
-PAGES = 22.0  # of these in processor time, that pages may take: of a measured study three seconds
+# of these in processor time, that pages may take: of a measured study three seconds
+PAGES = 22.0
 QUIET = 0.9  # processor time per wall time of a process on an idle machine
 
 
@@ -46,19 +47,24 @@ def _computed(who=resource.RUSAGE_SELF):
 
 @pytest.mark.skipif((os.cpu_count() or 1) < 2, reason="one core")
 def test_the_error_half_on_two_processes(hold):
-    _study(pattern="mujoco/euler,pymunk/default,ode/lsoda,heyoka")  # what one process loads, once
+    # what one process loads, once
+    _study(pattern="mujoco/euler,pymunk/default,ode/lsoda,heyoka")
     begin = _computed()
     alone = _wall()
     computed = _computed() - begin
-    begin, others = _computed(), _computed(resource.RUSAGE_CHILDREN)
+    begin = _computed()
+    others = _computed(resource.RUSAGE_CHILDREN)
     both = _wall(2)
-    here, there = _computed() - begin, _computed(resource.RUSAGE_CHILDREN) - others
+    here = _computed() - begin
+    there = _computed(resource.RUSAGE_CHILDREN) - others
     each = here + there / 2  # this process hands out pieces, and two others work
     print(
         f"\nwall {alone:.1f} s alone, {both:.1f} s by two: {alone / both:.2f} times; computed "
         f"{computed:.1f} s alone, {here:.1f} s here and {there:.1f} s by two others"
     )
-    hold("processor time of a study: alone over each of two", [computed / each] * 2, least=SAVED)
+    hold(
+        "processor time of a study: alone over each of two", [computed / each] * 2, least=SAVED
+    )
     if min(computed / alone, each / both) >= QUIET:
         assert alone / both >= SAVED
 

@@ -40,7 +40,9 @@ def test_friction_balances_about_every_line_through_c(capsule, heading, along, a
     friction_limit = capsule.friction * capsule.slider_mass * capsule.gravity
     slack = 3 * normal_force_uncertainty(capsule, math.hypot(along, across))
     reach = 2.0 * capsule.friction  # the longest arm [m], and f
-    np.testing.assert_allclose(moments, [0.0, friction_limit * across], rtol=0, atol=slack * reach)
+    np.testing.assert_allclose(
+        moments, [0.0, friction_limit * across], rtol=0, atol=slack * reach
+    )
 
 
 def test_validity_names_the_support_that_lifts():

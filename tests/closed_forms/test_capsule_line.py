@@ -31,18 +31,19 @@ def parameters(line):
 def integrate(given, time):
     """Eqs. 11-14 integrated phase by phase, with 40 digits."""
     body, slider, friction, gravity, w1, w2, t1 = given.values()
-    mu, friction_limit = slider / (body + slider), friction * gravity
-    stop, rest = (
-        t1 + w1 * t1 / w2,
-        t1 + (mu * w1 - friction_limit) * t1 / (mu * w2 + friction_limit),
-    )
+    mu = slider / (body + slider)
+    friction_limit = friction * gravity
+    stop = t1 + w1 * t1 / w2
+    rest = t1 + (mu * w1 - friction_limit) * t1 / (mu * w2 + friction_limit)
     x = v = xi = rate = now = mpmath.mpf(0)
     for end, w, sliding in ((t1, w1, 1), (rest, -w2, 1), (stop, -w2, 0)):
         span = min(end, time) - now
         if span > 0:
             a = (friction_limit - mu * w) * sliding
-            x, v = x + v * span + a * span**2 / 2, v + a * span
-            xi, rate = xi + rate * span + w * span**2 / 2, rate + w * span
+            x = x + v * span + a * span**2 / 2
+            v = v + a * span
+            xi = xi + rate * span + w * span**2 / 2
+            rate = rate + w * span
             now += span
     found = {"displacement": x, "velocity": v, "stroke": xi, "stroke_rate": rate}
     return found | {"t2": stop, "t_star": rest}
@@ -55,7 +56,9 @@ def loads(line, given, exact):
     matrix = mpmath.matrix([[1, 1, 1], *zip(*line.capsule.supports, strict=True)])
     unit = mpmath.cos(mpmath.mpf(line.direction)), mpmath.sin(mpmath.mpf(line.direction))
     total = weight + given["body_mass"] * given["gravity"]
-    return list(mpmath.lu_solve(matrix, mpmath.matrix([total, along * unit[0], along * unit[1]])))
+    return list(
+        mpmath.lu_solve(matrix, mpmath.matrix([total, along * unit[0], along * unit[1]]))
+    )
 
 
 def agrees(line, names=("displacement", "stroke")):
@@ -64,18 +67,28 @@ def agrees(line, names=("displacement", "stroke")):
     the result."""
     allowed = 3 * condition_number(LINE) * 2.0**-53
     assert allowed < 1e-14
-    wanted = {"displacement": -0.0055917, "stroke": 0.0817786125, "t2": 0.1425, "t_star": 0.19 / 3}
+    wanted = {
+        "displacement": -0.0055917,
+        "stroke": 0.0817786125,
+        "t2": 0.1425,
+        "t_star": 0.19 / 3,
+    }
     return all(abs(getattr(line, n) - wanted[n]) <= allowed * abs(wanted[n]) for n in names)
 
 
-@pytest.mark.parametrize("heading", [direction_to(CHECK, i) for i in (1, 2, 3)] + [0.9, 2.1, 3.9])
+@pytest.mark.parametrize(
+    "heading", [direction_to(CHECK, i) for i in (1, 2, 3)] + [0.9, 2.1, 3.9]
+)
 def test_check_values(heading):
     assert agrees(replace(LINE, direction=heading), ("displacement", "stroke", "t2", "t_star"))
 
 
 @pytest.mark.parametrize(
     ("changes", "unlike"),
-    [({"friction": 0.3 * (1 + 1e-4)}, "displacement"), ({"slider_mass": 0.3001}, "displacement")],
+    [
+        ({"friction": 0.3 * (1 + 1e-4)}, "displacement"),
+        ({"slider_mass": 0.3001}, "displacement"),
+    ],
 )
 def test_sensitivity(changes, unlike):
     """The stroke is set by w1, w2, t1 alone, the displacement is not."""
@@ -111,14 +124,17 @@ def test_histories_within_their_uncertainty(line, parts, signs):
     """With every parameter and time changed by one rounding, in its own direction."""
     times = np.array([0.0, line.t1, line.t_star, line.t2, *(p * line.t2 for p in parts)])
     reference = line
-    found, slack = reference.observe(times), reference.uncertainty(times)
+    found = reference.observe(times)
+    slack = reference.uncertainty(times)
     assert list(found) == list(slack)
     with mpmath.workdps(40):
         nudge = [1 + (1 if signs >> k & 1 else -1) * mpmath.mpf(2) ** -53 for k in range(8)]
         near = {n: p * nudge[k] for k, (n, p) in enumerate(parameters(line).items())}
         for i, time in enumerate(times):
             exact = integrate(near, mpmath.mpf(float(time)) * nudge[7])
-            exact |= {f"normal_force_{k + 1}": n for k, n in enumerate(loads(line, near, exact))}
+            exact |= {
+                f"normal_force_{k + 1}": n for k, n in enumerate(loads(line, near, exact))
+            }
             for name in ("displacement", "velocity", "stroke", "stroke_rate", *LOADS):
                 assert abs(found[name][i] - exact[name]) <= slack[name][i], name
 
@@ -142,7 +158,8 @@ def test_without_friction_the_combined_centre_stays(line):
 
 def test_printed_velocity_contradicts_the_stopping_time():
     times = np.linspace(0.0, LINE.t2, 400)
-    printed, own = printed_body_velocity(LINE, times), LINE.at(times).velocity
+    printed = printed_body_velocity(LINE, times)
+    own = LINE.at(times).velocity
     pushing = times < LINE.t1
     np.testing.assert_array_equal(printed[pushing], own[pushing])
     assert abs(own[times > LINE.t_star]).max() == 0.0
@@ -166,4 +183,6 @@ def test_push_just_above_its_threshold(excess):
     near = excess + 5e-16 / excess
     assert condition_number(line) == pytest.approx(expected, rel=2 * near)
     friction_limit = CHECK.friction * CHECK.gravity
-    assert line.displacement == pytest.approx(-0.5 * excess * friction_limit * 0.03**2, rel=near)
+    assert line.displacement == pytest.approx(
+        -0.5 * excess * friction_limit * 0.03**2, rel=near
+    )

@@ -18,7 +18,8 @@ def test_stopping_distance(capsule, speed, direction):
         capsule, (0.1, -0.05), (speed * math.cos(direction), speed * math.sin(direction))
     )
     times = np.array([motion.sliding_time])
-    end, slack = motion.observe(times), motion.uncertainty(times)
+    end = motion.observe(times)
+    slack = motion.uncertainty(times)
     with mpmath.workdps(40):
         way = mpmath.mpf(speed) ** 2 / (2 * mpmath.mpf(capsule.friction) * capsule.gravity)
         wanted = way * mpmath.expj(mpmath.mpf(direction))

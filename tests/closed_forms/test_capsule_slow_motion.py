@@ -18,7 +18,8 @@ from plumbob.analytic.systems.three_points.rest import holding_limit
 from plumbob.tests.support.fixed_step import mean_acceleration
 from plumbob.tests.support.random_capsules import CHECK, LIMIT, LINE, capsules
 
-angles, spans = st.floats(-7.0, 7.0), st.floats(-0.2, 0.2)
+angles = st.floats(-7.0, 7.0)
+spans = st.floats(-0.2, 0.2)
 
 
 @given(capsules(), angles, spans, angles, st.floats(0.0, 6.0))
@@ -41,7 +42,9 @@ def test_a_body_rests_up_to_the_threshold_and_no_further(capsule, place, span, p
 
 
 @given(spans, st.floats(0.05, 1.0), angles, st.booleans())
-def test_slow_stroke_is_the_motion_of_its_acceleration(length, fraction, heading, there_and_back):
+def test_slow_stroke_is_the_motion_of_its_acceleration(
+    length, fraction, heading, there_and_back
+):
     assume(abs(length) > 1e-6)
     slow = SlowStroke(CHECK, length, fraction, heading, -0.05, there_and_back)
     count = 4 if there_and_back else 2
@@ -49,8 +52,11 @@ def test_slow_stroke_is_the_motion_of_its_acceleration(length, fraction, heading
         count * math.sqrt(abs(length) / (fraction * LIMIT)), rel=1e-14
     )
     edges = np.linspace(0.0, slow.duration, count + 1)
-    w, v = slow.at(edges[:-1] + edges[1] / 2).pull, slow.relative_velocity(edges)
-    span, top, places = edges[1], slow.acceleration * edges[1], slow.at(edges).stroke
+    w = slow.at(edges[:-1] + edges[1] / 2).pull
+    v = slow.relative_velocity(edges)
+    span = edges[1]
+    top = slow.acceleration * edges[1]
+    places = slow.at(edges).stroke
     np.testing.assert_allclose(np.diff(v), w * span, rtol=0, atol=1e-14 * top)
     expected = v[:-1] * span + 0.5 * w * span**2
     np.testing.assert_allclose(np.diff(places), expected, rtol=0, atol=1e-14 * top * span)
@@ -65,7 +71,8 @@ def test_slow_stroke_is_the_motion_of_its_acceleration(length, fraction, heading
 
 def test_tilted_gravity_pulls_as_specified():
     hold = TiltedHold(CHECK, 0.9, 0.7, (0.05, 0.02))
-    held, down = hold.observe(np.array([0.0, 10.0])), 9.81 / math.hypot(1.0, 0.9 * 0.3)
+    held = hold.observe(np.array([0.0, 10.0]))
+    down = 9.81 / math.hypot(1.0, 0.9 * 0.3)
     total = sum(held[f"normal_force_{i}"][0] for i in (1, 2, 3))
     assert total == pytest.approx(1.3 * down, rel=1e-14)
     assert held["friction_force"][1] == pytest.approx(-1.3 * 0.9 * 0.3 * down, rel=1e-14)
@@ -76,8 +83,11 @@ def test_a_repeated_motion_repeats_itself():
     repeated = RepeatedLine(LINE, 1000, fraction=0.9, pause=0.01)
     assert repeated.displacement == pytest.approx(-5.5917, rel=1e-14)
     times = np.linspace(0.0, repeated.period, 500, endpoint=False)
-    late, early = times + 999 * repeated.period, times < LINE.t2
-    first, last, slack = repeated.observe(times), repeated.observe(late), repeated.uncertainty(late)
+    late = times + 999 * repeated.period
+    early = times < LINE.t2
+    first = repeated.observe(times)
+    last = repeated.observe(late)
+    slack = repeated.uncertainty(late)
     for name, alone in LINE.observe(times).items():
         np.testing.assert_array_equal(first[name][early], alone[early])
         shift = 999 * LINE.displacement if name == "displacement" else 0.0
@@ -118,7 +128,8 @@ def test_rounding_allowances_are_small(motion):
 def test_the_holding_limit_is_where_the_exact_motion_begins(number):
     """On any path, not along lines through C alone: a thousandth more moves the body."""
     rng = np.random.default_rng([3, number])
-    place, direction = complex(*rng.uniform(-0.08, 0.08, 2)), rng.uniform(0.0, 2.0 * math.pi)
+    place = complex(*rng.uniform(-0.08, 0.08, 2))
+    direction = rng.uniform(0.0, 2.0 * math.pi)
     limit = holding_limit(CHECK, place, direction)
     assert limit <= CHECK.holding_acceleration * (1.0 + 1e-12)
     for factor, moves in ((0.999, False), (1.001, True)):

@@ -19,7 +19,8 @@ from plumbob.models.tripod_capsule.turn import EPSILONS
 from plumbob.tests.support.random_capsules import CHECK
 
 RATIO = turn_of(CHECK, 0.12, 1.0).inertia_ratio
-EULER, POSITION_FIRST = Scheme(SEMI_IMPLICIT), Scheme(SEMI_IMPLICIT, position_first=True)
+EULER = Scheme(SEMI_IMPLICIT)
+POSITION_FIRST = Scheme(SEMI_IMPLICIT, position_first=True)
 WHOLE = replace(turn_of(CHECK, 0.12, 0.1, -RATIO * 2.0 * math.pi), capsule=CHECK)
 
 
@@ -73,7 +74,8 @@ def test_consecutive_turns_are_the_whole_motion():
 def test_the_error_of_steps_is_of_first_order(name, scheme, observable, coefficient):
     """Coefficients, from halved steps: the remainder is of second order, and a sawtooth."""
     case = scene(name)
-    reference, steps = exact(case), [case.duration / n for n in (1000, 2000)]
+    reference = exact(case)
+    steps = [case.duration / n for n in (1000, 2000)]
     grid = np.array([0.0, case.duration])
     ends = [plane_errors(reference, scheme, h, grid)[observable][-1] / h for h in steps]
     assert 2.0 * ends[1] - ends[0] == pytest.approx(coefficient, rel=0.03)

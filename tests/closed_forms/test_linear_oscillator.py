@@ -60,7 +60,11 @@ def parts(oscillator, time):
     rate, and the cosine and sine of the forcing."""
     k, xi, frequency = (
         mp.mpf(value)
-        for value in (oscillator.stiffness, oscillator.damping_rate, oscillator.forcing_frequency)
+        for value in (
+            oscillator.stiffness,
+            oscillator.damping_rate,
+            oscillator.forcing_frequency,
+        )
     )
     push = mp.mpf(oscillator.forcing_amplitude)
     rates = [[0, 1, 0, 0], [-k, -xi, 0, push], [0, 0, 0, -frequency], [0, 0, frequency, 0]]
@@ -95,7 +99,8 @@ def _worst(oscillator, times, start, units):
 @pytest.mark.long(keep=2)
 @pytest.mark.parametrize("name", OSCILLATORS)
 def test_the_closed_form_is_accurate_to_double_precision(name):
-    moving, at_rest = (0.7, -0.4), (0.0, 0.0)
+    moving = (0.7, -0.4)
+    at_rest = (0.0, 0.0)
     assert worst(OSCILLATORS[name], TIMES, moving, at_rest) < ROUNDING
 
 
@@ -117,7 +122,8 @@ def test_a_coefficient_error_of_1e_9_is_detected(name, field, off):
 
 @pytest.mark.parametrize("name", ["underdamped", "forced", "resonance", "overdamped"])
 def test_two_integrations_agree_with_the_closed_form(name):
-    oscillator, times = OSCILLATORS[name], np.linspace(0.0, 50.0, 201)
+    oscillator = OSCILLATORS[name]
+    times = np.linspace(0.0, 50.0, 201)
     motion = DrivenMotion(oscillator, 0.7, -0.4)
     assert motion.closed_form is not None
     allowed = motion.uncertainty(times)["theta"] + motion.certified.uncertainty(times)["theta"]

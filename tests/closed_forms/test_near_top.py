@@ -13,7 +13,8 @@ def test_the_error_bar_covers_rounding_of_the_start():
     # The error of an integrator of accuracy 1e-15 is this one; at 1e-12 it is 4.2e-4 rad.
     pytest.importorskip("heyoka")
     for k, size in ((6, 3.6e-10), (9, 4.1e-7), (12, 4.2e-4)):
-        scene, how = find_scene(f"simple-pendulum/near-top-1e-{k}"), find_method("heyoka/taylor")
+        scene = find_scene(f"simple-pendulum/near-top-1e-{k}")
+        how = find_method("heyoka/taylor")
         found = measure(case_of(scene), how, 1e-15)[0]
         assert found.steps > 300  # one evaluation an order of each step, of some twenty
         error = found.errors["theta"]

@@ -33,7 +33,8 @@ SEPARATRICES = {
 @pytest.mark.parametrize("case", SEPARATRICES)
 def test_separatrix(case):
     pendulum = replace(SEPARATRICES[case], excess=0.0)
-    motion, orbit = pendulum.motion, orbit_of(pendulum)
+    motion = pendulum.motion
+    orbit = orbit_of(pendulum)
     assert (motion.regime, motion.period, motion.mean_rate) == ("separatrix", math.inf, 0.0)
     assert math.isnan(motion.action)
     assert motion.period_condition == math.inf
@@ -103,7 +104,9 @@ def nudged(motion, name, by):
     return PendulumMotion(TrigonometricPotential(a, b, c), **values)
 
 
-@pytest.mark.parametrize("start", [(0.4, 37.0), (0.4, 5.0), (-1.2, 3.0), (-2.7, 0.5), (0.4, -20.5)])
+@pytest.mark.parametrize(
+    "start", [(0.4, 37.0), (0.4, 5.0), (-1.2, 3.0), (-2.7, 0.5), (0.4, -20.5)]
+)
 def test_the_condition_number_is_that_of_finite_changes(start):
     motion = nudged(replace(STEEL, theta=start[0], theta_dot=start[1]).motion, "", 0.0)
     total = 0.0

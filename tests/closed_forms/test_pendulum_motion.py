@@ -41,7 +41,9 @@ def errors(motion, orbit, times):
     """Errors of a motion of finite period, each over its bound, closed form and table alike."""
     theta, theta_dot = motion.closed_form.state(times)
     tabled = motion.table.state(times)
-    period, action, states = orbit.follow(times.tolist(), list(zip(theta, theta_dot, strict=True)))
+    period, action, states = orbit.follow(
+        times.tolist(), list(zip(theta, theta_dot, strict=True))
+    )
     fastest = np.abs(motion.closed_form.state(np.linspace(0.0, motion.period, 200))[1]).max()
     allowed = ANGLE * (1.0 + np.abs(motion.phase(times)))
     uncertain = motion.uncertainty(times)
@@ -56,7 +58,9 @@ def errors(motion, orbit, times):
         "theta": worst(theta, 0, allowed),
         "theta_dot": worst(theta_dot, 1, allowed * fastest),
         "theta of the table": worst(tabled[0], 0, allowed),
-        "theta_dot of the table": worst(tabled[1], 1, allowed * (fastest + motion.rotor.rate())),
+        "theta_dot of the table": worst(
+            tabled[1], 1, allowed * (fastest + motion.rotor.rate())
+        ),
         "theta over its uncertainty": worst(theta, 0, uncertain["theta"]),
         "theta_dot over its uncertainty": worst(theta_dot, 1, uncertain["theta_dot"]),
     }
@@ -90,7 +94,9 @@ def test_random_parameters(regime, pytestconfig):
 
 @pytest.mark.long(keep=6)
 @pytest.mark.parametrize("sign", [1.0, -1.0], ids=["above", "below"])
-@pytest.mark.parametrize("pendulum", [STEEL, LEVEL, FLAT], ids=["two wells", "equal wells", "flat"])
+@pytest.mark.parametrize(
+    "pendulum", [STEEL, LEVEL, FLAT], ids=["two wells", "equal wells", "flat"]
+)
 @pytest.mark.parametrize("k", [3, 6, 9, 12, 20])
 def test_next_to_the_highest_barrier(pendulum, sign, k):
     height = double(pendulum.motion.barriers[0]) or 1.0
@@ -160,7 +166,8 @@ def test_a_change_of_2e_11_is_detected(change, theta_dot):
 
 @pytest.mark.parametrize("excess", [None, 0.0, -19.6], ids=["turns", "separatrix", "rest"])
 def test_many_times_have_the_digits_of_few(excess):
-    motion, some = PendulumMotion(SIMPLE, 1.0, 0.0, 7.0, excess), np.s_[::10_007]
+    motion = PendulumMotion(SIMPLE, 1.0, 0.0, 7.0, excess)
+    some = np.s_[::10_007]
     times = np.linspace(0.0, 1e9, 50_001)
     for name, values in motion.observe(times).items():
         gaps = values[some] - motion.observe(times[some])[name]

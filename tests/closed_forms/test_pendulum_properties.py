@@ -20,7 +20,8 @@ potentials = st.builds(TrigonometricPotential, forces, forces, forces)
 
 def motions():
     """Pendulums drawn at random, of all regimes, with potentials from zero to 100 J."""
-    inertias, angles = st.floats(0.01, 100.0), st.floats(-10.0, 10.0)
+    inertias = st.floats(0.01, 100.0)
+    angles = st.floats(-10.0, 10.0)
     return st.builds(PendulumMotion, potentials, inertias, angles, signed)
 
 

@@ -22,12 +22,16 @@ def exact(servo, time):
     """Angle and its rate at a time [s], with 40 digits: the moments at which the motor comes to its
     limit and leaves it are roots near those in doubles."""
     inertia, armature, gear, kp, kv, damping, limit, *start = map(mp.mpf, astuple(servo))
-    total, state, begin = inertia + armature, mp.matrix([*start, 1]), mp.mpf(0)
+    total = inertia + armature
+    state = mp.matrix([*start, 1])
+    begin = mp.mpf(0)
     pieces = [*itertools.takewhile(lambda piece: piece.begin < time, servo.pieces())]
     for piece, following in itertools.zip_longest(pieces, pieces[1:]):
         side = int(piece.side)
         pull = [-(gear**2) * kp, -(gear**2) * kv - damping, 0]
-        flow = mp.matrix([[0, 1, 0], [0, -damping, side * gear * limit] if side else pull, [0] * 3])
+        flow = mp.matrix(
+            [[0, 1, 0], [0, -damping, side * gear * limit] if side else pull, [0] * 3]
+        )
         flow[1, :] /= total
 
         def at(now, flow=flow, state=state, begin=begin):
@@ -41,25 +45,30 @@ def exact(servo, time):
         if following is not None:
             sign = side or int(following.side)
             ends = mp.findroot(
-                lambda now, sign=sign: beyond(now, sign), (following.begin, following.begin + 1e-9)
+                lambda now, sign=sign: beyond(now, sign),
+                (following.begin, following.begin + 1e-9),
             )
             assert abs(ends - following.begin) < 1e-11
         middle = (begin + ends) / 2
         assert [beyond(middle, sign) > 0 for sign in (1, -1)] == [side == 1, side == -1]
-        state, begin = at(ends), ends
+        state = at(ends)
+        begin = ends
     return list(state)[:2]
 
 
 @pytest.mark.parametrize("chosen", SCENES, ids=lambda chosen: chosen.name)
 def test_40_digits(chosen):
-    case, times = case_of(chosen), np.array([0.1, 0.37, 1.0]) * chosen.duration
+    case = case_of(chosen)
+    times = np.array([0.1, 0.37, 1.0]) * chosen.duration
     observed, doubt = (f(times) for f in (case.reference.observe, case.reference.uncertainty))
     for k, time in enumerate(times):
         with mp.workdps(40):
             states = exact(case.problem, float(time))
             for name, value in zip(("theta", "theta_dot"), states, strict=True):
                 assert abs(value - mp.mpf(float(observed[name][k]))) < doubt[name][k]
-    largest = np.abs(case.reference.observe(np.linspace(0.0, chosen.duration, 99))["theta"]).max()
+    largest = np.abs(
+        case.reference.observe(np.linspace(0.0, chosen.duration, 99))["theta"]
+    ).max()
     assert doubt["theta"].max() < 1e-12 * largest
 
 
@@ -119,7 +128,8 @@ def test_steps_at_the_limit_make_the_predicted_errors(case, how):
 
 @pytest.mark.parametrize("part", [0.5, 0.49, 1.0, 0.0], ids=lambda part: f"part={part}")
 def test_euler_takes_the_joints_part_of_the_damping_implicitly(part):
-    case, euler = case_of(scene("servo/lightly-damped")), method("mujoco/euler")
+    case = case_of(scene("servo/lightly-damped"))
+    euler = method("mujoco/euler")
     assert case.problem.joint_part == pytest.approx(0.5, rel=1e-15)
     run = engine_of(euler).prepare(case, euler, 1e-3).run()
     scheme = replace(euler.scheme, implicit_damping=part)

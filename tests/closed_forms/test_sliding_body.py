@@ -29,7 +29,8 @@ def loads(stance, heading):
 @pytest.mark.parametrize("seed", range(40))
 def test_loads_exist_where_the_hull_says(seed):
     """Whatever they are, their friction decelerates the body by f g and does not turn it."""
-    body, heading = stance(seed), 0.7 * seed
+    body = stance(seed)
+    heading = 0.7 * seed
     found = loads(body, heading)
     assert body.slides(FRICTION, heading) == (found is not None)
     if found is None:
@@ -39,4 +40,6 @@ def test_loads_exist_where_the_hull_says(seed):
     moment = body.points[:, 0] * forces[:, 1] - body.points[:, 1] * forces[:, 0]
     assert moment.sum() == pytest.approx(0.0, abs=1e-8)
     acceleration = forces.sum(axis=0) @ way / MASS
-    assert stopping_distance(0.5, FRICTION, GRAVITY) == pytest.approx(0.5**2 / -2 / acceleration)
+    assert stopping_distance(0.5, FRICTION, GRAVITY) == pytest.approx(
+        0.5**2 / -2 / acceleration
+    )

@@ -51,7 +51,8 @@ def test_the_exact_motion_turns_by_the_check_values(epsilon, printed):
 
 
 def test_the_parameters_are_the_sources():
-    turn, reduced = turn_of(CHECK, 0.12, 0.1), 0.3 / 1.3 * 0.12**2
+    turn = turn_of(CHECK, 0.12, 0.1)
+    reduced = 0.3 / 1.3 * 0.12**2
     bound = (0.2 + 0.3 / 1.3 * 0.12) * 0.3 * 9.81 * 1.3 / (0.02 + reduced)
     wanted = {
         "inertia_ratio": reduced / (0.02 + reduced),
@@ -75,7 +76,9 @@ def test_the_error_of_the_corrected_pose_is_of_higher_order(number):
         stop, rest = exact(turn)
         leading = turn.leading_pose
         corrected = turn.corrected_pose, turn.corrected_pose_at_rest
-        errors.append([stop - leading, rest - leading, stop - corrected[0], rest - corrected[1]])
+        errors.append(
+            [stop - leading, rest - leading, stop - corrected[0], rest - corrected[1]]
+        )
     sizes = np.log(np.linalg.norm(errors, axis=2))
     slopes = np.polyfit(np.log(EPSILONS), sizes, 1)[0]
     np.testing.assert_allclose(slopes[:2], 2.0, atol=0.08)

@@ -106,7 +106,8 @@ def with_engine(monkeypatch, engine):
 
 def without_theory(monkeypatch):
     """Let MuJoCo's methods have a scheme that no theory knows."""
-    mujoco, other = registry.built_in()["mujoco"], SchemeOfCase(lambda case, method: Scheme("own"))
+    mujoco = registry.built_in()["mujoco"]
+    other = SchemeOfCase(lambda case, method: Scheme("own"))
     with_engine(monkeypatch, replace(mujoco, abilities=(other, *mujoco.abilities)))
 
 
@@ -124,7 +125,8 @@ def misread(monkeypatch, name, factors):
 
     def wrong(prepare):
         def reading(case, method, step):
-            scene, system = case.scene, case.system
+            scene = case.scene
+            system = case.system
             changes = {p: scene.parameters[p] * factor for p, factor in factors.items()}
             parameters = system.change(scene.parameters, changes)
             return prepare(system.case(replace(scene, parameters=parameters)), method, step)

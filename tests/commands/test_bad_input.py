@@ -49,7 +49,13 @@ def folder(tmp_path_factory):
 
 
 def _fill(made):
-    for folder in ("out", "with-pipes", "pipes/cone_pendulum", "links/cone_pendulum", "folders"):
+    for folder in (
+        "out",
+        "with-pipes",
+        "pipes/cone_pendulum",
+        "links/cone_pendulum",
+        "folders",
+    ):
         Path(folder).mkdir(parents=True)
     Path("folder.html").mkdir()
     model = "cone_pendulum/cone_pendulum.xml"
@@ -107,7 +113,9 @@ def test_a_run_that_cannot_begin_is_a_verdict(scene, change, verdict, capsys):
     assert err == ""
 
 
-def test_a_finding_whose_numbers_a_store_lacks_is_left_out_and_the_page_says_so(tmp_path, capsys):
+def test_a_finding_whose_numbers_a_store_lacks_is_left_out_and_the_page_says_so(
+    tmp_path, capsys
+):
     """As one of another version, whose templates asked for other numbers."""
     (old,) = [a for a in quick().analyses if a.template == "cone_pendulum/equilibria"]
     lacking = replace(old, numbers={n: v for n, v in old.numbers.items() if n != "fork"})

@@ -36,7 +36,9 @@ def test_run_answers_with_its_budget(capsys):
     assert code == 0
     assert answer["verdict"] == "predicted"
     assert 0 < answer["errors"]["theta"] <= answer["tolerances"]["theta"]
-    assert answer["tolerances"]["theta"] == pytest.approx(sum(answer["budget"]["theta"].values()))
+    assert answer["tolerances"]["theta"] == pytest.approx(
+        sum(answer["budget"]["theta"].values())
+    )
     rounding = 2 * answer["steps"] ** 0.5 * answer["budget"]["theta"]["conditioning"]
     assert answer["budget"]["theta"]["round-off"] == pytest.approx(rounding, rel=1e-12, abs=0.0)
     computing = 1e-9 * answer["ns_per_step"] * answer["steps"]  # [s], for half a second
@@ -69,7 +71,8 @@ def test_version_is_printed(capsys):
 @pytest.mark.long
 def test_the_umask_is_followed(tmp_path):
     """But by stores, to which SQLite gives others no right to write."""
-    out, site = tmp_path / "out", tmp_path / "site"
+    out = tmp_path / "out"
+    site = tmp_path / "site"
     before = os.umask(0o027)
     try:
         words = f"--scenes linear-pendulum/overdamped --methods ode/rk4 --jobs 1 --out {out}"

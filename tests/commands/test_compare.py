@@ -69,7 +69,9 @@ def test_versions_that_differ_are_named(study, compare):
     ("factor", "above", "code"),
     [(1.06, "5%", 1), (1.04, "5%", 0), (1.06, "0.05", 1), (0.5, "5%", 0), (1.04, None, 0)],
 )
-def test_growth_beyond_the_limit_is_exit_code_1(factor, above, code, study, compare, monkeypatch):
+def test_growth_beyond_the_limit_is_exit_code_1(
+    factor, above, code, study, compare, monkeypatch
+):
     judged = judge_study(study)
     monkeypatch.setattr("plumbob.reports.commands.compare.judge_study", lambda _: judged)
     more = [] if above is None else ["--fail-above", above]
@@ -82,7 +84,9 @@ def test_growth_beyond_the_limit_is_exit_code_1(factor, above, code, study, comp
 
 @pytest.mark.parametrize(("factor", "listed"), [(1 + 1e-7, True), (1 + 1e-12, False)])
 def test_a_small_change_is_listed_beyond_rounding(factor, listed, study, compare):
-    assert ("theta error at 0.001" in compare(changed(study, errors_times(factor)))[1]) == listed
+    assert (
+        "theta error at 0.001" in compare(changed(study, errors_times(factor)))[1]
+    ) == listed
 
 
 def test_what_vanished_and_what_is_new_is_said(study, compare):

@@ -30,13 +30,15 @@ def written(folder, integrator):
 @pytest.mark.long
 def test_validate_reports_the_error_and_better_methods(tmp_path, capsys, monkeypatch):
     without_findings(monkeypatch)
-    like, out = written(tmp_path, "Euler"), str(tmp_path / "out")
+    like = written(tmp_path, "Euler")
+    out = str(tmp_path / "out")
     assert main([*VALIDATE, "--like", like, "--out", out, "--jobs", "1"]) == 0
     answer = capsys.readouterr().out
     page = (tmp_path / "out" / "index.html").read_text("utf-8")
     assert "How large are the errors of your settings?" in page
     assert "at no greater cost, most accurate in MuJoCo" in page
-    cone, line = _section(answer, PENDULUM), _section(answer, LINE)
+    cone = _section(answer, PENDULUM)
+    line = _section(answer, LINE)
     assert f"error              {notation.number(_error(PENDULUM, like))} rad" in cone
     assert f"error              {notation.number(_error(LINE, like))} m" in line
     # default contacts do not converge, which is reported, and is no failure

@@ -25,6 +25,16 @@ def test_the_command_prints_manoeuvres_time_and_errors(capsys):
 
 def test_a_plan_for_an_engine_that_is_missing_is_exit_code_3(monkeypatch, capsys):
     monkeypatch.setattr("plumbob.engines.study.measurement.installed", lambda engine: False)
-    words = ["plan", "--to", "0.05", "0", "0", "--method", "mujoco/rk4+coulomb", "--step", "1e-3"]
+    words = [
+        "plan",
+        "--to",
+        "0.05",
+        "0",
+        "0",
+        "--method",
+        "mujoco/rk4+coulomb",
+        "--step",
+        "1e-3",
+    ]
     assert main(words) == 3
     assert "missing" in capsys.readouterr().out

@@ -45,7 +45,8 @@ def test_what_is_not_stored_is_run_once(tmp_path, capsys):
     assert main(["recommend", CONE, "--error", "1e-4", "--stored", "--out", str(tmp_path)]) == 2
     capsys.readouterr()
     (tmp_path / "file").touch()
-    assert answer(capsys, tmp_path / "file", CONE, "--error", "1e-4")["choice"]  # nothing is stored
+    # nothing is stored
+    assert answer(capsys, tmp_path / "file", CONE, "--error", "1e-4")["choice"]
     # The scale of a rotation is one radian: absolute and relative are the same.
     assert choice("--observable", "theta", error="--absolute")["step"] == first["step"]
     assert choice("--engine", "mujoco")["method"].startswith("mujoco/")

@@ -12,7 +12,8 @@ from plumbob.tests.support.studies import quick
 @pytest.mark.long
 def test_a_folder_to_publish_is_the_site_without_the_store(tmp_path, capsys):
     """Each link of each page leads to a file in it, and nothing in it is left over."""
-    out, folder = tmp_path / "out", tmp_path / "public"
+    out = tmp_path / "out"
+    folder = tmp_path / "public"
     out.mkdir()
     save(quick(), out / store.FILE)
     folder.mkdir()  # an empty one is replaced
@@ -29,4 +30,6 @@ def test_a_folder_to_publish_is_the_site_without_the_store(tmp_path, capsys):
         led_to |= {(page.parent / name).resolve() for name in places if name}
     assert led_to == {path for path in folder.rglob("*") if path.is_file()}
     assert main(["report", str(out), "--publish", str(folder)]) == 2
-    assert capsys.readouterr().err.startswith(f"plumbob: publish = '{folder}': must be an empty")
+    assert capsys.readouterr().err.startswith(
+        f"plumbob: publish = '{folder}': must be an empty"
+    )

@@ -57,7 +57,9 @@ def red(found, scene, method):
         (SLOW, "mujoco/euler", "gravity", 1.01),
     ],
 )
-def test_a_parameter_that_is_read_wrongly(validate, monkeypatch, scene, method, parameter, factor):
+def test_a_parameter_that_is_read_wrongly(
+    validate, monkeypatch, scene, method, parameter, factor
+):
     assert parameter in find_scene(scene).parameters
     misread(monkeypatch, method.partition("/")[0], {parameter: factor})
     assert red(validate(scene, method), scene, method)
@@ -118,7 +120,8 @@ def relaxed(prepare, case, method, tolerance):
 
 
 def right_where_listed(prepare, case, method, step):
-    own, listed = prepare(case, method, step), (*case.scene.steps, *method.step_sizes, 1e-3, 2e-3)
+    own = prepare(case, method, step)
+    listed = (*case.scene.steps, *method.step_sizes, 1e-3, 2e-3)
     size = 0.0 if step in listed else 0.1
     return Changed(own, lambda run: added(run, size))
 
@@ -127,14 +130,20 @@ def right_where_listed(prepare, case, method, step):
 @pytest.mark.parametrize(
     ("broken", "method"),
     [
-        *((broken, f"ode/{name}") for broken in (loose, relaxed) for name in ("dop853", "lsoda")),
+        *(
+            (broken, f"ode/{name}")
+            for broken in (loose, relaxed)
+            for name in ("dop853", "lsoda")
+        ),
         (relaxed, "ode/radau"),
         *((right_where_listed, m) for m in ("mujoco/euler", "ode/rk4", "ode/dop853")),
     ],
 )
 def test_a_solver_that_is_right_at_times(validate, monkeypatch, broken, method):
     """At small tolerances alone, by another tolerance than it is given, and at listed steps."""
-    with_prepare(monkeypatch, method.partition("/")[0], lambda prepare: partial(broken, prepare))
+    with_prepare(
+        monkeypatch, method.partition("/")[0], lambda prepare: partial(broken, prepare)
+    )
     assert red(validate(CONE, method), CONE, method)
 
 
@@ -155,7 +164,8 @@ def test_a_doctored_theory_of_the_largest_step(tmp_path, capsys, monkeypatch):
     monkeypatch.setattr(
         "plumbob.reports.view.site.writing.write_page", lambda study, out, *more: out / "none"
     )
-    own, found = measuring.measured, {}
+    own = measuring.measured
+    found = {}
 
     def doctored(by, *given):
         limits = tuple(replace(limit, step=by * limit.step) for limit in given[3])
@@ -204,7 +214,9 @@ def test_a_doctored_derivative(validate, tmp_path, capsys, monkeypatch, factor, 
     assert f"0 known limits, {off} unexpected" in outcome.out
     if off:
         assert f"UNEXPECTED {CONE} ode/rk4: central, theta by gravity, " in outcome.out
-        assert "off its prediction" in outcome.failure(CONE, "ode/rk4, central, theta by gravity")
+        assert "off its prediction" in outcome.failure(
+            CONE, "ode/rk4, central, theta by gravity"
+        )
 
 
 def test_nothing_is_red_without_sabotage(validate):

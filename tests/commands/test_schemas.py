@@ -30,8 +30,14 @@ def test_a_schema_is_one_and_closed(command):
     Draft202012Validator.check_schema(schema)
 
     def objects(part):
-        parts = part.values() if isinstance(part, dict) else part if isinstance(part, list) else ()
-        here = [part] if isinstance(part, dict) and isinstance(part.get("properties"), dict) else []
+        parts = (
+            part.values() if isinstance(part, dict) else part if isinstance(part, list) else ()
+        )
+        here = (
+            [part]
+            if isinstance(part, dict) and isinstance(part.get("properties"), dict)
+            else []
+        )
         return [*here, *(inner for p in parts for inner in objects(p))]
 
     open_ones = [o for o in objects(schema) if o.get("additionalProperties") is not False]

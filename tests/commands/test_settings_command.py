@@ -44,7 +44,9 @@ def test_text_and_json_agree(method, capsys):
 
 
 @pytest.mark.parametrize("variant", [0, 1])
-@pytest.mark.parametrize("method", [METHOD, "mujoco/rk4+coulomb", "mujoco/euler+coulomb+noslip"])
+@pytest.mark.parametrize(
+    "method", [METHOD, "mujoco/rk4+coulomb", "mujoco/euler+coulomb+noslip"]
+)
 def test_what_is_pasted_differs_in_nothing(method, variant, tmp_path, capsys):
     answer = json.loads(_run(capsys, method, "--step", "0.002", "--json")[1])
     model = (
@@ -133,7 +135,8 @@ def test_models_are_exported_for_a_step(step, tmp_path, capsys):
     """The same contacts as the adapter gives the model at that step, and at rest at the start."""
     assert main(["models", "export", str(tmp_path), "--step", step]) == 0
     capsys.readouterr()
-    folder, fields = tmp_path / "tripod_capsule", coulomb_pair(float(step), softening=1.0)
+    folder = tmp_path / "tripod_capsule"
+    fields = coulomb_pair(float(step), softening=1.0)
     for name in ("tripod_capsule.xml", "turning.xml"):
         first, text = (folder / name).read_text("utf-8").split("\n", 1)
         assert first == f"<!-- Contacts for a time step of {step} s, and no other. -->"
@@ -142,7 +145,9 @@ def test_models_are_exported_for_a_step(step, tmp_path, capsys):
         assert found.opt.timestep == float(step)
         for field in ("solref", "solreffriction", "solimp"):
             values = getattr(found, f"pair_{field}")
-            np.testing.assert_allclose(values, np.broadcast_to(fields[field], values.shape), 1e-11)
+            np.testing.assert_allclose(
+                values, np.broadcast_to(fields[field], values.shape), 1e-11
+            )
         if found.nkey:
             data = mujoco.MjData(found)
             mujoco.mj_resetDataKeyframe(found, data, 0)

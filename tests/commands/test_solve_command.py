@@ -19,9 +19,11 @@ def _row(capsys, *words):
 def test_a_digit_is_printed_where_the_uncertainty_leaves_it(name, time, capsys):
     reference = case_of(scene(name)).reference
     at = np.array([float(time)])
-    exact, allowed = reference.observe(at), reference.uncertainty(at)
+    exact = reference.observe(at)
+    allowed = reference.uncertainty(at)
     for text, key in zip(_row(capsys, name, "--times", time)[1:], exact, strict=True):
-        value, uncertainty = float(exact[key][0]), float(allowed[key][0])
+        value = float(exact[key][0])
+        uncertainty = float(allowed[key][0])
         if uncertainty == 0.0 or "±" in text:
             assert uncertainty == 0.0 or 0.1 * abs(value) < uncertainty
             continue
@@ -38,7 +40,9 @@ def test_json_has_every_digit_and_the_uncertainty(capsys):
     alone = reference.uncertainty(np.array([0.5]))
     for name, values in answer["uncertainty"].items():
         assert values[0] == float(alone[name][0])  # whatever the later time is
-        assert answer["observables"][name][0] == float(reference.observe(np.array([0.5]))[name][0])
+        assert answer["observables"][name][0] == float(
+            reference.observe(np.array([0.5]))[name][0]
+        )
 
 
 def test_angles_are_the_parameter(capsys):

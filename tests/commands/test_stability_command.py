@@ -38,5 +38,7 @@ def test_long_runs_have_a_record_a_table_and_a_page(tmp_path, capsys):
     assert [level["error"] for level in records[0]["times"]] == [0.01, 0.1, 1.0]
     assert main([*chosen, "--out", str(tmp_path)]) == 0
     assert "decaying" in capsys.readouterr().out
-    assert "How long does a method stay right?" in (tmp_path / "stability.html").read_text("utf-8")
+    assert "How long does a method stay right?" in (tmp_path / "stability.html").read_text(
+        "utf-8"
+    )
     assert main([*chosen[:-3], "--step", "0.02"]) == 2

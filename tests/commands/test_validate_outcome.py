@@ -52,7 +52,9 @@ def validate(whole, monkeypatch):
 def test_all_as_expected(validate):
     found = validate(f"{CONE},{LINE},{TURN}", METHODS)
     assert found.code == 0
-    counts = {name: found.junit.get(name) for name in ("tests", "failures", "errors", "skipped")}
+    counts = {
+        name: found.junit.get(name) for name in ("tests", "failures", "errors", "skipped")
+    }
     cases = found.junit.findall("testcase")
     skipped = found.junit.findall("testcase/skipped")
     assert counts == {
@@ -203,14 +205,17 @@ def test_what_is_accepted_of_a_known_limit(verdict, cut, accepted):
     found = Judgement(verdict, {}, "a reason", cut, errors={known.fine: known.size})
     how = registry.method("mujoco/euler")
     assert as_expected(find_scene(LINE), how, found) == accepted
-    assert standing(find_scene(LINE), how, found) == ("known limit" if accepted else "unexpected")
+    assert standing(find_scene(LINE), how, found) == (
+        "known limit" if accepted else "unexpected"
+    )
 
 
 @pytest.mark.parametrize("factor", [1.0, 1.015, 0.985, 1.03, 0.97, 1.9, 0.53, 2.5, 0.4])
 def test_a_known_limit_has_a_size(factor):
     """As expected within 2 % for a study with the versions that it was measured with, and within a
     factor of two with others, and for one run."""
-    how, line = registry.method("mujoco/euler"), find_scene(LINE)
+    how = registry.method("mujoco/euler")
+    line = find_scene(LINE)
     known = registry.limits_of("mujoco/euler").sizes[LINE, "mujoco/euler"]
     accepted = 0.5 <= factor <= 2.0
     study = Judgement(
@@ -224,7 +229,9 @@ def test_a_known_limit_has_a_size(factor):
     same = replace(study, versions=registry.limits_of(how.name).measured_with)
     assert as_expected(line, how, same) == (0.98 <= factor <= 1.02)
     if not accepted:
-        assert f"known to be {known.size:.3g}, within a factor of 2" in surprise(line, how, study)
+        assert f"known to be {known.size:.3g}, within a factor of 2" in surprise(
+            line, how, study
+        )
         assert f"{known.size:.3g}, within 2 %, for these versions" in surprise(line, how, same)
     edge = known.high if factor > 1.0 else known.low
     for step, held in ((known.fine, accepted), (known.fine / 10.0, True)):
@@ -263,6 +270,6 @@ def test_an_accuracy_of_ones_own(validate, within, code):
     assert found.code == code
     assert found.failure(CONE, "ode/rk4") == ""
     failure = found.failure(CONE, "mujoco/euler")
-    assert failure.startswith("inaccurate, off the accuracy asked for: the relative error") == bool(
-        code
-    )
+    assert failure.startswith(
+        "inaccurate, off the accuracy asked for: the relative error"
+    ) == bool(code)

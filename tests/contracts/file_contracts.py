@@ -18,7 +18,16 @@ DOT_FILES = {".ci", ".gitattributes", ".github", ".gitignore"}
 DOT_FILES |= {".pre-commit-config.yaml", ".pre-commit-hooks.yaml"}
 VAGUE = re.compile(r"_*(common|data|helpers?|managers?|misc|stuff|tools?|util(s|ities|ity)?)")
 MUTABLE = (ast.List, ast.Dict, ast.Set, ast.ListComp, ast.DictComp, ast.SetComp)
-CONTAINERS = {"list", "dict", "set", "bytearray", "defaultdict", "Counter", "deque", "OrderedDict"}
+CONTAINERS = {
+    "list",
+    "dict",
+    "set",
+    "bytearray",
+    "defaultdict",
+    "Counter",
+    "deque",
+    "OrderedDict",
+}
 # A name of one machine, or of a place that packages come from; URLs are not machine paths.
 MACHINE_PATH = re.compile(r"(?<![\w.:/~)}-])/(tmp|work|root|home|Users|opt|mnt)/\w")
 # A file that a text names in the way of code, and one that it links to; an address has a colon.
@@ -38,7 +47,8 @@ def strangers(root):
 def long_functions(root):
     """Functions of more than 60 lines, or with more than 15 names of their own, where there are
     more of them than there were."""
-    long, tangled = [], []
+    long = []
+    tangled = []
     for path, module in python(root):
         if path.parts[0] not in LAYERS:
             continue
@@ -81,7 +91,9 @@ def module_state(root):
         for statement in _outside_functions(module.body):
             if not isinstance(statement, (ast.Assign, ast.AnnAssign, ast.AugAssign)):
                 continue
-            targets = statement.targets if isinstance(statement, ast.Assign) else [statement.target]
+            targets = (
+                statement.targets if isinstance(statement, ast.Assign) else [statement.target]
+            )
             name = ", ".join(ast.unparse(target) for target in targets)
             if name != "__all__" and statement.value is not None and _mutable(statement.value):
                 state.append(f"{path}:{statement.lineno}: {name} can be changed")
@@ -117,9 +129,12 @@ def incomplete_systems(root):
     """What a system's folder lacks: README with provenance, MJCF, scene, picture."""
     lacking = []
     for init in sorted((root / "models").glob("*/__init__.py")):
-        folder, name = init.parent, init.parent.name
+        folder = init.parent
+        name = init.parent.name
         wanted = ("README.md", f"{name}.xml", "scene.xml")
-        lacking += [f"models/{name}: no {file}" for file in wanted if not (folder / file).is_file()]
+        lacking += [
+            f"models/{name}: no {file}" for file in wanted if not (folder / file).is_file()
+        ]
         if not any(folder.glob("*.png")):
             lacking.append(f"models/{name}: no picture (*.png)")
         readme = folder / "README.md"
@@ -151,7 +166,9 @@ def missing_files(root):
     for path in files(root):
         if path.name in ("README.md", "THEORY.md", "statements.toml"):
             text = (root / path).read_text("utf-8")
-            lost = {n for n in NAMED.findall(text) if not any(k.endswith(f"/{n}") for k in known)}
+            lost = {
+                n for n in NAMED.findall(text) if not any(k.endswith(f"/{n}") for k in known)
+            }
             lost |= {n for n in LINKED.findall(text) if not (root / path.parent / n).exists()}
             lost |= set(TEST.findall(text)) - tests
             missing += [f"{path}: names {name}" for name in sorted(lost)]

@@ -9,21 +9,40 @@ from types import MappingProxyType
 
 from plumbob.tests.contracts.tree import LAYERS, PACKAGE, imports, module_name, python
 
-THEORY = ("numerics", "systems", "errors")  # parts of `analytic`: each may import those before it
+# parts of `analytic`: each may import those before it
+THEORY = ("numerics", "systems", "errors")
 ADAPTERS = ("engines", "adapters")
 PAGE = (("reports", "view"), ("reports", "analyses"))
-RUNS = ("prepare", "prepared", "measure", "convergence_study", "run_study")  # what runs an engine
+# what runs an engine
+RUNS = ("prepare", "prepared", "measure", "convergence_study", "run_study")
 VIEW = PAGE[0]
 ASKED = ("audit", "sweep")  # pages of answers that are worked out now, and are not stored
 REGISTRY = f"{PACKAGE}.models.registry"  # imports every system and its exact motion when asked
 MOTIONS = (*(f"{PACKAGE}.analytic.{part}" for part in THEORY), "mujoco", "pymunk", "scipy")
-LIBRARIES = ("numpy", "numpy_quaddtype", "scipy")  # all that `analytic` needs beside the language
+# all that `analytic` needs beside the language
+LIBRARIES = ("numpy", "numpy_quaddtype", "scipy")
 HEAVY = (
-    *("dartpy", "dask", "distributed", "exudyn", "heyoka", "jax", "jinja2", "mujoco", "pinocchio"),
+    *(
+        "dartpy",
+        "dask",
+        "distributed",
+        "exudyn",
+        "heyoka",
+        "jax",
+        "jinja2",
+        "mujoco",
+        "pinocchio",
+    ),
     *("mujoco_warp", "plotly", "pybullet", "pydrake", "pymunk", "pytest", "warp"),
 )
 HOMES = MappingProxyType(  # other names
-    {"dartpy": "dart", "jax": "mjx", "pydrake": "drake", "mujoco_warp": "mjwarp", "warp": "mjwarp"}
+    {
+        "dartpy": "dart",
+        "jax": "mjx",
+        "pydrake": "drake",
+        "mujoco_warp": "mjwarp",
+        "warp": "mjwarp",
+    }
 )
 
 

@@ -19,4 +19,6 @@ def second_copies(modules, root):
 def _within(module, root):
     """Whether a module, or the folder of a package without a file, lies in the tree at `root`."""
     places = [getattr(module, "__file__", None), *getattr(module, "__path__", ())]
-    return any(Path(place).resolve().is_relative_to(root.resolve()) for place in places if place)
+    return any(
+        Path(place).resolve().is_relative_to(root.resolve()) for place in places if place
+    )

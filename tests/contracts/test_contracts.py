@@ -9,7 +9,8 @@ from plumbob.tests.contracts import file_contracts, import_contracts, wording
 
 ROOT = Path(__file__).parents[2]
 TREES = tomllib.loads(Path(__file__).with_name("trees.toml").read_text("utf-8"))
-GOOD, BROKEN = TREES["good"], TREES["broken"]
+GOOD = TREES["good"]
+BROKEN = TREES["broken"]
 SIXTEEN = "".join(f"    x{number} = 0\n" for number in range(16))
 
 

@@ -37,7 +37,8 @@ def test_every_module_of_ours_has_one_name():
 @pytest.mark.parametrize("name", [*LAYERS, f"{LAYERS[0]}.deep", "checkout", "checkout.models"])
 def test_a_second_copy_is_seen(name, tmp_path):
     root = tmp_path / "checkout"
-    copy, other = ModuleType(name), ModuleType(name)
+    copy = ModuleType(name)
+    other = ModuleType(name)
     copy.__file__ = str(root / "models" / "__init__.py")
     other.__file__ = str(tmp_path / "somebody's" / "models" / "__init__.py")
     assert second_copies({name: copy, "plumbob.models": copy}, root) == [name]

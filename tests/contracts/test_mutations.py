@@ -19,7 +19,9 @@ def test_a_mutation_applies(one):
         path, _, test = word.partition("::")
         if path.startswith("tests/"):
             assert (ROOT / path).exists()
-            assert not test or f"def {test.partition('[')[0]}(" in (ROOT / path).read_text("utf-8")
+            assert not test or f"def {test.partition('[')[0]}(" in (ROOT / path).read_text(
+                "utf-8"
+            )
 
 
 def test_names_are_unique_and_few_survive():

@@ -45,7 +45,9 @@ def source(tmp_path_factory):
     for layer, patterns in PLANTED.items():
         (copy / layer / "deep" / "er").mkdir(parents=True)
         for pattern in patterns:
-            (copy / layer / "deep" / "er" / pattern.replace("*", "planted")).write_text("planted")
+            (copy / layer / "deep" / "er" / pattern.replace("*", "planted")).write_text(
+                "planted"
+            )
     return copy
 
 

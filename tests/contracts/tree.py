@@ -28,7 +28,9 @@ def files(root):
     """Paths relative to `root` of what is or would be committed; without git, of every file."""
     if (root / ".git").exists():
         listing = ["git", "ls-files", "-z", "--cached", "--others", "--exclude-standard"]
-        out = subprocess.run(listing, cwd=root, check=True, capture_output=True, text=True).stdout
+        out = subprocess.run(
+            listing, cwd=root, check=True, capture_output=True, text=True
+        ).stdout
         found = [Path(name) for name in out.split("\0") if name and (root / name).is_file()]
     else:
         found = [path.relative_to(root) for path in root.rglob("*") if path.is_file()]
@@ -46,7 +48,9 @@ def texts(root):
 def python(root):
     """Every Python file of the package and its tests with its syntax tree, read once."""
     chosen = [p for p in files(root) if p.suffix == ".py" and p.parts[0] != "build"]
-    return tuple((path, ast.parse((root / path).read_text("utf-8"), str(path))) for path in chosen)
+    return tuple(
+        (path, ast.parse((root / path).read_text("utf-8"), str(path))) for path in chosen
+    )
 
 
 def module_name(path):

@@ -56,7 +56,8 @@ EXCEPTIONS = (  # names that users type
 )
 FREE = ("LICENSE", "tests/contracts/wording.py")  # others' words; these words as data
 GAP = r"(?:_|[\s#*\"'|>]+)"  # between the words of a phrase: line ends, and what begins a line
-START = r"(?:(?<![A-Za-z])|(?<=[a-z0-9])(?=[A-Z]))"  # of a word, or of a part of a CamelCase one
+# of a word, or of a part of a CamelCase one
+START = r"(?:(?<![A-Za-z])|(?<=[a-z0-9])(?=[A-Z]))"
 END = r"(?:(?<=[a-z])(?![a-z])|(?<=[A-Z])(?![A-Za-z]))"
 
 

@@ -15,11 +15,14 @@ from plumbob.tests.support.random_capsules import CHECK, LINE, lines
 def run_line(line, step, position_first=False):
     """Places of C at grid times: semi-implicit Euler, friction resolved within the step."""
     edges = step * np.arange(np.ceil(line.t2 / step) + 3.0)
-    mu, limit = line.capsule.mass_ratio, line.capsule.friction * line.capsule.gravity
-    xs, v = [0.0], 0.0
+    mu = line.capsule.mass_ratio
+    limit = line.capsule.friction * line.capsule.gravity
+    xs = [0.0]
+    v = 0.0
     for w in mean_acceleration(line, edges):
         free = v - mu * float(w) * step
-        before, v = v, np.sign(free) * max(abs(free) - limit * step, 0.0)
+        before = v
+        v = np.sign(free) * max(abs(free) - limit * step, 0.0)
         xs.append(xs[-1] + (before if position_first else v) * step)
     assert abs(v) <= 1e-12
     return np.array(xs)
@@ -27,7 +30,8 @@ def run_line(line, step, position_first=False):
 
 def rounding(line, places):
     """Each step rounds v, and x accumulates that to the end."""
-    mu, friction_limit = line.capsule.mass_ratio, line.capsule.friction * line.capsule.gravity
+    mu = line.capsule.mass_ratio
+    friction_limit = line.capsule.friction * line.capsule.gravity
     reach = (mu * (line.w1 + line.w2) + friction_limit) * line.t2**2
     return 4 * places.size * 2.0**-53 * reach
 

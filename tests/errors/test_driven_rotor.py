@@ -24,8 +24,10 @@ AFTER_50 = {
 @pytest.mark.long(keep=2)
 @pytest.mark.parametrize("name", AFTER_50)
 def test_the_motion_reaches_the_32_digits(name):
-    at, exact = np.array([50.0]), motion(CASES[name])
-    values, spread = exact.observe(at), exact.uncertainty(at)
+    at = np.array([50.0])
+    exact = motion(CASES[name])
+    values = exact.observe(at)
+    spread = exact.uncertainty(at)
     for digits, observable in zip(AFTER_50[name], ("theta", "theta_dot"), strict=True):
         error = abs(float(mp.mpf(float(values[observable][0])) - mp.mpf(digits)))
         # its own arithmetic stays below the effect of rounding the inputs
@@ -54,6 +56,7 @@ def test_the_cone_has_its_check_values():
 def test_a_small_mistake_exceeds_the_error_bar(change, name):
     case = CASES[name]
     times = np.linspace(0.0, 50.0, 501)
-    right, wrong = motion(case), motion(replace(case, rotor=replace(case.rotor, **change)))
+    right = motion(case)
+    wrong = motion(replace(case, rotor=replace(case.rotor, **change)))
     gap = np.abs(wrong.observe(times)["theta"] - right.observe(times)["theta"])
     assert (gap / right.uncertainty(times)["theta"])[1:].max() > 1e5

@@ -26,7 +26,11 @@ HELD = (
 PAIRS = [
     *((name, scheme) for name in ("free-large", "rotating-slow", "cone") for scheme in FREE),
     *((name, scheme) for name in ("damped-large", "damped-rotating") for scheme in DAMPED),
-    *((name, scheme) for name in ("forced-large", "forced-chaotic") for scheme in DAMPED + HELD),
+    *(
+        (name, scheme)
+        for name in ("forced-large", "forced-chaotic")
+        for scheme in DAMPED + HELD
+    ),
 ]
 
 
@@ -53,7 +57,8 @@ def remainders(case, scheme, steps, rotor, terms=2):
     expansion made for `rotor`; shape (terms + 1, 2)."""
     step, times, error = errors(case, scheme, steps)
     coefficients = RotorErrors(rotor, *start(case), terms=terms).series(scheme, times)
-    left, found = dict(error), [[np.abs(error[q]).max() for q in NAMES]]
+    left = dict(error)
+    found = [[np.abs(error[q]).max() for q in NAMES]]
     for order in sorted(coefficients):
         left = {q: left[q] - step**order * coefficients[order][q] for q in NAMES}
         found.append([np.abs(left[q]).max() for q in NAMES])
@@ -64,7 +69,8 @@ def remainders(case, scheme, steps, rotor, terms=2):
 @pytest.mark.parametrize(("name", "scheme"), PAIRS)
 def test_the_coefficients_make_up_the_error(name, scheme):
     case = replace(CASES[name], duration=0.5 if name == "cone" else 5.0)
-    steps = 2000 if orders(scheme, case.rotor, 1)[0] == 1 else 200  # the error far above round-off
+    # the error far above round-off
+    steps = 2000 if orders(scheme, case.rotor, 1)[0] == 1 else 200
     error, _, second, _, fourth = remainders(case, scheme, steps, case.rotor, terms=4)
     assert np.all(second < 0.02 * error)  # two orders predict the error to 2 %
     # and the remainder consists of the next two orders: no term is missing or counted twice
@@ -117,8 +123,11 @@ def test_symplectic_schemes_have_no_drift(name, scheme):
 
 @pytest.mark.parametrize("name", ["free-large", "rotating-fast", "cone"])
 def test_the_error_of_euler_is_half_the_acceleration_at_both_ends(name):
-    case, times = replace(CASES[name], duration=0.5), np.linspace(0.0, 0.5, 21)
-    rotor, theta, theta_dot = case.rotor, case.theta, case.theta_dot
+    case = replace(CASES[name], duration=0.5)
+    times = np.linspace(0.0, 0.5, 21)
+    rotor = case.rotor
+    theta = case.theta
+    theta_dot = case.theta_dot
     exact = motion(case).observe(times)
     theory = RotorErrors(rotor, theta, theta_dot)
     lead = theory.series(Scheme(EULER), times)[1]

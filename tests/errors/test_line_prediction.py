@@ -29,8 +29,11 @@ def friction(v, w, step):
 
 def simulated(control, step, scheme, velocity=0.0):
     """Body and slider at grid times, w held over each step."""
-    mu, (x, v, xi, rate) = CHECK.mass_ratio, (0.0, velocity, 0.0, 0.0)
-    rows, forces, drives = [(x, v, xi, rate)], [], []
+    mu = CHECK.mass_ratio
+    (x, v, xi, rate) = (0.0, velocity, 0.0, 0.0)
+    rows = [(x, v, xi, rate)]
+    forces = []
+    drives = []
     for held in control.tolist():
         first = friction(v, held, step) - mu * held
         forces.append(CHECK.weight / CHECK.gravity * (first + mu * held))
@@ -41,13 +44,24 @@ def simulated(control, step, scheme, velocity=0.0):
                 late = v + part * step * stages[-1]
                 stages.append(friction(late, held, step) - mu * held)
             gained = step / 6 * np.dot(stages, [1, 2, 2, 1])
-            x, v = x + step * v + step**2 / 6 * sum(stages[:3]), v + gained
-            xi, rate = xi + step * rate + step**2 / 2 * held, rate + step * held
+            x = x + step * v + step**2 / 6 * sum(stages[:3])
+            v = v + gained
+            xi = xi + step * rate + step**2 / 2 * held
+            rate = rate + step * held
         else:
-            v, rate = v + step * first, rate + step * held
-            x, xi = x + step * v, xi + step * rate
+            v = v + step * first
+            rate = rate + step * held
+            x = x + step * v
+            xi = xi + step * rate
         rows.append((x, v, xi, rate))
-    names = ("displacement", "velocity", "stroke", "stroke_rate", "friction_force", "driving_force")
+    names = (
+        "displacement",
+        "velocity",
+        "stroke",
+        "stroke_rate",
+        "friction_force",
+        "driving_force",
+    )
     of_steps = (np.append(values, np.nan) for values in (forces, drives))
     return dict(zip(names, (*np.array(rows).T, *of_steps), strict=True))
 
@@ -57,10 +71,13 @@ def left(motion, reference, step, scheme, end, wrong=None):
     times = np.arange(round(end / step) + 1, dtype=np.float64) * step
     theory = partial(line_errors, wrong or motion, reference)
     found = simulated(mean_acceleration(motion, times), step, scheme)
-    exact, predicted = reference.observe(times), theory(Scheme(scheme), step, times)
+    exact = reference.observe(times)
+    predicted = theory(Scheme(scheme), step, times)
     doubt = reference.uncertainty(times)
     return {
-        name: float(np.nanmax(np.abs(found[name] - exact[name] - predicted[name]) - doubt[name]))
+        name: float(
+            np.nanmax(np.abs(found[name] - exact[name] - predicted[name]) - doubt[name])
+        )
         for name in found
         if name in predicted
     }
@@ -96,12 +113,16 @@ def test_slow_stroke(both):
 @pytest.mark.parametrize("scheme", [EULER, RK4])
 @pytest.mark.parametrize("speed", [0.4, -0.4])
 def test_coasting(speed, scheme):
-    motion, step = coasting(CHECK, (0.05, 0.0), (speed, 0.0)), 1e-3
+    motion = coasting(CHECK, (0.05, 0.0), (speed, 0.0))
+    step = 1e-3
     times = np.arange(200, dtype=np.float64) * step
     found = simulated(np.zeros(199), step, scheme, speed)
-    exact, predicted = motion.observe(times), coasting_errors(motion, Scheme(scheme), step, times)
+    exact = motion.observe(times)
+    predicted = coasting_errors(motion, Scheme(scheme), step, times)
     for name, like in (("x", "displacement"), ("velocity_x", "velocity")):
-        np.testing.assert_allclose(found[like], exact[name] + predicted[name], rtol=0, atol=1e-14)
+        np.testing.assert_allclose(
+            found[like], exact[name] + predicted[name], rtol=0, atol=1e-14
+        )
 
 
 @pytest.mark.parametrize(

@@ -11,7 +11,10 @@ from plumbob.analytic.errors.sliding_motion.plane_steps import COLUMNS, trajecto
 from plumbob.analytic.schemes import EULER
 from plumbob.analytic.systems.manoeuvres.turn_manoeuvre import turn_of
 from plumbob.analytic.systems.three_points.friction import Start
-from plumbob.analytic.systems.three_points.implicit_friction import FrictionProblem, after_friction
+from plumbob.analytic.systems.three_points.implicit_friction import (
+    FrictionProblem,
+    after_friction,
+)
 from plumbob.tests.support.random_capsules import CHECK
 
 HEADING = COLUMNS.index("heading")
@@ -21,7 +24,8 @@ HEADING = COLUMNS.index("heading")
 def test_a_turn_leaks_angular_momentum(angle):
     # Of first order to 0.5 % at tau/1600; extrapolated, up to h^2 and friction of epsilon^2 = 1e-5.
     turn = turn_of(CHECK, 0.12, 0.003, angle)
-    drive, tau = turn.angular_acceleration, turn.half_time
+    drive = turn.angular_acceleration
+    tau = turn.half_time
     lead = 0.5 * turn.inertia_ratio**2 * drive**3 * tau**5
     assert lead * angle < 0.0  # opposite to the turn
     found = []

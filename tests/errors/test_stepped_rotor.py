@@ -13,7 +13,8 @@ from plumbob.models.registry import scene as find_scene
 
 def stepped(name, method, step):
     """What theory steps, the errors of the engine's run, and its number of steps."""
-    scene, how = find_scene(name), find_method(method)
+    scene = find_scene(name)
+    how = find_method(method)
     case = case_of(scene)
     found, run = measure(case, how, step)
     truth = case.reference.observe(run.times)

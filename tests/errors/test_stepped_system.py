@@ -44,9 +44,11 @@ def system(rotor=ROTOR, moment=0.4):
 @pytest.mark.parametrize("scheme", STEPPED, ids=str)
 def test_errors_are_those_of_the_rotor(scheme):
     # Both step the same equation in their own arithmetic: 200 steps differ by some roundings.
-    times, step = np.arange(0, 201, 4).astype(float) * 1e-2, 1e-2
+    times = np.arange(0, 201, 4).astype(float) * 1e-2
+    step = 1e-2
     motion = CertifiedMotion(system())
-    ours, exact = smooth_errors(motion).at_step(scheme, step, times).errors, motion.observe(times)
+    ours = smooth_errors(motion).at_step(scheme, step, times).errors
+    exact = motion.observe(times)
     theirs = fixed_step.run(ROTOR, *START, step, 200, scheme)
     for name, values in zip(("theta", "theta_dot"), theirs, strict=True):
         np.testing.assert_allclose(ours[name], values[::4] - exact[name], rtol=0.0, atol=2e-13)

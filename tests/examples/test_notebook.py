@@ -27,7 +27,8 @@ def shown(cells):
 @pytest.mark.long
 def test_the_notebook_runs(capsys):
     notebook = json.loads(NOTEBOOK.read_text("utf-8"))
-    assert not any(cell.get("outputs") for cell in notebook["cells"])  # they are made where it runs
+    # they are made where it runs
+    assert not any(cell.get("outputs") for cell in notebook["cells"])
     rich = [value for value in shown(notebook["cells"]) if value is not None]
     cards = [value._repr_html_() for value in rich]
     assert len(cards) == 3  # two audits and a plot

@@ -85,7 +85,9 @@ README = (ROOT / "README.md").read_text("utf-8")
 def test_the_readme_is_short_asks_first_and_leads_to_all_others():
     assert len(README.splitlines()) <= MOST_LINES
     assert len(QUESTION.findall(README.partition("\n## ")[0])) == 5
-    others = {p.as_posix() for p in files(ROOT) if p.name == "README.md" and p.parts[0] in LAYERS}
+    others = {
+        p.as_posix() for p in files(ROOT) if p.name == "README.md" and p.parts[0] in LAYERS
+    }
     assert others <= set(LINK.findall(README))
     assert set(READMES) <= {"README.md", *others}
 

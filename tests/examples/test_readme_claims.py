@@ -14,7 +14,8 @@ from plumbob.models.registry import scene as find_scene
 FINDINGS = Path(__file__).parents[2] / "reports" / "analyses" / "README.md"
 TEXT = " ".join(FINDINGS.read_text("utf-8").split())
 DIGITS = str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹⁻", "0123456789-")
-WITHIN = 0.15  # of a figure of one or two digits; chatter differs by a few per cent between steps
+# of a figure of one or two digits; chatter differs by a few per cent between steps
+WITHIN = 0.15
 DEFAULT = (
     r"is ([\d.]+) % along the axes of the friction pyramid and ([\d.]+) % at 45° to them "
     r"\(the largest error over the run: ([\d.]+) % and ([\d.]+) %\)"

@@ -22,7 +22,10 @@ def motion(case):
     def rates(state):
         u, v, w, a, b, d, e = state
         return [
-            *(factor * pair for factor, pair in zip(factors, (v * w, w * u, u * v), strict=True)),
+            *(
+                factor * pair
+                for factor, pair in zip(factors, (v * w, w * u, u * v), strict=True)
+            ),
             -(b * u + d * v + e * w) / 2,
             (a * u + d * w - e * v) / 2,
             (a * v - b * w + e * u) / 2,

@@ -67,7 +67,8 @@ def test_each_term_takes_its_order_off_the_error(name):
     assert min(terms) == order
     coarse, fine = (at_end(name, h) for h in (0.05, 0.025))
     for p, term in terms.items():
-        coarse, fine = coarse - term * 0.05**p, fine - term * 0.025**p
+        coarse = coarse - term * 0.05**p
+        fine = fine - term * 0.025**p
         if np.abs(fine).max() < 1e-13:  # round-off
             break
         fall = np.log2(np.abs(coarse).max() / np.abs(fine).max())
@@ -98,9 +99,13 @@ def test_why_mujoco_s_rk4_is_of_second_order():
 
 
 @pytest.mark.long(keep=1)
-@pytest.mark.parametrize("name", ["mujoco/euler", "mujoco/implicitfast", "mujoco/rk4", "ode/rk4"])
+@pytest.mark.parametrize(
+    "name", ["mujoco/euler", "mujoco/implicitfast", "mujoco/rk4", "ode/rk4"]
+)
 def test_the_verdict_is_two_sided(name):
-    of, how, step = case(), method(name), 1e-3
+    of = case()
+    how = method(name)
+    step = 1e-3
     right, _ = measure(of, how, step)
     assert judge(right, of.system, how).verdict == "predicted"
     for factor in (1.0 + 1e-3, 1.0 - 1e-3):  # the engine runs a body of another moment

@@ -14,7 +14,11 @@ FLIP = case_of(scene("free-body/flip"))
 
 def test_every_parameter_reaches_the_model():
     body = replace(
-        FLIP.problem, inertia_x=3.0, inertia_y=4.0, inertia_z=5.0, angular_velocity=(1.0, -2.0, 0.5)
+        FLIP.problem,
+        inertia_x=3.0,
+        inertia_y=4.0,
+        inertia_z=5.0,
+        angular_velocity=(1.0, -2.0, 0.5),
     )
     model = whole(MJCF, body).compile()
     np.testing.assert_array_equal(model.body("body").inertia, [3.0, 4.0, 5.0])

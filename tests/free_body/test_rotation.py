@@ -27,7 +27,8 @@ def errors(name, change=0.0):
     beside the record, shape (7, n)."""
     case = CASES[name]
     x, y, z = case.constants
-    body, at = FreeBody(x * (1 + change), y, z, case.start), np.array(case.times)
+    body = FreeBody(x * (1 + change), y, z, case.start)
+    at = np.array(case.times)
     return body, at, np.abs(seen(body, at) - np.array(case.states, dtype=float).T)
 
 
@@ -47,7 +48,9 @@ def test_uncertainty_is_not_excessive(name):
     # against each input changed alone, by much more than a unit in the last place: three times that
     # holds the roundings on the way and of the times too, which are as large as those of the inputs
     inputs = np.array([*CASES[name].constants, *CASES[name].start])
-    at, change, total = np.linspace(0.0, 60.0, 241), 1e-11, np.zeros((7, 241))
+    at = np.linspace(0.0, 60.0, 241)
+    change = 1e-11
+    total = np.zeros((7, 241))
     x, y, z, *rates = inputs.tolist()
     body = FreeBody(x, y, z, rates)
     for moved in inputs * (1.0 + change * np.eye(6)):
@@ -68,7 +71,8 @@ def test_on_the_separatrix_it_never_turns_over():
 
 def test_the_third_kind_over_a_half_turn_is_that_over_its_quarters():
     for b in (0.9, 1e-3, 1e-12):
-        f, below = quad(0.75), quad(0.25)
+        f = quad(0.75)
+        below = quad(0.25)
         integral = ReciprocalIntegral(quad(1.0), quad(b), f, below)
         whole = double(integral.over_half_turn)
         body = np.pi / 2 / float(_mean(1.0, b))

@@ -99,7 +99,9 @@ def test_what_is_linear_in_a_parameter_has_no_best_difference(curved):
 @pytest.mark.long
 def test_the_order_of_a_derivative_is_that_of_its_scheme():
     for how, order in (("mujoco/euler", 1), ("ode/leapfrog", 2), ("ode/rk4", 4)):
-        steps, errors, predicted = [4e-3, 2e-3, 1e-3, 5e-4], [], []
+        steps = [4e-3, 2e-3, 1e-3, 5e-4]
+        errors = []
+        predicted = []
         for step in steps:
             search = GradientSearch(
                 CONE, how, ("theta",), "platform_rate", ("central",), step, (1e-3,)

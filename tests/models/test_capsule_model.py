@@ -31,7 +31,8 @@ SUPPORTS = [f"support_{i}{axis}" for i in range(3) for axis in "xy"]
 
 def numbers(model):
     """The numbers of the source's problem that a full model has."""
-    body, slider = model.body("body"), model.body("slider")
+    body = model.body("body")
+    slider = model.body("slider")
     places = [float(x) for i in (1, 2, 3) for x in model.geom(f"support_{i}").pos[:2]]
     return {
         "body_mass": body.mass[0],
@@ -60,12 +61,18 @@ def test_numbers_are_the_check_values():
     np.testing.assert_array_equal(model.body("body").ipos, 0.0)
     np.testing.assert_array_equal(model.body("slider").pos, 0.0)
     assert model.jnt_type[model.joint("slider").id] == mujoco.mjtJoint.mjJNT_SLIDE
-    assert model.dof_armature[-1] == model.actuator_gear[0, 0] >= ARMATURE_RATIO * CHECK.slider_mass
+    assert (
+        model.dof_armature[-1]
+        == model.actuator_gear[0, 0]
+        >= ARMATURE_RATIO * CHECK.slider_mass
+    )
 
 
 def test_the_reduced_model_has_the_same_numbers():
     reduced = load(REDUCED)
-    assert reduced.dof_frictionloss[0] == pytest.approx(CHECK.friction * CHECK.weight, rel=1e-15)
+    assert reduced.dof_frictionloss[0] == pytest.approx(
+        CHECK.friction * CHECK.weight, rel=1e-15
+    )
     assert [reduced.body(b).mass[0] for b in ("body", "slider")] == [1.0, 0.3]
 
 

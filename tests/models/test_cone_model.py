@@ -8,7 +8,9 @@ import numpy as np
 from plumbob.engines.adapters.hinged_body import on_a_platform
 from plumbob.tests.support.cone_scene import DEFAULT, MJCF
 
-DENSITY, HEIGHT, HALF_ANGLE = 8000.0, 0.3, math.radians(15.0)
+DENSITY = 8000.0
+HEIGHT = 0.3
+HALF_ANGLE = math.radians(15.0)
 
 
 def expected():
@@ -50,7 +52,9 @@ def found(model):
 def wrong(model):
     """Numbers with relative differences above 1e-12: they are written with 16 digits."""
     numbers = found(model)
-    return {name for name, x in expected().items() if not abs(numbers[name] - x) <= 1e-12 * abs(x)}
+    return {
+        name for name, x in expected().items() if not abs(numbers[name] - x) <= 1e-12 * abs(x)
+    }
 
 
 def test_numbers_are_those_of_the_formulas():

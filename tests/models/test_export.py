@@ -29,7 +29,8 @@ def exported(tmp_path_factory):
 
 def scripts(text):
     blocks = [
-        "".join(line[4:] or "\n" for line in m[0].splitlines(True)) for m in INDENTED.finditer(text)
+        "".join(line[4:] or "\n" for line in m[0].splitlines(True))
+        for m in INDENTED.finditer(text)
     ]
     return [block for block in blocks if "import mujoco\n" in block]
 
@@ -51,7 +52,8 @@ def test_a_script_prints_what_it_says(exported, name):
 
 @pytest.mark.parametrize("name", TEXTS)
 def test_what_a_text_names_is_there(exported, name):
-    text, folder = (exported / name).read_text("utf-8"), (exported / name).parent
+    text = (exported / name).read_text("utf-8")
+    folder = (exported / name).parent
     named = [one or other for one, other in NAMED.findall(text)]
     assert named
     for file in [*named, *COMMAND.findall(text)]:

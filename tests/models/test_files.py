@@ -33,7 +33,8 @@ def test_rebuilt_at_the_default_parameters_it_is_the_file(system):
     for field, values in arrays.items():
         # inertia_x - M S^2 loses a digit that the cone's formula keeps: a few 1e-15
         np.testing.assert_allclose(getattr(rebuilt, field), values, 1e-12, 1e-18, err_msg=field)
-    assert sum(values.size > 0 for values in arrays.values()) > 50  # so that the loop is not empty
+    # so that the loop is not empty
+    assert sum(values.size > 0 for values in arrays.values()) > 50
     np.testing.assert_array_equal(rebuilt.opt.gravity, file.opt.gravity)
     assert rebuilt.opt.disableflags == file.opt.disableflags
 
@@ -54,7 +55,9 @@ def test_the_readme_states_every_number_of_the_file(name, fields):
     assert name != "capsule-line" or all(f"`{p}`" in text for p in PROFILES if p != "default")
 
 
-@pytest.mark.parametrize("folder", sorted({system.mjcf.parent for system in systems().values()}))
+@pytest.mark.parametrize(
+    "folder", sorted({system.mjcf.parent for system in systems().values()})
+)
 def test_the_picture_is_small(folder):
     (picture,) = folder.glob("*.png")
     assert picture.read_bytes().startswith(b"\x89PNG")

@@ -26,7 +26,9 @@ def test_rates_alone_leave_the_motion_and_scale_the_tension():
         )
         # Sums of products are rounded otherwise where arrays lie otherwise in memory: up to 3e-15.
         np.testing.assert_allclose(one["theta"], other["theta"], rtol=0.0, atol=1e-13)
-        np.testing.assert_allclose(other["tension"], MASS * one["tension"], rtol=0.0, atol=1e-11)
+        np.testing.assert_allclose(
+            other["tension"], MASS * one["tension"], rtol=0.0, atol=1e-11
+        )
 
 
 def test_the_notebooks_form_is_the_same_pendulum():

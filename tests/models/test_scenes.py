@@ -73,7 +73,8 @@ def test_the_platform_turns_at_the_pitchfork_s_rate(name):
 @pytest.mark.parametrize("fraction", [0.5, 0.999])
 def test_the_force_in_the_facts_is_the_one_that_friction_holds(fraction):
     case = case_of(scene(f"capsule-hold/{fraction}"))
-    facts, held = case.system.facts(case.problem), case.reference.observe(np.zeros(1))
+    facts = case.system.facts(case.problem)
+    held = case.reference.observe(np.zeros(1))
     assert facts["force"] == pytest.approx(-held["friction_force"][0], rel=1e-14)
     pressed = sum(held[f"normal_force_{i}"][0] for i in (1, 2, 3))
     assert facts["force"] / pressed == pytest.approx(0.3 * fraction, rel=1e-12)
@@ -104,7 +105,10 @@ def test_invariants_hold_on_the_exact_motion(name):
 
 def test_a_free_body_neither_gains_nor_loses_energy():
     # The combined centre moves straight on, and C goes round it, with the slider at (x, y) from C.
-    x, y, rate, angle = 0.03, 0.06, 6.0, np.linspace(0.0, 5.0, 101)
+    x = 0.03
+    y = 0.06
+    rate = 6.0
+    angle = np.linspace(0.0, 5.0, 101)
     case = case_of(scene("capsule-coast/spin", {"slider": (x, y)}))
     lever = rate * case.problem.setup.capsule.mass_ratio
     seen = {

@@ -22,17 +22,25 @@ from plumbob.tests.support.mujoco_capsule import (
 
 @pytest.mark.parametrize(
     "name",
-    ["capsule-line/at-123", "capsule-turn/0.3", "capsule-turn/heavy-slider", "capsule-coast/edge"],
+    [
+        "capsule-line/at-123",
+        "capsule-turn/0.3",
+        "capsule-turn/heavy-slider",
+        "capsule-coast/edge",
+    ],
 )
 @pytest.mark.parametrize("method", ["euler+coulomb", "rk4+coulomb"])
 def test_the_record_for_theory_says_how_far_contacts_deflect(name, method):
     """Wherever the slider is, and however heavy; a run begins with the loads of statics, also with
     a support that carries a three-hundredth of the weight."""
-    case, step = case_of(scene(name)), 1e-4
+    case = case_of(scene(name))
+    step = 1e-4
     exact = case.reference.observe(np.zeros(1))
     contact = soft_contact(case.problem, METHODS[method].settings, step)
     simulation = compiled(case, METHODS[method], step)
-    model, data, force = simulation.model, mujoco.MjData(simulation.model), np.zeros(6)
+    model = simulation.model
+    data = mujoco.MjData(simulation.model)
+    force = np.zeros(6)
     data.qpos[:] = simulation.translation.qpos
     mujoco.mj_forward(model, data)
     for i in range(3):

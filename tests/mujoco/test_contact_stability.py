@@ -39,7 +39,8 @@ def contact_spring(frequency, damping_ratio, impedance):
     """A contact along its normal that has this natural `frequency` [rad/s] on a lone body, but for
     a fraction `impedance` (MuJoCo's direct `solref`)."""
     regularisation = (1.0 - impedance) / impedance
-    pull, drag = frequency**2 / impedance, 2.0 * damping_ratio * frequency / impedance
+    pull = frequency**2 / impedance
+    drag = 2.0 * damping_ratio * frequency / impedance
     return ContactSpring(pull, drag, regularisation)
 
 
@@ -58,7 +59,8 @@ def model(body, integrator, dimensions):
     if body == "capsule":
         spec = mujoco.MjSpec.from_string(rewritten(CAPSULE.read_text(), WRITTEN))
         spec.option.integrator = getattr(
-            mujoco.mjtIntegrator, f"mjINT_{integrator.upper() if integrator == 'rk4' else 'EULER'}"
+            mujoco.mjtIntegrator,
+            f"mjINT_{integrator.upper() if integrator == 'rk4' else 'EULER'}",
         )
         for pair in spec.pairs:
             pair.condim = dimensions
@@ -95,7 +97,8 @@ def holds(body, rest, step):
 
 def measured(body, rest, below):
     """The largest step that holds [s], by bisection to 1 %, from half of `below` to twice it."""
-    holding, lost = below / 2, 2 * below
+    holding = below / 2
+    lost = 2 * below
     assert holds(body, rest, holding)
     assert not holds(body, rest, lost)
     while lost / holding > 1.01:
@@ -126,7 +129,8 @@ def predicted_at_rest(compiled, rest, scheme):
     stiffness = np.where(normal, data.efc_KBIP[:, 0] * data.efc_KBIP[:, 2], 0.0)
     effect = jacobian @ solved.T
     answer = effect @ np.linalg.pinv(effect + np.diag(data.efc_R))
-    nothing, one = np.zeros_like(answer), np.eye(len(answer))
+    nothing = np.zeros_like(answer)
+    one = np.eye(len(answer))
     drift = np.block([[nothing, one], [nothing, nothing]])
     kick = np.block([[nothing, nothing], [-answer * stiffness, -answer * data.efc_KBIP[:, 1]]])
     one = np.eye(len(kick))
@@ -146,7 +150,8 @@ def predicted_at_rest(compiled, rest, scheme):
 @pytest.mark.parametrize("body", ["capsule", BOX, STAND])
 def test_contacts_hold_up_to_the_predicted_step(body, integrator):
     """Without friction, as in a slide: r (W^2 + 1.2 W) = 4 for semi-implicit Euler."""
-    compiled, scheme = model(body, integrator, 1), INTEGRATORS[integrator]
+    compiled = model(body, integrator, 1)
+    scheme = INTEGRATORS[integrator]
     limit = predicted_sliding(body, compiled, scheme)
     rest = settled(compiled, limit / 5)
     assert measured(compiled, rest, limit) == pytest.approx(limit, rel=WITHIN)
@@ -158,7 +163,8 @@ def test_contacts_hold_up_to_the_predicted_step(body, integrator):
 def test_at_rest_friction_steadies_feet_and_has_a_limit_of_its_own(body, integrator):
     """Feet that stick allow a larger step, until friction that stops a slip within a step of 1 ms
     takes more than the slip away: from 2 ms with Euler, from 2.785/2 ms with RK4."""
-    compiled, scheme = model(body, integrator, 3), INTEGRATORS[integrator]
+    compiled = model(body, integrator, 3)
+    scheme = INTEGRATORS[integrator]
     rest = settled(compiled, 2.5e-4)
     limit = predicted_at_rest(compiled, rest, scheme)
     assert measured(compiled, rest, limit) == pytest.approx(limit, rel=WITHIN)
@@ -184,7 +190,9 @@ def guarded(solref, impedance, safe):
 
 
 @pytest.mark.parametrize("safe", [True, False])
-@pytest.mark.parametrize(("damping_ratio", "impedance"), [(1.0, 0.95), (0.3, 0.95), (1.0, 1e-4)])
+@pytest.mark.parametrize(
+    ("damping_ratio", "impedance"), [(1.0, 0.95), (0.3, 0.95), (1.0, 1e-4)]
+)
 def test_refsafe_holds_stiff_well_damped_contacts_at_any_step(damping_ratio, impedance, safe):
     """And no others: a damping ratio below 8^(-1/2), or an impedance that lets modes be faster than
     one contact, is lost with it as without. It never touches the direct form."""
@@ -225,6 +233,7 @@ def wrong_limits():
 @pytest.mark.parametrize("mistake", wrong_limits())
 def test_a_mistake_in_the_condition_is_noticed(mistake):
     compiled = model(BOX, "euler", 1)
-    rest, wrong = settled(compiled, 2.5e-4), wrong_limits()[mistake]
+    rest = settled(compiled, 2.5e-4)
+    wrong = wrong_limits()[mistake]
     sides = [holds(compiled, rest, side * wrong) for side in (1 - WITHIN, 1 + WITHIN)]
     assert sides != [True, False]

@@ -40,7 +40,8 @@ INTEGRATORS = {
 
 @pytest.mark.parametrize("integrator", INTEGRATORS)
 def test_options_are_taken(integrator, tmp_path):
-    found, like = user_method(written(tmp_path, integrator)), find_method(INTEGRATORS[integrator])
+    found = user_method(written(tmp_path, integrator))
+    like = find_method(INTEGRATORS[integrator])
     steps = tuple(0.002 / 2**n for n in range(HALVINGS + 1))
     assert (found.name, found.engine, found.systems) == (USER_METHOD, "mujoco", ())
     assert (found.scheme, found.order, found.step_sizes) == (like.scheme, like.order, steps)

@@ -19,7 +19,9 @@ from plumbob.tests.support.cone_scene import DEFAULT, MJCF, SYSTEM, scene
 
 # nothing is controlled here: the methods that differ in a control are left out
 METHODS = {
-    m.name: m for m in ENGINE.methods if not {"control_at", "contact", "model"} & m.settings.keys()
+    m.name: m
+    for m in ENGINE.methods
+    if not {"control_at", "contact", "model"} & m.settings.keys()
 }
 RK4 = METHODS["mujoco/rk4"]
 
@@ -36,7 +38,9 @@ def test_armature_has_the_error_that_theory_gives_it(armature, pivot_x):
     simulation.model.opt.timestep = 5e-5
     simulation.data = mujoco.MjData(simulation.model)
     moved = np.abs(simulation.run().observables["theta"] - firm).max()
-    assert moved == pytest.approx(platform_error(problem, 0.5, armature)[0], rel=1e-3, abs=5e-13)
+    assert moved == pytest.approx(
+        platform_error(problem, 0.5, armature)[0], rel=1e-3, abs=5e-13
+    )
 
 
 @pytest.mark.parametrize("pivot", [(20.0, 0.0), (0.0, 20.0), (-15.0, 15.0)])

@@ -27,7 +27,9 @@ def test_a_model_without_memory_is_not_refused(monkeypatch):
         prepare(SYSTEM.case(scene()), EULER, 1e-3)
 
 
-@pytest.mark.parametrize("text", [None, "", "no model", "<mujoco><worldbody></mujoco>", "<urdf/>"])
+@pytest.mark.parametrize(
+    "text", [None, "", "no model", "<mujoco><worldbody></mujoco>", "<urdf/>"]
+)
 def test_a_file_that_is_no_model_is_refused(tmp_path, text):
     path = tmp_path / "wrong.xml"
     if text is not None:

@@ -17,7 +17,9 @@ from plumbob.tests.support.cone_scene import SYSTEM, scene
 
 # nothing is controlled here: the methods that differ in a control are left out
 METHODS = {
-    m.name: m for m in ENGINE.methods if not {"control_at", "contact", "model"} & m.settings.keys()
+    m.name: m
+    for m in ENGINE.methods
+    if not {"control_at", "contact", "model"} & m.settings.keys()
 }
 EULER = METHODS["mujoco/euler"]
 

@@ -15,7 +15,10 @@ from plumbob.engines.adapters.mujoco.settings_to_paste import OWN_STIFFNESS
 from plumbob.engines.registry import engine_of
 from plumbob.engines.registry import method as find_method
 
-FRICTION, GRAVITY, SPEED, HEADING = 0.3, 9.81, 0.5, math.pi / 6
+FRICTION = 0.3
+GRAVITY = 9.81
+SPEED = 0.5
+HEADING = math.pi / 6
 EXACT = SPEED**2 / (2 * FRICTION * GRAVITY)  # stopping distance [m]
 STEPS = (2e-3, 1e-3, 1e-4)
 # The rest is of third order: 2 % of v dt/2 covers it at 2 ms, where tilts are largest.
@@ -27,7 +30,9 @@ def _foot(i, x, y, z):
 
 
 def _leg(i, angle):
-    x, y, z = 0.2 * math.cos(angle), 0.2 * math.sin(angle), -0.2
+    x = 0.2 * math.cos(angle)
+    y = 0.2 * math.sin(angle)
+    z = -0.2
     knee = f"{0.95 * x} {0.95 * y} {0.95 * z}"
     leg = f'<geom type="capsule" size=".008" fromto="0 0 0 {knee}" mass=".3"/>'
     return leg + _foot(i, x, y, z)

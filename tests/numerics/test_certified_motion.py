@@ -25,7 +25,8 @@ def stacked(values):
 
 def errors(name, system):
     """Error beside the recorded motion, and the uncertainty stated, shape (4, n) each."""
-    motion, times = CertifiedMotion(system), np.array(CASES[name].times)
+    motion = CertifiedMotion(system)
+    times = np.array(CASES[name].times)
     states = [[mp.mpf(x) for x in row] for row in CASES[name].states]
     seen = stacked(motion.observe(times)).T
     off = [
@@ -52,8 +53,11 @@ def test_condition_is_the_response_to_changed_inputs(name, monkeypatch):
     # Difference quotients of every input, summed; the condition, which is the uncertainty by inputs
     # rounded by all of them, has the rounding of the time and of the result beside them, and the
     # state's at its largest in place of that at the start.
-    constants, start = CASES[name].constants, CASES[name].start
-    system, times, change = double_pendulum(constants, start), np.array([0.3, 1.9]), 1e-7
+    constants = CASES[name].constants
+    start = CASES[name].start
+    system = double_pendulum(constants, start)
+    times = np.array([0.3, 1.9])
+    change = 1e-7
     motion = CertifiedMotion(system)
     seen = stacked(motion.observe(times))
     size = np.abs(stacked(motion.observe(np.linspace(0.0, 2.0, 2001)))).max(axis=1)
@@ -75,9 +79,11 @@ def test_condition_is_the_response_to_changed_inputs(name, monkeypatch):
 
 @pytest.mark.parametrize("faulty", ["gauss_collocation", "order_8"])
 def test_a_fault_in_either_integration_shows(faulty, monkeypatch):
-    system, times = double_pendulum(), np.array([0.5, 2.0])
+    system = double_pendulum()
+    times = np.array([0.5, 2.0])
     right = CertifiedMotion(system)
-    small, exact = stacked(right.uncertainty(times)), stacked(right.observe(times))
+    small = stacked(right.uncertainty(times))
+    exact = stacked(right.observe(times))
     good = getattr(certified_motion, faulty)
 
     def wrong(*about):
@@ -129,5 +135,7 @@ def test_a_collapse_is_refused_where_it_is():
 
 @pytest.mark.parametrize("mass", [0.0, np.nan])
 def test_a_mass_matrix_that_is_not_positive_is_refused(mass):
-    with pytest.raises(ParameterError, match=r"mass matrix = .* must be symmetric and positive"):
+    with pytest.raises(
+        ParameterError, match=r"mass matrix = .* must be symmetric and positive"
+    ):
         double_pendulum((1.0, mass, 1.0, 1.0, 9.81))

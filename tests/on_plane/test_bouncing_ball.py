@@ -24,11 +24,15 @@ def height(ball, time):
     fall = mp.sqrt(2 * h / g)
     if left < fall:
         return h - g * left**2 / 2
-    left, speed = left - fall, e * g * fall
+    left = left - fall
+    speed = e * g * fall
     while 2 * speed / g <= left and speed > mp.mpf(10) ** -30:
-        left, speed = left - 2 * speed / g, e * speed
+        left = left - 2 * speed / g
+        speed = e * speed
     return (
-        max(speed * left - g * left**2 / 2, mp.mpf(0)) if speed > mp.mpf(10) ** -30 else mp.mpf(0)
+        max(speed * left - g * left**2 / 2, mp.mpf(0))
+        if speed > mp.mpf(10) ** -30
+        else mp.mpf(0)
     )
 
 
@@ -37,7 +41,8 @@ def test_40_digits(e):
     ball = replace(BALL, height=0.7, restitution=e)
     end = min(1.2 * ball.zeno_time, 60.0)
     times = np.concatenate([np.linspace(0.0, end, 57), [1e-9, ball.fall * (1 - 1e-9)]])
-    exact, doubt = ball.observe(times)["z"], ball.uncertainty(times)["z"]
+    exact = ball.observe(times)["z"]
+    doubt = ball.uncertainty(times)["z"]
     with mp.workdps(40):
         errors = [
             abs(float(height(ball, t) - mp.mpf(z))) for t, z in zip(times, exact, strict=True)
@@ -75,7 +80,8 @@ def test_every_method_makes_the_error_that_is_predicted(chosen):
     [("IMPEDANCE", 0.9901, "mujoco/euler"), ("SLOP", 1.01e-4, "pymunk/contact")],
 )
 def test_a_slightly_different_contact_is_noticed(constant, value, name, monkeypatch):
-    case, how = case_of(scene("bouncing-ball/half")), method(name)
+    case = case_of(scene("bouncing-ball/half"))
+    how = method(name)
     run = measure(case, how, 1e-3)[1]
     monkeypatch.setattr(impacts, constant, value)
     stepped = case.errors.at_step(how.scheme, 1e-3, run.times)
@@ -87,14 +93,20 @@ def test_a_slightly_different_contact_is_noticed(constant, value, name, monkeypa
 @pytest.mark.parametrize("name", ["ode/dop853", "ode/radau", "ode/lsoda"])
 def test_solvers_find_each_impact_and_the_rest_after_infinitely_many(name):
     """A restitution that is another by 1e-9 moves the ball a hundred times further than they do."""
-    case, how = case_of(scene("bouncing-ball/to-rest")), method(name)
-    ball, tolerance = case.problem, how.step_sizes[-1]
-    times, z = (run := measure(case, how, tolerance)[1]).times, run.observables["z"]
+    case = case_of(scene("bouncing-ball/to-rest"))
+    how = method(name)
+    ball = case.problem
+    tolerance = how.step_sizes[-1]
+    times = (run := measure(case, how, tolerance)[1]).times
+    z = run.observables["z"]
     impacts_at = times[:-1][z[:-1] == 0.0]
     exact = ball.impacts(np.arange(1.0, 6.0))[0]  # after that absolute tolerances are flights
     np.testing.assert_allclose(impacts_at[:5], exact, 0, 20.0 * min(tolerance, 1e-12))
-    left = 2.0 * np.sqrt(2.0 * tolerance * ball.height / ball.gravity) / (1.0 - ball.restitution)
-    assert 0.0 < ball.zeno_time - impacts_at[-1] < 2.0 * left  # its last flights are wrong by some
+    left = (
+        2.0 * np.sqrt(2.0 * tolerance * ball.height / ball.gravity) / (1.0 - ball.restitution)
+    )
+    # its last flights are wrong by some
+    assert 0.0 < ball.zeno_time - impacts_at[-1] < 2.0 * left
     other = replace(ball, restitution=ball.restitution * (1.0 + 1e-9)).observe(times)["z"]
     if tolerance < 1e-10:
         assert np.abs(z - other).max() > 100.0 * np.abs(z - ball.observe(times)["z"]).max()

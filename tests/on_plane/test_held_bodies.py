@@ -33,16 +33,24 @@ def test_incline_with_40_digits(speed, part):
     cube = replace(CUBE, slope=math.atan(part * CUBE.friction), speed=speed)
     stop = cube.stop_time if math.isfinite(cube.stop_time) else 1.0
     times = np.concatenate([np.linspace(0.0, 1.5 * stop + 1.0, 23), [stop, 1e-9]])
-    exact, doubt = cube.observe(times), cube.uncertainty(times)
+    exact = cube.observe(times)
+    doubt = cube.uncertainty(times)
     with mp.workdps(40):
-        g, f, slope = mp.mpf(cube.gravity), mp.mpf(cube.friction), mp.mpf(cube.slope)
+        g = mp.mpf(cube.gravity)
+        f = mp.mpf(cube.friction)
+        slope = mp.mpf(cube.slope)
         for i, time in enumerate(times):
-            v, left, x = mp.mpf(speed), mp.mpf(float(time)), mp.mpf(0)
+            v = mp.mpf(speed)
+            left = mp.mpf(float(time))
+            x = mp.mpf(0)
             rate = g * (mp.sin(slope) - mp.sign(v) * f * mp.cos(slope))
             lasts = min(left, -v / rate) if v * rate < 0 else left * bool(v)
-            x, v, left = x + lasts * (v + lasts * rate / 2), v + lasts * rate, left - lasts
+            x = x + lasts * (v + lasts * rate / 2)
+            v = v + lasts * rate
+            left = left - lasts
             pulled = 0 if cube.holds else g * (mp.sin(slope) - f * mp.cos(slope))
-            x, v = x + pulled * left**2 / 2, v + pulled * left
+            x = x + pulled * left**2 / 2
+            v = v + pulled * left
             assert abs(x - mp.mpf(exact["x"][i])) <= doubt["x"][i]
             assert abs(v - mp.mpf(exact["speed"][i])) <= doubt["speed"][i] + mp.eps
     assert doubt["speed"][-1] < 1e-14  # at the start
@@ -91,12 +99,15 @@ def settled(cone, ratio, part, heading):
 
 
 @pytest.mark.parametrize("ratio", [1.0, 10.0, 100.0])
-@pytest.mark.parametrize(("part", "heading"), [(0.3, 0.0), (0.9, 0.0), (0.65, 0.5), (0.65, 2.0)])
+@pytest.mark.parametrize(
+    ("part", "heading"), [(0.3, 0.0), (0.9, 0.0), (0.65, 0.5), (0.65, 2.0)]
+)
 @pytest.mark.parametrize("cone", ["pyramidal", "elliptic"])
 def test_drift_depth_and_softness(cone, ratio, part, heading):
     cube, _, data, point = settled(cone, ratio, part, heading)
     held = corner(cube)
-    along, down = np.array([math.cos(heading), math.sin(heading)]), data.qpos[2]
+    along = np.array([math.cos(heading), math.sin(heading)])
+    down = data.qpos[2]
     across = np.array([-along[1], along[0]])
     drifted = held.drift(point, 2e-3)[0]
     measured = [along @ drifted, across @ drifted]
@@ -173,7 +184,8 @@ def test_the_drift_that_settings_promise_holds_in_another_gripper(ratio):
 def test_forces_in_a_stack(name, mass_ratio):
     """Every corner carries a quarter of what is above it, and is as deep as theory says, where each
     mass and sum is taken with 40 digits."""
-    held, case = replace(STACK, count=3, mass_ratio=mass_ratio), case_of(scene("stack/equal"))
+    held = replace(STACK, count=3, mass_ratio=mass_ratio)
+    case = case_of(scene("stack/equal"))
     how = method(name)
     built = stack.build(case.system.mjcf, held, how, 1e-3)
     built.spec.option.timestep, built.spec.option.tolerance = 1e-3, 1e-20
@@ -208,13 +220,16 @@ def test_a_stack_tips_where_a_centre_is_over_an_edge_with_40_digits(mass_ratio):
 
 def tips_in_mujoco(count, name, cone, seconds=3):
     """Whether free cubes tip on a slope [rad]."""
-    spec, below = mujoco.MjSpec(), "floor"
+    spec = mujoco.MjSpec()
+    below = "floor"
     spec.worldbody.add_geom(name=below, type=mujoco.mjtGeom.mjGEOM_PLANE, size=[9, 9, 1])
     for i in range(count):
         cube = spec.worldbody.add_body(name=f"cube_{i}", pos=[0, 0, STACK.size * (i + 0.5)])
         cube.add_freejoint()
         box = cube.add_geom(name=cube.name, type=mujoco.mjtGeom.mjGEOM_BOX, mass=1.0)
-        box.size, box.contype, box.conaffinity = [STACK.size / 2] * 3, 0, 0
+        box.size = [STACK.size / 2] * 3
+        box.contype = 0
+        box.conaffinity = 0
         spec.add_pair(geomname1=below, geomname2=cube.name, condim=3, friction=[1, 1, 0, 0, 0])
         below = cube.name
     tune = with_contacts(spec, contacts.profile(method(name).settings), 1e-3)
@@ -237,7 +252,8 @@ def tips_in_pymunk(count):
     """The same."""
 
     def tips(slope):
-        space, cubes = pymunk.Space(), []
+        space = pymunk.Space()
+        cubes = []
         space.iterations = 50
         floor = pymunk.Segment(space.static_body, (-9, 0), (9, 0), 0)
         floor.friction = 1.0

@@ -36,8 +36,11 @@ def rod(start, **more):
 def impulses(of):
     """P and Q [N s], by the slip and the speed v as functions of P, and its work as an integral."""
     m, t, f, e = (mp.mpf(x) for x in (of.mass, of.angle, of.friction, of.restitution))
-    a, b, c = 1 + 3 * mp.sin(t) ** 2, -3 * mp.sin(t) * mp.cos(t), 1 + 3 * mp.cos(t) ** 2
-    start, v = mp.mpf(of.speed), -mp.sqrt(2 * mp.mpf(of.gravity) * mp.mpf(of.height))
+    a = 1 + 3 * mp.sin(t) ** 2
+    b = -3 * mp.sin(t) * mp.cos(t)
+    c = 1 + 3 * mp.cos(t) ** 2
+    start = mp.mpf(of.speed)
+    v = -mp.sqrt(2 * mp.mpf(of.gravity) * mp.mpf(of.height))
     held = -b / a if abs(b / a) <= f else -f * mp.sign(b)
     first = -f * mp.sign(start) if start else held
     ends = -start * m / (b + a * first) if start * (b + a * first) <= 0 else mp.inf
@@ -78,7 +81,8 @@ def test_40_digits(start, law):
         pytest.skip("nothing is given back")
     of = rod(start, law=law)
     times = np.linspace(0.0, of.until, 5)
-    exact, doubt = of.observe(times), of.uncertainty(times)
+    exact = of.observe(times)
+    doubt = of.uncertainty(times)
     with mp.workdps(40):
         up, along = impulses(of)
         m, t, g, length = (mp.mpf(x) for x in (of.mass, of.angle, of.gravity, of.length))
@@ -98,13 +102,17 @@ def test_40_digits(start, law):
 
 def energy_change(of):
     """Kinetic energy [J] that the impact adds: impulses times mean velocities of the end."""
-    (a, b, c), (_, up, along) = of.weights, of.impact.impulses
-    slip, falls = 2 * of.speed + b * up + a * along, c * up + b * along - 2 * of.gravity * of.fall
+    (a, b, c) = of.weights
+    (_, up, along) = of.impact.impulses
+    slip = 2 * of.speed + b * up + a * along
+    falls = c * up + b * along - 2 * of.gravity * of.fall
     return (along * slip + up * falls) / 2
 
 
 def test_what_the_laws_agree_on_and_what_an_impact_does_to_energy():
-    totals = {s: {rod(s, law=law).impact.impulses[1] for law in LAWS} for s in ("slides", "smooth")}
+    totals = {
+        s: {rod(s, law=law).impact.impulses[1] for law in LAWS} for s in ("slides", "smooth")
+    }
     for values in totals.values():
         assert max(values) == pytest.approx(min(values), rel=1e-14)
     for start in STARTS:
@@ -140,7 +148,8 @@ def test_pymunk_s_rounding_uses_a_part_of_its_bound():
 @pytest.mark.parametrize(("name", "constant"), [("euler+coulomb", "RATE"), ("contact", "TIP")])
 def test_a_slightly_different_contact_is_noticed(name, constant, monkeypatch):
     engine = "mujoco" if constant == "RATE" else "pymunk"
-    how, case = method(f"{engine}/{name}"), case_of(scene("rod-impact/sticks"))
+    how = method(f"{engine}/{name}")
+    case = case_of(scene("rod-impact/sticks"))
     run = measure(case, how, 1e-3)[1]
     assert run is not None
     if constant == "RATE":

@@ -33,23 +33,35 @@ CHANGES = [
 
 def stepped_to(ball, end):
     """Place, v and R w with 40 digits, from switch to switch."""
-    f, k, g = mp.mpf(ball.friction), mp.mpf(ball.rolling_friction) / ball.radius, ball.gravity
-    x, v, u, left = mp.mpf(0), mp.mpf(ball.speed), mp.mpf(ball.radius) * ball.spin, mp.mpf(end)
+    f = mp.mpf(ball.friction)
+    k = mp.mpf(ball.rolling_friction) / ball.radius
+    g = ball.gravity
+    x = mp.mpf(0)
+    v = mp.mpf(ball.speed)
+    u = mp.mpf(ball.radius) * ball.spin
+    left = mp.mpf(end)
     if abs(v - u) < mp.mpf(10) ** -15:
         u = v
     while left > 0 and (v or u):
         sticks = v == u and 5 * k <= 7 * f
-        slip, turn = mp.sign(v - u or v), mp.sign(u)
+        slip = mp.sign(v - u or v)
+        turn = mp.sign(u)
         if not turn and k < f:
             turn = slip
-        a, b = -f * g * slip, mp.mpf(5) / 2 * g * (f * slip - k * turn)
+        a = -f * g * slip
+        b = mp.mpf(5) / 2 * g * (f * slip - k * turn)
         if sticks:
             a = b = -mp.mpf(5) / 7 * k * g * mp.sign(v)
         elif not u and k >= f:
             b = mp.mpf(0)
-        until = [-y / r for y, r in ((v - u, a - b), (u, b), (v, a if sticks else 0)) if y * r < 0]
+        until = [
+            -y / r for y, r in ((v - u, a - b), (u, b), (v, a if sticks else 0)) if y * r < 0
+        ]
         lasts = min([left, *until])
-        x, v, u, left = x + lasts * (v + lasts * a / 2), v + lasts * a, u + lasts * b, left - lasts
+        x = x + lasts * (v + lasts * a / 2)
+        v = v + lasts * a
+        u = u + lasts * b
+        left = left - lasts
         u = mp.mpf(0) if abs(u) < mp.mpf(10) ** -30 else u
         v = u if abs(v - u) < mp.mpf(10) ** -30 else v
     return [x, v, u / ball.radius]
@@ -60,18 +72,24 @@ def test_40_digits(changes):
     ball = replace(BALL, **changes)
     last = ball.pieces[-1].time
     times = np.concatenate([np.linspace(0.0, 1.5 * last + 1.0, 23), [last, 1e-9]])
-    exact, doubt = ball.observe(times), ball.uncertainty(times)
+    exact = ball.observe(times)
+    doubt = ball.uncertainty(times)
     with mp.workdps(40):
         for i, time in enumerate(times):
             for name, value in zip(exact, stepped_to(ball, time), strict=True):
-                assert abs(float(value - mp.mpf(exact[name][i]))) <= doubt[name][i], (name, time)
+                assert abs(float(value - mp.mpf(exact[name][i]))) <= doubt[name][i], (
+                    name,
+                    time,
+                )
     assert doubt["speed"].max() < 4e-15 * ball.scale
 
 
 @pytest.mark.parametrize("changes", CHANGES, ids=str)
 def test_an_integration_of_smoothed_friction_comes_near(changes):
     """With tanh for the signs, and no events: within 1e-3 of the speeds."""
-    ball, width, times = replace(BALL, **changes), 1e-4, np.linspace(0.0, 1.2, 25)
+    ball = replace(BALL, **changes)
+    width = 1e-4
+    times = np.linspace(0.0, 1.2, 25)
 
     def slope(time, y):
         rolled = ball.friction * np.tanh((y[1] - y[2]) / width)
@@ -87,8 +105,12 @@ def test_an_integration_of_smoothed_friction_comes_near(changes):
 
 
 @pytest.mark.parametrize("chosen", SCENES[:2], ids=lambda s: s.name)
-@pytest.mark.parametrize("name", ["exact/closed-form", "mujoco/euler+coulomb", "pymunk/contact"])
-@pytest.mark.parametrize("changes", [{}, {"radius": 0.03, "mass": 7.0, "friction": 0.45}], ids=str)
+@pytest.mark.parametrize(
+    "name", ["exact/closed-form", "mujoco/euler+coulomb", "pymunk/contact"]
+)
+@pytest.mark.parametrize(
+    "changes", [{}, {"radius": 0.03, "mass": 7.0, "friction": 0.45}], ids=str
+)
 def test_the_error_is_the_predicted_one(chosen, name, changes):
     how = method(name)
     case = case_of(replace(chosen, parameters={**chosen.parameters, **changes}))
@@ -99,6 +121,7 @@ def test_the_error_is_the_predicted_one(chosen, name, changes):
 
 @pytest.mark.parametrize("name", ["mujoco/euler+coulomb", "pymunk/contact"])
 def test_a_slightly_different_friction_is_noticed(name):
-    case, how = case_of(SCENES[0]), method(name)
+    case = case_of(SCENES[0])
+    how = method(name)
     near = replace(case, errors=case.system.errors(replace(BALL, friction=0.2 * (1 + 1e-6))))
     assert judge(measure(near, how, 1e-3)[0], case.system, how).verdict == "off-prediction"

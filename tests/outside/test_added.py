@@ -42,7 +42,9 @@ def test_the_readme_shows_the_package_of_the_tests():
     readme = (ROOT / "engines" / "README.md").read_text("utf-8")
     folder = PACKAGES / "tiny_engine"
     assert f"```python\n{ENGINE}```" in readme
-    points = (folder / "pyproject.toml").read_text("utf-8").partition("[project.entry-points")[2]
+    points = (
+        (folder / "pyproject.toml").read_text("utf-8").partition("[project.entry-points")[2]
+    )
     shown = f"[project.entry-points{points.partition('[tool')[0].rstrip()}"
     assert f"```toml\n{shown}\n```" in readme
     assert len(ENGINE.splitlines()) <= 40
@@ -54,7 +56,8 @@ def test_both_are_measured_judged_and_recommended(both, tmp_path, monkeypatch, c
     monkeypatch.setenv("PYTHONPATH", str(both), prepend=":")
     monkeypatch.chdir(tmp_path)
     without_findings(monkeypatch)
-    junit, chosen = tmp_path / "j.xml", f"{FALL},simple-pendulum/free-small"
+    junit = tmp_path / "j.xml"
+    chosen = f"{FALL},simple-pendulum/free-small"
     words = ["validate", "--scenes", chosen, "--methods", "tiny,ode/euler", "--jobs", "2"]
     assert main([*words, "--json", "--junitxml", str(junit)]) == 0
     found = {(r["scene"], r["method"]): r for r in json.loads(capsys.readouterr().out)}
@@ -90,7 +93,9 @@ def test_a_defect_of_an_added_engine_is_a_failure(right, wrong, site):
     broken(site, ENGINE.replace(right, wrong))
     with (
         seen(site),
-        pytest.raises(AssertionError, match=r"(off-prediction|not-converging), expected predicted"),
+        pytest.raises(
+            AssertionError, match=r"(off-prediction|not-converging), expected predicted"
+        ),
     ):
         check(SWING, "tiny/euler")
 
@@ -162,7 +167,8 @@ def test_an_engine_that_raises_is_a_verdict(why, site, tmp_path, monkeypatch, ca
 @pytest.mark.long(keep=3)
 @pytest.mark.parametrize("defect", DEFECTS["systems"].values(), ids=DEFECTS["systems"])
 def test_a_broken_system_costs_a_line(defect, site, capsys):
-    text, why = changed(SYSTEM, defect["right"], defect["wrong"]), defect["why"]
+    text = changed(SYSTEM, defect["right"], defect["wrong"])
+    why = defect["why"]
     broken(site, text, entry_points.SYSTEMS, "falling-body")
     with seen(site):
         assert main(["list", "systems"]) == 0

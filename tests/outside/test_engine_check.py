@@ -55,7 +55,9 @@ def outcome(site, text, capsys):
     """Exit code and checks of an engine with this text."""
     install(site, "theirs", {entry_points.ENGINES: {"tiny": "theirs:ENGINE"}}, theirs=text)
     with seen(site):
-        code = main(["check-engine", "tiny", "--scenes", "simple-pendulum/free-large", "--json"])
+        code = main(
+            ["check-engine", "tiny", "--scenes", "simple-pendulum/free-large", "--json"]
+        )
     return code, {check["name"]: check for check in json.loads(capsys.readouterr().out)}
 
 
@@ -77,7 +79,9 @@ def test_the_example_passes_with_a_line_a_check(tmp_path, capsys, monkeypatch):
     out, err = capsys.readouterr()
     lines = out.splitlines()
     assert [line[:4] for line in lines] == ["pass"] * len(CHECKS)
-    assert [name in line for name, line in zip(CHECKS, lines, strict=True)] == [True] * len(lines)
+    assert [name in line for name, line in zip(CHECKS, lines, strict=True)] == [True] * len(
+        lines
+    )
     assert err == ""
     assert os.listdir(tmp_path) == ["site"]
 

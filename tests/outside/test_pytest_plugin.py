@@ -36,7 +36,9 @@ def repository(tmp_path):
     """A repository with a package called `models`, and an environment with plumbob's plugin and an
     engine of theirs."""
     (tmp_path / "repository" / "models").mkdir(parents=True)
-    (tmp_path / "repository" / "models" / "__init__.py").write_text("NAME = 'theirs'\n", "utf-8")
+    (tmp_path / "repository" / "models" / "__init__.py").write_text(
+        "NAME = 'theirs'\n", "utf-8"
+    )
     install_folder(tmp_path / "site", "tiny_engine")
     install(tmp_path / "site", "plumbob-plugin", {"pytest11": {"plumbob": PLUGIN}})
     return tmp_path / "repository"

@@ -27,7 +27,8 @@ SWING, LINE = "simple-pendulum/free-large", "capsule-line/heading-030"
     ],
 )
 def test_an_engine_without_theory(scene, method, factors, converges, monkeypatch):
-    chosen, how = find_scene(scene), registry.method(method)
+    chosen = find_scene(scene)
+    how = registry.method(method)
     assert set(factors) <= set(chosen.parameters)
     without_theory(monkeypatch)
     if factors:

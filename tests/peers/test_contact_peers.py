@@ -18,12 +18,14 @@ BEST = ("dart/nsgs", "drake/tamsi+stiction")
 def test_a_small_defect_is_an_error_that_no_step_reduces(name, change):
     needed(name)
     scene = find_scene("capsule-line/heading-030")
-    case, method = case_of(scene), find_method(name)
+    case = case_of(scene)
+    method = find_method(name)
     wrong = {n: factor * scene.parameters[n] for n, factor in change.items()}
     system = case.system
     broken = replace(case, problem=system.problem(system.change(scene.parameters, wrong)))
     errors = [
-        relative_error(measure(broken, method, h)[0], system.quantities(case)) for h in (1e-3, 5e-4)
+        relative_error(measure(broken, method, h)[0], system.quantities(case))
+        for h in (1e-3, 5e-4)
     ]
     assert errors[1] > 0.7 * errors[0] > 1e-3
 
@@ -32,7 +34,8 @@ def test_a_small_defect_is_an_error_that_no_step_reduces(name, change):
 def test_one_step_late_at_a_sample_is_seen(name):
     """The slider's motion is prescribed: at every sample it is where it is to be."""
     needed(name)
-    scene, step = find_scene("capsule-line/heading-030"), 1e-3
+    scene = find_scene("capsule-line/heading-030")
+    step = 1e-3
     case = case_of(scene)
     _, run = measure(case, find_method(name), step)
     exact = case.reference.observe(run.times)["stroke_rate"]

@@ -4,7 +4,17 @@ import subprocess
 import sys
 
 ENGINES = (
-    *("dartpy", "exudyn", "heyoka", "jax", "mujoco", "pinocchio", "plotly", "pybullet", "pydrake"),
+    *(
+        "dartpy",
+        "exudyn",
+        "heyoka",
+        "jax",
+        "mujoco",
+        "pinocchio",
+        "plotly",
+        "pybullet",
+        "pydrake",
+    ),
     *("pymunk", "scipy", "jinja2", "rich", "cattrs"),
 )
 LIST = """

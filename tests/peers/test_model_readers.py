@@ -41,7 +41,11 @@ def _held(engine, found):
     assert tuple(found["dropped"] or ()) == dropped
 
 
-STATED = {("gravity", ""): (0.0, 0.0, -9.81), ("mass", "arm"): (1.7,), ("friction", "bob"): (0.6,)}
+STATED = {
+    ("gravity", ""): (0.0, 0.0, -9.81),
+    ("mass", "arm"): (1.7,),
+    ("friction", "bob"): (0.6,),
+}
 
 
 def test_what_is_dropped_is_said_with_what_is_there_instead():

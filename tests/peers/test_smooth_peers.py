@@ -42,7 +42,8 @@ PAIRS = [(n, s) for n in (*EULER, *RK4) for s in (SWING, CONE, DAMPED, FORCED) i
 @pytest.mark.parametrize(("name", "scene"), PAIRS)
 def test_the_error_is_the_predicted_one(name, scene):
     needed(name)
-    method, case = find_method(name), case_of(find_scene(scene)).lasting(LASTING)
+    method = find_method(name)
+    case = case_of(find_scene(scene)).lasting(LASTING)
     found, _ = measure(case, method, STEP)
     judgement = judge(found, case.system, method)
     assert judgement.verdict == "predicted", judgement.reason

@@ -33,7 +33,8 @@ def found(points=60):
 
 @pytest.mark.parametrize("name", NAMES)
 def test_period_and_action_against_40_digits(name):
-    branch, v = found()[name], potential(TURNING)
+    branch = found()[name]
+    v = potential(TURNING)
     wells = {e.theta for e in TURNING.equilibria if e.kind == "centre"}
     bottom = min(wells) if "shallower" in name else max(wells)
     for i in (3, 20, 30, 45, len(branch.energies) - 4):

@@ -27,10 +27,12 @@ TIMES = np.linspace(0.0, 0.7, 401)
 @pytest.mark.parametrize("pendulum", [TURNING, SKEW])
 def test_kinetic_and_potential_energy_are_mujoco_s(pendulum):
     model = whole(MJCF, pendulum, 1e-9).compile()
-    data, rng = mujoco.MjData(model), np.random.default_rng(3)
+    data = mujoco.MjData(model)
+    rng = np.random.default_rng(3)
     own = (1.0 + 1e-9) * pendulum.platform_rate**2 / 2  # the platform's in the file
     for theta, rate in rng.uniform(-6.0, 6.0, (20, 2)):
-        data.qpos[:], data.qvel[:] = [0.4, theta], [pendulum.platform_rate, rate]
+        data.qpos[:] = [0.4, theta]
+        data.qvel[:] = [pendulum.platform_rate, rate]
         mujoco.mj_forward(model, data)
         mujoco.mj_energyPos(model, data)
         mujoco.mj_energyVel(model, data)
@@ -54,11 +56,16 @@ def test_t_plus_u_less_the_work_of_the_drive_is_constant(pendulum):
 def test_the_parts_are_those_of_the_source():
     """Eqs. 3 to 5, written out for one state."""
     found = energies(SKEW, np.array([0.3]), np.array([2.0]))
-    m, s, w, x, y = STEEL.mass, STEEL.com_distance, 26.0, 0.31, -0.2
+    m = STEEL.mass
+    s = STEEL.com_distance
+    w = 26.0
+    x = 0.31
+    y = -0.2
     assert found.translation[0] == pytest.approx(m * w**2 * (x**2 + y**2) / 2)
     coupling = m * (y * s * w**2 * math.sin(0.3) + x * s * 2.0 * w * math.cos(0.3))
     assert found.coupling[0] == pytest.approx(coupling)
-    y_rate, z_rate = w * math.sin(0.3), w * math.cos(0.3)
+    y_rate = w * math.sin(0.3)
+    z_rate = w * math.cos(0.3)
     turning = STEEL.inertia_x * 4.0 + (STEEL.inertia_y + 0.01) * y_rate**2
     turning += STEEL.inertia_z * z_rate**2 + 2 * 0.015 * y_rate * z_rate
     assert found.rotation[0] == pytest.approx(turning / 2)
@@ -66,7 +73,8 @@ def test_the_parts_are_those_of_the_source():
 
 @pytest.mark.parametrize("pendulum", [TURNING, SKEW])
 def test_the_torque_of_the_drive_is_the_rate_of_the_angular_momentum(pendulum):
-    h = 1e-4  # [s]: the next term of the difference is h^4/30 times a fifth derivative, 1e-9 here
+    # [s]: the next term of the difference is h^4/30 times a fifth derivative, 1e-9 here
+    h = 1e-4
     torque = drive_torque(pendulum, *pendulum.reference.state(TIMES[1:-1]))
     one, two, four, five = (
         energies(pendulum, *pendulum.reference.state(TIMES[1:-1] + k * h)).angular_momentum
@@ -76,6 +84,7 @@ def test_the_torque_of_the_drive_is_the_rate_of_the_angular_momentum(pendulum):
     largest = float(np.abs(torque).max())
     assert np.abs(torque - rate).max() <= 1e-6 * largest
     slower = drive_torque(
-        replace(pendulum, platform_rate=26.0 * (1 - 1e-5)), *pendulum.reference.state(TIMES[1:-1])
+        replace(pendulum, platform_rate=26.0 * (1 - 1e-5)),
+        *pendulum.reference.state(TIMES[1:-1]),
     )
     assert np.abs(slower - rate).max() > 3e-6 * largest

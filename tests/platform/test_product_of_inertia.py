@@ -35,9 +35,11 @@ def posed(name):
 def test_against_40_digits(name):
     """The orbit in 40 digits has the product of inertia in its potential and knows no tilt."""
     pendulum = posed(name)
-    motion, reference = pendulum.motion, pendulum.reference
+    motion = pendulum.motion
+    reference = pendulum.reference
     times = np.array([0.31, 1.7, 20.3]) * motion.period
-    seen, allowed = reference.observe(times), reference.uncertainty(times)
+    seen = reference.observe(times)
+    allowed = reference.uncertainty(times)
     guesses = list(zip(seen["theta"], seen["theta_dot"], strict=True))
     period, action, states = orbit_of(pendulum).follow(times.tolist(), guesses)
     assert motion.period == pytest.approx(float(period), rel=4e-15)  # theta + tilt is rounded
@@ -49,7 +51,8 @@ def test_against_40_digits(name):
 
 @pytest.mark.parametrize("name", CASES)
 def test_equilibria_and_potential_against_40_digits(name):
-    pendulum, orbit = posed(name), orbit_of(posed(name))
+    pendulum = posed(name)
+    orbit = orbit_of(posed(name))
     critical = sorted(math.remainder(float(x), 2 * math.pi) for x in orbit.critical)
     assert [e.theta for e in pendulum.equilibria] == pytest.approx(critical, abs=1e-15)
     for found in pendulum.equilibria:

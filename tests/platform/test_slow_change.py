@@ -72,7 +72,9 @@ DRIVEN = {
 def test_a_drive_that_is_not_ideal(rate):
     """What first order leaves is of the next: ten times smaller for ten times the inertia. Its
     size, at most 50 (theta) and 200 (the small rate) times J/A, is measured."""
-    time, gaps, off = 1.0, [], []
+    time = 1.0
+    gaps = []
+    off = []
     exact = float(TURNING.reference.state(np.array([time]))[0][0])
     for inertia, (theta, w) in zip((1e5, 1e6), DRIVEN[rate], strict=True):
         found = drive_error(TURNING, np.array([0.5, time]), inertia, rate)
@@ -92,7 +94,8 @@ def test_coefficients_of_the_simple_pendulum():
     k = math.sin(amplitude / 2)
 
     def quarter(modulus):
-        a, b = 1.0, math.sqrt(1.0 - modulus**2)
+        a = 1.0
+        b = math.sqrt(1.0 - modulus**2)
         for _ in range(40):
             a, b = (a + b) / 2, math.sqrt(a * b)
         return math.pi / (2 * a)
@@ -100,7 +103,9 @@ def test_coefficients_of_the_simple_pendulum():
     nome = math.exp(-math.pi * quarter(math.sqrt(1 - k * k)) / quarter(k))
     found = coefficients(motion)
     for n in (1, 3, 5, 7):
-        assert found[n - 1] == pytest.approx(8 * nome ** (n / 2) / (n * (1 + nome**n)), rel=1e-11)
+        assert found[n - 1] == pytest.approx(
+            8 * nome ** (n / 2) / (n * (1 + nome**n)), rel=1e-11
+        )
     assert (found[1:8:2] < 1e-13).all()
 
 
@@ -111,7 +116,9 @@ def test_so_many_harmonics_are_enough_and_one_less_is_not(speed):
     theta = motion.state(times)[0] - motion.mean_rate * times
     series = np.fft.rfft(theta) / len(times)
     sizes = coefficients(motion)
-    for accuracy, count in zip((1e-3, 1e-6, 1e-9), needed(motion, (1e-3, 1e-6, 1e-9)), strict=True):
+    for accuracy, count in zip(
+        (1e-3, 1e-6, 1e-9), needed(motion, (1e-3, 1e-6, 1e-9)), strict=True
+    ):
         kept = np.where(np.arange(len(series)) <= count, series, 0.0)
         left = np.abs(np.fft.irfft(kept, len(times)) * len(times) - theta).max()
         assert left <= accuracy * scale(motion)

@@ -36,7 +36,8 @@ def test_deviation_against_40_digits(point):
     pendulum = posed(*point)
     period, action, _ = orbit_of(pendulum).follow()
     turn = 2 * gmpy2.const_pi()
-    mean, square = turn / period, turn * action / (STEEL.inertia_x * period)
+    mean = turn / period
+    square = turn * action / (STEEL.inertia_x * period)
     deviation = gmpy2.sqrt(square - mean * mean) / mean
     found = uniformity.of_motion(pendulum.motion).deviation
     # two numbers of size 1 that are each exact to some 1e-15 are subtracted
@@ -50,7 +51,8 @@ def test_maps_have_the_closed_form_s_period(axis):
     fig_3 = forms(ROTATING).problem
     drawn = source_text.over_rates(fig_3, name, values)
     for row, column in ((3, 5), (20, 8), (30, 30), (12, 40), (35, 2)):
-        value, body = float(values[row]), fig_3.body
+        value = float(values[row])
+        body = fig_3.body
         if name == "S":
             more = body.mass * (value**2 - body.com_distance**2)
             inertia = {"inertia_x": body.inertia_x + more, "inertia_y": body.inertia_y + more}

@@ -37,8 +37,10 @@ def test_friction_sets_the_unit_of_time_alone():
 
 def test_with_light_feet_one_sticking_foot_stops_the_body():
     # The bound is that of one sticking foot; with two of them the same body would exceed it.
-    line, method = uneven(1.0), METHODS["feet"]
-    step, problem = 0.03 * line.t2, problem_of(line)
+    line = uneven(1.0)
+    method = METHODS["feet"]
+    step = 0.03 * line.t2
+    problem = problem_of(line)
     count = capsule.described(problem, method, step).iterations
     off = moved(line, "feet", step)["displacement"] - line.displacement
     off -= float(step_error(line, step))

@@ -19,7 +19,8 @@ def test_a_switch_at_the_very_end_of_a_step(late, least, most, which):
     """A push that begins in the last thousandth of a step sets the body off by the solver's
     residual, which persists while it slides: the bound covers that, and for the longest slide less
     than 2.5 times as much. Rounding decides which of a plan's two pushes is the first."""
-    short, how = scene("capsule-plan/ahead-curve", {"to": (0.02, 0.0, 0.0)}), METHODS["feet"]
+    short = scene("capsule-plan/ahead-curve", {"to": (0.02, 0.0, 0.0)})
+    how = METHODS["feet"]
     problem = case_of(short).problem
     events = problem.reference.motion.events
     slides = [(b.time - a.time, a.time) for a, b in pairwise(events) if a.mode == "slide"]

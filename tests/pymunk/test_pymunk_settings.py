@@ -9,7 +9,10 @@ from plumbob.engines.abilities import SettingsToPaste
 from plumbob.engines.registry import engine_of
 from plumbob.engines.registry import method as find_method
 
-FRICTION, GRAVITY, SPEED, HEADING = 0.3, 9.81, 0.5, math.pi / 6
+FRICTION = 0.3
+GRAVITY = 9.81
+SPEED = 0.5
+HEADING = math.pi / 6
 EXACT = SPEED**2 / (2 * FRICTION * GRAVITY)  # stopping distance [m]
 CORNERS = [(x, y) for x in (0.15, -0.15) for y in (0.1, -0.1)]
 REST = 2e-3  # of v dt/2: the next order of the step, dt f g/v = 0.012 at 2 ms, and iterations
@@ -22,7 +25,8 @@ def _python(method, step):
 
 
 def _block():
-    space, body = pymunk.Space(), pymunk.Body(2.0, 2.0 * (0.3**2 + 0.2**2) / 12)
+    space = pymunk.Space()
+    body = pymunk.Body(2.0, 2.0 * (0.3**2 + 0.2**2) / 12)
     body.velocity = SPEED * math.cos(HEADING), SPEED * math.sin(HEADING)
     space.add(body)
     return space, body

@@ -86,7 +86,8 @@ def test_roundings_from_positions_to_a_velocity():
 def test_what_bare_pivots_leave_where_rest_falls_next_to_the_end_of_a_step(after, least, most):
     """The body turns about C and comes to rest this fraction of a step after the end of one: the
     solver pushes it aside by a thirtieth of the bound, and by nothing in the middle of a step."""
-    step, pivots = 1e-3, METHODS["pivots"]
+    step = 1e-3
+    pivots = METHODS["pivots"]
     usual = scene("capsule-coast/rotation")
     coasting = system_of(usual).case(usual).problem.motion
     rate = coasting.deceleration * step * (round(coasting.sliding_time / step) + after)

@@ -13,7 +13,11 @@ def opened(
     """A page for as long as it is looked at, of a reader who prefers less motion unless `given`
     says otherwise, with what `prepare` gives it before it is loaded; fails where the console said
     anything."""
-    options = {"viewport": {"width": WIDTH, "height": HEIGHT}, "reduced_motion": "reduce", **given}
+    options = {
+        "viewport": {"width": WIDTH, "height": HEIGHT},
+        "reduced_motion": "reduce",
+        **given,
+    }
     page = browser.new_page(**options)
     said = []
     page.on("console", lambda message: said.append(message.text))

@@ -29,7 +29,8 @@ FRACTION = 2e-3  # of a channel's range, or of a radian: 0.4 pixel of 200
 @pytest.mark.parametrize("name", NAMES)
 def test_samples_follow_the_exact_motion_between_them(name):
     """At times that are no samples, interpolated as the page's script does it."""
-    case, data = case_of(find_scene(name)), json.loads(replay_of(name).data)
+    case = case_of(find_scene(name))
+    data = json.loads(replay_of(name).data)
     assert len(replay_of(name).data) < 1e3 * KILOBYTES
     layer = data["layers"][0]
     samples = np.linspace(0.0, data["seconds"], layer["count"])
@@ -65,7 +66,9 @@ def test_a_replay_is_of_runs_of_the_study():
 def test_a_users_own_settings_take_the_place_of_the_default_ones():
     own = replace(find_method("mujoco/euler"), name="mujoco/mine", step_sizes=(4e-3, 2e-3))
     scene = find_scene("simple-pendulum/free-large")
-    shown = shown_runs(StudyPlan("quick", (scene,), (own, *find_methods_of("mujoco/rk4"))), scene)
+    shown = shown_runs(
+        StudyPlan("quick", (scene,), (own, *find_methods_of("mujoco/rk4"))), scene
+    )
     assert [(one.words, one.run.step) for one in shown] == [
         ("your settings", 4e-3),
         ("recommended settings", 4e-3),

@@ -179,22 +179,23 @@ def test_less_motion_is_no_motion_by_itself_and_twelve_steps(browser, file):
 def test_the_magnifier_draws_errors_by_its_factor(page):
     """The first run's mark: where factor times the recorded error puts it, and where it is not at
     another factor."""
-    name, factor = SHOWN[2], 1000
+    name = SHOWN[2]
+    factor = 1000
     figure = stopped(page, name)
     figure.locator("[data-layer='1']").check()
-    case, data = case_of(find_scene(name)), json.loads(replay_of(name).data)
+    case = case_of(find_scene(name))
+    data = json.loads(replay_of(name).data)
     first = shown_runs(StudyPlan("quick", (case.scene,), plan().methods), case.scene)[0]
-    run, time = recorded(name).answer(first.run), FRACTION * data["seconds"]
+    run = recorded(name).answer(first.run)
+    time = FRACTION * data["seconds"]
     exact = case.reference.observe(np.append(run.times, time))["theta"]
     apart = np.interp(time, run.times, run.observables["theta"] - exact[:-1])
     picture = json.loads(figure.locator(".live canvas").get_attribute("data-plan"))["picture"]
 
     def ring(times):
         spot = 1j * case.problem.length * np.exp(-1j * (exact[-1] + times * apart))
-        x, y = (
-            picture["x"] + picture["scale"] * spot.real,
-            picture["y"] + picture["scale"] * spot.imag,
-        )
+        x = picture["x"] + picture["scale"] * spot.real
+        y = picture["y"] + picture["scale"] * spot.imag
         ring = [x, y, RING, FIRST]
         return figure.locator(".live canvas").evaluate(COVERED, ring)
 

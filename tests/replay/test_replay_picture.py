@@ -76,7 +76,8 @@ def _shifted(shown):
 
 def misplaced(figure, name):
     """Whether the mark is not where the exact answer puts it, within PIXEL."""
-    case, data = case_of(find_scene(name)), json.loads(replay_of(name).data)
+    case = case_of(find_scene(name))
+    data = json.loads(replay_of(name).data)
     canvas = figure.locator(".live canvas")
     picture = json.loads(canvas.get_attribute("data-plan") or "")["picture"]
     across, up = place(case, FRACTION * data["seconds"])
@@ -127,9 +128,12 @@ def corner_of_box(case, seen):
 
 def centre_of_mass(case, theta, time):
     """Where the camera sees the cone's centre of mass: right and up [m]."""
-    problem, com = case.problem, case.problem.body.com_distance
-    x, y = problem.pivot_x, problem.pivot_y + com * math.sin(theta)
-    z, turn = problem.pivot_z - com * math.cos(theta), problem.platform_rate * time
+    problem = case.problem
+    com = case.problem.body.com_distance
+    x = problem.pivot_x
+    y = problem.pivot_y + com * math.sin(theta)
+    z = problem.pivot_z - com * math.cos(theta)
+    turn = problem.platform_rate * time
     x, y = x * math.cos(turn) - y * math.sin(turn), x * math.sin(turn) + y * math.cos(turn)
     return seen_by_camera(x, y, z)
 

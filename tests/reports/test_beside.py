@@ -8,7 +8,8 @@ from plumbob.models.registry import scene as find_scene
 from plumbob.reports.judge.verdict import judged
 
 SCENE, METHOD = "cone-pendulum/rotating-base", "ode/rk4"
-STEPS, BESIDE = (8e-3, 4e-3, 2e-3, 1.5e-3), 1e-3
+STEPS = (8e-3, 4e-3, 2e-3, 1.5e-3)
+BESIDE = 1e-3
 
 
 def run(step, error, predicted):
@@ -23,7 +24,8 @@ def run(step, error, predicted):
         max(abs(error - predicted) - 1e-9, 0.0),
     )
     errors = {
-        n: ObservedError(error, error, 1e-16, 1.0, predicted=found) for n in ("theta", "theta_dot")
+        n: ObservedError(error, error, 1e-16, 1.0, predicted=found)
+        for n in ("theta", "theta_dot")
     }
     return Measurement(SCENE, METHOD, step, "done", errors=errors, duration=0.5, steps=500)
 
@@ -39,7 +41,9 @@ def study(error, predicted, beside=(BESIDE,)):
 def test_an_error_that_is_not_the_predicted_one_fails_beside_the_step_sizes_too():
     assert study(1e-3, 1e-3).whole.verdict == "predicted"
     assert study(1.1e-3, 1e-3).whole.verdict == "off-prediction"
-    assert [j.verdict for j in study(1.1e-3, 1e-3).runs] == ["predicted"] * 4 + ["off-prediction"]
+    assert [j.verdict for j in study(1.1e-3, 1e-3).runs] == ["predicted"] * 4 + [
+        "off-prediction"
+    ]
 
 
 def test_it_tells_of_no_plateau_and_of_no_size():

@@ -41,14 +41,17 @@ def study(scene, *steps):
 def test_figure_of_the_source():
     check = numbers_of(source.FIGURE_2)
     (gallery,) = written(source.FIGURE_2.template, plain(check))
-    assert [len(panel.traces) for panel in gallery.figures] == [3, 3, 3]  # exact, and two engines
+    # exact, and two engines
+    assert [len(panel.traces) for panel in gallery.figures] == [3, 3, 3]
     v, v_c, x = (check.exact[name] for name in source.DRAWN)
     assert max(v) == pytest.approx(1.14777, rel=1e-3)
     assert min(v_c) == pytest.approx(-0.17658, rel=1e-3)
     assert x[-1] == pytest.approx(EXACT, rel=1e-3)
     for name in source.DRAWN[:2]:  # dots on the curve of that corner
         corner = max(check.exact[name], key=abs)
-        assert max(check.engines[source.MUJOCO][name], key=abs) == pytest.approx(corner, rel=0.02)
+        assert max(check.engines[source.MUJOCO][name], key=abs) == pytest.approx(
+            corner, rel=0.02
+        )
 
 
 def test_errors_are_the_sawtooth_of_the_step():
@@ -83,7 +86,8 @@ def test_a_brake_beyond_the_limit_turns_the_body_round():
     # by hand, with SI numbers: -(1/2) (mu w1 - fg) t1 t*, mu = 0.3/1.3, w1 = 3 fg/mu, w2 = 2 fg/mu
     decay = 0.3 * 9.81
     assert source_text.hard_brake(line).back == pytest.approx(-decay * 0.03 * 0.05, rel=1e-9)
-    assert 0.0 < source_text.hard_brake(line, 1.0 + 1e-3).after < 6e-6  # (1/2) 1e-3 fg (0.06 s)^2
+    # (1/2) 1e-3 fg (0.06 s)^2
+    assert 0.0 < source_text.hard_brake(line, 1.0 + 1e-3).after < 6e-6
 
 
 def test_what_else_the_source_says_of_lines():
@@ -127,7 +131,8 @@ def test_repeated_manoeuvres():
 
 def test_what_sizes_an_actuator():
     force = numbers_of(drive.DRIVE, measured(LINE, METHODS))
-    peak, turns = force.line.peak, force.turns
+    peak = force.line.peak
+    turns = force.turns
     assert peak == pytest.approx(9.7119, rel=1e-3)
     assert turns["0.1"].peak == pytest.approx(3805.17, rel=1e-3)
     # centripetal force: 1/epsilon^2
@@ -145,7 +150,8 @@ def test_the_exact_condition_for_contact_and_beyond():
     inside = [(motion.com_inside, motion.slider_inside) for motion in motions]
     assert inside == [(True, True), (True, False), (False, True)]
     assert min(motion.lowest for motion in motions) > 0.0
-    tipped, line = ran.answer(tipping.TIPPED), problem(tipping.EDGE).motion
+    tipped = ran.answer(tipping.TIPPED)
+    line = problem(tipping.EDGE).motion
     lifted = tipped.times[np.argmax(tipped.channels["contacts"] < 3)]
     # below zero statics asks for a pull, which a plane that only pushes cannot give
     places = (line.start + tipping.BEYOND + line.at(tipped.times).stroke)[:, None] * line.unit

@@ -36,7 +36,12 @@ def test_finding_printed_hamiltonian():
     assert found.gap == pytest.approx(6.27, abs=5e-3)
     assert len(found.runs) == 2
     assert found.worst < 1e-11  # the errors of RK4 at 1e-4 and DOP853 at 1e-13
-    assert found.runs["mujoco"].correct_varies < 1e-8 < 1000.0 < found.runs["mujoco"].printed_varies
+    assert (
+        found.runs["mujoco"].correct_varies
+        < 1e-8
+        < 1000.0
+        < found.runs["mujoco"].printed_varies
+    )
 
 
 def test_figures_of_the_source_begin_at_the_start():
@@ -66,14 +71,17 @@ def test_finding_symmetry():
 
 def test_claims_in_numbers():
     turning = forms(ROTATING)
-    right, printed = source_text.rotation(turning.correct), source_text.rotation(turning.printed)
+    right = source_text.rotation(turning.correct)
+    printed = source_text.rotation(turning.printed)
     assert (right.lowest, right.highest) == pytest.approx((33.45358, 49.40424), abs=1e-4)
     assert (right.spread, printed.spread) == pytest.approx((0.4311, 0.7161), abs=1e-4)
     # From energy only: 37 rad/s at the bottom, on a resting base, to the top.
     level = replace(turning.problem, platform_rate=0.0)
     arm = level.body.mass * level.body.com_distance * level.gravity
     top = math.sqrt(37.0**2 - 4 * arm / level.body.inertia_x)
-    assert source_text.rotation(level.motion).spread == pytest.approx((37.0 - top) / 37.0, abs=1e-6)
+    assert source_text.rotation(level.motion).spread == pytest.approx(
+        (37.0 - top) / 37.0, abs=1e-6
+    )
 
 
 def test_finding_uniformity():
@@ -105,7 +113,9 @@ def test_finding_equilibria():
     assert (numbers["fork"], numbers["node"]) == pytest.approx((6.44823, 11.2938), abs=5e-5)
     assert len(numbers["centres"]) == 15
     assert numbers["largest_gap"] < 1e-6  # the amplitude's
-    near, far = (cone(pivot_y=0.0, platform_rate=rate).equilibria[0].rate for rate in (8.0, 8.001))
+    near, far = (
+        cone(pivot_y=0.0, platform_rate=rate).equilibria[0].rate for rate in (8.0, 8.001)
+    )
     assert abs(near / far - 1.0) > 1e-4  # what a platform rate wrong by 1e-4 would change
 
 
@@ -132,7 +142,9 @@ def test_what_else_the_source_says():
     assert said["Fig. 2 e", "holds"].startswith(f"{slowest:.4f} rad/s at 0.500 T")
     assert said["Fig. 2 e", "refuted"].endswith("35.81 N m, is at θ = 0.5 π")
     assert "39.253 rad/s (7.0346 rad/s at rest" in said["Fig. 3 b", "corrected"]
-    assert said["Fig. 3 c", "holds"].startswith("4 extremes of the speed in a period, 2 at rest")
+    assert said["Fig. 3 c", "holds"].startswith(
+        "4 extremes of the speed in a period, 2 at rest"
+    )
     assert "does 0 J of work in all, gravity's -71.62 J" in said["Fig. 3 e", "corrected"]
     # I_x of (1), and the period of Fig. 2 without and with the factor 2
     assert said["(16)", "corrected"].startswith("I_x: p ∂p/∂H is 0.8927 kg m², and")
@@ -179,7 +191,9 @@ def test_parts_of_the_energy_and_the_drive():
     # fourth-order difference over 1e-5 s
     assert work.torque == pytest.approx(1554.5498518844, abs=0.005)
     # a reaction of a constraint is no applied force: the source is right, and it is not all
-    verdicts = [statement.verdict for statement in finding(drive_work.DRIVE_WORK, study).statements]
+    verdicts = [
+        statement.verdict for statement in finding(drive_work.DRIVE_WORK, study).statements
+    ]
     assert verdicts == ["refuted", "holds", "holds", "extended"]
 
 

@@ -20,7 +20,8 @@ def _bench():
 
 def displacement(friction, body_mass, slider_mass, w1, w2, t1):
     """Eq. 22 of Chernousko 2020."""
-    mu, hold = slider_mass / (body_mass + slider_mass), friction * mp.mpf("9.81")
+    mu = slider_mass / (body_mass + slider_mass)
+    hold = friction * mp.mpf("9.81")
     return -mu * (w1 + w2) * (mu * w1 - hold) / (mu * w2 + hold) * t1**2 / 2
 
 
@@ -36,7 +37,9 @@ def test_each_part_of_the_uncertainty_is_the_formula_s(bench):
             assert row.slope == pytest.approx(float(slope), rel=1e-9)
             total += (slope * KNOWN[row.name]) ** 2
         assert bench.usual.unsure == pytest.approx(float(mp.sqrt(total)), rel=1e-9)
-        assert bench.usual.displacement == pytest.approx(float(displacement(*values)), rel=1e-14)
+        assert bench.usual.displacement == pytest.approx(
+            float(displacement(*values)), rel=1e-14
+        )
 
 
 def test_the_command_says_where_the_plan_ends(bench, capsys):

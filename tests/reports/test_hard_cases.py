@@ -20,7 +20,8 @@ def test_a_saddle_at_1e_6_costs_the_motion_about_eight_digits_and_a_fast_platfor
 
 def _results(name):
     """The methods of the quick profile on a scene."""
-    study, scene = quick(), find_scene(name)
+    study = quick()
+    scene = find_scene(name)
     methods = {method.name: method for method in study.methods}
     return [
         MethodResult(scene, methods[c.method], c, None, study.quantities(name))

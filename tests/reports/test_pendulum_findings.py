@@ -63,7 +63,9 @@ def _by_rk4(name, linear):
         pull = x[0] if linear else math.sin(x[0])
         return np.array([x[1], -damping * x[1] - 9.8 * pull])
 
-    x, h, angles = np.array([start, rate]), 0.05, [start]
+    x = np.array([start, rate])
+    h = 0.05
+    angles = [start]
     for _ in range(1000):
         k1 = slope(x)
         k2 = slope(x + h / 2 * k1)
@@ -78,10 +80,14 @@ def _by_rk4(name, linear):
 def test_errors_are_the_largest_of_all_steps(label, name):
     """And the README says them: a recording has every second step."""
     readme = (ROOT / "models/simple_pendulum/README.md").read_text("utf-8")
-    (line,) = (line for line in readme.splitlines() if line.startswith(f"| {label} | `{name}` |"))
+    (line,) = (
+        line for line in readme.splitlines() if line.startswith(f"| {label} | `{name}` |")
+    )
     times = np.linspace(0.0, 50.0, 1001)
     for linear, shown in zip((False, True), line.split("|")[3:5], strict=True):
-        exact = measurements.case(f"{'linear' if linear else 'simple'}-pendulum/{name}").reference
+        exact = measurements.case(
+            f"{'linear' if linear else 'simple'}-pendulum/{name}"
+        ).reference
         error = float(np.abs(_by_rk4(name, linear) - exact.observe(times)["theta"]).max())
         assert float(shown) == pytest.approx(error, rel=5e-3)  # half of its last digit
         kind = notebook.LINEAR if linear else notebook.SIMPLE
@@ -208,9 +214,11 @@ def test_an_accelerometer_at_the_bob_reads_the_notebooks_acceleration_less_gravi
         assert run
         return bob.readings(run)
 
-    found, coarse = read(bob.ACCELEROMETER.method), read("mujoco/euler")
+    found = read(bob.ACCELEROMETER.method)
+    coarse = read("mujoco/euler")
     assert found.gap < 1e-8  # the error of theta is 3e-10 rad, and (dθ/dt)² is up to 29.4 /s²
-    assert found.along == pytest.approx(2 * 9.8 * 1.5, rel=1e-5)  # energy, from -120 deg to hanging
+    # energy, from -120 deg to hanging
+    assert found.along == pytest.approx(2 * 9.8 * 1.5, rel=1e-5)
     assert found.reads_across < 1e-12
     assert found.gap_of_pull < 1e-12
     assert coarse.gap > 1e-3

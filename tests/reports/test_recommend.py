@@ -23,7 +23,8 @@ from plumbob.tests.site import whole_profile
 from plumbob.tests.support.studies import SCENE, made_up
 
 STEPS = step_sizes(5e-3, 1e-5)
-FIRST, FOURTH = Method("made/euler", Scheme(EULER), 1), Method("made/rk4", Scheme(RK4), 4)
+FIRST = Method("made/euler", Scheme(EULER), 1)
+FOURTH = Method("made/rk4", Scheme(RK4), 4)
 positive = st.floats(-3, 3).map(lambda x: 10.0**x)
 
 
@@ -58,9 +59,11 @@ def test_a_run_that_diverged_bounds_the_step():
 
 def test_cheapest_first_then_another_method():
     study = made_up(
-        [(FIRST, STEPS, lambda h: h), (FOURTH, STEPS, lambda h: 1e4 * h**4)], ns=(1000.0, 4000.0)
+        [(FIRST, STEPS, lambda h: h), (FOURTH, STEPS, lambda h: 1e4 * h**4)],
+        ns=(1000.0, 4000.0),
     )
-    tight, loose = cheapest(study, 1e-5), cheapest(study, 5e-3)
+    tight = cheapest(study, 1e-5)
+    loose = cheapest(study, 5e-3)
     assert tight.choice.method == FOURTH.name
     assert (loose.choice.method, loose.runner_up.method) == (FIRST.name, FOURTH.name)
     assert [c.method for c in loose.by_engine] == [FIRST.name]

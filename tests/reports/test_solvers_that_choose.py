@@ -26,6 +26,7 @@ def test_dop853_pays_what_stability_asks_and_implicit_solvers_next_to_nothing():
         assert of["ode/dop853"] == pytest.approx(of["predicted"], rel=0.02)
         assert max(of["ode/radau"], of["ode/lsoda"]) < 0.05 * damping
     assert all(claim.holds for claim in claims(found))
-    fastest = np.array([-1e4 + 0j])  # a method whose stability reaches 2.79, not 6.4, is noticed
+    # a method whose stability reaches 2.79, not 6.4, is noticed
+    fastest = np.array([-1e4 + 0j])
     wrong = {**found.paid[1e4], "predicted": 12.0 * stiffness_cost(CLASSICAL, fastest)}
     assert not all(claim.holds for claim in claims(Record(surprises=(), paid={1e4: wrong})))

@@ -48,7 +48,11 @@ def evidence(
     return Evidence(
         scenes,
         {s.name: (Quantity("x", 1.0),) for s in scenes},
-        {(s.name, m.name): price for s in scenes for m, price in zip(methods, ns, strict=False)},
+        {
+            (s.name, m.name): price
+            for s in scenes
+            for m, price in zip(methods, ns, strict=False)
+        },
         {(s.name, m.name): {h: run(s, m, h) for h in STEPS} for s in scenes for m in methods},
         run,
         45.0,
@@ -74,8 +78,12 @@ def test_a_smooth_error_is_reached_at_nearly_the_largest_step(slope, at):
 
 
 @example(phase=0.03307573688860826, wanted=0.0013341420277954894)  # hardly a slope
-@example(phase=0.03766863105557477, wanted=0.0001)  # 1.86 times the wanted error, all of it lucky
-@example(phase=0.0234375, wanted=0.0015712947727248346)  # below many steps that fail by the margin
+@example(
+    phase=0.03766863105557477, wanted=0.0001
+)  # 1.86 times the wanted error, all of it lucky
+@example(
+    phase=0.0234375, wanted=0.0015712947727248346
+)  # below many steps that fail by the margin
 @given(phase=st.floats(0.02, 0.05), wanted=st.floats(1e-4, 3e-3))
 def test_a_sawtooth_is_not_trusted_at_a_lucky_zero(phase, wanted):
     def error(scene, method, h):

@@ -72,7 +72,8 @@ def test_a_real_time_factor_is_simulated_over_computing_time():
 def test_predicted_and_observed_orders_stand_in_their_columns():
     (rk4,) = [c for c in measured() if c.method == "ode/rk4"]
     steps = rk4.measurements[0].step, rk4.measurements[1].step
-    order, predicted = Order(3.5, 3.4, 3.6, steps), Order(2.5, 2.4, 2.6, steps)
+    order = Order(3.5, 3.4, 3.6, steps)
+    predicted = Order(2.5, 2.4, 2.6, steps)
     series = replace(rk4, order=order, predicted_order=predicted)
     method = by_name()[rk4.method]
     of = MethodResult(find_scene(rk4.scene), method, series, None, ())
@@ -83,8 +84,10 @@ def test_predicted_and_observed_orders_stand_in_their_columns():
 
 def test_a_rounding_of_zero_is_no_failure():
     """The heading on a line is exactly zero, and theory allows it nothing."""
-    scene, how = find_scene("capsule-line/ca1"), find_method("mujoco/euler")
-    system, units = system_of(scene), {o.name: o.unit for o in system_of(scene).observables}
+    scene = find_scene("capsule-line/ca1")
+    how = find_method("mujoco/euler")
+    system = system_of(scene)
+    units = {o.name: o.unit for o in system_of(scene).observables}
     found, _ = measure(case_of(scene), how, 1e-3)
     heading = found.errors["heading"]
     assert heading.scale == 0.0
@@ -153,7 +156,8 @@ def test_every_statement_of_the_texts_is_computed_twice_or_cannot_be(
     findings,
 ):
     """By a finding of the page and by a test of its own; and every judged statement is listed."""
-    every, names = sources.listed(), {finding.name for finding in findings}
+    every = sources.listed()
+    names = {finding.name for finding in findings}
     galleries = [of for name in systems() if (shown := section(name)) for of in shown.galleries]
     names |= {of.template.rpartition("/")[2].replace("_", "-") for of in galleries}
     computed = [of for of in every if of.finding]

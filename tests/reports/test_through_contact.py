@@ -18,6 +18,7 @@ def test_default_contacts_are_wrong_and_noise_where_recommended_ones_converge():
     assert np.abs(recommended.errors).max() < 5e-3
     (_, at, slope) = found.tangents["exact"][1]
     assert at == pytest.approx(-0.0055917, rel=1e-6)
-    assert slope == pytest.approx(0.0196745, rel=1e-3)  # by differences, h^2 over the friction's
+    # by differences, h^2 over the friction's
+    assert slope == pytest.approx(0.0196745, rel=1e-3)
     for name, (_, _, (_, _, last)) in found.tangents.items():
         assert (last == pytest.approx(0.01776, rel=0.02)) == (name != CURVES[0])

@@ -62,7 +62,8 @@ def test_what_else_the_source_says_of_turns():
     numbers = source_text.numbers(nothing())
     verdicts = {s.verdict for s in finding(source_text.SOURCE, nothing()).statements}
     assert verdicts == {"holds", "extended"}
-    one, motion = turn(0.3), problem("capsule-turn/0.3").motion.single
+    one = turn(0.3)
+    motion = problem("capsule-turn/0.3").motion.single
     left = float(motion.at(np.array([2 * one.half_time])).angular_velocity[0])
     assert numbers.integral == pytest.approx(left, rel=1e-12)
     assert 0.5 < numbers.friction < 1.0

@@ -16,7 +16,8 @@ from plumbob.tests.support.studies import SCENE, made_up
 
 STEPS = step_sizes(5e-3, 1e-4)
 OWN = replace(find_method("mujoco/euler"), name=NAME, step_sizes=(2e-3, 1e-3, 5e-4, 2.5e-4))
-RK4, PEER = find_method("mujoco/rk4"), find_method("ode/rk4")
+RK4 = find_method("mujoco/rk4")
+PEER = find_method("ode/rk4")
 EXACT = Method("exact/closed-form", Scheme(CLOSED_FORM), None, "tolerance", {}, (1e-16,))
 
 
@@ -43,7 +44,8 @@ def test_what_costs_less_and_what_is_more_accurate():
     assert found.finest == (2.5e-4, 0.25)
     assert found.ns_per_second == pytest.approx(1000 / 2e-3)
     # 1e8 h^4 is 0.0625 at the coarsest step, and 2 nowhere: that step is the cheapest
-    here, anywhere = found.at_equal_accuracy.here, found.at_equal_accuracy.anywhere
+    here = found.at_equal_accuracy.here
+    anywhere = found.at_equal_accuracy.anywhere
     assert (here.method, here.step) == ("mujoco/rk4", 5e-3)
     assert here.ns_per_second / found.ns_per_second == pytest.approx(4000 / 5e-3 * 2e-3 / 1000)
     assert (anywhere.method, anywhere.step) == ("ode/rk4", 5e-3)

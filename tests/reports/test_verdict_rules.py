@@ -62,7 +62,12 @@ def beside_the_series(parts, monkeypatch):
 
 @pytest.mark.parametrize(
     ("parts", "verdict"),
-    [(0.9, "predicted"), (-0.9, "predicted"), (4.0, "off-prediction"), (-4.0, "off-prediction")],
+    [
+        (0.9, "predicted"),
+        (-0.9, "predicted"),
+        (4.0, "off-prediction"),
+        (-4.0, "off-prediction"),
+    ],
 )
 def test_a_series_leaves_its_last_two_terms_open(parts, verdict, monkeypatch):
     """To either side, and rounding, which is half as much here: a smaller error is none better."""
@@ -74,7 +79,8 @@ def test_the_remainder_in_a_tolerance_is_the_last_two_terms(
     monkeypatch,
 ):
     found = beside_the_series(0.0, monkeypatch)
-    predicted, allowed = found.errors["theta"].predicted, tolerance(found, EULER, "theta", "rad")
+    predicted = found.errors["theta"].predicted
+    allowed = tolerance(found, EULER, "theta", "rad")
     terms = {term.name: term.value for term in allowed.terms}
     wanted = sum(predicted.terms[p] for p in (3, 4))
     assert terms["discretisation: remainder"] == pytest.approx(wanted, rel=1e-12)

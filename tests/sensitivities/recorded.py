@@ -28,7 +28,8 @@ POSE = ("x", "y", "heading")
 STENCIL = {1: 45, 2: -9, 3: 1}  # of order 6
 # From one pose to the next, of a parameter; width of the friction [m/s] and order of its error: all
 # of these, and of turns with a gradual start.
-SHARP, GRADUAL = (3e-3, 1e-9, 1.0), (1e-3, 1e-10, 0.8)
+SHARP = (3e-3, 1e-9, 1.0)
+GRADUAL = (1e-3, 1e-10, 0.8)
 NUDGE = mpfr("1e-18")  # [rad] of a crank: its energies' differences have an error of the square
 
 
@@ -36,12 +37,17 @@ def cone(p):
     """The cone pendulum, whose moments about the pivot follow from its shape where these are not
     given, under gravity and the centrifugal force of every mass element."""
     if "mass" in p:
-        mass, arm, yz = p["mass"], p["com_distance"], p["inertia_yz"]
-        x, y, z = p["inertia_x"], p["inertia_y"], p["inertia_z"]
+        mass = p["mass"]
+        arm = p["com_distance"]
+        yz = p["inertia_yz"]
+        x = p["inertia_x"]
+        y = p["inertia_y"]
+        z = p["inertia_z"]
     else:
         radius = p["height"] * gmpy2.tan(p["apex_angle"] / 2)
         mass = gmpy2.const_pi() * p["density"] * radius**2 * p["height"] / 3
-        arm, yz = 3 * p["height"] / 4, mpfr(0)
+        arm = 3 * p["height"] / 4
+        yz = mpfr(0)
         z = 3 * mass * radius**2 / 10
         x = y = 3 * mass * (radius**2 / 4 + p["height"] ** 2) / 5
     squared = p["platform_rate"] ** 2
@@ -85,7 +91,10 @@ def free(p):
     """Euler's equations and the attitude's."""
     a, b, c = (p[f"inertia_{axis}"] for axis in "xyz")
     spin = [p[f"angular_velocity[{i}]"] for i in range(3)]
-    names = [*(f"angular_velocity_{axis}" for axis in "xyz"), *(f"attitude_{i}" for i in "wxyz")]
+    names = [
+        *(f"angular_velocity_{axis}" for axis in "xyz"),
+        *(f"attitude_{i}" for i in "wxyz"),
+    ]
 
     def rates(state):
         u, v, w, s, x, y, z = state
@@ -101,7 +110,8 @@ def linkage(p, links):
     """A crank that moves other links: I w' + I_t w^2/2 + V_t = 0, by differences of I and V."""
 
     def energies(angle):
-        inertia, height = mpfr(0), mpfr(0)
+        inertia = mpfr(0)
+        height = mpfr(0)
         for mass, length, velocity, turn, y in links(angle)[0]:
             inertia += mass * (gmpy2.norm(velocity) + (length * turn) ** 2 / 12)
             height += mass * y
@@ -125,11 +135,13 @@ def four_bar(p):
     cosines; the coupler's centre."""
 
     def links(angle):
-        crank, (b, c) = turned(p["crank"], angle), (p["coupler"], p["rocker"])
+        crank = turned(p["crank"], angle)
+        (b, c) = (p["coupler"], p["rocker"])
         line = p["ground"] - crank
         inner = gmpy2.acos((b**2 + gmpy2.norm(line) - c**2) / (2 * b * abs(line)))
         coupler = turned(b, gmpy2.phase(line) + inner)
-        rocker, ahead = coupler - line, crank * 1j
+        rocker = coupler - line
+        ahead = crank * 1j
         turn = -(ahead * rocker.conjugate()).real / (coupler * 1j * rocker.conjugate()).real
         end = ahead + coupler * 1j * turn
         return (
@@ -174,7 +186,8 @@ def _through_events(case, by, times):
     )
 
     def poses(problem):
-        setup, path = problem.setup, problem.motion.path
+        setup = problem.setup
+        path = problem.motion.path
         start = np.array([0.0, 0.0, 0.0, *setup.velocity, setup.heading_rate])
         return np.array(
             [smoothed_pose(setup.capsule, path, start, t, *accuracy).pose for t in times]
@@ -182,7 +195,9 @@ def _through_events(case, by, times):
 
     for name in by:
         number = next(numbers(case, name))
-        ends = [poses(number.problem(number.value + k * apart * number.size)) for k in range(-3, 4)]
+        ends = [
+            poses(number.problem(number.value + k * apart * number.size)) for k in range(-3, 4)
+        ]
         slopes = sum(w * (ends[3 + k] - ends[3 - k]) for k, w in STENCIL.items())
         slopes /= 60 * apart * number.size
         yield name, {n: [f"{x:.11g}" for x in s] for n, s in zip(POSE, slopes.T, strict=True)}

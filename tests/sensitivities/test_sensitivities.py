@@ -23,7 +23,8 @@ mpmath.mp.dps = 40
 def agrees(found, name, exact, scale, within, known=1e-16):
     """Why a derivative is not the exact one, `known` to a part of its scale, within its uncertainty
     and within the accuracy asked for; empty where it is."""
-    off, unsure = np.abs(found.values[name] - exact), found.uncertainty[name]
+    off = np.abs(found.values[name] - exact)
+    unsure = found.uncertainty[name]
     if not (off <= unsure + known * scale).all():
         return f"{name} off by {off.max()} of {scale}, uncertainty {unsure}"
     if not (off <= within * scale).all() or not (unsure <= within * scale).all():
@@ -54,7 +55,8 @@ def line_in_40_digits(p, time):
     """Displacement, velocity, stroke and forces along a line, eqs. 11-14 of Chernousko 2020,
     integrated phase by phase."""
     total = p["body_mass"] + p["slider_mass"]
-    mu, limit = p["slider_mass"] / total, p["friction"] * p["gravity"]
+    mu = p["slider_mass"] / total
+    limit = p["friction"] * p["gravity"]
     rest = p["t1"] * mu * (p["w1"] + p["w2"]) / (mu * p["w2"] + limit)
     stop = p["t1"] * (p["w1"] + p["w2"]) / p["w2"]
     x = v = xi = rate = now = w = mpmath.mpf(0)
@@ -65,11 +67,14 @@ def line_in_40_digits(p, time):
             break
         w, sliding = push, slides
         a = (limit - mu * w) * sliding
-        x, v = x + v * span + a * span**2 / 2, v + a * span
-        xi, rate = xi + rate * span + w * span**2 / 2, rate + w * span
+        x = x + v * span + a * span**2 / 2
+        v = v + a * span
+        xi = xi + rate * span + w * span**2 / 2
+        rate = rate + w * span
         now += span
     if time >= stop:
-        w, sliding = mpmath.mpf(0), 0
+        w = mpmath.mpf(0)
+        sliding = 0
     friction = total * limit if sliding else p["slider_mass"] * w
     driving = p["slider_mass"] * (w + (friction - p["slider_mass"] * w) / total)
     return {
@@ -131,7 +136,8 @@ def test_line_derivatives(number):
     times = np.concatenate([(switches[1:] + switches[:-1]) / 2, [switches[-1] * 1.1]])
     by = [name for name in parameters if name not in ("inertia", "heading")]
     found = exact_gradient(case, [*by, "inertia", "heading"], times)
-    exact, observed = _exactly(parameters), case.reference.observe(times)
+    exact = _exactly(parameters)
+    observed = case.reference.observe(times)
     step = mpmath.mpf(10) ** -14
     for name, answer in found.items():
         if name in ("inertia", "heading"):
@@ -146,7 +152,8 @@ def test_line_derivatives(number):
         for observable in ends[0][0]:
             pairs = zip(*ends, strict=True)
             slopes = [float((a[observable] - b[observable]) / (2 * step)) for a, b in pairs]
-            values, number_here = np.array(slopes), 1.0 if "[" in name else parameters[name]
+            values = np.array(slopes)
+            number_here = 1.0 if "[" in name else parameters[name]
             scale = scaled(values, observed[observable], number_here)
             wrong = agrees(answer, observable, values, scale, SMOOTH)
             assert not wrong, (name, wrong)
@@ -180,7 +187,9 @@ def test_derivatives_exist_on_a_separatrix():
     the separatrix and 1e-9 off it they are nearly the same, and grow."""
     times = np.array([1.0, 3.0])
     on, off = (
-        exact_gradient(case_of(scene(f"free-body/{c}")), ["inertia_x", "angular_velocity"], times)
+        exact_gradient(
+            case_of(scene(f"free-body/{c}")), ["inertia_x", "angular_velocity"], times
+        )
         for c in ("separatrix", "separatrix-1e-9")
     )
     for name, found in on.items():

@@ -11,7 +11,9 @@ from plumbob.models.gradient import exact_gradient
 from plumbob.models.registry import case_of, scene
 from plumbob.tests.support.derivatives import scaled
 
-STEPS, HALVINGS = (1e-2, 2e-3, 2e-4, 1e-6), 3  # of a parameter: the longest, each halved
+# of a parameter: the longest, each halved
+STEPS = (1e-2, 2e-3, 2e-4, 1e-6)
+HALVINGS = 3
 # Of scale: the usual error of these, and beside a switch that they step over; of derivatives.
 USUAL, LARGEST, SURE = 2e-8, 1e-5, 1e-7
 EVENTFUL = (
@@ -25,15 +27,18 @@ EVENTFUL = (
 def by_richardson(case, parameter, times, names):
     """Derivatives of the observables `names`, and their errors: what the last extrapolation changes
     and the motion's own uncertainty makes; the best of several, of those that pass no switch."""
-    number, unsure = case.scene.parameters[parameter], case.reference.uncertainty(times)
+    number = case.scene.parameters[parameter]
+    unsure = case.reference.uncertainty(times)
     doubt = np.array([unsure[name] for name in names])
-    best, errors = np.zeros(doubt.shape), np.full(doubt.shape, np.inf)
+    best = np.zeros(doubt.shape)
+    errors = np.full(doubt.shape, np.inf)
 
     def phase(problem):
         return np.searchsorted(phased(problem).switches, times, side="right")
 
     for longest in STEPS:
-        row, same = [], True
+        row = []
+        same = True
         for step in longest * abs(number) * 0.5 ** np.arange(HALVINGS + 1):
             ends = []
             for moved in (number - step, number + step):
@@ -58,17 +63,22 @@ def test_derivatives_through_events(name, by):
     switches = np.append(phased(case.problem).switches, case.scene.duration)
     parts = np.array([0.1, 0.5, 0.9])[:, None]
     times = np.sort((switches[:-1] + parts * np.diff(switches)).ravel())
-    found, observed = exact_gradient(case, by, times), case.reference.observe(times)
+    found = exact_gradient(case, by, times)
+    observed = case.reference.observe(times)
     for parameter in by:
         for of, wanted, errors in by_richardson(
             case, parameter, times, list(found[parameter].values)
         ):
-            values, unsure = found[parameter].values[of], found[parameter].uncertainty[of]
+            values = found[parameter].values[of]
+            unsure = found[parameter].uncertainty[of]
             scale = scaled(values, observed[of], case.scene.parameters[parameter])
             off = np.abs(values - wanted) / (unsure + errors)
             assert (off <= 1.0).all(), (parameter, of, off)
             assert np.median(errors) <= USUAL * scale, (parameter, of, errors / scale)
-            assert max(errors.max() * SURE / LARGEST, unsure.max()) <= SURE * scale, (parameter, of)
+            assert max(errors.max() * SURE / LARGEST, unsure.max()) <= SURE * scale, (
+                parameter,
+                of,
+            )
 
 
 @pytest.mark.long(keep=0)
@@ -84,7 +94,9 @@ def test_a_plan_reaches_its_goal_for_all_parameters_near(by):
             wanted = float(name == f"to[{index}]")
             assert abs(values[1] - wanted) <= one.uncertainty[observable][1] + 1e-12
             assert one.uncertainty[observable].max() <= LARGEST
-    assert max(abs(values[0]) for one in found.values() for values in one.values.values()) > 1e-4
+    assert (
+        max(abs(values[0]) for one in found.values() for values in one.values.values()) > 1e-4
+    )
 
 
 @pytest.mark.parametrize(
@@ -95,10 +107,12 @@ def test_all_supports_stop_together(case, observable, speed, power):
     """Where a motion has a formula its derivatives through the rest are those of the formula: x =
     v_x |v|/(2 f g), and a turn is proportional to the square of its rate."""
     coast = case_of(scene(f"capsule-coast/{case}"))
-    p, end = coast.scene.parameters, np.array([coast.scene.duration])
+    p = coast.scene.parameters
+    end = np.array([coast.scene.duration])
     derivatives = exact_gradient(coast, ["friction", "gravity", speed], end, [observable])
     way = float(coast.reference.observe(end)[observable][0])
-    vx, vy = p["velocity_x"], p["velocity_y"]
+    vx = p["velocity_x"]
+    vy = p["velocity_y"]
     powers = {"friction": -1, "gravity": -1, speed: power or 1 + vx**2 / (vx**2 + vy**2)}
     for name, of in powers.items():
         slope = derivatives[name].values[observable][0]

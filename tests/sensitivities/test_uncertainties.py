@@ -12,28 +12,37 @@ from plumbob.models.registry import case_of, scene
 from plumbob.tests.support.derivatives import scaled
 
 SMOOTH = 1e-9  # of scale
-STEP, ROUNDED = mpmath.mpf(10) ** -13, 1e-15  # of a parameter, and of what a derivative is made of
+# of a parameter, and of what a derivative is made of
+STEP = mpmath.mpf(10) ** -13
+ROUNDED = 1e-15
 DIGITS = 40
 
 
 def ball(p, time):
     """A bouncing ball, from impact to impact."""
-    begun, speed, height = mpmath.mpf(0), mpmath.mpf(0), p["height"]
+    begun = mpmath.mpf(0)
+    speed = mpmath.mpf(0)
+    height = p["height"]
     flight = mpmath.sqrt(2 * p["height"] / p["gravity"])
     rebound = p["restitution"] * p["gravity"] * flight
     while begun + flight <= time:
-        begun, speed, height = begun + flight, rebound, mpmath.mpf(0)
-        flight, rebound = 2 * speed / p["gravity"], p["restitution"] * speed
+        begun = begun + flight
+        speed = rebound
+        height = mpmath.mpf(0)
+        flight = 2 * speed / p["gravity"]
+        rebound = p["restitution"] * speed
     since = time - begun
     return {"z": height + speed * since - p["gravity"] * since**2 / 2}
 
 
 def rolling(p, time):
     """A ball that is thrown forward without spin, slides, and rolls."""
-    u, pull = p["radius"] * p["spin"], p["friction"] * p["gravity"]
+    u = p["radius"] * p["spin"]
+    pull = p["friction"] * p["gravity"]
     rolls = 2 * (p["speed"] - u) / (7 * pull)
     sliding = min(time, rolls)
-    x, v = p["speed"] * sliding - pull * sliding**2 / 2, p["speed"] - pull * sliding
+    x = p["speed"] * sliding - pull * sliding**2 / 2
+    v = p["speed"] - pull * sliding
     spin = (u + 5 * pull * sliding / 2) / p["radius"]
     return {"x": x + v * (time - sliding), "speed": v, "spin": spin}
 
@@ -49,17 +58,21 @@ def sliding(p, time):
     pull, press = (p["gravity"] * f(p["slope"]) for f in (mpmath.sin, mpmath.cos))
     a = pull - mpmath.sign(p["speed"]) * p["friction"] * press
     moving = min(time, -p["speed"] / a)
-    x, v = p["speed"] * moving + a * moving**2 / 2, p["speed"] + a * moving
-    back, later = max(pull - p["friction"] * press, 0), time - moving
+    x = p["speed"] * moving + a * moving**2 / 2
+    v = p["speed"] + a * moving
+    back = max(pull - p["friction"] * press, 0)
+    later = time - moving
     return {"x": x + back * later**2 / 2, "speed": v + back * later}
 
 
 def servo(p, time):
     """A damped oscillator by its roots."""
-    total, square = p["inertia"] + p["armature"], p["gear"] ** 2
+    total = p["inertia"] + p["armature"]
+    square = p["gear"] ** 2
     half = (square * p["kv"] + p["damping"]) / total / 2
     root = mpmath.sqrt(mpmath.mpc(half**2 - square * p["kp"] / total))
-    slow, fast = root - half, -root - half
+    slow = root - half
+    fast = -root - half
     a = (p["theta_dot"] - fast * p["theta"]) / (slow - fast)
     parts = a * mpmath.exp(slow * time), (p["theta"] - a) * mpmath.exp(fast * time)
     rate = slow * parts[0] + fast * parts[1]
@@ -83,7 +96,8 @@ FORMULAS = {
 
 def drawn(name, seed):
     """A scene with its numbers moved by up to a tenth."""
-    rng, posed = np.random.default_rng(seed), scene(name)
+    rng = np.random.default_rng(seed)
+    posed = scene(name)
 
     def moved(value):
         if isinstance(value, tuple):
@@ -116,7 +130,10 @@ def test_differences_of_40_digits_are_within_the_uncertainty(name, seed):
                 wanted = np.array(slopes)
                 off = np.abs(found.values[observable] - wanted)
                 unsure = found.uncertainty[observable]
-                assert (off <= unsure + ROUNDED * np.abs(wanted)).all(), (parameter, off / unsure)
+                assert (off <= unsure + ROUNDED * np.abs(wanted)).all(), (
+                    parameter,
+                    off / unsure,
+                )
                 scale = scaled(wanted, observed[observable], float(exact[parameter]))
                 # A time may lie beside a switch.
                 assert np.median(unsure) <= SMOOTH * scale, (parameter, unsure)

@@ -52,7 +52,8 @@ def test_bounds_of_the_reduced_model_are_within_a_factor_of_30(name, step, metho
 
 
 def test_a_solver_that_stops_early_exceeds_the_bounds_of_the_reduced_model():
-    case, method = case_of(scene("capsule-line/ca1")), METHODS["euler+reduced"]
+    case = case_of(scene("capsule-line/ca1"))
+    method = METHODS["euler+reduced"]
     simulation = compiled(case, method, 1e-3)
     assert simulation.model.opt.solver == mujoco.mjtSolver.mjSOL_PGS
     simulation.model.opt.iterations = 0

@@ -18,7 +18,8 @@ METHODS = [("mujoco/rk4", 5e-4), ("ode/rk4", 5e-4), ("mujoco/rk4", 1e-4), ("ode/
 @pytest.mark.parametrize(("method", "step"), [*METHODS, ("mujoco/euler", 1e-4)])
 def test_the_printed_hamiltonian(method, step):
     scene = find_scene("cone-pendulum/rotating-base")
-    system, how = system_of(scene), find_method(method)
+    system = system_of(scene)
+    how = find_method(method)
     printed = system.problem(scene.parameters).printed_motion()
     wrong = replace(case_of(scene), reference=printed, errors=pendulum_errors(printed))
     assert judge(measure(wrong, how, step)[0], system, how).verdict == "off-prediction"
@@ -27,7 +28,8 @@ def test_the_printed_hamiltonian(method, step):
 def test_a_bound_wider_than_the_motion_is_no_bound():
     """Near a separatrix the tolerance of a loose solver exceeds the range of the motion."""
     scene = find_scene("cone-pendulum/above-barrier-1e-6")
-    system, how = system_of(scene), find_method("ode/radau")
+    system = system_of(scene)
+    how = find_method("ode/radau")
     found, _ = measure(case_of(scene), how, 1e-5)
     assert found.errors["theta"].largest > 1.0
     assert judge(found, system, how).verdict == "pre-asymptotic"

@@ -67,7 +67,9 @@ def without_heading(case):
 
 def with_more_friction(case):
     capsule = case.problem.setup.capsule
-    setup = replace(case.problem.setup, capsule=replace(capsule, friction=1.01 * capsule.friction))
+    setup = replace(
+        case.problem.setup, capsule=replace(capsule, friction=1.01 * capsule.friction)
+    )
     return replace(case, problem=replace(case.problem, setup=setup))
 
 
@@ -95,7 +97,11 @@ def test_no_engine_leaves_the_heading_out(engine, monkeypatch):
 @pytest.mark.parametrize("engine", ENGINES)
 def test_every_engine_turns_its_body(engine):
     for scene, method, verdict in _runs(engine):
-        assert not verdict.reason.startswith(STARTS_OFF), (scene.name, method.name, verdict.reason)
+        assert not verdict.reason.startswith(STARTS_OFF), (
+            scene.name,
+            method.name,
+            verdict.reason,
+        )
 
 
 def _runs(engine):
@@ -111,7 +117,8 @@ def _runs(engine):
 @pytest.mark.parametrize(("scene", "method"), HIDDEN)
 def test_a_wide_bound_hides_no_friction(scene, method, monkeypatch):
     changing(monkeypatch, with_more_friction, 1e4)
-    where, how = find_scene(scene), find_method(method)
+    where = find_scene(scene)
+    how = find_method(method)
     verdict = judged(where, how, study(where, how))
     assert verdict.reason.startswith(TOO_WIDE)
     assert surprise(where, how, verdict)

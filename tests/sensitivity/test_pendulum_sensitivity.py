@@ -33,7 +33,8 @@ def early(case, time):
 @pytest.mark.parametrize("case", ["forced-small", "forced-large", "forced-chaotic"])
 @pytest.mark.parametrize("system", ["simple-pendulum", "linear-pendulum"])
 def test_a_push_half_a_step_early(system, case, method):
-    posed, how = case_of(scene(f"{system}/{case}")), find_method(method)
+    posed = case_of(scene(f"{system}/{case}"))
+    how = find_method(method)
     posed = posed.lasting(DURATION)
     verdicts = [
         judge(measure(early(posed, time), how, STEP)[0], posed.system, how).verdict

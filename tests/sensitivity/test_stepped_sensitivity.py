@@ -31,7 +31,8 @@ class Altered:
         """The prediction with this sign, for so many steps later."""
         later = times + self.late * step
         stepped = self.theory.at_step(scheme, step, later)
-        here, there = self.exact.observe(times), self.exact.observe(later)
+        here = self.exact.observe(times)
+        there = self.exact.observe(later)
         errors = {n: self.sign * e + there[n] - here[n] for n, e in stepped.errors.items()}
         return replace(stepped, errors=errors)
 
@@ -52,6 +53,7 @@ class Altered:
     ],
 )
 def test_a_prediction(name, method, step, sign, late, wanted):
-    case, how = case_of(scene(name)), find_method(method)
+    case = case_of(scene(name))
+    how = find_method(method)
     case = replace(case, errors=Altered(case.errors, case.reference, sign, late))
     assert judge(measure(case, how, step)[0], case.system, how).verdict == wanted

@@ -21,7 +21,9 @@ SUPPORTS = {  # other values of them
     "moved": moved_support(CHECK, 1e-4).supports,
     "swapped": tuple(CHECK.supports[i] for i in (0, 2, 1)),
 }
-WRONG = tomllib.loads(Path(__file__).with_name("wrong_parameters.toml").read_text("utf-8"))["wrong"]
+WRONG = tomllib.loads(Path(__file__).with_name("wrong_parameters.toml").read_text("utf-8"))[
+    "wrong"
+]
 
 
 def methods_of(words, name):
@@ -52,7 +54,9 @@ def rows(wrong):
 # What the short suite runs comes first: the first row of each but MuJoCo's turns with their feet,
 # which take longest.
 NUMBERED = [(i, row) for wrong in WRONG for i, row in enumerate(rows(wrong))]
-SLOW_ROWS = sum(wrong.get("step", 0.0) > 1.0 and "mujoco" in wrong["methods"] for wrong in WRONG)
+SLOW_ROWS = sum(
+    wrong.get("step", 0.0) > 1.0 and "mujoco" in wrong["methods"] for wrong in WRONG
+)
 
 
 def late(numbered):
@@ -76,7 +80,9 @@ def verdict(found, method):
     ids=["-".join(row[:3]) for row in ROWS],
 )
 def test_a_wrong_parameter(name, method, parameter, value, wrong):
-    how, right, other = find_method(method), scene(name), scene(name, {parameter: value})
+    how = find_method(method)
+    right = scene(name)
+    other = scene(name, {parameter: value})
     if not installed(engine_of(how)):
         pytest.skip(f"{engine_of(how).package} is not installed: make peers")
     step = wrong.get("step") or how.step_sizes[-1]

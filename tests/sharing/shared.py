@@ -9,7 +9,8 @@ from pathlib import Path
 from plumbob.models.registry import find_system
 from plumbob.models.scene import System
 
-FOLDER = "PLUMBOB_TESTS_SHARED"  # in the environment of a process that conftest.py has let share
+# in the environment of a process that conftest.py has let share
+FOLDER = "PLUMBOB_TESTS_SHARED"
 PAUSE, PATIENCE = 0.1, 600.0  # [s] between two looks at what another process makes, and in all
 
 
@@ -32,7 +33,8 @@ def shared(name, make):
     owner, _, folder = os.environ.get(FOLDER, "").partition(":")
     if owner != str(os.getpid()):  # one that a test began makes its own
         return make()
-    file, begun = Path(folder) / f"{name}.pickle", time.monotonic()
+    file = Path(folder) / f"{name}.pickle"
+    begun = time.monotonic()
     lock = file.with_suffix(".lock")
     while not file.is_file():
         try:

@@ -172,7 +172,8 @@ def test_what_is_not_shown_is_not_claimed(before, after):
     for name, left in shown.items():
         words, title = left.title.partition(": ")[::2]
         assert words == "Not shown by this study"
-        assert title.split()[:6] == before[name].title.split()[:6]  # a figure may be in the rest
+        # a figure may be in the rest
+        assert title.split()[:6] == before[name].title.split()[:6]
         assert left.statements == ()
         assert any(char.isdigit() for char in left.summary)
 

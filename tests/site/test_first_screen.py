@@ -39,7 +39,8 @@ def _with_error(study, scene, method, error):
     def changed(m):
         if (m.scene, m.method) != (scene, method):
             return m
-        size, own = at(m.step) * quantity.scale, m.errors[quantity.observable]
+        size = at(m.step) * quantity.scale
+        own = m.errors[quantity.observable]
         own = replace(own, largest=size, end=size)
         return replace(m, errors={**m.errors, quantity.observable: own})
 
@@ -153,7 +154,8 @@ def test_the_error_at_the_reference_step_or_the_nearest_is_shown(study, runs, te
 
 def _result(study, runs):
     """The default method on the line with these runs, all of them as predicted."""
-    runs, passes = _at_steps(study, runs), (RunVerdict("predicted", ""),)
+    runs = _at_steps(study, runs)
+    passes = (RunVerdict("predicted", ""),)
     judged = PairVerdict("predicted", "", "as expected", "predicted", "", passes * 4)
     about = _about(study, LINE)
     return MethodResult(find_scene(LINE), find_method(DEFAULT), runs, judged, about)

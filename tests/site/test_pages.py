@@ -71,7 +71,8 @@ def test_every_link_leads_somewhere(documents):
 
 
 def test_every_scene_method_and_number_is_in_a_table(documents):
-    study, said = quick(), " ".join(" ".join(one.cells) for one in documents.values())
+    study = quick()
+    said = " ".join(" ".join(one.cells) for one in documents.values())
     for scene in study.scenes:
         assert scene.name in said
     for method in study.methods:
@@ -146,7 +147,9 @@ def test_an_engine_that_is_not_installed_is_a_line(tmp_path):
 
 
 def _small(study_step=1e-3):
-    return recorded(made_up([(Method("made/up", Scheme(RK4), 4), (study_step, 1e-4), lambda h: h)]))
+    return recorded(
+        made_up([(Method("made/up", Scheme(RK4), 4), (study_step, 1e-4), lambda h: h)])
+    )
 
 
 def test_the_old_site_is_whole_until_the_new_one_is_there(tmp_path, monkeypatch):

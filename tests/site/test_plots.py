@@ -60,7 +60,9 @@ def test_a_plot_is_a_picture_until_it_is_pressed(index, browser):
         plots = visit.page.locator(".area")
         for plot in plots.all():
             plot.scroll_into_view_if_needed()
-        visit.until("[...document.querySelectorAll('.area img')].every((one) => one.naturalWidth)")
+        visit.until(
+            "[...document.querySelectorAll('.area img')].every((one) => one.naturalWidth)"
+        )
         assert not any("plotly" in url for url in visit.requests)
         _pressed(visit, 0)
         _pressed(visit, plots.count() - 1)

@@ -10,7 +10,8 @@ from plumbob.tests.support.browser import visited
 from plumbob.tests.support.page_document import Document, broken_links, site_files
 
 NODES, KILOBYTES, STOPS, HEIGHT = 8000, 400.0, 60, 5000
-LEAST, TALLER = 10, 100  # systems that the height is for, and [px] that each further one may add
+# systems that the height is for, and [px] that each further one may add
+LEAST, TALLER = 10, 100
 PHONE, DESK, PAPER = 390, 1280, 703  # [px]; A4 within its margins
 NAMES = ["index", *sorted(systems())]
 FIRST = ["index", "capsule-line"]
@@ -115,7 +116,10 @@ def test_the_dark_theme_changes_colours_alone():
         assert text.count("prefers-color-scheme") == len(blocks[name]), name
         for block in blocks[name]:
             declared = re.sub(r"[^{}]*\{([^{}]*)\}", r"\1", block).split(";")
-            assert all(re.match(r"\s*(--[a-z-]+: |$)", one) for one in declared), (name, declared)
+            assert all(re.match(r"\s*(--[a-z-]+: |$)", one) for one in declared), (
+                name,
+                declared,
+            )
             sizes = [one for one in declared if re.search(r"\d(px|em|rem|%)(?! *$)", one)]
             assert sizes == [], (name, sizes)
 
@@ -132,7 +136,9 @@ def test_what_is_pressed_is_large_enough(name, index, browser):
     for width in (DESK, PHONE):
         with visited(browser, _page(index, name), width=width) as visit:
             assert visit.ask(SMALL) == []
-            visit.page.add_style_tag(content="summary { min-height: 0; line-height: 1 !important }")
+            visit.page.add_style_tag(
+                content="summary { min-height: 0; line-height: 1 !important }"
+            )
             assert visit.ask(SMALL) != []
 
 
@@ -202,7 +208,9 @@ def _methods(visit):
 
 
 def _table_of_a_plot(visit):
-    visit.ask("document.querySelectorAll('details.data').forEach((one) => { one.open = false; })")
+    visit.ask(
+        "document.querySelectorAll('details.data').forEach((one) => { one.open = false; })"
+    )
     summary = visit.page.locator("details.data > summary").first
     summary.click()
     rows = visit.page.locator("details.data[open] tbody tr")

@@ -56,7 +56,10 @@ def test_default_recommended_cost_and_a_smaller_step():
         (lambda h: 0.04, "does not help: the error is 4 % at 1e-4 s"),
         (lambda h: 0.04 * (h / 2e-3) ** 0.3, "helps little: the error is 1.6 %"),
         (lambda h: 0.04 * (h / 2e-3) ** 0.6, "helps: the error is 0.66 %"),
-        (lambda h: inf if h > 1e-4 else 0.04, "the run diverges at 0.002 s. A smaller step helps"),
+        (
+            lambda h: inf if h > 1e-4 else 0.04,
+            "the run diverges at 0.002 s. A smaller step helps",
+        ),
     ],
 )
 def test_whether_a_smaller_step_helps_is_measured(error, words):
@@ -69,9 +72,16 @@ def test_each_method_has_its_error_its_verdict_with_a_reason_and_its_cost():
     shown = table("scene_errors", rows=results)
     assert shown.heads == ("method", "error at 1 ms", "verdict", "computing time per s")
     rows = {cells[0].text: cells for cells in shown.rows}
-    for name, error, cost in (("mujoco/euler", "2 %", "500 µs"), ("mujoco/rk4", "30 %", "2 ms")):
+    for name, error, cost in (
+        ("mujoco/euler", "2 %", "500 µs"),
+        ("mujoco/rk4", "30 %", "2 ms"),
+    ):
         _, size, verdict, time = rows[name]
         assert (size.text, time.text) == (error, cost)
         judged = record.verdicts[name]
         assert judged.verdict in verdict.kind.split()
-        assert verdict.hint == "as above" if name == "mujoco/rk4" else judged.reason in verdict.hint
+        assert (
+            verdict.hint == "as above"
+            if name == "mujoco/rk4"
+            else judged.reason in verdict.hint
+        )

@@ -20,7 +20,9 @@ def entries(index):
 
 @pytest.mark.long
 def test_every_scene_method_finding_and_term_is_found(entries, study, shown):
-    names = {kind: {of[1] for of in entries if of[0] == kind} for kind in {of[0] for of in entries}}
+    names = {
+        kind: {of[1] for of in entries if of[0] == kind} for kind in {of[0] for of in entries}
+    }
     assert names["scene"] == {scene.name for scene in study.scenes}
     assert names["method"] == {method.name for method in study.methods}
     assert names["finding"] == {finding.title for finding in shown.common["findings"]}
@@ -45,7 +47,8 @@ def test_every_entry_leads_to_a_place(entries, index):
 def test_keys_open_it_choose_and_close(name, index, browser):
     page = site_files(index)[1].parent / f"{name}.html" if name else index
     with visited(browser, page) as visit:
-        keys, box = visit.page.keyboard, visit.page.locator("#find")
+        keys = visit.page.keyboard
+        box = visit.page.locator("#find")
         keys.press("/")
         assert visit.ask("document.activeElement.id") == "find"
         keys.type("fast-pl")

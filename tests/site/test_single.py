@@ -30,7 +30,8 @@ def _whole(html, text):
 
 def _unfolded(file):
     """A page of a site with the tables in it that its script would show."""
-    tables, text = folded(file), file.read_text("utf-8")
+    tables = folded(file)
+    text = file.read_text("utf-8")
     shown = re.sub(
         r" later\" data-table=(\d+)>(.*?)</details>",
         lambda place: f'">{place[2]}{tables[int(place[1])]}</details>',
@@ -42,7 +43,9 @@ def _unfolded(file):
 def _text(html):
     """What stands between the tags of a page's main part."""
     main = html.partition("<main")[2].rpartition("</main>")[0]
-    return re.sub(r"<[^>]+>", " ", re.sub(r"<script.*?</script>", " ", main, flags=re.S)).split()
+    return re.sub(
+        r"<[^>]+>", " ", re.sub(r"<script.*?</script>", " ", main, flags=re.S)
+    ).split()
 
 
 @pytest.mark.long

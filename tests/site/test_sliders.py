@@ -11,7 +11,7 @@ from plumbob.tests.support.browser import visited
 from plumbob.tests.support.page_document import site_files
 
 NEAR = (
-    1e-9  # of a value's size: integrals are refined to 1e-13, and rounding grows at a turning point
+    1e-9  # of a value's size: integrals are refined to 1e-13; rounding grows at a turning point
 )
 SET = """(values) => {
   const section = document.querySelector(".sliders");
@@ -92,7 +92,8 @@ def test_the_line_moves_as_the_closed_form_says(visit, index, values):
     shown = moved(visit, index, "capsule-line", values)
     case, changes = repeated(shown["command"])
     assert changes == values
-    answer, line = shown["answer"], case.problem.motion
+    answer = shown["answer"]
+    line = case.problem.motion
     for name in ("displacement", "t_star", "t2", "stroke"):
         assert answer[name] == pytest.approx(getattr(line, name), rel=NEAR), name
     exact = case.reference.observe(np.array(answer["time"]))
@@ -106,7 +107,12 @@ def test_the_line_moves_as_the_closed_form_says(visit, index, values):
     "values",
     [
         {"damping_rate": 0.17, "theta": 2.1, "theta_dot": -7.3},
-        {"damping_rate": 0.31, "forcing_amplitude": 3.7, "forcing_frequency": 2.9, "length": 0.7},
+        {
+            "damping_rate": 0.31,
+            "forcing_amplitude": 3.7,
+            "forcing_frequency": 2.9,
+            "length": 0.7,
+        },
         {"forcing_amplitude": 0.4, "forcing_frequency": 1.3, "theta": 0.2},
     ],
 )
@@ -133,5 +139,7 @@ def test_a_turn_ends_as_its_exact_motion_does(visit, index, epsilon):
     answer = shown["answer"]
     for key, name in (("stop", ""), ("rest", "_at_rest")):
         assert answer[key]["now"] == pytest.approx(facts[f"body_angle{name}"], abs=1e-5)
-        assert answer[key]["next"] == pytest.approx(facts[f"body_angle_corrected{name}"], abs=1e-5)
+        assert answer[key]["next"] == pytest.approx(
+            facts[f"body_angle_corrected{name}"], abs=1e-5
+        )
     assert shown["panels"] == 2

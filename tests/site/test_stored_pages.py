@@ -83,7 +83,8 @@ def test_a_page_says_what_is_stored(tmp_path):
         return {**numbers, "verdicts": other}
 
     analyses = (
-        replace(a, numbers=changed(a.numbers)) if a.place == SCENE else a for a in quick().analyses
+        replace(a, numbers=changed(a.numbers)) if a.place == SCENE else a
+        for a in quick().analyses
     )
     pages = files(write_page(replace(quick(), analyses=tuple(analyses)), tmp_path))
     assert kept in pages[f"{NAME.replace('/', '-')}.html"].decode()

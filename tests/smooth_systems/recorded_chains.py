@@ -23,18 +23,23 @@ def slope(masses, lengths, g):
         for i, (mass, length) in enumerate(zip(masses, lengths, strict=True)):
             line, row_x, row_z = ([gmpy2.mpfr(0)] * (3 * count + 1) for _ in range(3))
             for j in range(i + 1):  # the centre's acceleration, as those of the pins add up
-                (s, c), w = gmpy2.sin_cos(state[j]), state[count + j]
+                (s, c) = gmpy2.sin_cos(state[j])
+                w = state[count + j]
                 arm = lengths[j] / (2 if j == i else 1)
-                row_x[j], row_z[j] = mass * arm * c, mass * arm * s
+                row_x[j] = mass * arm * c
+                row_z[j] = mass * arm * s
                 row_x[-1] += mass * arm * s * w * w
                 row_z[-1] -= mass * arm * c * w * w
             row_z[-1] -= mass * g
-            (s, c), line[i] = gmpy2.sin_cos(state[i]), mass * length**2 / 12
+            (s, c) = gmpy2.sin_cos(state[i])
+            line[i] = mass * length**2 / 12
             for pin, sign in ((i, 1), (i + 1, -1)):
                 if pin < count:
-                    x, z = count + 2 * pin, count + 2 * pin + 1
+                    x = count + 2 * pin
+                    z = count + 2 * pin + 1
                     row_x[x], row_z[z] = gmpy2.mpfr(-sign), gmpy2.mpfr(-sign)
-                    line[x], line[z] = length / 2 * c, length / 2 * s
+                    line[x] = length / 2 * c
+                    line[z] = length / 2 * s
             rows += [row_x, row_z, line]
         return [*state[count:], *solved(rows)[:count]]
 

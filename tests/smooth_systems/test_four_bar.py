@@ -58,7 +58,8 @@ def test_the_soft_loop_pulls_as_mujoco_s_does():
 def axis_force(bars):
     """Force [N] of its axis on the rocker at the start, by Newton's and Euler's equations of rocker
     and coupler."""
-    at, speed = mp.mpf(bars.angle), mp.mpf(bars.angular_velocity)
+    at = mp.mpf(bars.angle)
+    speed = mp.mpf(bars.angular_velocity)
     system = bars.motion.system
     gained = mp.mpf(
         system.acceleration(0.0, (bars.angle,), (bars.angular_velocity,), system.values)[0]
@@ -73,14 +74,18 @@ def axis_force(bars):
     middle = {link: mp.mpc(*place(at)[link][:2]) for link in (1, 2)}
     pin = 2 * middle[2] - bars.ground  # coupler and rocker
     mass = {1: bars.coupler_mass, 2: bars.rocker_mass}
-    push = {i: mass[i] * (mp.mpc(moving(i, 0), moving(i, 1)) + 1j * bars.gravity) for i in (1, 2)}
+    push = {
+        i: mass[i] * (mp.mpc(moving(i, 0), moving(i, 1)) + 1j * bars.gravity) for i in (1, 2)
+    }
 
     def turned(i, length, about):
         arm = mp.im(mp.conj(middle[i] - about) * push[i])
         return mass[i] * mp.mpf(length) ** 2 / 12 * moving(i, 2) + arm
 
-    of_rocker, of_coupler = turned(2, bars.rocker, pin), turned(1, bars.coupler, crank)
-    arms = bars.ground - pin, pin - crank  # of the axis about the pin, of the pin about the crank
+    of_rocker = turned(2, bars.rocker, pin)
+    of_coupler = turned(1, bars.coupler, crank)
+    # of the axis about the pin, of the pin about the crank
+    arms = bars.ground - pin, pin - crank
     rows = mp.matrix([[-mp.im(arm), mp.re(arm)] for arm in arms])
     pulled = of_coupler + mp.im(mp.conj(arms[1]) * push[2])
     return mp.lu_solve(rows, mp.matrix([of_rocker, pulled]))
@@ -106,7 +111,8 @@ def test_mujoco_s_constraint_force_is_that_reaction(name, step, error):
     """At 0.5 s with RK4, within a third of what the README says."""
     case = case_of(scene(name))
     spec = find_builder("mujoco", case.system).whole(case.system.mjcf, case.problem)
-    spec.option.timestep, spec.option.integrator = step, mujoco.mjtIntegrator.mjINT_RK4
+    spec.option.timestep = step
+    spec.option.integrator = mujoco.mjtIntegrator.mjINT_RK4
     model = spec.compile()
     data = mujoco.MjData(model)
     mujoco.mj_resetDataKeyframe(model, data, 0)

@@ -46,9 +46,11 @@ def test_40_digits(top):
     assert exact["tilt_rate"][0] > 0.0
     with mp.workdps(40):
         late, precession = passed(top, mp.mpf(float(exact["tilt"][0])))
-        error, around = float(late - mp.mpf(time)), float(precession)
+        error = float(late - mp.mpf(time))
+        around = float(precession)
     assert abs(error) * exact["tilt_rate"][0] < doubt["tilt"][0] < 1e-14
-    moved = error * exact["precession_rate"][0]  # at the time that the tilt's last digit is passed
+    # at the time that the tilt's last digit is passed
+    moved = error * exact["precession_rate"][0]
     assert abs(around - moved - exact["precession"][0]) < doubt["precession"][0] < 1e-14
 
 

@@ -13,11 +13,15 @@ CASES = recorded(Path(__file__).with_name("recorded_chains.json"))
 
 @pytest.mark.parametrize("case", CASES.values(), ids=CASES)
 def test_40_digits(case):
-    count, times = len(case.start) // 2, np.array(case.times)
-    masses, lengths = case.constants[:count], case.constants[count:-1]
-    start, rates = case.start[:count], case.start[count:]
+    count = len(case.start) // 2
+    times = np.array(case.times)
+    masses = case.constants[:count]
+    lengths = case.constants[count:-1]
+    start = case.start[:count]
+    rates = case.start[count:]
     motion = NPendulum(masses, lengths, case.constants[-1], start, rates).motion
-    observed, doubt = motion.observe(times), motion.uncertainty(times)
+    observed = motion.observe(times)
+    doubt = motion.uncertainty(times)
     for name, values in zip(observed, np.array(case.states, dtype=float).T, strict=False):
         assert np.all(np.abs(observed[name] - values) < doubt[name] + 1e-15 * np.abs(values))
         assert doubt[name].max() < 2e-13

@@ -22,7 +22,9 @@ def test_25_digits():
 
     def slopes(_, y):
         tilt, leans, turn, axial, *_ = y
-        c, s = mp.cos(tilt), mp.sin(tilt)  # turn = f' sin t
+        # turn = f' sin t
+        c = mp.cos(tilt)
+        s = mp.sin(tilt)
         around = turn / s
         return [
             leans,
@@ -34,9 +36,11 @@ def test_25_digits():
         ]
 
     time = 0.125
-    exact, doubt = DISC.motion.observe(np.array([time])), DISC.motion.uncertainty(np.array([time]))
+    exact = DISC.motion.observe(np.array([time]))
+    doubt = DISC.motion.uncertainty(np.array([time]))
     with mp.workdps(25):
-        tilt, turn = mp.mpf(DISC.tilt), mp.mpf(DISC.precession_rate)
+        tilt = mp.mpf(DISC.tilt)
+        turn = mp.mpf(DISC.precession_rate)
         start = [tilt, mp.mpf(DISC.tilt_rate), turn * mp.sin(tilt)]
         start += [DISC.spin_rate + turn * mp.cos(tilt), mp.mpf(0), mp.mpf(0)]
         end = mp.odefun(slopes, 0, start)(mp.mpf(time))
@@ -47,7 +51,8 @@ def test_25_digits():
 @pytest.mark.parametrize("step", [3e-3, 7e-4])
 @pytest.mark.parametrize("case", ["circle", "falling"])
 def test_runs_are_predicted_to_nine_digits(case, step):
-    of, how = case_of(scene(f"rolling-disc/{case}")), method("mujoco/euler+coulomb")
+    of = case_of(scene(f"rolling-disc/{case}"))
+    how = method("mujoco/euler+coulomb")
     for error in measure(of, how, step)[0].errors.values():
         assert error.predicted
         assert error.predicted.difference < 1e-9 < 1e-3 < error.largest
@@ -55,13 +60,15 @@ def test_runs_are_predicted_to_nine_digits(case, step):
 
 def test_rounding_uses_a_part_of_its_bound():
     """A tenth and more: ROUNDED is calibrated."""
-    of, how = case_of(scene("rolling-disc/circle")), method("mujoco/euler+coulomb")
+    of = case_of(scene("rolling-disc/circle"))
+    how = method("mujoco/euler+coulomb")
     error = measure(of, how, 3e-3)[0].errors["tilt"]
     assert 0.1 < error.predicted.difference / error.left_open < 1.0
 
 
 def test_nothing_is_predicted_of_a_disc_that_slips_or_of_soft_contacts():
-    times, scheme = np.array([0.1]), Scheme(EULER, contact=ROLLS)
+    times = np.array([0.1])
+    scheme = Scheme(EULER, contact=ROLLS)
     assert disc_errors(DISC).at_step(scheme, 1e-3, times).errors
     steep = replace(CIRCLE, precession_rate=12.0, spin_rate=30.0)
     assert not disc_errors(steep).at_step(scheme, 1e-3, times).errors

@@ -54,7 +54,8 @@ def closed_form(scheme, damping):
 @pytest.mark.parametrize("damping", [0.0, 20.0])
 @pytest.mark.parametrize("scheme", PLAIN, ids=str)
 def test_limits_of_an_oscillator(scheme, damping):
-    system, wanted = oscillator(scheme, damping), closed_form(scheme, damping)
+    system = oscillator(scheme, damping)
+    wanted = closed_form(scheme, damping)
     # eq. 13.2 is exact; a margin of 1e-9 a step moves a root of slope one by as much
     assert largest_step(*system, factor=SHARP) == pytest.approx(wanted, rel=1e-6)
     # the margin of the runs, 7e-4 a step, moves it by less than half of a bracket of 1 %
@@ -67,7 +68,8 @@ def test_the_stability_function_by_its_definition_in_40_digits(tableau, z):
     stages = len(tableau.weights)
     with mpmath.workdps(40):
         number = mpmath.mpc(z)
-        matrix, ones = mpmath.zeros(stages), mpmath.ones(stages, 1)
+        matrix = mpmath.zeros(stages)
+        ones = mpmath.ones(stages, 1)
         for i, row in enumerate(tableau.matrix):
             for j, value in enumerate(row):
                 matrix[i, j] = mpmath.mpf(value)

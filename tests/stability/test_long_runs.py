@@ -91,4 +91,6 @@ def test_errors_that_die_or_grow_exponentially_are_followed(name, scheme, step, 
         if math.isinf(predicted.times[level]):
             assert not reached.size
         else:
-            assert times[reached[0]] == pytest.approx(predicted.times[level], rel=0.1, abs=LATER)
+            assert times[reached[0]] == pytest.approx(
+                predicted.times[level], rel=0.1, abs=LATER
+            )

@@ -44,10 +44,13 @@ def theory(name):
 
 def held(name, scheme, step):
     """Whether a run in plain numbers and a nudged one stay together, and keep the kind."""
-    case, limits = case_of(find_scene(name)), theory(name)
+    case = case_of(find_scene(name))
+    limits = theory(name)
     problem = case.problem
     rotor = problem.motion.rotor if case.system.name == "cone-pendulum" else problem.rotor
-    theta, rate = (float(case.reference.observe(np.zeros(1))[n][0]) for n in ("theta", "theta_dot"))
+    theta, rate = (
+        float(case.reference.observe(np.zeros(1))[n][0]) for n in ("theta", "theta_dot")
+    )
     steps = int(run_length(np.array([step]), limits.fastest)[0])
     omega = 2.0 * math.pi / limits.fastest
     runs = [
@@ -57,7 +60,9 @@ def held(name, scheme, step):
     apart = np.hypot(*((runs[1] - runs[0]) / np.array([[1.0], [omega]])))
     at = np.unique(np.geomspace(1, steps, 60).astype(int))
     allowed = [FACTOR * NUDGE * limits.growth(float(n * step)) for n in at]
-    observed = dict(zip(("theta", "theta_dot"), runs[0][:, :: max(1, steps // 300)], strict=True))
+    observed = dict(
+        zip(("theta", "theta_dot"), runs[0][:, :: max(1, steps // 300)], strict=True)
+    )
     exact = case.reference.observe(np.linspace(0.0, 30.0 * limits.fastest, 500))
     return bool((apart[at] <= allowed).all()), limits.kind_of(observed) == limits.kind_of(exact)
 
@@ -87,17 +92,22 @@ def test_a_symplectic_pendulum_leaves_its_well_long_before_the_limit_of_its_swin
 
 
 @pytest.mark.parametrize("swing", [1e-3, 1e-2])
-@pytest.mark.parametrize(("scheme", "wanted"), [(Scheme(EULER), 2.0), (Scheme(RK4), 2.0 * 2**0.5)])
+@pytest.mark.parametrize(
+    ("scheme", "wanted"), [(Scheme(EULER), 2.0), (Scheme(RK4), 2.0 * 2**0.5)]
+)
 def test_by_an_equilibrium_eigenvalues_set_the_limit(swing, scheme, wanted):
     pendulum = SimplePendulum(1.0, 9.8, 0.0, 0.0, 0.0, theta=swing, theta_dot=0.0)
     limits = simple_pendulum.stability(pendulum)
     assert limits.equilibrium
     unstable = limits.limits(scheme)[0]
-    assert unstable.step * math.sqrt(9.8) == pytest.approx(wanted, rel=1e-3)  # the margin's part
+    # the margin's part
+    assert unstable.step * math.sqrt(9.8) == pytest.approx(wanted, rel=1e-3)
 
 
 def kind(theta, rate, rotor=None):
-    return PendulumKinds(rotor or DrivenRotor(sin=9.8), 3.0)({"theta": theta, "theta_dot": rate})
+    return PendulumKinds(rotor or DrivenRotor(sin=9.8), 3.0)(
+        {"theta": theta, "theta_dot": rate}
+    )
 
 
 @pytest.mark.long(keep=1)
@@ -119,10 +129,13 @@ def test_an_iteration_and_a_quaternion_set_limits_of_their_own(name, scheme, hol
 
 @pytest.mark.long
 @pytest.mark.parametrize(
-    ("name", "how"), [("heavy-top/nutating", "mujoco/euler"), ("n-pendulum/small", "mujoco/euler")]
+    ("name", "how"),
+    [("heavy-top/nutating", "mujoco/euler"), ("n-pendulum/small", "mujoco/euler")],
 )
 def test_limits_of_several_degrees_of_freedom_are_those_of_runs(name, how):
-    judged = [*judged_limits(StabilitySearch(name, how), stability(find_scene(name), method(how)))]
+    judged = [
+        *judged_limits(StabilitySearch(name, how), stability(find_scene(name), method(how)))
+    ]
     assert {limit.verdict for limit in judged} == {"predicted"}
     first = judged[0].limit
     other = replace(first, predicted=1.25 * first.predicted)  # as by another linearised rate

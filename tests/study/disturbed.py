@@ -53,7 +53,8 @@ def study(log, words, ends, number, limit):
 def listing(log, ends=0, number=0):
     """`Checkpoint.keep` that lists results as they are kept; the one of number `ends` gets a signal
     `number`."""
-    keep, kept = Checkpoint.keep, []
+    keep = Checkpoint.keep
+    kept = []
 
     def listed(self, results):
         kept.extend(results)
@@ -94,7 +95,9 @@ def group(leader):
     for entry in Path("/proc").iterdir():
         if entry.name.isdigit():
             try:
-                fields = (entry / "stat").read_text("ascii", "replace").rpartition(")")[2].split()
+                fields = (
+                    (entry / "stat").read_text("ascii", "replace").rpartition(")")[2].split()
+                )
             except OSError:
                 continue
             if int(fields[2]) == leader and fields[0] != "Z":

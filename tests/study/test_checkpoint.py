@@ -18,7 +18,8 @@ SCENE = "linear-pendulum/overdamped"
 
 
 def test_a_key_follows_from_all_that_defines_a_result(monkeypatch):
-    one, rk4 = scene(SCENE), method("ode/rk4")
+    one = scene(SCENE)
+    rk4 = method("ode/rk4")
 
     def key(**changed):
         given = {"scene": one, "method": rk4, "most": 1000, **changed}
@@ -29,7 +30,9 @@ def test_a_key_follows_from_all_that_defines_a_result(monkeypatch):
     assert key() == same
     (name, value), *_ = one.parameters.items()
     others = {
-        "parameter": key(scene=replace(one, parameters={**one.parameters, name: 1.000001 * value})),
+        "parameter": key(
+            scene=replace(one, parameters={**one.parameters, name: 1.000001 * value})
+        ),
         "steps": key(scene=replace(one, steps=one.steps[1:])),
         "settings": key(method=replace(rk4, settings={"other": 1})),
         "most steps": key(most=1001),
@@ -63,7 +66,9 @@ def test_one_process_measures_into_a_folder_until_it_ends(tmp_path):
         assert notes == ["waits for another process, which measures into the same folder"]
         assert kept.begin("a plan", ["one", "two"])
         assert notes[1:] == ["goes on: 1 of 2 results are there"]
-        assert kept.there(["one", "two", "three"]) == {"one": TaskResult(SceneCosts("", {}, 1.0))}
+        assert kept.there(["one", "two", "three"]) == {
+            "one": TaskResult(SceneCosts("", {}, 1.0))
+        }
     assert {file.name for file in tmp_path.iterdir()} == {FILE}
 
 

@@ -56,7 +56,8 @@ class Slow:
 
 def cost_of(patch, milliseconds, rules):
     """What is made of these times, and the unit [ns]."""
-    piece, steps = cost.TimedSteps(Slow(iter(milliseconds)), 0.25), iter(rules)
+    piece = cost.TimedSteps(Slow(iter(milliseconds)), 0.25)
+    steps = iter(rules)
     patch.setattr(cost, "first_steps", lambda *_: piece)
     patch.setattr(cost, "reference_step", lambda _: lambda: next(steps))
     found = cost.costs(SCENE, [(find_method("mujoco/euler"), 1e-3)], budget=1e-3)
@@ -99,7 +100,8 @@ def test_a_piece_gets_as_long_as_its_time_tells_enough(method, step):
     run = piece.stepped()
     assert method == "ode/dop853" or run.steps == cost.LEAST
     while longer := piece.longer(run, 2e-3):
-        piece, run = longer, longer.stepped()
+        piece = longer
+        run = longer.stepped()
     assert run.seconds >= 1e-3
     assert run.steps >= piece.least
     assert piece.fraction < 0.5

@@ -43,7 +43,9 @@ def wanted(plan):
 @pytest.fixture(scope="module")
 def study():
     chosen = [replace(s, steps=(5e-3, 2e-3)) for s in scenes(SCENE)]
-    return run_study(chosen, methods("ode/rk4"), timed=False, requests=wanted, command="plumbob")
+    return run_study(
+        chosen, methods("ode/rk4"), timed=False, requests=wanted, command="plumbob"
+    )
 
 
 def untimed(run):

@@ -57,7 +57,8 @@ def test_free_bodies_take_the_predicted_time_to_be_wrong(scene, method):
 
 @pytest.mark.long
 def test_energy_is_bounded_drifts_as_predicted_or_is_lost():
-    euler, rk4 = run(SWING, "ode/euler").found, run(SWING, "ode/rk4").found
+    euler = run(SWING, "ode/euler").found
+    rk4 = run(SWING, "ode/rk4").found
     assert euler.energy == "bounded"
     assert rk4.energy == "drifting"
     assert rk4.energy_rate == pytest.approx(rk4.predicted.energy_rate, rel=0.02)

@@ -36,7 +36,8 @@ def test_absolute_tolerances_are_of_an_angle_and_of_the_largest_speed():
             asked.extend((rtol, *atol))
             raise ValueError("enough")
 
-    case, builder = SYSTEM.case(scene()), find_builder("ode", SYSTEM)
+    case = SYSTEM.case(scene())
+    builder = find_builder("ode", SYSTEM)
     equation = builder.build(case.problem, METHODS["ode/dop853"])
     adaptive(equation, Recorder, 1e-6, case.scene.duration).run()
     speed = fastest(DEFAULT)

@@ -36,10 +36,8 @@ def test_the_interval_is_the_one_of_a_regression(noise):
 
     steps = STEPS[: len(noise)]
     errors = steps**2 * np.exp(noise)
-    found, fit = (
-        fit_order(steps, errors, np.zeros(len(noise))),
-        linregress(np.log(steps), np.log(errors)),
-    )
+    found = fit_order(steps, errors, np.zeros(len(noise)))
+    fit = linregress(np.log(steps), np.log(errors))
     assert found.slope == pytest.approx(fit.slope, abs=1e-12)
     margin = student.ppf(0.975, len(noise) - 2) * fit.stderr
     assert found.high - found.slope == pytest.approx(margin, rel=1e-9, abs=1e-7)

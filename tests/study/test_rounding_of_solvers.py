@@ -16,10 +16,14 @@ ULPS = (-4, 0, 4)
 
 @pytest.mark.long(keep=2)
 @pytest.mark.parametrize("how", ["ode/dop853", "ode/lsoda", "ode/radau"])
-@pytest.mark.parametrize("name", ["cone-pendulum/fast-platform", "simple-pendulum/rotating-slow"])
+@pytest.mark.parametrize(
+    "name", ["cone-pendulum/fast-platform", "simple-pendulum/rotating-slow"]
+)
 def test_ulps_of_the_start_move_single_errors_and_leave_their_median(name, how):
-    swing, known = scene(name), limits_of(how).solvers[name, how]
-    moved, spread = next(n for n, x in swing.parameters.items() if n.startswith("theta") and x), []
+    swing = scene(name)
+    known = limits_of(how).solvers[name, how]
+    moved = next(n for n, x in swing.parameters.items() if n.startswith("theta") and x)
+    spread = []
     for ulps in ULPS:
         value = swing.parameters[moved] + ulps * np.spacing(swing.parameters[moved])
         near = case_of(replace(swing, parameters={**swing.parameters, moved: value}))

@@ -27,7 +27,8 @@ from plumbob.reports.judge.stability import judged_limits
 SWING, OVERDAMPED = "linear-pendulum/free-small", "linear-pendulum/overdamped"
 DAMPED = "linear-pendulum/damped-small"
 OMEGA = math.sqrt(9.8)
-SHARP = 0.02  # of a limit at an equilibrium: a bracket of 1 %, and as much for runs that are finite
+# of a limit at an equilibrium: a bracket of 1 %, and as much for runs that are finite
+SHARP = 0.02
 
 
 def euler_limit(damping, implicit):
@@ -58,7 +59,9 @@ def closed_forms():
 
 def at_equilibrium(growth=lambda duration: 1.0):
     """A swing's record, without a limit."""
-    return StabilityTheory(2.0 * math.pi / OMEGA, True, lambda s: (), growth, lambda seen: "swing")
+    return StabilityTheory(
+        2.0 * math.pi / OMEGA, True, lambda s: (), growth, lambda seen: "swing"
+    )
 
 
 def found_by(scene, method, prediction):
@@ -114,7 +117,8 @@ def test_a_motion_changes_its_kind_before_it_is_unstable():
 def test_the_growth_of_the_exact_motion_is_taken_off():
     """Neighbours of a rotation turn at other rates: a nudge grows with time, and more than a
     thousandfold in 10^4 steps."""
-    case, method = case_of(find_scene("simple-pendulum/rotating-slow")), find_method("ode/leapfrog")
+    case = case_of(find_scene("simple-pendulum/rotating-slow"))
+    method = find_method("ode/leapfrog")
     theory = replace(at_equilibrium(lambda duration: 1.0 + 20.0 * duration), equilibrium=False)
     own, without = (
         measured(case, method, t, (StepLimit("unstable", 0.24, ""),)).limits[0].holds or 0.0
@@ -147,14 +151,16 @@ SABOTAGED = {
 @pytest.mark.parametrize("what", SABOTAGED)
 def test_a_sabotaged_scheme_is_red(what, monkeypatch):
     name, method, wrong = SABOTAGED[what]
-    scene, how = find_scene(OVERDAMPED), find_method(method)
+    scene = find_scene(OVERDAMPED)
+    how = find_method(method)
     assert judged(method, stability(scene, how), OVERDAMPED) == ["predicted"]
     monkeypatch.setattr(integrators, name, wrong)
     assert judged(method, stability(scene, how), OVERDAMPED) == ["off-prediction!"]
 
 
 def test_damping_that_is_explicit_is_red_where_implicit_damping_is_predicted():
-    promised, kept = euler_limit(10.0, implicit=True), euler_limit(10.0, implicit=False)
+    promised = euler_limit(10.0, implicit=True)
+    kept = euler_limit(10.0, implicit=False)
     for limit, wanted in ((kept, ["predicted"]), (promised, ["off-prediction!"])):
         found = Stability((found_by(OVERDAMPED, "ode/euler", limit),), True)
         assert judged("ode/euler", found, OVERDAMPED) == wanted

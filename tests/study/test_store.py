@@ -73,7 +73,9 @@ def stored(tmp_path_factory):
 
 def _all_columns(file):
     with closing(sqlite3.connect(file)) as held:
-        return [column for _, column, *_ in held.execute("pragma table_info(result)").fetchall()]
+        return [
+            column for _, column, *_ in held.execute("pragma table_info(result)").fetchall()
+        ]
 
 
 def test_any_change_of_a_stored_study_is_noticed(stored, tmp_path):
@@ -103,7 +105,8 @@ def test_any_change_of_a_stored_study_is_noticed(stored, tmp_path):
 def test_a_recording_comes_back_as_it_was():
     values = {"theta": np.array([0.1, math.nan]), "theta_dot": np.array([-0.0, math.inf])}
     channels = {"contacts": np.array([3.0, 4.0])}
-    times, said = np.array([0.0, 0.1]), ("NaN", "unstable")
+    times = np.array([0.0, 0.1])
+    said = ("NaN", "unstable")
     run = Trajectory(times, values, channels, 7, 0.25, diverged_at=0.3, warnings=said)
     assert bits(from_json(to_json(run), Trajectory)) == bits(run)
 
@@ -121,7 +124,16 @@ def test_recommend_names_stored_runs_of_other_versions(study, tmp_path, capsys):
     here = provenance("plumbob validate")
     old = replace(here, versions={**here.versions, "mujoco": "2.0.0"})
     save(replace(study, provenance=old), tmp_path / store.FILE)
-    asked = ["recommend", SCENE, "--error", "1e-6", "--out", str(tmp_path), "--stored", "--json"]
+    asked = [
+        "recommend",
+        SCENE,
+        "--error",
+        "1e-6",
+        "--out",
+        str(tmp_path),
+        "--stored",
+        "--json",
+    ]
     assert main(asked) == 0
     captured = capsys.readouterr()
     assert json.loads(captured.out)["study"]["versions"]["mujoco"] == "2.0.0"

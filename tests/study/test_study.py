@@ -114,7 +114,8 @@ def test_every_pair_is_run_at_the_step_that_methods_are_compared_at(name, finest
 
 
 def test_a_run_beside_the_step_sizes_tells_of_no_order():
-    chosen, how = scene("cone-pendulum/fast-platform"), method("ode/rk4")
+    chosen = scene("cone-pendulum/fast-platform")
+    how = method("ode/rk4")
     found = convergence_study(chosen, how, 25_000)
     assert found.beside == (REFERENCE_STEP,)
     alone = convergence_study(chosen, how, 25_000, chosen.steps)

@@ -75,7 +75,11 @@ def test_a_second_process_waits_for_the_first(out, undisturbed, capsys):
 @pytest.mark.long
 @pytest.mark.parametrize(
     ("limit", "said"),
-    [(30_000, "store = "), (90_000, "store = "), (1_500_000, "the study is stored: `plumbob re")],
+    [
+        (30_000, "store = "),
+        (90_000, "store = "),
+        (1_500_000, "the study is stored: `plumbob re"),
+    ],
 )
 def test_a_full_disk_loses_nothing(limit, said, out, undisturbed):
     code, err = _ended(disturbed.begun(out, 1, limit=limit))

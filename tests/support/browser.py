@@ -68,7 +68,9 @@ def chromium():
     for name in NAMES:
         if found := shutil.which(name):
             return found
-    _missing("Chromium is missing (Debian: apt-get install chromium): the page was not looked at")
+    _missing(
+        "Chromium is missing (Debian: apt-get install chromium): the page was not looked at"
+    )
 
 
 @dataclass(frozen=True)

@@ -93,7 +93,8 @@ def nothing():
 @cache
 def measured(scene, methods, *steps):
     """A scene with some methods at a few steps, and no costs; without steps, not run."""
-    chosen, hows = find_scene(scene), [find_method(name) for name in methods]
+    chosen = find_scene(scene)
+    hows = [find_method(name) for name in methods]
     convergence = tuple(convergence_study(chosen, how, 100_000, steps) for how in hows if steps)
     return replace(nothing(), scenes=(chosen,), methods=tuple(hows), convergence=convergence)
 
@@ -125,14 +126,18 @@ def _invented(request):
     if isinstance(request, TrimmingRun):
         return Trimming(3.0, 2.0, 1.0, True)
     if isinstance(request, ModelReading):
-        return ModelRead("1.0", "", (("gravity", "", (0.0, 0.0, -9.81)), ("timestep", "", (1e-3,))))
+        return ModelRead(
+            "1.0", "", (("gravity", "", (0.0, 0.0, -9.81)), ("timestep", "", (1e-3,)))
+        )
     if isinstance(request, StabilitySearch):
         bracket = (0.1, 0.101) if request.by_runs else (None, None)
         return Stability((MeasuredLimit("unstable", 0.1, *bracket, "of h omega = 2"),))
     if isinstance(request, ParameterFit):
         fit = Identified(request.parameter, 0.3, 0.3, request.low, request.high, None, {})
         fitted = ("displacement",)
-        return Identification(request.scene, request.method, 1e-3, fitted, 1, (fit,), 0.0, 0.0, 1)
+        return Identification(
+            request.scene, request.method, 1e-3, fitted, 1, (fit,), 0.0, 0.0, 1
+        )
     if isinstance(request, GradientSearch):
         tried = Difference(1e-3, 1.0, 0.0, 0.0, 1e-9, 1e-9)
         ways = [Gradient(of, request.by, "central", 1.0, 1e-3, 1.0, 0.0) for of in request.of]

@@ -9,7 +9,9 @@ from plumbob.reports.judge.gradients import judged_gradients
 
 def scaled(values, observed, number):
     """Its own size, or the observable's over the parameter's, the larger."""
-    largest = max(float(np.abs(values).max()), float(np.abs(observed).max() / (abs(number) or 1)))
+    largest = max(
+        float(np.abs(values).max()), float(np.abs(observed).max() / (abs(number) or 1))
+    )
     return largest or 1.0
 
 

@@ -27,7 +27,8 @@ def extrapolated(rates, state, step):
 def midpoint(rates, state, step, count):
     """Gragg's modified midpoint rule in `count` substeps, an even number."""
     h = step / count
-    before, now = state, [x + h * v for x, v in zip(state, rates(state), strict=True)]
+    before = state
+    now = [x + h * v for x, v in zip(state, rates(state), strict=True)]
     for _ in range(count - 1):
         ahead = [x + 2 * h * v for x, v in zip(before, rates(now), strict=True)]
         before, now = now, ahead
@@ -38,7 +39,8 @@ def midpoint(rates, state, step, count):
 def states(motion, longest):
     """The state at each of the motion's times, in steps of at most `longest` [s]."""
     rates, state, times = motion
-    time, reached = gmpy2.mpfr(0), []
+    time = gmpy2.mpfr(0)
+    reached = []
     for until in times:
         count = int(gmpy2.ceil((until - time) / longest))
         for _ in range(count):
@@ -74,7 +76,8 @@ def record(file, motion, longest, digits, bound, shown=lambda _, state: state):
     with gmpy2.context(gmpy2.get_context(), precision=200):
         for name, case in recorded(file).items():
             equation = motion(case)
-            first, second = states(equation, longest), states(equation, 0.7 * longest)
+            first = states(equation, longest)
+            second = states(equation, 0.7 * longest)
             apart = max(
                 float(abs(x - y) / (1 + abs(x)))
                 for one, other in zip(first, second, strict=True)

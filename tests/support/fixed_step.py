@@ -9,7 +9,9 @@ from plumbob.analytic.schemes import LEAPFROG, RK4
 
 def run(rotor, theta, theta_dot, step, steps, scheme):
     """Theta and theta_dot at times 0, step ... steps * step."""
-    h, xi, base = step, rotor.damping_rate, scheme.integrator
+    h = step
+    xi = rotor.damping_rate
+    base = scheme.integrator
     held = {"start": 0.0, "midpoint": 0.5}.get(scheme.control)
 
     def pull(x):
@@ -18,7 +20,9 @@ def run(rotor, theta, theta_dot, step, steps, scheme):
 
     def push(t, part):
         time = t + h * (part if held is None else held)
-        return rotor.forcing_amplitude * sin(rotor.forcing_frequency * time + rotor.forcing_phase)
+        return rotor.forcing_amplitude * sin(
+            rotor.forcing_frequency * time + rotor.forcing_phase
+        )
 
     x, v = theta, theta_dot
     motion = [(x, v)]
@@ -27,10 +31,14 @@ def run(rotor, theta, theta_dot, step, steps, scheme):
         if base == RK4:
             k, m, end, turn = 0.0, 0.0, 0.0, 0.0
             for part, weight in ((0.0, 1), (0.5, 2), (0.5, 2), (1.0, 1)):
-                y, w = x + part * h * k, v + part * h * m
-                k, m = w, pull(y) - xi * w + push(t, part)
-                end, turn = end + weight * k, turn + weight * m
-            x, v = x + h / 6 * end, v + h / 6 * turn
+                y = x + part * h * k
+                w = v + part * h * m
+                k = w
+                m = pull(y) - xi * w + push(t, part)
+                end = end + weight * k
+                turn = turn + weight * m
+            x = x + h / 6 * end
+            v = v + h / 6 * turn
         elif base == LEAPFROG:
             v += h / 2 * (pull(x) - xi * v + push(t, 0.0))
             x += h * v

@@ -68,7 +68,8 @@ class Orbit:
         count = 2880
         grid = 0.123 + 2 * math.pi * np.arange(count + 1) / count
         a, b, c, d = (float(x) for x in (self.a, self.b, self.c, self.d))
-        sine, cosine = np.sin(grid), np.cos(grid)
+        sine = np.sin(grid)
+        cosine = np.cos(grid)
         slopes = c * sine - (2 * a * sine + b) * cosine - 2 * d * np.cos(2 * grid)
         places = np.flatnonzero(slopes[:-1] * slopes[1:] < 0)
         ends = ((float(grid[i]), float(grid[i + 1])) for i in places)
@@ -139,7 +140,8 @@ class Orbit:
             square = half * half
             other = gmpy2.sqrt(1 - square)
             width = 2 * most * abs(cosine) / other
-            sine, cosine = 2 * half * other, 1 - 2 * square
+            sine = 2 * half * other
+            cosine = 1 - 2 * square
             sine, cosine = (
                 sine_middle * cosine + cosine_middle * sine,
                 cosine_middle * cosine - sine_middle * sine,
@@ -172,9 +174,12 @@ class Orbit:
 
     def _halved(self, middle, reach, whole):
         reach = reach / 2
-        left, right = self._gauss(middle - reach, reach), self._gauss(middle + reach, reach)
+        left = self._gauss(middle - reach, reach)
+        right = self._gauss(middle + reach, reach)
         total = left[0] + right[0], left[1] + right[1]
-        if all(abs(x - y) <= self.agreement * abs(x) for x, y in zip(total, whole, strict=True)):
+        if all(
+            abs(x - y) <= self.agreement * abs(x) for x, y in zip(total, whole, strict=True)
+        ):
             return total
         left = self._halved(middle - reach, reach, left)
         right = self._halved(middle + reach, reach, right)
@@ -186,7 +191,10 @@ class Orbit:
         sine, cosine = gmpy2.sin_cos(here)
         time = area = ZERO
         for weight, sine_off, cosine_off in _offsets(reach):
-            x, y, z, w = sine * cosine_off, cosine * sine_off, cosine * cosine_off, sine * sine_off
+            x = sine * cosine_off
+            y = cosine * sine_off
+            z = cosine * cosine_off
+            w = sine * sine_off
             width, speed = self._along(x + y, z - w)
             other_width, other_speed = self._along(x - y, z + w)
             time += weight * (width / speed + other_width / other_speed)
@@ -202,7 +210,9 @@ class Orbit:
         reached = {}
         for u in sorted({*starts, TURN}):
             step, more = self.over(start + last, start + u)
-            spent, area, last = spent + step, area + more, u
+            spent = spent + step
+            area = area + more
+            last = u
             reached[u] = spent
         states = [
             self._newton(mpfr(time), start + u, reached[u], spent)
@@ -237,7 +247,8 @@ def _rule(count=24):
     for i in range(count):
         x = mpfr(math.cos(math.pi * (i + 0.75) / (count + 0.5)))
         for _ in range(8):
-            below, value = mpfr(1), x
+            below = mpfr(1)
+            value = x
             for n in range(2, count + 1):
                 below, value = value, ((2 * n - 1) * x * value - (n - 1) * below) / n
             slope = count * (x * value - below) / (x * x - 1)
@@ -255,7 +266,8 @@ def _offsets(reach):
 def _root(function, slope, low, high):
     """A zero between two points at which the function's signs differ: Newton's method, and a
     bisection where that leaves the bracket or is slow."""
-    low, high = mpfr(low), mpfr(high)
+    low = mpfr(low)
+    high = mpfr(high)
     rising = function(low) < 0
     x = last = (low + high) / 2
     for _ in range(400):
@@ -274,10 +286,13 @@ def _root(function, slope, low, high):
 def orbit_of(pendulum):
     """The orbit of a pendulum from its own doubles."""
     body = pendulum.body
-    rate2, arm = mpfr(pendulum.platform_rate) ** 2, mpfr(body.mass) * body.com_distance
+    rate2 = mpfr(pendulum.platform_rate) ** 2
+    arm = mpfr(body.mass) * body.com_distance
     a = (mpfr(body.inertia_y) - body.inertia_z) * rate2 / 2
-    b, c = arm * pendulum.pivot_y * rate2, arm * pendulum.gravity
-    inertia, theta = mpfr(body.inertia_x), mpfr(pendulum.theta)
+    b = arm * pendulum.pivot_y * rate2
+    c = arm * pendulum.gravity
+    inertia = mpfr(body.inertia_x)
+    theta = mpfr(pendulum.theta)
     d = mpfr(body.inertia_yz) * rate2 / 2
     orbit = Orbit(a, b, c, inertia, theta, mpfr(pendulum.theta_dot), d)
     return started(orbit, pendulum.excess)

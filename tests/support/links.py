@@ -15,7 +15,8 @@ def passed(places, masses, lengths, gravity, ends, rate):
     differences."""
 
     def energies(t):
-        half, height = mp.mpf(0), mp.mpf(0)
+        half = mp.mpf(0)
+        height = mp.mpf(0)
         for i, (mass, length) in enumerate(zip(masses, lengths, strict=True)):
             x, y, turn = (mp.diff(lambda s, k=k, i=i: places(s)[i][k], t) for k in range(3))
             half += mass * (x**2 + y**2 + length**2 / 12 * turn**2) / 2
@@ -48,10 +49,13 @@ def loop_accelerations(case, gap):
     start with the third coordinate off by `gap`."""
     how = method("mujoco/rk4")
     simulation = engine_of(how).prepare(case, how, 1e-3)
-    model, data, system = simulation.model, simulation.data, case.problem.soft(LOOP, 1e-3)
+    model = simulation.model
+    data = simulation.data
+    system = case.problem.soft(LOOP, 1e-3)
     state = system.start
     state[2] += gap
-    data.qpos[:], data.qvel[:] = simulation.translation.qpos, simulation.translation.qvel
+    data.qpos[:] = simulation.translation.qpos
+    data.qvel[:] = simulation.translation.qvel
     data.qpos[2] += gap
     mujoco.mj_forward(model, data)
     return data.qacc.copy(), np.asarray(system.slope(0.0, state))[3:]

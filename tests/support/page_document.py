@@ -46,7 +46,9 @@ class Document(HTMLParser):
             self.cells.append("")
 
     def handle_endtag(self, tag):
-        self._inside = "td" if tag in ("a", "span", "svg", "button") and self._inside != "" else ""
+        self._inside = (
+            "td" if tag in ("a", "span", "svg", "button") and self._inside != "" else ""
+        )
 
     def handle_data(self, data):
         if self._inside == "script":

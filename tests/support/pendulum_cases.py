@@ -34,7 +34,9 @@ def _forced(amplitude, frequency, damping_rate, sin, theta):
 
 
 def _cone():
-    body, rate, pivot_y = cone(8000.0, 0.3, 30 * DEGREE), 26.0, 0.09
+    body = cone(8000.0, 0.3, 30 * DEGREE)
+    rate = 26.0
+    pivot_y = 0.09
     arm = body.mass * body.com_distance / body.inertia_x
     rotor = DrivenRotor(
         sin2=(body.inertia_y - body.inertia_z) * rate**2 / (2 * body.inertia_x),

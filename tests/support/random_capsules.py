@@ -28,7 +28,8 @@ def capsules(draw, friction=None):
     """Any capsule with C inside its triangle of arms 0.5 to 2 m; m/M from 1e-3 to 1e3."""
     ratio = 10.0 ** draw(st.floats(-3, 3))
     coefficient = draw(st.floats(0.01, 2.0)) if friction is None else friction
-    supports, body = draw(triangles(0.5, 2.0)), draw(st.floats(0.1, 10.0))
+    supports = draw(triangles(0.5, 2.0))
+    body = draw(st.floats(0.1, 10.0))
     return Capsule(body, ratio * body, 0.02, supports, coefficient, 9.81)
 
 
@@ -39,7 +40,8 @@ def lines(draw, friction=None):
     limit = capsule.holding_acceleration or 1.0
     w1 = limit * (1.0 + 10.0 ** draw(st.floats(-6, 2)))
     w2 = limit * draw(st.floats(0.01, 1.0) | st.just(1.0))
-    t1, heading = draw(st.floats(1e-3, 1.0)), draw(st.floats(-7.0, 7.0))
+    t1 = draw(st.floats(1e-3, 1.0))
+    heading = draw(st.floats(-7.0, 7.0))
     stroke = w1 * (w1 + w2) * t1**2 / (2 * w2)
     size = 10 * capsule.mass_ratio * stroke
     a, b, c = ((size * x, size * y) for x, y in capsule.supports)

@@ -40,7 +40,8 @@ def _platform(rng):
         body = cone(rng.uniform(500.0, 9000.0), rng.uniform(0.05, 2.0), apex)
     else:
         squares = rng.uniform(0.01, 1.0, 3)  # second moments along the axes
-        mass, arm = rng.uniform(0.1, 50.0), rng.uniform(0.02, 1.0)
+        mass = rng.uniform(0.1, 50.0)
+        arm = rng.uniform(0.02, 1.0)
         moments = mass * (squares.sum() - squares)
         least = mass * arm**2
         body = Body(mass, arm, moments[0] + least, moments[1] + least, moments[2])
@@ -56,7 +57,9 @@ def _started(rng, platform, regime):
     crests = sorted((e for e in platform.equilibria if e.kind == "saddle"), key=_potential)
     if not wells or not crests:
         return None
-    top, low, bottom = crests[-1].potential, crests[0].potential, wells[0].potential
+    top = crests[-1].potential
+    low = crests[0].potential
+    bottom = wells[0].potential
     height = top - bottom
     theta = _within(rng, wells[0].theta, crests)
     sign = float(rng.choice([-1.0, 1.0]))

@@ -53,7 +53,9 @@ def _capsule(rng):
         slim = float(10.0 ** rng.uniform(-2.0, 0.0)) if rng.random() < 0.5 else 1.0
         inertia = body * float(rng.uniform(0.3, 1.2) * np.mean(arms**2)) * slim
         try:
-            capsule = Capsule(body, slider, inertia, (a, b, c), float(rng.uniform(0.1, 0.6)), 9.81)
+            capsule = Capsule(
+                body, slider, inertia, (a, b, c), float(rng.uniform(0.1, 0.6)), 9.81
+            )
         except ParameterError:
             continue
         if not validity(capsule, fixed((0.0, 0.0)).track()):
@@ -71,7 +73,8 @@ def _pieces(rng, scale):
 
 def _path(rng, capsule):
     hold = capsule.holding_acceleration
-    angle, radius = float(rng.uniform(0.0, 2 * math.pi)), float(rng.uniform(0.02, 0.12))
+    angle = float(rng.uniform(0.0, 2 * math.pi))
+    radius = float(rng.uniform(0.02, 0.12))
     kind = int(rng.integers(3))
     if kind == 0:
         place = (float(rng.uniform(-0.05, 0.05)), float(rng.uniform(-0.05, 0.05)))
@@ -80,7 +83,8 @@ def _path(rng, capsule):
         return arc(radius, angle, *_pieces(rng, hold / radius))
     drive = hold / radius * float(rng.uniform(0.5, 5.0) * rng.choice([-1.0, 1.0]))
     turn = arc_stroke(radius, angle, drive, float(rng.uniform(0.01, 0.05)))
-    w1, w2 = hold * float(rng.uniform(0.8, 4.0)), hold * float(rng.uniform(0.3, 2.0))
+    w1 = hold * float(rng.uniform(0.8, 4.0))
+    w2 = hold * float(rng.uniform(0.3, 2.0))
     t1 = math.sqrt(2 * w2 * radius / (w1 * (w1 + w2)))
     inward = math.atan2(-turn.end[1], -turn.end[0])
     back = line_stroke(turn.end, inward, w1, w2, t1)

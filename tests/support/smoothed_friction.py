@@ -31,7 +31,8 @@ class SmoothedPose:
 
 def _rates(capsule, delta):
     """d/dt of (x, y, psi, v_x, v_y, omega), of floats or, for a derivative, of complex numbers."""
-    m, mu = capsule.slider_mass, capsule.mass_ratio
+    m = capsule.slider_mass
+    mu = capsule.mass_ratio
     drag = partial(_friction, capsule.supports, _limits(capsule), delta)
 
     def rates(state, slider):
@@ -39,7 +40,8 @@ def _rates(capsule, delta):
         (rx, ry), (bx, by) = _carried(axes, state[5], slider)
         fx, fy, moment = drag(axes, state[3:], slider[0])
         # (M + m) a + m alpha k x r = sum F - m b;  J alpha + m r x (a + alpha k x r + b) = moment.
-        gx, gy = fx / (capsule.body_mass + m) - mu * bx, fy / (capsule.body_mass + m) - mu * by
+        gx = fx / (capsule.body_mass + m) - mu * bx
+        gy = fy / (capsule.body_mass + m) - mu * by
         inertia = capsule.inertia + m * (1.0 - mu) * (rx * rx + ry * ry)
         alpha = (moment - m * (rx * (gy + by) - ry * (gx + bx))) / inertia
         return [*state[3:], gx + mu * alpha * ry, gy - mu * alpha * rx, alpha]
@@ -59,7 +61,8 @@ def _limits(capsule):
 
 def _axes(heading):
     """Cosine and sine of a heading; its imaginary part is small."""
-    c, s = math.cos(heading.real), math.sin(heading.real)
+    c = math.cos(heading.real)
+    s = math.sin(heading.real)
     if heading.imag:
         return c - 1j * heading.imag * s, s + 1j * heading.imag * c
     return c, s
@@ -86,10 +89,12 @@ def _friction(supports, limits, delta, axes, velocity, place):
     fx = fy = moment = 0.0
     for support, limit in zip(supports, limits, strict=True):
         px, py = _turned(axes, support)
-        ux, uy = speed_x - omega * py, speed_y + omega * px
+        ux = speed_x - omega * py
+        uy = speed_y + omega * px
         load = limit[0] + limit[1] * place[0] + limit[2] * place[1]
         friction = -load / (ux * ux + uy * uy + delta * delta) ** 0.5
-        fx, fy = fx + friction * ux, fy + friction * uy
+        fx = fx + friction * ux
+        fy = fy + friction * uy
         moment = moment + friction * (px * uy - py * ux)
     return fx, fy, moment
 
@@ -108,7 +113,8 @@ def smoothed_motion(capsule, path, start, duration, delta):
     shape (6,), with friction smoothed over `delta` [m/s]. Raises RuntimeError if Radau fails."""
     from scipy.integrate import solve_ivp
 
-    state, rates = np.asarray(start, dtype=np.float64), _rates(capsule, delta)
+    state = np.asarray(start, dtype=np.float64)
+    rates = _rates(capsule, delta)
     begins = [0.0, *(float(t) for t in path.breakpoints[1:] if t < duration)]
     for number, (begin, end) in enumerate(zip(begins, [*begins[1:], duration], strict=True)):
         if end <= begin:
@@ -145,7 +151,8 @@ def smoothed_pose(capsule, path, start, duration, delta=1e-8, order=1.0):
     from `delta` [m/s] and half of it, the error going as delta^`order`: 1, or 4/5 where a
     load grows through the friction limit."""
     coarse, fine = (
-        smoothed_motion(capsule, path, start, duration, width)[:3] for width in (delta, 0.5 * delta)
+        smoothed_motion(capsule, path, start, duration, width)[:3]
+        for width in (delta, 0.5 * delta)
     )
     moved = (fine - coarse) / (1.0 - 0.5**order)
     return SmoothedPose(coarse + moved, moved)

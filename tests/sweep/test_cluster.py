@@ -19,7 +19,9 @@ from plumbob.models.registry import scenes
 @pytest.fixture(scope="module")
 def workers():
     """Two workers, a process each."""
-    distributed = pytest.importorskip("distributed", reason="the extra `distributed` is missing")
+    distributed = pytest.importorskip(
+        "distributed", reason="the extra `distributed` is missing"
+    )
     settings = {"n_workers": 2, "threads_per_worker": 1, "dashboard_address": None}
     with distributed.LocalCluster(**settings) as found:
         yield found

@@ -35,7 +35,8 @@ def forgotten(number, chunk):
 @pytest.mark.long(keep=2)
 @pytest.mark.parametrize(("name", "tried"), RUNS)
 def test_the_error_of_a_run_is_the_study_s(name, tried):
-    case, chosen = case_of(scene(name)), method(tried)
+    case = case_of(scene(name))
+    chosen = method(tried)
     found, _ = measure(case, chosen, 2e-3)
     assert run_error(case, chosen, 2e-3) == relative_error(found, case.system.quantities(case))
 
@@ -61,7 +62,9 @@ def test_two_processes_give_the_same_to_the_bit():
 
 
 def test_a_sweep_that_was_cut_off_goes_on(tmp_path):
-    asked, file, made = small(), tmp_path / store.FILE, []
+    asked = small()
+    file = tmp_path / store.FILE
+    made = []
     with store.keeping(file, asked) as (nothing, keep):
         assert nothing == {}
 

@@ -70,7 +70,8 @@ def test_a_wrong_exact_answer_is_not_confirmed(factor, certain):
     ],
 )
 def test_more_than_all_of_a_tolerance_is_a_failure(name, tried, factor, fails):
-    case, chosen = spoilt(case_of(scene(name)), factor), method(tried)
+    case = spoilt(case_of(scene(name)), factor)
+    chosen = method(tried)
     step = chosen.step_sizes[-1] if chosen.control == "tolerance" else 1e-3
     found, _ = measure(case, chosen, step)
     verdict = judge(found, case.system, chosen, case.system.quantities(case)).verdict

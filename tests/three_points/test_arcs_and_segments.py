@@ -10,16 +10,19 @@ from plumbob.models.registry import scene
 from plumbob.models.tripod_capsule.plan import planned
 
 REACHED = 1e-11  # the plan is exact: the errors of the reference remain
-SEED, TASKS = 27, range(10)
+SEED = 27
+TASKS = range(10)
 
 
 @cache
 def task(number):
     """A random pose, an arc of 0.15 to 2.5 rad either way round, and segments of 3 to 10 cm."""
     rng = np.random.default_rng([SEED, number])
-    first, extent = rng.uniform(-math.pi, math.pi), rng.uniform(0.15, 2.5) * rng.choice([-1, 1])
+    first = rng.uniform(-math.pi, math.pi)
+    extent = rng.uniform(0.15, 2.5) * rng.choice([-1, 1])
     line = rng.uniform(-math.pi, math.pi)
-    lows, lengths = rng.uniform(-0.1, 0.06, 2), rng.uniform(0.03, 0.1, 2)
+    lows = rng.uniform(-0.1, 0.06, 2)
+    lengths = rng.uniform(0.03, 0.1, 2)
     lines = zip((line, line + rng.uniform(0.4, 2.7)), lows, lengths, strict=True)
     return {
         "to": (*rng.uniform(-0.05, 0.05, 2), rng.uniform(-0.6, 0.6)),
@@ -37,7 +40,8 @@ def asked(number):
 @pytest.mark.long
 @pytest.mark.parametrize("number", TASKS)
 def test_a_pose_is_reached_along_any_arc_and_segments(number):
-    made, given = asked(number), task(number)
+    made = asked(number)
+    given = task(number)
     assert max(made.error) <= REACHED
     assert made.path.end == pytest.approx((0.0, 0.0), abs=1e-16)
     assert made.turns > 0 < made.lines

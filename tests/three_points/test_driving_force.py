@@ -18,11 +18,10 @@ from plumbob.tests.support.random_capsules import CHECK, lines
 @given(lines())
 def test_on_a_line_against_rational_arithmetic(line):
     """F = m (a_C + w) of eq. 9 on each of the three intervals, and its mean square."""
-    c, closed = line.capsule, line.closed
-    m, mu = (
-        Fraction(c.slider_mass),
-        Fraction(c.slider_mass) / (Fraction(c.body_mass) + Fraction(c.slider_mass)),
-    )
+    c = line.capsule
+    closed = line.closed
+    m = Fraction(c.slider_mass)
+    mu = Fraction(c.slider_mass) / (Fraction(c.body_mass) + Fraction(c.slider_mass))
     limit = Fraction(c.friction) * Fraction(c.gravity)
     w1, w2, t1 = (Fraction(value) for value in (line.w1, line.w2, line.t1))
     stop = mu * (w1 + w2) * t1 / (mu * w2 + limit)
@@ -60,7 +59,8 @@ def test_in_the_plane_it_is_what_accelerates_the_slider():
     """m times the second difference of the slider's place in space, extrapolated once."""
     motion = turning()
     tau = 0.5 * motion.path.duration
-    times, h = np.array([0.3, 0.7, 1.2, 1.9]) * tau, 1e-3 * tau
+    times = np.array([0.3, 0.7, 1.2, 1.9]) * tau
+    h = 1e-3 * tau
     seen = []
     for step in (h, 2 * h):
         before, here, after = (in_space(motion, times + shift) for shift in (-step, 0.0, step))

@@ -67,7 +67,8 @@ def planned(name, track):
 @pytest.mark.long(keep=1)
 @pytest.mark.parametrize(("name", "track"), CASES)
 def test_every_pose_is_reached_at_rest_within_the_limits(name, track):
-    made, limits = planned(name, track), Limits()
+    made = planned(name, track)
+    limits = Limits()
     assert max(made.error) <= REACHED
     assert made.path.end == pytest.approx(made.goal.slider, abs=1e-12)
     assert made.motion.rest_time <= made.duration
@@ -78,7 +79,9 @@ def test_every_pose_is_reached_at_rest_within_the_limits(name, track):
     for one in made.manoeuvres:
         for piece in one.path.pieces:
             # |w| is constant on a line and largest where the speed is on a circle.
-            strength = np.linalg.norm(piece.kinematics(np.array([0.0, piece.duration]))[2], axis=1)
+            strength = np.linalg.norm(
+                piece.kinematics(np.array([0.0, piece.duration]))[2], axis=1
+            )
             assert strength.max() <= limits.acceleration * (1.0 + 1e-12)
         if one.kind == "turn":
             given = one.parameters
@@ -97,7 +100,8 @@ def test_every_pose_is_reached_at_rest_within_the_limits(name, track):
 def test_the_body_rests_between_manoeuvres_and_in_slow_ones(name, track):
     made = planned(name, track)
     kinds = np.array([one.kind for one in made.manoeuvres])
-    resting, slow = kinds != "wait", kinds == "slow"
+    resting = kinds != "wait"
+    slow = kinds == "slow"
     before = made.motion.at(np.array([one.start for one in made.manoeuvres]))
     after = made.motion.at(made.ends)
     # A start is rounded by several ulp of the duration, and the body then accelerates at some 1e3
@@ -121,7 +125,8 @@ def parts_of_curve(made, place):
     assert np.abs(place).max() <= radius * (1 + 1e-12)
     on_circle = np.abs(np.abs(place) - radius) <= 1e-12
     on_line = [
-        (np.abs((place / line).imag) <= 1e-12) & ((place / line).real >= -1e-12) for line in lines
+        (np.abs((place / line).imag) <= 1e-12) & ((place / line).real >= -1e-12)
+        for line in lines
     ]
     assert (on_circle | on_line[0] | on_line[1]).all()
     part = np.where(on_circle, 1, np.where(on_line[0], 0, 2))
@@ -157,7 +162,8 @@ def test_the_curve_may_have_any_two_lines_and_either_arc(legs, arc):
     assert max(made.error) <= REACHED
     place = made.path.places(np.linspace(0.0, made.duration, 2001)) @ [1.0, 1.0j]
     part, _ = parts_of_curve(made, place)
-    ends, on_circle = [complex(*SCALENE.supports[i - 1]) for i in legs], part == 1
+    ends = [complex(*SCALENE.supports[i - 1]) for i in legs]
+    on_circle = part == 1
     for line in (0, 2):  # both are gone along
         assert (np.abs(place)[part == line] > 0.1 * made.limits.radius).any()
     turned = np.abs(np.angle(place[on_circle] / ends[0]))
@@ -180,7 +186,8 @@ def quickened(path, factor):
     """The same path in less time: every acceleration times `factor`."""
     pieces = [p for p in path.pieces if isinstance(p, (ArcPiece, StraightPiece))]
     times = [p.duration / math.sqrt(factor) for p in pieces]
-    rates, first = [factor * p.acceleration for p in pieces], pieces[0]
+    rates = [factor * p.acceleration for p in pieces]
+    first = pieces[0]
     if isinstance(first, ArcPiece):
         return arc(first.radius, first.angle, rates, times)
     return straight(first.origin, first.direction, rates, times)

@@ -18,7 +18,9 @@ def test_a_heading_at_the_start_changes_itself_alone(system, usual, angle):
     straight = case_of(
         scene(f"capsule-turn/{usual}")
         if usual
-        else scene("capsule-plan/heading-030", {"start": (0.0, 0.0, 0.0), "to": (0.01, 0.01, 0.1)})
+        else scene(
+            "capsule-plan/heading-030", {"start": (0.0, 0.0, 0.0), "to": (0.01, 0.01, 0.1)}
+        )
     )
     assert turned.problem.setup.heading == pytest.approx(np.radians(angle), rel=1e-15)
     assert straight.problem.setup.heading == 0.0
@@ -28,6 +30,8 @@ def test_a_heading_at_the_start_changes_itself_alone(system, usual, angle):
     push = np.abs(path.kinematics(np.linspace(0.0, path.duration, 1000))[2]).max()
     late = 4.0 * ULP * path.duration * push  # velocity, as times of manoeuvres are sums
     for name, values in one.items():
-        bound = ROUND * max(1.0, float(np.abs(values).max())) + late * name.startswith("velocity")
+        bound = ROUND * max(1.0, float(np.abs(values).max())) + late * name.startswith(
+            "velocity"
+        )
         turn = np.radians(angle) * (name == "heading")
         np.testing.assert_allclose(values - turn, other[name], rtol=0, atol=bound, err_msg=name)

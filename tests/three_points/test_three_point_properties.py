@@ -21,12 +21,14 @@ SEEDS = st.integers(0, 10**6)
 
 def exchanged(load, weights):
     """What friction and actuator give over a segment: energy, momentum, angular momentum."""
-    (force, torque), power = load.friction, (load.actuator.conjugate() * load.at.velocity).real
+    (force, torque) = load.friction
+    power = (load.actuator.conjugate() * load.at.velocity).real
     turn = np.exp(1j * load.states[:, 4])
     centre = load.states[:, 5:] @ [1.0, 1j] + load.body.mass_ratio * load.at.position * turn
     resisted = (force.conjugate() * load.point).real + torque * load.states[:, 2]
     assert resisted.max() <= 1e-13 * np.abs(resisted).max() + 1e-300
-    force, spans = force * turn, weights * load.pace
+    force = force * turn
+    spans = weights * load.pace
     torque = torque + cross(centre, force)
     rates = np.column_stack([resisted + power, force.real, force.imag, torque])
     return np.stack([spans @ rates, spans @ np.abs(rates)])
@@ -34,12 +36,16 @@ def exchanged(load, weights):
 
 def held(load):
     """Energy, momentum and angular momentum about the ground's origin at the first sample."""
-    body, at, omega, turn = load.body, load.at, load.states[:, 2], np.exp(1j * load.states[:, 4])
+    body = load.body
+    at = load.at
+    omega = load.states[:, 2]
+    turn = np.exp(1j * load.states[:, 4])
     centre = load.states[:, 5:] @ [1.0, 1j] + body.mass_ratio * at.position * turn
     carried = load.point + body.mass_ratio * at.velocity
     within = at.velocity + 1j * omega * at.position
     energy = body.mass * np.abs(carried) ** 2 + body.reduced_mass * np.abs(within) ** 2
-    momentum, spin = body.mass * carried * turn, at.inertia * omega
+    momentum = body.mass * carried * turn
+    spin = at.inertia * omega
     spin = spin + body.reduced_mass * cross(at.position, at.velocity) + cross(centre, momentum)
     energy = 0.5 * (energy + body.body_inertia * omega**2)
     return np.column_stack([energy, momentum.real, momentum.imag, spin])[0]
@@ -49,7 +55,8 @@ def held(load):
 @pytest.mark.parametrize("seed", [2, 6, 24, 26, 27, 89, 120, 174])
 def test_energy_and_momentum_balance(seed):
     """Gauss quadrature of 64 points per segment is accurate to 1e-12 of the total exchange."""
-    motion, (x, weights) = slide(seed).motion(), leggauss(64)
+    motion = slide(seed).motion()
+    (x, weights) = leggauss(64)
     segments = [segment for segment in motion.segments if np.isfinite(segment.end)]
     parts = [exchanged(loading(motion, s, 0.5 * (x + 1.0)), 0.5 * weights) for s in segments]
     flow, gross = np.sum(parts, axis=0)
@@ -81,7 +88,9 @@ def test_it_knows_its_own_error(seed):
     motion = case.motion()
     better = three_point_motion(case.capsule, case.path, case.start, nodes=36, tolerance=1e-13)
     times = np.linspace(0.0, ending(motion), 50)
-    own, other, said = motion.at(times), better.at(times), motion.error
+    own = motion.at(times)
+    other = better.at(times)
+    said = motion.error
     for name in ("position", "heading"):
         off = np.abs(getattr(own, name) - getattr(other, name)).max(axis=0)
         # A coarser motion may accidentally be more accurate than the fine one.
@@ -103,8 +112,11 @@ def mirrored(piece):
 def test_a_mirror_does_the_same_to_the_motion(seed):
     case = slide(seed)
     body = replace(case.capsule, supports=tuple((x, -y) for x, y in case.capsule.supports))
-    (vx, vy), omega = case.start.velocity, case.start.angular_velocity
+    (vx, vy) = case.start.velocity
+    omega = case.start.angular_velocity
     path = SliderPath(tuple(map(mirrored, case.path.pieces)))
     time = ending(case.motion())
     again = pose(three_point_motion(body, path, Start((vx, -vy), -omega)), time)
-    np.testing.assert_allclose(again, pose(case.motion(), time) * [1, -1, -1], rtol=0, atol=1e-12)
+    np.testing.assert_allclose(
+        again, pose(case.motion(), time) * [1, -1, -1], rtol=0, atol=1e-12
+    )

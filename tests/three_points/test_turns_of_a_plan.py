@@ -35,5 +35,7 @@ def test_a_turn_the_wrong_way_is_made_up_for(wanted, monkeypatch):
 def test_a_plan_that_misses_its_pose_is_refused_by_name(monkeypatch):
     """Here nothing is near enough."""
     monkeypatch.setattr("plumbob.analytic.systems.planner.construction.CLOSED", 1e-25)
-    with pytest.raises(ParameterError, match=r"to = .* a pose that a plan reaches: .* rad away"):
+    with pytest.raises(
+        ParameterError, match=r"to = .* a pose that a plan reaches: .* rad away"
+    ):
         plan(CHECK, RestPose(0.001, 0.0, 0.01))

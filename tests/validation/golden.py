@@ -85,7 +85,8 @@ def differences(old, new, path=""):
                 yield from differences(value, new[key], f"{path}.{key}")
     elif isinstance(old, list) and isinstance(new, list):
         if name != "bounds" and path.endswith("tolerances"):
-            old, new = old[:1], new[:1]
+            old = old[:1]
+            new = new[:1]
         if len(old) != len(new):
             yield f"{path}: {len(old)} entries, now {len(new)}"
         for i, pair in enumerate(zip(old, new, strict=False)):
@@ -107,13 +108,18 @@ def compare(pairs, of_scenes, of_methods, profile):
     """Print every pair that differs; returns how many do."""
     differ = count = 0
     for old in pairs:
-        if not (fnmatchcase(old["scene"], of_scenes) and fnmatchcase(old["method"], of_methods)):
+        if not (
+            fnmatchcase(old["scene"], of_scenes) and fnmatchcase(old["method"], of_methods)
+        ):
             continue
         new = record(find_scene(old["scene"]), find_method(old["method"]), profile)
-        found, count = list(differences(_first_bounds(old), new)), count + 1
+        found = list(differences(_first_bounds(old), new))
+        count = count + 1
         if found:
             differ += 1
-            print(f"{old['scene']} {old['method']}: {len(found)} differ", *found[:5], sep="\n   ")
+            print(
+                f"{old['scene']} {old['method']}: {len(found)} differ", *found[:5], sep="\n   "
+            )
     print(f"{count} pairs, {differ} differ")
     return differ
 

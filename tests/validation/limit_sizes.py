@@ -28,7 +28,8 @@ from plumbob.models.registry import case_of, scenes, system_of
 from plumbob.reports.judge.expectations import expected
 from plumbob.reports.judge.known_sizes import measured
 
-ABOVE = 100.0  # round-offs: below, what a processor rounds otherwise may be as large as the error
+# round-offs: below, what a processor rounds otherwise may be as large as the error
+ABOVE = 100.0
 HEAD = """\
 # Below: written by `python -m plumbob.tests.validation.limit_sizes`. Relative errors of known
 # limits, by scene and method: the median over the finest runs of the quick profile, from step
@@ -86,7 +87,9 @@ def text(sizes, versions):
     """The part of an engine's file that holds these sizes."""
     lines = [HEAD, *(f'"{package}" = "{version}"\n' for package, version in versions.items())]
     table = ""
-    for (scene, method), size in sorted(sizes.items(), key=lambda entry: (_kind(entry[1]), entry)):
+    for (scene, method), size in sorted(
+        sizes.items(), key=lambda entry: (_kind(entry[1]), entry)
+    ):
         if table != (table := f'\n[{_kind(size)}."{scene}"]\n'):
             lines.append(table)
         values = asdict(size) if isinstance(size, Size) else size
@@ -114,7 +117,8 @@ def write(name, sizes, folder=FOLDER):
     the versions that are installed."""
     file = folder / f"{name}.toml"
     declared = file.read_text("utf-8").partition(HEAD)[0] if file.is_file() else ""
-    engine, now = find_engine(name), provenance("").versions
+    engine = find_engine(name)
+    now = provenance("").versions
     here = {package: now.get(package, ABSENT) for package in packages_of(engine)}
     here = {package: version for package, version in here.items() if version != ABSENT}
     versions = {**declared_by(engine).measured_with, **here}

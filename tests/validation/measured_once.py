@@ -27,7 +27,9 @@ class Shared:
     def there(self, keys):
         """Those of the results that are there."""
         files = {key: self.folder / key for key in keys}
-        return {k: pickle.loads(file.read_bytes()) for k, file in files.items() if file.exists()}
+        return {
+            k: pickle.loads(file.read_bytes()) for k, file in files.items() if file.exists()
+        }
 
     def keep(self, results):
         """Keep convergence studies; a file of its name is whole."""

@@ -18,7 +18,8 @@ from plumbob.reports.judge.study_verdicts import judge_study
 
 BELOW = (1.0, 0.995, 0.98, 0.96, 0.92, 0.85)  # of the recommended step
 CHEAPER = 1.5  # what a cheaper choice would be cheaper by, more than
-MORE = 1.02  # times that is more: steps have three digits, and errors at the very bound count too
+# times that is more: steps have three digits, and errors at the very bound count too
+MORE = 1.02
 FINE = 1.04  # ratio of the smaller steps that a cheaper choice has to reach the error at
 BESIDE = 17  # of them, down to half: with contacts errors scatter from step to step
 LOOSEST, TIGHTEST, TOLERANCES = 0.1, 1e-12, 1.8  # of a search over tolerances, and their ratio
@@ -31,13 +32,16 @@ class Held:
     scene: str
     wanted: float
     choice: Choice | None
-    worst: float  # over the recommended step and five slightly smaller ones; nan without a choice
+    worst: (
+        float  # over the recommended step and five slightly smaller ones; nan without a choice
+    )
     missed: tuple[tuple[str, float, float], ...]  # method, step, how many times cheaper
 
 
 def random_pairs(count, pattern="*", seed=7):
     """Quick scenes with relative errors between 1e-6 and 3e-2."""
-    chosen, draw = scenes(pattern, "quick"), random.Random(seed)
+    chosen = scenes(pattern, "quick")
+    draw = random.Random(seed)
     return [(draw.choice(chosen), 10.0 ** draw.uniform(-6.0, -1.5)) for _ in range(count)]
 
 
@@ -75,7 +79,8 @@ def cheaper(study, scene, wanted, limit, runs=None):
     """Full models that reach the error for less than `limit` [ns per simulated second]: method,
     step, and how many times cheaper than a choice of CHEAPER times that. None that is above a step
     of `runs`, or of the study, which does not reach it: a step that does by chance is no choice."""
-    judged, runs_of = judge_study(study), {c.method: c.measurements for c in study.convergence}
+    judged = judge_study(study)
+    runs_of = {c.method: c.measurements for c in study.convergence}
     for method in study.methods:
         price = study.costs.get((scene.name, method.name))
         if (
@@ -95,9 +100,13 @@ def cheaper(study, scene, wanted, limit, runs=None):
         if method.control == "tolerance":
             yield from _looser(scene, method, wanted, limit, unit, study)
             continue
-        known = [m for c in study.convergence if c.method == method.name for m in c.measurements]
+        known = [
+            m for c in study.convergence if c.method == method.name for m in c.measurements
+        ]
         known += (runs or {}).get((scene.name, method.name), {}).values()
-        failing = min((m.step for m in known if not error_of(m, about) <= wanted), default=math.inf)
+        failing = min(
+            (m.step for m in known if not error_of(m, about) <= wanted), default=math.inf
+        )
         # Any larger step has these among the smaller ones that it has to reach the error at.
         step = MORE * unit / limit if math.isfinite(limit) else min(scene.steps)
         if step <= min(failing, scene.duration / 8) and all(
@@ -108,7 +117,8 @@ def cheaper(study, scene, wanted, limit, runs=None):
 
 
 def _looser(scene, method, wanted, limit, unit, study):
-    tolerance, about = max(TIGHTEST, min(method.step_sizes)), study.quantities(scene.name)
+    tolerance = max(TIGHTEST, min(method.step_sizes))
+    about = study.quantities(scene.name)
     reached = None
     while tolerance < LOOSEST:
         found = _run(scene, method, tolerance)

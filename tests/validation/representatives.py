@@ -31,7 +31,8 @@ def mechanisms(scene, method):
     """What a pair has in common with others: the scene, where an engine steps it that is always
     there; the family of its system, which an engine has a module for; the kind, which a method acts
     on; and the system with an expectation."""
-    wanted, system = expected(scene.name, method.name), system_of(scene)
+    wanted = expected(scene.name, method.name)
+    system = system_of(scene)
     if method.control == "step" and not engine_of(method).optional:
         yield scene.name
     yield system.family, engine_of(method).name
@@ -42,7 +43,8 @@ def mechanisms(scene, method):
 def left_out(items):
     """Of the tests marked `long` those that the whole suite alone runs: all cases of each but the
     first `keep` that its mark names."""
-    met, left = Counter[str](), list[pytest.Item]()
+    met = Counter[str]()
+    left = list[pytest.Item]()
     for item in items:
         if (mark := item.get_closest_marker("long")) is None:
             continue

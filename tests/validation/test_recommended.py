@@ -40,7 +40,9 @@ METHODS = (
 )
 WANTED = (1e-2, 1e-4, 1e-6)
 FEW = "cone-pendulum/rotating-base,simple-pendulum/damped-small,capsule-line/ca1"
-FEW_METHODS = "mujoco/rk4,mujoco/euler,ode/rk4,ode/dop853,mujoco/euler+coulomb,mujoco/euler+reduced"
+FEW_METHODS = (
+    "mujoco/rk4,mujoco/euler,ode/rk4,ode/dop853,mujoco/euler+coulomb,mujoco/euler+reduced"
+)
 
 
 def pytest_generate_tests(metafunc):
@@ -87,7 +89,9 @@ def test_a_fresh_run_reaches_it(scene, tmp_path, shared, pytestconfig):
 
 
 @pytest.mark.long
-def test_the_search_finds_a_step_that_holds_and_none_much_cheaper_is_missed(shared, pytestconfig):
+def test_the_search_finds_a_step_that_holds_and_none_much_cheaper_is_missed(
+    shared, pytestconfig
+):
     full = pytestconfig.getoption("profile") == "full"
     pairs = random_pairs(30) if full else random_pairs(4, FEW, seed=2)
     methods = every_method() if full else find_methods(FEW_METHODS)

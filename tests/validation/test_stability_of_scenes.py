@@ -30,7 +30,8 @@ def test_every_scene_ends_in_an_answer(system, capsys, monkeypatch, pytestconfig
         assert records
         for record in records:
             assert (record["scene"], record["method"]) == (name, "mujoco/euler")
-            holds, fails = record["holds"], record["fails"]
+            holds = record["holds"]
+            fails = record["fails"]
             assert record["why"]
             if record["kind"] is not None:
                 assert (holds or 0.0) < (math.inf if fails is None else fails)

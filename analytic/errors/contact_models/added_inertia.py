@@ -56,13 +56,18 @@ def drive_error(
     from scipy.integrate import solve_ivp
 
     pendulum = pendulum.started
-    body, arm = pendulum.body, pendulum.body.mass * pendulum.body.com_distance
+    body = pendulum.body
+    arm = pendulum.body.mass * pendulum.body.com_distance
 
     def slopes(time: float, state: Any) -> list[Any]:
         theta, rate, u = state
-        sine, cosine = np.sin(theta), np.cos(theta)
-        w, k = pendulum.platform_rate + 1j * TINY * u, arm * pendulum.pivot_x * cosine
-        j_slope = 2.0 * cosine * (arm * pendulum.pivot_y + (body.inertia_y - body.inertia_z) * sine)
+        sine = np.sin(theta)
+        cosine = np.cos(theta)
+        w = pendulum.platform_rate + 1j * TINY * u
+        k = arm * pendulum.pivot_x * cosine
+        j_slope = (
+            2.0 * cosine * (arm * pendulum.pivot_y + (body.inertia_y - body.inertia_z) * sine)
+        )
         j_slope += 2.0 * body.inertia_yz * np.cos(2.0 * theta)
         bend = (j_slope * w**2 / 2 - arm * pendulum.gravity * sine) / body.inertia_x
         turned = arm * pendulum.pivot_x * sine * rate**2 - k * bend
@@ -83,7 +88,9 @@ def drive_error(
 
 
 @lru_cache(maxsize=64)  # the same for every method and step of a scene
-def platform_error(pendulum: ConePendulum, duration: float, armature: float) -> tuple[float, float]:
+def platform_error(
+    pendulum: ConePendulum, duration: float, armature: float
+) -> tuple[float, float]:
     """Largest error of theta [rad] and theta_dot [rad/s] within `duration` [s] that a platform's
     `armature` [kg m^2] brings, which nothing drives."""
     apart = drive_error(pendulum, np.linspace(0.0, duration, POINTS), armature, 0.0)
@@ -97,5 +104,6 @@ def bob_error(problem: Any, duration: float, moment_ratio: float) -> Mapping[str
     every parameter as it has."""
     doubts = problem.motion.uncertainty(np.linspace(0.0, duration, POINTS // 10))
     return {
-        name: moment_ratio / (2 * ROUNDOFF) * float(doubt.max()) for name, doubt in doubts.items()
+        name: moment_ratio / (2 * ROUNDOFF) * float(doubt.max())
+        for name, doubt in doubts.items()
     }

@@ -35,7 +35,8 @@ def largest_contact_step(ratio: float, spring: ContactSpring, scheme: Scheme) ->
     square of its frequency over one contact's being `ratio`. Infinite for a scheme that is not
     known here."""
     answer = ratio / (ratio + spring.regularisation)
-    damping, stiffness = answer * spring.damping, answer * spring.stiffness
+    damping = answer * spring.damping
+    stiffness = answer * spring.stiffness
     rotor = DrivenRotor(damping_rate=damping, stiffness=stiffness)
     if scheme.integrator == LINEARLY_IMPLICIT:
         scheme = Scheme(EULER, implicit_damping=1.0)

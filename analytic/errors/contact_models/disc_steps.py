@@ -25,7 +25,8 @@ ROUNDED = 20.0
 
 def turning(angles: Array) -> Array:
     """Axes of the precession, the tilt and the spin, in columns, shape (3, 3)."""
-    (a, c), (b, d) = (np.cos(angles[:2]), np.sin(angles[:2]))
+    (a, c) = np.cos(angles[:2])
+    (b, d) = np.sin(angles[:2])
     return np.array([[0.0, a, b * d], [0.0, b, -a * d], [1.0, 0.0, c]])
 
 
@@ -40,10 +41,15 @@ def rolling(disc: RollingDisc, angles: Array, depth: float = 0.0) -> Array:
 def stepped(disc: RollingDisc, step: float, marks: Array) -> Array:
     """Angles and rates after the numbers of steps `marks`, shape (6, n), of a unit mass; empty
     where the disc slips."""
-    start, square, spring = disc.motion.system.start, disc.radius**2, (RATE / step) ** 2
-    place = np.array([0, 0, disc.radius * np.sin(disc.tilt) - disc.gravity / spring, *start[:3]])
+    start = disc.motion.system.start
+    square = disc.radius**2
+    spring = (RATE / step) ** 2
+    place = np.array(
+        [0, 0, disc.radius * np.sin(disc.tilt) - disc.gravity / spring, *start[:3]]
+    )
     rates = np.array([*-rolling(disc, start[:3])[:, 3:] @ start[3:], *start[3:]])
-    states, mobility = [np.concatenate([place[3:], rates[3:]])], np.eye(6)
+    states = [np.concatenate([place[3:], rates[3:]])]
+    mobility = np.eye(6)
     for _ in range(int(marks[-1])):
         angles = place[3:]
         low = place[2] - disc.radius * np.sin(angles[1])
@@ -75,7 +81,8 @@ def disc_errors(disc: RollingDisc) -> StepErrors:
         states = stepped(disc, step, whole_steps(times, step))
         if not states.size:
             return {}
-        exact, doubt = disc.motion.observe(times), disc.motion.uncertainty(times)
+        exact = disc.motion.observe(times)
+        doubt = disc.motion.uncertainty(times)
         return SteppedErrors(
             apart(dict(zip(exact, states, strict=True)), exact),
             {name: ROUNDED * (x + ULP * abs(exact[name])) for name, x in doubt.items()},

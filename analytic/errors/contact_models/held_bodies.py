@@ -27,7 +27,8 @@ TIP = 0.2  # chosen: the radius of a fingertip over the cube's edge
 def corners(stack: Stack) -> list[Held]:
     """Loads on a corner of each cube's lower face, from the lowest to the top."""
     below = np.concatenate([[0.0], 1.0 / stack.masses[:-1]])
-    weights, parts = below + 1.0 / stack.masses, stack.masses / CORNERS
+    weights = below + 1.0 / stack.masses
+    parts = stack.masses / CORNERS
     loads = stack.normal_forces / CORNERS
     return [
         Held(float(load), 0.0, np.zeros(2), float(weight), float(part))
@@ -54,7 +55,8 @@ def stack_errors(stack: Stack) -> StepErrors:
 def fingertip(pinch: Pinch) -> Held:
     """The load on one of the fingers."""
     weight = 1.0 / pinch.mass + 1.0 / pinch.finger_mass
-    pull, part = pinch.pull / FINGERS, pinch.mass / FINGERS
+    pull = pinch.pull / FINGERS
+    part = pinch.mass / FINGERS
     return Held(pinch.normal_force, pinch.friction, pull, weight, part)
 
 
@@ -63,7 +65,8 @@ def pinch_errors(pinch: Pinch) -> StepErrors:
     a friction pyramid does not hold it or a contact is too deep."""
 
     def error(scheme: Scheme, step: float, times: Array) -> Predicted:
-        held, still = fingertip(pinch), pinch.observe(times)
+        held = fingertip(pinch)
+        still = pinch.observe(times)
         if scheme.contact is None:
             return still if scheme.integrator == EULER else {}
         drift = drifted(scheme, held, step, whole_steps(times, step))
@@ -87,9 +90,11 @@ def incline_errors(cube: Incline) -> StepErrors:
     contacts on a cube that slides, whose contacts chatter."""
 
     def error(scheme: Scheme, step: float, times: Array) -> Predicted:
-        exact, marks = cube.observe(times), whole_steps(times, step)
+        exact = cube.observe(times)
+        marks = whole_steps(times, step)
         if scheme.contact is None and scheme.integrator == EULER:
-            pulls, limit = [cube.pull] * int(marks[-1]), cube.friction * cube.press
+            pulls = [cube.pull] * int(marks[-1])
+            limit = cube.friction * cube.press
             reached = stepped(scheme, step, cube.speed, pulls, limit)[:, marks]
             rounded = ULP * (abs(cube.speed) + cube.gravity * times)
             return SteppedErrors(

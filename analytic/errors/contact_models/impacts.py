@@ -88,7 +88,9 @@ def held_impulses(ends: Array, weights: Array, friction: float, push: float) -> 
     """Impulses along the floor and off it [N s] of a point with velocities `ends` [m/s] and inverse
     masses `weights` [1/kg], shape (2, 2): `push`, with a friction that ends slip."""
     most = friction * push
-    return np.array([np.clip((-ends[0] - weights[0, 1] * push) / weights[0, 0], -most, most), push])
+    return np.array(
+        [np.clip((-ends[0] - weights[0, 1] * push) / weights[0, 0], -most, most), push]
+    )
 
 
 def hard_impulses(
@@ -102,13 +104,16 @@ def hard_impulses(
         for row in (1, 0):
             impulses[row] += (lacks[row] - weights[row] @ impulses) / weights[row, row]
             most = friction * impulses[1]
-            impulses[row] = np.clip(impulses[row], *((-most, most) if row == 0 else (0.0, np.inf)))
+            impulses[row] = np.clip(
+                impulses[row], *((-most, most) if row == 0 else (0.0, np.inf))
+            )
     return impulses
 
 
 def soft_heights(ball: BouncingBall, scheme: Scheme, step: float, marks: list[int]) -> Array:
     """Heights z [m] after the numbers of steps `marks`, with MuJoCo's contact."""
-    impact, gravity = soft_impact(ball.restitution, step), ball.gravity
+    impact = soft_impact(ball.restitution, step)
+    gravity = ball.gravity
     equations = Equations(lambda time, z, speed: (impact.acceleration(gravity, *z, *speed),), 1)
     take = advance(scheme, equations, step)
     return np.array([z for z, _ in states_after(take, (ball.height, 0.0), step, marks)])
@@ -117,7 +122,8 @@ def soft_heights(ball: BouncingBall, scheme: Scheme, step: float, marks: list[in
 def hard_heights(ball: BouncingBall, step: float, marks: list[int]) -> Array:
     """Heights z [m] after the numbers of steps `marks`, with pymunk's contact: where the moved ball
     is below the floor, the speed before gravity is turned round, and a penetration is closed."""
-    closed, slop = 1.0 - KEPT**step, SLOP * ball.height
+    closed = 1.0 - KEPT**step
+    slop = SLOP * ball.height
 
     def take(time: float, state: Parts) -> Parts:
         z, speed, push = state

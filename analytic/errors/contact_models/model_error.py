@@ -130,8 +130,10 @@ class SampledMotion:
         """The bound of every observable in steps of `step` [s]: C turns about the combined centre,
         where it goes depends on the heading, and friction stops a velocity within a step. `loads`
         are further bounds on the N_i [N]."""
-        capsule, arm = self.capsule, self.capsule.mass_ratio * self.place
-        reach, fastest = float(np.abs(arm).max()), float(np.abs(self.velocity).max())
+        capsule = self.capsule
+        arm = self.capsule.mass_ratio * self.place
+        reach = float(np.abs(arm).max())
+        fastest = float(np.abs(self.velocity).max())
         place = error.place + error.angle * (reach + self.way)
         speed = error.speed + error.rate * reach + error.angle * fastest
         aside = float(np.abs((arm * np.exp(-1j * self.line)).imag).max())
@@ -159,12 +161,14 @@ class SampledMotion:
 def sampled(problem: CapsuleProblem, duration: float) -> SampledMotion:
     """The motion, or the first of several equal ones, until `duration` [s], finely in each piece of
     the slider's."""
-    setup, motion = problem.setup, problem.motion
+    setup = problem.setup
+    motion = problem.motion
     end = duration if motion.count == 1 else min(duration, motion.period)
     times = _times(motion.path, end)
     observed = problem.reference.observe(times)
     place, speed, push = (part @ [1.0, 1j] for part in motion.path.kinematics(times))
-    rate, along = observed.get("heading_rate", 0.0 * times), np.exp(1j * setup.direction)
+    rate = observed.get("heading_rate", 0.0 * times)
+    along = np.exp(1j * setup.direction)
     if setup.in_plane:
         ground = observed["velocity_x"] + 1j * observed["velocity_y"]
         velocity = ground * np.exp(-1j * observed["heading"])

@@ -5,7 +5,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from plumbob.analytic.errors.contact_models.impacts import hard_impulses, held_impulses, soft_impact
+from plumbob.analytic.errors.contact_models.impacts import (
+    hard_impulses,
+    held_impulses,
+    soft_impact,
+)
 from plumbob.analytic.errors.smooth_motion.scheme_steps import whole_steps
 from plumbob.analytic.numerics.arithmetic import ULP
 from plumbob.analytic.reference import Array
@@ -14,15 +18,18 @@ from plumbob.analytic.systems.rod_impact import RodImpact
 from plumbob.analytic.theory import Predicted, StepErrors, SteppedErrors, apart
 
 TIP = 1e-12  # of the length: radius of an end in pymunk, where contacts begin
-ROUNDED = 1e3  # calibrated: units in the last place that an impact makes of one; a fifth is used
+# calibrated: units in the last place that an impact makes of one; a fifth is used
+ROUNDED = 1e3
 
 
 def stepped(rod: RodImpact, scheme: Scheme, step: float, marks: Array) -> Array:
     """x, z and the angle after the numbers of steps `marks`, shape (3, n)."""
-    half, first = rod.length / 2.0, scheme.position_first
+    half = rod.length / 2.0
+    first = scheme.position_first
     mobility = np.diag([1.0, 1.0, 3.0 / half**2]) / rod.mass
     place = np.array([0.0, rod.height + half * np.sin(rod.angle), rod.angle])
-    rates, places = np.array([rod.speed, 0.0, 0.0]), [place]
+    rates = np.array([rod.speed, 0.0, 0.0])
+    places = [place]
     for _ in range(int(marks[-1])):
         place = place + first * step * rates
         low = place[1] - half * np.sin(place[2])
@@ -55,6 +62,8 @@ def rod_errors(rod: RodImpact) -> StepErrors:
         exact = rod.observe(times)
         places = stepped(rod, scheme, step, whole_steps(times, step))
         errors = apart(dict(zip(exact, places, strict=True)), exact)
-        return SteppedErrors(errors, {n: ROUNDED * ULP * (1 + abs(x)) for n, x in exact.items()})
+        return SteppedErrors(
+            errors, {n: ROUNDED * ULP * (1 + abs(x)) for n, x in exact.items()}
+        )
 
     return StepErrors(error)

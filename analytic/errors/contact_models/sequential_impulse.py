@@ -24,7 +24,8 @@ from plumbob.analytic.systems.capsule import Capsule
 
 TARGET = 1e-5  # residual fraction of a velocity at the end of a step: a choice
 MOST_ITERATIONS = 5000  # in a step, which take half a millisecond: a choice
-LASTING = 1.0 - 1e-9  # factor of a velocity that an iteration leaves unchanged, but for rounding
+# factor of a velocity that an iteration leaves unchanged, but for rounding
+LASTING = 1.0 - 1e-9
 ROUNDINGS = 8  # from positions to a velocity: calibrated, see THEORY.md, section 10
 
 
@@ -66,7 +67,8 @@ def convergence_factor(masses: Sequence[float], joints: Sequence[Array]) -> floa
 
 def _iteration(masses: Sequence[float], joints: Sequence[Array]) -> Array:
     """The map of the velocities in one iteration, shape (n, n)."""
-    inverse, product = np.diag(1.0 / np.asarray(masses)), np.eye(len(masses))
+    inverse = np.diag(1.0 / np.asarray(masses))
+    product = np.eye(len(masses))
     for joint in joints:
         pull = inverse @ joint.T
         product = product - pull @ np.linalg.solve(joint @ pull, joint @ product)
@@ -88,7 +90,8 @@ def feet_factor(capsule: Capsule, foot_mass: float, slider: Array) -> float:
     Momentum goes from the slider to the ground through the feet, and in one iteration no more of it
     than they can carry: light feet stop a heavy slider late.
     """
-    corners, count = np.asarray(capsule.supports), 11
+    corners = np.asarray(capsule.supports)
+    count = 11
     core_mass = capsule.body_mass - 3 * foot_mass
     core_centre = -foot_mass * corners.sum(axis=0) / core_mass
     moment = float(
@@ -109,7 +112,9 @@ def slipping_feet_factor(capsule: Capsule, foot_mass: float, sticking: int) -> f
     unit = np.eye(5)
     masses = [capsule.body_mass - 3 * foot_mass, capsule.slider_mass, *[foot_mass] * 3]
     pins = [unit[:1] - unit[i : i + 1] for i in range(1, 5)]
-    return convergence_factor(masses, [*pins, *(unit[i : i + 1] for i in range(2, 2 + sticking))])
+    return convergence_factor(
+        masses, [*pins, *(unit[i : i + 1] for i in range(2, 2 + sticking))]
+    )
 
 
 def pivots_factor(capsule: Capsule, slider: Array) -> float:

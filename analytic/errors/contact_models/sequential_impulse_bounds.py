@@ -35,7 +35,10 @@ from plumbob.analytic.errors.contact_models.model_error import (
     sampled,
     support_arm,
 )
-from plumbob.analytic.errors.contact_models.sequential_impulse import ROUNDINGS, SequentialImpulse
+from plumbob.analytic.errors.contact_models.sequential_impulse import (
+    ROUNDINGS,
+    SequentialImpulse,
+)
 from plumbob.analytic.numerics.arithmetic import ROUNDOFF
 from plumbob.analytic.systems.capsule import NORMAL_FORCES, steepest_load
 from plumbob.analytic.systems.capsule_setup import CapsuleProblem
@@ -61,10 +64,13 @@ class Demand:
     sliding: float = 0.0
 
 
-def model_error(problem: CapsuleProblem, duration: float, solver: SequentialImpulse) -> ModelError:
+def model_error(
+    problem: CapsuleProblem, duration: float, solver: SequentialImpulse
+) -> ModelError:
     """{observable: {reason: bound}} over `duration` [s] of all mechanisms of the solver's model;
     empty for bare pivots in the plane, whose friction is not Coulomb's."""
-    kind, motion = problem.motion.kind, sampled(problem, duration)
+    kind = problem.motion.kind
+    motion = sampled(problem, duration)
     if solver.model == "pivots" and kind == "plane":
         return {}
     bounds = {"rounding of positions": _rounding(motion, duration, solver)}
@@ -81,7 +87,8 @@ def model_error(problem: CapsuleProblem, duration: float, solver: SequentialImpu
 def demand(problem: CapsuleProblem, motion: SampledMotion) -> Demand:
     """The motion's demand on the solver."""
     capsule = motion.capsule
-    limit, pushes = _limit(problem), capsule.mass_ratio * np.abs(motion.push)
+    limit = _limit(problem)
+    pushes = capsule.mass_ratio * np.abs(motion.push)
     if not motion.formula:
         single = problem.motion.single
         times = np.clip(single.path.breakpoints, 0.0, None)
@@ -114,7 +121,9 @@ def _sliding(single: Any, switches: Any) -> float:
     plan's some ninety pushes at most one or two do. Such a step demands a push of at most the
     friction, or no foot would stick, and for friction too: the slide counts twice.
     """
-    sliding, longest, resting = 0.0, 0.0, single.rest_time
+    sliding = 0.0
+    longest = 0.0
+    resting = single.rest_time
     modes_before = (None, *(event.mode for event in single.events[:-1]))
     for event, before in zip(reversed(single.events), reversed(modes_before), strict=True):
         if event.mode == "rest":
@@ -132,19 +141,23 @@ def _iterations(
     """A velocity left at each change decays under the friction to spare, or lasts to the end. A
     switch inside a step changes the velocity in that step by a part, in the next by the rest: of
     the slider's push, too, something is left for two steps."""
-    need, limit, step = demand(problem, motion), _limit(problem), solver.step
+    need = demand(problem, motion)
+    limit = _limit(problem)
+    step = solver.step
     residual = solver.residual
     if solver.model != "side":
         stalls = STALLED if need.spare < USED_UP else 0.0
         residual = max(solver.one_foot_residual, stalls)
-    stopped, spare = residual * need.jump * step, need.spare * limit
+    stopped = residual * need.jump * step
+    spare = need.spare * limit
     left = stopped + solver.residual * need.push * step
     lasting = min(stopped / spare, duration) if spare else duration * bool(stopped)
     lasting += (2.0 if need.push else 1.0) * step
     way = need.changes * left * lasting + stopped * need.sliding
     # Iterations reduce the kinetic energy: a residual rate is a residual speed over the radius of
     # gyration, or over the supports' arm if that is shorter.
-    capsule, speed = motion.capsule, 2.0 * left
+    capsule = motion.capsule
+    speed = 2.0 * left
     radius = min(support_arm(capsule), radius_of_gyration(capsule))
     error = BodyError(
         way, speed, way / radius, speed / radius, speed * step, left, 2.0 * left / step
@@ -158,11 +171,13 @@ def _iterations(
 
 def _rounding(motion: SampledMotion, duration: float, solver: SequentialImpulse) -> Bounds:
     """See the module's text."""
-    arm, step = support_arm(motion.capsule), solver.step
+    arm = support_arm(motion.capsule)
+    step = solver.step
     gone = motion.way + float(np.abs(motion.place - motion.place[0]).max())
     size = float(np.abs(motion.place[0])) + arm + gone
     bit = ROUNDINGS * ROUNDOFF * size
-    way, speed = bit * math.sqrt(duration / step), bit / step
+    way = bit * math.sqrt(duration / step)
+    speed = bit / step
     loads = motion.mass * (1.0 + size / _base(solver)) * speed / step
     error = BodyError(way, speed, way / arm, speed / arm, way, speed, 2.0 * speed / step)
     return {**motion.bounds(error, step), **dict.fromkeys(NORMAL_FORCES, loads)}
@@ -178,7 +193,8 @@ def _contact_depth(
 ) -> Bounds:
     """Friction acts below C by the overlap: its moment moves load from one foot to the other, and
     the centre of pressure that the supports carry."""
-    capsule, moment = motion.capsule, _limit(problem) * motion.mass * solver.depth
+    capsule = motion.capsule
+    moment = _limit(problem) * motion.mass * solver.depth
     moved = moment * steepest_load(capsule) / (capsule.slider_mass * capsule.gravity)
     return dict.fromkeys(NORMAL_FORCES, moment / _base(solver) + moved)
 
@@ -188,5 +204,6 @@ def _straight_feet(motion: SampledMotion, solver: SequentialImpulse, coasting: b
     rates = np.abs(motion.rate)
     relative = float(rates.max() * solver.step) ** 2
     angle = relative * motion.count * float(np.trapezoid(rates, motion.times))
-    rate, arm = relative * float(rates.max()), support_arm(motion.capsule) * coasting
+    rate = relative * float(rates.max())
+    arm = support_arm(motion.capsule) * coasting
     return motion.bounds(BodyError(angle * arm, rate * arm, angle, rate), solver.step)

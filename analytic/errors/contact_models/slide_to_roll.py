@@ -25,10 +25,12 @@ def rolling_errors(ball: RollingBall) -> StepErrors:
         if scheme.integrator != EULER or ball.rolling_friction:
             return {}
         marks = whole_steps(times, step)
-        slip, steps = ball.speed - ball.radius * ball.spin, np.arange(marks[-1] + 1)
+        slip = ball.speed - ball.radius * ball.spin
+        steps = np.arange(marks[-1] + 1)
         lost = np.minimum(3.5 * ball.friction * ball.gravity * step * steps, abs(slip))
         lost *= np.sign(slip)
-        speed, spin = ball.speed - lost * 2.0 / 7.0, ball.spin + lost * 5.0 / 7.0 / ball.radius
+        speed = ball.speed - lost * 2.0 / 7.0
+        spin = ball.spin + lost * 5.0 / 7.0 / ball.radius
         moved = speed[:-1] if scheme.position_first else speed[1:]
         x = np.concatenate([[0.0], np.cumsum(step * moved)])
         reached = {"x": x[marks], "speed": speed[marks], "spin": spin[marks]}

@@ -77,9 +77,11 @@ class QuasiStatic:
 
 def model_error(problem: CapsuleProblem, duration: float, contact: SoftContact) -> ModelError:
     """{observable: {reason: bound}} of a motion of the capsule over `duration` [s]."""
-    motion, step = sampled(problem, duration), contact.step
+    motion = sampled(problem, duration)
+    step = contact.step
     resting = _resting(problem, motion, duration, contact)
-    left = math.sqrt(2.0 * contact.solver_tolerance)  # an acceleration [m/s^2], in any direction
+    # an acceleration [m/s^2], in any direction
+    left = math.sqrt(2.0 * contact.solver_tolerance)
     unsolved = _grown(motion, resting, np.full((2, 1), left * math.sqrt(motion.mass)))
     speed = unsolved.speed + left * step  # while it sticks, until the next step
     way = unsolved.place + left * step * duration
@@ -133,7 +135,8 @@ def _armature(motion: SampledMotion, contact: SoftContact) -> BodyError:
     it; the body's by the reaction to that, and in the plane by no more than that."""
     if not motion.speed.any():
         return BodyError()
-    capsule, rounded = motion.capsule, DRIVE_ROUNDINGS * ROUNDOFF
+    capsule = motion.capsule
+    rounded = DRIVE_ROUNDINGS * ROUNDOFF
     part = capsule.slider_mass / contact.armature
     speeds = np.abs(motion.speed) + np.abs(motion.velocity) + np.abs(motion.rate * motion.place)
     fastest = float(speeds.max())
@@ -170,13 +173,18 @@ def _raised(
 ) -> tuple[BodyError, Array]:
     """Of a centre of mass above the contacts, which the source leaves out: friction on a line has a
     moment about it that shifts load along the line, and it moves as the body tilts."""
-    capsule, bent = motion.capsule, _quasi_static(motion, normal.compliance)
-    depth, (_, tilting) = -float(bent.depths.min()), _fractions(motion.capsule)
-    force, along = capsule.friction * capsule.weight, np.exp(1j * motion.line)
-    shifted = 2.0 * force * (tilting.conjugate() * along).real  # by 1 m: friction sets in at once
+    capsule = motion.capsule
+    bent = _quasi_static(motion, normal.compliance)
+    depth = -float(bent.depths.min())
+    (_, tilting) = _fractions(motion.capsule)
+    force = capsule.friction * capsule.weight
+    along = np.exp(1j * motion.line)
+    # by 1 m: friction sets in at once
+    shifted = 2.0 * force * (tilting.conjugate() * along).real
     tilt = abs((depth + normal.height) * normal.compliance * (tilting * shifted).sum())
     tilt += float(np.abs(bent.gradient - bent.gradient[0]).max())
-    way, speeds = (depth + normal.height) * tilt, np.abs(motion.velocity)
+    way = (depth + normal.height) * tilt
+    speeds = np.abs(motion.velocity)
     # Supports far below C slip aside while the body tips, and friction follows the slip.
     lasting = float(motion.times[speeds.argmax()] * np.trapezoid(speeds > 0.0, motion.times))
     aside = normal.height * tilt * contact.contact_rate * lasting / (speeds.max() or math.inf)
@@ -187,7 +195,8 @@ def _raised(
 
 def missing_loads(motion: SampledMotion, normal: NormalContact) -> Array:
     """dN_i [N], shape (3, n), of contacts under a body that tilts (module docstring)."""
-    capsule, bent = motion.capsule, _quasi_static(motion, normal.compliance)
+    capsule = motion.capsule
+    bent = _quasi_static(motion, normal.compliance)
     lifted, over = _slider_height(motion, bent)
     friction = motion.loads * motion.traction
     dragged = friction.sum(axis=0)
@@ -210,12 +219,11 @@ def _fractions(capsule: Capsule) -> tuple[Array, Complex]:
 def _quasi_static(motion: SampledMotion, compliance: float) -> QuasiStatic:
     """Deflections of contacts of a `compliance` [m/N] under the loads of statics."""
     here, ahead, aside = -compliance * normal_forces(motion.capsule, CORNERS)
-    slopes, (central, tilting) = (
-        np.array([ahead - here, aside - here]).T,
-        _fractions(motion.capsule),
-    )
+    slopes = np.array([ahead - here, aside - here]).T
+    (central, tilting) = _fractions(motion.capsule)
     place, speed, push = (
-        np.array([vector.real, vector.imag]) for vector in (motion.place, motion.speed, motion.push)
+        np.array([vector.real, vector.imag])
+        for vector in (motion.place, motion.speed, motion.push)
     )
     depths = here[:, None] + slopes @ place
     return QuasiStatic(
@@ -230,7 +238,9 @@ def _quasi_static(motion: SampledMotion, compliance: float) -> QuasiStatic:
 
 def _slider_height(motion: SampledMotion, bent: QuasiStatic) -> tuple[Array, Array]:
     """q'' [m/s^2] of the slider, and its height over C, q - z = g.r [m], each of shape (n,)."""
-    r, v, w = motion.place, motion.speed, motion.push
+    r = motion.place
+    v = motion.speed
+    w = motion.push
     curved = bent.gradient_second.conjugate() * r + 2.0 * bent.gradient_rate.conjugate() * v
     lifted = bent.height_second + (curved + bent.gradient.conjugate() * w).real
     return lifted, (bent.gradient.conjugate() * r).real
@@ -239,7 +249,10 @@ def _slider_height(motion: SampledMotion, bent: QuasiStatic) -> tuple[Array, Arr
 def _horizontal(motion: SampledMotion, friction: Complex) -> tuple[Array, Complex]:
     """Angular acceleration of the body [rad/s^2] and the horizontal force on the slider [N] under
     the `friction` F_i [N], shape (3, n): m b in the module docstring."""
-    r, rate, capsule, mu = motion.place, motion.rate, motion.capsule, motion.capsule.mass_ratio
+    r = motion.place
+    rate = motion.rate
+    capsule = motion.capsule
+    mu = motion.capsule.mass_ratio
     torque = (motion.arms.conjugate() * friction).imag.sum(axis=0)
     carried = motion.push + 2j * rate * motion.speed - rate**2 * r
     spun = (torque - mu * capsule.body_mass * (r.conjugate() * carried).imag) / motion.inertia
@@ -251,7 +264,9 @@ def _gyration(
 ) -> Complex:
     """Gyroscopic moment P [N m] of a body that tilts while it turns, its inertias being `across`
     the vertical and `upright` [kg m^2] (module docstring)."""
-    g, g1, g2 = bent.gradient, bent.gradient_rate, bent.gradient_second
+    g = bent.gradient
+    g1 = bent.gradient_rate
+    g2 = bent.gradient_second
     tilted = across * (g2 + 2j * rate * g1 + (1j * spun - rate**2) * g)
     return tilted + upright * (rate**2 * g - 1j * spun * g - 1j * rate * g1)
 
@@ -275,8 +290,10 @@ def _coupling(
 ) -> tuple[BodyError, Array]:
     """A normal force that a slip acceleration a [m/s^2] changes by kappa f a [N], until the
     contacts' deflection has taken it up; and its error from the rounding of their depth."""
-    capsule, reach = motion.capsule, float(np.abs(motion.supports).max())
-    altered, sizes = normal.coupling * capsule.friction, np.abs(motion.slips)
+    capsule = motion.capsule
+    reach = float(np.abs(motion.supports).max())
+    altered = normal.coupling * capsule.friction
+    sizes = np.abs(motion.slips)
     quick = altered * float(np.abs(np.gradient(sizes, motion.times, axis=1)).max())
     sudden, growing = (altered * float(x.max()) / contact.step for x in (sizes[:, 0], sizes))
     factor = soft_contact.QUASI_STATIC_FACTOR * capsule.friction * normal.compliance

@@ -28,13 +28,15 @@ GROWTH = (1 / 24, 1 / 6, 1 / 2, 1.0, 1.0)  # of RK4 in a step, as a polynomial
 
 def impedance(point: SoftPoint, depth: float) -> float:
     """d at a `depth` [m]: two parabolas between its two values."""
-    part, (least, most) = min(depth / point.width, 1.0), point.impedance
+    part = min(depth / point.width, 1.0)
+    (least, most) = point.impedance
     return least + (most - least) * (2 * part**2 if part < 0.5 else 1 - 2 * (1 - part) ** 2)
 
 
 def rates(point: SoftPoint, step: float) -> tuple[float, float]:
     """Stiffness k [1/s^2] and damping b [1/s] of a contact in steps of `step` [s]."""
-    most, time = point.impedance[1], max(point.time_constant, 2.0 * step)
+    most = point.impedance[1]
+    time = max(point.time_constant, 2.0 * step)
     return 1.0 / (most * time * point.damping_ratio) ** 2, 2.0 / (most * time)
 
 
@@ -47,7 +49,9 @@ def depth_under(point: SoftPoint, push: float, step: float) -> float:
         return stiffness * d**2 * depth - (1.0 - d) * push
 
     least = point.impedance[0]
-    return float(brentq(excess, 0.0, push / (stiffness * least**2), xtol=1e-18)) if push else 0.0
+    return (
+        float(brentq(excess, 0.0, push / (stiffness * least**2), xtol=1e-18)) if push else 0.0
+    )
 
 
 @dataclass(frozen=True)
@@ -90,9 +94,12 @@ class Held:
         """The speed along each tangent in the end [m/s], and the rate [1/s] at which what it lacks
         of that falls off, shape (2,) each: with a force beta + alpha (b v + a), mass a = pull -
         force."""
-        d, damping = impedance(point, self.depth(point, step)), rates(point, step)[1]
-        soft, mu = (1.0 - d) / d * self.weight, self.friction
-        firm, base = np.full(2, point.ratio / soft), np.zeros(2)
+        d = impedance(point, self.depth(point, step))
+        damping = rates(point, step)[1]
+        soft = (1.0 - d) / d * self.weight
+        mu = self.friction
+        firm = np.full(2, point.ratio / soft)
+        base = np.zeros(2)
         if self.edged(point):
             edge = self.edge(point) * soft
             gone = np.abs(self.pull) > mu * self.load / 2.0
@@ -104,7 +111,8 @@ class Held:
         """Part of the softness that is not there yet when the drift begins: where an edge has let
         go, the depth and its impedance change as the slip grows; and an edge that has not yet let
         go holds more of the body's acceleration."""
-        along, half = np.abs(self.pull).max(), self.friction * self.load / 2.0
+        along = np.abs(self.pull).max()
+        half = self.friction * self.load / 2.0
         if not self.edged(point) or along <= half:
             return 0.0
         lag = rates(point, step)[1] / float(self.drift(point, step)[1].min()) - 1.0
@@ -120,7 +128,8 @@ def drifted(scheme: Scheme, held: Held, step: float, counts: Array) -> Array:
     if point is None or scheme.integrator not in STEPPED or not held.holds(point):
         return np.empty((0, len(counts)))
     speeds, falls = held.drift(point, step)
-    speeds, fall = speeds[:, None], -step * falls
+    speeds = speeds[:, None]
+    fall = -step * falls
     euler = scheme.integrator == EULER
     growth = 1.0 + fall if euler else np.polyval(GROWTH, fall)
     gained = growth if euler else (growth - 1.0) / fall

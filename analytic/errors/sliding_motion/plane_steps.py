@@ -77,14 +77,16 @@ class Body:
         """Rates of change of z', omega and v, with friction against the slip at these rates a time
         `lead` [s] later."""
         (_, psi, r), (speed, omega, v) = q, rates
-        turn, arm = exp(1j * psi), self.mass_ratio * r
+        turn = exp(1j * psi)
+        arm = self.mass_ratio * r
         carried = w + 2j * omega * v - omega * omega * r
         pushed = -self.mass_ratio * carried
         spun = -self.reduced_mass * (r.conjugate() * carried).imag / self.inertia_with(r)
         begun = speed / turn + 1j * omega * arm
         free = (begun + lead * pushed, omega + lead * spun)
         slip = self.after_friction(r, lead, free, near)
-        pushed, spun = (slip[0] - begun) / lead, (slip[1] - omega) / lead
+        pushed = (slip[0] - begun) / lead
+        spun = (slip[1] - omega) / lead
         return ((pushed - 1j * spun * arm) * turn, spun, w), slip
 
     def inertia_with(self, r: complex) -> float:
@@ -111,10 +113,12 @@ def trajectory(
 ) -> Array:
     """COLUMNS at the start and after each of `steps` steps of `step` [s], shape (steps + 1, 6), in
     the ground's axes; `integrator` is EULER or RK4."""
-    body, lead = Body.of(capsule), FRICTION_LEADS[integrator] * step
+    body = Body.of(capsule)
+    lead = FRICTION_LEADS[integrator] * step
     places, speeds, _ = path.kinematics(np.arange(steps + 1, dtype=np.float64) * step)
     pushes = (np.diff(speeds @ [1.0, 1j]) / step).tolist()
-    speed, omega = complex(*start.velocity), start.angular_velocity
+    speed = complex(*start.velocity)
+    omega = start.angular_velocity
     near: Slip = (speed, omega)
 
     def acceleration(time: float, q: Parts, rates: Parts) -> Parts:

@@ -53,7 +53,9 @@ def position_first_trajectory(
     the ground's axes. A joint that is closed in every step is open at the start by what a step
     before it opened."""
     inside, moving, targets = _targets(path, step, steps)
-    body, speed, omega = Body.of(capsule), complex(*start.velocity), start.angular_velocity
+    body = Body.of(capsule)
+    speed = complex(*start.velocity)
+    omega = start.angular_velocity
     behind = opened(step * omega)
     sliding = speed + (1j * omega + behind / step) * inside + moving
     states: list[Parts] = [(0j, 0.0, inside * (1.0 - behind), speed, omega, sliding)]
@@ -70,8 +72,11 @@ def _advanced(
     """State (of the slider its place and velocity in the ground's axes), and slip in the body's,
     after a step that is to bring the slider to `target` in the body [m]."""
     z, psi, slider, speed, omega, sliding = state
-    z, slider, psi = z + step * speed, slider + step * sliding, psi + step * omega
-    turned, behind = cmath.exp(1j * psi), opened(step * omega) / step
+    z = z + step * speed
+    slider = slider + step * sliding
+    psi = psi + step * omega
+    turned = cmath.exp(1j * psi)
+    behind = opened(step * omega) / step
     arm = slider - z
     inside = arm / turned
     closing = turned * (target - inside) / step
@@ -84,7 +89,9 @@ def _advanced(
     return (z, psi, slider, speed, omega, speed + 1j * omega * arm + closing), slip
 
 
-def _targets(path: SliderPath, step: float, steps: int) -> tuple[complex, complex, list[complex]]:
+def _targets(
+    path: SliderPath, step: float, steps: int
+) -> tuple[complex, complex, list[complex]]:
     """Place [m] and velocity [m/s] of the slider in the body at the start, and its place there that
     each step's velocity is to lead to; a velocity acts in the step that follows."""
     places, speeds, _ = path.kinematics(step * np.arange(steps + 2, dtype=np.float64))

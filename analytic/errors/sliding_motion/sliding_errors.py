@@ -15,7 +15,12 @@ from plumbob.analytic.errors.sliding_motion.position_first import position_first
 from plumbob.analytic.errors.smooth_motion.scheme_steps import whole_steps
 from plumbob.analytic.reference import KEPT, Array, Reference, Signals
 from plumbob.analytic.schemes import RK4, Scheme
-from plumbob.analytic.systems.capsule import NORMAL_FORCES, by_support, load_slopes, normal_forces
+from plumbob.analytic.systems.capsule import (
+    NORMAL_FORCES,
+    by_support,
+    load_slopes,
+    normal_forces,
+)
 from plumbob.analytic.systems.capsule_setup import CapsuleProblem
 from plumbob.analytic.systems.manoeuvres.driving_force import driving_force
 from plumbob.analytic.systems.manoeuvres.line_manoeuvre import LineManoeuvre
@@ -30,7 +35,8 @@ MOST_PLANE_STEPS = 200_000  # each takes some tens of microseconds
 
 def capsule_errors(problem: CapsuleProblem) -> StepErrors:
     """Theory of the errors of fixed steps on a motion of the capsule."""
-    motion, reference = problem.motion, problem.reference
+    motion = problem.motion
+    reference = problem.reference
     if isinstance(reference, PlaneReference):
         return StepErrors(partial(plane_errors, reference))
     if motion.kind == "coasting":
@@ -40,7 +46,9 @@ def capsule_errors(problem: CapsuleProblem) -> StepErrors:
             lambda scheme, step, times: (
                 {}
                 if scheme.position_lead is None
-                else {name: np.zeros_like(value) for name, value in motion.observe(times).items()}
+                else {
+                    name: np.zeros_like(value) for name, value in motion.observe(times).items()
+                }
             )
         )
     return StepErrors(partial(line_errors, motion, reference))
@@ -53,7 +61,9 @@ def stepped(
     what begins at `rate` [m/s or rad/s] under `pushes`, shape (n,), and friction up to `limit`,
     accelerations both: friction aims at rest within a step, by semi-implicit Euler or RK4 in each
     stage. The friction is that of the first stage of the step that follows, of the last one NaN."""
-    way, rows, push = 0.0, list[tuple[float, float, float]](), 0.0
+    way = 0.0
+    rows = list[tuple[float, float, float]]()
+    push = 0.0
 
     def slopes(_: float, state: Sequence[float]) -> tuple[float, float]:
         return state[1], push + min(max(-state[1] / step - push, -limit), limit)
@@ -64,7 +74,8 @@ def stepped(
         if scheme.integrator == RK4:
             way, rate = CLASSICAL.advanced(slopes, (way, rate), step)
         else:
-            before, rate = rate, rate + step * gained
+            before = rate
+            rate = rate + step * gained
             way += step * (before if scheme.position_first else rate)
     return np.array([*rows, (way, rate, math.nan)]).T
 
@@ -98,7 +109,8 @@ def line_errors(
         return {}
     kind = Scheme(scheme.integrator, position_first=scheme.position_first)
     way, rate, friction = _body(motion, kind, step, int(marks[-1]))[:, marks]
-    capsule, exact = motion.single.capsule, reference.observe(times)
+    capsule = motion.single.capsule
+    exact = reference.observe(times)
     at_steps = motion.relative_velocity(step * np.arange(marks[-1] + 2.0))
     slid = ways(at_steps, lead, step)[marks]
     friction = (capsule.body_mass + capsule.slider_mass) * friction
@@ -113,19 +125,23 @@ def line_errors(
     }
 
 
-def coasting_errors(motion: ResidualMotion, scheme: Scheme, step: float, times: Array) -> Signals:
+def coasting_errors(
+    motion: ResidualMotion, scheme: Scheme, step: float, times: Array
+) -> Signals:
     """Error of semi-implicit Euler and of RK4 with `step` [s] at grid `times` [s], shape (n,), with
     friction that stops the body within a step; the coordinates of C only where its path is no
     circle. Empty for other schemes."""
     if scheme.position_lead is None:
         return {}
-    still, loads = np.zeros(len(times)), by_support(np.zeros((len(times), 3)))
+    still = np.zeros(len(times))
+    loads = by_support(np.zeros((len(times), 3)))
     marks = whole_steps(times, step)
     nothing = [0.0] * int(marks[-1])
     way, rate, _ = stepped(scheme, step, motion.rate, nothing, motion.deceleration)[:, marks]
     way, rate = np.stack([way, rate]) - motion.course(times)
     if motion.centre is None:
-        cos, sin = math.cos(motion.direction), math.sin(motion.direction)
+        cos = math.cos(motion.direction)
+        sin = math.sin(motion.direction)
         errors = {
             "x": way * cos,
             "y": way * sin,
@@ -138,12 +154,15 @@ def coasting_errors(motion: ResidualMotion, scheme: Scheme, step: float, times: 
     return {**(central if motion.centre == (0.0, 0.0) else {}), **turned, **loads}
 
 
-def plane_errors(reference: PlaneReference, scheme: Scheme, step: float, times: Array) -> Signals:
+def plane_errors(
+    reference: PlaneReference, scheme: Scheme, step: float, times: Array
+) -> Signals:
     """Error that steps of `step` [s] make of the motion at grid `times` [s], shape (n,), by
     observable of `PlaneReference`, found by taking them (`errors.plane_steps`,
     `errors.position_first`); empty for other schemes, or more than MOST_PLANE_STEPS steps."""
     marks = whole_steps(times, step)
-    steps, motion = int(marks.max()), reference.motion
+    steps = int(marks.max())
+    motion = reference.motion
     if steps > MOST_PLANE_STEPS or scheme.position_lead is None:
         return {}
     driven = (motion.capsule, motion.path, reference.begun)
@@ -154,7 +173,9 @@ def plane_errors(reference: PlaneReference, scheme: Scheme, step: float, times: 
     stepped = dict(zip(COLUMNS, rows.T, strict=True))
     stepped["body_angle"] = stepped["heading"]
     if not scheme.position_first:
-        places, speeds, _ = motion.path.kinematics(np.arange(steps + 1, dtype=np.float64) * step)
+        places, speeds, _ = motion.path.kinematics(
+            np.arange(steps + 1, dtype=np.float64) * step
+        )
         places = places[0] + ways(speeds, scheme.position_lead, step)[marks]
         stepped |= by_support(normal_forces(motion.capsule, places))
     return apart(stepped, reference.observe(times))
@@ -172,7 +193,8 @@ def step_error(line: LineManoeuvre, step: float | Array) -> Array:
     on the grid -p (1 - p)(mu w2 + f g) dt^2/2, p the fraction in t_star/dt, a sawtooth in dt; off
     it with the trapezoid error at t1, too."""
     steps = np.asarray(step, dtype=np.float64)
-    a1, a2 = line.closed.backward, line.closed.braking
+    a1 = line.closed.backward
+    a2 = line.closed.braking
 
     def trapezoid(jump: float, time: float) -> Array:
         part = time / steps - np.floor(time / steps)

@@ -75,7 +75,8 @@ class ErrorSeries:
 @lru_cache(maxsize=32)  # the same for all step sizes
 def _expansion(series: ErrorSeries, scheme: Scheme, until: float) -> Response:
     """The coefficients of a scheme's error until a time [s] as the columns of one response."""
-    known, motion = series.stepped(scheme), series.motion
+    known = series.stepped(scheme)
+    motion = series.motion
     assert known is not None
     step, orders = known
     times, states, flow = motion.linearised(motion.grid(until))
@@ -86,7 +87,9 @@ def _expansion(series: ErrorSeries, scheme: Scheme, until: float) -> Response:
     for order in orders:
         after = step(times, variable(order + 1), state)
         left = np.stack(_left(after, exact, order + 1, times), axis=-1)
-        source = left.reshape(*flow.matrix.shape[:3], 1) - sum(_derivatives(responses, order + 1))
+        source = left.reshape(*flow.matrix.shape[:3], 1) - sum(
+            _derivatives(responses, order + 1)
+        )
         response = flow.respond(np.zeros((len(states), 1)), source)
         responses[order] = _above(response, least * motion.pace**order)
         _include(state, order, responses[order])

@@ -47,7 +47,8 @@ ORDERS: Mapping[str, range] = MappingProxyType(
 def stepped(body: FreeBody, scheme: Scheme, step: Any) -> Advance:
     """The step of a scheme with ORDERS, of a time and the state, w and then q; but for TABLEAUX a
     state may be w alone."""
-    of, integrator = factors(body), scheme.integrator
+    of = factors(body)
+    integrator = scheme.integrator
 
     def forces(time: Any, q: Parts, w: Parts) -> Parts:
         if integrator == LINEARLY_IMPLICIT:
@@ -82,7 +83,8 @@ def _implicit_slopes(of: Parts, w: Parts, step: Any) -> Parts:
     """k of (1 - h J) k = f(w), f Euler's equations and J their derivative."""
     rows: list[list[Any]] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]
     for i, factor in enumerate(of):
-        rows[i][i - 2], rows[i][i - 1] = -step * factor * w[i - 1], -step * factor * w[i - 2]
+        rows[i][i - 2] = -step * factor * w[i - 1]
+        rows[i][i - 1] = -step * factor * w[i - 2]
     return solved(rows, acceleration(of, w))
 
 
@@ -108,5 +110,6 @@ def free_body_errors(body: FreeBody) -> ErrorSeries:
         orders = ORDERS[scheme.integrator]
         return lambda time, step, state: stepped(body, scheme, step)(time, state), orders
 
-    of, names = factors(body), (*RATES, *ATTITUDE)
+    of = factors(body)
+    names = (*RATES, *ATTITUDE)
     return ErrorSeries(free_rotation(body), names, lambda time, state: slope(of, state), known)

@@ -35,7 +35,8 @@ from plumbob.analytic.systems.simple_pendulum import SimplePendulum
 from plumbob.analytic.theory import Coefficients, SteppedErrors, apart
 
 SAMPLES = 65  # of a period, for the size of the errors there
-NEGLIGIBLE = 1e-10  # of an energy error's size in a period: what collocation and round-off leave
+# of an energy error's size in a period: what collocation and round-off leave
+NEGLIGIBLE = 1e-10
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,7 +110,8 @@ class RotorErrors:
         marks = steps_until(times, step) if scheme.integrator in STEPPED else None
         if marks is None:
             return SteppedErrors({})
-        exact, start = self.exact.observe(times), (self.theta, self.theta_dot)
+        exact = self.exact.observe(times)
+        start = (self.theta, self.theta_dot)
         sizes = tuple(float(np.abs(exact[name]).max()) for name in ANGLE)
         scheme = simplest(scheme, self.rotor)
         states = orbit(self.rotor, start, scheme, step, marks.tobytes(), sizes)
@@ -139,7 +141,8 @@ class RotorErrors:
         without a series. Raises ParameterError."""
         if not self.rotor.conservative:
             raise ParameterError("rotor", self.rotor, "without damping and forcing")
-        times, theta_dot = np.linspace(0.0, period, SAMPLES), self.theta_dot
+        times = np.linspace(0.0, period, SAMPLES)
+        theta_dot = self.theta_dot
         pull = self.rotor.acceleration(0.0, self.theta, theta_dot)
         fastest = np.abs(self.exact.observe(times)["theta_dot"]).max()
         rates = {}
@@ -147,7 +150,9 @@ class RotorErrors:
             gained = float(theta_dot * error["theta_dot"][-1] - pull * error["theta"][-1])
             size = np.abs(error["theta_dot"]).max() + fastest * (math.tau / period) ** power
             if power < 2 * (scheme.order or 0):
-                rates[power] = gained / period if abs(gained) > NEGLIGIBLE * fastest * size else 0.0
+                rates[power] = (
+                    gained / period if abs(gained) > NEGLIGIBLE * fastest * size else 0.0
+                )
         return rates
 
 

@@ -44,8 +44,11 @@ class Equations:
 
 def advance(scheme: Scheme, equations: Equations, step: Any) -> Advance:
     """The step of a `scheme` of STEPPED."""
-    count, drifted, implicit = equations.count, equations.drifted, equations.implicit
-    tableau, lag = TABLEAUX.get(scheme.integrator), READ_AT.get(scheme.control)
+    count = equations.count
+    drifted = equations.drifted
+    implicit = equations.implicit
+    tableau = TABLEAUX.get(scheme.integrator)
+    lag = READ_AT.get(scheme.control)
 
     def pulled(time: Any, fraction: float, q: Parts, v: Parts) -> Parts:
         return equations.acceleration(time + step * (fraction if lag is None else lag), q, v)
@@ -58,11 +61,13 @@ def advance(scheme: Scheme, equations: Equations, step: Any) -> Advance:
                 return [*v, *pulled(time, part, z[:-count], v)]
 
             return tableau.advanced(slopes, state, step)
-        q, v = state[:-count], state[-count:]
+        q = state[:-count]
+        v = state[-count:]
         if scheme.position_first:
             q = drifted(q, v, step)
             return [*q, *moved(v, pulled(time, 0.0, q, v), step)]
-        push, length = pulled(time, 0.0, q, v), step
+        push = pulled(time, 0.0, q, v)
+        length = step
         damping, spring = (0.0, 0.0) if implicit is None else implicit(state)
         if scheme.integrator == EULER:
             if implicit is not None:
@@ -90,7 +95,8 @@ def _corrected(kick: Callable[[Parts], Parts], start: Parts) -> Parts:
     before: Any = np.inf
     if isinstance(start[0], float):
         for _ in range(MOST_CORRECTIONS):
-            rates, start = start, kick(start)
+            rates = start
+            start = kick(start)
             change = max([abs(x - rate) for x, rate in zip(start, rates, strict=True)])
             if not 0.0 < change < before:
                 break
@@ -124,9 +130,12 @@ def steps_until(times: Array, step: float, most: int = MOST_STEPS) -> Marks | No
     return marks if off <= OFF + ULP * marks[-1] else None
 
 
-def states_after(advance: Advance, state: Parts, step: float, marks: Sequence[int]) -> list[Parts]:
+def states_after(
+    advance: Advance, state: Parts, step: float, marks: Sequence[int]
+) -> list[Parts]:
     """The states after the increasing numbers of steps `marks` of `step` [s]."""
-    states, done = [], 0
+    states = []
+    done = 0
     for mark in marks:
         for n in range(done, mark):
             state = advance(n * step, state)

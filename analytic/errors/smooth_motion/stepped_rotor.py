@@ -60,7 +60,8 @@ def equations_of(
     if scheme.control == "mean" and rotor.forcing_frequency:
         half = 0.5 * step * p.forcing_frequency
         p.forcing_amplitude = p.forcing_amplitude * library.sin(half) / half
-    force, part = forces(rotor, library), float(scheme.implicit_damping)
+    force = forces(rotor, library)
+    part = float(scheme.implicit_damping)
     implicit = part * p.damping_rate, p.stiffness if scheme.implicit_spring else 0.0
     if scheme.integrator == LEAPFROG:  # so that a damped step is symmetric
         implicit = p.damping_rate, 0.0
@@ -81,7 +82,8 @@ def orders(scheme: Scheme, rotor: DrivenRotor, terms: int) -> range:
     """Powers of the step in so many `terms` of the error on `rotor`, even ones alone of a symmetric
     scheme; a forcing held over the step may lower the first."""
     assert scheme.order is not None
-    held, first = READ_AT.get(scheme.control), scheme.order
+    held = READ_AT.get(scheme.control)
+    first = scheme.order
     if not rotor.autonomous and held is not None:
         first = min(first, 2 if held == 0.5 else 1)
     stride = 2 if scheme.integrator == LEAPFROG and scheme.control != "start" else 1
@@ -95,7 +97,8 @@ def simplest(scheme: Scheme, rotor: DrivenRotor) -> Scheme:
         return scheme
     spring = scheme.implicit_spring and rotor.stiffness != 0.0
     damping = spring or (scheme.implicit_damping if rotor.damping_rate else 0.0)
-    at_start = scheme.integrator == EULER and scheme.control == "start"  # as EULER reads it anyway
+    # as EULER reads it anyway
+    at_start = scheme.integrator == EULER and scheme.control == "start"
     control = "continuous" if rotor.autonomous or at_start else scheme.control
     return replace(scheme, control=control, implicit_damping=damping, implicit_spring=spring)
 
@@ -131,7 +134,8 @@ def _rounded(
     """Roundings of the largest state, up to `theta` [rad] and `rate` [rad/s], and of a step: of
     each number of a state."""
     force = sum(abs(astuple(rotor)[i]) for i in FORCES)
-    angle, speed = ROUNDOFF * theta + ULP * step * rate, ROUNDOFF * rate
+    angle = ROUNDOFF * theta + ULP * step * rate
+    speed = ROUNDOFF * rate
     speed += FORCE_ROUNDINGS * ULP * step * force
     turned = 0.0
     if scheme.jointed_moment:  # what an impulse lacks turns the bob
@@ -164,7 +168,8 @@ def _stepper(
     equations = equations_of(rotor, scheme, step, library, by)
     if scheme.joint_closing_rate is None:
         return advance(scheme, equations, step), start
-    closing, (theta, theta_dot) = scheme.joint_closing_rate, start
+    closing = scheme.joint_closing_rate
+    (theta, theta_dot) = start
     joint = _Joint(
         None if rotor.conservative and not rotor.cos else equations.acceleration,
         READ_AT.get(scheme.control, 0.0),
@@ -202,17 +207,21 @@ class _Joint:
 
     def turned(self, angle: Any, *vectors: tuple[Any, Any]) -> list[Any]:
         """The parts of vectors in axes that turn by an angle."""
-        c, s = self.library.cos(angle), self.library.sin(angle)
+        c = self.library.cos(angle)
+        s = self.library.sin(angle)
         return [x for out, aside in vectors for x in (c * out + s * aside, c * aside - s * out)]
 
     def __call__(self, time: Any, state: Parts) -> Parts:
         x, w, v, a, b, _ = state
-        turn, rate, lever = self.step * w, self.rate, self.step / self.part
+        turn = self.step * w
+        rate = self.rate
+        lever = self.step / self.part
         if self.acceleration is not None:
             v = v + lever * self.acceleration(time + self.lag * self.step, (0.0,), (w,))[0]
         opened = 1.0 + self.kept * a, turn + self.kept * b
         outwards, along, a, b = self.turned(turn, (-rate * a, v), opened)
-        x, a = x + turn, a - 1.0
+        x = x + turn
+        a = a - 1.0
         outwards = outwards + lever * self.weight * self.library.cos(x)
         along = along - lever * self.weight * self.library.sin(x)
         w = w + self.part * (along - w + rate * b)

@@ -40,7 +40,8 @@ def smooth_errors(
     steps diverge."""
 
     def error(scheme: Scheme, step: float, times: Array) -> Signals:
-        marks, system = steps_until(times, step, MOST_STEPS), motion.system
+        marks = steps_until(times, step, MOST_STEPS)
+        system = motion.system
         if scheme.loop is not None and soft is not None:
             system = soft(scheme.loop, step)
         take = advance_of(scheme, system, step, implicit)
@@ -65,7 +66,8 @@ def advance_of(
 ) -> Advance | None:
     """The step of `scheme` on `system`, of a number or an array of sizes [s]; None for others, and
     where a part of the forces is implicit of which nothing is known."""
-    values, at_end = system.values, None
+    values = system.values
+    at_end = None
     if implicit is not None and scheme.integrator == EULER:
         at_end = partial(implicit, scheme)
     damped = scheme.implicit_damping > 0.0 and system.damped

@@ -34,4 +34,6 @@ def stiffness_cost(tableau: Tableau | None, rates: Complex) -> float:
     if tableau is None:
         return 0.0
     decaying = [rate for rate in rates if rate.real <= 0.0 and rate]
-    return max((abs(rate) / stability_interval(tableau, rate) for rate in decaying), default=0.0)
+    return max(
+        (abs(rate) / stability_interval(tableau, rate) for rate in decaying), default=0.0
+    )

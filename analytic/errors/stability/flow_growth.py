@@ -13,7 +13,8 @@ from plumbob.analytic.numerics.smooth.smooth_motion import SmoothMotion
 from plumbob.analytic.reference import Array
 
 EXPONENTIAL = 3.0  # e-folds in the second half of a motion that make its growth one
-LOST = 1e6  # growth in a run beyond which a nudge of 1e-6 makes another motion of it in any case
+# growth in a run beyond which a nudge of 1e-6 makes another motion of it in any case
+LOST = 1e6
 PARTS = 40  # of a fastest period, at which it is sampled
 PERIODS = 30  # of the fastest mode, for which a motion without a period of its own is followed
 
@@ -57,7 +58,8 @@ def growth_along(
 
     After n periods S(t) M^n = S(t) (1 + n (M - 1)) on a motion whose neighbours have other periods
     and keep to them (eq. 13.5); elsewhere growth that lasts to the end goes on."""
-    times, d = np.linspace(0.0, until, 1 + math.ceil(PARTS * until * rate / math.tau)), len(scales)
+    times = np.linspace(0.0, until, 1 + math.ceil(PARTS * until * rate / math.tau))
+    d = len(scales)
     tangents = motion.tangents(times)[:, :d, :d] * scales / scales[:, None]
     norms = np.linalg.norm(tangents, ord=2, axis=(1, 2))
     largest = np.maximum.accumulate(np.maximum(norms, 1.0))

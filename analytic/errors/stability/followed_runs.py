@@ -39,7 +39,8 @@ def followed(
     longest = min(lasts, LONGEST * fastest)
     enough = LEVELS[1] if math.isinf(lasts) else math.inf
     if exponent:
-        longest, enough = min(longest, KNOWN / exponent), LEVELS[-1]
+        longest = min(longest, KNOWN / exponent)
+        enough = LEVELS[-1]
     until = min(FIRST * fastest, longest)
     while True:
         times = np.linspace(0.0, until, math.ceil(SAMPLES * until / fastest) + 1)
@@ -57,8 +58,10 @@ def followed(
 
 def _carried_on(times: Array, size: Array, exponent: float) -> LongRun:
     """The growth of the largest errors, shape (n,), at `times` [s], shape (n,)."""
-    until, half = float(times[-1]), float(size[: len(size) // 2].max())
-    largest, last = float(size.max()), float(size[3 * len(size) // 4 :].max())
+    until = float(times[-1])
+    half = float(size[: len(size) // 2].max())
+    largest = float(size.max())
+    last = float(size[3 * len(size) // 4 :].max())
     offset, linear, quadratic = _envelope(times, size)
     growth: Growth = "linear" if linear > quadratic * until else "quadratic"
     rate = linear if growth == "linear" else quadratic
@@ -88,7 +91,8 @@ def _envelope(times: Array, size: Array) -> tuple[float, float, float]:
     not negative; b is zero where those leave a straight line by no more than they jump."""
     from scipy.optimize import lsq_linear
 
-    later, until = times > times[-1] / BEGUN, times[-1]
+    later = times > times[-1] / BEGUN
+    until = times[-1]
     largest = np.maximum.accumulate(size)[later]
     powers = np.vander(times[later] / until, 3, increasing=True)
     curved, straight = (

@@ -55,7 +55,8 @@ from plumbob.analytic.systems.free_body.rotation import RATES
 
 SAMPLES = 257
 ANY = 1e300  # growth that no nudge exceeds of a motion that is not lost
-DIVERGED = 10.0  # times the largest angular velocity of the angular momentum: beyond, a run is lost
+# times the largest angular velocity of the angular momentum: beyond, a run is lost
+DIVERGED = 10.0
 REST = (1.0, 0.0, 0.0, 0.0)  # the attitude at time 0
 
 
@@ -134,12 +135,16 @@ class FreeRotationStability:
         """See `StabilityTheory`: over that of the exact motion."""
         return self.body.invariants(observed).get("energy", np.zeros_like(observed[RATES[0]]))
 
-    def long_run(self, scheme: Scheme, step: float, scales: Mapping[str, float]) -> LongRun | None:
+    def long_run(
+        self, scheme: Scheme, step: float, scales: Mapping[str, float]
+    ) -> LongRun | None:
         """See `StabilityTheory`."""
         errors = free_body_errors(self.body)
         exponent = 0.0 if self.equilibrium else float(self.growth.exponent)
         fastest = math.tau / self.rate
-        return followed(partial(errors.series, scheme), scales, step, fastest, exponent=exponent)
+        return followed(
+            partial(errors.series, scheme), scales, step, fastest, exponent=exponent
+        )
 
     def _by_iteration(self) -> tuple[StepLimit, ...]:
         """The step of which a half takes no part of the motion out of a fixed-point iteration's
@@ -158,7 +163,9 @@ class FreeRotationStability:
     def _by_eigenvalues(self, motion: SteppedMotion) -> tuple[StepLimit, ...]:
         """Limits of a steady rotation; where the scheme steps the attitude, too, of that as well,
         whose rates are half the angular velocity."""
-        rates = eigenvalues(self.motion, self._states[:, :1], len(motion.begin(np.ones(1))[1]))[0]
+        rates = eigenvalues(self.motion, self._states[:, :1], len(motion.begin(np.ones(1))[1]))[
+            0
+        ]
         largest = largest_step(
             lambda sizes: jacobians(*motion.begin(sizes), len(sizes)), rates, self.rate
         )

@@ -21,7 +21,8 @@ FACTOR = 1e3  # by which a nudge may grow beyond the growth of the exact motion
 FASTER = 1.5
 QUIET = 1e-3  # of a swing: what is smaller has come to rest
 RANGE = (math.tau * SMALLEST, math.tau * LARGEST)  # of h |lambda|, the fastest mode's
-GRID = 600  # step sizes a factor of 1.02 apart: a window of instability that is narrower is missed
+# step sizes a factor of 1.02 apart: a window of instability that is narrower is missed
+GRID = 600
 Marks = npt.NDArray[np.bool_]
 Complex = npt.NDArray[np.complex128]
 Matrices = Callable[[Array], Array | Complex]
@@ -94,7 +95,8 @@ def first_failing(fails: Callable[[Array], Marks], rate: float) -> float:
     failing = np.flatnonzero(fails(steps))
     if not failing.size:
         return math.inf
-    holds, lost = steps[max(failing[0] - 1, 0)], steps[failing[0]]
+    holds = steps[max(failing[0] - 1, 0)]
+    lost = steps[failing[0]]
     while lost / holds - 1.0 > 1e-12:
         middle = math.sqrt(holds * lost)
         if fails(np.array([middle]))[0]:

@@ -22,9 +22,11 @@ from plumbob.analytic.stability import LEVELS, Growth, LongRun
 
 PERIODS = 5  # over which the time ahead is followed
 SAMPLES = 128  # of a period
-TERMS = 2  # of the error's series: products of errors, which the time ahead is not linear in, begin
+# of the error's series: products of errors, which the time ahead is not linear in, begin
+TERMS = 2
 # with the third
-NOTHING = 1e-9  # of a part of the time ahead, relative to what the error makes of it in a period
+# of a part of the time ahead, relative to what the error makes of it in a period
+NOTHING = 1e-9
 
 
 @dataclass(frozen=True)
@@ -38,7 +40,9 @@ class PeriodicMotion:
         """The growth of the error of `scheme` with `step` [s], over a `scale` [rad]; None for a
         scheme without a series. Raises ParameterError where the motion does not repeat."""
         if not (self.errors.rotor.conservative and math.isfinite(self.period)):
-            raise ParameterError("period", self.period, "finite, of an undamped unforced motion")
+            raise ParameterError(
+                "period", self.period, "finite, of an undamped unforced motion"
+            )
         times = np.arange(PERIODS * SAMPLES, dtype=np.float64) * self.period / SAMPLES
         series = [*self.errors.series(scheme, times).items()][:TERMS]
         if not series:
@@ -62,7 +66,8 @@ class PeriodicMotion:
     def _time_ahead(self, times: Array, error: Signals, observed: Signals) -> Array:
         """b and a of b t^2 + a t, by the error's mean component along the motion in each period;
         of what is nothing, zero."""
-        theta, rate = observed["theta"], observed["theta_dot"]
+        theta = observed["theta"]
+        rate = observed["theta_dot"]
         push = self.errors.rotor.acceleration(0.0, theta, rate)
         scale = math.tau / self.period
         along = error["theta"] * rate + error["theta_dot"] * push / scale**2
@@ -74,7 +79,9 @@ class PeriodicMotion:
         lasting = fitted * self.period ** np.array([2.0, 1.0])
         return np.where(np.abs(lasting) > noise, fitted, 0.0)
 
-    def _time_shifts(self, theta: Array, repeating: Array, sign: float) -> Mapping[float, float]:
+    def _time_shifts(
+        self, theta: Array, repeating: Array, sign: float
+    ) -> Mapping[float, float]:
         """The time ahead [s] at which the error first reaches each level; infinite where none up
         to half a period does. Angles are over their scale."""
         rate = (theta[SAMPLES] - theta[0]) / self.period  # of a rotation

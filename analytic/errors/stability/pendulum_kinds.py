@@ -48,7 +48,8 @@ class PendulumKinds:
         """The kind of sampled `theta` [rad] and `theta_dot` [rad/s], shape (n,): "libration" or
         "settles" with its wells, "rotation", "at rest"; "forced", "irregular" or "lost" where it is
         of no kind."""
-        theta, rate = observed["theta"], observed["theta_dot"]
+        theta = observed["theta"]
+        rate = observed["theta_dot"]
         last = slice(-(len(theta) // 4) or None, None)
         if not (np.isfinite(theta).all() and np.isfinite(rate).all()):
             return "lost"
@@ -57,7 +58,9 @@ class PendulumKinds:
         if self.rotor.damping_rate:
             wells = np.unique(self.wells(theta[last]))
             calm = np.abs(rate[last]).max() <= CALM * self.speed
-            return f"settles in well {wells[0]:.0f}" if len(wells) == 1 and calm else "irregular"
+            return (
+                f"settles in well {wells[0]:.0f}" if len(wells) == 1 and calm else "irregular"
+            )
         if np.abs(rate[last]).max() <= QUIET * self.speed:
             return "at rest"
         wells = np.unique(self.wells(theta))

@@ -39,10 +39,12 @@ from plumbob.analytic.reference import Array, Reference, Signals
 from plumbob.analytic.schemes import ADAPTIVE, CLOSED_FORM, STEPPED, Scheme
 from plumbob.analytic.stability import LEVELS, NO_STEP, LongRun, StabilityTheory, StepLimit
 
-STRAIGHT = 1e-3  # by which the curvature of the potential may change along a motion by equilibrium
+# by which the curvature of the potential may change along a motion by equilibrium
+STRAIGHT = 1e-3
 SAMPLES = 512
 RESTS = 10.0  # time constants after which a damped motion is at rest, or a forced one repeats
-PASSES = 30.0  # growth in a period beyond which a motion passes a saddle closely: s(t) of (13.7),
+# growth in a period beyond which a motion passes a saddle closely: s(t) of (13.7),
+PASSES = 30.0
 # linear in the error, is a better description of motions that do not
 
 
@@ -87,14 +89,17 @@ class PendulumStability:
     def equilibrium(self) -> bool:
         """Whether eigenvalues alone set the limits."""
         slope = self.rotor.slope(self._orbit[0])
-        ends = math.isfinite(self.period) or self.rotor.damping_rate or not np.ptp(self._orbit[0])
+        ends = (
+            math.isfinite(self.period) or self.rotor.damping_rate or not np.ptp(self._orbit[0])
+        )
         near = np.ptp(slope) <= STRAIGHT * np.abs(slope).max()
         return bool(self.rotor.linear or (ends and near and self.rotor.autonomous))
 
     @cached_property
     def growth(self) -> FlowGrowth:
         """See `StabilityTheory`."""
-        scales, repeats = np.array([1.0, self.rate]), math.isfinite(self.period)
+        scales = np.array([1.0, self.rate])
+        repeats = math.isfinite(self.period)
         return growth_along(self.errors.motion, scales, self._span, self.rate, repeats)
 
     @cached_property
@@ -143,7 +148,9 @@ class PendulumStability:
         scale = kinetic_energy(self.exact, self._span)
         return self.rotor.energy(observed["theta"], observed["theta_dot"]) / scale
 
-    def long_run(self, scheme: Scheme, step: float, scales: Mapping[str, float]) -> LongRun | None:
+    def long_run(
+        self, scheme: Scheme, step: float, scales: Mapping[str, float]
+    ) -> LongRun | None:
         """See `StabilityTheory`."""
         passes = math.isfinite(self.period) and self.growth.largest[-1] > PASSES
         if self.rotor.conservative and math.isfinite(self.repeats_after) and not passes:

@@ -58,13 +58,17 @@ class SmoothStability:
     def kind_of(self, observed: Signals) -> str:
         """See `StabilityTheory`: as fast in the last third as the exact motion, by a factor of
         FASTER in the root mean square of all rates, each over its own, or not."""
-        system, ratios = self.motion.system, []
+        system = self.motion.system
+        ratios = []
         for name, exact in zip(system.rates, np.split(self.orbit, 2)[1], strict=True):
-            usual, rates = float(np.mean(exact**2)), observed[name]
+            usual = float(np.mean(exact**2))
+            rates = observed[name]
             if usual > (STILL * self.rate) ** 2:
                 ratios.append(float(np.mean(rates[-(len(rates) + 2) // 3 :] ** 2)) / usual)
         pace = math.sqrt(np.mean(ratios)) if ratios else 1.0
-        return "as fast" if 1.0 / FASTER < pace < FASTER else "slower" if pace < 1.0 else "faster"
+        return (
+            "as fast" if 1.0 / FASTER < pace < FASTER else "slower" if pace < 1.0 else "faster"
+        )
 
     @cached_property
     def growth(self) -> FlowGrowth:

@@ -72,7 +72,8 @@ def tried(motion: SteppedMotion, steps: Array, counts: Counts) -> tuple[Marks, M
     """Which of `steps` [s], shape (n,), hold for so many steps: magnify the nudge by less than
     FACTOR times the exact motion's growth at every time, and keep the kind of motion."""
     advance, state = motion.nudged(steps)
-    stable, counted = np.ones(len(steps), dtype=bool), [0]
+    stable = np.ones(len(steps), dtype=bool)
+    counted = [0]
     samples: list[Signals] = [motion.observed(state)]
     with np.errstate(all="ignore"):  # of steps that diverge
         for sampled in sampled_steps(int(counts.max())):
@@ -114,7 +115,8 @@ def limits_by_steps(motion: SteppedMotion) -> tuple[StepLimit, ...]:
     if float(motion.growth(np.array(LEAST_PERIODS * motion.fastest))) > LOST:
         return ()
     unstable, changed = first_failures(motion)
-    limits, rate = [], math.tau / motion.fastest
+    limits = []
+    rate = math.tau / motion.fastest
     if not math.isnan(unstable):
         why = "a nudge grows a thousandfold beyond the exact motion's growth at"
         limits.append(step_limit("unstable", unstable, why, rate))

@@ -51,12 +51,14 @@ def jacobi(tau: Any, a: Any, b: Any) -> tuple[Array, Array, Array]:
         ratio = ratio * dn * (half_sum / mean)
         dn = (square + geometric) / (square + mean)
     sn = np.copysign(1.0, sine) / np.sqrt(1.0 + ratio * ratio)
-    cn, sn = ratio * sn, np.where(sine == 0, sine, sn)
+    cn = ratio * sn
+    sn = np.where(sine == 0, sine, sn)
     if np.any(endless):
         fading = np.exp(-abs(a * tau))
         fading = 2 * fading / (1 + fading * fading)
         sn = np.where(endless, np.tanh(a * tau), sn)
-        cn, dn = np.where(endless, fading, cn), np.where(endless, fading, dn)
+        cn = np.where(endless, fading, cn)
+        dn = np.where(endless, fading, dn)
     return sn, cn, dn
 
 
@@ -65,5 +67,6 @@ def time_of_point(sine: Any, cosine: Any, a: Any, b: Any) -> Any:
     Carlson's R_F (DLMF 19.25.5)."""
     import scipy.special
 
-    c2, s2 = double((a * cosine) ** 2), double((b * sine) ** 2)
+    c2 = double((a * cosine) ** 2)
+    s2 = double((b * sine) ** 2)
     return double(sine) * scipy.special.elliprf(c2, c2 + s2, double(a) ** 2)

@@ -54,8 +54,10 @@ class _Weierstrass:
         product = c0 / (4 * y)
         total = -(c1 / 4 + product) / y
         gap = total * total - 4 * product
-        real, root = gap >= 0, np.sqrt(abs(gap))
-        upper, lower = (total + root) / 2, (total - root) / 2
+        real = gap >= 0
+        root = np.sqrt(abs(gap))
+        upper = (total + root) / 2
+        lower = (total - root) / 2
         first = y > upper
         size = np.sqrt(y * y - total * y + product)
         triple = 2 * y - total
@@ -73,10 +75,12 @@ class _Weierstrass:
     def at(self, times: Quad) -> _Point:
         """P and P' at `times` [s] within half a period."""
         sn, cn, dn = jacobi(times, self.a, self.b)
-        s, ones = sn / self.a, 1 + 0 * sn
+        s = sn / self.a
+        ones = 1 + 0 * sn
         r = choose(self.real, s * s, 2 * (1 - cn) / self.a**2)
         h = choose(self.real, ones, (1 + cn) / 2)
-        p_dot, p = -2 * dn * choose(self.real, cn, ones), self.e * r + h
+        p_dot = -2 * dn * choose(self.real, cn, ones)
+        p = self.e * r + h
         return _Point(s, r, h, p_dot, p, 6 * p * p - self.g2 / 2 * r * r)
 
 
@@ -93,7 +97,8 @@ class _Point(NamedTuple):
 
 def _isolated_root(shift: Quad, c1: Quad, c0: Quad) -> Quad:
     """The root of the cubic that is farthest from the others, by Newton's method from outside."""
-    g2, g3 = double(3 * shift * shift + c1), double(c0 - shift * c1 / 2 - shift**3)
+    g2 = double(3 * shift * shift + c1)
+    g3 = double(c0 - shift * c1 / 2 - shift**3)
     bound = np.maximum(np.sqrt(np.maximum(g2, 0.0) / 2), np.cbrt(np.abs(g3) / 2))
     y = quad(choose(g3 < 0, -bound, bound) * (1 + 1e-12)) - shift / 2
     for _ in range(100):
@@ -119,7 +124,9 @@ class EllipticMotion:
     kinetic: Quad  # [J], energy of the start
     forward: Any  # bool: theta_dot >= 0 at the start
     rest: Any  # bool
-    rotation: Any  # bool; a separatrix over the highest barrier counts as one of infinite period
+    rotation: (
+        Any  # bool; a separatrix over the highest barrier counts as one of infinite period
+    )
     top: Quad  # theta [rad] of the highest barrier
     quartic: _Quartic
     function: _Weierstrass
@@ -153,7 +160,8 @@ class EllipticMotion:
             sense = self.sense * np.sign(double(spent))
             around = half + choose(sense * half < 0, sense * PI, 0 * half)
             ahead = (self.top - self.theta0) / (2 * PI)
-            ahead = PI * (ahead - np.floor(ahead))  # half the angle to the barrier above the start
+            # half the angle to the barrier above the start
+            ahead = PI * (ahead - np.floor(ahead))
             within = half - PI * (np.floor((half - ahead) / PI) + 1)
             moved = 2 * choose(self.rotation, around + PI * self.sense * turns, within)
             still = 0 * times
@@ -163,13 +171,18 @@ class EllipticMotion:
     def _swept(self, times: Quad) -> tuple[Quad, Quad]:
         """Half the angle from the start, up to half turns, and its rate [rad/s], after `times` [s]
         within half a period of the start."""
-        (a0, a1, a2, a3, a4), t = self.quartic, self.function.at(times)
+        (a0, a1, a2, a3, a4) = self.quartic
+        t = self.function.at(times)
         speed = self.sense * np.sqrt(choose(a4 > 0, a4, 0 * a4))
-        centred, lift = t.p - a2 / 2 * t.r, 2 * a3 * t.s * t.p_dot
-        push, odd = 2 * a3 * centred + a1 * a4 * t.r, speed * t.s * t.p_dot
-        x, y = t.r * push - odd, 2 * centred**2 - a0 * a4 / 2 * t.r * t.r
+        centred = t.p - a2 / 2 * t.r
+        lift = 2 * a3 * t.s * t.p_dot
+        push = 2 * a3 * centred + a1 * a4 * t.r
+        odd = speed * t.s * t.p_dot
+        x = t.r * push - odd
+        y = 2 * centred**2 - a0 * a4 / 2 * t.r * t.r
         # x and y vanish together where w was infinite as long before the start: there w is u/v.
-        u, v = 2 * t.r * ((a3**2 - a2 * a4) * t.r - a4 * t.p), t.r * push + odd
+        u = 2 * t.r * ((a3**2 - a2 * a4) * t.r - a4 * t.p)
+        v = t.r * push + odd
         return _larger(
             (
                 x,
@@ -197,8 +210,10 @@ class EllipticMotion:
         turns = np.maximum(turns, 0.0) if self.rotation and finite else 0.0 * theta
         wanted = theta - turns * self.sense * 2 * np.pi
         edges = np.array([0.0, *self._turning_points(last), last])
-        ends, near = self.state(edges)[0], _REACHED * (1 + np.abs(theta))
-        least, most = np.minimum(ends[:-1], ends[1:]), np.maximum(ends[:-1], ends[1:])
+        ends = self.state(edges)[0]
+        near = _REACHED * (1 + np.abs(theta))
+        least = np.minimum(ends[:-1], ends[1:])
+        most = np.maximum(ends[:-1], ends[1:])
         inside = (least <= (wanted + near)[:, None]) & (most >= (wanted - near)[:, None])
         part = inside.argmax(axis=1)
         wanted = np.clip(wanted, least[part], most[part])
@@ -270,7 +285,9 @@ def solve(
             rotation=above >= 0,
             top=top,
             quartic=quartic,
-            function=_function(quartic, potential, inertia, (top, other), (above, above + between)),
+            function=_function(
+                quartic, potential, inertia, (top, other), (above, above + between)
+            ),
         )
 
 
@@ -283,7 +300,8 @@ def _function(
 ) -> _Weierstrass:
     """P from the coefficients at the start, or at a crest that the energy is close to."""
     closer = abs(above[1]) < abs(above[0])  # false where there is no other crest
-    energy, crest = choose(closer, above[1], above[0]), choose(closer, crests[1], crests[0])
+    energy = choose(closer, above[1], above[0])
+    crest = choose(closer, crests[1], crests[0])
     near = abs(energy) <= _NEAR * potential.scale
     a0, a1, a2, a3, a4 = (
         choose(near, there, here)
@@ -324,7 +342,8 @@ def _quartic(
 
 def _fall(potential: TrigonometricPotential, angle: Quad) -> tuple[Quad, Quad, Quad, Quad]:
     """Coefficients of w^4 to w^1 in (1 + w^2)^2 (V(angle) - V(angle + x)), w = tan(x/2)."""
-    sine, cosine = np.sin(angle), np.cos(angle)
+    sine = np.sin(angle)
+    cosine = np.cos(angle)
     twist = 4 * potential.a * sine * cosine
     force = 2 * (potential.b * cosine - potential.c * sine)
     level = 2 * (potential.b * sine + potential.c * cosine)
@@ -335,17 +354,21 @@ def _fall(potential: TrigonometricPotential, angle: Quad) -> tuple[Quad, Quad, Q
 def _height(potential: TrigonometricPotential, crest: Quad, x: Quad) -> Quad:
     """V(crest) - V(crest + x), without the difference of two potentials."""
     fourth, third, second, _ = _fall(potential, crest)
-    sine, cosine = np.sin(x / 2), np.cos(x / 2)
+    sine = np.sin(x / 2)
+    cosine = np.cos(x / 2)
     return sine**2 * (fourth * sine**2 + third * sine * cosine + second * cosine**2)
 
 
 def _crests(potential: TrigonometricPotential) -> tuple[Quad, Quad]:
     """Angles of the highest maximum of V (0 for a constant V), and of the other one or NaN."""
-    pairs, none = [], quad(np.array([0.0, np.nan]))
+    pairs = []
+    none = quad(np.array([0.0, np.nan]))
     for each in zip(*map(np.ravel, (potential.a, potential.b, potential.c)), strict=True):
         tops = crests(TrigonometricPotential(*each))
         pairs.append(np.append(tops, none[len(tops) > 0 :])[:2])
-    highest, other = (quad(angles.reshape(np.shape(potential.a))) for angles in np.array(pairs).T)
+    highest, other = (
+        quad(angles.reshape(np.shape(potential.a))) for angles in np.array(pairs).T
+    )
     return highest, other
 
 
@@ -354,7 +377,8 @@ def _nearest_top(
 ) -> Quad:
     """Angle of the highest barrier, on the turn nearest to theta; of two equal ones the nearer."""
     equal = abs(between) <= 1e-28 * potential.scale
-    gap, other_gap = _turned(top - theta), _turned(other - theta)
+    gap = _turned(top - theta)
+    other_gap = _turned(other - theta)
     return theta + choose(equal & (abs(other_gap) < abs(gap)), other_gap, gap)
 
 

@@ -29,7 +29,9 @@ class OrbitTable:
     @property
     def turn(self) -> float:
         """Angle [rad] by which a period turns."""
-        return float(2 * np.pi * np.rint((self.series[0, -1] - self.series[0, 0]) / (2 * np.pi)))
+        return float(
+            2 * np.pi * np.rint((self.series[0, -1] - self.series[0, 0]) / (2 * np.pi))
+        )
 
     def state(self, times: Array) -> tuple[Array, Array]:
         """theta [rad] and theta_dot [rad/s] at `times` [s], shape (n,)."""
@@ -46,7 +48,8 @@ class OrbitTable:
         node = np.rint(ahead)
         ahead -= node
         at = node.astype(np.intp)
-        theta, slope = self.series[-1].take(at, mode="clip"), np.zeros_like(ahead)
+        theta = self.series[-1].take(at, mode="clip")
+        slope = np.zeros_like(ahead)
         for terms in self.series[-2::-1]:
             slope = slope * ahead + theta
             theta = theta * ahead + terms.take(at, mode="clip")

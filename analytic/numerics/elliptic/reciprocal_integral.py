@@ -39,13 +39,16 @@ class ReciprocalIntegral:
         """The integral [s] at `tau` [s], shape (n,), at most a quarter turn either way."""
         import scipy.special
 
-        mean, geometric = (self.a + self.b) / 2, np.sqrt(self.a * self.b)
+        mean = (self.a + self.b) / 2
+        geometric = np.sqrt(self.a * self.b)
         rate = double(mean)
         if not double(geometric):
             tau = np.clip(tau, -_FADED / rate, _FADED / rate)
         s, c, d = jacobi(tau, rate, double(geometric))
         modulus = (self.a - self.b) / (self.a + self.b) / (1 + self.f)  # k1/(1 + f)
-        g, weight = double(modulus * self.below_one), double(2 * modulus * self.f)  # k1 - g
+        # k1 - g
+        g = double(modulus * self.below_one)
+        weight = double(2 * modulus * self.f)
         third = s**3 / 3 * scipy.special.elliprj(c * c, d * d, 1.0, 1.0 + g * s * s)
         first = tau + weight / rate * third
         return np.asarray(first / double(1 + self.f))

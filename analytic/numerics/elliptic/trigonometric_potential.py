@@ -23,7 +23,8 @@ class TrigonometricPotential:
 
     def value(self, theta: Any) -> Any:
         """V(theta) [J]."""
-        sine, cosine = np.sin(theta), np.cos(theta)
+        sine = np.sin(theta)
+        cosine = np.cos(theta)
         return -(self.a * sine + self.b) * sine - self.c * cosine
 
     def slope(self, theta: Any) -> Any:
@@ -36,7 +37,8 @@ class TrigonometricPotential:
 
     def slope_and_curvature(self, theta: Any) -> tuple[Any, Any]:
         """dV/dtheta and d^2V/dtheta^2 from one sine and one cosine."""
-        sine, cosine = np.sin(theta), np.cos(theta)
+        sine = np.sin(theta)
+        cosine = np.cos(theta)
         twice = (self.a + self.a) * sine + self.b
         slope = self.c * sine - twice * cosine
         return slope, twice * sine + (self.c - (self.a + self.a) * cosine) * cosine
@@ -51,11 +53,16 @@ def critical_points(potential: TrigonometricPotential) -> Quad:
     """Angles in (-pi, pi] where dV/dtheta = 0, in 34 digits, ascending, shape (n,), of one
     potential."""
     coefficients = double(potential.a), double(potential.b), double(potential.c)
-    rough, scale = TrigonometricPotential(*coefficients), sum(map(abs, coefficients))
+    rough = TrigonometricPotential(*coefficients)
+    scale = sum(map(abs, coefficients))
     if not scale:
         return quad(np.zeros(0))
     with np.errstate(all="ignore"):
-        near = _polished(potential, quad(_approximate(rough))) if rough.b else _symmetric(potential)
+        near = (
+            _polished(potential, quad(_approximate(rough)))
+            if rough.b
+            else _symmetric(potential)
+        )
         close = double(near)
         # A false root has a slope that is not zero, a repeated one a neighbour at no distance.
         kept = np.abs(rough.slope(close)) <= 1e-12 * scale
@@ -93,7 +100,9 @@ def _polished(potential: TrigonometricPotential, theta: Quad) -> Quad:
 def _approximate(potential: TrigonometricPotential) -> Array:
     """Starting angles, ascending: arguments of the roots of dV/dtheta in z = e^(i theta),
     -a z^4 + (c - ib) z^3 - (c + ib) z + a = 0."""
-    a, b, c = potential.a, potential.b, potential.c
+    a = potential.a
+    b = potential.b
+    c = potential.c
     tiny = 1e-8 * (abs(b) + abs(c))
     lead = a if abs(a) > tiny else tiny  # Newton's method removes the change
     roots = np.roots([lead, 1j * b - c, 0.0, c + 1j * b, -lead])
@@ -103,6 +112,7 @@ def _approximate(potential: TrigonometricPotential) -> Array:
 def _symmetric(potential: TrigonometricPotential) -> Quad:
     """Critical points, or NaN, for b = 0, where sin(theta) (c - 2 a cos(theta)) = 0: at a pitchfork
     Newton's method would meet a triple root."""
-    a, c = quad(potential.a), quad(potential.c)
+    a = quad(potential.a)
+    c = quad(potential.c)
     tilt = np.arctan2(np.sqrt(4 * a * a - c * c), c if a > 0 else -c)
     return np.array([-tilt, 0 * c, tilt, 0 * c + PI])

@@ -56,7 +56,9 @@ class DrivenRotor:
 
     def forcing(self, times: Any) -> Any:
         """Angular acceleration [rad/s^2] that the forcing alone gives at `times` [s]."""
-        return self.forcing_amplitude * np.sin(self.forcing_frequency * times + self.forcing_phase)
+        return self.forcing_amplitude * np.sin(
+            self.forcing_frequency * times + self.forcing_phase
+        )
 
     def acceleration(self, times: Any, theta: Any, theta_dot: Any) -> Any:
         """Angular acceleration [rad/s^2] at `times` [s], `theta` [rad], `theta_dot` [rad/s], of
@@ -86,7 +88,8 @@ def forces(rotor: DrivenRotor, library: Any = np) -> Callable[..., tuple[Any]]:
     """The acceleration of `rotor`, of its coefficients, a time, an angle and a rate, in any
     arithmetic in which `library` has a sine and a cosine."""
 
-    linear, autonomous = rotor.linear, rotor.autonomous
+    linear = rotor.linear
+    autonomous = rotor.autonomous
 
     def acceleration(p: Any, t: Any, q: Any, v: Any) -> tuple[Any]:
         (theta,), (rate,), total = q, v, 0.0

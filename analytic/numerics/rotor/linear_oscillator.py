@@ -24,12 +24,16 @@ def linear_motion(
     """Theta [rad] and theta_dot [rad/s] of a linear `rotor` at `times` [s], any shape, not
     negative, from `theta` [rad] and `theta_dot` [rad/s]."""
     rate = math.sqrt(abs(rotor.stiffness)) + rotor.damping_rate + abs(rotor.forcing_frequency)
-    doublings = max(0, math.ceil(math.log2(8 * rate * float(np.max(times, initial=0.0)) or 1.0)))
-    push, phase = rotor.forcing_amplitude, quad(rotor.forcing_phase)
+    doublings = max(
+        0, math.ceil(math.log2(8 * rate * float(np.max(times, initial=0.0)) or 1.0))
+    )
+    push = rotor.forcing_amplitude
+    phase = quad(rotor.forcing_phase)
     start = np.array([quad(theta), quad(theta_dot), push * np.sin(phase), push * np.cos(phase)])
     start = start[: 4 if push else 2, None, None]
     time = quad(np.ravel(times).astype(float)) / quad(2.0**doublings)
-    matrix, powers = quad(_matrix(rotor)[: len(start), : len(start)]), [quad(np.eye(len(start)))]
+    matrix = quad(_matrix(rotor)[: len(start), : len(start)])
+    powers = [quad(np.eye(len(start)))]
     for n in range(1, TERMS + 1):
         powers.append(_product(matrix, powers[-1]) / n)
     flow = quad(0.0)
@@ -44,7 +48,9 @@ def linear_motion(
 
 def _matrix(rotor: DrivenRotor) -> Array:
     """The derivatives of the rates by theta, theta_dot, and the forcing's sine and cosine."""
-    k, damping, frequency = rotor.stiffness, rotor.damping_rate, rotor.forcing_frequency
+    k = rotor.stiffness
+    damping = rotor.damping_rate
+    frequency = rotor.forcing_frequency
     return np.array(
         [[0, 1, 0, 0], [-k, -damping, 1, 0], [0, 0, 0, frequency], [0, 0, -frequency, 0]],
         dtype=np.float64,

@@ -34,9 +34,7 @@ BLOCK = 32  # steps of the first method that the second runs over at once
 PARTS = 24  # steps of the second method in one of the first
 RESOLVED = 1e-15  # of the state: the last Legendre coefficients of a step; a tenth is round-off
 SMOOTHER = 2 * STAGES // 3  # coefficients from this degree on decide whether a step may double
-REACH = (
-    4.0  # of the longest step: the most that it covers of the fastest deviation's time constants
-)
+REACH = 4.0  # of the longest step: at most so many time constants of the fastest deviation
 SMALLEST = 2.0**-24  # of the first step
 SURE = 1e-3  # of its largest value: a motion that is known no better is not certified
 
@@ -79,7 +77,8 @@ class CertifiedMotion:
         """Sum of the two methods' difference and the effect of rounded inputs, shape (n,)."""
         track, states = self._track(times)
         after = np.searchsorted(track.times, times, side="right")
-        before, last = track.doubts[after - 1], len(track.doubts) - 1
+        before = track.doubts[after - 1]
+        last = len(track.doubts) - 1
         doubts = np.maximum(before, track.doubts[np.minimum(after, last)])
         return self.system.doubts(states.T, doubts.T)
 
@@ -100,7 +99,8 @@ class CertifiedMotion:
     def nonlinearity(self, times: Array, errors: Signals) -> float:
         """The rates' nonlinear response to errors of the state, shape (n,) each, over the linear
         one."""
-        states, nothing = self.system.state(self.observe(times)), np.zeros(len(times))
+        states = self.system.state(self.observe(times))
+        nothing = np.zeros(len(times))
         moved = self.system.state(defaultdict(lambda: nothing, errors))
         linear = np.einsum("ijn,jn->in", self.system.jacobian(times, states), moved)
         rates = (self.system.slope(times, z) for z in (states + moved, states))
@@ -123,10 +123,12 @@ class CertifiedMotion:
 
 def _begun(system: SmoothSystem) -> _Track:
     start = system.start
-    size, count = len(start), len(start) + len(system.parameters)
+    size = len(start)
+    count = len(start) + len(system.parameters)
     rate = _fastest(system, 0.0, start)
     step = 2.0 ** math.floor(-math.log2(rate)) if 0.0 < rate < math.inf else 1.0
-    response, none = np.eye(size, count + 1), np.empty((0, size))
+    response = np.eye(size, count + 1)
+    none = np.empty((0, size))
     apart = np.zeros(size)
     return _Track(step, None, start, response, np.abs(start), apart, np.empty(0), none)
 
@@ -159,7 +161,8 @@ def _extended(system: SmoothSystem, track: _Track) -> _Track:
     lost = ~(doubts <= sure).all(axis=1)
     until = block.orbit.duration if why else track.until
     if lost.any():
-        until, why = float(times[lost.argmax()]), "double precision determines it no further"
+        until = float(times[lost.argmax()])
+        why = "double precision determines it no further"
     return _Track(
         step,
         block if track.solution is None else track.solution.followed_by(block),
@@ -176,7 +179,8 @@ def _extended(system: SmoothSystem, track: _Track) -> _Track:
 
 def _between(block: Response, shots: Array) -> tuple[Array, Array]:
     """Times [s], shape (m,), of the second method's steps, and its states then, shape (m, d)."""
-    begin, lengths = block.orbit.breakpoints[:-1, None], np.diff(block.orbit.breakpoints)[:, None]
+    begin = block.orbit.breakpoints[:-1, None]
+    lengths = np.diff(block.orbit.breakpoints)[:, None]
     states = block.states[:-1, None] + shots.real[:, :-1, :, 0]
     times = begin + lengths * (np.arange(PARTS) / PARTS)
     return times.reshape(-1), states.reshape(times.size, -1)
@@ -192,9 +196,13 @@ def _scales(sizes: Array, least: float = 0.0) -> Array:
 def _collocated(system: SmoothSystem, track: _Track) -> tuple[Response | None, float, str]:
     """Up to BLOCK steps of Gauss collocation from where a track ends, none where no step can be
     taken; the length of the next step [s], and why there is none."""
-    rule, step, state = gauss_collocation(STAGES), track.step, track.end
+    rule = gauss_collocation(STAGES)
+    step = track.step
+    state = track.end
     time = track.reached
-    times, states, slopes = [time], [state], list[Array]()
+    times = [time]
+    states = [state]
+    slopes = list[Array]()
     while len(slopes) < BLOCK and step >= SMALLEST * track.step:
         guess = step * system.slope(time, state)
         scale = _scales(np.max([track.size, np.abs(state), np.abs(guess)], axis=0))
@@ -203,7 +211,8 @@ def _collocated(system: SmoothSystem, track: _Track) -> tuple[Response | None, f
         if solved is None or not rule.truncation(solved, scale) <= RESOLVED:
             step /= 2
             continue
-        time, state = time + step, state + rule.weights @ solved
+        time = time + step
+        state = state + rule.weights @ solved
         times.append(time)
         states.append(state)
         slopes.append(solved / step)
@@ -222,7 +231,9 @@ def _scaled(system: SmoothSystem, times: Array, step: float) -> RightHandSide:
 
     def rates(states: Array, wanted: bool) -> tuple[Array, Array]:
         slopes = step * system.slope(times, states.T).T
-        jacobian = step * np.moveaxis(system.jacobian(times, states.T), -1, 0) if wanted else slopes
+        jacobian = (
+            step * np.moveaxis(system.jacobian(times, states.T), -1, 0) if wanted else slopes
+        )
         return slopes, jacobian
 
     return rates
@@ -231,8 +242,10 @@ def _scaled(system: SmoothSystem, times: Array, step: float) -> RightHandSide:
 def _shot(system: SmoothSystem, block: Response) -> Array:
     """Change of the state since each step's start by the second method, in PARTS of a step, with
     its derivatives by the start and the parameters: (steps, PARTS + 1, d, d + parameters)."""
-    begin, lengths = block.orbit.breakpoints[:-1], np.diff(block.orbit.breakpoints)
-    starts, values = block.states[:-1].T, system.perturbed()
+    begin = block.orbit.breakpoints[:-1]
+    lengths = np.diff(block.orbit.breakpoints)
+    starts = block.states[:-1].T
+    values = system.perturbed()
     size = len(starts)
     state = np.zeros((size, size + len(system.parameters), len(begin)), dtype=complex)
     state.real = starts[:, None]
@@ -254,7 +267,8 @@ def _shot(system: SmoothSystem, block: Response) -> Array:
 def _carried(response: Array, block: Response, shots: Array) -> tuple[Array, Array]:
     """The response of a track at all known times of a block, shape (m, d, inputs + 1), and at its
     end."""
-    size, rows = len(response), []
+    size = len(response)
+    rows = []
     flow = shots.imag / TINY
     flow[..., :size] += np.eye(size)
     missed = shots.real[:, -1, :, 0] - np.diff(block.states, axis=0)

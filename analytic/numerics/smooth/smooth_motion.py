@@ -16,7 +16,8 @@ from plumbob.analytic.numerics.smooth.smooth_system import SmoothSystem
 from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.reference import Array, Reference, Signals
 
-STAGES = 10  # of the collocation of what follows along a motion: known to about 1e-9, relatively
+# of the collocation of what follows along a motion: known to about 1e-9, relatively
+STAGES = 10
 MOST_STEPS = 2**20
 
 
@@ -37,10 +38,13 @@ class SmoothMotion:
             raise ParameterError("duration", until, "shorter: the motion is too fast")
         return TimeGrid(np.linspace(0.0, until, 2 + math.floor(count)))
 
-    def linearised(self, grid: TimeGrid, stages: int = STAGES) -> tuple[Array, Array, LinearFlow]:
+    def linearised(
+        self, grid: TimeGrid, stages: int = STAGES
+    ) -> tuple[Array, Array, LinearFlow]:
         """Times of the nodes of a grid's steps [s], shape (n,), the states there, shape (d, n), and
         the flow of small deviations, w' = f_z w."""
-        edges, rule = grid.breakpoints, gauss_collocation(stages)
+        edges = grid.breakpoints
+        rule = gauss_collocation(stages)
         nodes = edges[:-1, None] + np.diff(edges)[:, None] * rule.nodes
         times = np.minimum(nodes, grid.duration).ravel()
         states = self.state(times)

@@ -44,7 +44,8 @@ class SmoothSystem:
 
     def __post_init__(self) -> None:
         rows = [[float(x) for x in row] for row in self.mass_matrix(self.values, self.position)]
-        matrix, definite = np.array(rows), False
+        matrix = np.array(rows)
+        definite = False
         if np.isfinite(matrix).all() and np.array_equal(matrix, matrix.T):
             definite = bool(np.linalg.eigvalsh(matrix).min() > 0.0)
         if not definite:
@@ -63,8 +64,10 @@ class SmoothSystem:
     def slope(self, time: Any, state: Any, values: SimpleNamespace | None = None) -> Any:
         """Rates of `state`, shape (2 n, ...), at `time` [s]; other `values` of parameters may be
         complex arrays."""
-        half, p = len(state) // 2, values or self.values
-        q, v = state[:half], state[half:]
+        half = len(state) // 2
+        p = values or self.values
+        q = state[:half]
+        v = state[half:]
         rates = np.empty_like(state)
         rates[:half] = v
         for i, acceleration in enumerate(self.acceleration(time, q, v, p), start=half):
@@ -95,15 +98,19 @@ class SmoothSystem:
     def doubts(self, states: Array, doubts: Array) -> Signals:
         """Uncertainties of the observables of `states`, shape (2 n, m), which are known within
         `doubts` of that shape, with parameters and results that are rounded."""
-        half, p = len(states) // 2, self.perturbed()
+        half = len(states) // 2
+        p = self.perturbed()
         ahead = (
             states[:, None]
             + 1j * TINY * np.eye(2 * half, 2 * half + len(self.parameters))[:, :, None]
         )
-        weights = np.concatenate([doubts, np.full((len(self.parameters), doubts.shape[1]), ULP)])
+        weights = np.concatenate(
+            [doubts, np.full((len(self.parameters), doubts.shape[1]), ULP)]
+        )
         read = self.readings(p, ahead[:half], ahead[half:])
         return dict(zip((*self.coordinates, *self.rates), doubts, strict=True)) | {
-            name: (np.abs(value.imag) / TINY * weights).sum(axis=0) + ULP * np.abs(value.real[0])
+            name: (np.abs(value.imag) / TINY * weights).sum(axis=0)
+            + ULP * np.abs(value.real[0])
             for name, value in read.items()
         }
 
@@ -135,7 +142,8 @@ def jacobian(slope: Callable[[Any, Array], Array], time: Any, states: Array) -> 
 def solved(matrix: Sequence[Elements], right: Elements) -> list[Any]:
     """Solution of a linear system, whose elements may be arrays, by elimination without a change of
     rows: of a positive definite matrix, or one near the identity."""
-    size, rows = len(right), [[*row, value] for row, value in zip(matrix, right, strict=True)]
+    size = len(right)
+    rows = [[*row, value] for row, value in zip(matrix, right, strict=True)]
     for k, pivot in enumerate(rows):
         for row in rows[k + 1 :]:
             ratio = row[k] / pivot[k]

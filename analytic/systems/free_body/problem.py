@@ -45,7 +45,9 @@ class FreeBody:
         for name in MOMENTS:
             positive(name, getattr(self, name))
         for name in MOMENTS:
-            if quad(moment := getattr(self, name)) > sum(map(quad, self.inertia)) - quad(moment):
+            if quad(moment := getattr(self, name)) > sum(map(quad, self.inertia)) - quad(
+                moment
+            ):
                 wanted = "at most the sum of the other two moments, as of every rigid body"
                 raise ParameterError(name, moment, wanted)
         rates: Any = self.angular_velocity
@@ -86,7 +88,9 @@ class FreeBody:
         return math.inf if turning is None else float(double(turning.half_turn))
 
     @property
-    def kind(self) -> Literal["steady", "separatrix", "about the largest", "about the smallest"]:
+    def kind(
+        self,
+    ) -> Literal["steady", "separatrix", "about the largest", "about the smallest"]:
         """The kind of motion: steady, on the separatrix, or about the axis of the largest or the
         smallest moment of inertia."""
         if (turning := self.rotation.turning) is None:
@@ -106,8 +110,10 @@ class FreeBody:
         every input, of the times, and of the angular momentum where it is nearest to an axis: a
         start next to the unstable axis has small components, whose roundings are small, and later
         ones are not."""
-        body, times = self.rotation, np.asarray(times, dtype=np.float64)
-        here, change = body.state(times), self._change
+        body = self.rotation
+        times = np.asarray(times, dtype=np.float64)
+        here = body.state(times)
+        change = self._change
         late = ULP * (1.0 + self.fastest * np.abs(times))
         moved = ULP * np.abs(here) + late * (self.fastest if body.turning else 0.0)
         moved[3:] = ULP + late
@@ -127,12 +133,15 @@ class FreeBody:
     def _rounded_on_the_way(self, turning: Turning, times: Array) -> Array:
         """Change by a rounding of each component of the angular momentum, one unit in the last
         place of its magnitude, where the middle one first passes zero; shape (7, n)."""
-        body, change, wait = self.rotation, self._change, -turning.begin
+        body = self.rotation
+        change = self._change
+        wait = -turning.begin
         if wait < 0.0 and math.isfinite(self.half_period):
             wait += self.half_period
         there = Rotation(body.inertia, quad(body.state(np.array([wait]))[:3, 0]))
         after = np.maximum(times - wait, 0.0)
-        moved, here = np.zeros((7, len(times))), there.state(after)
+        moved = np.zeros((7, len(times)))
+        here = there.state(after)
         for rates in there.rates + np.diag(quad(change) * body.magnitude / body.inertia):
             off = Rotation(body.inertia, rates).state(after) - here
             moved[:3] += np.abs(off[:3]) * (ULP / change)
@@ -165,7 +174,8 @@ class FreeBody:
         (n,)."""
         rates = np.stack([observed[name] for name in RATES])
         inertia = np.array(self.inertia)[:, None]
-        momentum, energy = inertia * rates, (inertia * rates**2).sum(axis=0)
+        momentum = inertia * rates
+        energy = (inertia * rates**2).sum(axis=0)
         size = np.sqrt((momentum**2).sum(axis=0))
         if not size[0]:
             return {}
@@ -180,6 +190,7 @@ class FreeBody:
 def turned(attitude: Array, vectors: Array) -> Array:
     """`vectors` in the body's axes, shape (3, n), as seen in the world, by quaternions `attitude`,
     shape (4, n), taken as of length 1."""
-    scalar, part = attitude[0], attitude[1:]
+    scalar = attitude[0]
+    part = attitude[1:]
     once = np.cross(part, vectors, axis=0)
     return np.asarray(vectors + 2.0 * (scalar * once + np.cross(part, once, axis=0)))

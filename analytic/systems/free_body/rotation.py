@@ -56,7 +56,8 @@ class Rotation:
     @cached_property
     def turning(self) -> Turning | None:
         """The constants of the closed form; None where the angular velocity stays what it is."""
-        moments, parts = self.inertia, self.momentum
+        moments = self.inertia
+        parts = self.momentum
         torque = (moments - np.roll(moments, 1)) * parts * np.roll(parts, 1)
         return _turning(self) if torque.any() else None
 
@@ -71,7 +72,8 @@ class Rotation:
         return np.concatenate([rates, self._attitude(momentum, angle)])
 
     def _uniform(self, times: Array) -> Array:
-        rates, speed = double(self.rates)[:, None], np.sqrt((self.rates * self.rates).sum())
+        rates = double(self.rates)[:, None]
+        speed = np.sqrt((self.rates * self.rates).sum())
         half = _reduced(quad(times) * speed) / 2
         axis = rates / (double(speed) or 1.0)
         return np.concatenate([rates + 0.0 * half, np.cos(half)[None], axis * np.sin(half)])
@@ -135,7 +137,8 @@ def _turning(body: Rotation) -> Turning:
     """The constants of a motion whose angular velocity changes."""
     squares = body.momentum * body.momentum
     high, middle, low = sorted(range(3), key=lambda i: -body.inertia[i])
-    upper, lower = _apart(body, high, middle), _apart(body, low, middle)
+    upper = _apart(body, high, middle)
+    lower = _apart(body, low, middle)
     kappa = upper * squares[high] - lower * squares[low]
     return _about(body, (high, middle, low) if kappa >= 0 else (low, middle, high), high, kappa)
 
@@ -147,13 +150,16 @@ def _apart(body: Rotation, i: int, j: int) -> Quad:
 
 def _about(body: Rotation, axes: tuple[int, int, int], high: int, kappa: Quad) -> Turning:
     """The constants with the axes c, m and o; `high` is that of the largest moment."""
-    momentum, (c, middle, o) = body.momentum, axes
+    momentum = body.momentum
+    (c, middle, o) = axes
     squares = momentum * momentum
-    d_co, d_cm = _apart(body, c, o), _apart(body, c, middle)
+    d_co = _apart(body, c, o)
+    d_cm = _apart(body, c, middle)
     alpha = np.sqrt(d_co * squares[c] + _apart(body, o, middle) * squares[middle])
     beta = np.sqrt(d_co * squares[o] + d_cm * squares[middle])
     sizes = np.array([alpha, beta, beta]) / np.sqrt(np.array([d_co, d_cm, d_co]))
-    a, b = alpha * np.sqrt(d_cm), np.sqrt(d_co * abs(kappa))
+    a = alpha * np.sqrt(d_cm)
+    b = np.sqrt(d_co * abs(kappa))
     part = sizes[0] / body.magnitude
     signs = [1.0 if part >= 0 else -1.0 for part in momentum]
     sense = signs[c] * signs[o]  # of l_m, where sn is positive
@@ -168,7 +174,9 @@ def _about(body: Rotation, axes: tuple[int, int, int], high: int, kappa: Quad) -
         b,
         half_turn(a, b),
         float(
-            time_of_point(sense * momentum[middle] / sizes[1], abs(momentum[o]) / sizes[2], a, b)
+            time_of_point(
+                sense * momentum[middle] / sizes[1], abs(momentum[o]) / sizes[2], a, b
+            )
         ),
         body.magnitude / body.inertia[c],
         (1 if c == high else -1) * beta * beta / body.magnitude,

@@ -34,9 +34,12 @@ def demand(motion: Any, duration: float) -> Demand:
     >>> print(f"{demand(line, line.t2).peak:.4f} N")
     10.1137 N
     """
-    edges = np.unique(np.clip([*(phase.start for phase in motion.phases), duration], 0.0, duration))
+    edges = np.unique(
+        np.clip([*(phase.start for phase in motion.phases), duration], 0.0, duration)
+    )
     middles = 0.5 * (edges[1:] + edges[:-1])
-    forces, now = motion.driving_force(middles), motion.at(middles)
+    forces = motion.driving_force(middles)
+    now = motion.at(middles)
     # constant force, linear velocity: the largest product is at an end of the interval
     speeds = np.abs(now.stroke_rate) + np.abs(0.5 * np.diff(edges) * now.pull)
     return Demand(

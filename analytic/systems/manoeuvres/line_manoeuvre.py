@@ -41,15 +41,20 @@ def closed_form(capsule: Capsule, w1: float, w2: float, t1: float) -> ClosedForm
     prints eq. 18 with an angular velocity, omega_2, where its own eq. 17 gives w2.
     Raises ParameterError naming the parameter that violates 0 < w2 <= f g/mu < w1 (eq. 15).
     """
-    body, slider = Fraction(capsule.body_mass), Fraction(capsule.slider_mass)
-    push, pull, time = Fraction(w1), Fraction(w2), Fraction(t1)
-    mu, limit = slider / (body + slider), Fraction(capsule.friction) * Fraction(capsule.gravity)
+    body = Fraction(capsule.body_mass)
+    slider = Fraction(capsule.slider_mass)
+    push = Fraction(w1)
+    pull = Fraction(w2)
+    time = Fraction(t1)
+    mu = slider / (body + slider)
+    limit = Fraction(capsule.friction) * Fraction(capsule.gravity)
     if not mu * push > limit * (1 + THRESHOLD_ROUNDING):
         raise ParameterError("w1", w1, f"greater than f g/mu = {float(limit / mu)!r} m/s^2")
     # Without friction t_star = t2: the body need not stick afterwards, and w2 has no bound.
     if limit > 0 and mu * pull > limit * (1 + THRESHOLD_ROUNDING):
         raise ParameterError("w2", w2, f"at most f g/mu = {float(limit / mu)!r} m/s^2")
-    backward, braking = mu * push - limit, mu * pull + limit
+    backward = mu * push - limit
+    braking = mu * pull + limit
     t_star = mu * (push + pull) * time / braking
     try:
         closed = ClosedForm(
@@ -62,7 +67,9 @@ def closed_form(capsule: Capsule, w1: float, w2: float, t1: float) -> ClosedForm
             displacement=float(-backward * time * t_star / 2),
         )
     except OverflowError:
-        raise ParameterError("w1, w2, t1", (w1, w2, t1), "such that the motion is finite") from None
+        raise ParameterError(
+            "w1, w2, t1", (w1, w2, t1), "such that the motion is finite"
+        ) from None
     if closed.displacement == 0.0:
         raise ParameterError("displacement", 0.0, "other than 0")
     return closed
@@ -155,9 +162,12 @@ def printed_body_velocity(manoeuvre: LineManoeuvre, times: Array) -> Array:
 def condition_number(manoeuvre: LineManoeuvre) -> float:
     """Relative change of the displacement (22) over the largest relative change of M, m, f, g,
     w1, w2 and t1; grows as f g/(mu w1 - f g) when w1 nears its threshold."""
-    capsule, closed = manoeuvre.capsule, manoeuvre.closed
-    mu, limit = capsule.mass_ratio, capsule.friction * capsule.gravity
-    push, pull = mu * manoeuvre.w1, mu * manoeuvre.w2
+    capsule = manoeuvre.capsule
+    closed = manoeuvre.closed
+    mu = capsule.mass_ratio
+    limit = capsule.friction * capsule.gravity
+    push = mu * manoeuvre.w1
+    pull = mu * manoeuvre.w2
     by_w1 = push / (push + pull) + push / closed.backward
     by_w2 = pull / (push + pull) - pull / closed.braking
     by_friction = limit / closed.backward + limit / closed.braking

@@ -24,7 +24,8 @@ from plumbob.analytic.systems.slider_path import SliderPath, StraightPiece
 
 # A time within round-off of a switch counts as the switch, for a step that begins there.
 SNAP = 2.0**-48
-FEW = 27 * ROUNDOFF  # of each term: three parameters with three roundings each, and nine on the way
+# of each term: three parameters with three roundings each, and nine on the way
+FEW = 27 * ROUNDOFF
 SHIFTED = 8  # roundings of a time, of the switches before it and of a period
 
 
@@ -86,8 +87,11 @@ class LineMotion(LinearResponse):
     @cached_property
     def path(self) -> SliderPath:
         """The slider's path in the body over all repetitions."""
-        pulled = [next(alike) for _, alike in groupby(self.phases, key=lambda phase: phase.pull)]
-        ends, place = [phase.start for phase in pulled[1:]], self.ends[0]
+        pulled = [
+            next(alike) for _, alike in groupby(self.phases, key=lambda phase: phase.pull)
+        ]
+        ends = [phase.start for phase in pulled[1:]]
+        place = self.ends[0]
         direction = self.single.direction
         if math.isfinite(self.period) or not ends:
             ends.append(self.period if ends else 0.0)
@@ -106,10 +110,12 @@ class LineMotion(LinearResponse):
         """Repetitions before `times` [s], shape (n,), the time spent in the present phase [s], and
         that phase, shape (8, n)."""
         times = np.asarray(times, dtype=float)
-        late, done = times * (1.0 + SNAP), np.zeros_like(times)
+        late = times * (1.0 + SNAP)
+        done = np.zeros_like(times)
         if self.count > 1:
             done = np.clip(np.floor(late / self.period), 0, self.count - 1)
-            times, late = times - done * self.period, late - done * self.period
+            times = times - done * self.period
+            late = late - done * self.period
         which = np.searchsorted(self._table[0], np.maximum(late, 0.0), side="right") - 1
         phase = self._table[:, which]
         return done, np.maximum(times - phase[0], 0.0), phase
@@ -129,13 +135,16 @@ class LineMotion(LinearResponse):
     def friction_force(self, times: Array) -> Array:
         """Resultant of friction on the body [N] at `times` [s], shape (n,): f (M + m) g while it
         slides backward, and static friction m w at rest (eqs. 1, 8)."""
-        now, capsule = self.at(times), self.single.capsule
-        sliding, held = capsule.friction * capsule.weight, capsule.slider_mass * now.pull
+        now = self.at(times)
+        capsule = self.single.capsule
+        sliding = capsule.friction * capsule.weight
+        held = capsule.slider_mass * now.pull
         return np.asarray(np.where(now.slides, sliding, held))
 
     def driving_force(self, times: Array) -> Array:
         """Force F of the actuator on the slider [N] at `times` [s], shape (n,) (eqs. 3, 9)."""
-        friction, pull = self.friction_force(times), self.at(times).pull
+        friction = self.friction_force(times)
+        pull = self.at(times).pull
         return np.asarray(driving_force(self.single.capsule, friction, pull))
 
     def normal_forces(self, times: Array) -> Array:
@@ -148,7 +157,8 @@ class LineMotion(LinearResponse):
         displacement, velocity of C [m, m/s]; stroke, stroke_rate of the slider in the body [m,
         m/s]; heading [rad]; sideways, of C across the line [m]; normal_force_1..3, friction_force
         (resultant on the body) and driving_force (of the actuator on the slider) [N]."""
-        now, still = self.at(times), np.zeros(np.shape(times))
+        now = self.at(times)
+        still = np.zeros(np.shape(times))
         return {
             "displacement": now.displacement,
             "velocity": now.velocity,
@@ -165,15 +175,21 @@ class LineMotion(LinearResponse):
         """Absolute error [SI] at `times` [s], shape (n,), that parameters and times rounded to
         double, and the arithmetic, may have caused: first order, term by term, in magnitude; it
         adds up over the repetitions."""
-        capsule, (done, _, _) = self.single.capsule, self._now(times)
+        capsule = self.single.capsule
+        (done, _, _) = self._now(times)
         late = np.where(done > 0.0, SHIFTED, 2.0) * np.abs(np.asarray(times, dtype=float))
-        late = ROUNDOFF * (late if self.count > 1 else np.minimum(late, 2 * self.phases[-1].start))
+        late = ROUNDOFF * (
+            late if self.count > 1 else np.minimum(late, 2 * self.phases[-1].start)
+        )
         sizes = self._sizes
-        end, pull = sizes[-1], max(phase.pull for phase in sizes)
+        end = sizes[-1]
+        pull = max(phase.pull for phase in sizes)
         push = max(phase.acceleration for phase in sizes)
         reach = math.hypot(*self.ends[0]) + abs(self.single.stroke)
         slack = normal_force_uncertainty(capsule, reach, late * end.stroke_rate)
-        now, held, still = self.at(times), self.friction_force(times), np.zeros_like(late)
+        now = self.at(times)
+        held = self.friction_force(times)
+        still = np.zeros_like(late)
         return {
             "displacement": FEW * end.displacement * (1.0 + done) + late * end.velocity,
             "velocity": FEW * end.velocity + 2 * late * push,
@@ -189,7 +205,8 @@ class LineMotion(LinearResponse):
     @cached_property
     def _sizes(self) -> list[Phase]:
         """The phases, of which every term counts with its size."""
-        capsule, sizes = self.single.capsule, list[Phase]()
+        capsule = self.single.capsule
+        sizes = list[Phase]()
         now = Phase(0.0, 0.0, 0.0, 0.0)
         for phase in self.phases:
             push = capsule.mass_ratio * abs(phase.pull) + capsule.friction * capsule.gravity

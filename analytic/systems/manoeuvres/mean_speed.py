@@ -25,9 +25,12 @@ def mean_speed(
     ParameterError."""
     positive("friction", capsule.friction), positive("stroke", stroke)
     positive("w1", w1), positive("w2", w2), proper_fraction("fraction", fraction)
-    x, y = capsule.holding_acceleration / w1, capsule.holding_acceleration / w2
+    x = capsule.holding_acceleration / w1
+    y = capsule.holding_acceleration / w2
     moved = (1.0 - x) / (1.0 + y)
-    return _scale(capsule, stroke) * moved / (math.sqrt(2.0 * (x + y)) + 2.0 / math.sqrt(fraction))
+    return (
+        _scale(capsule, stroke) * moved / (math.sqrt(2.0 * (x + y)) + 2.0 / math.sqrt(fraction))
+    )
 
 
 def fastest_speed(capsule: Capsule, stroke: float) -> float:
@@ -38,7 +41,9 @@ def fastest_speed(capsule: Capsule, stroke: float) -> float:
     return _scale(capsule, stroke) / (2.0 * math.sqrt(2.0) + 4.0)
 
 
-def fastest(capsule: Capsule, w1: float, stroke: float, direction: float = 0.0) -> LineManoeuvre:
+def fastest(
+    capsule: Capsule, w1: float, stroke: float, direction: float = 0.0
+) -> LineManoeuvre:
     """The fastest manoeuvre of `stroke` [m] that pushes with `w1` [m/s^2], in the middle of its
     line at `direction` [rad]. Raises ParameterError."""
     w2 = capsule.holding_acceleration

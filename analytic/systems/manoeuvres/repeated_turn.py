@@ -75,7 +75,8 @@ class RepeatedTurn:
     def single(self) -> ThreePointMotion:
         """The exact motion of the first turn, to rest; raises ParameterError where there is too
         little friction to determine that time."""
-        least, friction = self.manoeuvre.least_friction, self.capsule.friction
+        least = self.manoeuvre.least_friction
+        friction = self.capsule.friction
         if friction < least:
             need = f"greater than {least:.2g}, for a double to show what friction does in this turn"
             raise ParameterError("friction", friction, need)
@@ -96,10 +97,13 @@ class RepeatedTurn:
     def at(self, times: Array) -> Pose:
         """Pose and velocity of the body at `times` [s], shape (n,)."""
         done, local = self._within(times)
-        now, (shift, turn) = self.single.at(local), self._gained
+        now = self.single.at(local)
+        (shift, turn) = self._gained
         facing = np.exp(1j * turn * done)
         # shift (1 + e^(i turn) + ...), a geometric series
-        base = shift * done if turn == 0.0 else shift * (facing - 1.0) / (np.exp(1j * turn) - 1.0)
+        base = (
+            shift * done if turn == 0.0 else shift * (facing - 1.0) / (np.exp(1j * turn) - 1.0)
+        )
         place = base + facing * (now.position @ [1.0, 1j])
         speed = facing * (now.velocity @ [1.0, 1j])
         return Pose(
@@ -113,10 +117,14 @@ class RepeatedTurn:
     def error(self) -> Pose:
         """Largest error over all turns: that of one turn for each; an error of heading rotates the
         displacements that follow."""
-        single, n = self.single.error, self.count
-        (shift, _), turned = self._gained, n * float(single.heading[0])
+        single = self.single.error
+        n = self.count
+        (shift, _) = self._gained
+        turned = n * float(single.heading[0])
         place = n * (single.position + turned * abs(shift))
-        speed = float(np.abs(self.single.at(np.array([self.manoeuvre.half_time])).velocity).max())
+        speed = float(
+            np.abs(self.single.at(np.array([self.manoeuvre.half_time])).velocity).max()
+        )
         return Pose(
             place, n * single.heading, single.velocity + turned * speed, single.angular_velocity
         )

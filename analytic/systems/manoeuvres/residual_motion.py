@@ -78,10 +78,14 @@ class ResidualMotion(SingleMotion, LinearResponse):
         way, rate = self.course(np.asarray(times, dtype=np.float64))
         if self.centre is None:
             along = cmath.rect(1.0, self.direction)
-            place, speed, way, rate = way * along, rate * along, 0.0 * way, 0.0 * rate
+            place = way * along
+            speed = rate * along
+            way = 0.0 * way
+            rate = 0.0 * rate
         else:
             arm = -complex(*self.centre) * np.exp(1j * way)
-            place, speed = complex(*self.centre) + arm, 1j * rate * arm
+            place = complex(*self.centre) + arm
+            speed = 1j * rate * arm
         return {
             "x": place.real,
             "y": place.imag,
@@ -95,10 +99,13 @@ class ResidualMotion(SingleMotion, LinearResponse):
     def uncertainty(self, times: Array) -> Signals:
         """Absolute error [SI] at `times` [s], shape (n,), that parameters and times rounded to
         double, and the arithmetic, may have caused."""
-        few, turned = ROUNDINGS * ROUNDOFF, (0.0, 0.0)
-        moved, speed = few * abs(self.distance), few * abs(self.rate)
+        few = ROUNDINGS * ROUNDOFF
+        turned = (0.0, 0.0)
+        moved = few * abs(self.distance)
+        speed = few * abs(self.rate)
         if self.centre is not None:
-            turned, arm = (moved, speed), math.hypot(*self.centre)
+            turned = (moved, speed)
+            arm = math.hypot(*self.centre)
             moved, speed = arm * (moved + few), arm * (speed + abs(self.rate) * (moved + few))
         load = normal_force_uncertainty(self.capsule, math.hypot(*self.slider))
         bounds = (moved, moved, speed, speed, *turned, *3 * (load,))
@@ -119,7 +126,8 @@ def coasting(
     positive("friction", capsule.friction)
     check_loads(capsule, (slider,))
     if rate == 0.0:
-        speed, direction = math.hypot(*velocity), math.atan2(velocity[1], velocity[0])
+        speed = math.hypot(*velocity)
+        direction = math.atan2(velocity[1], velocity[0])
         deceleration = capsule.friction * capsule.gravity
         return ResidualMotion(capsule, speed, deceleration, None, direction, slider)
     mu = capsule.mass_ratio

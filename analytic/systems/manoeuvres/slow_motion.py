@@ -50,7 +50,8 @@ class SlowStroke(SingleMotion, LineMotion):
     @cached_property
     def phases(self) -> tuple[Phase, ...]:
         """The halves of each way, and rest; the body does not move."""
-        now, phases = Phase(0.0, 0.0, 0.0, 0.0), list[Phase]()
+        now = Phase(0.0, 0.0, 0.0, 0.0)
+        phases = list[Phase]()
         for sense in (1.0, -1.0, -1.0, 1.0, 0.0) if self.there_and_back else (1.0, -1.0, 0.0):
             now = now._replace(pull=sense * math.copysign(self.acceleration, self.length))
             phases.append(now)

@@ -187,7 +187,11 @@ class TurnManoeuvre:
 
 
 def turn_of(
-    capsule: Capsule, radius: float, epsilon: float, body_angle: float = -1.0, start: float = 0.0
+    capsule: Capsule,
+    radius: float,
+    epsilon: float,
+    body_angle: float = -1.0,
+    start: float = 0.0,
 ) -> TurnManoeuvre:
     """The manoeuvre with tau = epsilon T that turns the body by `body_angle` [rad] to leading order
     (eqs. 28, 30, 32). Raises ParameterError."""
@@ -209,15 +213,19 @@ def leading_friction(turn: TurnManoeuvre, slider_angles: Array) -> tuple[Complex
     `slider_angles` phi [rad], shape (n,), from the body's x axis. Support i moves along -k x s_i,
     s_i = mu_1 CA_i + mu (1 - mu_1) r.
     """
-    capsule, mu_1 = turn.capsule, turn.inertia_ratio
-    mu, r = capsule.mass_ratio, turn.radius * np.exp(1j * slider_angles)
+    capsule = turn.capsule
+    mu_1 = turn.inertia_ratio
+    mu = capsule.mass_ratio
+    r = turn.radius * np.exp(1j * slider_angles)
     supports = np.array([complex(*point) for point in capsule.supports])
     slip = mu_1 * supports + mu * (1.0 - mu_1) * r[:, None]
     size = np.abs(slip)
     unit = np.sign(turn.slider_angle) * slip / np.where(size > 0.0, size, 1.0)
     limits = capsule.friction * normal_forces(capsule, np.column_stack([r.real, r.imag]))
     moments = ((supports - mu * r[:, None]).conjugate() * unit).real
-    return np.asarray((limits * 1j * unit).sum(axis=1)), np.asarray((limits * moments).sum(axis=1))
+    return np.asarray((limits * 1j * unit).sum(axis=1)), np.asarray(
+        (limits * moments).sum(axis=1)
+    )
 
 
 def _correction(turn: TurnManoeuvre) -> TurnCorrection:
@@ -231,12 +239,16 @@ def _correction(turn: TurnManoeuvre) -> TurnCorrection:
     # The slider's acceleration is reversed at 1.
     push, drift, spin, turned = map(
         complex,
-        quad_vec(integrand, 0.0, 2.0, epsabs=0.0, epsrel=CONVERGED, points=(1.0,), limit=PIECES)[0],
+        quad_vec(
+            integrand, 0.0, 2.0, epsabs=0.0, epsrel=CONVERGED, points=(1.0,), limit=PIECES
+        )[0],
     )
-    facing, arm = complex(np.exp(1j * turn.body_angle)), turn._arm(turn.slider_angle)
+    facing = complex(np.exp(1j * turn.body_angle))
+    arm = turn._arm(turn.slider_angle)
     way, turned_on, lasting = residual_limit(turn.capsule, arm, push / facing, spin.real)
     # C is at -mu r from the combined centre: a further turn moves it about that.
-    arm, last = arm * facing, turned.real + turned_on
+    arm = arm * facing
+    last = turned.real + turned_on
     at_stop = drift - 1j * arm * turned.real
     at_rest = drift + facing * way - 1j * arm * last
     carried = push - 1j * arm * spin.real
@@ -251,7 +263,8 @@ def _correction(turn: TurnManoeuvre) -> TurnCorrection:
 def _accelerations(turn: TurnManoeuvre, phases: Array) -> Complex:
     """Of the combined centre and of the heading, by friction, at `phases`, shape (n,), each also
     times what is left of 2 tau: shape (4, n)."""
-    done, capsule = progress(phases), turn.capsule
+    done = progress(phases)
+    capsule = turn.capsule
     force, moment = leading_friction(turn, turn.start + turn.slider_angle * done)
     mass = capsule.body_mass + capsule.slider_mass
     push = force * np.exp(1j * turn.body_angle * done) / mass

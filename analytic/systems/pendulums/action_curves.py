@@ -48,9 +48,12 @@ def branches(
         np.asarray(double(x)) for x in (potential.value(angles), potential.curvature(angles))
     )
     places = np.asarray(double(angles))
-    wells, levels = np.flatnonzero(bend > 0), np.sort(value[bend < 0])
+    wells = np.flatnonzero(bend > 0)
+    levels = np.sort(value[bend < 0])
     wells = wells[np.argsort(value[wells])]
-    names = ("in the deeper well", "in the shallower well") if len(wells) > 1 else ("in the well",)
+    names = (
+        ("in the deeper well", "in the shallower well") if len(wells) > 1 else ("in the well",)
+    )
     spans = [(names[i], places[w], value[w], levels[0]) for i, w in enumerate(wells)]
     if len(levels) > 1 and levels[1] > levels[0]:
         spans.append(("over both wells", places[wells[0]], levels[0], levels[1]))

@@ -59,7 +59,8 @@ class DrivenMotion:
             doubts = self.certified.uncertainty(np.minimum(times, known_until))
             return {n: np.where(times > known_until, LOST, d) for n, d in doubts.items()}
         known = self.observe(times)
-        theta, rate = known["theta"], known["theta_dot"]
+        theta = known["theta"]
+        rate = known["theta_dot"]
         slope = self.rotor.acceleration(times, theta, rate)
         late = {"theta": np.abs(times * rate), "theta_dot": np.abs(times * slope)}
         moved = rounded_inputs(self, lambda near: near.observe(times), 1.0)

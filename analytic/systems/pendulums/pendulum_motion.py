@@ -76,7 +76,9 @@ class PendulumMotion:
     def _solve(self, change: float) -> EllipticMotion:
         """The closed form, or one for each relative `change` of a, b, c, inertia, the angle or the
         speed (or excess), of those that are not zero."""
-        v, from_top, excess = self.potential, self.theta_from_top, self.excess
+        v = self.potential
+        from_top = self.theta_from_top
+        excess = self.excess
         angle = self.theta if from_top is None else from_top
         last = self.theta_dot if excess is None else excess
         given = v.a, v.b, v.c, self.inertia, angle, last
@@ -215,7 +217,8 @@ class PendulumMotion:
     def _of_rounded_start(self, times: Array) -> Signals:
         start = float(double(self.closed_form.theta0))
         rounded = replace(self, theta=start, theta_from_top=None)
-        here, there = self.observe(times), rounded.observe(times)
+        here = self.observe(times)
+        there = rounded.observe(times)
         doubts = rounded.uncertainty(times).items()
         return {name: doubt + np.abs(there[name] - here[name]) for name, doubt in doubts}
 

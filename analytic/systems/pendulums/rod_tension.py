@@ -14,7 +14,9 @@ from plumbob.analytic.reference import Array, Signals
 MASS = 1.0  # [kg] of the bob unless given: the notebook's code is per unit mass
 
 
-def tension(length: float, gravity: float, theta: Any, theta_dot: Any, mass: float = MASS) -> Any:
+def tension(
+    length: float, gravity: float, theta: Any, theta_dot: Any, mass: float = MASS
+) -> Any:
     """T = m L theta'^2 + m g cos theta [N], positive when the rod is pulled; of arrays, shapes
     (n,), or power series."""
     return mass * (length * theta_dot * theta_dot + gravity * np.cos(theta))

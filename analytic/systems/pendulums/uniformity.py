@@ -79,7 +79,9 @@ def _measures(rates: Array, first: Array, spans: Array) -> Uniformity:
 
 def _rates(potential: TrigonometricPotential, inertia: Array, speeds: Array) -> Array:
     """Speeds [rad/s] at ANGLES angles of a turn, the last axis; NaN where it does not turn over."""
-    a, b, c = (np.asarray(double(x))[..., None] for x in (potential.a, potential.b, potential.c))
+    a, b, c = (
+        np.asarray(double(x))[..., None] for x in (potential.a, potential.b, potential.c)
+    )
     theta = np.arange(ANGLES) * (2 * np.pi / ANGLES)
     well = np.asarray(TrigonometricPotential(a, b, c).value(theta))
     squares = speeds[..., None] ** 2 - 2 * (well - well[..., :1]) / inertia[..., None]

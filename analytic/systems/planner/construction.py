@@ -50,7 +50,8 @@ def plan(
     Raises ParameterError naming the limit that makes a pose unreachable, or the pose where the plan
     misses it.
     """
-    limits, start = limits or Limits(), start or RestPose(0.0, 0.0, 0.0)
+    limits = limits or Limits()
+    start = start or RestPose(0.0, 0.0, 0.0)
     for pose in (start, goal):
         if abs(pose.heading) > LARGEST_HEADING:
             raise ParameterError("heading", pose.heading, f"within ±{LARGEST_HEADING:g} rad")
@@ -70,7 +71,8 @@ def _arranged(track: Track, start: RestPose, goal: RestPose) -> tuple[Manoeuvre,
     """Turns to the heading, then lines to the place, then the slider to its place: C moves with
     every turn, and a translation does not change the heading."""
     heading = math.remainder(goal.heading - start.heading, FULL_CIRCLE)
-    left, turns = (goal.place - start.place) * cmath.rect(1.0, -start.heading), list[Turn]()
+    left = (goal.place - start.place) * cmath.rect(1.0, -start.heading)
+    turns = list[Turn]()
     if abs(heading) > SAME or abs(left) > SAME:
         check_pushing(track.capsule, track.limits)
     if abs(heading) > SAME:

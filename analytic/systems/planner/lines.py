@@ -19,7 +19,8 @@ ON_RAIL = (0.0, 0.5, 1.0)  # fractions of the length that a stroke leaves, as th
 
 def line_time(track: Track, displacement: complex) -> float:
     """Estimated time [s] of lines with slow returns for `displacement` [m], in body axes."""
-    unit, total = track.unit_line, 0.0
+    unit = track.unit_line
+    total = 0.0
     for rail, distance in track.legs(displacement)[0]:
         stroke = min(track.limits.stroke, rail.high - rail.low)
         part, count = math.modf(distance / (-unit.displacement * stroke / unit.stroke))
@@ -31,8 +32,10 @@ def line_time(track: Track, displacement: complex) -> float:
 def strokes(track: Track, rail: Rail, distance: float) -> list[tuple[Passage, ...]]:
     """Line manoeuvres that together move the body by `distance` [m], in a few ways: whole strokes
     and a remainder, from one place or another on `rail`. Raises ParameterError."""
-    unit, longest = track.unit_line, min(track.limits.stroke, rail.high - rail.low)
-    w1, w2 = track.limits.acceleration, track.w2
+    unit = track.unit_line
+    longest = min(track.limits.stroke, rail.high - rail.low)
+    w1 = track.limits.acceleration
+    w2 = track.w2
     whole = -unit.displacement * longest / unit.stroke
     count = math.ceil(distance / whole * (1.0 - 1e-12))
     if count > track.limits.manoeuvres:

@@ -94,7 +94,9 @@ def line(direction: float, position: float, w1: float, w2: float, t1: float) -> 
     return Manoeuvre("line", given, path)
 
 
-def turn(radius: float, angle: float, angular_acceleration: float, half_time: float) -> Manoeuvre:
+def turn(
+    radius: float, angle: float, angular_acceleration: float, half_time: float
+) -> Manoeuvre:
     """A turn manoeuvre from `angle` [rad] on the circle (Chernousko 2020, eqs. 24-32)."""
     given = {
         "radius": radius,
@@ -115,7 +117,8 @@ def slow_line(capsule: Capsule, start: complex, end: complex, holding: float) ->
     moment about the combined centre too, and the limit is that of the set of wrenches that friction
     can balance. This set is concave in the slider's place, so the ends of each half are decisive.
     """
-    direction, length = cmath.phase(end - start), abs(end - start)
+    direction = cmath.phase(end - start)
+    length = abs(end - start)
     places = start, 0.5 * (start + end), end
     acceleration = holding * min(holding_limit(capsule, at, direction) for at in places)
     half = math.sqrt(length / acceleration)
@@ -143,7 +146,8 @@ def slow_arc(
     The motion is scaled in time to its largest load. On arcs of any length it takes within a
     tenth of the least time.
     """
-    body, swing = mechanics(capsule), end - start
+    body = mechanics(capsule)
+    swing = end - start
 
     def path(drive: float) -> SliderPath:
         ramp = math.sqrt(0.5 * abs(swing) / drive)

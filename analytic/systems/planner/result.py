@@ -15,7 +15,14 @@ from plumbob.analytic.systems.capsule import Capsule
 from plumbob.analytic.systems.capsule_motion import MotionKind
 from plumbob.analytic.systems.planner.manoeuvre import Manoeuvre
 from plumbob.analytic.systems.planner.problem import FULL_CIRCLE, Limits, RestPose
-from plumbob.analytic.systems.planner.tracks import ArcName, Ends, LineSegment, Pair, Track, curve
+from plumbob.analytic.systems.planner.tracks import (
+    ArcName,
+    Ends,
+    LineSegment,
+    Pair,
+    Track,
+    curve,
+)
 from plumbob.analytic.systems.slider_path import SliderPath, concatenate, fixed
 from plumbob.analytic.systems.three_points.friction import three_point_motion
 from plumbob.analytic.systems.three_points.motion import ThreePointMotion
@@ -91,7 +98,9 @@ class Plan:
     def reached(self) -> RestPose:
         """The pose that the exact motion reaches."""
         end = self.motion.at(np.array([max(self.duration, self.motion.rest_time)]))
-        place = self.start.place + complex(*end.position[0]) * cmath.rect(1.0, self.start.heading)
+        place = self.start.place + complex(*end.position[0]) * cmath.rect(
+            1.0, self.start.heading
+        )
         heading = self.start.heading + float(end.heading[0])
         return RestPose(place.real, place.imag, heading, self.path.end)
 

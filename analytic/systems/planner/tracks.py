@@ -36,7 +36,8 @@ from plumbob.analytic.systems.planner.manoeuvre import (
 )
 from plumbob.analytic.systems.planner.problem import FULL_CIRCLE, Limits
 
-ROUND = tuple(k / 24 for k in range(24))  # places round the circle for the first turn to begin at
+# places round the circle for the first turn to begin at
+ROUND = tuple(k / 24 for k in range(24))
 ON_ARC = (0.0, 0.5, 1.0)  # and on an arc
 LEAST_LOAD = 0.1  # of a support's load with the slider at C, to remain on a rail
 
@@ -120,7 +121,9 @@ class Track:
         if validity(self.capsule, ((0.0, 0.0),)):
             need = "such that C is inside their triangle"
             raise ParameterError("supports", self.capsule.supports, need)
-        for breach in validity(self.capsule, (Arc(self.limits.radius, *(self.arc or (0.0, 7.0))),)):
+        for breach in validity(
+            self.capsule, (Arc(self.limits.radius, *(self.arc or (0.0, 7.0))),)
+        ):
             need = f"small enough to keep every support pressed to the ground ({breach})"
             raise ParameterError("radius", self.limits.radius, need)
         if self.arc and not NEAR < abs(self.arc[1] - self.arc[0]) <= FULL_CIRCLE:
@@ -152,7 +155,9 @@ class Track:
         met = dict[int, tuple[Place, Place]]()
         for rail in self.segments:
             for along in (self.limits.radius, -self.limits.radius):
-                angle = self._on_arc(rail.direction if along > 0.0 else rail.direction + math.pi)
+                angle = self._on_arc(
+                    rail.direction if along > 0.0 else rail.direction + math.pi
+                )
                 if rail.low - NEAR <= along <= rail.high + NEAR and angle is not None:
                     met.setdefault(rail.part, (rail.place(along), self.on_circle(angle)))
         return met
@@ -196,7 +201,8 @@ class Track:
             around = (longest, (0.0,)) if returning else (None, ROUND)
             return Circle(sense, longest, 0.0, *around)
         first, last = self.arc if sense * (self.arc[1] - self.arc[0]) > 0.0 else self.arc[::-1]
-        extent, places = abs(last - first), (0.0,) if returning else ON_ARC
+        extent = abs(last - first)
+        places = (0.0,) if returning else ON_ARC
         return Circle(sense, min(extent, longest), first, extent, places)
 
     def on_circle(self, angle: float) -> Place:
@@ -240,11 +246,15 @@ class Track:
                 self.joints.get(place.part, (place, place)) for place in (begin, end)
             )
             ways = [((begin, off), (onto, onto_last), (last, end))]
-        return min(map(self._slow, ways), key=lambda way: sum(motion.duration for motion in way))
+        return min(
+            map(self._slow, ways), key=lambda way: sum(motion.duration for motion in way)
+        )
 
     def _slow(self, ways: Sequence[tuple[Place, Place]]) -> tuple[Manoeuvre, ...]:
         """Slow motions, each within one part of the track."""
-        capsule, radius, holding = self.capsule, self.limits.radius, self.limits.holding
+        capsule = self.capsule
+        radius = self.limits.radius
+        holding = self.limits.holding
         return tuple(
             slow_arc(capsule, radius, here.angle, there.angle, holding)
             if here.part == there.part == ARC
@@ -260,7 +270,9 @@ def checked_curve(
     """The same as tuples; raises ParameterError where `legs` are no two of the supports, `arc` is
     neither a name nor two angles, or `segments` are no two triples of numbers."""
     legs = tuple(legs) if isinstance(legs, list) else legs
-    if legs not in itertools.permutations((1, 2, 3), 2) or any(type(i) is not int for i in legs):
+    if legs not in itertools.permutations((1, 2, 3), 2) or any(
+        type(i) is not int for i in legs
+    ):
         raise ParameterError("legs", legs, "two different ones of the supports 1, 2, 3")
     if arc not in ("shorter", "longer"):
         arc = numbers("arc", arc, (2,), "shorter or longer, or two angles [from, to]")

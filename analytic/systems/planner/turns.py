@@ -54,7 +54,8 @@ def computed_turn(track: Track, start: float, swing: float) -> Turn:
     made = turn(track.limits.radius, start, math.copysign(acceleration, swing), half_time)
     motion = three_point_motion(track.capsule, made.path)
     pose = motion.at(np.array([motion.rest_time]))
-    begin, end = track.on_circle(start), track.on_circle(start + swing)
+    begin = track.on_circle(start)
+    end = track.on_circle(start + swing)
     pause = WAITING * (motion.rest_time - made.duration)
     waits = (wait(end.point, pause),) if pause > 0.0 else ()
     passage = Passage(begin, end, (made, *waits))
@@ -98,16 +99,20 @@ def choices(track: Track, circle: Circle, wanted: float, displacement: complex) 
     """Ways to turn the body by `wanted` [rad] (its size), and C with lines by `displacement` [m] in
     body axes at the start. Each is estimated from a few computed turns: heading and shift are
     nearly as the slider's angle, and the time as its root. Raises ParameterError."""
-    ways, turns = list[Choice](), _survey(track, circle)
+    ways = list[Choice]()
+    turns = _survey(track, circle)
     fewest = math.ceil(wanted / (LIKELY * circle.gained(turns[-1].heading)))
     most = min(fewest + MORE, track.limits.manoeuvres)
     for count in range(fewest, most + 1):
         swing, shift, time = _between(turns, circle, wanted / count)
-        time, turned = count * time, -wanted / count
+        time = count * time
+        turned = -wanted / count
         if circle.extent is None:
             turned += swing
         else:
-            back = slow_arc(track.capsule, track.limits.radius, 0.0, swing, track.limits.holding)
+            back = slow_arc(
+                track.capsule, track.limits.radius, 0.0, swing, track.limits.holding
+            )
             time += (count - 1) * back.duration
         drift = shift * complex(np.exp(1j * circle.sense * turned * np.arange(count)).sum())
         for place, start in enumerate(circle.starts(swing)):
@@ -129,7 +134,11 @@ def _between(turns: list[Turn], circle: Circle, wanted: float) -> tuple[float, c
     shifts = np.array([turn.shift for turn in turns]) * cmath.rect(1.0, -circle.first)
     times = np.array([turn.passage.duration for turn in turns])
     shift = swing * complex(np.interp(swing, swings, shifts / swings))
-    return swing, shift, math.sqrt(swing) * float(np.interp(swing, swings, times / np.sqrt(swings)))
+    return (
+        swing,
+        shift,
+        math.sqrt(swing) * float(np.interp(swing, swings, times / np.sqrt(swings))),
+    )
 
 
 def _survey(track: Track, circle: Circle) -> list[Turn]:
@@ -150,7 +159,8 @@ def _survey(track: Track, circle: Circle) -> list[Turn]:
 def turns_of(track: Track, circle: Circle, wanted: float, choice: Choice) -> list[Turn] | None:
     """The turns of a choice, together of exactly the heading `wanted` [rad] (its size): from one
     place all the same, else the last one for the exact rest; None where one would be too large."""
-    longest, turns = min(LARGER * choice.swing, circle.longest), list[Turn]()
+    longest = min(LARGER * choice.swing, circle.longest)
+    turns = list[Turn]()
 
     def start(swing: float) -> float:
         if turns:
@@ -171,7 +181,8 @@ def turns_of(track: Track, circle: Circle, wanted: float, choice: Choice) -> lis
 def turns_to(track: Track, wanted: float, displacement: complex) -> list[Turn]:
     """Turns for the heading `wanted` [rad]; `displacement` [m] in body axes is the total of turns
     and lines. Raises ParameterError."""
-    sense, size = -math.copysign(1.0, wanted), abs(wanted)
+    sense = -math.copysign(1.0, wanted)
+    size = abs(wanted)
     for returning in (False, True):  # where turns round the circle go astray, from one place
         circle = track.circle(sense, returning=returning)
         ways = choices(track, circle, size, displacement)

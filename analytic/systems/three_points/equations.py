@@ -98,7 +98,11 @@ IMAGINARY = 1e-200  # size of a complex step: its square is nothing
 
 
 def sliding_rates(
-    body: Mechanics, at: Configuration, state: Array, clock: Clock = IN_TIME, derived: bool = True
+    body: Mechanics,
+    at: Configuration,
+    state: Array,
+    clock: Clock = IN_TIME,
+    derived: bool = True,
 ) -> tuple[Array, Array]:
     """Rates of (p_x, p_y, omega, t) while every support slides, shape (n, 4), and their derivatives
     by (p_x, p_y, omega), shape (n, 4, 3), or with a clock by all four, (n, 4, 4), those by t only
@@ -118,8 +122,10 @@ def sliding_rates(
 def _rates(body: Mechanics, at: Configuration, state: Any, later: Any, clock: Clock) -> Any:
     """Rates, shape (..., n, 4), at (p_x, p_y, omega), shape (3, ..., n), of supports whose arms
     move on for the time `later` [s]; plane vectors by component, the first axis."""
-    point, omega = state[:2], state[2]
-    passed, push = body.mass_ratio * at.velocity, body.mass_ratio * at.acceleration
+    point = state[:2]
+    omega = state[2]
+    passed = body.mass_ratio * at.velocity
+    push = body.mass_ratio * at.acceleration
     arm_x = at.arms.real - passed.real[:, None] * later
     arm_y = at.arms.imag - passed.imag[:, None] * later
     across = np.stack([-arm_y, arm_x])

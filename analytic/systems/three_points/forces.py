@@ -44,14 +44,18 @@ class Loading:
     @property
     def acceleration(self) -> Complex:
         """Of G [m/s^2]."""
-        mu, omega, carried = self.body.mass_ratio, self.states[:, 2], self.rates[:, :2] @ [1.0, 1j]
+        mu = self.body.mass_ratio
+        omega = self.states[:, 2]
+        carried = self.rates[:, :2] @ [1.0, 1j]
         turned = 1j * omega * (self.point + mu * self.at.velocity)
         return np.asarray(carried + mu * self.at.acceleration + turned)
 
     @property
     def friction(self) -> tuple[Complex, Array]:
         """Resultant of friction [N] and its moment about G [N m] (Chernousko 2020, eqs. 2-4)."""
-        r, v, w = self.at.position, self.at.velocity, self.at.acceleration
+        r = self.at.position
+        v = self.at.velocity
+        w = self.at.acceleration
         growth = cross(r, w) + 2.0 * (r.conjugate() * v).real * self.states[:, 2]
         moment = self.at.inertia * self.rates[:, 2] + self.body.reduced_mass * growth
         return self.body.mass * self.acceleration, moment
@@ -59,8 +63,12 @@ class Loading:
     @property
     def actuator(self) -> Complex:
         """Force F of the actuators on the slider [N] (Chernousko 2020, eq. 3)."""
-        r, v, omega = self.at.position, self.at.velocity, self.states[:, 2]
-        relative = self.at.acceleration + 2j * omega * v + (1j * self.rates[:, 2] - omega**2) * r
+        r = self.at.position
+        v = self.at.velocity
+        omega = self.states[:, 2]
+        relative = (
+            self.at.acceleration + 2j * omega * v + (1j * self.rates[:, 2] - omega**2) * r
+        )
         mu = self.body.mass_ratio
         # Q is at (1 - mu) r from G.
         return np.asarray(self.body.mass * mu * (self.acceleration + (1.0 - mu) * relative))
@@ -72,7 +80,10 @@ def loading(motion: ThreePointMotion, segment: SmoothSegment, fractions: Array) 
     states = evaluate(segment.coefficients, places)
     slopes = evaluate(np.asarray(2.0 * legder(segment.coefficients)), places)
     at = segment.interval.at(states[:, 3])
-    if np.abs(segment.coefficients[2:, 3]).max(initial=0.0) <= LINEAR * segment.coefficients[1, 3]:
+    if (
+        np.abs(segment.coefficients[2:, 3]).max(initial=0.0)
+        <= LINEAR * segment.coefficients[1, 3]
+    ):
         rates = slopes[:, :3] / slopes[:, 3:4]
     else:  # in sigma, where nothing is left of a slope at the end, but all supports slide
         rates = sliding_rates(motion.body, at, states, derived=False)[0][:, :3]
@@ -83,13 +94,15 @@ def plane_demand(motion: ThreePointMotion) -> Demand:
     """The demand of `motion` until the slider stops: the magnitude of the force, and the power
     that it gives to the slider in the body."""
     x, weights = leggauss(NODES)
-    fractions, stop = np.concatenate([[0.0], 0.5 * (x + 1.0), [1.0]]), motion.path.duration
+    fractions = np.concatenate([[0.0], 0.5 * (x + 1.0), [1.0]])
+    stop = motion.path.duration
     peak = power = square = 0.0
     for begin, segment in zip(motion.begins, motion.segments, strict=True):
         if begin < stop * (1.0 - 1e-12):
             load = loading(motion, segment, fractions)
             sizes = np.abs(load.actuator)
             powers = np.abs((load.actuator.conjugate() * load.at.velocity).real)
-            peak, power = max(peak, float(sizes.max())), max(power, float(powers.max()))
+            peak = max(peak, float(sizes.max()))
+            power = max(power, float(powers.max()))
             square += float((0.5 * weights * load.pace[1:-1]) @ sizes[1:-1] ** 2)
     return Demand(peak, math.sqrt(square / stop) if stop else 0.0, power)

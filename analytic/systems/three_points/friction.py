@@ -23,7 +23,12 @@ from plumbob.analytic.systems.three_points.equations import (
     Mechanics,
     mechanics,
 )
-from plumbob.analytic.systems.three_points.implicit_friction import REST, Slip, onset, slip_onset
+from plumbob.analytic.systems.three_points.implicit_friction import (
+    REST,
+    Slip,
+    onset,
+    slip_onset,
+)
 from plumbob.analytic.systems.three_points.motion import Segments, ThreePointMotion
 from plumbob.analytic.systems.three_points.pivoting import Pivot, pivot
 from plumbob.analytic.systems.three_points.rest import (
@@ -42,7 +47,8 @@ from plumbob.analytic.systems.three_points.smooth_segment import (
 )
 
 EVENTS = 500  # in one piece, before giving up
-COARSER, COARSER_NODES = 100.0, 6  # a motion less accurate by far, whose difference is the error
+# a motion less accurate by far, whose difference is the error
+COARSER, COARSER_NODES = 100.0, 6
 LATER = 1e-6  # of what is left of a piece: where a start that grows from nothing is examined
 
 
@@ -119,7 +125,8 @@ def _resting(interval: Interval, now: Now) -> Phase:
     broken = held_until(interval.body, interval.piece, now.state.time)
     end = duration if broken is None else broken
     segments = [resting(interval, end, now.state)] if end > now.state.time else []
-    state, horizon = replace(now.state, time=end), duration - end
+    state = replace(now.state, time=end)
+    horizon = duration - end
     if broken is None:
         return segments, Now(state, "rest")
     later = _leave_later(partial(_from_rest, interval, state), "rest", horizon)
@@ -153,7 +160,9 @@ def _sliding(interval: Interval, now: Now) -> Phase:
 
 
 def _initial(interval: Interval, start: Start) -> Now:
-    omega, velocity, mu = start.angular_velocity, complex(*start.velocity), interval.body.mass_ratio
+    omega = start.angular_velocity
+    velocity = complex(*start.velocity)
+    mu = interval.body.mass_ratio
     point = velocity + 1j * omega * mu * complex(interval.at(0.0).position[0])
     state = State(0.0, complex(point), omega, 0.0, 0j)
     still = at_rest(interval.at(0.0), state, 0.0)
@@ -164,7 +173,8 @@ def _initial(interval: Interval, start: Start) -> Now:
 
 def _integrate(body: Mechanics, path: SliderPath, start: Start, accuracy: Accuracy) -> Segments:
     pieces = (*path.pieces, StraightPiece(np.inf, path.end, 0.0, 0.0, 0.0, 0.0))
-    now, segments = None, list[SmoothSegment]()
+    now = None
+    segments = list[SmoothSegment]()
     for number, piece in enumerate(pieces):
         interval = Interval(body, piece, number, accuracy)
         now = _begin(interval, now or _initial(interval, start))
@@ -182,7 +192,8 @@ def _departure(
     time."""
 
     def guess(times: Array, at: Configuration) -> Array:
-        elapsed, turning = times**2 / (2.0 * ramp) if ramp else times, omega + rate * times
+        elapsed = times**2 / (2.0 * ramp) if ramp else times
+        turning = omega + rate * times
         point = slip[0] * elapsed - 1j * turning * at.arms[:, support]
         return np.column_stack([point.real, point.imag, turning + slip[1] * elapsed])
 
@@ -206,7 +217,8 @@ def _from_rest(interval: Interval, state: State, ramp: float) -> Now:
 def _with_one_at_rest(interval: Interval, state: State, support: int, ramp: float) -> Now:
     """The mode with `support` at rest while the others slide, now or `ramp` [s] later: a pivot
     while it sticks, else a slide."""
-    at, sense = interval.at(state.time), float(np.sign(state.omega))
+    at = interval.at(state.time)
+    sense = float(np.sign(state.omega))
     turning = Pivot(interval, support, sense)
     (rate,), (needed,) = turning.motion(at, np.array([state.omega]))
     if ramp:

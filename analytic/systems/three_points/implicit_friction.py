@@ -135,7 +135,8 @@ def load_factor(
     this the body moves, and where it moves little, it moves in that way: the error of the factor is
     of second order in how little.
     """
-    reach, most = math.sqrt(sum(abs(arm) ** 2 for arm in arms) / 3), sum(limits)
+    reach = math.sqrt(sum(abs(arm) ** 2 for arm in arms) / 3)
+    most = sum(limits)
     size = math.hypot(abs(force), torque / reach)
     if not math.isfinite(size):
         raise OverflowError("a double does not hold the size of the wrench")
@@ -166,7 +167,8 @@ def load_factor(
 
 def _about(problem: FrictionProblem, free: Slip, pivot: int) -> tuple[float, float]:
     """Moment about a support that friction has to balance, and the most that it can."""
-    arm, (p, w) = problem.arms[pivot], free
+    arm = problem.arms[pivot]
+    (p, w) = free
     turn = problem.inertia * w - problem.mass * (p * (1j * arm).conjugate()).real
     levers = zip(problem.limits, problem.arms, strict=True)
     return turn, sum(limit * abs(other - arm) for limit, other in levers)
@@ -193,13 +195,15 @@ def _sliding(
 ) -> Slip | None:
     """The minimum by Newton's method from `begin`; None where a slip vanishes on the way, or the
     last of `most` steps is not a small one."""
-    (u, o), reach = begin, max(map(abs, problem.arms))
+    (u, o) = begin
+    reach = max(map(abs, problem.arms))
     for _ in range(most):
         if (newton := _newton_step(problem, free, (u, o), LAST * scale)) is None:
             return None
         (du, do), slope = newton
         part = _damping(problem, free, (u, o), (du, do), slope) if damped else 1.0
-        u, o = u + part * du, o + part * do
+        u = u + part * du
+        o = o + part * do
         if abs(du) + abs(do) * reach <= LAST * scale:
             return u, o
     return (u, o) if damped else None
@@ -213,23 +217,33 @@ def _newton_step(
 
     A support's resistance to a change w of its slip is across (w - e^2 w*)/2, e its direction.
     """
-    push, turn = problem.mass * (slip[0] - free[0]), problem.inertia * (slip[1] - free[1])
-    stiff, twist, bend, spin = 0.0, 0j, 0j, problem.inertia
+    push = problem.mass * (slip[0] - free[0])
+    turn = problem.inertia * (slip[1] - free[1])
+    stiff = 0.0
+    twist = 0j
+    bend = 0j
+    spin = problem.inertia
     for limit, arm, beside in zip(problem.limits, problem.arms, problem.offsets, strict=True):
         v = slip[0] + 1j * slip[1] * arm + beside
         speed = abs(v)
         if speed <= least:
             return None
-        e, across = v / speed, limit / speed
+        e = v / speed
+        across = limit / speed
         lever = arm.conjugate() * e
-        push, turn = push + limit * e, turn + limit * lever.imag
-        stiff, twist = stiff + across, twist + across * e * e
-        bend, spin = bend + across * lever.real * 1j * e, spin + across * lever.real**2
+        push = push + limit * e
+        turn = turn + limit * lever.imag
+        stiff = stiff + across
+        twist = twist + across * e * e
+        bend = bend + across * lever.real * 1j * e
+        spin = spin + across * lever.real**2
     way = _solved(problem.mass + 0.5 * stiff, 0.5 * twist, bend, spin, (push, turn))
     return way and (way, (push.conjugate() * way[0]).real + turn * way[1])
 
 
-def _solved(stiff: float, twist: complex, bend: complex, spin: float, pull: Slip) -> Slip | None:
+def _solved(
+    stiff: float, twist: complex, bend: complex, spin: float, pull: Slip
+) -> Slip | None:
     """The slip (u, o) with stiff u - twist u* + bend o and Re(bend* u) + spin o opposite to those
     of `pull`; None where there is none."""
     size = stiff**2 - abs(twist) ** 2
@@ -244,9 +258,12 @@ def _solved(stiff: float, twist: complex, bend: complex, spin: float, pull: Slip
     return -pushed - o * bent, o
 
 
-def _damping(problem: FrictionProblem, free: Slip, slip: Slip, way: Slip, slope: float) -> float:
+def _damping(
+    problem: FrictionProblem, free: Slip, slip: Slip, way: Slip, slope: float
+) -> float:
     """Part of a Newton step after which the value has fallen enough (Armijo's condition)."""
-    level, part = problem.value(free, slip), 1.0
+    level = problem.value(free, slip)
+    part = 1.0
     while part > LEAST:
         there = (slip[0] + part * way[0], slip[1] + part * way[1])
         if problem.value(free, there) <= level + 1e-4 * part * slope:
@@ -259,7 +276,9 @@ def onset(mass: float, at: Configuration, force: complex, torque: float) -> Slip
     """Linear acceleration of the body's point at G (complex [m/s^2], body axes) and angular
     acceleration [rad/s^2], with which a body of `mass` M + m [kg] at rest starts to move under a
     wrench about G, `force` [N] and `torque` [N m], both 0 where it sticks."""
-    limits, arms, inertia = at.limits[0].tolist(), at.arms[0].tolist(), float(at.inertia[0])
+    limits = at.limits[0].tolist()
+    arms = at.arms[0].tolist()
+    inertia = float(at.inertia[0])
     if load_factor(limits, arms, force, torque)[0] <= 1.0 + STICKS:
         return REST
     free = (force / mass, torque / inertia)
@@ -269,8 +288,10 @@ def onset(mass: float, at: Configuration, force: complex, torque: float) -> Slip
 def slip_onset(mass: float, at: Configuration, support: int, needed: complex) -> complex:
     """Acceleration [m/s^2] at which a `support` at rest slips while the rest of the body moves,
     where the force it needs, `needed` [N], is more than its limit f N."""
-    arm, inertia = complex(at.arms[0, support]), float(at.inertia[0])
-    lever, limit = 1j * arm, float(at.limits[0, support])
+    arm = complex(at.arms[0, support])
+    inertia = float(at.inertia[0])
+    lever = 1j * arm
+    limit = float(at.limits[0, support])
     free = -needed / mass - lever * (lever.conjugate() * needed).real / inertia
     # The other supports slide already, with their forces in `needed`: their places do not matter.
     problem = FrictionProblem(mass, inertia, (limit, 0.0, 0.0), (arm, arm + 1.0, arm + 1j))

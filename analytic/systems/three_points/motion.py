@@ -101,10 +101,12 @@ class ThreePointMotion(SingleMotion):
         (1, 2) and (1,). Nearly all of it is the error of the coarser one; round-off is added."""
         edges = np.append(self.begins, self.begins[-1])
         times = np.unique(np.concatenate([np.linspace(a, b, 5) for a, b in pairwise(edges)]))
-        poses, other = self.at(times), self.coarser().at(times)
+        poses = self.at(times)
+        other = self.coarser().at(times)
         parts = []
         for field in fields(Pose):
-            here, there = getattr(poses, field.name), getattr(other, field.name)
+            here = getattr(poses, field.name)
+            there = getattr(other, field.name)
             size = float(np.abs(here).max())
             parts.append(np.abs(here - there).max(axis=0, keepdims=True) + ROUNDINGS * size)
         return Pose(*parts)
@@ -115,7 +117,8 @@ class ThreePointMotion(SingleMotion):
         which = np.clip(np.searchsorted(self.begins, times, side="right") - 1, 0, None)
         states = np.empty((times.size, 7))
         for index in np.unique(which):
-            here, segment = which == index, self.segments[index]
+            here = which == index
+            segment = self.segments[index]
             local = times[here] - self.path.breakpoints[segment.interval.number]
             states[here] = segment.states(np.clip(local, segment.start, segment.end))
         slider: Complex = self.path.places(times) @ np.array([1.0, 1j])

@@ -49,7 +49,8 @@ class Pivot:
 
     def inertia(self, at: Configuration) -> Array:
         """Moment of inertia about A_i [kg m^2], shape (n,)."""
-        body, support = self.interval.body, self.interval.body.supports[self.support]
+        body = self.interval.body
+        support = self.interval.body.supports[self.support]
         slider = body.mass * body.mass_ratio
         still = body.body_inertia + (body.mass - slider) * abs(support) ** 2
         return np.asarray(still + slider * np.abs(at.position - support) ** 2)
@@ -64,10 +65,13 @@ class Pivot:
         friction force F_i [N] that keeps the support at rest, in body axes."""
         body = self.interval.body
         mu = body.mass_ratio
-        arm, slider = at.position - body.supports[self.support], body.mass * mu
+        arm = at.position - body.supports[self.support]
+        slider = body.mass * mu
         growth = 2.0 * slider * (arm.conjugate() * at.velocity).real
         moment = self.moment(at)
-        rate = (moment - slider * cross(arm, at.acceleration) - growth * omega) / self.inertia(at)
+        rate = (moment - slider * cross(arm, at.acceleration) - growth * omega) / self.inertia(
+            at
+        )
         to_centre = -at.arms[:, self.support]
         acceleration = (1j * rate - omega**2) * to_centre + mu * (
             2j * omega * at.velocity + at.acceleration
@@ -82,7 +86,8 @@ class Pivot:
         shape (n,), each positive until its event; and that limit."""
         _, _, omega, time, *_ = evaluate(coefficients, places).T
         at = self.interval.at(time)
-        needed, limit = np.abs(self.motion(at, omega)[1]), at.limits[:, self.support]
+        needed = np.abs(self.motion(at, omega)[1])
+        limit = at.limits[:, self.support]
         return self.sense * omega, limit - needed, limit
 
 
@@ -139,7 +144,8 @@ def _solved(turning: Pivot, state: State, size: float) -> tuple[Array, float, fl
     """Coefficients of a SmoothSegment from `state` over `size` [s], their relative truncation
     error, and the rounding of omega [rad/s]."""
     interval = turning.interval
-    rule, here = interval.accuracy.rule, interval.at(state.time)
+    rule = interval.accuracy.rule
+    here = interval.at(state.time)
     at = interval.at(state.time + size * rule.nodes)
     inertia = turning.inertia(at)
     # From the angular momentum about the support.

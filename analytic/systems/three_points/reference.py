@@ -33,7 +33,8 @@ class PlaneReference(LinearResponse):
         and normal_force_1..3 [N] at `times` [s], shape (n,); body_angle is the heading by the
         source's name."""
         now = self.motion.at(times)
-        (x, y), (velocity_x, velocity_y) = now.position.T, now.velocity.T
+        (x, y) = now.position.T
+        (velocity_x, velocity_y) = now.velocity.T
         return {
             "body_angle": now.heading,
             "x": x,
@@ -47,8 +48,10 @@ class PlaneReference(LinearResponse):
 
     def uncertainty(self, times: Array) -> Signals:
         """The error of the motion, and that of rounded inputs, at `times` [s], shape (n,)."""
-        error, observed = self.motion.error, self.observe(times)
-        heading, rate = float(error.heading[0]), float(error.angular_velocity[0])
+        error = self.motion.error
+        observed = self.observe(times)
+        heading = float(error.heading[0])
+        rate = float(error.angular_velocity[0])
         load = self._load_uncertainty(times)
         bounds = (heading, *error.position[0], *error.velocity[0], heading, rate, *3 * (load,))
         return {
@@ -58,7 +61,8 @@ class PlaneReference(LinearResponse):
 
     def _load_uncertainty(self, times: Array) -> float:
         """Of each N_i [N]: its arithmetic, and the times at which the slider is where it is."""
-        capsule, (places, speeds, _) = self.motion.capsule, self.motion.path.kinematics(times)
+        capsule = self.motion.capsule
+        (places, speeds, _) = self.motion.path.kinematics(times)
         late = ROUNDINGS * float(np.max(np.abs(times))) * float(np.hypot(*speeds.T).max())
         reach = float(np.hypot(*places.T).max())
         return float(normal_force_uncertainty(capsule, reach, late))

@@ -61,11 +61,13 @@ def held_until(body: Mechanics, piece: Piece, start: float) -> float | None:
     fractions = 0.5 * (1.0 - np.cos(np.linspace(0.0, np.pi, SAMPLES)))
     times = start + (duration - start) * fractions
     at = configuration(body, piece, times)
-    pulls, excess = zip(*needed_wrench(body, at), strict=True), partial(excess_load, body, piece)
+    pulls = zip(*needed_wrench(body, at), strict=True)
+    excess = partial(excess_load, body, piece)
     for k, (limits, arms, pull) in enumerate(zip(at.limits, at.arms, pulls, strict=True)):
         if k == 0 or simply_held(limits, arms, *pull) or excess(float(times[k])) <= EDGE:
             continue
-        low, high = float(times[k - 1]), float(times[k])
+        low = float(times[k - 1])
+        high = float(times[k])
         if excess(low) >= 0.0:
             return low
         return float(brentq(excess, low, high, xtol=1e-300, rtol=1.6e-15))

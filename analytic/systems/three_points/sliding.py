@@ -52,7 +52,8 @@ REACH = 4.0  # times the time in which the slowest change stops a support
 FLOOR = 0.3  # of the speed at which a support counts as stuck: where an element may end
 ELEMENTS = 2000  # in one piece, before giving up
 
-Guess = Callable[[Array, Configuration], Array]  # times since the start, slider -> states (n, 3)
+# times since the start, slider -> states (n, 3)
+Guess = Callable[[Array, Configuration], Array]
 Slid = tuple[list[SmoothSegment], State, tuple[int, ...]]
 """The segments of a slide, the state at its end, and the supports then at rest."""
 
@@ -87,7 +88,8 @@ class ElementPlan:
     def slopes(self, size: float, scale: Array, guess: Array) -> Array | None:
         """Slopes at the nodes, shape (n, 4), of the element of length `size`, from a `guess`; None
         where Newton's method does not converge."""
-        body, rule = self.interval.body, self.interval.accuracy.rule
+        body = self.interval.body
+        rule = self.interval.accuracy.rule
 
         def right_hand_side(states: Array, derived: bool) -> tuple[Array, Array]:
             at = self.interval.at(states[:, 3])
@@ -108,7 +110,10 @@ def slide(
     support. Raises RuntimeError when no element is small enough.
     """
     segments: list[SmoothSegment] = []
-    size, timed, fastest, duration = 0.0, True, 0.0, interval.piece.duration
+    size = 0.0
+    timed = True
+    fastest = 0.0
+    duration = interval.piece.duration
     while len(segments) < ELEMENTS:
         at = interval.at(state.time)
         fastest = max(fastest, speed_scale(at, state))
@@ -124,7 +129,8 @@ def slide(
             size = plan.time_scale if timed else FIRST
         coefficients, length, size = _element(plan, min(size, plan.longest))
 
-        last, end = 1.0, float(coefficients[:, 3].sum())
+        last = 1.0
+        end = float(coefficients[:, 3].sum())
         if timed and length == duration - state.time:
             end = duration
         elif end > duration:
@@ -141,7 +147,8 @@ def slide(
 def at_rest(at: Configuration, state: State, fastest: float) -> tuple[int, ...]:
     """Supports whose speed is round-off; all of them where the body's is, compared with the
     `fastest` [m/s] of this piece."""
-    point, omega = np.array([state.point]), np.array([state.omega])
+    point = np.array([state.point])
+    omega = np.array([state.omega])
     speeds = np.abs(support_velocities(at, point, omega)[0])
     if speeds.max() <= STOPPED * fastest:
         return (0, 1, 2)
@@ -160,7 +167,8 @@ def _departing(
 ) -> ElementPlan:
     """The element in which a support starts from rest, in time; `at` is where the slider is
     then."""
-    time_scale, rule = interval.piece.duration - state.time, interval.accuracy.rule
+    time_scale = interval.piece.duration - state.time
+    rule = interval.accuracy.rule
     if not np.isfinite(time_scale):
         time_scale = 4.0 * speed_scale(at, state) / _acceleration(interval, at)
 
@@ -173,15 +181,19 @@ def _departing(
     return ElementPlan(interval, state, at, IN_TIME, time_scale, time_scale, 0.0, guess)
 
 
-def _continuing(interval: Interval, at: Configuration, state: State, fastest: float) -> ElementPlan:
+def _continuing(
+    interval: Interval, at: Configuration, state: State, fastest: float
+) -> ElementPlan:
     """The element that continues sliding from `state`, with the slider as in `at`; `fastest` [m/s]
     is the largest speed scale met in the piece."""
-    body, start = interval.body, state.row[None, :]
+    body = interval.body
+    start = state.row[None, :]
     velocities = support_velocities(at, np.array([state.point]), np.array([state.omega]))[0]
     rate = sliding_rates(body, at, start, derived=False)[0][0]
     changes = complex(rate[0], rate[1]) + 1j * rate[2] * at.arms[0]
     changes = changes - 1j * state.omega * body.mass_ratio * at.velocity[0]
-    speeds, slowing = np.abs(velocities), np.abs(changes)
+    speeds = np.abs(velocities)
+    slowing = np.abs(changes)
     time_scale = interval.piece.duration - state.time
     time_scale = min(time_scale, REACH * float((speeds / slowing).max()))
     clock, longest = IN_TIME, time_scale
@@ -196,7 +208,9 @@ def _continuing(interval: Interval, at: Configuration, state: State, fastest: fl
     def guess(size: float) -> Array:
         return size * linearised(rates[0], derivative[0], size * interval.accuracy.rule.nodes)
 
-    return ElementPlan(interval, state, at, clock, longest, time_scale, float(slowing.max()), guess)
+    return ElementPlan(
+        interval, state, at, clock, longest, time_scale, float(slowing.max()), guess
+    )
 
 
 def _longest_decay(decay: Array, speeds: Array, speed: float, fastest: float) -> float:
@@ -213,7 +227,8 @@ def _element(plan: ElementPlan, size: float) -> tuple[Array, float, float]:
     """SmoothSegment coefficients of the element of length `size` or less, shortened until its
     truncation error is within the tolerance; its length in its variable, and the next one's. Raises
     RuntimeError when none is short enough."""
-    rule, tolerance = plan.interval.accuracy.rule, plan.interval.accuracy.tolerance
+    rule = plan.interval.accuracy.rule
+    tolerance = plan.interval.accuracy.tolerance
     least = SMALLEST * (1.0 if plan.clock is not IN_TIME else plan.time_scale)
     guess = plan.guess(size)
     while size >= least:

@@ -108,7 +108,8 @@ def monotone_root(series: Array, values: Array) -> Array:
     grid, known = _grid(len(series))
     heights = np.maximum.accumulate(known @ series)
     after = np.clip(np.searchsorted(heights, values), 1, BRACKETS)
-    slopes, x = 2.0 * np.polynomial.legendre.legder(series), np.interp(values, heights, grid)
+    slopes = 2.0 * np.polynomial.legendre.legder(series)
+    x = np.interp(values, heights, grid)
     for _ in range(NEWTON_STEPS):
         at = basis(x, len(series))
         rate = at[:, :-1] @ slopes
@@ -122,7 +123,8 @@ def monotone_root(series: Array, values: Array) -> Array:
 def fitted(interval: Interval, first: State, slopes: Array) -> Array:
     """Coefficients of a SmoothSegment, shape (n + 1, 7), from the `slopes`, shape (n, 4), of (p_x,
     p_y, omega, t) at the nodes; heading and place of C follow by integration."""
-    rule, body = interval.accuracy.rule, interval.body
+    rule = interval.accuracy.rule
+    body = interval.body
     start = np.array([*first.row, first.heading, first.place.real, first.place.imag])
     states = start[:4] + rule.integral @ slopes
     turning = slopes[:, 3] * states[:, 2]
@@ -135,7 +137,8 @@ def fitted(interval: Interval, first: State, slopes: Array) -> Array:
 def velocity_of_c(body: Mechanics, slider: Complex, states: Array) -> Complex:
     """Velocity of C in body axes [m/s], shape (n,), from the `slider`'s place r [m] and `states`
     (p_x, p_y, omega, ...)."""
-    point, omega = states[:, 0] + 1j * states[:, 1], states[:, 2]
+    point = states[:, 0] + 1j * states[:, 1]
+    omega = states[:, 2]
     return np.asarray(point - 1j * omega * body.mass_ratio * slider)
 
 

@@ -28,7 +28,12 @@ TOLERANCES = tuple(float(f"1e-{digits}") for digits in range(3, 8))
 RK3 = "runge_kutta3"
 SMALLEST = 1e-9  # accuracy of the integrators
 SOLVERS = ("capsule-line/heading-030",)  # enough to tell contact solvers apart
-LINE_AND_COAST = (*SOLVERS, "capsule-coast/spin", "capsule-coast/edge", "capsule-hold/unloading")
+LINE_AND_COAST = (
+    *SOLVERS,
+    "capsule-coast/spin",
+    "capsule-coast/edge",
+    "capsule-hold/unloading",
+)
 
 
 def _discrete(

@@ -60,7 +60,8 @@ CONTROL = 1e-3  # [s] for which the slider's acceleration is held in a continuou
 def discrete(case: Case, method: Method, step: float) -> Simulation:
     """The discrete plant of `case` with the contact solver that `method` names, at `step` [s];
     raises Unsupported and ParameterError."""
-    body, settings = bodies(case), {**method.settings, "time_step": step}
+    body = bodies(case)
+    settings = {**method.settings, "time_step": step}
 
     def build() -> Built:
         simulator, pose = _started(body, settings, step, case.scene.duration)
@@ -72,7 +73,8 @@ def discrete(case: Case, method: Method, step: float) -> Simulation:
 def continuous(case: Case, method: Method, accuracy: float, smallest: float) -> Simulation:
     """The continuous plant of `case` with the integrator that `method` names, at an accuracy of at
     least the `smallest`, a slider's motion held for CONTROL; raises ParameterError."""
-    body, lasting = bodies(case), case.scene.duration
+    body = bodies(case)
+    lasting = case.scene.duration
     chosen = SimulatorConfig(
         integration_scheme=method.settings["integration_scheme"],
         accuracy=relative_tolerance(accuracy, smallest),
@@ -90,7 +92,8 @@ def continuous(case: Case, method: Method, accuracy: float, smallest: float) -> 
     def follow(duration: float, samples: int) -> Followed:
         step = duration / samples
         simulator, built = started(step)
-        rows, why = [built.read()], list[str]()
+        rows = [built.read()]
+        why = list[str]()
         try:
             for k in range(samples):
                 built.advance(k, k + 1)
@@ -161,27 +164,35 @@ class Standing:
         )
         for link, joint in zip(self.body.links, self.joints, strict=True):
             if joint is not None:
-                q[joint.position_start()], v[joint.velocity_start()] = link.position, link.rate
+                q[joint.position_start()] = link.position
+                v[joint.velocity_start()] = link.rate
         self.plant.SetPositions(within, q)
         self.plant.SetVelocities(within, v)
         if rest_pose is not None:
             assert isinstance(self.body, ThreeFeet)
-            setup, (attitude, place), shell = self.body.setup, rest_pose, self.bodies[0]
+            setup = self.body.setup
+            (attitude, place) = rest_pose
+            shell = self.bodies[0]
             turn = RollPitchYaw(0.0, 0.0, setup.heading).ToRotationMatrix()
             leaning = RotationMatrix(Quaternion(attitude / np.linalg.norm(attitude)))
             self.plant.SetFreeBodyPose(within, shell, RigidTransform(turn @ leaning, place))
-            rates = SpatialVelocity([0.0, 0.0, setup.heading_rate], [*start_velocity(setup), 0.0])
+            rates = SpatialVelocity(
+                [0.0, 0.0, setup.heading_rate], [*start_velocity(setup), 0.0]
+            )
             self.plant.SetFreeBodySpatialVelocity(within, shell, rates)
         return context
 
     def pose(self, simulator: Any) -> Pose:
         """The pose in the simulator's context."""
-        context, first = self.plant.GetMyContextFromRoot(simulator.get_context()), self.bodies[0]
+        context = self.plant.GetMyContextFromRoot(simulator.get_context())
+        first = self.bodies[0]
         pose = self.plant.EvalBodyPoseInWorld(context, first)
         rates = self.plant.EvalBodySpatialVelocityInWorld(context, first)
-        turned, (x, y, _) = pose.rotation().matrix(), pose.translation().tolist()
+        turned = pose.rotation().matrix()
+        (x, y, _) = pose.translation().tolist()
         vx, vy, _ = rates.translational().tolist()
-        heading, last = math.atan2(turned[1, 0], turned[0, 0]), self.joints[-1]
+        heading = math.atan2(turned[1, 0], turned[0, 0])
+        last = self.joints[-1]
         moved = last and (last.GetOnePosition(context), last.GetOneVelocity(context))
         turning = float(rates.rotational()[2])
         return Pose(complex(x, y), complex(vx, vy), heading, turning, *map(float, moved or ()))
@@ -189,11 +200,14 @@ class Standing:
 
 def _jointed(plant: Any, links: tuple[Link, ...]) -> tuple[list[Any], list[Any]]:
     """The bodies of a chain, and their joints; one whose motion is prescribed has a motor."""
-    before, bodies, joints = plant.world_frame(), list[Any](), list[Any]()
+    before = plant.world_frame()
+    bodies = list[Any]()
+    joints = list[Any]()
     for number, link in enumerate(links):
         bodies.append(plant.AddRigidBody(f"body_{number}", _inertia(link)))
         joints.append(None)
-        frame, offset = bodies[-1].body_frame(), RigidTransform(list(link.place))
+        frame = bodies[-1].body_frame()
+        offset = RigidTransform(list(link.place))
         if link.joint != FREE:
             mount = plant.AddFrame(tree.FixedOffsetFrame(f"mount_{number}", before, offset))
             if link.joint == WELD:
@@ -214,7 +228,8 @@ def _jointed(plant: Any, links: tuple[Link, ...]) -> tuple[list[Any], list[Any]]
 
 def _inertia(link: Link) -> Any:
     moments = link.moments
-    (xx, yy, zz), (xy, xz, yz) = np.diag(moments), moments[np.triu_indices(3, 1)]
+    (xx, yy, zz) = np.diag(moments)
+    (xy, xz, yz) = moments[np.triu_indices(3, 1)]
     about = tree.RotationalInertia(xx, yy, zz, xy, xz, yz)
     return tree.SpatialInertia.MakeFromCentralInertia(link.mass, link.centre, about)
 
@@ -224,7 +239,8 @@ def assembled(
 ) -> Standing:
     """The diagram of bodies under gravity [m/s^2], a capsule's motors driven by a `source`, whose
     values an integrator holds for `control` [s]."""
-    builder, on_feet = DiagramBuilder(), isinstance(body, ThreeFeet)
+    builder = DiagramBuilder()
+    on_feet = isinstance(body, ThreeFeet)
     # Contacts and CENIC want a scene graph beside the plant.
     plant = (
         AddMultibodyPlant(MultibodyPlantConfig(**settings), builder)[0]
@@ -242,7 +258,8 @@ def assembled(
     if source:
         source = builder.AddSystem(source)
         if on_feet and not plant.time_step():  # its step ends where the control changes
-            hold, moves = builder.AddSystem(ZeroOrderHold(control, body.driven)), source
+            hold = builder.AddSystem(ZeroOrderHold(control, body.driven))
+            moves = source
             builder.Connect(moves.get_output_port(0), hold.get_input_port(0))
             source = hold
         builder.Connect(source.get_output_port(0), plant.get_actuation_input_port())
@@ -252,10 +269,12 @@ def assembled(
 def _on_plane(plant: Any, shell: Any, capsule: Capsule) -> None:
     """Add the plane and a capsule's feet."""
     friction = CoulombFriction(capsule.friction, capsule.friction)
-    ground, block = RigidTransform([0.0, 0.0, -0.5 * GROUND]), Box(GROUND, GROUND, GROUND)
+    ground = RigidTransform([0.0, 0.0, -0.5 * GROUND])
+    block = Box(GROUND, GROUND, GROUND)
     plant.RegisterCollisionGeometry(plant.world_body(), ground, block, "plane", friction)
     for number, (x, y) in enumerate(capsule.supports):
-        place, foot = RigidTransform([x, y, FOOT_RADIUS]), Sphere(FOOT_RADIUS)
+        place = RigidTransform([x, y, FOOT_RADIUS])
+        foot = Sphere(FOOT_RADIUS)
         plant.RegisterCollisionGeometry(shell, place, foot, f"foot_{number}", friction)
 
 

@@ -61,7 +61,9 @@ class DrakeModel:
         self.step, self.layout = step, layout
         diagram = builder.Build()
         self.simulator = simulator_of(diagram, diagram.CreateDefaultContext())
-        self.context = self.plant.GetMyMutableContextFromRoot(self.simulator.get_mutable_context())
+        self.context = self.plant.GetMyMutableContextFromRoot(
+            self.simulator.get_mutable_context()
+        )
         indices = self.plant.GetJointActuatorIndices()
         actuators = [self.plant.get_joint_actuator(i).name() for i in indices]
         self.commands = commands(layout, actuators)
@@ -76,7 +78,8 @@ class DrakeModel:
         self.simulator.Initialize()
 
     def _push(self, control: Array, force: Array) -> None:
-        plant, context = self.plant, self.context
+        plant = self.plant
+        context = self.context
         self.forces = np.zeros(self.selects.shape[1])
         if self.commands:
             self.forces[:] = control[self.commands]
@@ -85,7 +88,8 @@ class DrakeModel:
 
     def terms(self, q: Array, v: Array, control: Array) -> dict[str, Any]:
         """Of the plant; pairs that touch by Drake's contact results."""
-        plant, context = self.plant, self.context
+        plant = self.plant
+        context = self.context
         self.put(q, v)
         self._push(control, 0.0 * v)
         damping = np.zeros(plant.num_velocities())
@@ -121,7 +125,8 @@ class DrakeModel:
 def user_model(path: Path, layout: Layout, step: float) -> PeerModel:
     """The model of a file; raises NotRead, and RuntimeError where Drake refuses the file."""
     model = DrakeModel(path, layout, step)
-    hinges, free = {}, []
+    hinges = {}
+    free = []
     for joint in map(model.plant.get_joint, model.plant.GetJointIndices()):
         at = joint.position_start(), joint.velocity_start()
         if joint.num_velocities() == 1:

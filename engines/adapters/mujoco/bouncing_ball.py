@@ -22,7 +22,9 @@ def build(mjcf: Path, problem: Any, method: Method, step: float) -> Translation:
 def whole(mjcf: Path, problem: Any, step: float = 1e-3) -> mujoco.MjSpec:
     """The model in the file `mjcf` with the numbers of `problem`, and contacts for a `step` [s]."""
     spec = read(mjcf, problem.gravity)
-    impact, ball = soft_impact(problem.restitution, step), spec.geom("ball")
-    ball.solref, ball.solimp[:2] = impact.solref, [IMPEDANCE, IMPEDANCE]
+    impact = soft_impact(problem.restitution, step)
+    ball = spec.geom("ball")
+    ball.solref = impact.solref
+    ball.solimp[:2] = [IMPEDANCE, IMPEDANCE]
     spec.key("start").qpos = [problem.height + ball.size[0]]
     return spec

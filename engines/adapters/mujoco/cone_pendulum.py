@@ -28,9 +28,12 @@ def build(mjcf: Path, problem: Any, method: Method, step: float) -> Translation:
     the model: `platform_armature` [kg m^2] in place of one that keeps the rate to the last bit,
     `drive_rate` [1/s] at which a drive brings the rate of such a platform back to the one
     prescribed, and `reads_energy`, for MuJoCo's own energies."""
-    problem, settings = problem.started, method.settings
+    problem = problem.started
+    settings = method.settings
     spec = whole(mjcf, problem, settings.get("platform_armature"))
-    control = _drive(spec, problem, settings["drive_rate"]) if "drive_rate" in settings else None
+    control = (
+        _drive(spec, problem, settings["drive_rate"]) if "drive_rate" in settings else None
+    )
     return at_start(
         bare(spec),
         _observe,
@@ -62,16 +65,22 @@ def whole(mjcf: Path, problem: Any, platform_armature: float | None = None) -> m
     """The model in the file `mjcf` with the numbers of `problem`, geoms and keyframe included;
     `platform_armature` [kg m^2] is a power of ten, large enough for the platform to keep its rate
     to the last bit, unless given."""
-    spec, body = read(mjcf, problem.gravity), on_a_platform(problem)
-    hung, start, moments = spec.body("cone"), spec.key("start"), np.diag(body.moments)
+    spec = read(mjcf, problem.gravity)
+    body = on_a_platform(problem)
+    hung = spec.body("cone")
+    start = spec.key("start")
+    moments = np.diag(body.moments)
     least = 10.0 ** math.ceil(math.log10(body.platform_inertia))
     spec.joint("platform").armature = platform_armature or least
-    hung.pos, hung.mass, hung.ipos = body.pivot, body.mass, [0.0, 0.0, -body.arm]
+    hung.pos = body.pivot
+    hung.mass = body.mass
+    hung.ipos = [0.0, 0.0, -body.arm]
     hung.inertia = moments
     if product := body.moments[1, 2]:  # MuJoCo then works out the principal axes
         hung.inertia = [0.0, 0.0, 0.0]
         hung.fullinertia = [*moments, 0.0, 0.0, product]
-    start.qpos, start.qvel = [0.0, body.theta], [body.platform_rate, body.theta_dot]
+    start.qpos = [0.0, body.theta]
+    start.qvel = [body.platform_rate, body.theta_dot]
     return spec
 
 

@@ -30,9 +30,11 @@ from plumbob.analytic.systems.capsule_setup import CapsuleProblem, CapsuleSetup
 from plumbob.engines.method import Method, ModelError, Options
 from plumbob.models.registry import unknown
 
-STIFFNESS = 0.4  # natural frequency of a contact times the step: a body on three is stable to 0.41
+# natural frequency of a contact times the step: a body on three is stable to 0.41
+STIFFNESS = 0.4
 DAMPING = 0.3  # its damping ratio: 0.5 for the vertical motion of a body on three
-IMPEDANCE = 1e-4  # the least that MuJoCo takes: the normal's regularisation is 1e4 of its inertia
+# the least that MuJoCo takes: the normal's regularisation is 1e4 of its inertia
+IMPEDANCE = 1e-4
 SOFTENING = 1e2  # a factor on that regularisation, set after compiling
 PLANE_SOFTENING = 1e8  # the same in the plane: with 1e2, turns of epsilon 0.03 chatter
 REGULARISATION_RATIO = 1e9  # of the normal's regularisation over friction's
@@ -152,7 +154,9 @@ PROFILES = MappingProxyType(
         "elliptic+noslip": ContactProfile({**_ELLIPTIC, **_NOSLIP}),
         "coulomb": ContactProfile(_COULOMB, coulomb_pair, SOFTENING),
         "coulomb+noslip": ContactProfile(
-            {**_COULOMB, **_NOSLIP, "noslip_tolerance": TOLERANCE / 100}, coulomb_pair, SOFTENING
+            {**_COULOMB, **_NOSLIP, "noslip_tolerance": TOLERANCE / 100},
+            coulomb_pair,
+            SOFTENING,
         ),
     }
 )
@@ -171,7 +175,8 @@ def profile(settings: Options, plane: bool = False) -> ContactProfile:
         return _own(dict(name), settings)
     if name not in PROFILES:
         raise ParameterError("contact", name, unknown(str(name), list(PROFILES)))
-    chosen, lead = PROFILES[name], FRICTION_LEADS[integrator_of(settings)]
+    chosen = PROFILES[name]
+    lead = FRICTION_LEADS[integrator_of(settings)]
     if not (plane and chosen.convergent):
         return chosen
     return replace(
@@ -215,7 +220,9 @@ def drift_error(
     left = math.sqrt(2.0 * inertia * SOLVED) / damping
     slow = 0.0
     if held.holds(point):
-        slow = SETTLING * held.settling(point, step) * float(np.hypot(*held.drift(point, step)[0]))
+        slow = (
+            SETTLING * held.settling(point, step) * float(np.hypot(*held.drift(point, step)[0]))
+        )
     return {
         "x": {"solver": left * duration, "settling": slow / damping},
         "speed": {"solver": left, "settling": slow},
@@ -225,7 +232,8 @@ def drift_error(
 def soft_contact(problem: CapsuleProblem, settings: Options, step: float) -> SoftContact | None:
     """The record of contacts, or of joint friction, at `step` [s] that theory takes; None where no
     theory covers them; raises ParameterError."""
-    setup, model = problem.setup, settings.get("model", "full")
+    setup = problem.setup
+    model = settings.get("model", "full")
     both = setup.capsule.body_mass + setup.capsule.slider_mass
     if model == "reduced":
         drift = (1.0 - JOINT_IMPEDANCE) / JOINT_IMPEDANCE * JOINT_HARDENING * step

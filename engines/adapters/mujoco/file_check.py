@@ -30,9 +30,11 @@ from plumbob.engines.adapters.mujoco.user_file import ENDS, compiled_model
 from plumbob.engines.method import Method, time_step
 
 CLOSE = 1e-6  # relative difference of values that are the same but for the digits written
-REACH = 1e-2  # of the mean size of a body: what is this near the floor at the start is in contact
+# of the mean size of a body: what is this near the floor at the start is in contact
+REACH = 1e-2
 ONE_STEP = 1.01  # ratio of two steps that are not the same
-FREE_BODY = 1.0  # square of a lone contact's frequency over its own, where none is found to touch
+# square of a lone contact's frequency over its own, where none is found to touch
+FREE_BODY = 1.0
 
 
 def check(path: Path, method: Method) -> FileCheck:
@@ -63,17 +65,22 @@ def _options(
             yield f"option/{name}", options.word(name, value), options.word(name, there)
 
 
-def _contacts(model: mujoco.MjModel, method: Method, step: float) -> Iterator[tuple[str, str, str]]:
+def _contacts(
+    model: mujoco.MjModel, method: Method, step: float
+) -> Iterator[tuple[str, str, str]]:
     """Fields of contact pairs; any stiffness that is stable is right."""
     if not model.npair:
         yield "contact", "no <pair>", "<pair>: a <geom> has no solreffriction"
     softening = _softening(model)
     for i in range(model.npair):
         stiffness = math.sqrt(max(-model.pair_solref[i, 0] / softening, 0.0)) * step
-        right = any(_close(model.pair_solreffriction[i, 1], rate) for rate in _rates(method, step))
+        right = any(
+            _close(model.pair_solreffriction[i, 1], rate) for rate in _rates(method, step)
+        )
         wanted = own_pair(method, step, softening, stiffness or OWN_STIFFNESS)
         for name, there in wanted.items():
-            value, there = getattr(model, f"pair_{name}")[i][:3], there[:3]
+            value = getattr(model, f"pair_{name}")[i][:3]
+            there = there[:3]
             fits = all(map(_close, value, there))
             if not (fits or (right and name == "solreffriction")):
                 yield f"pair/{name}", _numbers(value), _numbers(there)
@@ -84,7 +91,8 @@ def _contacts(model: mujoco.MjModel, method: Method, step: float) -> Iterator[tu
 def _warnings(model: mujoco.MjModel, method: Method, step: float) -> Iterator[str]:
     """Contacts that are for another step, by their friction's rate, and those that are unstable at
     this one, by the fastest mode of the body on them."""
-    impedances, rates = model.pair_solimp[:, 1], _rates(method, step)
+    impedances = model.pair_solimp[:, 1]
+    rates = _rates(method, step)
     for (kind, rate), impedance in zip(model.pair_solreffriction, impedances, strict=True):
         if not (max(kind, rate) < 0.0 and _close(impedance, IMPEDANCE)):
             continue

@@ -12,7 +12,8 @@ from plumbob.analytic.numerics.arithmetic import ULP
 from plumbob.engines.adapters.mujoco.translation import Translation, of_system, read
 from plumbob.engines.method import Method, ModelError
 
-AXES = 8.0  # calibrated, units in the last place: how far rounded axes turn what spins, on and on
+# calibrated, units in the last place: how far rounded axes turn what spins, on and on
+AXES = 8.0
 
 
 def build(mjcf: Path, problem: Any, method: Method, step: float) -> Translation:
@@ -29,9 +30,13 @@ def model_error(problem: Any, duration: float, method: Method, step: float) -> M
 def whole(mjcf: Path, problem: Any) -> mujoco.MjSpec:
     """The model in the file `mjcf` with the numbers of `problem`, visual parts included."""
     spec = read(mjcf, problem.gravity)
-    top, across = spec.body("top"), problem.inertia_across
-    top.mass, top.ipos = problem.mass, [0.0, 0.0, problem.length]
+    top = spec.body("top")
+    across = problem.inertia_across
+    top.mass = problem.mass
+    top.ipos = [0.0, 0.0, problem.length]
     top.inertia = [across, across, problem.inertia_axis]
-    start, system = spec.key("start"), problem.motion.system
-    start.qpos, start.qvel = system.position, system.rate
+    start = spec.key("start")
+    system = problem.motion.system
+    start.qpos = system.position
+    start.qvel = system.rate
     return spec

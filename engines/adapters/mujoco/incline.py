@@ -21,7 +21,8 @@ DIRECTIONS = 3  # in which the cube moves
 def build(mjcf: Path, problem: Any, method: Method, step: float) -> Translation:
     """Translate an Incline at the static depth of its contacts. The plane is level and gravity is
     inclined, along `heading`; the contacts' axes are those of the plane."""
-    spec, profile = whole(mjcf, problem), contacts.profile(method.settings, plane=True)
+    spec = whole(mjcf, problem)
+    profile = contacts.profile(method.settings, plane=True)
     tune = with_contacts(spec, profile, step)
     depth = profile.depth(corner(problem), step)
     return Translation(
@@ -47,11 +48,16 @@ def model_error(problem: Any, duration: float, method: Method, step: float) -> M
 
 def whole(mjcf: Path, problem: Any) -> mujoco.MjSpec:
     """The model in the file `mjcf` with the numbers of `problem`, visual parts included."""
-    spec, half = read(mjcf), problem.size / 2.0
-    along, turned = math.cos(problem.heading), math.sin(problem.heading)
+    spec = read(mjcf)
+    half = problem.size / 2.0
+    along = math.cos(problem.heading)
+    turned = math.sin(problem.heading)
     spec.option.gravity = [problem.pull * along, problem.pull * turned, -problem.press]
-    cube, pair = spec.body("cube"), spec.pair("contact")
-    cube.pos, spec.geom("cube").size, cube.mass = [0.0, 0.0, half], [half] * 3, problem.mass
+    cube = spec.body("cube")
+    pair = spec.pair("contact")
+    cube.pos = [0.0, 0.0, half]
+    spec.geom("cube").size = [half] * 3
+    cube.mass = problem.mass
     cube.quat = [math.cos(problem.heading / 2.0), 0.0, 0.0, math.sin(problem.heading / 2.0)]
     cube.inertia = [problem.mass * problem.size**2 / 6.0] * 3
     pair.friction[:2] = [problem.friction] * 2

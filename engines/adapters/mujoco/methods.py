@@ -35,7 +35,11 @@ PLAIN = (
         kinds=UNCOUPLED,
     ),
     Method(
-        "mujoco/implicitfast", EULER_STEP, 1, settings={"integrator": "implicitfast"}, kinds=EVERY
+        "mujoco/implicitfast",
+        EULER_STEP,
+        1,
+        settings={"integrator": "implicitfast"},
+        kinds=EVERY,
     ),
     Method(
         "mujoco/discrete",

@@ -25,11 +25,15 @@ def of_chain(spec: mujoco.MjSpec, system: SmoothSystem) -> Translation:
 
 def whole(mjcf: Path, problem: Any) -> mujoco.MjSpec:
     """The model in the file `mjcf` with the numbers of `problem`, visual parts included."""
-    spec, above, end = read(mjcf, problem.gravity), None, 0.0
+    spec = read(mjcf, problem.gravity)
+    above = None
+    end = 0.0
     rods = zip(problem.each("masses"), problem.each("lengths"), strict=True)
     for number, (mass, length) in enumerate(rods, start=1):
         rod = spec.body(f"rod_{number}") or _added(above, number)
-        rod.pos, rod.mass, rod.ipos = [0.0, 0.0, -end], mass, [0.0, 0.0, -length / 2]
+        rod.pos = [0.0, 0.0, -end]
+        rod.mass = mass
+        rod.ipos = [0.0, 0.0, -length / 2]
         rod.inertia = [mass * length**2 / 12] * 3
         rod.first_geom().fromto = [0.0, 0.0, 0.0, 0.0, 0.0, -length]
         above, end = rod, length

@@ -21,7 +21,8 @@ TIPS = ("left", "right")
 def build(mjcf: Path, problem: Any, method: Method, step: float) -> Translation:
     """Translate a Pinch, in the frame of its hand, at the static depth of its contacts; the push is
     gravity's, for the fingers do not move along it."""
-    spec, profile = whole(mjcf, problem), contacts.profile(method.settings, plane=True)
+    spec = whole(mjcf, problem)
+    profile = contacts.profile(method.settings, plane=True)
     tune = with_contacts(spec, profile, step)
     down, across = problem.pull / problem.load
     depth = profile.depth(fingertip(problem), step)
@@ -45,7 +46,8 @@ def build(mjcf: Path, problem: Any, method: Method, step: float) -> Translation:
 
 def model_error(problem: Any, duration: float, method: Method, step: float) -> ModelError:
     """Bounds on the drift of a convergent profile; for soft contacts, on where the solver ends."""
-    profile, held = contacts.profile(method.settings, plane=True), fingertip(problem)
+    profile = contacts.profile(method.settings, plane=True)
+    held = fingertip(problem)
     if profile.point is None:
         speed = {"drift": profile.slip_compliance(step) * held.weight * problem.load}
         return {"slip": {why: v * duration for why, v in speed.items()}, "speed": speed}
@@ -56,15 +58,18 @@ def model_error(problem: Any, duration: float, method: Method, step: float) -> M
 
 def whole(mjcf: Path, problem: Any) -> mujoco.MjSpec:
     """The model in the file `mjcf` with the numbers of `problem`, visual parts included."""
-    spec, half = read(mjcf), problem.size / 2.0
+    spec = read(mjcf)
+    half = problem.size / 2.0
     down, across = problem.pull / problem.mass
     spec.option.gravity = [across, 0.0, -down]
     cube = spec.body("cube")
-    cube.mass, spec.geom("cube").size = problem.mass, [half] * 3
+    cube.mass = problem.mass
+    spec.geom("cube").size = [half] * 3
     cube.inertia = [problem.mass * problem.size**2 / 6.0] * 3
     for tip, side in zip(TIPS, (-1.0, 1.0), strict=True):
         radius = TIP * problem.size
-        spec.geom(tip).size[0], spec.body(tip).mass = radius, problem.finger_mass
+        spec.geom(tip).size[0] = radius
+        spec.body(tip).mass = problem.finger_mass
         spec.body(tip).pos = [0.0, side * (half + radius), 0.0]
         spec.pair(tip).friction[:2] = [problem.friction] * 2
     spec.key("start").ctrl = [problem.normal_force] * 2

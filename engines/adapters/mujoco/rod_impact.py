@@ -10,7 +10,12 @@ import numpy as np
 
 from plumbob.analytic.errors.contact_models.impacts import IMPEDANCE, soft_impact
 from plumbob.engines.adapters.mujoco import contacts
-from plumbob.engines.adapters.mujoco.translation import Translation, at_start, read, with_contacts
+from plumbob.engines.adapters.mujoco.translation import (
+    Translation,
+    at_start,
+    read,
+    with_contacts,
+)
 from plumbob.engines.method import Method, ModelError
 
 scheme = contacts.scheme
@@ -20,7 +25,8 @@ NAMES = ("x", "z", "angle")
 def build(mjcf: Path, problem: Any, method: Method, step: float) -> Translation:
     """Translate a RodImpact. A convergent profile keeps its friction, and has the normal's spring
     and damper on the mass that the end has at the impact."""
-    spec, profile = whole(mjcf, problem, step), contacts.profile(method.settings, plane=True)
+    spec = whole(mjcf, problem, step)
+    profile = contacts.profile(method.settings, plane=True)
     own = [(pair, pair.solref.copy()) for pair in spec.pairs]
     with_contacts(spec, profile, step)
 
@@ -30,7 +36,9 @@ def build(mjcf: Path, problem: Any, method: Method, step: float) -> Translation:
 
     for pair, solref in own:
         pair.solref = solref * profile.softening * (1 - contacts.IMPEDANCE * profile.convergent)
-    return at_start(spec, lambda qpos, qvel: (dict(zip(NAMES, qpos.T, strict=True)), {}), tune=tune)
+    return at_start(
+        spec, lambda qpos, qvel: (dict(zip(NAMES, qpos.T, strict=True)), {}), tune=tune
+    )
 
 
 def model_error(problem: Any, duration: float, method: Method, step: float) -> ModelError:
@@ -45,13 +53,18 @@ def model_error(problem: Any, duration: float, method: Method, step: float) -> M
 
 def whole(mjcf: Path, problem: Any, step: float = 1e-3) -> mujoco.MjSpec:
     """The model in the file `mjcf` with the numbers of `problem`, and contacts for a `step` [s]."""
-    spec, half = read(mjcf, problem.gravity), problem.length / 2.0
-    rod, start, begun = spec.body("rod"), spec.key("start"), problem.observe(np.zeros(1))
-    rod.mass, rod.inertia = problem.mass, [problem.mass * problem.length**2 / 12.0] * 3
+    spec = read(mjcf, problem.gravity)
+    half = problem.length / 2.0
+    rod = spec.body("rod")
+    start = spec.key("start")
+    begun = problem.observe(np.zeros(1))
+    rod.mass = problem.mass
+    rod.inertia = [problem.mass * problem.length**2 / 12.0] * 3
     spec.geom("rod").fromto = [-half, 0.0, 0.0, half, 0.0, 0.0]
     for side, pair in zip((-half, half), spec.pairs, strict=True):
         spec.geom(pair.geomname2).pos = [side, 0.0, 0.0]
-        pair.friction[:2], pair.condim = [problem.friction] * 2, 3 if problem.friction else 1
+        pair.friction[:2] = [problem.friction] * 2
+        pair.condim = 3 if problem.friction else 1
         pair.solref = soft_impact(problem.restitution, step).solref
         pair.solimp[:2] = [IMPEDANCE] * 2
     start.qpos = [begun[name][0] for name in NAMES]

@@ -27,8 +27,10 @@ SLOW = 1e-3  # [s]
 def build(mjcf: Path, problem: Any, method: Method, step: float) -> Translation:
     """Translate a RollingBall at the static penetration of its contact. MuJoCo's contacts are half
     of it above the plane: the geom is larger by that half, so that the arm is the radius."""
-    spec, profile = whole(mjcf, problem), contacts.profile(method.settings, plane=True)
-    tune, start = with_contacts(spec, profile, step), spec.key("start")
+    spec = whole(mjcf, problem)
+    profile = contacts.profile(method.settings, plane=True)
+    tune = with_contacts(spec, profile, step)
+    start = spec.key("start")
     if not profile.convergent:  # for `settled`: the default contact is the same at every step
         spec.option.timestep = max(step, SLOW)
 
@@ -37,7 +39,9 @@ def build(mjcf: Path, problem: Any, method: Method, step: float) -> Translation:
 
     depth = settled(spec, tune) / 2.0
     spec.geom("ball").size[0] += depth
-    return Translation(spec, np.array([0.0, -depth, 0.0]), np.array(start.qvel), observe, tune=tune)
+    return Translation(
+        spec, np.array([0.0, -depth, 0.0]), np.array(start.qvel), observe, tune=tune
+    )
 
 
 def model_error(problem: Any, duration: float, method: Method, step: float) -> ModelError:
@@ -63,11 +67,16 @@ def settled(spec: mujoco.MjSpec, tune: Callable[[mujoco.MjModel], None]) -> floa
 
 def whole(mjcf: Path, problem: Any) -> mujoco.MjSpec:
     """The model in the file `mjcf` with the numbers of `problem`, visual parts included."""
-    spec, radius = read(mjcf, problem.gravity), problem.radius
-    ball, pair = spec.body("ball"), spec.pair("contact")
-    ball.pos, spec.geom("ball").size[0], ball.mass = [0.0, 0.0, radius], radius, problem.mass
+    spec = read(mjcf, problem.gravity)
+    radius = problem.radius
+    ball = spec.body("ball")
+    pair = spec.pair("contact")
+    ball.pos = [0.0, 0.0, radius]
+    spec.geom("ball").size[0] = radius
+    ball.mass = problem.mass
     ball.inertia = [0.4 * problem.mass * radius**2] * 3
-    turned, rolled = problem.torsional_friction, problem.rolling_friction
+    turned = problem.torsional_friction
+    rolled = problem.rolling_friction
     pair.condim = 6 if rolled else 4 if turned else 3  # no coefficient can be less than 1e-5
     pair.friction = [problem.friction, problem.friction, turned, rolled, rolled]
     if not (problem.friction or rolled):

@@ -31,7 +31,8 @@ def scheme(method: Method) -> Scheme:
 
 def build(mjcf: Path, problem: Any, method: Method, step: float) -> Translation:
     """Translate a RollingDisc at about the depth that its weight makes."""
-    spec, profile = whole(mjcf, problem), contacts.profile(method.settings, plane=True)
+    spec = whole(mjcf, problem)
+    profile = contacts.profile(method.settings, plane=True)
     tune = with_contacts(spec, profile, step)
     if profile.convergent:
         spec.pair("contact").solref = spec.pair("contact").solref * (1.0 - contacts.IMPEDANCE)
@@ -46,8 +47,11 @@ def build(mjcf: Path, problem: Any, method: Method, step: float) -> Translation:
 
 def whole(mjcf: Path, problem: Any) -> mujoco.MjSpec:
     """The model in the file `mjcf` with the numbers of `problem`, visual parts included."""
-    spec, radius, system = read(mjcf, problem.gravity), problem.radius, problem.motion.system
-    disc, start = spec.body("disc"), spec.key("start")
+    spec = read(mjcf, problem.gravity)
+    radius = problem.radius
+    system = problem.motion.system
+    disc = spec.body("disc")
+    start = spec.key("start")
     disc.inertia = [radius**2 / 4.0, radius**2 / 4.0, radius**2 / 2.0]
     spec.geom("rim").size = [radius, radius, 1e-6 * radius]
     spec.geom("disc").size[:2] = [radius, 0.02 * radius]

@@ -28,7 +28,8 @@ def model_error(problem: Any, duration: float, method: Method, step: float) -> M
     if method.settings["integrator"] != "discrete":
         return {}
     linear = problem.started
-    natural, damping = math.sqrt(linear.gravity), linear.damping_rate
+    natural = math.sqrt(linear.gravity)
+    damping = linear.damping_rate
     lasting = min(duration, 2.0 / damping) if damping else duration
     angle = DROPPED / linear.mass * (1.0 / natural + lasting) / natural
     reason = "forces below a threshold"
@@ -38,12 +39,16 @@ def model_error(problem: Any, duration: float, method: Method, step: float) -> M
 def whole(mjcf: Path, problem: Any) -> mujoco.MjSpec:
     """The model in the file `mjcf` with the numbers of `problem`, visual parts included."""
     spec = read(mjcf)
-    joint, motor, start = spec.joint("theta"), spec.actuator("motor"), spec.key("start")
+    joint = spec.joint("theta")
+    motor = spec.actuator("motor")
+    start = spec.key("start")
     spec.body("link").inertia = [problem.inertia] * 3
     joint.armature = problem.armature
     joint.damping = first_coefficient(joint.damping, problem.damping)
-    motor.gear[0], motor.gainprm[0] = problem.gear, problem.kp
+    motor.gear[0] = problem.gear
+    motor.gainprm[0] = problem.kp
     motor.biasprm[1:3] = [-problem.kp, -problem.kv]
     motor.forcerange = [-problem.force_limit, problem.force_limit]
-    start.qpos, start.qvel = [problem.theta], [problem.theta_dot]
+    start.qpos = [problem.theta]
+    start.qvel = [problem.theta_dot]
     return spec

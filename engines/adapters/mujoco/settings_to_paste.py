@@ -53,7 +53,9 @@ def settings(method: Method, step: float, stiffness: float | None, friction: flo
     if method.settings.get("model") == "reduced":
         raise ParameterError("method", method.name, "one whose model is the full body")
     if stiffness is not None and not chosen.convergent:
-        raise ParameterError("stiffness", stiffness, "left out: it is for `+coulomb` methods only")
+        raise ParameterError(
+            "stiffness", stiffness, "left out: it is for `+coulomb` methods only"
+        )
     if stiffness is not None and not SOFTEST <= stiffness <= 1.0:
         allowed = f"from {SOFTEST:g} to 1: no contact is stable at more"
         raise ParameterError("stiffness", stiffness, allowed)
@@ -100,7 +102,9 @@ def _convergent(
         fields = own_pair(method, step, softening, stiffness)
         pair = _default("pair", fields, condim=3, friction=(friction, friction))
         parts = [_option(method, step, options), pair, PAIRS]
-        return "\n".join((f"<!-- contacts for a time step of {step:g} s, and no other -->", *parts))
+        return "\n".join(
+            (f"<!-- contacts for a time step of {step:g} s, and no other -->", *parts)
+        )
 
     alone = Snippet(
         "MJCF alone",
@@ -139,7 +143,9 @@ def _other_contacts(
             f"what stands is {depth:.3g} s^2 times the normal force of a contact times the sum of "
             "both bodies' `body_invweight0` deep in what it stands on. Of what slides " + error
         )
-        holds = f"for stacks; tried on free cubes of 1e-4 to 1e4 times the mass; sliding {holds}"
+        holds = (
+            f"for stacks; tried on free cubes of 1e-4 to 1e4 times the mass; sliding {holds}"
+        )
     elif not point.pyramidal:
         drift = soft / rates(point, step)[1] / float(chosen.options["impratio"])
         error = (
@@ -152,7 +158,9 @@ def _other_contacts(
             f"gripper with a cube, to an impratio of 1e4; of what slides {holds}"
         )
     cost = "0.9 to 1.5 times a step with default contacts"
-    return Settings(method.name, step, None, (Snippet("MJCF alone", text, "", error, cost, holds),))
+    return Settings(
+        method.name, step, None, (Snippet("MJCF alone", text, "", error, cost, holds),)
+    )
 
 
 def _integrator(method: Method, step: float) -> Settings:
@@ -160,7 +168,9 @@ def _integrator(method: Method, step: float) -> Settings:
     if method.order == 1:
         error = "of first order in the step"
     elif method.scheme.control == "midpoint":
-        error = "of second order in the step where a control is read at mid-step, of fourth without"
+        error = (
+            "of second order in the step where a control is read at mid-step, of fourth without"
+        )
     else:
         error = "of fourth order in the step; of first where a control is held over a step"
     python = MIDPOINT if method.scheme.control == "midpoint" else ""
@@ -199,7 +209,8 @@ def _attributes(attributes: dict[str, object]) -> str:
 def _short(value: float) -> str:
     """`value` in twelve digits, in the shorter of the two ways to write it."""
     mantissa, _, exponent = f"{value:.11e}".partition("e")
-    plain, scaled = f"{value:.12g}", f"{mantissa.rstrip('0').rstrip('.')}e{int(exponent)}"
+    plain = f"{value:.12g}"
+    scaled = f"{mantissa.rstrip('0').rstrip('.')}e{int(exponent)}"
     return min(plain, scaled, key=len)
 
 

@@ -49,10 +49,14 @@ def build(mjcf: Path, problem: Any, method: Method, step: float) -> Translation:
 def whole(mjcf: Path, problem: Any) -> mujoco.MjSpec:
     """The model in the file `mjcf` with the numbers of `problem`, visual parts included."""
     problem = problem.started
-    spec, length = read(mjcf), problem.length
-    moment, bob, joint = problem.mass * length**2, spec.body("bob"), spec.joint("theta")
+    spec = read(mjcf)
+    length = problem.length
+    moment = problem.mass * length**2
+    bob = spec.body("bob")
+    joint = spec.joint("theta")
     spec.option.gravity = [0.0, 0.0, 0.0 if problem.linear else -problem.gravity]
-    bob.mass, bob.ipos = problem.mass, [0.0, 0.0, -length]
+    bob.mass = problem.mass
+    bob.ipos = [0.0, 0.0, -length]
     joint.damping = first_coefficient(joint.damping, problem.damping_rate * moment)
     if problem.linear:
         stiffness = problem.mass * problem.gravity * length
@@ -61,7 +65,8 @@ def whole(mjcf: Path, problem: Any) -> mujoco.MjSpec:
     spec.geom("rod").fromto = [0.0, 0.0, -length, 0.0, 0.0, 0.0]
     spec.geom("bob").pos = [0.0, 0.0, -length]
     start = spec.key("start")
-    start.qpos, start.qvel = [problem.theta], [problem.theta_dot]
+    start.qpos = [problem.theta]
+    start.qvel = [problem.theta_dot]
     return spec
 
 
@@ -80,7 +85,8 @@ def model_error(problem: Any, duration: float, method: Method, step: float) -> M
 
 def _add_accelerometer(spec: mujoco.MjSpec, length: float) -> None:
     spec.body("bob").add_site(name="bob", pos=[0.0, 0.0, -length])
-    kind, place = mujoco.mjtSensor.mjSENS_ACCELEROMETER, mujoco.mjtObj.mjOBJ_SITE
+    kind = mujoco.mjtSensor.mjSENS_ACCELEROMETER
+    place = mujoco.mjtObj.mjOBJ_SITE
     spec.add_sensor(name="acceleration", type=kind, objtype=place, objname="bob")
 
 

@@ -24,7 +24,8 @@ from plumbob.models.scene import Case
 
 STATE = int(mujoco.mjtState.mjSTATE_FULLPHYSICS)  # time, qpos, qvel and so on
 
-SENSOR = int(mujoco.mjtDisableBit.mjDSBL_SENSOR)  # no stage of a step: read at the samples alone
+# no stage of a step: read at the samples alone
+SENSOR = int(mujoco.mjtDisableBit.mjDSBL_SENSOR)
 
 
 class MujocoSimulation(SteppedSimulation):
@@ -58,9 +59,12 @@ class MujocoSimulation(SteppedSimulation):
             return super().stepped(fraction)
 
     def _begun(self) -> Built:
-        model, data, translation = self.model, self.data, self.translation
+        model = self.model
+        data = self.data
+        translation = self.translation
         mujoco.mj_resetData(model, data)
-        data.qpos[:], data.qvel[:] = translation.qpos, translation.qvel
+        data.qpos[:] = translation.qpos
+        data.qvel[:] = translation.qvel
         controls = by_step(self.held_controls, self.step)
 
         def advance(first: int, last: int) -> None:
@@ -82,18 +86,22 @@ class MujocoSimulation(SteppedSimulation):
         return state
 
     def _observed(self, states: Sequence[Array]) -> Observed:
-        nq, nv = self.model.nq, self.model.nv
+        nq = self.model.nq
+        nv = self.model.nv
         _, qpos, qvel, _ = np.split(np.array(states), (1, 1 + nq, 1 + nq + nv), axis=1)
         observables, channels = self.translation.observe(qpos, qvel)
         if self.translation.sensors is not None:
             more = self.translation.sensors(self.readings(states))
-            observables, channels = {**observables, **more[0]}, {**channels, **more[1]}
+            observables = {**observables, **more[0]}
+            channels = {**channels, **more[1]}
         return observables, channels
 
     def readings(self, states: Sequence[Array]) -> Array:
         """Readings of the translation's probe in each of the samples' states, with the forces that
         begin there, of shape (n, k); the solver begins each time where the run has ended."""
-        model, data, rows = copy(self.model), self.data, []
+        model = copy(self.model)
+        data = self.data
+        rows = []
         model.opt.disableflags &= ~SENSOR
         model.opt.integrator = mujoco.mjtIntegrator.mjINT_EULER
         marks = sampling.sampled(self.steps, self.samples)[: len(states)].astype(np.float64)

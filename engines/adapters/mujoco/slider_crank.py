@@ -20,7 +20,8 @@ from plumbob.engines.adapters.mujoco.translation import (
 )
 from plumbob.engines.method import Method, ModelError
 
-LOOP = SoftLoop(2e-3, 0.9999)  # of the file's solref and solimp: the stiffest for a step of 1 ms
+# of the file's solref and solimp: the stiffest for a step of 1 ms
+LOOP = SoftLoop(2e-3, 0.9999)
 
 
 def scheme(method: Method) -> Scheme:
@@ -47,10 +48,15 @@ def model_error(problem: Any, duration: float, method: Method, step: float) -> M
 
 def whole(mjcf: Path, problem: Any) -> mujoco.MjSpec:
     """The model in the file `mjcf` with the numbers of `problem`, visual parts included."""
-    spec, stretched = read(mjcf, problem.gravity), problem.crank + problem.rod
+    spec = read(mjcf, problem.gravity)
+    stretched = problem.crank + problem.rod
     for name in ("crank", "rod"):
-        link, length, mass = spec.body(name), *(getattr(problem, n) for n in (name, f"{name}_mass"))
-        link.mass, link.ipos = mass, [length / 2, 0.0, 0.0]
+        link, length, mass = (
+            spec.body(name),
+            *(getattr(problem, n) for n in (name, f"{name}_mass")),
+        )
+        link.mass = mass
+        link.ipos = [length / 2, 0.0, 0.0]
         link.inertia = [mass * length**2 / 12] * 3
         spec.geom(name).fromto = [0.0, 0.0, 0.0, length, 0.0, 0.0]
     spec.body("rod").pos = [problem.crank, 0.0, 0.0]
@@ -58,7 +64,8 @@ def whole(mjcf: Path, problem: Any) -> mujoco.MjSpec:
     spec.body("slider").mass = problem.slider_mass
     pin = spec.equality("pin")
     pin.data = [problem.rod, 0.0, 0.0, *pin.data[3:]]
-    start, opened = spec.key("start"), problem.opened
+    start = spec.key("start")
+    opened = problem.opened
     for name, (crank, rod, slider) in {"qpos": opened.position, "qvel": opened.rate}.items():
         away = stretched if name == "qpos" else 0.0
         setattr(start, name, [crank, rod - crank, slider - away])

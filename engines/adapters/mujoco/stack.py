@@ -20,7 +20,8 @@ scheme = contacts.scheme
 
 def build(mjcf: Path, problem: Any, method: Method, step: float) -> Translation:
     """Translate a Stack at the static depths of its contacts."""
-    spec, profile = whole(mjcf, problem), contacts.profile(method.settings)
+    spec = whole(mjcf, problem)
+    profile = contacts.profile(method.settings)
     tune = with_contacts(spec, profile, step)
     depths = np.cumsum([profile.depth(held, step) for held in corners(problem)])
     return Translation(
@@ -46,7 +47,8 @@ def model_error(problem: Any, duration: float, method: Method, step: float) -> M
 
 def whole(mjcf: Path, problem: Any) -> mujoco.MjSpec:
     """The model in the file `mjcf` with the numbers of `problem`, visual parts included."""
-    spec, half = read(mjcf, problem.gravity), problem.size / 2.0
+    spec = read(mjcf, problem.gravity)
+    half = problem.size / 2.0
     # pairs first: MuJoCo deletes those of a body with it
     for part in (*spec.keys, *spec.pairs, *spec.bodies[1:]):
         spec.delete(part)
@@ -54,8 +56,11 @@ def whole(mjcf: Path, problem: Any) -> mujoco.MjSpec:
     for i, mass in enumerate(problem.masses):
         cube = spec.worldbody.add_body(name=f"cube_{i}", pos=[0.0, 0.0, half * (2 * i + 1)])
         cube.add_joint(name=f"z_{i}", type=mujoco.mjtJoint.mjJNT_SLIDE, axis=[0.0, 0.0, 1.0])
-        cube.mass, cube.inertia = mass, [mass * problem.size**2 / 6.0] * 3
-        cube.explicitinertial, cube.ipos, cube.iquat = True, [0.0] * 3, [1.0, 0.0, 0.0, 0.0]
+        cube.mass = mass
+        cube.inertia = [mass * problem.size**2 / 6.0] * 3
+        cube.explicitinertial = True
+        cube.ipos = [0.0] * 3
+        cube.iquat = [1.0, 0.0, 0.0, 0.0]
         name = f"cube_{i}"
         cube.add_geom(name=name, type=mujoco.mjtGeom.mjGEOM_BOX, size=[half] * 3)
         spec.add_pair(geomname1=below, geomname2=name, condim=1)

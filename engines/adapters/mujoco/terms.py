@@ -25,7 +25,8 @@ ACTING = (
 
 def put(data: Any, state: Array) -> None:
     """Give an mjData a state: qpos, qvel, act."""
-    nq, nv = data.qpos.size, data.qvel.size
+    nq = data.qpos.size
+    nv = data.qvel.size
     data.qpos[:], data.qvel[:], data.act[:] = np.split(state, (nq, nq + nv))
 
 
@@ -36,7 +37,8 @@ def state_of(data: Any) -> Array:
 
 def shifted(model: Any, state: Array, shift: Array) -> Array:
     """A state moved by positions, velocities and activations of the tangent space."""
-    nv, moved = model.nv, state.copy()
+    nv = model.nv
+    moved = state.copy()
     mujoco.mj_integratePos(model, moved[: model.nq], shift[:nv], 1.0)
     moved[model.nq :] += shift[nv:]
     return moved
@@ -44,7 +46,8 @@ def shifted(model: Any, state: Array, shift: Array) -> Array:
 
 def apart(model: Any, state: Array, other: Array) -> Array:
     """The shift from another state to a `state`, shape (2 nv + na,)."""
-    nq, nv = model.nq, model.nv
+    nq = model.nq
+    nv = model.nv
     shift = np.concatenate([np.zeros(nv), state[nq:] - other[nq:]])
     mujoco.mj_differentiatePos(model, shift[:nv], 1.0, other[:nq], state[:nq])
     return shift
@@ -62,7 +65,8 @@ class MujocoTerms:
     def __call__(self, state: Array, control: Array) -> Terms:
         """As `Terms` has them; "damping" is what an implicit step adds to the diagonal of the mass
         matrix, per step, and "acting" the constraints other than contacts that exert a force."""
-        model, data = self.model, self.data
+        model = self.model
+        data = self.data
         put(data, state)
         data.ctrl[:] = control
         self.forward(model, data)

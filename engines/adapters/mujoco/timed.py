@@ -21,13 +21,17 @@ class TimedPeriods:
 
     compile_seconds = 0.0
 
-    def __init__(self, model: Any, data: Any, starts: Array, controls: Array, steps: int) -> None:
+    def __init__(
+        self, model: Any, data: Any, starts: Array, controls: Array, steps: int
+    ) -> None:
         self.model, self.data, self.steps, self.controls = model, data, steps, controls
         self.starts: list[Any] = [None if np.isnan(start).any() else start for start in starts]
 
     def stepped(self, fraction: float) -> Stepping:
         """The steps of the first `fraction` of the periods."""
-        model, data, spent = self.model, self.data, 0.0
+        model = self.model
+        data = self.data
+        spent = 0.0
         count = max(1, round(fraction * len(self.starts)))
         begin = time.thread_time()
         for start, control in zip(self.starts[:count], self.controls, strict=False):

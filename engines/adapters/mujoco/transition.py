@@ -41,7 +41,8 @@ from plumbob.engines.trajectory import ByName
 from plumbob.models.gradient import Number
 
 TOUCHING = 1e-7  # of a state's number
-BESIDE = MappingProxyType({NUDGE: 10.0, TOUCHING: 0.5})  # times as large, to tell their rounding
+# times as large, to tell their rounding
+BESIDE = MappingProxyType({NUDGE: 10.0, TOUCHING: 0.5})
 
 
 def difference(model: mujoco.MjModel) -> float:
@@ -84,7 +85,8 @@ class Sides:
         """The derivatives of the observables in a state that changes `along` a tangent, read as the
         cases on both sides read them."""
         low, here, high = self.runs
-        model, state = here.model, state_of(here.data)
+        model = here.model
+        state = state_of(here.data)
         sizes = [model.nv, model.nv, model.na]
 
         def observe(place: float, rate: float, run: MujocoSimulation = here) -> Signals:
@@ -108,7 +110,8 @@ def transition(number: Number, method: Method, step: float, beside: bool = False
             f"mjd_transitionFD has derivatives by state and control: {number.name} "
             "is a parameter of the model"
         )
-    run, along = sides.runs[1], sides.at_start()
+    run = sides.runs[1]
+    along = sides.at_start()
     by_forces = run.model.opt.integrator != mujoco.mjtIntegrator.mjINT_EULER
     nudge = NUDGE if by_forces else difference(run.model)
     if beside:
@@ -124,7 +127,8 @@ def advanced(
     """Eq. 1: the derivative `along` of the state of `data` after each step under `controls`, which
     change by `changes`."""
     size = 2 * model.nv + model.na
-    by_state, by_control = np.zeros((size, size)), np.zeros((size, model.nu))
+    by_state = np.zeros((size, size))
+    by_control = np.zeros((size, model.nu))
     for control, change in zip(controls, changes, strict=False):
         data.ctrl[:] = control
         mujoco.mjd_transitionFD(model, data, nudge, True, by_state, by_control, None, None)
@@ -136,16 +140,20 @@ def advanced(
 def inverse(number: Number, method: Method, step: float, beside: bool = False) -> ByName:
     """The same by eq. 2; raises Unsupported."""
     sides = _sides(number, method, step)
-    model, data = sides.runs[1].model, sides.runs[1].data
+    model = sides.runs[1].model
+    data = sides.runs[1].data
     if model.ngeom or model.dof_frictionloss.any():
         raise Unsupported(
             "mjd_inverseFD has differences of accelerations that are too large for friction"
         )
     controls, changes = sides.controls
     if sides.by_model or changes.any():
-        raise Unsupported(f"mjd_inverseFD has derivatives by the state alone, not by {number.name}")
+        raise Unsupported(
+            f"mjd_inverseFD has derivatives by the state alone, not by {number.name}"
+        )
     model.opt.enableflags |= mujoco.mjtEnableBit.mjENBL_INVDISCRETE
-    along, before = sides.at_start(), mujoco.MjData(model)
+    along = sides.at_start()
+    before = mujoco.MjData(model)
     nudge = NUDGE * BESIDE[NUDGE] if beside else NUDGE
     with options.collected():
         for control in controls:
@@ -164,9 +172,11 @@ def _step_ahead(
 ) -> None:
     """Eq. 2, from `along`, shape (2, nv), to that of a step's end, in place; the velocity there is
     `after`."""
-    (places, rates), step = along, model.opt.timestep
+    (places, rates) = along
+    step = model.opt.timestep
     before.qacc[:] = (after - before.qvel) / step
-    both, mass = np.zeros((2, 2, model.nv, model.nv)), np.zeros((model.nv,) * 2)
+    both = np.zeros((2, 2, model.nv, model.nv))
+    mass = np.zeros((model.nv,) * 2)
     for eps, into in zip((nudge, -nudge), both, strict=True):  # by places and rates
         mujoco.mjd_inverseFD(model, before, eps, True, *into, *[None] * 5)
     # Linear in accelerations, of which a nudge is lost beside 1e6 rad/s^2.

@@ -90,7 +90,9 @@ def solved_loop(motion: CertifiedMotion, loop: SoftLoop, duration: float) -> ByN
     size of the largest rate's square, may be lost throughout."""
     states = motion.observe(np.linspace(0.0, duration, 101))
     fastest = max(float(np.abs(states[name]).max()) for name in motion.system.rates)
-    return {"rounding of the solver": ULP / (1 - loop.impedance) * (fastest * duration) ** 2 / 2}
+    return {
+        "rounding of the solver": ULP / (1 - loop.impedance) * (fastest * duration) ** 2 / 2
+    }
 
 
 def with_contacts(

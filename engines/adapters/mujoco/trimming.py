@@ -25,7 +25,8 @@ def trimming(
     """Cost of `steps` steps of `step` [s] from the scene's start, default against trimmed, timed in
     turns, `repeats` at most; raises Unsupported and ParameterError."""
     simulation = compiled(case, method, step)
-    trimmed, translation = simulation.model, simulation.translation
+    trimmed = simulation.model
+    translation = simulation.translation
     complete = find_builder("mujoco", case.system).whole(case.system.mjcf, case.problem)
     untrimmed = translation.whole or complete
     options.apply(untrimmed, method.settings, step)
@@ -34,7 +35,9 @@ def trimming(
     shown = copy.copy(every_stage)  # the parts that are shown alone, too
     every_stage.opt.disableflags = 0
     shown.opt.disableflags = trimmed.opt.disableflags
-    runs = [MujocoSimulation(translation, m, steps, step) for m in (every_stage, shown, trimmed)]
+    runs = [
+        MujocoSimulation(translation, m, steps, step) for m in (every_stage, shown, trimmed)
+    ]
     pieces = {k: TimedSteps(run, 1.0) for k, run in enumerate(runs)}
     default, flags, least = (c.ns_per_step for c in in_turns(pieces, repeats)[0].values())
     ends = np.array([np.concatenate([run.data.qpos, run.data.qvel]) for run in runs])

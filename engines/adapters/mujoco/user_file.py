@@ -64,7 +64,9 @@ def user_method(path: str | Path) -> Method:
     settings["contact"] = contact | {name: getattr(spec.option, name) for name in ENDS}
     _runnable(path, settings)
     step = time_step("like", spec.option.timestep, str(path))
-    like = next(m for m in METHODS if m.settings["integrator"].lower() == settings["integrator"])
+    like = next(
+        m for m in METHODS if m.settings["integrator"].lower() == settings["integrator"]
+    )
     explicit = settings["disableflags"] & mujoco.mjtDisableBit.mjDSBL_EULERDAMP
     if settings["integrator"] == "euler" and explicit:
         like = replace(like, scheme=replace(like.scheme, implicit_damping=False))

@@ -16,17 +16,20 @@ def build(problem: Any, method: Method) -> Equation:
     a = (I_y - I_z) w^2 / 2, b = M Y S w^2 and c = M g S (eq. 7); `problem` is a ConePendulum.
     Raises ParameterError."""
     problem = problem.started
-    body, square = problem.body, problem.platform_rate**2
+    body = problem.body
+    square = problem.platform_rate**2
     arm = body.mass * body.com_distance
     twice_a: float = (body.inertia_y - body.inertia_z) * square / body.inertia_x
     b: float = arm * problem.pivot_y * square / body.inertia_x
     c: float = arm * problem.gravity / body.inertia_x
-    sin, cos = math.sin, math.cos
+    sin = math.sin
+    cos = math.cos
 
     product: float = body.inertia_yz * square / body.inertia_x
 
     def acceleration(time: float, theta: float, theta_dot: float) -> float:
-        sine, cosine = sin(theta), cos(theta)
+        sine = sin(theta)
+        cosine = cos(theta)
         pull = (twice_a * sine + b) * cosine - c * sine
         return pull + product * (cosine - sine) * (cosine + sine)
 

@@ -29,7 +29,8 @@ OFFSETS = np.array(CENTRAL, dtype=np.float64)
 
 def forward(number: Number, method: Method, step: float) -> ByName:
     """Derivatives of the angle and its rate at the end; raises Unsupported and ParameterError."""
-    build, moved = find_builder("ode", number.case.system).build, OFFSETS * STEP * number.size
+    build = find_builder("ode", number.case.system).build
+    moved = OFFSETS * STEP * number.size
     try:
         problems = tuple(number.problem(number.value + float(offset)) for offset in moved)
     except ParameterError as error:
@@ -39,7 +40,9 @@ def forward(number: Number, method: Method, step: float) -> ByName:
         raise Unsupported("the step of an attitude is a turn, which eq. 1 does not hold of")
     if np.ndim(equations.here.position):
         raise Unsupported("eq. 1 is stepped beside one degree of freedom")
-    run = of_equation(_with_sensitivity(equations), method, step, number.case.scene.duration).run()
+    run = of_equation(
+        _with_sensitivity(equations), method, step, number.case.scene.duration
+    ).run()
     if run.diverged_at is not None:
         raise Unsupported(f"lost after {run.diverged_at:.3g} s")
     names = "theta", "theta_dot"
@@ -48,10 +51,12 @@ def forward(number: Number, method: Method, step: float) -> ByName:
 
 def _with_sensitivity(equations: Neighbours[Equation]) -> Equation:
     """The equation of (x, s)."""
-    here, points = equations.here, Neighbours(tuple(OFFSETS * ALONG), OFFSETS * ALONG)
+    here = equations.here
+    points = Neighbours(tuple(OFFSETS * ALONG), OFFSETS * ALONG)
 
     def acceleration(t: float, x: Array, v: Array) -> Array:
-        (angle, s), (rate, s_dot) = x.tolist(), v.tolist()
+        (angle, s) = x.tolist()
+        (rate, s_dot) = v.tolist()
         by_parameter = equations.slope(lambda e: e.acceleration(t, angle, rate))
         size = max(abs(s), abs(s_dot)) or 1.0
 

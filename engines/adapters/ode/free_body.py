@@ -16,7 +16,9 @@ from plumbob.engines.method import Method
 def build(problem: Any, method: Method) -> TurningEquation:
     """I w' = (I w) x w with q' = q w/2 in the body's axes; `problem` is a FreeBody."""
     x, y, z = problem.inertia
-    first, second, third = (y - z) / x, (z - x) / y, (x - y) / z
+    first = (y - z) / x
+    second = (z - x) / y
+    third = (x - y) / z
 
     def acceleration(time: float, attitude: Array, rate: Array) -> Array:
         u, v, w = rate.tolist()

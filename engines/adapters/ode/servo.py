@@ -16,8 +16,12 @@ def build(problem: Any, method: Method) -> Equation:
     linear = simple_pendulum.build(problem, method)
     if not problem.saturates:
         return linear
-    inertia, most, gear = problem.inertia + problem.armature, problem.force_limit, problem.gear
-    kp, kv, damping = gear * problem.kp, gear * problem.kv, problem.damping
+    inertia = problem.inertia + problem.armature
+    most = problem.force_limit
+    gear = problem.gear
+    kp = gear * problem.kp
+    kv = gear * problem.kv
+    damping = problem.damping
 
     def limited(time: float, theta: float, theta_dot: float) -> float:
         force = min(max(-kp * theta - kv * theta_dot, -most), most)

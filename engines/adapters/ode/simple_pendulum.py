@@ -14,8 +14,10 @@ def build(problem: Any, method: Method) -> Equation:
     """theta'' = A sin(Omega t) - xi theta' - (g/L) sin theta, or theta for sin theta; `problem` is
     a plumbob.analytic.systems.simple_pendulum.SimplePendulum."""
     problem = problem.started
-    pull, damping = float(problem.gravity / problem.length), float(problem.damping_rate)
-    amplitude, frequency = float(problem.forcing_amplitude), float(problem.forcing_frequency)
+    pull = float(problem.gravity / problem.length)
+    damping = float(problem.damping_rate)
+    amplitude = float(problem.forcing_amplitude)
+    frequency = float(problem.forcing_frequency)
     sin = math.sin
 
     def free(time: float, theta: float, theta_dot: float) -> float:

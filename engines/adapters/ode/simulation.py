@@ -42,7 +42,8 @@ def prepared(case: Case, method: Method, step: float) -> SteppedSimulation | Fol
     begin = time.perf_counter()
     equation = find_builder("ode", case.system).build(case.problem, method)
     made = of_equation(equation, method, step, case.scene.duration)
-    made.compile_seconds, made.samples = time.perf_counter() - begin, case.samples
+    made.compile_seconds = time.perf_counter() - begin
+    made.samples = case.samples
     return made
 
 
@@ -67,7 +68,9 @@ def adaptive(
     tolerances = {"rtol": rtol, "atol": rtol * np.array(scales)}
 
     def follow(duration: float, samples: int) -> Followed:
-        slope, times, states = _Slope(equation), [0.0], [np.hstack(equation.start).tolist()]
+        slope = _Slope(equation)
+        times = [0.0]
+        states = [np.hstack(equation.start).tolist()]
 
         def begin() -> Any:
             begun = solver(slope, times[-1], states[-1], duration, **tolerances)
@@ -81,7 +84,9 @@ def adaptive(
         # Its own steps: interpolants are less accurate.
         kept = sampling.sampled(len(times) - 1, samples)
         parts = [_parts(equation, states[k]) for k in kept]
-        why = dict.fromkeys(filter(None, (*(str(warning.message) for warning in caught), failure)))
+        why = dict.fromkeys(
+            filter(None, (*(str(warning.message) for warning in caught), failure))
+        )
         ended = times[-1] == duration
         return Followed(np.array(times)[kept], parts, slope.evaluated, ended, tuple(why))
 

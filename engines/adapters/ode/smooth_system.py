@@ -15,7 +15,8 @@ def build(problem: Any, method: Method) -> Equation:
     """M(q) q'' = f(t, q, q'); `problem.motion` is a CertifiedMotion. The scale of rates is the
     largest at the start, or what the fastest small deviation by 1 rad or 1 m has."""
     system = problem.motion.system
-    values, start = system.values, system.start[:, None]
+    values = system.values
+    start = system.start[:, None]
     several = len(system.coordinates) > 1
 
     def acceleration(time: float, q: Any, v: Any) -> Any:

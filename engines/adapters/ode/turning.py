@@ -19,7 +19,8 @@ class TurningEquation(Equation):
 
     def slope(self, position: Array, rate: Array) -> Array:
         """Rate of the quaternion [1/s]."""
-        (a, b, c, d), (x, y, z) = position.tolist(), (0.5 * rate).tolist()
+        (a, b, c, d) = position.tolist()
+        (x, y, z) = (0.5 * rate).tolist()
         return np.array(
             [
                 -b * x - c * y - d * z,

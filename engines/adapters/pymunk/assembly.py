@@ -39,16 +39,14 @@ class Assembly:
     def motion(self) -> tuple[complex, complex, complex, complex]:
         """Place [m] and velocity [m/s] of C in the world, and of the slider from C in the body:
         velocities belong to half a step after positions."""
-        body, slider, spin = self.body, self.slider, 1j * self.body.angular_velocity
-        turned, later = (
-            cmath.exp(1j * body.angle),
-            cmath.exp(0.5 * self.space.current_time_step * spin),
-        )
+        body = self.body
+        slider = self.slider
+        spin = 1j * self.body.angular_velocity
+        turned = cmath.exp(1j * body.angle)
+        later = cmath.exp(0.5 * self.space.current_time_step * spin)
         arm = turned * self.centre
-        place, velocity = (
-            complex(*body.position) + arm,
-            complex(*body.velocity) + spin * later * arm,
-        )
+        place = complex(*body.position) + arm
+        velocity = complex(*body.velocity) + spin * later * arm
         inside = complex(*slider.position) - place
         sliding = complex(*slider.velocity) - velocity - spin * later * inside
         return place, velocity, inside / turned, sliding / (turned * later)
@@ -57,8 +55,10 @@ class Assembly:
     def pose(self) -> Pose:
         """As rigid-body engines tell it."""
         place, velocity, inside, sliding = self.motion
-        slid, pace = (inside - self.start) / self.line, sliding / self.line
-        heading, rate = self.body.angle, self.body.angular_velocity
+        slid = (inside - self.start) / self.line
+        pace = sliding / self.line
+        heading = self.body.angle
+        rate = self.body.angular_velocity
         return Pose(place, velocity, heading, rate, slid.real, pace.real)
 
 
@@ -87,7 +87,9 @@ def pin_joint(body: pymunk.Body, part: pymunk.Body, anchor: complex) -> pymunk.P
     return joint
 
 
-def friction_joint(space: pymunk.Space, part: pymunk.Body, anchor: complex) -> pymunk.PivotJoint:
+def friction_joint(
+    space: pymunk.Space, part: pymunk.Body, anchor: complex
+) -> pymunk.PivotJoint:
     """Joint that brings the point `anchor` [m, axes of `part`] to rest, wherever it is: friction,
     once its largest force is set."""
     joint = pymunk.PivotJoint(part, space.static_body, vector(anchor), (0.0, 0.0))
@@ -96,7 +98,11 @@ def friction_joint(space: pymunk.Space, part: pymunk.Body, anchor: complex) -> p
 
 
 def place_part(
-    setup: CapsuleSetup, part: pymunk.Body, anchor: complex, centre_of_mass: complex, step: float
+    setup: CapsuleSetup,
+    part: pymunk.Body,
+    anchor: complex,
+    centre_of_mass: complex,
+    step: float,
 ) -> None:
     """Put `part` at its start: pinned at `anchor` to a body with this `centre_of_mass`, both from C
     [m, body axes].
@@ -104,7 +110,10 @@ def place_part(
     A joint that closes in one step is open by what the step before opened; if it started closed,
     its first impulse would be a jerk.
     """
-    turned, turn = cmath.exp(1j * setup.heading), 1j * step * setup.heading_rate
+    turned = cmath.exp(1j * setup.heading)
+    turn = 1j * step * setup.heading_rate
     opening = cmath.exp(-turn) * (1 + turn) - 1
     part.position = vector(turned * (anchor + opening * (anchor - centre_of_mass)))
-    part.velocity = vector(turned * (complex(*setup.velocity) + (turn - opening) / step * anchor))
+    part.velocity = vector(
+        turned * (complex(*setup.velocity) + (turn - opening) / step * anchor)
+    )

@@ -17,7 +17,8 @@ def build(problem: Any, method: Method, step: float) -> Translation:
     """Translate a plumbob.analytic.systems.bouncing_ball.BouncingBall."""
     space = pymunk.Space()
     space.gravity = (0.0, -problem.gravity)
-    space.collision_slop, space.collision_bias = SLOP * problem.height, KEPT
+    space.collision_slop = SLOP * problem.height
+    space.collision_bias = KEPT
     ball = pymunk.Body(1.0, float("inf"))
     ball.position = (0.0, problem.height + RADIUS)
     ground = pymunk.Segment(space.static_body, (-1.0, 0.0), (1.0, 0.0), 0.0)

@@ -43,8 +43,10 @@ Read = Callable[[], ByName]
 def build(problem: CapsuleProblem, method: Method, step: float) -> Translation:
     """Translate a capsule's problem in the model that the method's settings name: seen from above
     on `feet` or on bare `pivots`, or seen from the `side`; raises Unsupported."""
-    setup, model = problem.setup, method.settings.get("model")
-    turning, act = bool(setup.heading_rate) or setup.plane_velocity is not None, None
+    setup = problem.setup
+    model = method.settings.get("model")
+    turning = bool(setup.heading_rate) or setup.plane_velocity is not None
+    act = None
     if model == "side":
         if turning:
             raise Unsupported("the side view has one line, and here the body turns")
@@ -74,15 +76,23 @@ def model_error(
 def described(problem: CapsuleProblem, method: Method, step: float) -> SequentialImpulse:
     """The method's model and solver as theory needs them: the iterations are the method's, or as
     many more as the capsule needs where more of them help."""
-    setup, capsule, depth = problem.setup, problem.setup.capsule, 0.0
-    model, iterations = method.settings["model"], int(method.settings["iterations"])
-    reach, one_foot = foot_reach(setup), 1.0
+    setup = problem.setup
+    capsule = problem.setup.capsule
+    depth = 0.0
+    model = method.settings["model"]
+    iterations = int(method.settings["iterations"])
+    reach = foot_reach(setup)
+    one_foot = 1.0
     if model == "pivots":
         factor = one_foot = pivots_factor(capsule, np.asarray(setup.slider))
         return SequentialImpulse(model, step, iterations, reach, factor, one_foot)
     if model == "side":
-        ends, moment, depth = problem.slider_ends, side_moment(setup), DEPTH
-        factor = max(contacts_factor(capsule, moment, reach, along(setup, (x, y))) for x, y in ends)
+        ends = problem.slider_ends
+        moment = side_moment(setup)
+        depth = DEPTH
+        factor = max(
+            contacts_factor(capsule, moment, reach, along(setup, (x, y))) for x, y in ends
+        )
     else:
         mass = foot_mass(capsule)
         factor = _largest_feet_factor(capsule, mass, problem.slider_places(PLACES).tobytes())
@@ -94,7 +104,9 @@ def described(problem: CapsuleProblem, method: Method, step: float) -> Sequentia
 @lru_cache(maxsize=32)  # the same for every step of a scene
 def _largest_feet_factor(capsule: Capsule, mass: float, places: bytes) -> float:
     """The largest `feet_factor` over `places` of the slider, pairs of doubles."""
-    return max(feet_factor(capsule, mass, place) for place in np.frombuffer(places).reshape(-1, 2))
+    return max(
+        feet_factor(capsule, mass, place) for place in np.frombuffer(places).reshape(-1, 2)
+    )
 
 
 def _readings(setup: CapsuleSetup, view: View) -> tuple[Read, Read | None]:
@@ -106,17 +118,25 @@ def _readings(setup: CapsuleSetup, view: View) -> tuple[Read, Read | None]:
     """
     if setup.in_plane:
         return view.shown, None
-    parts, before, slid = view.assembly, 0j, 0j
-    slider, line = parts.slider, cmath.exp(1j * parts.body.angle) * parts.line
+    parts = view.assembly
+    before = 0j
+    slid = 0j
+    slider = parts.slider
+    line = cmath.exp(1j * parts.body.angle) * parts.line
     pulled = sum(part.mass for part in parts.space.bodies) * setup.pull
 
     def read() -> ByName:
         nonlocal before, slid
-        before, slid = parts.momentum, complex(*slider.velocity)
-        return {**view.shown(), **dict(zip(NORMAL_FORCES, map(float, view.loads()), strict=True))}
+        before = parts.momentum
+        slid = complex(*slider.velocity)
+        return {
+            **view.shown(),
+            **dict(zip(NORMAL_FORCES, map(float, view.loads()), strict=True)),
+        }
 
     def following() -> ByName:
-        step, gained = parts.space.current_time_step, (parts.momentum - before) / line
+        step = parts.space.current_time_step
+        gained = (parts.momentum - before) / line
         pushed = slider.mass * (complex(*slider.velocity) - slid) / line
         return {
             "friction_force": gained.real / step - pulled,

@@ -61,9 +61,13 @@ def from_above(setup: CapsuleSetup, step: float, feet: bool, turning: bool) -> V
     """The capsule on feet or on bare pivots, in a motion in which it turns or not. This view has no
     contacts: its N_i are those of statics, and friction is limited by them."""
     mass = foot_mass(setup.capsule) if feet else 0.0
-    assembly, friction = _body_and_slider(setup, mass, step), setup.capsule.friction
-    space, body, centre = assembly.space, assembly.body, -assembly.centre
-    pins, joints = [], []
+    assembly = _body_and_slider(setup, mass, step)
+    friction = setup.capsule.friction
+    space = assembly.space
+    body = assembly.body
+    centre = -assembly.centre
+    pins = []
+    joints = []
     for anchor in (complex(x, y) for x, y in setup.capsule.supports):
         if not feet:
             joints.append(friction_joint(space, body, anchor))
@@ -94,19 +98,26 @@ def from_above(setup: CapsuleSetup, step: float, feet: bool, turning: bool) -> V
 def _body_and_slider(setup: CapsuleSetup, mass: float, step: float) -> Assembly:
     """Space with the body, less three feet of `mass` [kg], and the slider pinned to it; C starts at
     the origin."""
-    capsule, space, start = setup.capsule, pymunk.Space(), complex(*setup.slider)
+    capsule = setup.capsule
+    space = pymunk.Space()
+    start = complex(*setup.slider)
     space.gravity = vector(cmath.rect(setup.pull, setup.heading + setup.direction))
     anchors = [complex(x, y) for x, y in capsule.supports]
     core = capsule.body_mass - 3 * mass
     centre = -mass * sum(anchors) / core  # of its mass, from C
-    moment = capsule.inertia - core * abs(centre) ** 2 - mass * sum(abs(a) ** 2 for a in anchors)
-    body, slider = pymunk.Body(core, moment), pymunk.Body(capsule.slider_mass, NO_TURNING)
+    moment = (
+        capsule.inertia - core * abs(centre) ** 2 - mass * sum(abs(a) ** 2 for a in anchors)
+    )
+    body = pymunk.Body(core, moment)
+    slider = pymunk.Body(capsule.slider_mass, NO_TURNING)
     place_part(setup, body, centre, centre, step)
     place_part(setup, slider, start, centre, step)
-    body.angle, body.angular_velocity = setup.heading, setup.heading_rate
+    body.angle = setup.heading
+    body.angular_velocity = setup.heading_rate
     pushed = cmath.rect(begun(setup), setup.heading + setup.direction)
     slider.velocity = vector(complex(*slider.velocity) + pushed)
-    joint, line = pin_joint(body, slider, start - centre), cmath.rect(1.0, setup.direction)
+    joint = pin_joint(body, slider, start - centre)
+    line = cmath.rect(1.0, setup.direction)
     space.add(body, slider, joint)
     return Assembly(space, body, slider, joint, start, line, -centre)
 
@@ -114,12 +125,14 @@ def _body_and_slider(setup: CapsuleSetup, mass: float, step: float) -> Assembly:
 def static_loads(setup: CapsuleSetup) -> Callable[[complex], list[float]]:
     """The N_i of statics [N] for a slider at x + iy from C [m, body axes], in which they are
     affine."""
-    capsule, scale = setup.capsule, setup.press / setup.capsule.gravity
+    capsule = setup.capsule
+    scale = setup.press / setup.capsule.gravity
     forces = [normal_forces(capsule, np.zeros(2)), *load_gradient(capsule)]
     rows = (scale * np.column_stack(forces)).tolist()
 
     def loads(place: complex) -> list[float]:
-        x, y = place.real, place.imag
+        x = place.real
+        y = place.imag
         return [c + cx * x + cy * y for c, cx, cy in rows]
 
     return loads

@@ -36,12 +36,16 @@ GROUND = 1e3  # [m] to each side
 
 def from_the_side(setup: CapsuleSetup) -> View:
     """Body and slider at height zero, x along the line and y up; C starts at the origin."""
-    capsule, space = setup.capsule, pymunk.Space()
-    space.gravity, space.collision_slop = (setup.pull, -setup.press), SLOP
-    start, speed = along(setup, setup.slider), along(setup, setup.velocity)
+    capsule = setup.capsule
+    space = pymunk.Space()
+    space.gravity = (setup.pull, -setup.press)
+    space.collision_slop = SLOP
+    start = along(setup, setup.slider)
+    speed = along(setup, setup.velocity)
     body = pymunk.Body(capsule.body_mass, side_moment(setup))
     slider = pymunk.Body(capsule.slider_mass, NO_TURNING)
-    body.position, slider.position = (0.0, -DEPTH), (start, -DEPTH)
+    body.position = (0.0, -DEPTH)
+    slider.position = (start, -DEPTH)
     body.velocity, slider.velocity = (speed, 0.0), (speed + begun(setup), 0.0)
     ground = pymunk.Segment(space.static_body, (-GROUND, 0.0), (GROUND, 0.0), 0.0)
     feet = [pymunk.Circle(body, FOOT, (x, FOOT)) for x in foot_reach(setup)]
@@ -50,8 +54,10 @@ def from_the_side(setup: CapsuleSetup) -> View:
     space.add(slider, joint)
 
     def shown() -> ByName:
-        gone, pace = body.position.x, body.velocity.x
-        slid, slid_rate = slider.position.x - gone - start, slider.velocity.x - pace
+        gone = body.position.x
+        pace = body.velocity.x
+        slid = slider.position.x - gone - start
+        slid_rate = slider.velocity.x - pace
         return observed_on_a_line(setup, gone, pace, slid, slid_rate)
 
     assembly = Assembly(space, body, slider, joint, complex(start))
@@ -86,7 +92,8 @@ def _normal_forces(setup: CapsuleSetup, parts: Assembly, feet: list[pymunk.Circl
 
     parts.body.each_arbiter(note)
     hind, fore = (pushed.get(foot, 0.0) / parts.space.current_time_step for foot in feet)
-    both, reach = hind + fore or math.nan, foot_reach(setup)
+    both = hind + fore or math.nan
+    reach = foot_reach(setup)
     unit = cmath.rect(1.0, setup.direction)
     across = setup.capsule.mass_ratio * (complex(*setup.slider) / unit).imag
     centre = complex((hind * reach[0] + fore * reach[1]) / both, across) * unit

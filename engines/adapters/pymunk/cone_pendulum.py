@@ -18,7 +18,8 @@ from plumbob.engines.method import Method
 def build(problem: Any, method: Method, step: float) -> Translation:
     """Translate a ConePendulum."""
     problem = problem.started
-    body, square = problem.body, problem.platform_rate**2
+    body = problem.body
+    square = problem.platform_rate**2
     arm = body.mass * body.com_distance
     spread: float = (body.inertia_y - body.inertia_z) * square
     product: float = body.inertia_yz * square
@@ -27,7 +28,8 @@ def build(problem: Any, method: Method, step: float) -> Translation:
 
     def torque(theta: float, rate: float) -> float:
         """Of the Lagrangian (Sudakov 2015, eq. 7), with a product of inertia [N m]."""
-        sine, cosine = math.sin(theta), math.cos(theta)
+        sine = math.sin(theta)
+        cosine = math.cos(theta)
         return (spread * sine + lever) * cosine - weight * sine + product * math.cos(2 * theta)
 
     return wheel(problem, body.inertia_x, limits(problem), torque=torque)

@@ -16,7 +16,8 @@ from plumbob.engines.trajectory import ByName
 def build(problem: Any, method: Method, step: float) -> Translation:
     """Translate a FourBar."""
     space = n_pendulum.build(problem.chain, method, step).space
-    (crank, coupler, rocker), end = space.bodies, (problem.rocker / 2, 0.0)
+    (crank, coupler, rocker) = space.bodies
+    end = (problem.rocker / 2, 0.0)
     axis = (problem.ground, 0.0)
     space.add(joined(method, pymunk.PivotJoint(rocker, space.static_body, end, axis)))
 

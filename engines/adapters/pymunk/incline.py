@@ -15,10 +15,13 @@ LONGEST = 1e4  # [m], of a way on the segment
 
 def build(problem: Any, method: Method, step: float) -> Translation:
     """Translate a plumbob.analytic.systems.incline.Incline; the heading has no effect."""
-    space, edge = pymunk.Space(), problem.size
-    space.gravity, space.collision_slop = (problem.pull, -problem.press), 2.0 * DEPTH * edge
+    space = pymunk.Space()
+    edge = problem.size
+    space.gravity = (problem.pull, -problem.press)
+    space.collision_slop = 2.0 * DEPTH * edge
     cube = pymunk.Body(problem.mass, float("inf"))
-    cube.position, cube.velocity = (0.0, edge * (0.5 - DEPTH)), (problem.speed, 0.0)
+    cube.position = (0.0, edge * (0.5 - DEPTH))
+    cube.velocity = (problem.speed, 0.0)
     ground = pymunk.Segment(space.static_body, (-LONGEST, 0.0), (LONGEST, 0.0), 0.0)
     box = pymunk.Poly.create_box(cube, (edge, edge))
     touching(space, cube, (ground, box), friction=problem.friction)

@@ -16,7 +16,9 @@ def build(problem: Any, method: Method, step: float) -> Translation:
     masses, lengths, rates = map(problem.each, ("masses", "lengths", "angular_velocities"))
     angles = [angle - math.pi / 2 for angle in problem.each("angles")]
     space = linkage(problem.gravity, zip(masses, lengths, angles, rates, strict=True), method)
-    system, rods, end = problem.motion.system, list(space.bodies), (lengths[-1] / 2, 0.0)
+    system = problem.motion.system
+    rods = list(space.bodies)
+    end = (lengths[-1] / 2, 0.0)
 
     def read() -> ByName:
         tip = rods[-1].local_to_world(end)

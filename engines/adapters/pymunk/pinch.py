@@ -11,20 +11,24 @@ from plumbob.engines.adapters.pymunk.simulation import Translation, settle
 from plumbob.engines.method import Method
 
 ITERATIONS = 20
-SETTLING = 40.0  # iterations of the first step, for each time that cube and finger differ in mass:
+# iterations of the first step, for each time that cube and finger differ in mass:
+SETTLING = 40.0
 # one of them leaves exp(-1/that) to the next
 MOST = 1_000_000
 
 
 def build(problem: Any, method: Method, step: float) -> Translation:
     """Translate a plumbob.analytic.systems.pinch.Pinch: x is along the load."""
-    space, edge = pymunk.Space(), problem.size
-    space.collision_slop, space.iterations = 2.0 * DEPTH * edge, ITERATIONS
+    space = pymunk.Space()
+    edge = problem.size
+    space.collision_slop = 2.0 * DEPTH * edge
+    space.iterations = ITERATIONS
     cube = pymunk.Body(problem.mass, float("inf"))
     space.add(cube, box := pymunk.Poly.create_box(cube, (edge, edge)))
     box.friction = problem.friction  # the product counts
     fingers = [
-        (finger(problem, space, side), (0.0, -side * problem.normal_force)) for side in (-1.0, 1.0)
+        (finger(problem, space, side), (0.0, -side * problem.normal_force))
+        for side in (-1.0, 1.0)
     ]
 
     def press(time: float) -> None:

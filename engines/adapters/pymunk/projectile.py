@@ -12,7 +12,9 @@ from plumbob.engines.method import Method
 
 def build(problem: Any, method: Method, step: float) -> Translation:
     """Translate a Projectile."""
-    space, body, system = pymunk.Space(), pymunk.Body(1.0, 1.0), problem.motion.system
+    space = pymunk.Space()
+    body = pymunk.Body(1.0, 1.0)
+    system = problem.motion.system
     space.gravity = (0.0, -problem.gravity)
     *velocity, body.angular_velocity = system.rate
     body.velocity = velocity[0], velocity[1]

@@ -18,12 +18,16 @@ LONGEST = 1e2  # lengths to either end of the floor, and half of its thickness
 
 def build(problem: Any, method: Method, step: float) -> Translation:
     """Translate a plumbob.analytic.systems.rod_impact.RodImpact."""
-    space, size = pymunk.Space(), problem.length
-    space.gravity, space.iterations = (0.0, -problem.gravity), ITERATIONS
+    space = pymunk.Space()
+    size = problem.length
+    space.gravity = (0.0, -problem.gravity)
+    space.iterations = ITERATIONS
     space.collision_slop = LONGEST * size  # no depth is closed beside the steps
     rod = pymunk.Body(problem.mass, problem.mass * size**2 / 12.0)
     begun = {name: float(value[0]) for name, value in problem.observe(np.zeros(1)).items()}
-    rod.position, rod.angle, rod.velocity = (0.0, begun["z"]), begun["angle"], (problem.speed, 0.0)
+    rod.position = (0.0, begun["z"])
+    rod.angle = begun["angle"]
+    rod.velocity = (problem.speed, 0.0)
     deep = -LONGEST * size
     ground = pymunk.Segment(space.static_body, (deep, deep), (-deep, deep), -deep)
     tips = [pymunk.Circle(rod, TIP * size, (side, 0.0)) for side in (-size / 2.0, size / 2.0)]

@@ -10,7 +10,8 @@ from plumbob.analytic.numerics.arithmetic import ULP
 from plumbob.engines.adapters.pymunk.simulation import Translation, touching
 from plumbob.engines.method import Method, ModelError, Unsupported
 
-DEPTH = 1e-6  # of the radius: the circle's start below the line, or it touches by rounding alone
+# of the radius: the circle's start below the line, or it touches by rounding alone
+DEPTH = 1e-6
 LONGEST = 60.0  # [s], of a run that ends on the segment
 
 
@@ -32,11 +33,14 @@ def build(problem: Any, method: Method, step: float) -> Translation:
     """Translate a plumbob.analytic.systems.rolling_ball.RollingBall; raises Unsupported."""
     if problem.rolling_friction:
         raise Unsupported("pymunk has no rolling friction")
-    space, radius = pymunk.Space(), problem.radius
-    space.gravity, space.collision_slop = (0.0, -problem.gravity), 2.0 * DEPTH * radius
+    space = pymunk.Space()
+    radius = problem.radius
+    space.gravity = (0.0, -problem.gravity)
+    space.collision_slop = 2.0 * DEPTH * radius
     ball = pymunk.Body(problem.mass, 0.4 * problem.mass * radius**2)
     ball.position = (0.0, radius * (1.0 - DEPTH))
-    ball.velocity, ball.angular_velocity = (problem.speed, 0.0), -problem.spin
+    ball.velocity = (problem.speed, 0.0)
+    ball.angular_velocity = -problem.spin
     ends = (-far(problem), 0.0), (far(problem), 0.0)
     ground = pymunk.Segment(space.static_body, *ends, 0.0)
     touching(space, ball, (ground, pymunk.Circle(ball, radius)), friction=problem.friction)

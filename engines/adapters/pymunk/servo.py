@@ -15,7 +15,8 @@ def build(problem: Any, method: Method, step: float) -> Translation:
     """Translate a plumbob.analytic.systems.servo.Servo."""
     if not problem.saturates:
         return simple_pendulum.build(problem, method, step)
-    gear, most = problem.gear, problem.force_limit
+    gear = problem.gear
+    most = problem.force_limit
 
     def torque(angle: float, rate: float) -> float:
         force = -gear * (problem.kp * angle + problem.kv * rate)

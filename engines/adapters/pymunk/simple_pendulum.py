@@ -22,8 +22,10 @@ from plumbob.engines.trajectory import ByName
 def build(problem: Any, method: Method, step: float) -> Translation:
     """Translate a plumbob.analytic.systems.simple_pendulum.SimplePendulum; raises Unsupported."""
     problem = problem.started
-    amplitude, frequency = problem.forcing_amplitude, problem.forcing_frequency
-    moment, damping = problem.mass * problem.length**2, problem.damping_rate
+    amplitude = problem.forcing_amplitude
+    frequency = problem.forcing_frequency
+    moment = problem.mass * problem.length**2
+    damping = problem.damping_rate
 
     def push(time: float, rate: float) -> float:
         """Torque of the forcing and of damping [N m]."""
@@ -52,12 +54,14 @@ def model_error(problem: Any, duration: float, method: Method, step: float) -> M
 
 
 def _on_a_rod(problem: Any, method: Method, step: float, push: Torque | None) -> Translation:
-    length, gravity = problem.length, problem.gravity
+    length = problem.length
+    gravity = problem.gravity
     space = pymunk.Space()
     space.gravity = (0.0, -gravity)
     space.iterations = int(method.settings.get("iterations", space.iterations))
     moment = MOMENT * problem.mass * length**2
-    arm = (length + math.sqrt(length**2 - 4 * moment / problem.mass)) / 2  # (I + m a^2) / (m a) = L
+    # (I + m a^2) / (m a) = L
+    arm = (length + math.sqrt(length**2 - 4 * moment / problem.mass)) / 2
     bob = pymunk.Body(problem.mass, moment)
     joint = joined(method, pymunk.PivotJoint(bob, space.static_body, (0.0, arm), (0.0, 0.0)))
     _start(bob, problem, arm, step if joint.error_bias == 0.0 else None)
@@ -74,7 +78,8 @@ def _on_a_rod(problem: Any, method: Method, step: float, push: Torque | None) ->
         free = bob.velocity + step * (space.gravity + bob.force / problem.mass)
 
     def read() -> ByName:
-        theta, theta_dot = bob.angle, bob.angular_velocity
+        theta = bob.angle
+        theta_dot = bob.angular_velocity
         rod = problem.mass * (length * theta_dot**2 + gravity * math.cos(theta))
         if h := space.current_time_step:  # 0 before the first step; its impulse has no sign
             outwards = bob.rotation_vector.perpendicular()
@@ -90,11 +95,15 @@ def _start(bob: pymunk.Body, problem: Any, arm: float, step: float | None) -> No
     """Put the bob where it starts. A joint that closes in one step is open by what the `step`
     before opened: if it started closed, it would open with a jerk, which its first impulse would
     show."""
-    theta, rate, place, speed = problem.theta, problem.theta_dot, 1 + 0j, 1j * problem.theta_dot
+    theta = problem.theta
+    rate = problem.theta_dot
+    place = 1 + 0j
+    speed = 1j * problem.theta_dot
     if step is not None:
         turn = 1j * step * (rate - step * float(problem.rotor.acceleration(0.0, theta, rate)))
         opening = cmath.exp(-turn) * (1 + turn) - 1
-        place, speed = place + opening, speed - opening / step
+        place = place + opening
+        speed = speed - opening / step
     outwards = arm * cmath.exp(1j * (theta - math.pi / 2))  # x + i y of the rod
     bob.angle, bob.angular_velocity = theta, rate
     bob.position, bob.velocity = vector(outwards * place), vector(outwards * speed)

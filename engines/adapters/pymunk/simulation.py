@@ -7,7 +7,13 @@ from dataclasses import dataclass, field
 
 import pymunk
 
-from plumbob.engines.adapters.stepping import Built, Observed, SteppedSimulation, by_name, stepped
+from plumbob.engines.adapters.stepping import (
+    Built,
+    Observed,
+    SteppedSimulation,
+    by_name,
+    stepped,
+)
 from plumbob.engines.method import Method
 from plumbob.engines.registry import find_builder
 from plumbob.engines.trajectory import ByName
@@ -51,7 +57,8 @@ def touching(
 def settle(space: pymunk.Space, step: float, iterations: int) -> None:
     """Let the solver find the impulses of joints and contacts at the start, in a step that is
     undone: it begins with those of a step before."""
-    usual, bodies = space.iterations, space.bodies
+    usual = space.iterations
+    bodies = space.bodies
     start = [(b.position, b.velocity, b.angle, b.angular_velocity) for b in bodies]
     space.iterations = max(iterations, usual)
     space.step(step)
@@ -67,7 +74,10 @@ def prepared(case: Case, method: Method, step: float) -> SteppedSimulation:
 
 
 def _built(scene: Translation, step: float) -> Built:
-    move, act, following, before = scene.space.step, scene.act, scene.following, scene.before_sample
+    move = scene.space.step
+    act = scene.act
+    following = scene.following
+    before = scene.before_sample
     sample: dict[str, float] = {}  # the latest
     taken = 0
 

@@ -15,14 +15,17 @@ from plumbob.engines.trajectory import ByName
 
 def build(problem: Any, method: Method, step: float) -> Translation:
     """Translate a SliderCrank."""
-    places, rates = problem.opened.position, problem.opened.rate
-    masses, lengths = (problem.crank_mass, problem.rod_mass), (problem.crank, problem.rod)
+    places = problem.opened.position
+    rates = problem.opened.rate
+    masses = (problem.crank_mass, problem.rod_mass)
+    lengths = (problem.crank, problem.rod)
     space = linkage(
         problem.gravity, zip(masses, lengths, places[:2], rates[:2], strict=True), method
     )
     crank, rod = space.bodies
     slider = pymunk.Body(problem.slider_mass, math.inf)
-    slider.position, slider.velocity = (places[2], 0.0), (rates[2], 0.0)
+    slider.position = (places[2], 0.0)
+    slider.velocity = (rates[2], 0.0)
     far = 2 * sum(lengths)
     rail = pymunk.GrooveJoint(space.static_body, slider, (-far, 0.0), (far, 0.0), (0.0, 0.0))
     pin = pymunk.PivotJoint(rod, slider, (problem.rod / 2, 0.0), (0.0, 0.0))

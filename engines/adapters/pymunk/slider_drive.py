@@ -23,7 +23,9 @@ from plumbob.engines.adapters.pymunk.simulation import vector
 from plumbob.engines.adapters.three_feet import on_three_feet
 
 
-def targets(problem: CapsuleProblem, line: complex, start: complex, step: float) -> Iterator[Any]:
+def targets(
+    problem: CapsuleProblem, line: complex, start: complex, step: float
+) -> Iterator[Any]:
     """Places x + iy of the slider in the body [m, from C] at the end of the first step, of the
     second and so on, on a `line`, or in the plane; from `start`.
 
@@ -31,7 +33,8 @@ def targets(problem: CapsuleProblem, line: complex, start: complex, step: float)
     time. A path in the plane whose acceleration jumps on the grid alone has positions less half a
     step of the velocity, which do not drift turn after turn.
     """
-    place, velocity = problem.setup.plane_place, on_three_feet(problem.setup).slider_velocity
+    place = problem.setup.plane_place
+    velocity = on_three_feet(problem.setup).slider_velocity
     axes = np.array([line] if place is None else [1.0, 1.0j])
     if place is not None and switches_on_grid(problem.motion.path, step):
 
@@ -57,8 +60,13 @@ def driven(
     """Function to call before each step of `step` [s], on a way through `places`. Where the body is
     `turning`, computes where body and slider will be. Else the slider will be at its last target,
     and no state is read: on a turn it would be beside that place, and make a torque."""
-    parts, set_limits, here = view.assembly, view.set_limits, next(places)
-    body, slider, joint, centre = parts.body, parts.slider, parts.joint, parts.centre
+    parts = view.assembly
+    set_limits = view.set_limits
+    here = next(places)
+    body = parts.body
+    slider = parts.slider
+    joint = parts.joint
+    centre = parts.centre
     turn = cmath.rect(1.0, body.angle)
 
     def act(time: float) -> None:

@@ -31,8 +31,10 @@ def wheel(
     """A wheel of this moment of `inertia` [kg m^2] that starts as a `problem` does, on a spring of
     a `stiffness` [N m/rad], or under a `torque` [N m] by its angle and rate, which a spring has in
     its place; and under a `push` [N m] by the time and the rate at which a step begins."""
-    space, body = pymunk.Space(), pymunk.Body(1.0, inertia)
-    body.angle, body.angular_velocity = problem.theta, problem.theta_dot
+    space = pymunk.Space()
+    body = pymunk.Body(1.0, inertia)
+    body.angle = problem.theta
+    body.angular_velocity = problem.theta_dot
     spring = pymunk.DampedRotarySpring(body, space.static_body, 0.0, stiffness, 0.0)
     if torque is not None:
         spring.torque_func = lambda spring, angle: -torque(angle, body.angular_velocity)

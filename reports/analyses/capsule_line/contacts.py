@@ -44,7 +44,8 @@ def chatter(study: Study) -> Record | None:
 def _contacts(request: ExtraRun, run: Trajectory) -> Record:
     """How the contacts of a method behave at a step."""
     motion = problem(LINE).motion
-    height, contacts = run.channels["vertical_displacement"], run.channels["contacts"]
+    height = run.channels["vertical_displacement"]
+    contacts = run.channels["contacts"]
     return Record(
         method=request.method,
         step=request.step,  # [s]
@@ -90,7 +91,8 @@ def _load_errors(method: str, run: Trajectory) -> Record:
     exact = case(STATICS).reference.observe(run.times)
     predicted = case(STATICS).errors.at_step(scheme(method), STATICS_STEP, run.times).errors
     measured, truth, lead = (
-        np.stack([source[load] for load in LOADS]) for source in (run.observables, exact, predicted)
+        np.stack([source[load] for load in LOADS])
+        for source in (run.observables, exact, predicted)
     )
     distances = np.abs(measured / truth - 1.0).max(axis=0)
     half_step = np.abs((measured - lead) / truth - 1.0).max(axis=0)

@@ -45,7 +45,9 @@ def errors(study: Study) -> Record | None:
         predicted_turned=step_term(LINE, TURNED_STEP) / exact,
         methods=methods,
         convergence=_convergence(study, exact),  # steps [s] and errors, by method
-        good=max(good, default=None),  # the largest of methods that converge, at the middle step
+        good=max(
+            good, default=None
+        ),  # the largest of methods that converge, at the middle step
         bad=(min(bad), max(bad)) if bad else None,  # the smallest and the largest of the others
         steps=STEPS,
     )

@@ -14,7 +14,9 @@ from plumbob.reports.analyses.analysis import Analysis, Record
 from plumbob.reports.analyses.capsule_line.source import STEP, requests, samples
 from plumbob.reports.analyses.measurements import LINE, covers, problem
 
-EPSILONS, RADIUS = (0.3, 0.1, 0.03), 0.12  # of turns, and of the slider's circle [m]
+# of turns, and of the slider's circle [m]
+EPSILONS = (0.3, 0.1, 0.03)
+RADIUS = 0.12
 EVERY = 4  # samples to a mark
 
 

@@ -30,7 +30,8 @@ KNOWN = MappingProxyType(  # within what a bench knows or holds a parameter, in 
     }
 )
 RATIOS = (1.25, 1.5, 2.0, 3.0, 5.0)  # of w1 over f g/mu, at one stroke
-TO, LIMITS = (0.03, 0.01, 0.1), MappingProxyType({"acceleration": 40.0, "stroke": 0.1})
+TO = (0.03, 0.01, 0.1)
+LIMITS = MappingProxyType({"acceleration": 40.0, "stroke": 0.1})
 
 
 @cache
@@ -75,7 +76,8 @@ def numbers(study: Study) -> Record:
     """The bench, one manoeuvre, others of its stroke, ten of them, and a plan to a pose."""
     usual = seen(line(**SET))
     body = line(**SET).problem.motion.capsule
-    w2, threshold = SET["w2"], body.holding_acceleration
+    w2 = SET["w2"]
+    threshold = body.holding_acceleration
     others = []
     for ratio in RATIOS:
         w1 = ratio * threshold

@@ -17,7 +17,9 @@ from plumbob.reports.analyses.measurements import (
 )
 from plumbob.reports.view.notation import short
 
-TILTED, TILTED_STEPS = "capsule-line/at-123", (1e-3, 1e-4)  # [s]
+# [s]
+TILTED = "capsule-line/at-123"
+TILTED_STEPS = (1e-3, 1e-4)
 LOW, TALL = "mujoco/euler+coulomb", "mujoco/euler+tall"
 LOAD = "normal_force_2"
 FREE, FREE_STEP = "capsule-line/frictionless", 1e-3
@@ -41,7 +43,8 @@ def heights(study: Study) -> Record | None:
         return None
     low, fine_low, tall, fine_tall = by_request.values()
     pairs = ((low, tall), (fine_low, fine_tall))
-    posed, height = problem(TILTED), float(find_method(TALL).settings["height"])
+    posed = problem(TILTED)
+    height = float(find_method(TALL).settings["height"])
     return Record(
         height=height,  # [m]
         # [N m], of friction while the body slides

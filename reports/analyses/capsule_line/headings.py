@@ -33,7 +33,8 @@ def isotropy(study: Study) -> Record | None:
     every = {name: line for name in METHODS if (line := _over_headings(study, name))}
     if not every:
         return None
-    default, recommended = every.get(DEFAULT), every.get(RECOMMENDED)
+    default = every.get(DEFAULT)
+    recommended = every.get(RECOMMENDED)
     return Record(
         angles=ANGLES,  # [degrees]
         step=STEP,  # [s]
@@ -58,8 +59,10 @@ def _over_headings(study: Study, method: str) -> Record | None:
     if len(runs) < len(ANGLES):
         return None
     errors = np.abs([end_error(LINE, run) for run in runs])
-    around, radii = np.radians([*ANGLES, 360]), 100.0 * np.append(errors, errors[0])
-    ahead, aside = radii * np.cos(around), radii * np.sin(around)
+    around = np.radians([*ANGLES, 360])
+    radii = 100.0 * np.append(errors, errors[0])
+    ahead = radii * np.cos(around)
+    aside = radii * np.sin(around)
     return Record(
         method=method,
         errors=errors,
@@ -82,7 +85,8 @@ def _heading(errors: Array, end: Callable[[Array], np.intp]) -> Record:
 
 
 def _differs(numbers: Record) -> Claims:
-    default, recommended = numbers.default_spread, numbers.recommended_spread
+    default = numbers.default_spread
+    recommended = numbers.recommended_spread
     if default is None or recommended is None:
         return ()
     text = "the spread over headings, with default contacts and with those recommended"

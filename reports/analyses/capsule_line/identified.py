@@ -29,12 +29,14 @@ def requests(plan: StudyPlan) -> Sequence[ParameterFit]:
 
 def numbers(study: Study) -> Record | None:
     """The fits that a study holds; None where it holds none."""
-    fits, exact = [], math.nan
+    fits = []
+    exact = math.nan
     for method, angle in PAIRS:
         fit = study.answer(_fit(method, angle))
         if fit:
             (parameter,) = fit.parameters
-            exact, bias = parameter.true, parameter.identified / parameter.true - 1.0
+            exact = parameter.true
+            bias = parameter.identified / parameter.true - 1.0
             fits.append(
                 Record(
                     method=method,
@@ -62,7 +64,9 @@ def claims(numbers: Record) -> Claims:
     """That default contacts bias the friction that is identified, and the recommended do not."""
     if numbers.worst is None or numbers.recommended is None:
         return ()
-    text = "the bias of the identified friction, with default contacts and with those recommended"
+    text = (
+        "the bias of the identified friction, with default contacts and with those recommended"
+    )
     return (clear(text, abs(numbers.worst.bias), max(numbers.recommended, ALIKE)),)
 
 

@@ -21,7 +21,9 @@ ENGINES = (MUJOCO, "pymunk/side")  # of Fig. 2
 DRAWN = ("stroke_rate", "velocity", "displacement")  # in Fig. 2
 STRAIGHT = 1e-3  # [rad]: a body that turns by less goes along a line
 EVERY = 5  # samples to a mark
-LINES = tuple(f"capsule-line/{name}" for name in ("ca1", "ca2", "ca3", "at-50", "at-123", "at-222"))
+LINES = tuple(
+    f"capsule-line/{name}" for name in ("ca1", "ca2", "ca3", "at-50", "at-123", "at-222")
+)
 ON_LINES = (MUJOCO, "pymunk/feet")
 LINE_RUNS = runs(LINES, ON_LINES, (STEP,))
 

@@ -40,7 +40,9 @@ def balance(line: LineManoeuvre) -> float:
     switches = np.array([0.0, line.t1, line.t_star, line.t2])
     times = (switches[:-1] + np.diff(switches) * np.array([[0.3], [0.7]])).ravel()
     h = 1e-3 * float(np.diff(switches).min())
-    later, before, body = line.at(times + h), line.at(times - h), line.capsule
+    later = line.at(times + h)
+    before = line.at(times - h)
+    body = line.capsule
     forces = line.friction_force(times)
     gained = (body.body_mass + body.slider_mass) * (later.velocity - before.velocity)
     gained += body.slider_mass * (later.stroke_rate - before.stroke_rate)
@@ -50,11 +52,14 @@ def balance(line: LineManoeuvre) -> float:
 
 def hard_brake(line: LineManoeuvre, factor: float = HARD) -> Record:
     """The exact motion with w2 `factor` times f g/mu, 1 < `factor`: at t* the body turns round."""
-    body, limit = line.capsule, line.capsule.holding_acceleration
-    w2, resistance = factor * limit, body.friction * body.gravity
+    body = line.capsule
+    limit = line.capsule.holding_acceleration
+    w2 = factor * limit
+    resistance = body.friction * body.gravity
     path = line_stroke(line.ends[0], line.direction, line.w1, w2, line.t1)
     motion = three_point_motion(body, path)
-    push, brake = body.mass_ratio * line.w1 - resistance, body.mass_ratio * w2 + resistance
+    push = body.mass_ratio * line.w1 - resistance
+    brake = body.mass_ratio * w2 + resistance
     t_star = line.t1 * (1.0 + push / brake)
     left = line.t1 * (1.0 + line.w1 / w2) - t_star  # until the slider rests
     forth = body.mass_ratio * w2 - resistance
@@ -83,7 +88,8 @@ def from_starts(line: LineManoeuvre) -> float:
 def stop() -> Record:
     """How a body with a fixed slider comes to rest."""
     coast = problem(COAST)
-    speed, distance = math.hypot(*coast.setup.velocity), float(coast.motion.distance)
+    speed = math.hypot(*coast.setup.velocity)
+    distance = float(coast.motion.distance)
     return Record(
         speed=speed,  # at first [m/s]
         distance=distance,  # [m]
@@ -94,10 +100,12 @@ def stop() -> Record:
 
 def numbers(study: Study) -> Record:
     """The sources quantities, computed; and the errors of MuJoCo's friction."""
-    line, barely = problem(LINE).motion, problem(THRESHOLD).motion
+    line = problem(LINE).motion
+    barely = problem(THRESHOLD).motion
     body = line.capsule
     loads = line.normal_forces(np.linspace(0.0, line.t2, 50)).sum(axis=1)
-    limit, exponents = body.holding_acceleration, slope(line)
+    limit = body.holding_acceleration
+    exponents = slope(line)
     plan = find_plan(body, RestPose(AWAY, 0.0, 0.0), Limits(acceleration=SPARE * limit))
     return Record(
         # of the displacement, relative, for CONTACTS

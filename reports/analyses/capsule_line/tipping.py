@@ -32,7 +32,8 @@ def numbers(study: Study) -> Record | None:
     manoeuvre."""
     if not covers(study, LINE):
         return None
-    check, edge = problem(LINE).motion, problem(EDGE).motion
+    check = problem(LINE).motion
+    edge = problem(EDGE).motion
     outside = case_of(find_scene(LINE, dict(OUTSIDE))).problem.motion
     return Record(
         # of the slider from C, over the triangle's

@@ -41,7 +41,9 @@ def numbers(study: Study) -> Record | None:
         spans=[_span(method, every) for method in dict.fromkeys(run.method for run in every)],
         # [m]: slow motions' largest error with friction that converges
         slow=_slow(run for run in every if run.method != DEFAULT),
-        slow_default=_slow(run for run in every if run.method == DEFAULT),  # on default contacts
+        slow_default=_slow(
+            run for run in every if run.method == DEFAULT
+        ),  # on default contacts
         first=plan_numbers(plan_of(every[0].scene)),
         step=STEP,
         quick=QUICK,
@@ -51,7 +53,8 @@ def numbers(study: Study) -> Record | None:
 def _ended(study: Study, request: ExtraRun) -> Record | None:
     """The error at the end of a run, and what each kind of manoeuvre added; None where the body
     does not come to rest."""
-    name, plan = request.scene, plan_of(request.scene)
+    name = request.scene
+    plan = plan_of(request.scene)
     if (recorded := study.answer(request)) is None or len(recorded.times) < 2:
         return None
     after = pose_errors(plan, case(name).reference, recorded)
@@ -64,7 +67,9 @@ def _ended(study: Study, request: ExtraRun) -> Record | None:
 def _span(method: str, runs: Sequence[Record]) -> Record:
     """The error of the place at the end of a method's plans [m]."""
     distances = [run.end["distance"] for run in runs if run.method == method]
-    return Record(method=method, plans=len(distances), least=min(distances), largest=max(distances))
+    return Record(
+        method=method, plans=len(distances), least=min(distances), largest=max(distances)
+    )
 
 
 def _slow(runs: Iterable[Record]) -> float | None:

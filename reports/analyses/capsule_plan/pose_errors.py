@@ -44,7 +44,8 @@ def by_kind(plan: Plan, after: Array) -> Signals:
     """The part that each kind of manoeuvre has added to the pose's error, a turn with its residual
     motion: the error at rest again less the error before; nothing where nothing ran."""
     total: dict[str, Array] = {}
-    before, waiting = np.zeros(len(POSE)), ""
+    before = np.zeros(len(POSE))
+    waiting = ""
     for manoeuvre, now in zip(plan.manoeuvres, after, strict=False):
         kind = waiting or manoeuvre.kind
         if np.isnan(now).any():
@@ -57,4 +58,7 @@ def by_kind(plan: Plan, after: Array) -> Signals:
 
 def named(error: Array) -> dict[str, float]:
     """An error of POSE by name, and the distance of C from where it is to be [m]."""
-    return {"distance": float(np.hypot(*error[:2])), **dict(zip(POSE, error.tolist(), strict=True))}
+    return {
+        "distance": float(np.hypot(*error[:2])),
+        **dict(zip(POSE, error.tolist(), strict=True)),
+    }

@@ -29,7 +29,9 @@ def leading_path(manoeuvre: TurnManoeuvre, phases: Array) -> Array:
     stays where it is."""
     times = phases * manoeuvre.half_time
     arm = manoeuvre.capsule.mass_ratio * manoeuvre.radius * np.exp(1j * manoeuvre.start)
-    moved = arm - arm * np.exp(1j * (manoeuvre.slider_angles(times) + manoeuvre.body_angles(times)))
+    moved = arm - arm * np.exp(
+        1j * (manoeuvre.slider_angles(times) + manoeuvre.body_angles(times))
+    )
     return np.column_stack([moved.real, moved.imag])
 
 

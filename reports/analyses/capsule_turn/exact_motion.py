@@ -51,7 +51,8 @@ def second_order(study: Study) -> Record:
     """The check values, the formulas' errors, and the coefficients."""
     turned = turn(0.1)
     scale = turned.characteristic_time**2
-    stop, end = float(turned.correction.at_stop[2]), float(turned.correction.at_rest[2])
+    stop = float(turned.correction.at_stop[2])
+    end = float(turned.correction.at_rest[2])
     angles = [(e, known, facts(e)["body_angle"]) for e, known in CHECKED.items()]
     checks = tuple((e, known, angle, angle - known) for e, known, angle in angles)
     formula, corrected = formulas()
@@ -93,8 +94,10 @@ def slip_speeds(motion: ThreePointMotion, times: Array) -> Array:
 
 def touching(study: Study) -> Record:
     """The slip speed on either side of the stop."""
-    single, tau = motion(), SLENDER["half_time"]
-    sides, pairs = np.array(SIDES), pairwise(single.events)
+    single = motion()
+    tau = SLENDER["half_time"]
+    sides = np.array(SIDES)
+    pairs = pairwise(single.events)
     touch = next(to for of, to in pairs if of.mode == to.mode == "slide" and to.support >= 0)
     times = np.array([touch.time, *(touch.time - sides), *(touch.time + sides)])
     at, *speeds = slip_speeds(single, times)[touch.support]

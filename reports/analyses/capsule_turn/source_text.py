@@ -33,15 +33,21 @@ def friction_turning(
     [rad/s]: by eq. 24 the body's rate at 2 tau, since that of the slider is zero again; and what
     friction makes of the velocity of the combined centre [m/s]."""
     x, weights = np.polynomial.legendre.leggauss(NODES)
-    largest, turned, pushed, stop = 0.0, 0.0, 0j, 2.0 * manoeuvre.half_time * (1.0 - 1e-12)
+    largest = 0.0
+    turned = 0.0
+    pushed = 0j
+    stop = 2.0 * manoeuvre.half_time * (1.0 - 1e-12)
     for begin, segment in zip(motion.begins, motion.segments, strict=True):
         if begin < stop:
             load = loading(motion, segment, 0.5 * (x + 1.0))
-            (force, torque), spans = load.friction, 0.5 * weights * load.pace
+            (force, torque) = load.friction
+            spans = 0.5 * weights * load.pace
             rate = torque / load.at.inertia
             largest = max(largest, float(np.abs(rate).max()))
             turned += float(spans @ rate)
-            pushed += complex(spans @ (force * np.exp(1j * load.states[:, 4]))) / motion.body.mass
+            pushed += (
+                complex(spans @ (force * np.exp(1j * load.states[:, 4]))) / motion.body.mass
+            )
     return largest / manoeuvre.friction_bound, turned, pushed
 
 
@@ -64,8 +70,10 @@ def shortened() -> tuple[float, float]:
 def numbers(study: Study) -> Record:
     """The exact motion's numbers for each statement, those without an epsilon of the turn of
     SHOWN."""
-    manoeuvre, motion = turn(SHOWN), problem(name_of(SHOWN)).motion.single
-    about, velocity = facts(SHOWN), centre_velocity(manoeuvre, motion)
+    manoeuvre = turn(SHOWN)
+    motion = problem(name_of(SHOWN)).motion.single
+    about = facts(SHOWN)
+    velocity = centre_velocity(manoeuvre, motion)
     at_end = about["rest_time"] / manoeuvre.half_time
     moved, later = exact_course(SHOWN, np.array([2.0, at_end]))[1]
     many = problem(THOUSAND).motion
@@ -102,7 +110,8 @@ def held(manoeuvre: TurnManoeuvre) -> dict[str, Any]:
     place where it is least to that where it is largest; along a chord of a quarter circle, the
     least; and anywhere within the circle in any direction, which is the least at its rim, as what
     friction can balance is concave in the slider's place."""
-    capsule, round_ = manoeuvre.capsule, np.linspace(0.0, 2.0 * np.pi, PLACES, endpoint=False)
+    capsule = manoeuvre.capsule
+    round_ = np.linspace(0.0, 2.0 * np.pi, PLACES, endpoint=False)
     rim = manoeuvre.radius * np.exp(1j * round_)
     limits = np.array([[holding_limit(capsule, at, to) for to in round_] for at in rim])
     across = PLACES // 4
@@ -115,7 +124,10 @@ def held(manoeuvre: TurnManoeuvre) -> dict[str, Any]:
         "along_chord": float(across_quarter.min()),
         "anywhere": float(limits.min()),
         # Z of a turn from the places where it turns the body first and last [rad/s^2]
-        "turning": (float(along.min()) / manoeuvre.radius, float(along.max()) / manoeuvre.radius),
+        "turning": (
+            float(along.min()) / manoeuvre.radius,
+            float(along.max()) / manoeuvre.radius,
+        ),
     }
 
 

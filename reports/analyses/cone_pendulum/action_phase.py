@@ -47,8 +47,10 @@ def numbers(study: Study) -> Record:
 
 def _start(study: Study, theta: float, speed: float) -> Record:
     """A motion of MuJoCo's full model, from an entry of STARTS."""
-    problem, run = cone(theta=theta, theta_dot=speed), study.answer(_request(theta, speed))
-    motion, drift = problem.motion, None
+    problem = cone(theta=theta, theta_dot=speed)
+    run = study.answer(_request(theta, speed))
+    motion = problem.motion
+    drift = None
     measured = period(run, theta)
     if run:
         system = case_of(find_scene(ROTATING)).system
@@ -67,7 +69,8 @@ def _start(study: Study, theta: float, speed: float) -> Record:
 
 def claims(phases: Record) -> Claims:
     """Periods are derivatives of the action, which is constant."""
-    gap, drift = phases.largest_gap or np.nan, phases.largest_drift or np.nan
+    gap = phases.largest_gap or np.nan
+    drift = phases.largest_drift or np.nan
     return (
         at_most("the largest difference of a period, relative,", gap, AGREES),
         at_most("the largest change of an action, relative,", drift, AGREES),

@@ -42,7 +42,9 @@ def numbers(study: Study) -> Record:
     """T + U is not constant; T + U less the work of the drive is."""
     run = study.answer(RUN)
     times = np.linspace(0.0, END, 251) if run is None else run.times
-    exact, fine, problem = along(times), along(FINE), forms(ROTATING).problem
+    exact = along(times)
+    fine = along(FINE)
+    problem = forms(ROTATING).problem
     states = problem.reference.state
     still = energies(replace(problem, platform_rate=0.0), *states(times))
     return Record(
@@ -66,7 +68,8 @@ def _platform(run: Trajectory, exact: Energies) -> Record | None:
     """MuJoCo's own energies; None where the run has none."""
     if not {"kinetic", "potential", "platform_rate"} <= set(run.channels):
         return None
-    rate, inertia = run.channels["platform_rate"], ARMATURE + OWN_INERTIA
+    rate = run.channels["platform_rate"]
+    inertia = ARMATURE + OWN_INERTIA
     body = run.channels["kinetic"] + run.channels["potential"] - inertia * rate**2 / 2
     # the difference of squares, without the digits that they have in common
     supplied = inertia * (rate[0] - rate) * (rate[0] + rate) / 2

@@ -80,7 +80,8 @@ def claims(found: Record) -> Claims:
 
 def _diagram(pivot: float) -> Record:
     """All equilibria over the platform's rate, of one pivot."""
-    places = {kind: Record(rates=[], angles=[]) for kind in ("centre", "saddle")}  # [rad/s], [rad]
+    # [rad/s], [rad]
+    places = {kind: Record(rates=[], angles=[]) for kind in ("centre", "saddle")}
     for rate in DRAWN:
         for equilibrium in cone(pivot_y=pivot, platform_rate=float(rate)).equilibria:
             if equilibrium.kind in places:

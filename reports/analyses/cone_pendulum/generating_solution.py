@@ -54,9 +54,14 @@ def numbers(study: Study) -> Record:
 def claims(solutions: Record) -> Claims:
     """Beyond first order is the next: the body's inertia over the platform's."""
     what = "the relative difference from first order, times the platform's inertia,"
-    return [at_most(what, drive.gap * drive.inertia, NEXT, "kg m²") for drive in solutions.drives]
+    return [
+        at_most(what, drive.gap * drive.inertia, NEXT, "kg m²") for drive in solutions.drives
+    ]
 
 
 GENERATING_SOLUTION = Analysis(
-    "cone_pendulum/generating_solution", numbers, lambda plan: tuple(map(_drive, INERTIAS)), claims
+    "cone_pendulum/generating_solution",
+    numbers,
+    lambda plan: tuple(map(_drive, INERTIAS)),
+    claims,
 )

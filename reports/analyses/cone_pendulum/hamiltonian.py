@@ -53,7 +53,8 @@ def numbers(study: Study) -> Record:
     both = forms(ROTATING)
     recorded = {name: study.answer(request) for name, request in INDEPENDENT.items()}
     runs = {name: _independent(both, run) for name, run in recorded.items() if run}
-    correct, printed = _closed_form(both.correct), _closed_form(both.printed)
+    correct = _closed_form(both.correct)
+    printed = _closed_form(both.printed)
     between = both.printed.state(TIMES)[0] - both.correct.state(TIMES)[0]
     gap = abs(printed.end - correct.end)
     return Record(
@@ -113,5 +114,8 @@ def _independent(both: Record, run: Trajectory) -> Record:
 
 
 PRINTED = Analysis(
-    "cone_pendulum/printed_hamiltonian", numbers, lambda plan: tuple(INDEPENDENT.values()), claims
+    "cone_pendulum/printed_hamiltonian",
+    numbers,
+    lambda plan: tuple(INDEPENDENT.values()),
+    claims,
 )

@@ -24,7 +24,9 @@ def numbers(study: Study) -> Record:
         sampled=sampled_top(),  # the largest of the printed V at the source's angles [J]
         # lowest point of the correct V on the turning platform [J]
         deepest=min(equilibrium.potential for equilibrium in turning.problem.equilibria),
-        harmonics=needed(turning.correct, series.ACCURACIES)[-1],  # needed for the motion of Fig. 3
+        harmonics=needed(turning.correct, series.ACCURACIES)[
+            -1
+        ],  # needed for the motion of Fig. 3
         harmonics_near=series.counts(1e-9 * series.barrier())[-1],  # and just above the barrier
         near=NEAR,
         angles=ANGLES,

@@ -45,7 +45,8 @@ def numbers(study: Study) -> Record:
 
 def _panels(scene: str, run: Trajectory | None) -> Record:
     """The panels of one case: the corrected motion, the printed one, and MuJoCo's run."""
-    right, printed = forms(scene).correct, forms(scene).printed
+    right = forms(scene).correct
+    printed = forms(scene).printed
     return Record(
         corrected=_drawn(right),
         printed=_drawn(printed),
@@ -56,8 +57,10 @@ def _panels(scene: str, run: Trajectory | None) -> Record:
 def _drawn(motion: PendulumMotion) -> Record:
     """The curves of a rotation."""
     period = motion.period
-    theta, times = np.linspace(0.0, TURN, POINTS), np.linspace(0.0, period, POINTS)
-    angle, time = theta / TURN, times / period
+    theta = np.linspace(0.0, TURN, POINTS)
+    times = np.linspace(0.0, period, POINTS)
+    angle = theta / TURN
+    time = times / period
     rate = motion.state(times)[1]
     return Record(
         period=period,  # [s]
@@ -76,7 +79,8 @@ def _drawn(motion: PendulumMotion) -> Record:
 def _sampled(run: Trajectory, motion: PendulumMotion) -> Curves:
     """Panels b to e of a few samples of a run."""
     kept = np.unique(np.linspace(0, len(run.times) - 1, DOTS).astype(int))
-    angle, time = run.observables["theta"][kept] / TURN, run.times[kept] / motion.period
+    angle = run.observables["theta"][kept] / TURN
+    time = run.times[kept] / motion.period
     rate = run.observables["theta_dot"][kept]
     momentum = motion.inertia * rate
     return {

@@ -30,14 +30,18 @@ ENOUGH = 1e-12  # relative, of a period by the trapezoid rule
 
 def numbers(study: Study) -> Record:
     """Numbers that the statements are judged by, of the sources and the exact motions alone."""
-    resting, turning = forms(RESTING).correct, forms(ROTATING).correct
+    resting = forms(RESTING).correct
+    turning = forms(ROTATING).correct
     problem = forms(ROTATING).problem
     others = (problem, replace(problem, pivot_y=0.0), replace(problem, platform_rate=10.0))
     z = np.linspace(0.0, 1.0, SAMPLES + 1)  # from the vertex, over the height
     slices = float(np.trapezoid(z**3) / np.trapezoid(z**2))
     return Record(
-        centre=slices * problem.body.com_distance / 0.75,  # of the cone's mass, from the vertex [m]
-        momentum=problem.body.inertia_x * turning.theta_dot,  # at the start of Fig. 3 [kg m^2/s]
+        centre=slices
+        * problem.body.com_distance
+        / 0.75,  # of the cone's mass, from the vertex [m]
+        momentum=problem.body.inertia_x
+        * turning.theta_dot,  # at the start of Fig. 3 [kg m^2/s]
         # tops [J] of the wells at ω = 26 rad/s
         wells=tuple(sorted(e.potential for e in problem.equilibria if e.kind == "saddle")),
         # [J], of Fig. 3, with Y = 0, and at ω = 10 rad/s
@@ -82,7 +86,8 @@ def _times(resting: PendulumMotion, turning: PendulumMotion) -> Record:
 
 def _momentum_slope(motion: PendulumMotion, theta: float) -> float:
     """p ∂p/∂H [kg m^2] of (15) at `theta` [rad]: p^2 is linear in H, so any difference will do."""
-    energy, v = float(double(motion.energy)), in_double(motion.potential)
+    energy = float(double(motion.energy))
+    v = in_double(motion.potential)
     low, high = (2 * motion.inertia * (e - float(v.value(theta))) for e in (energy, 2 * energy))
     return (high - low) / (2 * energy)
 
@@ -112,11 +117,14 @@ def vectors(pendulum: ConePendulum) -> Record:
 def period_by_means(motion: PendulumMotion) -> float:
     """Period [s] of a rotation by one arithmetic-geometric mean, from the roots of P(u) with
     u = tan(theta/2): a complete elliptic integral of the first kind, and nothing else."""
-    v, energy = in_double(motion.potential), float(double(motion.energy))
+    v = in_double(motion.potential)
+    energy = float(double(motion.energy))
     roots = np.roots([energy - v.c, 2 * v.b, 2 * energy + 4 * v.a, 2 * v.b, energy + v.c])
     first, second = roots[roots.imag > 0.0]
-    p, q = abs(first - second.conjugate()), abs(first - second)
-    mean, other = p, np.sqrt(p * p - q * q)
+    p = abs(first - second.conjugate())
+    q = abs(first - second)
+    mean = p
+    other = np.sqrt(p * p - q * q)
     while abs(mean - other) > 1e-15 * mean:
         mean, other = (mean + other) / 2, np.sqrt(mean * other)
     return float(np.sqrt(2 * motion.inertia / (energy - v.c)) * TURN / mean)
@@ -141,12 +149,14 @@ def over_rates(pendulum: ConePendulum, axis: str, values: Array) -> Record:
     """The period from theta = 0 over that of Fig. 3, as a power of ten, shape (values,
     rates): by the distance S [m] of the centre of mass, about which the body stays the same, or by
     the pivot's Y [m]; NaN where it swings."""
-    body, squares = pendulum.body, RATES**2
+    body = pendulum.body
+    squares = RATES**2
     usual = body.com_distance, pendulum.pivot_y
     s, y = (values[:, None], usual[1]) if axis == "S" else (usual[0], values[:, None])
     shifted = body.mass * (np.square(s) - usual[0] ** 2) + 0 * squares  # Steiner
     flank = 0.5 * (body.inertia_y + shifted - body.inertia_z) * squares
-    swing, weight = body.mass * y * s * squares, body.mass * pendulum.gravity * s + 0 * squares
+    swing = body.mass * y * s * squares
+    weight = body.mass * pendulum.gravity * s + 0 * squares
     periods = from_below(
         TrigonometricPotential(flank, swing, weight),
         body.inertia_x + shifted,
@@ -187,7 +197,8 @@ def _moments(motion: PendulumMotion) -> Record:
 def rotations() -> Mapping[str, Record]:
     """Those of Figs. 2 and 3, of the latter by the printed H, and from its start on a platform at
     rest."""
-    resting, turning = forms(RESTING), forms(ROTATING)
+    resting = forms(RESTING)
+    turning = forms(ROTATING)
     motions = {
         "resting": resting.correct,
         "turning": turning.correct,
@@ -204,7 +215,8 @@ def rotation(motion: PendulumMotion) -> Record:
     rising = np.roll(speed, -1) > speed
     deviation = np.abs(speed / motion.theta_dot - 1.0)
     extremes = int(np.count_nonzero(rising != np.roll(rising, 1)))
-    highest, lowest_at = float(speed.max()), float(phases[speed.argmin()])
+    highest = float(speed.max())
+    lowest_at = float(phases[speed.argmin()])
     at_half = extremes == 2 and abs(lowest_at - 0.5) < 1.0 / SAMPLES
     return Record(
         period=motion.period,  # [s]

@@ -65,7 +65,8 @@ def _unround(
     """The motion of a body with a term of inertia that the source's cone lacks."""
     recorded = {name: study.answer(request) for name, request in requests.items()}
     runs = {name: float(run.observables["theta"][-1]) for name, run in recorded.items() if run}
-    exact, bare = end_of(problem.reference), end_of(without.reference)
+    exact = end_of(problem.reference)
+    bare = end_of(without.reference)
     gaps = {name: theta - exact for name, theta in runs.items()}
     both = {"mujoco", "moved"} <= runs.keys()
     return Record(

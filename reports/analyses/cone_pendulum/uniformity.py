@@ -46,12 +46,15 @@ def numbers(study: Study) -> Record:
 def over_rates(pivot: float) -> Record:
     """The measures over platform rates, shape (speeds, rates), against those at rest."""
     slow = cone(pivot_y=pivot, platform_rate=1.0, theta_dot=float(SPEEDS[0]))
-    inertia, speeds, squares = slow.body.inertia_x, SPEEDS[:, None], RATES**2
+    inertia = slow.body.inertia_x
+    speeds = SPEEDS[:, None]
+    squares = RATES**2
     unit = in_double(slow.potential)  # its a and b grow with the square of the rate
     potential = TrigonometricPotential(unit.a * squares, unit.b * squares, unit.c + 0 * squares)
     turning = from_below(potential, inertia, speeds + 0 * squares)
     resting = from_below(TrigonometricPotential(0.0, 0.0, unit.c), inertia, speeds)
-    deviation, time = turning.deviation / resting.deviation, resting.near - turning.near
+    deviation = turning.deviation / resting.deviation
+    time = resting.near - turning.near
     return Record(
         pivot=pivot,  # [m]
         deviation=deviation,  # over that at rest: below 1 the rotation is more uniform

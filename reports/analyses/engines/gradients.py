@@ -116,7 +116,8 @@ def _interest(scene: Scene) -> tuple[str, ...]:
 
 
 def _parameters(scene: Scene) -> list[str]:
-    named, start = [name for name in BY if scene.parameters.get(name)], system_of(scene).start
+    named = [name for name in BY if scene.parameters.get(name)]
+    start = system_of(scene).start
     # A start may be given otherwise, as by its distance from the top.
     there = [name for name in start if name in scene.parameters] or start
     return [*named[:1], *there[:1]]

@@ -46,7 +46,9 @@ def claims(numbers: Record) -> Claims:
     """That no time is unexpected, and that RK4 reaches the first level after leapfrog, and the last
     before it."""
     unexpected = as_expected(numbers.surprises)
-    times = {run["method"]: [level["measured"] for level in run["times"]] for run in numbers.runs}
+    times = {
+        run["method"]: [level["measured"] for level in run["times"]] for run in numbers.runs
+    }
     if not {"ode/rk4", "ode/leapfrog"} <= set(times):
         return unexpected
     rk4, leapfrog = (

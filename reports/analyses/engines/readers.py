@@ -35,7 +35,9 @@ def requests(plan: StudyPlan) -> Sequence[ModelReading]:
     MuJoCo, whose format it is."""
     engines = {method.engine for method in plan.methods}
     first = (RULE, *sorted(engines - {RULE})) if RULE in engines else ()
-    return tuple(ModelReading(e) for e in first if find_engine(e).ability(ModelReader) is not None)
+    return tuple(
+        ModelReading(e) for e in first if find_engine(e).ability(ModelReader) is not None
+    )
 
 
 def numbers(study: Study) -> Record | None:

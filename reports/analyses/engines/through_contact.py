@@ -49,7 +49,8 @@ TANGENTS = slice(7, 26, 9)  # of them, where the derivatives are drawn
 EPS = 3e-3  # of a parameter, or of its unit where that is 0: from one neighbour to the next
 NEIGHBOURS = 4  # on either side, and as many derivatives
 RIGHT, FALLS = 0.1, 2.0  # an error that converges: at most, and from step to step by so much
-RESOLVED = 1e-3  # at least, where the first order has 4; or no larger than this at the smaller step
+# at least, where the first order has 4; or no larger than this at the smaller step
+RESOLVED = 1e-3
 SMOOTH = 0.25  # of the mean error: the scatter of one that is smooth
 
 
@@ -159,7 +160,8 @@ def _nearby(study: Study, quantity: Quantity, method: str) -> Record | None:
     size = abs(ends[0][1, NEIGHBOURS])
     slopes = np.array([(end[:, 2:] - end[:, :-2]) / (2 * EPS * size) for end in ends])
     off = slopes[:, 0] - slopes[:, 1]
-    errors, scatter = off.mean(axis=1), off.std(axis=1)
+    errors = off.mean(axis=1)
+    scatter = off.std(axis=1)
     return Record(
         scene=scene,
         of=of,

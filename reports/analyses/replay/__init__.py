@@ -42,8 +42,10 @@ def replay(study: Study, scene: Scene) -> Replay | None:
     without a picture."""
     if system_of(scene).family not in PICTURES:
         return None
-    case, seconds = case_of(scene), shown_seconds(scene)
-    picture, times = PICTURES[case.system.family](case, seconds), np.linspace(0.0, seconds, COUNT)
+    case = case_of(scene)
+    seconds = shown_seconds(scene)
+    picture = PICTURES[case.system.family](case, seconds)
+    times = np.linspace(0.0, seconds, COUNT)
     exact = Samples(times, picture.motion(times))
     runs: list[Drawn] = []
     lacking: list[str] = []

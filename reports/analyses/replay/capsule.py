@@ -20,7 +20,8 @@ def capsule(case: Case, seconds: float) -> Picture:
     exact = motion(case, np.linspace(0.0, seconds, FINE))
     feet = np.asarray(case.problem.setup.capsule.supports) @ [1.0, 1j]
     size = float(np.abs(feet).max())
-    place, turned = exact["x"] + 1j * exact["y"], np.exp(1j * exact["heading"])
+    place = exact["x"] + 1j * exact["y"]
+    turned = np.exp(1j * exact["heading"])
     corners = [place + turned * foot for foot in (*feet, exact["qx"] + 1j * exact["qy"])]
     spans = [(axis.min() - PAD * size, axis.max() + PAD * size) for axis in _parts(corners)]
     return Picture(
@@ -40,13 +41,20 @@ def motion(case: Case, times: Array) -> Signals:
     observed = case.reference.observe(times)
     x, y = _parts(_in_world(case.problem.setup, observed))
     where = case.problem.motion.path.kinematics(times)[0]
-    return {"x": x, "y": y, "heading": observed["heading"], "qx": where[:, 0], "qy": where[:, 1]}
+    return {
+        "x": x,
+        "y": y,
+        "heading": observed["heading"],
+        "qx": where[:, 0],
+        "qy": where[:, 1],
+    }
 
 
 def deviations(case: Case, run: Trajectory) -> Signals:
     """The differences of a run from the exact pose, and from the slider's place where it observes
     that, at its own times."""
-    setup, exact = case.problem.setup, case.reference.observe(run.times)
+    setup = case.problem.setup
+    exact = case.reference.observe(run.times)
     apart = {name: run.observables.get(name, of) - of for name, of in exact.items()}
     x, y = _parts(_in_world(setup, apart))
     stroke = apart.get("stroke", np.zeros_like(run.times))

@@ -54,12 +54,15 @@ def _channels(audit: Audit, poses: Array) -> Signals:
 def _picture(audit: Audit, times: Array, exact: Signals) -> Picture:
     """How the model is drawn, seen as in its picture: from the side of -y, from above."""
     assert audit.found is not None
-    view, solids, names = camera(-math.pi / 2.0, ELEVATION), audit.model.solids, audit.model.bodies
+    view = camera(-math.pi / 2.0, ELEVATION)
+    solids = audit.model.solids
+    names = audit.model.bodies
     bodies = [int(name[:-1]) for name in exact if name.endswith("x") and "q" not in name]
     worst = next((k for k in bodies if names[k] == audit.found.own.worst), bodies[0])
     reach = max(np.linalg.norm(s.points, axis=1).max() + s.radius for s in solids if s.body)
     places = [view[:2] @ np.array([exact[f"{k}{axis}"] for axis in "xyz"]) for k in bodies]
-    low, high = np.min(places, axis=(0, 2)) - reach, np.max(places, axis=(0, 2)) + reach
+    low = np.min(places, axis=(0, 2)) - reach
+    high = np.max(places, axis=(0, 2)) + reach
     size = float(np.hypot(*(high - low)))
 
     def apart(deviations: Signals) -> dict[str, Array]:
@@ -80,6 +83,8 @@ def _picture(audit: Audit, times: Array, exact: Signals) -> Picture:
             "solids": [{**asdict(s), "points": np.round(s.points, 5).tolist()} for s in solids],
         },
         {"m": size},
-        *observed(lambda at: {n: np.interp(at, times, v) for n, v in exact.items()}, list(exact)),
+        *observed(
+            lambda at: {n: np.interp(at, times, v) for n, v in exact.items()}, list(exact)
+        ),
         apart,
     )

@@ -27,17 +27,24 @@ def pendulum(case: Case, seconds: float) -> Picture:
 def cone(case: Case, seconds: float) -> Picture:
     """The replay of a cone on its turning platform over `seconds` [s]; a general body is drawn as a
     cone with the same centre of mass."""
-    problem, parameters = case.problem, case.scene.parameters
+    problem = case.problem
+    parameters = case.scene.parameters
     com = problem.body.com_distance
     half = 0.5 * parameters["apex_angle"] if "apex_angle" in parameters else HALF_ANGLE
     pivot = (problem.pivot_x, problem.pivot_y, problem.pivot_z)
     # distances of the rim from the pivot, and of the pivot from the platform's axis
-    slant, arm = com / 0.75 / math.cos(half), math.hypot(*pivot[:2])
-    radius, floor = max(1.2 * arm, 0.75 * slant), pivot[2] - CLEAR * slant  # of the platform's disc
+    slant = com / 0.75 / math.cos(half)
+    arm = math.hypot(*pivot[:2])
+    # of the platform's disc
+    radius = max(1.2 * arm, 0.75 * slant)
+    floor = pivot[2] - CLEAR * slant
     # the box that holds the picture, whichever way platform and cone are turned
-    reach, rise, tilt = max(arm + slant, radius), math.cos(ELEVATION), math.sin(ELEVATION)
+    reach = max(arm + slant, radius)
+    rise = math.cos(ELEVATION)
+    tilt = math.sin(ELEVATION)
     pad = 0.04 * reach  # and below the platform the ruler
-    top, bottom = (pivot[2] + slant) * rise + arm * tilt, floor * rise - radius * tilt
+    top = (pivot[2] + slant) * rise + arm * tilt
+    bottom = floor * rise - radius * tilt
     return Picture(
         "cone",
         (-reach - pad, reach + pad, bottom - 4.0 * pad, top + pad),

@@ -16,7 +16,8 @@ from plumbob.reports.view import notation
 Box = tuple[float, float, float, float]  # left, right, bottom, top
 STILL = 1e-9  # [m] or [rad]: beside another size, a smaller one is not mentioned
 # Where the camera stands: its direction round the vertical and above the horizontal.
-AZIMUTH, ELEVATION = math.radians(25.0), math.radians(20.0)
+AZIMUTH = math.radians(25.0)
+ELEVATION = math.radians(20.0)
 
 
 @dataclass(frozen=True)
@@ -60,7 +61,9 @@ def observed(
 
     def deviations(run: Trajectory) -> Signals:
         exact = motion(run.times)
-        return {name: run.observables.get(name, values) - values for name, values in exact.items()}
+        return {
+            name: run.observables.get(name, values) - values for name, values in exact.items()
+        }
 
     return motion, deviations
 
@@ -68,6 +71,8 @@ def observed(
 def camera(azimuth: float = AZIMUTH, elevation: float = ELEVATION) -> list[list[float]]:
     """Directions in the world that a picture shows to the right, upwards and towards the viewer,
     shape (3, 3): an orthographic projection."""
-    ca, sa = math.cos(azimuth), math.sin(azimuth)
-    ce, se = math.cos(elevation), math.sin(elevation)
+    ca = math.cos(azimuth)
+    sa = math.sin(azimuth)
+    ce = math.cos(elevation)
+    se = math.sin(elevation)
     return [[-sa, ca, 0.0], [-se * ca, -se * sa, ce], [ce * ca, ce * sa, se]]

@@ -60,7 +60,8 @@ def shown_runs(plan: StudyPlan, scene: Scene) -> Sequence[ShownRun]:
         step = REFERENCE_STEP
     words = {name: RECOMMENDED for name in [n for n in _best(scene) if n in known][:1]}
     if USER_METHOD in known:
-        step, words = known[USER_METHOD].step_sizes[0], {USER_METHOD: OWN, **words}
+        step = known[USER_METHOD].step_sizes[0]
+        words = {USER_METHOD: OWN, **words}
     elif DEFAULT[0] in known:
         usual = "default settings" + " but for the step" * (step != DEFAULT[1])
         words = {DEFAULT[0]: usual, **words}

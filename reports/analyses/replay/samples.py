@@ -9,7 +9,8 @@ import numpy as np
 
 from plumbob.analytic.reference import Array, Signals
 
-COUNT = 1601  # of an exact answer: forty in each of forty swings, 2e-3 of whose range they follow
+# of an exact answer: forty in each of forty swings, 2e-3 of whose range they follow
+COUNT = 1601
 STEPS = 2**24 - 1  # over the range of a channel: errors are drawn many times as large
 
 
@@ -24,7 +25,8 @@ class Samples:
 def coded(values: Array) -> Any:
     """An array, shape (n,), as JSON: a number where it is constant, else third differences of whole
     numbers of STEPS over its range: of a smooth motion they are small, and compress to a third."""
-    low, high = float(values.min()), float(values.max())
+    low = float(values.min())
+    high = float(values.max())
     if low == high:
         return low
     numbers = np.rint((values - low) * (STEPS / (high - low))).astype(np.int64)

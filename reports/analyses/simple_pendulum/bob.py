@@ -62,7 +62,8 @@ def readings(run: Trajectory) -> Record | None:
         return None
     pendulum = case(ACCELEROMETER.scene).problem.started
     state = case(ACCELEROMETER.scene).reference.observe(run.times)
-    sine, cosine = np.sin(state["theta"]), np.cos(state["theta"])
+    sine = np.sin(state["theta"])
+    cosine = np.cos(state["theta"])
     across = -pendulum.gravity * sine  # L θ̈, by the equation of motion
     along = pendulum.length * state["theta_dot"] ** 2
     reads = run.channels["acceleration_across"], run.channels["acceleration_along"]

@@ -32,7 +32,8 @@ def angle(scene: str) -> Array:
 
 def parting(name: str) -> Record:
     """The difference of the exact motions of a case."""
-    apart, amplitude = np.abs(difference(name)), abs(float(angle(SIMPLE + name)[0]))
+    apart = np.abs(difference(name))
+    amplitude = abs(float(angle(SIMPLE + name)[0]))
     over = np.flatnonzero(apart > VISIBLE * amplitude)
     return Record(
         largest=apart.max(),  # difference within DURATION [rad]
@@ -50,13 +51,16 @@ def swing(scene: str, since: float = 0.0) -> float:
 def decay(name: str) -> float:
     """Largest relative difference of the extreme angles of a damped swing from |theta_0| times
     exp(-xi t/2)."""
-    observed, rate = fine(SIMPLE + name), case(SIMPLE + name).problem
-    speed, theta = observed["theta_dot"], observed["theta"]
+    observed = fine(SIMPLE + name)
+    rate = case(SIMPLE + name).problem
+    speed = observed["theta_dot"]
+    theta = observed["theta"]
     turns = np.flatnonzero(speed[:-1] * speed[1:] < 0.0)
     part = speed[turns] / (speed[turns] - speed[turns + 1])
     after = part * (FINE[1] - FINE[0])
     when = FINE[turns] + after
-    sizes = np.abs(theta[turns] + 0.5 * after * speed[turns])  # theta_dot falls linearly to zero
+    # theta_dot falls linearly to zero
+    sizes = np.abs(theta[turns] + 0.5 * after * speed[turns])
     expected = abs(rate.theta) * np.exp(-0.5 * rate.damping_rate * when)
     return float(np.abs(sizes / expected - 1.0).max())
 
@@ -105,7 +109,9 @@ def numbers(study: Study) -> Record:
         # turns, where case 7 comes to rest
         rests=float(angle(f"{SIMPLE}damped-rotating")[-1]) / math.tau,
         damping_ratio=damped.damping_rate / (2 * natural),
-        mujoco=smallest_error(study),  # error [rad] of its multibody model on case 2, at step [s]
+        mujoco=smallest_error(
+            study
+        ),  # error [rad] of its multibody model on case 2, at step [s]
         # non-linear less linear angle [rad] over time in case 1
         apart=(FINE[::40], difference(CASES["1"])[::40]),
         duration=DURATION,

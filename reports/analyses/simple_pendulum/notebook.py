@@ -66,7 +66,8 @@ def _motions(study: Study, scene: str) -> tuple[Record, Record | None]:
     exact = _motion(EVERY_STEP, path["theta"], path["theta_dot"])
     if (run := study.answer(own_run(scene))) is None:
         return exact, None
-    theta, rate = run.observables["theta"], run.observables["theta_dot"]
+    theta = run.observables["theta"]
+    rate = run.observables["theta_dot"]
     return exact, _motion(run.times[::DOTS], theta[::DOTS], rate[::DOTS])
 
 
@@ -74,7 +75,9 @@ def _motion(times: Array, theta: Array, rate: Array) -> Record:
     """The two plots of a motion, in degrees."""
     degrees = np.degrees(theta)
     first = times <= SHOWN
-    return Record(over_time=(times, degrees), in_plane=(degrees[first], np.degrees(rate)[first]))
+    return Record(
+        over_time=(times, degrees), in_plane=(degrees[first], np.degrees(rate)[first])
+    )
 
 
 def errors(study: Study) -> Record:
@@ -112,7 +115,8 @@ def claims(errors: Record) -> Claims:
 
 def error(study: Study, scene: str) -> tuple[float, float | None]:
     """Largest error [rad] of the notebook's run at any of its steps, and what theory predicts."""
-    run, posed = study.answer(own_run(scene)), case(scene)
+    run = study.answer(own_run(scene))
+    posed = case(scene)
     if run is None:
         return float("nan"), None
     truth = posed.reference.observe(run.times)

@@ -39,7 +39,8 @@ def _control_order(of: ConvergenceStudy) -> Record:
     """The order of a method in the forced case, and its errors of theta [rad] by step [s]."""
     errors = {m.step: m.errors["theta"].largest for m in of.measurements if m.status == "done"}
     shown = min(errors.items(), key=lambda entry: abs(entry[0] - SHOWN_STEP), default=None)
-    steps, sizes = tuple(errors), tuple(errors.values())
+    steps = tuple(errors)
+    sizes = tuple(errors.values())
     return Record(
         order=of.order,
         predicted=of.predicted_order,

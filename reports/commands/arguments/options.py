@@ -40,7 +40,8 @@ def declare(parser: argparse.ArgumentParser, name: str, module: ModuleType) -> N
                 place = one_of = one_of or parser.add_mutually_exclusive_group(required=True)
             if isinstance(settings.get("metavar"), list):
                 settings["metavar"] = tuple(settings["metavar"])
-            kind, kinds = settings.pop("kind", ""), settings.pop("kinds", "")
+            kind = settings.pop("kind", "")
+            kinds = settings.pop("kinds", "")
             dest = place.add_argument(*key.split(), **settings).dest
             if kind or kinds:
                 reader: Reader = partial(getattr(values, kind or kinds), key.lstrip("-"))

@@ -35,10 +35,12 @@ def _kind(name: str, audit: ContactAudit, runs: tuple[Measured, ...]) -> dict[st
     largest error [m] at each step that is compared, and their mean ratio."""
     if not runs:
         return {"name": name, "runs": runs, "worst": -1, "halving": ()}
-    run, errors = runs[0], audit.errors(runs[0])
+    run = runs[0]
+    errors = audit.errors(runs[0])
     worst = -1 if np.isnan(errors).all() else int(np.nanargmax(np.abs(errors)))
     relative = 100 * errors / audit.distances
-    per_cents, predicted = relative[~np.isnan(relative)], audit.predicted(run)
+    per_cents = relative[~np.isnan(relative)]
+    predicted = audit.predicted(run)
     halving = [audit.error(each) for each in runs]
     if runs is audit.pasted and audit.exact is None:
         halving = halving[:-1]  # the finest is what is compared with

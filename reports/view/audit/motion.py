@@ -28,9 +28,12 @@ def motion_of(audit: Audit) -> dict[str, Any]:
     and what to choose."""
     if audit.found is None:
         return {}
-    steps, index, reference = audit.found, audit.found.index, audit.reference
+    steps = audit.found
+    index = audit.found.index
+    reference = audit.reference
     runs = [r for r in steps.steps if r.integrator == audit.integrator and r.step <= audit.step]
-    errors, known = [r.at(index) for r in runs], RESOLVED * audit.uncertainty
+    errors = [r.at(index) for r in runs]
+    known = RESOLVED * audit.uncertainty
     resolved = [error for error in errors if error > known][:SHOWN]
     ends = {target: horizon(steps, reference, audit.script, target) for target in TARGETS[1:3]}
     holding = (r.step for r, error in zip(runs, errors, strict=True) if math.isfinite(error))
@@ -44,7 +47,9 @@ def motion_of(audit: Audit) -> dict[str, Any]:
         "ratio": mean_ratio(resolved) if resolved[1:] else None,
         "holds": next(holding, None),
         "diverged": bool(steps.own.why) and math.isinf(audit.error),
-        "horizons": [(target, None if math.isinf(end) else end) for target, end in ends.items()],
+        "horizons": [
+            (target, None if math.isinf(end) else end) for target, end in ends.items()
+        ],
         "event_rate": len(course.events) / max(course.until, audit.script.period),
         "out_of_time": OUT_OF_TIME in reference.why,
         "courses": [(r.integrator, r.step, _drawn(r.errors)) for r in runs[:COURSES]],

@@ -117,7 +117,15 @@ def _stability(audit: Audit) -> Plain:
     """The largest steps that hold [s], and what raises the own integrator's, as plain data."""
 
     def limit(largest: Limit) -> Plain:
-        names = ("integrator", "largest_step", "first", "confirmed", "why", "predicted", "chatters")
+        names = (
+            "integrator",
+            "largest_step",
+            "first",
+            "confirmed",
+            "why",
+            "predicted",
+            "chatters",
+        )
         return _named(largest, *names)
 
     known = audit.stability
@@ -126,7 +134,8 @@ def _stability(audit: Audit) -> Plain:
         "stability": list(map(limit, known.limits)),
         "unstable": known.unstable,
         "remedies": [
-            {"change": r.change.name, **limit(r.limit), "moved": r.moved} for r in known.remedies
+            {"change": r.change.name, **limit(r.limit), "moved": r.moved}
+            for r in known.remedies
         ],
     }
 
@@ -164,7 +173,9 @@ def _contacts(audit: ContactAudit) -> Plain:
             "predicted_errors": predicted,
             "direction_dependence": audit.dependence(measured),
             **_named(measured, "turned", "drift"),
-            "turn": measured.turning.turn if measured.turning and measured.turning.rests else None,
+            "turn": measured.turning.turn
+            if measured.turning and measured.turning.rests
+            else None,
         }
 
     return {

@@ -30,12 +30,19 @@ class _Shown:
         if isinstance(audit, Audit):
             return card(audit)
         answer = dict(rows(answered(audit)))
-        return [answer["your contacts" if audit.own else "not run"], *audit.snippet.splitlines()]
+        return [
+            answer["your contacts" if audit.own else "not run"],
+            *audit.snippet.splitlines(),
+        ]
 
     def _repr_html_(self) -> str:
         answer = answered(self._audit)
         return filled(
-            "audit_card.html.jinja", shared="", card=self._card(), rows=rows(answer), finding=answer
+            "audit_card.html.jinja",
+            shared="",
+            card=self._card(),
+            rows=rows(answer),
+            finding=answer,
         )
 
     def text(self) -> str:

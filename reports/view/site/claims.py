@@ -18,7 +18,9 @@ def formed(study: Study, of: str, place: str = "finding") -> tuple[Finding, ...]
     of those whose templates ask for numbers that are not stored."""
     from jinja2 import UndefinedError
 
-    shown, failed, older = list[Finding](), list[Analysed](), list[str]()
+    shown = list[Finding]()
+    failed = list[Analysed]()
+    older = list[str]()
     for analysis in study.analyses:
         if (analysis.system, analysis.place) != (of, place):
             continue

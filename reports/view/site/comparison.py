@@ -63,4 +63,6 @@ def _size(change: Change) -> float:
 def _percent(growth: float | None) -> str:
     if growth is None or not math.isfinite(growth):
         return "–"
-    return f"{100.0 * growth:+.2g} %" if abs(growth) < 10.0 else f"{number(1.0 + growth, 2)} times"
+    return (
+        f"{100.0 * growth:+.2g} %" if abs(growth) < 10.0 else f"{number(1.0 + growth, 2)} times"
+    )

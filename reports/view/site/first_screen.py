@@ -63,7 +63,8 @@ def by_engine(every: Results) -> Mapping[str, Counter[str]]:
 def made(every: Results) -> tuple[int, int, int]:
     """How many runs were made, on how many scenes, and with how many methods."""
     ran = [of for of in every.values() if of.errors]
-    scenes, methods = {of.scene.name for of in ran}, {of.name for of in ran}
+    scenes = {of.scene.name for of in ran}
+    methods = {of.name for of in ran}
     return sum(len(of.errors) for of in ran), len(scenes), len(methods)
 
 
@@ -80,7 +81,9 @@ def answers(study: Study, record: StudyRecord, every: Results) -> Sequence[View]
     was measured."""
     shown = []
     for name, title, heading, systems, first_systems, methods in KINDS:
-        default, better, last = methods[0], methods[1], methods[-1]
+        default = methods[0]
+        better = methods[1]
+        last = methods[-1]
         ran = _ran(every, [s for s in study.scenes if fnmatch(s.system, systems)], methods)
         # hard cases, and those without friction, are no usual motions
         apart = [of for of in ran if of[0].hard or of[0].parameters.get("friction") == 0.0]
@@ -98,7 +101,9 @@ def answers(study: Study, record: StudyRecord, every: Results) -> Sequence[View]
             best=_by_error(first, better),
             turning=_by_error(usual, turning),
             ratios=ratios,
-            apart=[(method, _by_error(apart, method)) for method in (turning, default) if apart],
+            apart=[
+                (method, _by_error(apart, method)) for method in (turning, default) if apart
+            ],
         )
         pasted = to_copy(record.settings[better], heading, ratios.get(better, ""))
         shown.append(View(name=name, title=title, sentences=sentences, pasted=pasted))
@@ -121,7 +126,9 @@ def _by_error(ran: Sequence[Ran], method: str) -> list[tuple[Scene, Shown]]:
     return sorted(((scene, of[method]) for scene, of in ran), key=lambda pair: pair[1].error)
 
 
-def _costs(study: Study, scenes: Sequence[Scene], methods: Sequence[str]) -> Mapping[str, float]:
+def _costs(
+    study: Study, scenes: Sequence[Scene], methods: Sequence[str]
+) -> Mapping[str, float]:
     """The median cost of a step [ns] of each method, over the scenes that all were timed on."""
     timed = [s.name for s in scenes if all((s.name, name) in study.costs for name in methods)]
     return {

@@ -13,7 +13,15 @@ from plumbob.reports.view.site.matrix import engines
 from plumbob.reports.view.tables import table_or_none
 
 CANON = (
-    *("projectile", "incline", "rolling-ball", "rolling-disc", "bouncing-ball", "pinch", "stack"),
+    *(
+        "projectile",
+        "incline",
+        "rolling-ball",
+        "rolling-disc",
+        "bouncing-ball",
+        "pinch",
+        "stack",
+    ),
     *("n-pendulum", "slider-crank", "four-bar", "servo", "heavy-top", "rod-impact"),
 )
 
@@ -50,4 +58,6 @@ def _cell(ran: Mapping[str, Sequence[MethodResult]]) -> str:
         return ""
     *_, error, name = min(ranks)
     smallest = max(min(of.errors.values()) for of in ran[name])
-    return f"{notation.relative(error)}, {notation.relative(smallest)}; {name.partition('/')[2]}"
+    return (
+        f"{notation.relative(error)}, {notation.relative(smallest)}; {name.partition('/')[2]}"
+    )

@@ -27,7 +27,8 @@ from plumbob.reports.view.trimming import trimming
 
 View = SimpleNamespace
 """A scene or a system as its page shows it, by the names that a template reads."""
-OF_ENGINES = "engines"  # the section of what holds for engines, whatever the system, and its page
+# the section of what holds for engines, whatever the system, and its page
+OF_ENGINES = "engines"
 WANTED = 1e-3  # relative: the error that a method is recommended for
 DERIVATIVES = "engines/gradients"  # the analysis that has those of every scene
 
@@ -67,31 +68,41 @@ def scene_view(
     study: Study, record: SceneRecord, exact: ExactRecord, results: Sequence[MethodResult]
 ) -> View:
     """One scene of `study`, by the results of its methods."""
-    scene, observables = results[0].scene, study.observables(results[0].scene.name)
+    scene = results[0].scene
+    observables = study.observables(results[0].scene.name)
     rows = [of for of in results if of.judged.verdict != "missing"]
     missing = Counter(of.method.engine for of in results if of not in rows)
     ran = {of.name: of for of in rows if of.done}
     answer = next((answer for answer in record.recommendations if answer.error == WANTED), None)
     at_first = _at_first(answer, ran)
-    looks, units = styles(m.name for m in study.methods), {o.name: o.unit for o in observables}
+    looks = styles(m.name for m in study.methods)
+    units = {o.name: o.unit for o in observables}
     counted = Counter(of.judged.verdict for of in rows)
     tables_below = (
         top_tables.scene_recommendations(record.recommendations),
-        table_or_none("orders", rows=[of for of in ran.values() if of.method.order is not None]),
+        table_or_none(
+            "orders", rows=[of for of in ran.values() if of.method.order is not None]
+        ),
         table_or_none("gradients", records=_derivatives(study, scene.name)),
         trimming(study, scene),
         table_or_none("cost", rows=[of for of in rows if of.cost]),
         table_or_none("budgets", rows=rows, units=units),
         table("every_run", leading=observables[0], rows=rows),
-        table("parameters", parameters=scene.parameters, facts=exact.facts, source=scene.source),
+        table(
+            "parameters", parameters=scene.parameters, facts=exact.facts, source=scene.source
+        ),
     )
     timed = points(study, scene.name)
-    typical = reference_run(ran[at_first[-1]].done, ran[at_first[-1]].method) if at_first else None
+    typical = (
+        reference_run(ran[at_first[-1]].done, ran[at_first[-1]].method) if at_first else None
+    )
     return View(
         scene=scene,
         anchor=anchor(scene.name),
         # verdicts, and how many methods have each
-        counts=[(verdict, counted[verdict]) for verdict in get_args(Verdict) if counted[verdict]],
+        counts=[
+            (verdict, counted[verdict]) for verdict in get_args(Verdict) if counted[verdict]
+        ],
         # engines that are not installed, with their methods' number
         missing=[f"{engine} ({notation.plural(n, 'method')})" for engine, n in missing.items()],
         methods=tuple(ran),
@@ -127,7 +138,9 @@ def _derivatives(study: Study, scene: str) -> list[Any]:
     return [of for records in judged for of in records if of["scene"] == scene]
 
 
-def _at_first(answer: Recommendation | None, ran: Mapping[str, MethodResult]) -> tuple[str, ...]:
+def _at_first(
+    answer: Recommendation | None, ran: Mapping[str, MethodResult]
+) -> tuple[str, ...]:
     """MuJoCo's default settings, and of each engine the cheapest method for a small error, or else
     the one with the smallest error; no closed form, which is no curve."""
     best: dict[str, str] = {}
@@ -138,4 +151,6 @@ def _at_first(answer: Recommendation | None, ran: Mapping[str, MethodResult]) ->
         best.setdefault(of.method.engine, of.name)
     for choice in answer.by_engine if answer else ():
         best[choice.method.partition("/")[0]] = choice.method
-    return tuple(name for name in dict.fromkeys((DEFAULT_METHOD, *best.values())) if name in ran)
+    return tuple(
+        name for name in dict.fromkeys((DEFAULT_METHOD, *best.values())) if name in ran
+    )

@@ -71,7 +71,8 @@ def site(content: Content, folder: Path) -> Path:
     files, index = _files(content)
     folder.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(prefix=".plumbob-", dir=folder) as scratch:
-        new, pages = Path(scratch) / PAGES, folder / PAGES
+        new = Path(scratch) / PAGES
+        pages = folder / PAGES
         new.mkdir()  # whose permissions are those that the user's umask leaves
         for name, text in files.items():
             (new / name).write_bytes(text.encode("utf-8") if isinstance(text, str) else text)
@@ -95,7 +96,8 @@ def one_file(content: Content) -> str:
 
 def _files(content: Content) -> tuple[Mapping[str, str | bytes], str]:
     """The files of the folder of a site's pages by name, and its index."""
-    common, texts = content.common, dict[str, str]()
+    common = content.common
+    texts = dict[str, str]()
     files: dict[str, str | bytes] = dict(shared_files())
     for name in {view.system.picture for view in common["views"]} - {""}:
         files[name] = base64.b64decode(common["pictures"][name])
@@ -129,7 +131,9 @@ def content(study: Study) -> Content:
 
 def _views(study: Study, records: Records, every: Results) -> list[View]:
     """A view of each system that ran, in the order of the sources."""
-    done = {c.scene for c in study.convergence if any(m.status == "done" for m in c.measurements)}
+    done = {
+        c.scene for c in study.convergence if any(m.status == "done" for m in c.measurements)
+    }
     ran = {scene.system for scene in study.scenes if scene.name in done}
     # The exact motion of another package, which no run was held to, may be a defect.
     systems = {s.name: s for s in records.study.systems if s.name in ran or not s.added}
@@ -173,7 +177,9 @@ def _common(
         "matrices": matrix.matrices(study, every, matrix.ordered(study.scenes)),
         "phenomena": phenomena(study, every, records.study.systems),
         "signs": dict(SIGNS),
-        "engines": {engine: matrix.ENGINES.get(engine, engine) for engine in matrix.engines(study)},
+        "engines": {
+            engine: matrix.ENGINES.get(engine, engine) for engine in matrix.engines(study)
+        },
         "recommendations": recommendations,
         "sources": top_tables.sources(findings),
         "every_statement": top_tables.every_statement(findings),

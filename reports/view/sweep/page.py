@@ -35,7 +35,8 @@ def write_sweep_page(swept: Swept, folder: Path, provenance: Provenance, key: st
 
 def render(swept: Swept, provenance: Provenance) -> str:
     """The page of a sweep as HTML, in one file."""
-    every, words = rows(swept), {"size": size, "place": place}
+    every = rows(swept)
+    words = {"size": size, "place": place}
     return filled(
         "sweep.html.jinja",
         of=swept.sweep,
@@ -52,7 +53,8 @@ def render(swept: Swept, provenance: Provenance) -> str:
 def figures(swept: Swept) -> tuple[Figure, ...]:
     """A map each of the first two sides where there are two or more, and curves over every other
     side; where there is one side alone, curves over that."""
-    of, finite = swept.sweep, swept.errors[np.isfinite(swept.errors)]
+    of = swept.sweep
+    finite = swept.errors[np.isfinite(swept.errors)]
     ends = (finite.min(), finite.max()) if finite.size else (ZERO, 1.0)
     low, high = (math.log10(max(float(end), ZERO)) for end in ends)
     high = max(high, low + 0.1)

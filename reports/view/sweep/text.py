@@ -27,7 +27,8 @@ def rows(swept: Swept) -> tuple[dict[str, Any], ...]:
 
 def _row(swept: Swept, i: int, j: int) -> dict[str, Any]:
     """The errors of a method at a step over all points."""
-    method, step = swept.sweep.methods[i], swept.sweep.steps[j]
+    method = swept.sweep.methods[i]
+    step = swept.sweep.steps[j]
     errors = swept.errors[i, j].ravel()
     there = errors[~np.isnan(errors)]
     median, ninety, largest = (
@@ -35,7 +36,8 @@ def _row(swept: Swept, i: int, j: int) -> dict[str, Any]:
         for q in (0.5, 0.9, 1.0)
     )
     worst = tuple(
-        _worst(swept, point, error, method.name, step) for point, error in swept.worst(i, j, MOST)
+        _worst(swept, point, error, method.name, step)
+        for point, error in swept.worst(i, j, MOST)
     )
     return {
         "method": method.name,

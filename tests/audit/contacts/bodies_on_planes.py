@@ -17,7 +17,9 @@ FLAT = '<geom type="cylinder" size=".2 .0001" mass="1" contype="0" conaffinity="
 )
 
 
-def model_text(body, height, option='timestep="0.002"', floor=FLOOR, friction=FRICTION, more=""):
+def model_text(
+    body, height, option='timestep="0.002"', floor=FLOOR, friction=FRICTION, more=""
+):
     """A model file with the geoms `body` of a free body on a plane."""
     return (
         f'<mujoco><option {option}/><default><geom friction="{friction}"/></default><worldbody>'

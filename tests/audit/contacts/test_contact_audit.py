@@ -96,7 +96,10 @@ def test_a_wrong_moment_of_inertia_is_seen(factor, flat, monkeypatch):
 
 
 def softer(right):
-    return lambda *given: {**(pair := right(*given)), "solref": 0.75 * np.asarray(pair["solref"])}
+    return lambda *given: {
+        **(pair := right(*given)),
+        "solref": 0.75 * np.asarray(pair["solref"]),
+    }
 
 
 def rougher(right):

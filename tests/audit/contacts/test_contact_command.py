@@ -109,5 +109,6 @@ def test_settings_pasted_into_the_file_give_what_is_said(found):
     option = '<option timestep="0.002"/>'
     assert option in text
     pasted = audited_once(text.replace(option, found.snippet))
-    own, there = pasted.own[0].distances, found.pasted[0].distances
+    own = pasted.own[0].distances
+    there = found.pasted[0].distances
     assert own == pytest.approx(there, rel=1e-6)

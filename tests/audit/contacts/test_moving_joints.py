@@ -13,7 +13,9 @@ FRICTION, GRAVITY, SPEED = 0.4, 9.81, 0.5
 BASE, LOAD = 3.0, 2.0  # [kg]
 SOFT = 0.02  # relative: default contacts, which are not rigid, differ by 0.006
 FEET = "".join(
-    f'<geom size=".02" pos="{x} {y} -.04" mass="0"/>' for x in (-0.2, 0.2) for y in (-0.15, 0.15)
+    f'<geom size=".02" pos="{x} {y} -.04" mass="0"/>'
+    for x in (-0.2, 0.2)
+    for y in (-0.15, 0.15)
 )
 BODY = f"""<geom type="box" size=".2 .15 .02" mass="{BASE}"/>{FEET}
 <body pos="0 0 .02"><joint name="slide" type="slide" axis="1 0 0"/>

@@ -47,7 +47,8 @@ def arm():
         joint.frictionloss, joint.damping = 0.0, np.abs(joint.damping)
         motor = panda.add_actuator(name=joint.name, target=joint.name)
         motor.trntype = mujoco.mjtTrn.mjTRN_JOINT
-        motor.ctrllimited, motor.ctrlrange = True, [-0.5, 0.5]
+        motor.ctrllimited = True
+        motor.ctrlrange = [-0.5, 0.5]
     return panda.compile()
 
 
@@ -71,7 +72,9 @@ def ended(own, motion):
     as small as a contact that begins or ends needs."""
     model = without_step(copy.copy(own.effective))
     model.opt.integrator = mujoco.mjtIntegrator.mjINT_RK4
-    data, state, size = own._begun(model), motion.start, motion.period
+    data = own._begun(model)
+    state = motion.start
+    size = motion.period
 
     def stepped(count):
         put(data, state)
@@ -80,13 +83,16 @@ def ended(own, motion):
         return state_of(data)
 
     for control in motion.controls:
-        data.ctrl[:], left = control, motion.period
+        data.ctrl[:] = control
+        left = motion.period
         while left > SHORTEST:
             size = min(size, left)
-            wide, narrow = stepped(1), stepped(2)
+            wide = stepped(1)
+            narrow = stepped(2)
             off = np.abs(wide - narrow).max()
             if off <= TOLERANCE or size <= SHORTEST:
-                state, left = narrow, left - size
+                state = narrow
+                left = left - size
             size *= min(10.0, max(0.1, (TOLERANCE / max(off, SHORTEST)) ** (1 / 5)))
     return state
 
@@ -104,7 +110,8 @@ def by_own_steps(own, motion, number):
 def row(name):
     """The gradient of a robot as cells, and whether both computations confirm it."""
     build, start, duration = ROBOTS[name]
-    own, allowance = own_model(build(), name, start), Allowance(BUDGET)
+    own = own_model(build(), name, start)
+    allowance = Allowance(BUDGET)
     motion = script(own, "sines", duration)
     reference = certified(own, motion, allowance)
     found = gradients(own, motion, reference, len(motion.controls), allowance)
@@ -113,9 +120,12 @@ def row(name):
     for number in numbers:
         other[:, number] = _refined(own, motion, number, ANOTHER, allowance)[0][-1]
         steps[:, number] = by_own_steps(own, motion, number)
-    exact, known = found.exact[-1], float(found.certificate[-1])
+    exact = found.exact[-1]
+    known = float(found.certificate[-1])
     apart = [float(found.norm(each - exact) / found.norm(exact)) for each in (other, steps)]
-    ways = [f"{found.errors(w)[-1]:.2g}" if w.computed is not None else w.why for w in found.ways]
+    ways = [
+        f"{found.errors(w)[-1]:.2g}" if w.computed is not None else w.why for w in found.ways
+    ]
     horizon = f"{found.horizon:.2g} s" if found.horizon else found.why
     cells = [name, f"{numbers.size} of {len(found.by)}", f"{known:.1e}", *ways, horizon]
     return [*cells, *(f"{each:.1e}" for each in apart)], max(apart) <= MOST * known

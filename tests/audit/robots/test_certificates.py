@@ -35,7 +35,9 @@ class Confirmation:
 
 def confirmations(found, limit):
     """Euler and RK4 at steps as small as `limit` [s] of processor time each allow."""
-    model, script, steps = found.model, found.script, found.found
+    model = found.model
+    script = found.script
+    steps = found.found
     count = steps.index + 1
 
     def motion(integrator, factor):
@@ -81,7 +83,8 @@ SHORTEST = 0.2  # [s]: a shorter certificate is none
 @pytest.mark.parametrize("control", ["rest", "sines"])
 @pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
 def test_a_certificate_has_no_small_steps_outside(path, control, request):
-    profile, case = request.config.getoption("--profile"), f"{path.stem} {control}"
+    profile = request.config.getoption("--profile")
+    case = f"{path.stem} {control}"
     if profile == "quick" and case not in QUICK:
         pytest.skip("in the full profile")
     if path.stem in REFUSED:

@@ -50,7 +50,8 @@ def test_a_limit_is_where_it_is_known_to_be(
     assert limit.confirmed
     assert limit.largest_step == limit.predicted
     lost = [
-        course.lost(integrator, side * limit.largest_step, limit.index) for side in (BELOW, ABOVE)
+        course.lost(integrator, side * limit.largest_step, limit.index)
+        for side in (BELOW, ABOVE)
     ]
     assert lost == [False, True]
     assert holds < limit.largest_step < fails

@@ -20,7 +20,8 @@ def spec_of(package, name):
     if (at := folder(package)) is None:
         pytest.skip(f"{package} is not installed")
     spec = mujoco.MjSpec.from_file(str(at / name))
-    spec.option.timestep, spec.option.integrator = STEP, mujoco.mjtIntegrator.mjINT_EULER
+    spec.option.timestep = STEP
+    spec.option.integrator = mujoco.mjtIntegrator.mjINT_EULER
     return spec
 
 
@@ -30,14 +31,17 @@ def test_a_free_ball_of_dm_control_rebounds_as_the_ball_s_page_says(e, height):
     """It has six degrees of freedom, friction and a priority of its own. Its e is right to half a
     step of the damper and what gravity takes in the 16 steps of an impact; and its heights are
     those of theory to 5e-3, which its pyramid of friction takes."""
-    spec, contact = spec_of("dm_control", "quadruped.xml"), soft_impact(e, STEP)
+    spec = spec_of("dm_control", "quadruped.xml")
+    contact = soft_impact(e, STEP)
     ball = spec.geom("ball")
-    ball.solref, ball.solimp[:2] = contact.solref, [IMPEDANCE, IMPEDANCE]
+    ball.solref = contact.solref
+    ball.solimp[:2] = [IMPEDANCE, IMPEDANCE]
     radius = ball.size[0]
     spec.body("ball").pos = [5.0, 5.0, height + radius]
     model = spec.compile()
     data = mujoco.MjData(model)
-    steps, speed = round(2.0 * np.sqrt(2.0 * height / 9.81) / STEP), np.sqrt(2.0 * 9.81 * height)
+    steps = round(2.0 * np.sqrt(2.0 * height / 9.81) / STEP)
+    speed = np.sqrt(2.0 * 9.81 * height)
     heights = []
     for _ in range(steps):
         mujoco.mj_step(model, data)
@@ -86,7 +90,8 @@ def arm(integrator, step, kv, damping):
 @pytest.mark.parametrize("integrator", ["euler", "implicitfast"])
 def test_a_servo_of_gymnasium_s_reacher_has_the_predicted_error(integrator, kv, damping):
     model, data, case = arm(integrator, 2e-3, kv, damping)
-    how, counts = method(f"mujoco/{integrator}"), np.arange(0, 251, 25)
+    how = method(f"mujoco/{integrator}")
+    counts = np.arange(0, 251, 25)
     angles = [data.qpos[0]]
     for _ in counts[1:]:
         mujoco.mj_step(model, data, nstep=25)

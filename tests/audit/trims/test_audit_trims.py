@@ -39,7 +39,9 @@ MODELS = {
     "cluttered": CLUTTERED.format(clutter=CLUTTER, option="", condim=3, friction=".4"),
     "elliptic": CLUTTERED.format(clutter="", option='cone="elliptic"', condim=4, friction=".6"),
     "rk4": CLUTTERED.format(clutter=CLUTTER, option='integrator="RK4"', condim=3, friction="1"),
-    "gradients": CLUTTERED.format(clutter=CLUTTER, option='solver="CG"', condim=6, friction=".2"),
+    "gradients": CLUTTERED.format(
+        clutter=CLUTTER, option='solver="CG"', condim=6, friction=".2"
+    ),
     "pairs": CLUTTERED.format(clutter=CLUTTER, option="", condim=3, friction=".4").replace(
         "<sensor>", f"<contact>{PAIRS}</contact><sensor>"
     ),
@@ -64,7 +66,8 @@ def states(path, steps=200):
 @pytest.mark.long(keep=1)
 @pytest.mark.parametrize("name", MODELS)
 def test_trimmed_file_moves_as_the_complete_one(name, tmp_path):
-    source, target = tmp_path / "my.xml", tmp_path / "less.xml"
+    source = tmp_path / "my.xml"
+    target = tmp_path / "less.xml"
     source.write_text(MODELS[name], "utf-8")
     model = ready(source, 0)
     motion = script(model, duration=0.4, period=0.02)

@@ -53,11 +53,13 @@ def without(stage):
     return Change(stage, (("disableflags", (), int(bit)),))
 
 
-SENSORS, SPRINGS = without("sensor"), without("spring")
+SENSORS = without("sensor")
+SPRINGS = without("spring")
 
 
 def test_digits_of_the_file_stay(tmp_path):
-    source, target = tmp_path / "my.xml", tmp_path / "less.xml"
+    source = tmp_path / "my.xml"
+    target = tmp_path / "less.xml"
     source.write_text(DIGITS.format(wall=WALL), "utf-8")
     changes = (never_touching(source, "wall"), SENSORS)
     assert write_trimmed(source, changes, target) == changes
@@ -75,7 +77,8 @@ def test_digits_of_the_file_stay(tmp_path):
 def test_included_geoms_and_copies(tmp_path):
     """An included file takes the place of its include; geoms that
     one element makes are left out all or not at all."""
-    source, target = tmp_path / "my.xml", tmp_path / "less.xml"
+    source = tmp_path / "my.xml"
+    target = tmp_path / "less.xml"
     (tmp_path / "parts").mkdir()
     (tmp_path / "parts" / "wall.xml").write_text(f"<mujocoinclude>{WALL}</mujocoinclude>\n")
     (tmp_path / "more.xml").write_text(
@@ -93,7 +96,9 @@ def test_included_geoms_and_copies(tmp_path):
     written = target.read_text("utf-8")
     assert "include" not in written
     model = mujoco.MjModel.from_xml_path(str(target))
-    assert [model.geom(n).contype[0] for n in ("wall", "far", "c0", "c2", "floor")] == [0] * 4 + [1]
+    assert [model.geom(n).contype[0] for n in ("wall", "far", "c0", "c2", "floor")] == [
+        0
+    ] * 4 + [1]
     target.unlink()
     some = never_touching(source, "far", "c0", "c1")
     (kept,) = write_trimmed(source, (some,), target)
@@ -118,7 +123,8 @@ def audited(path, changes):
 @pytest.mark.parametrize("same", [True, False])
 def test_what_is_said_is_what_the_file_does(same, tmp_path):
     """Its bits, whatever was found of the model before it was written."""
-    source, target = tmp_path / "my.xml", tmp_path / "less.xml"
+    source = tmp_path / "my.xml"
+    target = tmp_path / "less.xml"
     source.write_text(DIGITS.format(wall=WALL), "utf-8")
     changes = (SENSORS if same else SPRINGS,)
     found = trimmed_file(audited(source, changes), source, target)

@@ -60,7 +60,8 @@ def build(mjcf: Path, problem: CapsuleProblem, method: Method, step: float) -> T
     with a free joint, or `reduced` to one line; raises Unsupported."""
     if method.settings.get("model") == "reduced":
         return reduced.build(mjcf.with_name("reduced.xml"), problem, step)
-    setup, chosen = problem.setup, contacts(problem, method.settings)
+    setup = problem.setup
+    chosen = contacts(problem, method.settings)
     spec = whole(mjcf, problem, method.settings, step)
     visual = spec.copy()
     for shown in [geom for geom in spec.geoms if geom.classname.name == "visual"]:
@@ -119,18 +120,22 @@ def whole(
     than in the problem, which may be where no reference goes: beyond an edge the body tips over.
     """
     chosen = settings or {"contact": "coulomb"}
-    setup, height = problem.setup, float(chosen.get("height", 0.0))
+    setup = problem.setup
+    height = float(chosen.get("height", 0.0))
     spec = read(mjcf if setup.plane_velocity is None else mjcf.with_name(TURNING))
-    capsule, body = setup.capsule, spec.body("body")
+    capsule = setup.capsule
+    body = spec.body("body")
     spec.option.gravity = gravity(setup)
     across = tilt_inertia(problem)
     body.pos = [0.0, 0.0, height]
-    body.mass, body.inertia = capsule.body_mass, [across, across, capsule.inertia]
+    body.mass = capsule.body_mass
+    body.inertia = [across, across, capsule.inertia]
     for i, (x, y) in enumerate(capsule.supports):
         support = spec.geom(f"support_{i + 1}")
         support.pos = [x, y, support.size[0] - height]
     set_contacts(spec, contacts(problem, chosen), capsule.friction, step)
-    slider, line = spec.body("slider"), [math.cos(setup.direction), math.sin(setup.direction), 0.0]
+    slider = spec.body("slider")
+    line = [math.cos(setup.direction), math.sin(setup.direction), 0.0]
     ahead = float(chosen.get("slider_ahead", 0.0))
     slider.pos = np.array([*setup.slider, 0.0]) + ahead * np.array(line)
     slider.inertia = [POINT] * 3
@@ -140,7 +145,9 @@ def whole(
     return spec
 
 
-def set_contacts(spec: mujoco.MjSpec, chosen: ContactProfile, friction: float, step: float) -> None:
+def set_contacts(
+    spec: mujoco.MjSpec, chosen: ContactProfile, friction: float, step: float
+) -> None:
     """Set every contact pair, and the options that go with it, to a profile at `step` [s]; what
     the profile leaves open takes MuJoCo's default, whatever the file says."""
     defaults = mujoco.MjSpec()
@@ -175,7 +182,9 @@ def settled(
         model.qpos0[2] += deflected[0]
         model.qpos0[4:6] = 0.5 * deflected[2], -0.5 * deflected[1]
         if not (upright := 1.0 - float(np.square(model.qpos0[4:6]).sum())) > 0.0:
-            raise Unsupported("at this step the body tips over on its contacts: they are too soft")
+            raise Unsupported(
+                "at this step the body tips over on its contacts: they are too soft"
+            )
         model.qpos0[3] = math.sqrt(upright)
     qpos = at_rest(model, steps)
     qpos[:2] = qpos[7:] = 0.0

@@ -23,7 +23,8 @@ from plumbob.engines.adapters.three_feet import (
 
 Observe = Callable[[Array, Array], Observed]
 BODY = mujoco.mjtObj.mjOBJ_BODY
-SENSOR, DATA = mujoco.mjtSensor, mujoco.mjtConDataField
+SENSOR = mujoco.mjtSensor
+DATA = mujoco.mjtConDataField
 CONTACT = sum(
     1 << int(part)
     for part in (
@@ -44,7 +45,8 @@ def set_slider(spec: mujoco.MjSpec, setup: CapsuleSetup) -> None:
     The solver's tolerance is scaled with the armature: its criterion is relative to the trace of
     the mass matrix, which the armature inflates, so that a nominal 1e-8 would act as 1e2.
     """
-    capsule, hold = setup.capsule, armature(setup)
+    capsule = setup.capsule
+    hold = armature(setup)
     spec.body("slider").mass = capsule.slider_mass
     for key in tuple(spec.keys):
         spec.delete(key)
@@ -74,7 +76,8 @@ def control(setup: CapsuleSetup, step: float) -> Callable[[Array], Array] | None
 def start(setup: CapsuleSetup, rest_qpos: Array) -> tuple[Array, Array]:
     """qpos, shape (nq,), and qvel, shape (nv,), of a body at `rest_qpos`, shape (nq,), turned by
     the heading, with the velocities of the start."""
-    qpos, turn = np.array(rest_qpos), np.array([0.0, 0.0, setup.heading_rate])
+    qpos = np.array(rest_qpos)
+    turn = np.array([0.0, 0.0, setup.heading_rate])
     qpos[3:7] = turned(rest_qpos[3:7], setup.heading)
     # about the vertical, in the axes of a body that leans
     mujoco.mju_rotVecQuat(turn, turn.copy(), qpos[3:7] * [1.0, -1.0, -1.0, -1.0])
@@ -105,7 +108,8 @@ def heading(attitude: Array) -> Array:
 
 def turned(attitude: Array, angle: float) -> Array:
     """The quaternion `attitude`, shape (4,), turned by `angle` [rad] about the vertical."""
-    turn, both = np.array([math.cos(0.5 * angle), 0.0, 0.0, math.sin(0.5 * angle)]), np.empty(4)
+    turn = np.array([math.cos(0.5 * angle), 0.0, 0.0, math.sin(0.5 * angle)])
+    both = np.empty(4)
     mujoco.mju_mulQuat(both, turn, attitude)
     return both
 
@@ -136,7 +140,8 @@ def reading(setup: CapsuleSetup) -> Callable[[Array], Observed]:
 
     def read(data: Array) -> Observed:
         feet = data[:, :30].reshape(-1, 3, 10)  # as in CONTACT
-        loads, counts = by_support(feet[..., 1]), feet[..., 0].sum(axis=1)
+        loads = by_support(feet[..., 1])
+        counts = feet[..., 0].sum(axis=1)
         if setup.in_plane:
             return loads, {"contacts": counts}
         ahead = feet[..., 7:]
@@ -146,6 +151,9 @@ def reading(setup: CapsuleSetup) -> Callable[[Array], Observed]:
             "friction_force": friction.sum(axis=1) @ line,
             "driving_force": setup.capsule.slider_mass * (data[:, 30:33] @ line),
         }
-        return {**loads, **forces}, {"contacts": counts, "centre_of_mass": data[:, 33:36] @ line}
+        return {**loads, **forces}, {
+            "contacts": counts,
+            "centre_of_mass": data[:, 33:36] @ line,
+        }
 
     return read

@@ -19,11 +19,13 @@ from plumbob.engines.method import Unsupported
 
 def build(mjcf: Path, problem: CapsuleProblem, step: float) -> Translation:
     """Translate a problem on one line; raises Unsupported where the body turns."""
-    setup, motion = problem.setup, problem.motion
+    setup = problem.setup
+    motion = problem.motion
     coasting = motion.kind == "coasting"
     if coasting and motion.centre is not None:
         raise Unsupported("the reduced model has one line, and here the body turns")
-    spec, capsule = read(mjcf), setup.capsule
+    spec = read(mjcf)
+    capsule = setup.capsule
     # One scalar constraint: a single iteration of projected Gauss-Seidel solves it to round-off.
     spec.option.solver = mujoco.mjtSolver.mjSOL_PGS
     spec.option.gravity = [setup.pull, 0.0, -setup.press]
@@ -59,7 +61,8 @@ def build(mjcf: Path, problem: CapsuleProblem, step: float) -> Translation:
 
 def _friction(setup: CapsuleSetup, model: mujoco.MjModel, data: mujoco.MjData) -> Array:
     """Friction, and the force on the slider [N]."""
-    both, slider = setup.capsule.body_mass + setup.capsule.slider_mass, model.body("slider").id
+    both = setup.capsule.body_mass + setup.capsule.slider_mass
+    slider = model.body("slider").id
     masses = np.array([both, setup.capsule.slider_mass][: model.nv])
     # From the accelerations: the solver finds those, but forces only to its tolerance.
     friction = float(masses @ data.qacc) - both * setup.pull

@@ -45,8 +45,11 @@ def product(model: Any, data: Any, script: Script) -> Array:
     if model.opt.integrator == mujoco.mjtIntegrator.mjINT_RK4:
         raise NotCertifiable("mjd_transitionFD refuses RK4")
     put(data, script.start)
-    nv, size, parts = model.nv, 2 * model.nv + model.na, round(script.period / model.opt.timestep)
-    along, added = np.eye(size, size + model.nu), np.eye(model.nu, size + model.nu, size)
+    nv = model.nv
+    size = 2 * model.nv + model.na
+    parts = round(script.period / model.opt.timestep)
+    along = np.eye(size, size + model.nu)
+    added = np.eye(model.nu, size + model.nu, size)
     ends = np.full((len(script.controls) + 1, *along[:nv].shape), np.nan)
     ends[0] = along[:nv]
     controls = np.repeat(script.controls, parts, axis=0)

@@ -22,7 +22,9 @@ MOST_IN_LAYER = 4  # contacts: their 16 on-off states are all evaluated
 BEYOND = 1e-6  # of its range: an activation as near to its limit as that may rest there
 JOINTS = mujoco.mjtJoint
 ITERATIONS = 60  # of Newton's method; it converges in a few
-VANISHING, ENDLESS = 2.0**-33, 2.0**33  # [s] in place of the step, which divides rates of controls
+# [s] in place of the step, which divides rates of controls
+VANISHING = 2.0**-33
+ENDLESS = 2.0**33
 SLEW_RATES = MappingProxyType({"mjDYN_PID": 1, "mjDYN_DCMOTOR": 7})  # their places in dynprm
 # Coordinates of joints that do not turn by a quaternion; the other kinds have one.
 STRAIGHT = MappingProxyType({int(JOINTS.mjJNT_FREE): 3, int(JOINTS.mjJNT_BALL): 0})
@@ -74,12 +76,16 @@ class ContinuousField:
             last = model.actuator_actadr[i] + model.actuator_actnum[i] - 1
             self.least[last], self.most[last] = model.actuator_actrange[i]
         self.slewing, self.slew_rates = _slewing(model)
-        self.held, self.before = 0.0, np.zeros(self.slewing.size)  # [s] since when; setpoints then
+        # [s] since when; setpoints then
+        self.held, self.before = 0.0, np.zeros(self.slewing.size)
         self.targets = self.before
 
     def __call__(self, t: float, y: Array) -> Array:
         """Rates of a state y of shape (n,) at t [s]; raises NotCertifiable."""
-        model, data, nq, nv = self.model, self.data, self.model.nq, self.model.nv
+        model = self.model
+        data = self.data
+        nq = self.model.nq
+        nv = self.model.nv
         self._put(t, y)
         if model.na:
             # Exactly: its rate ends at once where a setpoint arrives, where steps would hover.
@@ -110,7 +116,8 @@ class ContinuousField:
         return np.array(self.data.qacc)
 
     def _in_layer(self) -> Array:
-        model, data = self.model, self.data
+        model = self.model
+        data = self.data
         mujoco.mj_fwdPosition(model, data)
         within = []
         for i in range(data.ncon):
@@ -145,11 +152,13 @@ class ContinuousField:
 
     def hold(self, control: Array, t: float, y: Array) -> None:
         """Hold a control, shape (actuators,), from the state `y` at `t` [s] on."""
-        model, data = self.model, self.data
+        model = self.model
+        data = self.data
         data.ctrl[:] = control
         if self.slewing.size:
             self._put(t, y)
-            self.held, self.before = t, data.act[self.slewing]
+            self.held = t
+            self.before = data.act[self.slewing]
             model.opt.timestep = ENDLESS  # for which no rate is too low
             mujoco.mj_forward(model, data)
             model.opt.timestep = VANISHING
@@ -174,7 +183,9 @@ class ContinuousField:
 def _slewing(model: Any) -> tuple[Array, Array]:
     """Activations of `model` that are setpoints of limited rates, and these rates."""
     places = {int(getattr(mujoco.mjtDyn, k, -1)): place for k, place in SLEW_RATES.items()}
-    kinds = zip(model.actuator_dyntype, model.actuator_actadr, model.actuator_dynprm, strict=True)
+    kinds = zip(
+        model.actuator_dyntype, model.actuator_actadr, model.actuator_dynprm, strict=True
+    )
     rates = {int(at): prm[places[kind]] for kind, at, prm in kinds if kind in places}
     limited = {at: float(rate) for at, rate in rates.items() if rate > 0.0}
     return np.array(list(limited), int), np.array(list(limited.values()))

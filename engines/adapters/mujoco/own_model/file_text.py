@@ -23,7 +23,8 @@ from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.adapters.mujoco.options import collected, disabled
 from plumbob.engines.own_motion import Change
 
-MARK = 1e6  # [m] a margin that no model has, and numbers from there on: an element is known by it
+# [m] a margin that no model has, and numbers from there on: an element is known by it
+MARK = 1e6
 Makers = Mapping[tuple[str, int], int]
 """{(kind, number in the compiled model): the element that makes it}"""
 
@@ -57,8 +58,11 @@ def _read(file: Path, folder: Path) -> Element:
     root = ElementTree.parse(file, parser).getroot()
     for parent in list(root.iter()):
         for include in parent.findall("include"):
-            named, at = include.attrib["file"], list(parent).index(include)
-            other = next((p / named for p in (file.parent, folder) if (p / named).is_file()), None)
+            named = include.attrib["file"]
+            at = list(parent).index(include)
+            other = next(
+                (p / named for p in (file.parent, folder) if (p / named).is_file()), None
+            )
             if other is None:
                 raise ValueError(f"{named} is not there")
             parent[at : at + 1] = list(_read(other, folder))
@@ -74,7 +78,9 @@ def _editable(element: Element, within: tuple[str, ...] = ()) -> Iterator[Elemen
         yield from _editable(child, (*within, child.tag))
 
 
-def _written(root: Element, edits: Mapping[int, Mapping[str, str]], more: Element | None) -> str:
+def _written(
+    root: Element, edits: Mapping[int, Mapping[str, str]], more: Element | None
+) -> str:
     """The text of a file whose editable elements have these attributes too, with `more` at the
     end."""
     root = deepcopy(root)
@@ -105,12 +111,16 @@ def _makers(root: Element, part: Path) -> Makers:
 
 def _in_text(change: Change, makers: Makers) -> Change | None:
     """The part of a change that the text can be given: elements all of whose geoms are in it."""
-    sets, before, after, made = [], 0, 0, Counter(makers.values())
+    sets = []
+    before = 0
+    after = 0
+    made = Counter(makers.values())
     for field, indices, value in change.sets:
         of = {i: makers[at] for i in indices if (at := (field.partition("_")[0], i)) in makers}
         changed = Counter(of.values())
         some = tuple(i for i, element in of.items() if changed[element] == made[element])
-        before, after = before + len(indices), after + len(some)
+        before = before + len(indices)
+        after = after + len(some)
         if some or not indices:
             sets.append((field, some, value))
     if not sets:
@@ -122,7 +132,8 @@ def _in_text(change: Change, makers: Makers) -> Change | None:
 def _without(root: Element, changes: Sequence[Change], makers: Makers) -> str:
     """The text of the file with these changes."""
     edits: dict[int, dict[str, str]] = {}
-    option, flags = Element("option"), 0
+    option = Element("option")
+    flags = 0
     for field, indices, value in (setting for change in changes for setting in change.sets):
         kind, _, name = field.partition("_")
         for i in indices:

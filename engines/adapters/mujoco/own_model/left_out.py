@@ -23,7 +23,8 @@ def changes(model: Any, met: set[tuple[int, ...]]) -> Iterator[Change]:
     are all that touched."""
     collides = (model.geom_contype | model.geom_conaffinity) != 0
     yield from _never_touching(model, collides, met)
-    disabled, idle = int(model.opt.disableflags), needless_stages(model)
+    disabled = int(model.opt.disableflags)
+    idle = needless_stages(model)
     constrained = not idle & BITS.mjDSBL_CONSTRAINT
     sensors = int(BITS.mjDSBL_SENSOR)
     stages = {
@@ -50,7 +51,9 @@ def _never_touching(model: Any, collides: Any, met: set[tuple[int, ...]]) -> Ite
     touched = {geom for pair in met for geom in pair}
     if never := tuple(i for i in np.flatnonzero(collides).tolist() if i not in touched):
         off = (("geom_contype", never, 0), ("geom_conaffinity", never, 0))
-        which = f"{len(never)} geoms that never touch" if never[1:] else "1 geom that never touches"
+        which = (
+            f"{len(never)} geoms that never touch" if never[1:] else "1 geom that never touches"
+        )
         yield Change(f"collisions of {which}", off)
     pairs = np.sort(np.stack([model.pair_geom1, model.pair_geom2], axis=1), axis=1).tolist()
     if apart := tuple(i for i, pair in enumerate(pairs) if tuple(pair) not in met):

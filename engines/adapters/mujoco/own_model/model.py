@@ -50,7 +50,8 @@ from plumbob.engines.peer_model import Joint, Layout
 
 INTEGRATORS = ("euler", "rk4", "implicit", "implicitfast")
 OFFERED = ("euler", "implicitfast", "rk4")  # those that a user would try
-WRITTEN = MappingProxyType({"euler": "Euler", "rk4": "RK4"})  # in a file; the others as they are
+# in a file; the others as they are
+WRITTEN = MappingProxyType({"euler": "Euler", "rk4": "RK4"})
 # Every array of time constants that refsafe raises to two steps, and the fields one of which is not
 # 0 where they act; no field: always.
 TIME_CONSTANTS = MappingProxyType(
@@ -187,14 +188,18 @@ class MujocoModel:
         return MujocoTerms(self.effective, self._begun(self.effective))
 
     @collected()
-    def stepped(self, script: Script, integrator: str, parts: int, single: bool = False) -> Stepped:
+    def stepped(
+        self, script: Script, integrator: str, parts: int, single: bool = False
+    ) -> Stepped:
         """Its own steps, `parts` in a control period; with its state rounded to `single` precision
         after each, if asked."""
         model = _set(copy.copy(self.effective), integrator, script.period / parts)
         data = self._begun(model)
         put(data, script.start)
         states = np.full((len(script.controls) + 1, script.start.size), np.nan)
-        states[0], why, capped = script.start, "", 0
+        states[0] = script.start
+        why = ""
+        capped = 0
         begin = time.thread_time()
         for k, control in enumerate(script.controls):
             data.ctrl[:] = control
@@ -239,7 +244,9 @@ class MujocoModel:
     def changes(self, script: Script) -> tuple[Change, ...]:
         """Features to remove, chosen from its own steps under `script`, each to be tried."""
         with collected():
-            pairs = (pair for data in self._looks(script) for pair in data.contact.geom.tolist())
+            pairs = (
+                pair for data in self._looks(script) for pair in data.contact.geom.tolist()
+            )
             met = {tuple(sorted(pair)) for pair in pairs}
         return tuple(left_out.changes(self.effective, met))
 
@@ -271,9 +278,11 @@ class MujocoModel:
         return replace(self, effective=model)
 
     def _begun(self, model: Any) -> Any:
-        data, start = mujoco.MjData(model), self.start
+        data = mujoco.MjData(model)
+        start = self.start
         if model.nmocap:
-            data.mocap_pos[:], data.mocap_quat[:] = start.mocap_pos, start.mocap_quat
+            data.mocap_pos[:] = start.mocap_pos
+            data.mocap_quat[:] = start.mocap_quat
         if model.neq:
             data.eq_active[:] = start.eq_active
         return data
@@ -285,7 +294,8 @@ class MujocoModel:
     def poses(self, states: Array) -> Array:
         """Centres of mass of the bodies [m] and their attitudes as quaternions, scalar first, shape
         (len(states), bodies, 7)."""
-        model, data = self.effective, self._begun(self.effective)
+        model = self.effective
+        data = self._begun(self.effective)
         poses = np.full((len(states), model.nbody, 7), np.nan)
         for k, state in enumerate(states):
             if np.isfinite(state[: model.nq]).all():
@@ -356,7 +366,9 @@ def own_model(model: Any, name: str, start: Start = AS_IT_STANDS) -> MujocoModel
     if integrator not in INTEGRATORS:
         raise NotCertifiable(f"its integrator is {integrator}")
     refusals = {n: why for n in INTEGRATORS if (why := _refusal(model, n))}
-    notes = _notes(model, data) + tuple(f"{n} is not tried: {why}" for n, why in refusals.items())
+    notes = _notes(model, data) + tuple(
+        f"{n} is not tried: {why}" for n, why in refusals.items()
+    )
     stepped = tuple(n for n in dict.fromkeys((integrator, *INTEGRATORS)) if n not in refusals)
     tried = tuple(n for n in dict.fromkeys((integrator, *OFFERED)) if n in stepped)
     refsafe = not model.opt.disableflags & REFSAFE

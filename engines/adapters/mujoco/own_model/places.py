@@ -24,7 +24,8 @@ def place(model: Any, data: Any, weights: Array) -> Place:
     """The joint, or the actuator by its activation, that has most of the `weights` of positions,
     velocities and activations, in the state of `data`, whose constraints are known."""
     nv = model.nv
-    places, activations = weights[:nv] + weights[nv : 2 * nv], weights[2 * nv :]
+    places = weights[:nv] + weights[nv : 2 * nv]
+    activations = weights[2 * nv :]
     by_joint = np.bincount(model.dof_jntid, places, model.njnt)
     if activations.size and activations.max() > by_joint.max():
         at = np.searchsorted(model.actuator_actadr, int(np.argmax(activations)), "right") - 1
@@ -38,7 +39,8 @@ def place(model: Any, data: Any, weights: Array) -> Place:
     unit = "kg" if slides else "kg m²"
     on = f" on {inertia:.2g} {unit}"
     heavier = tuple(
-        ("dof_armature", (k,), float(model.dof_armature[k]) + _rounded(inertia)) for k in degrees
+        ("dof_armature", (k,), float(model.dof_armature[k]) + _rounded(inertia))
+        for k in degrees
     )
     return Place(
         _name(model.joint(joint), "joint", joint),
@@ -75,7 +77,9 @@ def _weaker(
     values = np.ravel(getattr(model, field))[list(at)]
     if values[0] != 0.0:
         name = f"{what} {abs(values[0]):.4g}{on}"
-        sets = ((field, (k,), WEAKER * float(value)) for k, value in zip(at, values, strict=True))
+        sets = (
+            (field, (k,), WEAKER * float(value)) for k, value in zip(at, values, strict=True)
+        )
         yield Element(name, Change(name, tuple(sets)), remedy)
 
 
@@ -85,7 +89,8 @@ def _actuators(model: Any, data: Any, degrees: Sequence[int], unit: str) -> Iter
         rows = (data.moment_rownnz, data.moment_rowadr, data.moment_colind)
         mujoco.mju_sparse2dense(moments, data.actuator_moment, *rows)
     for i in np.flatnonzero(moments[:, degrees].any(axis=1)).tolist():
-        inertia, first = _inertia(model, data, moments[i]), i * model.actuator_biasprm.shape[1]
+        inertia = _inertia(model, data, moments[i])
+        first = i * model.actuator_biasprm.shape[1]
         stiffness, damping = (-float(model.actuator_biasprm[i, k]) for k in (1, 2))
         critical = _rounded(2.0 * math.sqrt(max(stiffness, 0.0) * inertia))
         wanted = critical if critical > damping else _rounded(damping / 2.0)

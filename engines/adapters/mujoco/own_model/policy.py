@@ -18,7 +18,8 @@ def recorded(model: Any, data: Any, policy: Policy, period: float, duration: flo
     """Controls of a compiled `model`, shape (periods, actuators), from its mjData on: `policy` is
     called with time [s], positions and velocities at the beginning of each `period` [s], the
     multiple of the model's step that is nearest. Raises ParameterError."""
-    held, controls = max(1, round(period / model.opt.timestep)), list[Array]()
+    held = max(1, round(period / model.opt.timestep))
+    controls = list[Array]()
     with collected():
         for _ in range(max(1, round(duration / (held * model.opt.timestep)))):
             state = float(data.time), np.array(data.qpos), np.array(data.qvel)

@@ -44,7 +44,14 @@ def readings(model: Any, data: Any, states: Array) -> Signals:
             momentum = free * np.linalg.norm(data.subtree_linvel[0])
             depth, beyond = _beyond(data)
             missed = np.abs(_places(data, KINDS.mjCNSTR_EQUALITY)).max(initial=0.0)
-            measured[:, k] = data.energy.sum(), momentum, depth, _slip(model, data), beyond, missed
+            measured[:, k] = (
+                data.energy.sum(),
+                momentum,
+                depth,
+                _slip(model, data),
+                beyond,
+                missed,
+            )
     has = np.nanmax(np.abs(measured), axis=1, initial=0.0) > 0.0
     return {name: of for name, of, some in zip(NAMES, measured, has, strict=True) if some}
 
@@ -71,7 +78,8 @@ def _places(data: Any, *kinds: Any) -> Array:
 def _slip(model: Any, data: Any) -> float:
     """The largest speed [m/s] across the normal of two geoms that touch, 0 where none do."""
     fastest = 0.0
-    first, other = np.zeros((3, model.nv)), np.zeros((3, model.nv))
+    first = np.zeros((3, model.nv))
+    other = np.zeros((3, model.nv))
     for contact in data.contact:
         if contact.dist > 0.0 or contact.geom.min() < 0:
             continue  # not touching, or of a flex

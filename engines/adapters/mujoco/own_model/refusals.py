@@ -17,10 +17,14 @@ CALLBACKS = ("act_bias", "act_dyn", "act_gain", "contactfilter", "control", "pas
 def refused(model: Any) -> None:
     """Raises NotCertifiable for what has a state, or a use of the step, that no continuous motion
     has."""
-    option, enabled = model.opt, mujoco.mjtEnableBit
+    option = model.opt
+    enabled = mujoco.mjtEnableBit
     set_callbacks = [n for n in CALLBACKS if getattr(mujoco, f"get_mjcb_{n}")() is not None]
     reasons = (
-        (bool(model.nplugin and sum(model.plugin_statenum)), "a plugin with a state of its own"),
+        (
+            bool(model.nplugin and sum(model.plugin_statenum)),
+            "a plugin with a state of its own",
+        ),
         (_jumps(model), "a plugin with a slew limit, which its first step is free of"),
         (bool(set_callbacks), f"a callback: mjcb_{', mjcb_'.join(set_callbacks)}"),
         (bool(np.any(getattr(model, "actuator_delay", 0.0))), "an actuator with a delay"),
@@ -41,7 +45,8 @@ def _jumps(model: Any) -> bool:
         return False
     model = copy.copy(model)
     low, high = model.actuator_ctrlrange.T
-    far, rates = np.where(abs(low) > abs(high), low, high), []
+    far = np.where(abs(low) > abs(high), low, high)
+    rates = []
     for model.opt.timestep in (VANISHING, 2.0 * VANISHING):
         data = mujoco.MjData(model)
         data.ctrl[:] = np.where(model.actuator_ctrllimited, far, 1.0)

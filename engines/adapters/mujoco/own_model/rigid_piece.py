@@ -107,7 +107,8 @@ def _left_out(model: Any, data: Any, root: int, plane: int) -> Iterator[str]:
     """Names of all that acts on the free joint of the body at the start, and is not copied."""
     if model.opt.density or model.opt.viscosity:
         yield "the medium"
-    first, floor = model.body_dofadr[root], (data.contact.geom == plane).any(axis=1)
+    first = model.body_dofadr[root]
+    floor = (data.contact.geom == plane).any(axis=1)
     own = [
         kind >= int(mujoco.mjtConstraint.mjCNSTR_CONTACT_FRICTIONLESS) and floor[i]
         for kind, i in zip(data.efc_type, data.efc_id, strict=True)
@@ -131,7 +132,9 @@ def _free_body(model: Any, name: str | None) -> int:
     names = {name_of(model, "body", b): b for b in free}
     if name is not None and name not in names:
         raise ParameterError("body", name, f"a free body: {', '.join(names)}")
-    return names[name] if name is not None else max(free, key=lambda b: model.body_subtreemass[b])
+    return (
+        names[name] if name is not None else max(free, key=lambda b: model.body_subtreemass[b])
+    )
 
 
 def _plane(model: Any, data: Any, root: int) -> tuple[int, list[int]]:
@@ -152,7 +155,9 @@ def _plane(model: Any, data: Any, root: int) -> tuple[int, list[int]]:
     plane = min(reachable, key=lowest)
     for geom in reachable[plane]:
         if model.geom_type[geom] == mujoco.mjtGeom.mjGEOM_SDF:
-            raise NotCertifiable(f"the shape of {name_of(model, 'geom', geom)} cannot be copied")
+            raise NotCertifiable(
+                f"the shape of {name_of(model, 'geom', geom)} cannot be copied"
+            )
     return plane, reachable[plane]
 
 
@@ -182,7 +187,14 @@ def _inertia(data: Any, body: int) -> Array:
 
 
 def _add_geom(
-    spec: Any, piece: Any, model: Any, data: Any, geom: int, name: str, turn: Array, centre: Array
+    spec: Any,
+    piece: Any,
+    model: Any,
+    data: Any,
+    geom: int,
+    name: str,
+    turn: Array,
+    centre: Array,
 ) -> None:
     quaternion = _quaternion(turn.T @ np.array(data.geom_xmat[geom]).reshape(3, 3))
     place = turn.T @ (data.geom_xpos[geom] - centre)
@@ -193,10 +205,12 @@ def _add_geom(
         mesh = int(model.geom_dataid[geom])
         added.meshname = f"mesh_{mesh}"
         if all(m.name != added.meshname for m in spec.meshes):
-            first, count = model.mesh_vertadr[mesh], model.mesh_vertnum[mesh]
+            first = model.mesh_vertadr[mesh]
+            count = model.mesh_vertnum[mesh]
             copied = spec.add_mesh(name=added.meshname)
             copied.uservert = model.mesh_vert[first : first + count].ravel().tolist()
-            first, count = model.mesh_faceadr[mesh], model.mesh_facenum[mesh]
+            first = model.mesh_faceadr[mesh]
+            count = model.mesh_facenum[mesh]
             copied.userface = model.mesh_face[first : first + count].ravel().tolist()
             copied.inertia = mujoco.mjtMeshInertia.mjMESH_INERTIA_CONVEX
     else:
@@ -228,7 +242,9 @@ def _on_the_plane(model: Any) -> None:
         np.linalg.norm(model.geom_pos, axis=1).max() + model.geom_rbound.max()
     )
     mujoco.mj_kinematics(model, near)
-    gaps = (mujoco.mj_geomDistance(model, near, 0, g, 2 * up, None) for g in range(1, model.ngeom))
+    gaps = (
+        mujoco.mj_geomDistance(model, near, 0, g, 2 * up, None) for g in range(1, model.ngeom)
+    )
     model.qpos0[2] = up - min(gaps)
 
 

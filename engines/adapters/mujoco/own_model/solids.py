@@ -36,7 +36,8 @@ def solids(model: Any, data: Any) -> Iterator[Solid]:
 def _shape(model: Any, geom: int) -> tuple[Array, float]:
     """Points of a geom in its own frame [m], shape (n, 3), and the radius [m] that thickens their
     hull; what is neither round nor a mesh is a box."""
-    kind, size = model.geom_type[geom], model.geom_size[geom]
+    kind = model.geom_type[geom]
+    size = model.geom_size[geom]
     if kind in (KIND.mjGEOM_SPHERE, KIND.mjGEOM_CAPSULE):  # a sphere has no length
         return np.outer([-size[1], size[1]], [0.0, 0.0, 1.0]), float(size[0])
     if kind == KIND.mjGEOM_PLANE:
@@ -47,7 +48,11 @@ def _shape(model: Any, geom: int) -> tuple[Array, float]:
         mesh = model.geom_dataid[geom]
         first = model.mesh_vertadr[mesh]
         places = model.mesh_vert[first : first + model.mesh_vertnum[mesh]]
-        furthest = (places @ CORNERS.T).argmax(axis=0), places.argmin(axis=0), places.argmax(axis=0)
+        furthest = (
+            (places @ CORNERS.T).argmax(axis=0),
+            places.argmin(axis=0),
+            places.argmax(axis=0),
+        )
         return np.array(places[np.unique(np.concatenate(furthest))], float), 0.0
     box = model.geom_aabb[geom]
     return box[:3] + CORNERS * box[3:], 0.0

@@ -73,14 +73,17 @@ class TangentMaps:
         n); times `directions`, shape (n, k), if given."""
         wanted = difference * (np.eye(self.size) if directions is None else directions.T)
         rows = [
-            apart(self.model, *(self._stepped(integrator, step, side) for side in (shift, -shift)))
+            apart(
+                self.model, *(self._stepped(integrator, step, side) for side in (shift, -shift))
+            )
             for shift in wanted
         ]
         return np.transpose(rows) / (2.0 * difference)
 
     def _stepped(self, integrator: str, step: float, shift: Array) -> Array:
         """The state a step [s] after a shift of it."""
-        model, data = self.model, self.data
+        model = self.model
+        data = self.data
         model.opt.timestep, model.opt.integrator = step, kind(integrator)
         put(data, shifted(model, self.state, shift))
         data.qacc_warmstart[:] = self.warm
@@ -90,7 +93,8 @@ class TangentMaps:
     def at_rest(self, integrator: str, step: float) -> TangentMaps | None:
         """Those about a state near by that steps of a size [s] leave as it is, stable or not; None
         where none is found; by Newton's method; a body that nothing holds may be anywhere."""
-        maps, before = self, math.inf
+        maps = self
+        before = math.inf
         while True:
             after = maps._stepped(integrator, step, np.zeros(self.size))
             moved = apart(self.model, after, maps.state)
@@ -102,7 +106,8 @@ class TangentMaps:
             free = np.eye(self.size) - maps(integrator, step, DIFFERENCE)
             if not np.isfinite(free).all():
                 return None
-            shift, before = np.asarray(np.linalg.lstsq(free, moved, NEUTRAL)[0], float), size
+            shift = np.asarray(np.linalg.lstsq(free, moved, NEUTRAL)[0], float)
+            before = size
             state = shifted(self.model, maps.state, shift)
             maps = TangentMaps(self.model, self.data, state, self.control)
 
@@ -128,7 +133,12 @@ def for_maps(model: Any) -> Any:
 
 
 def followed(
-    model: Any, several: Sequence[Any], script: Script, begin: int, duration: float, after: float
+    model: Any,
+    several: Sequence[Any],
+    script: Script,
+    begin: int,
+    duration: float,
+    after: float,
 ) -> tuple[float, float]:
     """How many times as far apart as a nudge positions of the first and the last of `several`
     mjData are, at most, when `model` has stepped for a `duration` [s] from the nudge of the last
@@ -139,7 +149,9 @@ def followed(
     nudge *= NUDGE / np.abs(nudge).max()
     for data in several:
         put(data, script.start)
-    furthest, rate, step = 0.0, 0.0, model.opt.timestep
+    furthest = 0.0
+    rate = 0.0
+    step = model.opt.timestep
     nudged = math.ceil(after / step)
     count = nudged + math.ceil(duration / step)
     for k in range(count):

@@ -70,7 +70,8 @@ class SettledFloor:
             self._settle()
 
     def _settle(self) -> None:
-        model, data = self.model, self.data
+        model = self.model
+        data = self.data
         count = max(1, round(SETTLING / model.opt.timestep))
         for _ in range(round(LONGEST / SETTLING)):
             mujoco.mj_step(model, data, count)
@@ -87,7 +88,8 @@ class SettledFloor:
             )
         data.qpos[:2], data.qvel[:], data.time = 0.0, 0.0, 0.0
         mujoco.mj_forward(model, data)
-        self.begun, contacts = np.array(data.qpos), data.contact
+        self.begun = np.array(data.qpos)
+        contacts = data.contact
         # Where they then are, relative to the centre of mass [m], shape (n, 3).
         self.points = contacts.pos.reshape(-1, 3) - data.qpos[:3]
         geoms = contacts.geom.reshape(-1, 2).max(axis=1)  # the plane is geom 0
@@ -108,7 +110,8 @@ class SettledFloor:
         """Positions at the beginning and the ends of `parts` of a `duration` [s], shape (n, 7), up
         to where the body has been slower than `still` [m/s] for a while, and its last speed."""
         count = math.ceil(duration / parts / self.model.opt.timestep)
-        places, speeds = [np.array(self.data.qpos)], [math.inf] * QUIET
+        places = [np.array(self.data.qpos)]
+        speeds = [math.inf] * QUIET
         with collected():
             while len(places) <= parts and max(speeds[-QUIET:]) >= still:
                 mujoco.mj_step(self.model, self.data, count)
@@ -121,12 +124,15 @@ class SettledFloor:
         `duration` [s]."""
         self._begin()
         way = np.array([math.cos(heading), math.sin(heading)])
-        self.data.qvel[:2], self.data.qvel[5] = speed * way, spin
+        self.data.qvel[:2] = speed * way
+        self.data.qvel[5] = spin
         fast = speed + self.gyration * abs(spin)
         places, slow = self._run(duration, PARTS, STILL * fast)
         axes = rotation(places[:, 3:])
         yaws = np.unwrap(np.arctan2(axes[:, 1, 0], axes[:, 0, 0]))
-        return Slide(float(places[-1, :2] @ way), float(yaws[-1] - yaws[0]), slow < RESTS * fast)
+        return Slide(
+            float(places[-1, :2] @ way), float(yaws[-1] - yaws[0]), slow < RESTS * fast
+        )
 
     def drift(self, heading: float, acceleration: float, duration: float) -> float:
         """Speed [m/s] over the second half of `duration` [s] under a horizontal force through the
@@ -151,7 +157,9 @@ def own_contacts(
     with collected():
         data = started(model, start)
         piece = rigid_piece(model, data, body, friction)
-        return MujocoContacts(**vars(piece), name=name, whole=model, start=start, friction=friction)
+        return MujocoContacts(
+            **vars(piece), name=name, whole=model, start=start, friction=friction
+        )
 
 
 @dataclass(frozen=True)
@@ -187,7 +195,8 @@ class MujocoContacts(RigidPiece):
     def standing(self) -> Standing:
         """The body as it rests under its own contacts; raises NotCertifiable."""
         floor = self._settled
-        friction, dimensions = floor.frictions, floor.dimensions
+        friction = floor.frictions
+        dimensions = floor.dimensions
         if (dimensions < 3).any():
             raise NotCertifiable("contacts with the plane have no friction (condim 1)")
         if (friction[:, 0] != friction[:, 1]).any():
@@ -254,7 +263,8 @@ class MujocoContacts(RigidPiece):
 
     def _pasted(self, step: float, stiffness: float) -> Any:
         """The piece with the settings of the method, as they are pasted into MJCF alone."""
-        spec, named = self.spec.copy(), find_method(self.method)
+        spec = self.spec.copy()
+        named = find_method(self.method)
         frictions = self.frictions()
         for pair in list(spec.pairs):
             spec.delete(pair)

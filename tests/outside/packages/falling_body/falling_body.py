@@ -67,7 +67,9 @@ SYSTEM = System(
     reference=lambda body: body,
     invariants=lambda body, observed: {},  # drag does work
     facts=lambda body: {"terminal_speed": body.gravity / body.drag_rate},
-    mjcf=Path(__file__).with_suffix(".xml"),  # there is none: no engine that reads MJCF builds it
+    mjcf=Path(__file__).with_suffix(
+        ".xml"
+    ),  # there is none: no engine that reads MJCF builds it
     family="falling_body",
     builders={"ode": "falling_body_ode"},  # the module that has its equation
 )

@@ -5,7 +5,8 @@ from plumbob.engines.adapters.equation import Equation
 
 def build(problem, method):
     """v' = g - c v, from rest at depth 0."""
-    gravity, drag_rate = problem.gravity, problem.drag_rate
+    gravity = problem.gravity
+    drag_rate = problem.drag_rate
     last = gravity / drag_rate
     return Equation(
         lambda time, depth, speed: gravity - drag_rate * speed,
