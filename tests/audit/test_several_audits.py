@@ -130,6 +130,12 @@ SMALL = Row("a.xml", 0.035, 0.01, "keep", 0, {})
 FINE = replace(SMALL, error=1e-6, data={"resolved": False, "uncertainty": 2e-6})
 
 
+def test_an_error_below_the_certificate_is_a_bound():
+    _, fine, small = several_audits.lines([FINE, SMALL])
+    assert "at most 3 µm" in fine
+    assert "at most" not in small
+
+
 @pytest.mark.parametrize(
     ("rows", "bounded", "message", "color"),
     [
