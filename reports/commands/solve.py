@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -57,8 +57,7 @@ def command(chosen: argparse.Namespace) -> int:
         heads=list(table),
         table=np.transpose(list(table.values())).tolist(),
         held=[] if by_angle else list(observables),
-        units={f"{o.name}_dot": f"{o.unit}/s" for o in case.system.observables}
-        | {o.name: o.unit for o in case.system.observables},
+        units={name: _unit(name, case.system.observables) for name in observables},
         rows=list(zip(times.tolist(), *columns, strict=True)),
         text=_text,
     )
@@ -70,6 +69,15 @@ def _uncertainty(reference: Reference, times: Array) -> dict[str, Array]:
     would have that of the latest."""
     each = [reference.uncertainty(times[i : i + 1]) for i in range(times.size)]
     return {name: np.concatenate([values[name] for values in each]) for name in each[0]}
+
+
+def _unit(name: str, known: Sequence[Observable]) -> str:
+    """The unit of an observed value: its own, that of what it is a rate of, or an angle's."""
+    of, _, last = name.rpartition("_")
+    own = [o.unit for o in known if o.name == name]
+    if not own and last in ("dot", "rate"):
+        return f"{_unit(of, known)}/s"
+    return own[0] if own else "rad" if "angle" in name else ""
 
 
 def _plain(value: Any) -> Any:

@@ -1,11 +1,12 @@
 """`plumbob solve` prints the digits that double precision holds, and no others."""
 
 import json
+import re
 
 import numpy as np
 import pytest
 
-from plumbob.models.registry import case_of, scene
+from plumbob.models.registry import case_of, scene, systems
 from plumbob.reports.cli import main
 
 
@@ -69,6 +70,8 @@ def test_a_fact_is_an_array_where_each_manoeuvre_ends(capsys):
     assert "\n  ends: [0.2" in capsys.readouterr().out
 
 
-def test_rates_beside_the_observables_have_units(capsys):
-    assert main(["solve", "slider-crank", "--times", "0"]) == 0
-    assert "angle_dot [rad/s]" in capsys.readouterr().out
+@pytest.mark.parametrize("system", systems())
+def test_each_column_has_its_unit(system, capsys):
+    assert main(["solve", system, "--times", "0"]) == 0
+    *_, heads, _ = capsys.readouterr().out.splitlines()
+    assert re.fullmatch(r"(?: +\w+ \[(?:1|s|N|(?:m|rad)(?:/s)?)\])+", heads)
