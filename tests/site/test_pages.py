@@ -12,6 +12,7 @@ from plumbob.analytic.schemes import RK4, Scheme
 from plumbob.engines.method import Method
 from plumbob.engines.study.provenance import Provenance
 from plumbob.engines.study.results import Analysed
+from plumbob.models.registry import scene as find_scene
 from plumbob.reports.cli import main
 from plumbob.reports.view.site import writing
 from plumbob.reports.view.site.writing import content, one_file, site, write_page
@@ -171,3 +172,11 @@ def test_the_old_site_is_whole_until_the_new_one_is_there(tmp_path, monkeypatch)
 
 def _full(*_, **more):
     raise OSError("no space left")
+
+
+def test_a_system_that_no_method_is_meant_for_has_no_page(tmp_path):
+    study = made_up([(Method("made/up", Scheme(RK4), 4), (1e-3, 1e-4), lambda h: h)])
+    more = replace(study, scenes=(*study.scenes, find_scene("servo/joint-damped")))
+    files = site_files(write_page(recorded(more), tmp_path))
+    assert broken_links({f: Document(f.read_text("utf-8")) for f in files}) == []
+    assert {"cone-pendulum", "servo"} & {f.stem for f in files} == {"cone-pendulum"}

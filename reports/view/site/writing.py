@@ -6,7 +6,7 @@ import base64
 import tempfile
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from types import MappingProxyType
@@ -124,6 +124,8 @@ def content(study: Study) -> Content:
     """The content of the pages of `study`; raises as `records_of`."""
     records = records_of(study)
     every = results_of(study, records)
+    asked = {scene for scene, _ in every}  # of others no method is meant for what the study has
+    study = replace(study, scenes=tuple(s for s in study.scenes if s.name in asked))
     views = _views(study, records, every)
     common = _common(study, records, views, every)
     return Content(common, _pages(views, common))
@@ -136,7 +138,8 @@ def _views(study: Study, records: Records, every: Results) -> list[View]:
     }
     ran = {scene.system for scene in study.scenes if scene.name in done}
     # The exact motion of another package, which no run was held to, may be a defect.
-    systems = {s.name: s for s in records.study.systems if s.name in ran or not s.added}
+    here = {scene.system for scene in study.scenes}
+    systems = {s.name: s for s in records.study.systems if s.name in (ran if s.added else here)}
     return [
         system_view(study, records, systems[name], every)
         for name in sorted(systems, key=matrix.rank)
