@@ -135,9 +135,10 @@ class Workers(Executor):
 
     def submit(self, do: Callable[..., Any], /, *arguments: Any, **named: Any) -> Future[Any]:
         """As any executor: the workers take turns, and a task is tried once."""
-        self.begin(self.count)
+        turn = self._submitted % self.count
+        self.begin(turn + 1)
         self._submitted += 1
-        worker = self._workers[self._submitted % self.count]
+        worker = self._workers[turn]
         return worker.submit(partial(do, *arguments, **named))
 
     def _living(self) -> list[_Worker]:

@@ -41,7 +41,7 @@ def changes(old: Stored, new: Stored) -> tuple[Moved, ...]:
     """Everything that two audits, as plain data, tell apart. An error that no longer has a value
     counts as infinite, one below what the references are known to as none."""
     if "fields" not in old:
-        return (Moved("audit", f"none: {old.get('why')}", "there is one"),)
+        return (Moved("audit", f"none: {old['why']}", "there is one"),)
     was = _settings(old)
     now = _settings(new)
     return (

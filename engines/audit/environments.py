@@ -55,7 +55,7 @@ def rollout(environment: Any, policy: Policy, duration: float) -> Array:
         for _ in range(max(1, round(duration / inner.dt))):
             try:
                 observation, _, ended, late, _ = environment.step(policy(observation))
-            except Exception as error:
+            except (Exception, SystemExit) as error:
                 what = (
                     f"a function of an observation that returns an action ({one_line(error)})"
                 )

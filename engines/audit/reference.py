@@ -166,6 +166,7 @@ class _Watch:
             raise NotCertifiable(f"{OUT_OF_TIME} at {at:.4g} s")
 
 
+@np.errstate(all="ignore")  # a motion without bounds is refused below
 def computed(
     model: OwnModel,
     script: Script,

@@ -117,6 +117,7 @@ class Point:
         return self.maps.at_rest(integrator, step) if self.rests else self.maps
 
 
+@np.errstate(over="ignore")
 def excess(jacobian: Array, rates: Array, step: float) -> float:
     """The largest factor by which a mode of a step grows beyond its partner among the modes of the
     continuous motion, of these `rates` [1/s], or beyond 1."""
@@ -297,6 +298,7 @@ def tried_below(course: Course, limit: Limit) -> Limit:
     return replace(limit, chatters=float(tried[first])) if first else limit
 
 
+@np.errstate(over="ignore")
 def culprit(course: Course, limit: Limit) -> tuple[Place, Element | None]:
     """The place that takes part most in the first mode, by magnitude, that exceeds its partner of
     the continuous motion a little beyond a limit, at the state that sets it; and of the elements

@@ -11,7 +11,6 @@ import sys
 import time
 import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import suppress
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -34,7 +33,7 @@ from plumbob.engines.own_motion import AS_IT_STANDS, Policy, Start
 from plumbob.reports.audit_from_python import BUDGET, audit, audit_contacts, user_models
 from plumbob.reports.commands import several_audits
 from plumbob.reports.commands.arguments import values
-from plumbob.reports.commands.several_audits import Row, model_files, refused, shared_folder
+from plumbob.reports.commands.several_audits import Row, model_files, page_names, refused
 from plumbob.reports.view.audit.page import answered, lines, page, rows
 from plumbob.reports.view.audit.records import record
 from plumbob.reports.view.content import Finding
@@ -63,7 +62,6 @@ OF_MOTION = (
 )
 OF_CONTACTS = ("body", "speed", "friction")
 OF_FILES = ("model", "keyframe", "qpos", "qvel", "ctrl_period", "contacts")
-REFUSED = frozenset(["model", "path", "error", "why"])  # keys of a file that has no audit
 
 
 def command(chosen: argparse.Namespace) -> int:
@@ -74,35 +72,32 @@ def command(chosen: argparse.Namespace) -> int:
     _checked(chosen)
     files = None if chosen.gym else model_files(chosen.model)
     alone = files is None
+    models = files or [Path(chosen.gym or chosen.model[0])]
     began = time.time()
     done = list[Row]()
-    if chosen.write_trimmed and (
-        not alone or chosen.gym or Path(chosen.model[0]).suffix in OTHER
-    ):
+    if chosen.write_trimmed and (not alone or chosen.gym or models[0].suffix in OTHER):
         what = "left out, but with a single MJCF file"
         raise ParameterError("write trimmed", chosen.write_trimmed, what)
+    _writable(chosen, models)
+    audited = partial(_audited, chosen=chosen, pages=page_names(models))
     with progress() as show:
         if files is None:
             try:
-                model = (
-                    environment(chosen.gym, chosen.seed)
-                    if chosen.gym
-                    else Path(chosen.model[0])
-                )
+                model = environment(chosen.gym, chosen.seed) if chosen.gym else models[0]
             except ImportError as why:
                 print(f"plumbob: {why}: pip install 'plumbob[robots]'", file=sys.stderr)
                 return MISSING
             shown: dict[str, Any] = {"progress": lambda what: show(what, 0, 0)}
             if not chosen.json:
                 shown["begun"] = partial(_first_line, name=chosen.gym)
-            rows = iter([_audited(model, chosen, "", chosen.jobs, **shown)])
+            rows = iter([audited(model, jobs=chosen.jobs, **shown)])
         else:
-            each = partial(_audited, chosen=chosen, shared=shared_folder(list(map(str, files))))
-            rows = several_audits.audited(files, each, chosen.jobs, PATIENCE * chosen.budget)
+            limit = PATIENCE * chosen.budget
+            rows = several_audits.audited(files, audited, chosen.jobs, limit)
         for row in rows:
             done.append(row)
             if not alone:
-                show(f"{row.path} audited", len(done), len(files or ()))
+                show(f"{row.path} audited", len(done), len(models))
     _report(several_audits.sorted_rows(done), chosen, alone, began)
     return max(row.code for row in done)
 
@@ -142,17 +137,17 @@ def _report(done: Sequence[Row], chosen: argparse.Namespace, alone: bool, began:
 
 def _checked(chosen: argparse.Namespace) -> None:
     """Fill in what is left out; raises ParameterError for what does not fit."""
-    from plumbob.reports.commands.validate import replaceable, writable
-
     if chosen.policy is not None and chosen.ctrl != "rest":
         raise ParameterError("ctrl", chosen.ctrl, "left out with --policy")
     if chosen.fail_above is not None and chosen.against is None:
         raise ParameterError("fail-above", chosen.fail_above, "given with --against")
     if chosen.gym:
         _without(chosen, OF_FILES, "left out with --gym")
-        chosen.seed = values.count("seed", chosen.seed) if chosen.seed not in (None, "0") else 0
-    elif not chosen.model or chosen.seed is not None:
-        raise ParameterError("model", chosen.model or None, "a file, or --gym with its --seed")
+        chosen.seed = values.count("seed", chosen.seed or "0", 0)
+    elif chosen.seed is not None:
+        raise ParameterError("seed", chosen.seed, "given with --gym")
+    elif not (chosen.model and all(chosen.model)):
+        raise ParameterError("model", chosen.model or None, "a file, or --gym in its place")
     if chosen.contacts:
         _without(chosen, OF_MOTION, "left out with --contacts")
     else:
@@ -161,13 +156,25 @@ def _checked(chosen: argparse.Namespace) -> None:
     chosen.jobs = chosen.jobs or 1
     if chosen.write_trimmed is not None:
         new_file(Path(chosen.write_trimmed))
-    if chosen.out is not None and Path(chosen.out).exists() and not Path(chosen.out).is_dir():
-        raise ParameterError("out", chosen.out, "a folder to write into")
-    for name in ("junitxml", "badge"):
-        if file := getattr(chosen, name):
-            writable(name, replaceable(name, Path(file)).parent)
     if chosen.against is not None:
         chosen.against = stored_audits(Path(chosen.against))
+
+
+def _writable(chosen: argparse.Namespace, models: Sequence[Path]) -> None:
+    """Raises ParameterError where something asked for cannot be written, or would replace one of
+    the `models`."""
+    from plumbob.reports.commands.validate import replaceable, writable
+
+    taken = {path.resolve() for path in models}
+    for name in ("junitxml", "badge"):
+        if file := getattr(chosen, name):
+            target = replaceable(name, Path(file))
+            if target in taken:
+                raise ParameterError(name, file, "a file of its own, no model")
+            taken.add(target)
+            writable(name, target.parent)
+    if chosen.out is not None:
+        writable("out", Path(chosen.out))
 
 
 def _without(chosen: argparse.Namespace, names: Sequence[str], what: str) -> None:
@@ -180,18 +187,18 @@ def _without(chosen: argparse.Namespace, names: Sequence[str], what: str) -> Non
 def _audited(
     model: Any,
     chosen: argparse.Namespace,
-    shared: str,
+    pages: Mapping[str, str],
     jobs: int = 1,
     **shown: Any,
 ) -> Row:
     """All that is printed of the audit of a file, or environment, its page written where one is
-    wanted, by its path from the folder that all files share; or why it has none."""
+    wanted, by the name that `pages` has for it; or why it has none."""
     path = chosen.gym or str(model)
     try:
         result = _result(model, path, chosen, jobs, **shown)
         answer = answered(result)
         missed = "; ".join(_missed(result, chosen))
-        name = "" if chosen.out is None else _written(answer, result, path, chosen, shared)
+        name = "" if chosen.out is None else _written(answer, result, pages[path], chosen)
     except ParameterError as why:
         return refused(path, str(why))
     error = result.error(result.own[0]) if isinstance(result, ContactAudit) else result.error
@@ -212,17 +219,14 @@ def _audited(
 def _written(
     answer: Finding,
     result: Audit | ContactAudit,
-    path: str,
+    name: str,
     chosen: argparse.Namespace,
-    shared: str,
 ) -> str:
     """The name of the page of an audit, written; raises ParameterError where it cannot be."""
     from plumbob.reports.analyses.replay.geoms import audited
 
     shown = audited(result) if isinstance(result, Audit) else None
-    parts = Path(os.path.relpath(path, shared) if shared else Path(path).name).parts
-    ending = "-contacts.html" if chosen.contacts else ".html"
-    name = "-".join(("audit", *parts)).removesuffix(".xml") + ending
+    name += "-contacts.html" if chosen.contacts else ".html"
     try:
         written(page(answer, result, chosen.line, shown), Path(chosen.out), name)
     except OSError as error:
@@ -289,14 +293,15 @@ def _missed(result: Audit | ContactAudit, chosen: argparse.Namespace) -> Iterato
 
 def stored_audits(file: Path) -> list[Any]:
     """The audits of motions in a file, as --json printed them; raises ParameterError."""
-    content: Any = None
-    with suppress(ValueError, RecursionError):
+    what = "a file that this `plumbob audit --json` has printed"
+    try:
         content = json.loads(file.read_text("utf-8")) if file.is_file() else None
-    stored: list[Any] = content if isinstance(content, list) else [content]
-    kind = {"fields", "error_over_time"}
-    if not all(isinstance(o, dict) and (kind <= {*o} or {*o} == REFUSED) for o in stored):
-        what = "a file that `plumbob audit --json` has printed"
-        raise ParameterError("against", str(file), what)
+        stored: list[Any] = content if isinstance(content, list) else [content]
+        for old in stored:
+            Path(old.get("path", old["model"]))
+            changes(old, old)  # reads all that a comparison will
+    except (ValueError, TypeError, LookupError, AttributeError, RecursionError):
+        raise ParameterError("against", str(file), what) from None
     return stored
 
 
@@ -352,7 +357,7 @@ def policy_of(name: str) -> Policy:
     sys.path.insert(0, os.getcwd())
     try:
         found = pkgutil.resolve_name(name)
-    except Exception as error:
+    except (Exception, SystemExit) as error:
         raise ParameterError("policy", name, f"MODULE:FUNCTION ({one_line(error)})") from None
     finally:
         sys.path.remove(os.getcwd())

@@ -30,6 +30,7 @@ PAGE = "audit-models.html"
 OWN_PAGE = re.compile(r'href="#(audit-[^"]*\.html)"')
 SETS = re.compile(r"\b(?:timestep|integrator|solref)\s*=")  # what a step's error depends on
 ESCAPED = str.maketrans({"%": "%25", "\r": "%0D", "\n": "%0A"})  # in a workflow command
+IN_PROPERTY = ESCAPED | str.maketrans({":": "%3A", ",": "%2C"})
 ANSWERS = ("reference", "your error", "to do")  # lines of an audit
 
 
@@ -128,6 +129,22 @@ def shared_folder(paths: Sequence[str]) -> str:
     return os.path.commonpath([os.path.dirname(os.path.abspath(path)) for path in paths])
 
 
+def page_names(files: Sequence[Path]) -> dict[str, str]:
+    """The name of each file's page, without its ending: its path from the folder that all share,
+    and -2 where another page has that name."""
+    shared = shared_folder(list(map(str, files)))
+    taken = {PAGE.removesuffix(".html")}
+    names = dict[str, str]()
+    for path in map(str, files):
+        parts = Path(os.path.relpath(path, shared)).parts
+        name = "-".join(("audit", *parts)).removesuffix(".xml")
+        while name in taken:
+            name += "-2"
+        names[path] = name
+        taken.add(name)
+    return names
+
+
 def named(rows: Sequence[Row]) -> list[tuple[str, Row]]:
     """The rows with their paths from the folder that all share."""
     shared = shared_folder([row.path for row in rows])
@@ -154,8 +171,9 @@ def workflow_commands(row: Row) -> Iterator[str]:
     answer = "\n".join(line for line in row.lines if line.startswith(ANSWERS))
     message = (row.missed or (row.says if row.code else answer)).translate(ESCAPED)
     kind = "error" if row.code else "notice"
+    place = row.path.translate(IN_PROPERTY)
     for number in numbers:
-        yield f"::{kind} file={row.path},line={number},title=plumbob audit::{message}"
+        yield f"::{kind} file={place},line={number},title=plumbob audit::{message}"
 
 
 def write_page(rows: Sequence[Row], folder: Path, command: str, seconds: float) -> Path:

@@ -90,6 +90,8 @@ def test_what_is_advised_depends_on_the_error(found):
         (".02 1", 'energy="disable"', True),  # refsafe raises 20 ms to 40 ms
         (".05 1", 'energy="disable"', False),
         (".02 1", 'refsafe="disable"', False),  # the file has it off
+        (".02 1", 'contact="disable"', False),  # nothing to soften
+        (".02 1", 'constraint="disable"', False),
     ],
 )
 def test_refsafe_is_advised_where_it_makes_a_difference(solref, flags, unguarded):

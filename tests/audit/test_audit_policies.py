@@ -38,7 +38,9 @@ def test_what_is_replayed_is_the_users_own_loop_to_the_bit(held):
 def test_on_the_command_line(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "rod.xml").write_text(ROD)
-    (tmp_path / "holding_rod.py").write_text("def act(time, qpos, qvel):\n    return -qpos\n")
+    (tmp_path / "holding_rod.py").write_text(
+        "def act(time, qpos, qvel):\n    return -qpos\ndef leaves(*state):\n    raise SystemExit\n"
+    )
     line = ["audit", "rod.xml", "--duration", "0.05", "--budget", "1"]
     assert main([*line, "--policy", "holding_rod:act"]) == 0
     assert (
@@ -50,6 +52,7 @@ def test_on_the_command_line(tmp_path, monkeypatch, capsys):
         "holding_rod:none",
         "no_such_module:act",
         "holding_rod:__name__",
+        "holding_rod:leaves",
     ):
         assert main([*line, "--policy", wrong]) == 2
         err = capsys.readouterr().err

@@ -87,6 +87,8 @@ def _files(tmp_path, monkeypatch):
     for name, content in written.items():
         Path(name).write_text(content, "utf-8")
     Path("secret.xml").chmod(0)
+    latin = text.replace("rod", "r\xf6d")
+    Path("latin.xml").write_text(f'<?xml version="1.0" encoding="latin-1"?>{latin}', "latin-1")
     for name in ("pipe", "pipe.csv"):
         os.mkfifo(name)
     for name in ("folder", "folder.csv"):

@@ -12,7 +12,13 @@ from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.workers import Workers
 from plumbob.reports.cli import main
 from plumbob.reports.commands import several_audits
-from plumbob.reports.commands.several_audits import Row, model_files, refused, write_badge
+from plumbob.reports.commands.several_audits import (
+    Row,
+    model_files,
+    page_names,
+    refused,
+    write_badge,
+)
 
 ROD = """<mujoco><option timestep="{step}"/><worldbody><body><joint axis="0 1 0"/>
 <geom size=".1" pos=".5 0 0"/></body></worldbody></mujoco>"""
@@ -57,6 +63,26 @@ def test_the_largest_file_is_begun_first(folder, monkeypatch):
     files = [folder / name for name in ("none.xml", "notes.xml", "part.xml", "whole.xml")]
     assert list(several_audits.audited(files, str, 2, 1.0)) == []
     assert [task.key.stem for task in begun] == ["part", "whole", "notes", "none"]
+
+
+def test_each_file_has_a_page_of_its_own():
+    """Also beside one whose path reads the same, and beside the table's."""
+    files = ["a/b-c.xml", "a/b/c.xml", "a/models.xml", "a/models-2.xml"]
+    names = page_names([Path(file) for file in files])
+    assert list(names) == files
+    assert list(names.values()) == [
+        "audit-b-c",
+        "audit-b-c-2",
+        "audit-models-2",
+        "audit-models-2-2",
+    ]
+
+
+def test_a_path_ends_no_workflow_command():
+    """A line break, a comma or a colon in it."""
+    (command,) = several_audits.workflow_commands(refused("a\n::b,c.xml", "no\nmodel"))
+    place = "file=a%0A%3A%3Ab%2Cc.xml,line=1,title=plumbob audit"
+    assert command == f"::error {place}::no%0Amodel"
 
 
 @pytest.mark.long

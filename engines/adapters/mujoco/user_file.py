@@ -82,7 +82,9 @@ def compiled_model(path: Path, name: str, roots: Sequence[str] = ROOTS) -> Any:
     try:
         with options.collected(), warnings.catch_warnings():
             warnings.simplefilter("ignore")  # of the file's own: deprecated attributes
-            return spec.compile()
+            model = spec.compile()
+            bytes(model.names).decode("utf-8")
+            return model
     except (ValueError, TypeError) as error:
         raise ParameterError(name, str(path), f"a model that compiles ({error})") from None
 

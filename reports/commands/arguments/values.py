@@ -58,10 +58,12 @@ def each(read: Callable[[str], T], texts: str | Sequence[str]) -> list[T]:
     return [read(part) for part in (texts.split(",") if isinstance(texts, str) else texts)]
 
 
-def count(name: str, text: str) -> int:
-    """`text` as a whole number of 1 or more, below 2^63; raises ParameterError."""
-    if not (text.isascii() and text.isdigit() and len(text) < 20 and 1 <= int(text) < 2**63):
-        raise ParameterError(name, text, "a whole number, 1 or more")
+def count(name: str, text: str, least: int = 1) -> int:
+    """`text` as a whole number of `least` or more, below 2^63; raises ParameterError."""
+    if not (
+        text.isascii() and text.isdigit() and len(text) < 20 and least <= int(text) < 2**63
+    ):
+        raise ParameterError(name, text, f"a whole number, {least} or more")
     return int(text)
 
 

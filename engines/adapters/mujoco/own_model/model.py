@@ -52,19 +52,19 @@ INTEGRATORS = ("euler", "rk4", "implicit", "implicitfast")
 OFFERED = ("euler", "implicitfast", "rk4")  # those that a user would try
 # in a file; the others as they are
 WRITTEN = MappingProxyType({"euler": "Euler", "rk4": "RK4"})
-# Every array of time constants that refsafe raises to two steps, and the fields one of which is not
-# 0 where they act; no field: always.
+# Every array of time constants that refsafe raises to two steps, the stage that uses them, and the
+# fields one of which is not 0 where they act; no field: always.
 TIME_CONSTANTS = MappingProxyType(
     {
-        "geom_solref": ("geom_contype", "geom_conaffinity"),
-        "jnt_solref": ("jnt_limited",),
-        "dof_solref": ("dof_frictionloss",),
-        "eq_solref": (),
-        "pair_solref": (),
-        "pair_solreffriction": (),
-        "tendon_solref_lim": ("tendon_limited",),
-        "tendon_solref_fri": ("tendon_frictionloss",),
-        "flex_solref": (),
+        "geom_solref": ("contact", "geom_contype", "geom_conaffinity"),
+        "jnt_solref": ("limit", "jnt_limited"),
+        "dof_solref": ("frictionloss", "dof_frictionloss"),
+        "eq_solref": ("equality",),
+        "pair_solref": ("contact",),
+        "pair_solreffriction": ("contact",),
+        "tendon_solref_lim": ("limit", "tendon_limited"),
+        "tendon_solref_fri": ("frictionloss", "tendon_frictionloss"),
+        "flex_solref": ("contact",),
     }
 )
 REFSAFE = int(mujoco.mjtDisableBit.mjDSBL_REFSAFE)
@@ -440,12 +440,14 @@ def clamped_for(model: Any, step: float) -> tuple[Any, Mapping[str, int]]:
     if model.opt.disableflags & REFSAFE:
         return model, changed
     least = SAFE * step
-    for name, switches in TIME_CONSTANTS.items():
+    off = set(disabled(model.opt.disableflags))
+    for name, (stage, *switches) in TIME_CONSTANTS.items():
         values = getattr(model, name, np.zeros((0, 2)))
         short = (values[:, 0] > 0.0) & (values[:, 0] < least)
         values[short, 0] = least
         acting = [getattr(model, switch) != 0 for switch in switches] or [short]
-        if used := int((short & np.any(acting, axis=0)).sum()):
+        used = int((short & np.any(acting, axis=0)).sum())
+        if used and not off & {"constraint", stage}:
             changed[name] = used
     overriding = model.opt.enableflags & mujoco.mjtEnableBit.mjENBL_OVERRIDE
     if overriding and 0.0 < model.opt.o_solref[0] < least:

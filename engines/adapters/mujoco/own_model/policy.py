@@ -34,7 +34,7 @@ def _checked(policy: Policy, state: tuple[float, Array, Array], count: int) -> A
     name = getattr(policy, "__name__", type(policy).__name__)
     try:
         control = np.asarray(policy(*state), dtype=float).reshape(-1)
-    except Exception as error:
+    except (Exception, SystemExit) as error:
         raise ParameterError("policy", name, f"{wanted} ({one_line(error)})") from None
     if control.shape != (count,) or not np.isfinite(control).all():
         raise ParameterError("policy", name, f"{wanted}, not {control.tolist()}")

@@ -15,6 +15,7 @@ import mujoco
 import numpy as np
 
 from plumbob.analytic.reference import Array
+from plumbob.engines.adapters.mujoco.options import collected
 from plumbob.engines.adapters.mujoco.own_model.field import converging
 from plumbob.engines.adapters.mujoco.own_model.left_out import apply
 from plumbob.engines.adapters.mujoco.own_model.places import place
@@ -66,6 +67,7 @@ class TangentMaps:
         self.warm = data.qacc.copy()
         self.size = 2 * model.nv + model.na
 
+    @collected()
     def __call__(
         self, integrator: str, step: float, difference: float, directions: Array | None = None
     ) -> Array:
@@ -90,6 +92,7 @@ class TangentMaps:
         mujoco.mj_step(model, data)
         return state_of(data)
 
+    @collected()
     def at_rest(self, integrator: str, step: float) -> TangentMaps | None:
         """Those about a state near by that steps of a size [s] leave as it is, stable or not; None
         where none is found; by Newton's method; a body that nothing holds may be anywhere."""
