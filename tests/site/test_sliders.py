@@ -22,7 +22,9 @@ SET = """(values) => {
   }
   return {answer: section.answer, command: section.querySelector(".command code").textContent,
     said: section.querySelector("[role=status]").textContent,
-    panels: section.querySelectorAll(".panels svg").length};
+    panels: section.querySelectorAll(".panels svg").length,
+    axis: getComputedStyle(section.querySelector(".panels .a")).fill,
+    energy: section.querySelector(".panels text:last-of-type").textContent};
 }"""
 
 
@@ -77,6 +79,10 @@ def test_a_pendulum_moves_as_the_closed_form_says(visit, index, system, values, 
     assert abs(turned) <= 10 * NEAR
     assert shown["said"].startswith(kind)
     assert shown["panels"] == 4
+    assert shown["axis"] == "none"
+    unit = {"cone-pendulum": "J", "simple-pendulum": "J/kg"}[system]
+    assert shown["energy"] == f"V [{unit}]"
+    assert f" {unit}," in shown["said"]
 
 
 @pytest.mark.long

@@ -131,21 +131,21 @@
       ...ticks(y0, y1).map((v) => `<text class="e" x="${LEFT - 4}" y="${Number(y(v)) + 4}">${text(v)}</text>`)];
     const lines = curves.map(([xs, ys, dashes = ""], k) =>
       `<path class="curve c${k}" stroke-dasharray="${dashes}" d="M${xs.map((v, i) => `${x(v)} ${y(ys[i])}`).join("L")}"/>`);
-    return `<figure><figcaption>${title}</figcaption><svg class="picture" viewBox="0 0 ${WIDE} ${HIGH}" role="img" aria-label="${title}: ${up} over ${across}">` +
+    return `<figure><figcaption>${title}</figcaption><svg viewBox="0 0 ${WIDE} ${HIGH}" role="img" aria-label="${title}: ${up} over ${across}">` +
       `<path class="g" d="${grid.join("")}"/><path class="a" d="M${LEFT} 10V${LOW}H${WIDE - 10}"/>${labels.join("")}${lines.join("")}` +
       `<text class="m" x="${(WIDE + LEFT) / 2}" y="${LOW + 31}">${across}</text><text class="m" x="11" y="86" transform="rotate(-90 11 86)">${up}</text></svg></figure>`;
   };
-  const phases = (motion) => {
+  const phases = (motion, unit = "J") => {
     const angles = Array.from({length: COUNT + 1}, (_, k) => -Math.PI + k * TURN / COUNT);
     const level = [[angles[0], angles[COUNT]], [motion.energy, motion.energy], "6 4"];
-    const panels = [panel("V(θ), dashed: the energy", "θ [rad]", "V [J]", [[angles, angles.map(motion.potential)], level])];
+    const panels = [panel("V(θ), dashed: the energy", "θ [rad]", `V [${unit}]`, [[angles, angles.map(motion.potential)], level])];
     if (motion.theta.length) {
       panels.push(panel("phase curve", "θ [rad]", "dθ/dt [rad/s]", [[motion.theta, motion.speed]]),
         panel("θ(t), from the start", "t [s]", "θ [rad]", [[motion.time, motion.theta]]),
         panel("dθ/dt(t)", "t [s]", "dθ/dt [rad/s]", [[motion.time, motion.speed]]));
     }
     const period = motion.period > 0 && Number.isFinite(motion.period) ? ` of period ${text(motion.period, 6)} s` : "";
-    return {panels, said: `${motion.kind}${period}: energy ${text(motion.energy)} J, barrier ${text(motion.barrier)} J`};
+    return {panels, said: `${motion.kind}${period}: energy ${text(motion.energy)} ${unit}, barrier ${text(motion.barrier)} ${unit}`};
   };
 
   // ---- the systems: what their parameters mean, and what the command needs ----
@@ -175,10 +175,7 @@
       defaults: (p) => p,
       changed: () => ({}),
       shown: (p) => p.damping_rate || p.forcing_amplitude ? driven(p) : swung({a: 0, b: 0, c: p.gravity * p.length, inertia: p.length ** 2, theta: p.theta, rate: p.theta_dot}),
-      drawn: (motion) => {
-        const {panels, said} = phases(motion);
-        return {panels, said: said.replaceAll(" J", " J/kg")};
-      },
+      drawn: (motion) => phases(motion, "J/kg"),
     },
     turn: {
       defaults: (p, {scene, table}) => ({...p, epsilon: Number(scene.split("/")[1]), table: JSON.parse(table)}),
