@@ -31,6 +31,7 @@ UNITS = re.compile(
     r"(?<=\d) (?=(?:%|m?s|[nµmck]?m|rad|N|J|W|°)(?![\w]))"
 )  # no line ends before one
 INDENT = re.compile(r"^ +(?:// .*\n)?", re.MULTILINE)  # of a script, with its remarks
+CODE = re.compile("`([^`]+)`")
 EXPONENT = re.compile(r"-?\d[\d.]*e-\d+")  # a line may end after a hyphen
 PLAIN = " =/:;,.()'-{}!*"  # what an address of data may hold as it is
 STYLE, SCRIPT, PLOTLY, ICON = "page.css", "page.js", "plotly.js", "icon.svg"
@@ -129,11 +130,12 @@ def _environment() -> Environment:
 
 
 def _kept(text: str) -> Markup:
-    """A text in which no line ends inside a number, or before its unit."""
+    """A text in which no line ends inside a number, or before its unit, with its `code` as such."""
     from markupsafe import Markup, escape
 
     escaped = str(escape(UNITS.sub("\u00a0", text)))
-    return Markup(EXPONENT.sub(r"<span class=nowrap>\g<0></span>", escaped))
+    whole = EXPONENT.sub(r"<span class=nowrap>\g<0></span>", escaped)
+    return Markup(CODE.sub(r"<code class=inline>\1</code>", whole))
 
 
 @cache

@@ -28,6 +28,7 @@ def study_values(study: Study, every: Results, verbose: bool) -> dict[str, Any]:
             shown = table("scene", rows=rows, about=about, verbose=verbose, infinity=math.inf)
             scenes.append((scene, list(zip((None, *rows), aligned(shown), strict=True))))
     standings = Counter(of.judged.standing for of in every.values())
+    known = sum(bool(of.known and not of.surprise) for of in searches)
     return {
         "surprises": [of for of in every.values() if of.judged.mark == "unexpected"],
         "searches": unexpected(searches),
@@ -35,8 +36,9 @@ def study_values(study: Study, every: Results, verbose: bool) -> dict[str, Any]:
         "verbose": verbose,
         "runs": sum(len(of.errors) for of in every.values()),
         "verdicts": Counter(of.judged.verdict for of in every.values()),
-        "known": standings["known limit"]
-        + sum(bool(of.known and not of.surprise) for of in searches),
+        "known": standings["known limit"] + known,
+        "known_searches": known,
+        "meanings": Counter(of.meaning for of in every.values()),
         "unexpected": standings["unexpected"] + sum(bool(of.surprise) for of in searches),
     }
 

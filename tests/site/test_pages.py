@@ -82,11 +82,13 @@ def test_every_scene_method_and_number_is_in_a_table(documents):
         assert name in said
     (cone,) = (d for f, d in documents.items() if f.name == "cone-pendulum-rotating-base.html")
     assert "transition" in cone.cells  # derivatives, way by way
+    assert not re.search(r"\de\+\d", " ".join(cone.cells))  # 280, not 2.8e+02
 
 
 def test_commands_on_the_pages_run(page, capsys):
     """Each can be read, and what it names is there; the shortest of each cheap kind runs."""
     text = "".join(file.read_text("utf-8") for file in site_files(page))
+    assert not re.search(r"<(?:p|dd)[^>]*>[^<]*`", text)  # which is no way to mark a command
     shown = sorted(set(re.findall(r"<code>(plumbob .*?)</code>", text.replace("<wbr>", ""))))
     kinds = {}
     for command in map(html.unescape, shown):

@@ -49,14 +49,15 @@ def numbers(study: Study) -> Record | None:
     if not fits:
         return None
     default = [fit for fit in fits if fit.method == DEFAULT]
+    biases = [abs(fit.bias) for fit in fits if fit.method == RECOMMENDED]
     return Record(
         exact=exact,
         step=STEP,  # [s]
         fits=fits,
         # the most biased fit with default contacts
         worst=max(default, key=lambda fit: abs(fit.bias), default=None),
-        # the largest bias with the recommended contacts
-        recommended=max((abs(f.bias) for f in fits if f.method == RECOMMENDED), default=None),
+        # a bound of the bias with the recommended contacts: the search begins with the true value
+        recommended=max([ALIKE, *biases]) if biases else None,
     )
 
 
@@ -67,7 +68,7 @@ def claims(numbers: Record) -> Claims:
     text = (
         "the bias of the identified friction, with default contacts and with those recommended"
     )
-    return (clear(text, abs(numbers.worst.bias), max(numbers.recommended, ALIKE)),)
+    return (clear(text, abs(numbers.worst.bias), numbers.recommended),)
 
 
 def _fit(method: str, angle: int) -> ParameterFit:
