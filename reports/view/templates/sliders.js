@@ -145,7 +145,7 @@
         panel("dθ/dt(t)", "t [s]", "dθ/dt [rad/s]", [[motion.time, motion.speed]]));
     }
     const period = motion.period > 0 && Number.isFinite(motion.period) ? ` of period ${text(motion.period, 6)} s` : "";
-    return {panels, said: `${motion.kind}${period}: energy ${text(motion.energy)} ${unit}, barrier ${text(motion.barrier)} ${unit}`};
+    return {panels, said: `${motion.kind}${period}: energy${motion.period ? "" : " at the start"} ${text(motion.energy)} ${unit}, barrier ${text(motion.barrier)} ${unit}`};
   };
 
   // ---- the systems: what their parameters mean, and what the command needs ----
