@@ -13,8 +13,9 @@ ROUNDING = 2.0**-53  # relative
 
 
 def digits_lost(relative: float) -> float:
-    """Decimal digits of a double that an error of this relative size leaves without a meaning."""
-    return math.log10(max(relative / ROUNDING, 1.0))
+    """Decimal digits of a double that an error of this relative size leaves without a meaning: at
+    most all that it has."""
+    return math.log10(max(min(relative, 1.0) / ROUNDING, 1.0))
 
 
 def lost_by_motion(results: Sequence[MethodResult]) -> float | None:

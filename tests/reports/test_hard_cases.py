@@ -18,6 +18,11 @@ def test_a_saddle_at_1e_6_costs_the_motion_about_eight_digits_and_a_fast_platfor
     assert platform < 5.0
 
 
+def test_an_error_beyond_the_motion_loses_all_digits_of_a_double_and_no_more():
+    lost = [hard_cases.digits_lost(size) for size in (0.0, 2.0**-53, 1e-6, 1.0, 41e3)]
+    assert lost == pytest.approx([0.0, 0.0, 9.95, 15.95, 15.95], abs=0.01)
+
+
 def _results(name):
     """The methods of the quick profile on a scene."""
     study = quick()
