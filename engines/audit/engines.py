@@ -114,7 +114,8 @@ def with_engines(
     count = audit.found.index if audit.found else 0
     held = held_against(Path(file), audit.model, audit.script, audit.reference, count, seconds)
     tasks = [
-        Task(n, engine_error, (n, held), HANGS + 4 * seconds, n) for n in dict.fromkeys(names)
+        Task(n, engine_error, (n, held), HANGS + 4 * seconds, label=n)
+        for n in dict.fromkeys(names)
     ]
     with Workers(1) as workers:
         rows = [

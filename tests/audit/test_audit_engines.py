@@ -8,6 +8,7 @@ import pytest
 
 from plumbob.engines.audit.engines import measured
 from plumbob.engines.study.model_reading import EVERY_FIELD_TEXT
+from plumbob.engines.workers import Lost, Workers
 from plumbob.reports.cli import main
 from plumbob.tests.support.engines_beside import changed, held
 
@@ -84,8 +85,8 @@ def test_contacts_that_are_missing_or_others_are_not_put_right(tmp_path, field, 
     assert "solver's" in result.reason
 
 
-def test_engines_in_the_command(motion, tmp_path, capsys):
-    """One without a reader of files costs a line with the reason."""
+def test_engines_in_the_command(motion, tmp_path, capsys, monkeypatch):
+    """One without a reader of files, or whose process dies, costs a line with the reason."""
     command = ["audit", str(motion.file), "--duration", "0.02", "--budget", "2"]
     assert main([*command, "--engines", "ode,mujoco", "--json", "--out", str(tmp_path)]) == 0
     out = capsys.readouterr().out
@@ -96,3 +97,6 @@ def test_engines_in_the_command(motion, tmp_path, capsys):
         assert (row["error"], row["first_term"], row["part_explained"]) == (None, None, None)
     page = (tmp_path / "audit-my.html").read_text("utf-8")
     assert "Other engines on this file" in page
+    monkeypatch.setattr(Workers, "results", lambda _, tasks, begun: [(tasks[0], Lost("died"))])
+    main([*command, "--engines", "ode"])
+    assert "\node " in capsys.readouterr().out

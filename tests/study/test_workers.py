@@ -48,9 +48,8 @@ def test_a_fatal_task_is_tried_once_more_and_given_up(kind):
 
 def test_an_executor_begins_no_more_processes_than_it_has_tasks():
     with Workers(10**6) as workers:
-        before = len(multiprocessing.active_children())
-        assert workers.submit(abs, -1).result() == 1
-        assert len(multiprocessing.active_children()) == before + 1
+        workers.submit(abs, -1)
+        assert len(multiprocessing.active_children()) == 1
 
 
 def test_a_task_that_is_fatal_once_is_worked_out(tmp_path):
