@@ -73,6 +73,7 @@ def command(chosen: argparse.Namespace) -> int:
     files = None if chosen.gym else model_files(chosen.model)
     alone = files is None
     models = files or [Path(chosen.gym or chosen.model[0])]
+    chosen.alone = alone
     began = time.time()
     done = list[Row]()
     if chosen.write_trimmed and (not alone or chosen.gym or models[0].suffix in OTHER):
@@ -252,7 +253,7 @@ def _result(
             friction=chosen.friction,
             keyframe=chosen.keyframe,
         )
-    old = None if chosen.against is None else audit_of(Path(path), chosen.against)
+    old = None if chosen.against is None else audit_of(Path(path), chosen.against, chosen.alone)
     begun = {name: getattr(chosen, name) for name in ("keyframe", "qpos", "qvel")}
     result: Audit = audit(
         model,
@@ -305,13 +306,13 @@ def stored_audits(file: Path) -> list[Any]:
     return stored
 
 
-def audit_of(file: Path, stored: Sequence[Mapping[str, Any]]) -> Mapping[str, Any]:
+def audit_of(file: Path, stored: Sequence[Mapping[str, Any]], alone: bool) -> Mapping[str, Any]:
     """The audit of a file among those that are `stored`: by its path, else its name, or the only
-    one; raises ParameterError."""
+    one, of a file that is `alone`, too; raises ParameterError."""
     paths = [Path(old.get("path", old.get("model", ""))) for old in stored]
     by_path = [path == file for path in paths]
     by_name = [path.name == file.name for path in paths]
-    for same in (by_path, by_name, [True] * len(stored)):
+    for same in (by_path, by_name, [alone] * len(stored)):
         if sum(same) == 1:
             return stored[same.index(True)]
     raise ParameterError("against", str(file), "a model whose audit is in that file")

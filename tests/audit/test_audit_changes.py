@@ -102,6 +102,8 @@ def test_several_find_their_own_and_what_is_no_audit_is_one_line(tmp_path, capsy
     err = capsys.readouterr().err
     assert (err.count("a.xml: error at 0.04 s"), err.count("b.xml: error")) == (1, 0)
     assert main(["audit", *words, "--contacts"]) == 2
+    old.write_text(json.dumps({**AUDIT, "model": "c"}))
+    assert main(["audit", *words]) == 2
     for text in ("{", "[1]", '{"model": "a"}', "[" * 100_000):
         old.write_text(text)
         capsys.readouterr()
