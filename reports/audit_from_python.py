@@ -87,8 +87,6 @@ def audit(
 
 def _known(engines: Sequence[str], model: Any) -> None:
     """Raises ParameterError for names of no engine, or of some without a file to read."""
-    if isinstance(engines, str):
-        raise ParameterError("engines", engines, "a list of names")
     for name in engines:
         find_engine(name)
     if engines and not (isinstance(model, (str, Path)) and Path(model).suffix == ".xml"):

@@ -175,7 +175,8 @@ def _writable(chosen: argparse.Namespace, models: Sequence[Path]) -> None:
             taken.add(target)
             writable(name, target.parent)
     if chosen.out is not None:
-        writable("out", Path(chosen.out))
+        out = Path(chosen.out)
+        writable("out", next(folder for folder in (out, *out.parents) if folder.exists()))
 
 
 def _without(chosen: argparse.Namespace, names: Sequence[str], what: str) -> None:
