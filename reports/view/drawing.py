@@ -17,7 +17,7 @@ from plumbob.reports.view.plotly_figure import FRONT
 WIDTH, WIDE, SQUARE = 560, 860, 400  # [px]
 # margins [px], with a map's scale in place
 LEFT, RIGHT, SCALE, TOP, BOTTOM = 64, 18, 68, 10, 40
-LETTER = 7.4  # [px] at most
+LETTER, LARGE_LETTER = 7.4, 10.0  # [px] at most, and where a picture is shown smaller
 MOST_TICKS, SHADES = 6, 16
 # Marks by plotly's names, in tenths of a pixel from their middles; a disc is the round end of a
 # line without length.
@@ -109,15 +109,27 @@ def _axis(
     if not places:
         return None
     low, high = layout.get("range") or (min(places), max(places))
-    apart = "range" not in layout and "tickvals" not in layout
-    margin = (0.04 * (high - low) or 0.5 * abs(high) or 0.5) if apart or high <= low else 0.0
+    free = "range" not in layout and "tickvals" not in layout
+    margin = (0.04 * (high - low) or 0.5 * abs(high) or 0.5) if free or high <= low else 0.0
     return Axis(low - margin, high + margin, start, end, logarithmic)
 
 
 def _ticks(layout: Layout, axis: Axis) -> Ticks:
     if "ticktext" not in layout:
-        return axis.ticks(MOST_TICKS)
+        ticks = axis.ticks(MOST_TICKS)
+        return apart(ticks) if axis.end > axis.start else ticks
     return list(zip(axis.along(layout["tickvals"]).tolist(), layout["ticktext"], strict=True))
+
+
+def apart(ticks: Ticks) -> Ticks:
+    """The ticks of an axis from left to right without those that would touch one before where
+    letters are largest, on a telephone."""
+    kept: list[tuple[float, str]] = []
+    for place, text in ticks:
+        letters = len(text) + len(kept[-1][1]) if kept else 0
+        if not kept or place - kept[-1][0] >= LARGE_LETTER * letters / 2.0:
+            kept.append((place, text))
+    return kept
 
 
 def _marks(trace: Trace, x: Axis, y: Axis) -> Iterator[Path]:

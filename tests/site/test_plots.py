@@ -4,6 +4,7 @@ import re
 
 import pytest
 
+from plumbob.reports.view.drawing import apart
 from plumbob.tests.support.browser import visited
 from plumbob.tests.support.page_document import site_files
 
@@ -40,6 +41,17 @@ def _pictures(index, whole):
     pages_with = [page.read_text("utf-8") for page in sorted(folder.glob(pages))]
     names = {name for text in pages_with for name in re.findall(r'src="(\w{12}\.svg)"', text)}
     return {name: (folder / name).read_text("utf-8") for name in sorted(names)}
+
+
+def test_ticks_that_would_touch_on_a_telephone_are_left_out():
+    ticks = [
+        (0.0, "0.001"),
+        (140.0, "0.002"),
+        (222.0, "0.003"),
+        (280.0, "0.004"),
+        (325.0, "0.005"),
+    ]
+    assert apart(ticks) == ticks[:-1]
 
 
 @pytest.mark.long
