@@ -24,6 +24,7 @@ PEERS = (
     "jax",
     "mujoco-mjx",
     "mujoco-warp",
+    "newton",
     "pin",
     "pybullet",
 )  # where installed
@@ -32,6 +33,7 @@ OF_ENGINES = MappingProxyType(
         "drake": ("drake",),
         "mjx": ("mujoco", "mujoco-mjx", "jax"),
         "mjwarp": ("mujoco-warp", "mujoco", "warp-lang"),
+        "newton": ("newton", "warp-lang"),
         "pinocchio": ("pin",),
     }
 )

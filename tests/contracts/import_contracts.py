@@ -31,6 +31,7 @@ HEAVY = (
         "jax",
         "jinja2",
         "mujoco",
+        "newton",
         "pinocchio",
     ),
     *("mujoco_warp", "plotly", "pybullet", "pydrake", "pymunk", "pytest", "warp"),
@@ -41,7 +42,7 @@ HOMES = MappingProxyType(  # other names
         "jax": "mjx",
         "pydrake": "drake",
         "mujoco_warp": "mjwarp",
-        "warp": "mjwarp",
+        "warp": ("mjwarp", "newton"),
     }
 )
 

@@ -29,6 +29,7 @@ EXPECTED = (
     ("pinocchio", "simple_pendulum", {"gravity": "gravity 0 0 -9.81 for 0 0 -9.8"}),
     ("pinocchio", "free_body", {"gravity": "gravity 0 0 -9.81 for 0 0 0"}),
     ("pinocchio", "bouncing_ball", {"contact set": MISSING}),
+    ("newton", "free_body", {"gravity": "gravity 0 0 -9.81 for 0 0 0"}),
     ("dart", "n_pendulum", {"mass matrix": "inertia rod_1: 1 1 1 for"}),
     (
         "dart",
@@ -74,7 +75,7 @@ def test_the_first_term_is_the_one_that_findings_name(engine, model, terms):
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("engine", ["mjx", "mjwarp"])
+@pytest.mark.parametrize("engine", ["mjx", "mjwarp", "newton"])
 @pytest.mark.parametrize("model", ["n_pendulum"])
 def test_rounding_is_all_that_tells_ports_of_mujoco_from_it(engine, model):
     result = _on(engine, model)

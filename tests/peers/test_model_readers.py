@@ -89,4 +89,4 @@ def test_a_page_shows_what_the_study_stored_of_readers(study):
     assert tuple(fields) == ALL
     assert fields["mass"][:2] == ("read", "read")  # MuJoCo and who is played by it
     shown = finding(READERS, study)
-    assert "Drake 1.51.1, Pinocchio 4.1.0, PyBullet 3.2.7" in shown.paragraphs[-1]  # not read
+    assert "Drake 1.51.1, Newton 1.8.0, Pinocchio 4.1.0" in shown.paragraphs[-1]  # not read

@@ -17,7 +17,7 @@ SWING, CONE = "simple-pendulum/free-large", "cone-pendulum/rotating-base"
 DAMPED, FORCED = "simple-pendulum/damped-large", "linear-pendulum/forced-large"
 EULER = (
     *("dart/default", "drake/default", "pinocchio/aba+euler", "pybullet/undamped+iterated"),
-    *("mjx/euler+float64", "mjwarp/default"),
+    *("mjx/euler+float64", "mjwarp/default", "newton/featherstone"),
 )
 RK4 = ("exudyn/rk44", "pinocchio/aba+rk4", "mjwarp/rk4")
 LASTING = 1.0  # [s]: the errors have their sizes by then

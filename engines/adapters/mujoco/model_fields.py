@@ -3,6 +3,8 @@ readers."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -24,26 +26,32 @@ def model_fields(path: Path) -> Fields:
     yield from fields_in(compiled_model(path, "FILE"))
 
 
-def fields_in(model: Any) -> Fields:
-    """Those of a compiled model."""
+def fields_in(model: Any, named: Any = None) -> Fields:
+    """Those of a compiled model; by the names of another one of the same parts."""
+    parts = partial(_parts, model, named or model)
     yield "gravity", "", model.opt.gravity
     yield "timestep", "", model.opt.timestep
-    for body in map(model.body, range(1, model.nbody)):
-        if body.name and body.mass > 0.0:
-            yield "mass", body.name, body.mass[0]
-            yield "inertia", body.name, np.sort(body.inertia)
+    for name, body in parts("body", "nbody"):
+        if body.mass > 0.0:
+            yield "mass", name, body.mass[0]
+            yield "inertia", name, np.sort(body.inertia)
     one_degree = [int(mujoco.mjtJoint.mjJNT_HINGE), int(mujoco.mjtJoint.mjJNT_SLIDE)]
-    for joint in map(model.joint, range(model.njnt)):
-        if joint.name and joint.type[0] in one_degree:
+    for name, joint in parts("joint", "njnt"):
+        if joint.type[0] in one_degree:
             for field in JOINTS:
-                yield field, joint.name, getattr(joint, field)[0]
-    geoms = map(model.geom, range(model.ngeom))
-    touching = [geom for geom in geoms if geom.contype or geom.conaffinity]
-    for part in (*touching, *map(model.pair, range(model.npair))):
-        if part.name:
-            for field in CONTACTS:
-                values = getattr(part, field)
-                yield field, part.name, values[0] if field == "friction" else values
-    for actuator in map(model.actuator, range(model.nu)):
-        if actuator.name:
-            yield "gear", actuator.name, actuator.gear[0]
+                yield field, name, getattr(joint, field)[0]
+    geoms = [(name, g) for name, g in parts("geom", "ngeom") if g.contype or g.conaffinity]
+    for name, part in (*geoms, *parts("pair", "npair")):
+        for field in CONTACTS:
+            values = getattr(part, field)
+            yield field, name, values[0] if field == "friction" else values
+    for name, actuator in parts("actuator", "nu"):
+        yield "gear", name, actuator.gear[0]
+
+
+def _parts(model: Any, named: Any, kind: str, count: str) -> Iterator[tuple[str, Any]]:
+    """The parts of a kind that have a name, which are as many in both models."""
+    if getattr(model, count) == getattr(named, count):
+        for i in range(getattr(model, count)):
+            if name := getattr(named, kind)(i).name:
+                yield name, getattr(model, kind)(i)

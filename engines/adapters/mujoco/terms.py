@@ -59,6 +59,7 @@ class MujocoTerms:
     def __init__(self, model: Any, data: Any, forward: Forward | None = None) -> None:
         """Worked out by MuJoCo, or by the `forward` of another that fills in an mjData."""
         self.model, self.data = model, data
+        self.bodies = [model.body(i).name for i in range(model.nbody)]
         self.forward = forward or mujoco.mj_forward
         self.at_rest = forward or mujoco.mj_fwdVelocity
 
@@ -74,7 +75,7 @@ class MujocoTerms:
         mujoco.mj_fullM(model, data, inertia)
         explicit = model.opt.disableflags & EXPLICIT
         felt = [
-            (tuple(model.body(model.geom_bodyid[g]).name for g in contact.geom), contact)
+            (tuple(self.bodies[model.geom_bodyid[g]] for g in contact.geom), contact)
             for contact in data.contact
             if contact.dist <= contact.includemargin
             and contact.exclude == 0
@@ -121,9 +122,15 @@ class PortedModel:
     """A model file in a port of MuJoCo, whose coordinates are MuJoCo's."""
 
     def __init__(
-        self, make: Callable[[Any], Port], path: Path, layout: Layout, step: float
+        self,
+        make: Callable[[Any], Port],
+        path: Path,
+        layout: Layout,
+        step: float,
+        read: Callable[[Path], Any] | None = None,
     ) -> None:
-        self.model = mujoco.MjModel.from_xml_path(str(path))
+        """With the compiled model that a `read` of its own makes of the file."""
+        self.model = read(path) if read else mujoco.MjModel.from_xml_path(str(path))
         self.model.opt.timestep = step
         self.data = mujoco.MjData(self.model)
         self.port = make(self.model)

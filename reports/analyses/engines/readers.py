@@ -22,6 +22,13 @@ KNOWN: Mapping[str, Record] = MappingProxyType(
             version="1.51.1",
             read=("gravity", "mass", "inertia", "armature", "damping", "friction", "gear"),
         ),
+        "newton": Record(
+            version="1.8.0",
+            read=(
+                *("mass", "inertia", "armature", "damping", "stiffness", "frictionloss"),
+                *("friction", "solref", "solimp", "gear"),
+            ),
+        ),
         "pinocchio": Record(
             version="4.1.0", read=("mass", "inertia", "armature", "damping", "frictionloss")
         ),
