@@ -130,3 +130,9 @@ def test_two_integrations_agree_with_the_closed_form(name):
     gaps = np.abs(motion.observe(times)["theta"] - motion.certified.observe(times)["theta"])
     assert (gaps <= allowed).all()
     assert allowed.max() < 1e-11
+
+
+def test_what_decays_leaves_the_forcing_and_no_warning():
+    stiff = linear(1e6, 2e3, 1e6, 2.0)
+    theta, _ = linear_motion(stiff, -0.004, 2.0, np.linspace(0.0, 3.0, 4001))
+    assert theta[-1] == pytest.approx(math.sin(6.0 - 0.004), rel=1e-4)
