@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
-from plumbob.analytic.parameters import ParameterError, positive
+from plumbob.analytic.parameters import ParameterError, counting, positive
 from plumbob.analytic.reference import Array
 from plumbob.engines.abilities import UserModels
 from plumbob.engines.audit.allowance import Allowance
@@ -66,7 +66,8 @@ def audit(
     (0.1, True, None)
     """
     positive("budget", budget)
-    positive("jobs", jobs)
+    counting("jobs", jobs)
+    engines = engines.split(",") if isinstance(engines, str) else engines
     _known(engines, model)
     start = Start(keyframe, qpos, qvel)
     named = RECORDED if policy is not None else control if isinstance(control, str) else "given"

@@ -90,7 +90,7 @@ def command(chosen: argparse.Namespace) -> int:
                 return MISSING
             shown: dict[str, Any] = {"progress": lambda what: show(what, 0, 0)}
             if not chosen.json:
-                shown["begun"] = partial(_first_line, name=chosen.gym)
+                shown["begun"] = partial(_first_line, chosen=chosen)
             rows = iter([audited(model, jobs=chosen.jobs, **shown)])
         else:
             limit = PATIENCE * chosen.budget
@@ -103,9 +103,15 @@ def command(chosen: argparse.Namespace) -> int:
     return max(row.code for row in done)
 
 
-def _first_line(audit: Audit, name: str | None) -> None:
+def _first_line(audit: Audit, chosen: argparse.Namespace) -> None:
     """Print what is audited at once, into a pipe or a file, too."""
-    print(lines(answered(replace(audit, name=name or audit.name)))[0], flush=True)
+    print(lines(answered(_called(audit, chosen)))[0], flush=True)
+
+
+def _called(audit: Audit, chosen: argparse.Namespace) -> Audit:
+    """An audit with the names of its environment and of the file of its control."""
+    control = audit.control if chosen.ctrl in KINDS else Path(chosen.ctrl).name
+    return replace(audit, name=chosen.gym or audit.name, control=control)
 
 
 def _report(done: Sequence[Row], chosen: argparse.Namespace, alone: bool, began: float) -> None:
@@ -269,7 +275,7 @@ def _result(
         engines=engines_of(chosen.engines),
         **shown,
     )
-    result = replace(result, name=chosen.gym or result.name)
+    result = _called(result, chosen)
     if chosen.write_trimmed is not None:
         result = trimmed_file(result, model, Path(chosen.write_trimmed), Start(**begun))
     return result if old is None else replace(result, changes=changes(old, record(result)))
@@ -345,7 +351,9 @@ def trimmed_file(
     together = audit.trims.together if audit.trims else None
     models = user_models()
     if together is None or audit.found is None:
-        raise ParameterError("write trimmed", str(target), "left away: nothing can be left out")
+        raise ParameterError(
+            "write trimmed", str(target), "left out: nothing of the model can go"
+        )
     left_out = models.write_trimmed(source, together.changes, target)
     offered = [(left_out, models.model(target, start))]
     steps = audit.found

@@ -86,6 +86,20 @@ def test_an_edit_is_named_and_fails_where_asked(tmp_path, capsys):
 
 
 @pytest.mark.long
+def test_another_control_file_is_named(tmp_path, capsys):
+    motor = '<actuator><motor joint="hinge"/></actuator></mujoco>'
+    text = ROD.replace("<joint", '<joint name="hinge"').replace("</mujoco>", motor)
+    (tmp_path / "rod.xml").write_text(text)
+    for name in ("a", "b"):
+        (tmp_path / f"{name}.csv").write_text(f"0.{ord(name)}\n0.1\n")
+    quick = ["audit", str(tmp_path / "rod.xml"), "--budget", "5", "--ctrl"]
+    assert main([*quick, str(tmp_path / "a.csv"), "--json"]) == 0
+    (tmp_path / "old.json").write_text(capsys.readouterr().out)
+    assert main([*quick, str(tmp_path / "b.csv"), "--against", str(tmp_path / "old.json")]) == 0
+    assert "control a.csv -> b.csv" in capsys.readouterr().out
+
+
+@pytest.mark.long
 def test_several_find_their_own_and_what_is_no_audit_is_one_line(tmp_path, capsys):
     for name in ("a", "b"):
         (tmp_path / f"{name}.xml").write_text(ROD)
