@@ -24,9 +24,19 @@ from plumbob.engines.adapters.ported import (
 )
 from plumbob.engines.adapters.stepping import stepped
 from plumbob.engines.method import Engine, Method, Simulation
+from plumbob.models.entry_points import captured
 from plumbob.models.scene import Case, later
 
 METHODS = (ported("mjwarp/default", "EULER"), ported("mjwarp/rk4", "RK4"))
+
+
+def start_warp() -> None:
+    """Load Warp without its lines: on a GPU's driver that is missing, on each kernel it loads."""
+    with captured():
+        import warp
+
+        warp.config.log_level = warp.LOG_ERROR
+        warp.init()
 
 
 class WarpPort:
@@ -34,10 +44,8 @@ class WarpPort:
 
     def __init__(self, model: Any, worlds: int = 1) -> None:
         import mujoco
-        import warp
 
-        # each kernel that is loaded has a line on stdout
-        warp.config.log_level = warp.LOG_ERROR
+        start_warp()
         import mujoco_warp
 
         self.compiled, self.model = model, mujoco_warp.put_model(model)

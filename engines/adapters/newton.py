@@ -14,7 +14,7 @@ from plumbob.analytic.schemes import EULER, Scheme
 from plumbob.engines.abilities import Fields, ModelReader, RunsFiles
 from plumbob.engines.adapters.chain import Pose, by_step
 from plumbob.engines.adapters.hinged_body import HingedBody, hinged_body, model_error
-from plumbob.engines.adapters.mjwarp import WarpPort
+from plumbob.engines.adapters.mjwarp import WarpPort, start_warp
 from plumbob.engines.adapters.ported import PORTED, SINGLE, SMOOTH
 from plumbob.engines.adapters.stepping import Built, stepped
 from plumbob.engines.method import Engine, Method, Simulation
@@ -72,10 +72,9 @@ def _model(body: HingedBody) -> Any:
 
 
 def _built(body: HingedBody, step: float) -> Built:
-    import warp
-
-    warp.config.log_level = warp.LOG_ERROR  # each kernel that is loaded has a line on stdout
+    start_warp()
     import newton
+    import warp
 
     model = _model(body)
     now, then = model.state(), model.state()
