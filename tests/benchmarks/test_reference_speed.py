@@ -59,7 +59,7 @@ def test_a_million_times_against_dop853(hold):
         )
 
     turns = in_turn(integrated, sampled, 3)
-    hold("10^6 samples: scipy's DOP853 over the closed form", turns, least=100)
+    hold("10^6 samples: scipy's DOP853 over the closed form", turns, least=50)
 
 
 def test_a_late_time_costs_what_an_early_one_does(hold):

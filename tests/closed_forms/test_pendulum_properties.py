@@ -4,7 +4,7 @@ import math
 from dataclasses import replace
 
 import numpy as np
-from hypothesis import given
+from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from plumbob.analytic.numerics.elliptic.trigonometric_potential import TrigonometricPotential
@@ -62,3 +62,12 @@ def close(motion, times, angle, rate):
     allowed = motion.uncertainty(times)
     assert (np.abs(angle) <= 5 * allowed["theta"]).all()
     assert (np.abs(rate) <= 5 * allowed["theta_dot"]).all()
+
+
+@given(motions())
+def test_the_table_is_the_closed_form(motion):
+    assume(motion.regime in ("libration", "rotation"))
+    times = times_of(motion)
+    theta, rate = motion.closed_form.state(times)
+    angle, slope = motion.table.state(times)
+    close(motion, times, theta - angle, rate - slope)
