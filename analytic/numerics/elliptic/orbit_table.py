@@ -18,6 +18,8 @@ _BLOCK = 32768  # times handled together, so that they stay in the cache
 _DEGREE = 7
 _NODES = 24.0  # per time in which the motion changes; with 12 a rate is 4e-14 off, with 8 7e-13
 
+_MOST = 2**14  # nodes, which take 0.07 s
+
 
 @dataclass(frozen=True)
 class OrbitTable:
@@ -72,11 +74,14 @@ def _short(value: float) -> float:
 
 def orbit_table(
     motion: EllipticMotion, acceleration: Callable[..., Any], fastest: float
-) -> OrbitTable:
-    """Tabulate one period of a single motion with a finite one, whose `acceleration` [rad/s^2] is
-    that of a time, theta and theta_dot; in a time of 1/`fastest` [1/s] it changes."""
+) -> OrbitTable | None:
+    """Tabulate one period of a single motion, whose `acceleration` [rad/s^2] is that of a time,
+    theta and theta_dot, and which changes in 1/`fastest` [1/s]; None where it is too long."""
     period = double(motion.period)
-    times = np.linspace(0.0, period, int(np.ceil(_NODES * fastest * period)) + 1)
+    count = np.ceil(_NODES * fastest * period)
+    if not count <= _MOST:
+        return None
+    times = np.linspace(0.0, period, int(count) + 1)
     start = [constant(part, _DEGREE) for part in motion.state(times)]
     series, _ = flown(lambda h, z: (z[1], acceleration(h, *z)), start)
     powers = times[1] ** np.arange(_DEGREE + 1.0)

@@ -150,8 +150,10 @@ class PendulumMotion:
         return float(double(np.abs(changes)).sum() / ULP)
 
     @cached_property
-    def table(self) -> OrbitTable:
-        """One period, for many times."""
+    def table(self) -> OrbitTable | None:
+        """One period, for many times; None where it is too long, or nothing moves."""
+        if self.regime in ("rest", "separatrix"):
+            return None
         fastest = self.rotor.rate() + abs(self._fastest[2])
         return orbit_table(self.closed_form, self.rotor.acceleration, fastest)
 
@@ -161,8 +163,8 @@ class PendulumMotion:
 
     def _reached(self, times: Array) -> Sequence[Array]:
         times = np.asarray(times, dtype=float)
-        if times.size >= _MANY and self.regime in ("libration", "rotation"):
-            return self.table.state(times)
+        if times.size >= _MANY and (table := self.table):
+            return table.state(times)
         return tuple(self._remembered(times).values())
 
     def state(self, times: Array) -> tuple[Array, Array]:
