@@ -136,10 +136,9 @@ def model_fields(path: Path) -> Fields:
 
 def user_model(path: Path, layout: Layout, step: float) -> PeerModel:
     """The model of a file, as Newton has MuJoCo Warp step it; raises NotRead."""
-    file, read = _read(path)
-    model: Any = later(PORTED)(WarpPort, path, layout, step, lambda path: read)
-    model.terms.bodies = [file.body(i).name for i in range(file.nbody)]
-    return model  # type: ignore[no-any-return]
+    _, read = _read(path)
+    model: PeerModel = later(PORTED)(WarpPort, path, layout, step, read)
+    return model
 
 
 ENGINE = Engine(

@@ -56,10 +56,13 @@ def apart(model: Any, state: Array, other: Array) -> Array:
 class MujocoTerms:
     """The terms of the compiled `model` in any state."""
 
-    def __init__(self, model: Any, data: Any, forward: Forward | None = None) -> None:
-        """Worked out by MuJoCo, or by the `forward` of another that fills in an mjData."""
+    def __init__(
+        self, model: Any, data: Any, forward: Forward | None = None, named: Any = None
+    ) -> None:
+        """Worked out by MuJoCo, or by the `forward` of another that fills in an mjData; bodies have
+        the names of those of `named`, another model of the same bodies."""
         self.model, self.data = model, data
-        self.bodies = [model.body(i).name for i in range(model.nbody)]
+        self.bodies = [(named or model).body(i).name for i in range(model.nbody)]
         self.forward = forward or mujoco.mj_forward
         self.at_rest = forward or mujoco.mj_fwdVelocity
 
@@ -127,14 +130,16 @@ class PortedModel:
         path: Path,
         layout: Layout,
         step: float,
-        read: Callable[[Path], Any] | None = None,
+        read: Any = None,
     ) -> None:
-        """With the compiled model that a `read` of its own makes of the file."""
-        self.model = read(path) if read else mujoco.MjModel.from_xml_path(str(path))
+        """With the model that another reader has `read`, in place of MuJoCo's own."""
+        file = mujoco.MjModel.from_xml_path(str(path))
+        self.model = file if read is None else read
         self.model.opt.timestep = step
         self.data = mujoco.MjData(self.model)
         self.port = make(self.model)
-        self.terms = MujocoTerms(self.model, mujoco.MjData(self.model), self._forward)
+        data = mujoco.MjData(self.model)
+        self.terms = MujocoTerms(self.model, data, self._forward, file)
 
     def _forward(self, model: Any, data: Any) -> None:
         self.port.load(data)
