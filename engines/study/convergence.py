@@ -5,12 +5,13 @@ from __future__ import annotations
 import math
 import random
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from plumbob.analytic.reference import Reference
 from plumbob.engines.method import Method
+from plumbob.engines.study.cost import held_to_cost
 from plumbob.engines.study.measurement import (
     REFERENCE_STEP,
     Measurement,
@@ -86,6 +87,20 @@ def convergence_study(
     return ConvergenceStudy(
         scene.name, method.name, tuple(measurements), *orders, trace, cut, drawn, beside
     )
+
+
+def study_with_true_cost(
+    scene: Scene, method: Method, most_steps: int, seed: int
+) -> ConvergenceStudy:
+    """A convergence study in which the run at whose step the cost is measured is cut short if the
+    engine makes a false claim of that cost."""
+    study = convergence_study(scene, method, most_steps, seed=seed)
+    timed = timed_run(study, method)
+    if timed is None:
+        return study
+    judged = held_to_cost(case_of(scene), method, timed)
+    runs = (judged if run is timed else run for run in study.measurements)
+    return replace(study, measurements=tuple(runs))
 
 
 def _measured(
@@ -195,7 +210,9 @@ def own_steps(method: Method) -> bool:
 def timed_run(found: ConvergenceStudy, method: Method) -> Measurement | None:
     """The run at whose step a method's cost is measured: the first of its own, or the one that
     errors are shown at; where that is too short for a time, and of an adaptive solver, the middle
-    one of those that worked."""
+    one of those that worked. None of an engine that makes false claims of its runs."""
+    if any(m.status == "cut-short" for m in found.measurements):
+        return None
     done = [m for m in found.measurements if m.status == "done"]
     if own_steps(method) or not done:
         return done[0] if done else None

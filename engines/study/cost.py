@@ -10,10 +10,14 @@ from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import TypeVar
 
+import numpy as np
+
 from plumbob.analytic.parameters import ParameterError
+from plumbob.analytic.reference import Array
 from plumbob.engines.abilities import Batches
-from plumbob.engines.method import Method, Stepping, Unsupported
+from plumbob.engines.method import Method, Simulation, Stepping, Unsupported
 from plumbob.engines.registry import engine_of, installed
+from plumbob.engines.study.measurement import Measurement
 from plumbob.engines.trajectory import Timed
 from plumbob.models.registry import case_of
 from plumbob.models.scene import Case, Scene
@@ -28,6 +32,11 @@ BESIDE = 100  # reference steps before and after each timing
 ENOUGH, CLOSE = 3, 0.08
 PART = 0.01  # of the duration of a scene, that an adaptive solver begins with
 EVALUATIONS = 300  # from so many on, what one costs is within a few per cent of a long run's
+# Allowed factor, either way, between the cost that an engine claims and the one that its runs show:
+# measured are 0.6 to 1.7 for the engines here, while others use the machine.
+HONEST = 3.0
+LONG = 0.05  # [s] of processor time, about, that the steps of such a run take
+SHORT = 1e-4  # [s] below which the difference of two runs is noise
 
 
 @dataclass(frozen=True)
@@ -186,6 +195,52 @@ def first_steps(case: Case, method: Method, step: float) -> TimedSteps:
     if method.control == "tolerance":
         return TimedSteps(simulation, PART, EVALUATIONS)
     return TimedSteps(simulation, min(1.0, LEAST * step / case.scene.duration), LEAST)
+
+
+def false_cost(case: Case, method: Method, step: float) -> str:
+    """The reason why the cost of a step that `stepped` claims is false: it differs by more than
+    a factor HONEST from the processor time of a step in runs. Empty if it does not, and if the
+    steps of a run are too cheap beside its set-up to tell. Raises Unsupported."""
+    prepare = engine_of(method).prepare
+
+    def lasting(fraction: float) -> Simulation:
+        return prepare(case.lasting(fraction * case.scene.duration, 2), method, step)
+
+    fraction = first_steps(case, method, step).fraction
+    first = taken = _run_and_claim(lasting(fraction))[0]
+    while taken < 2.0 * first + LONG and fraction < 1.0:
+        fraction = min(1.0, 4.0 * fraction)
+        taken = _run_and_claim(lasting(fraction))[0]
+    # Set-up, and whatever else each run does once, is in both lengths and not in their difference.
+    both = lasting(fraction), lasting(0.5 * fraction)
+    rounds = np.array([[_run_and_claim(run) for run in both] for _ in range(ENOUGH)])
+    long, half = rounds.min(axis=0)
+    seconds, steps, claimed, counted = long - half
+    if seconds < max(0.1 * long[0], SHORT) or min(steps, counted) <= 0.0:
+        return ""
+    costs = claimed / counted, seconds / steps
+    if costs[1] <= HONEST * costs[0] and costs[0] <= HONEST * costs[1]:
+        return ""
+    said, shown = (f"{1e9 * cost:.3g} ns" for cost in costs)
+    return f"stepped() claims {said} a step, its runs take {shown} of processor time a step"
+
+
+def held_to_cost(case: Case, method: Method, run: Measurement) -> Measurement:
+    """The `run`, or, of an engine that a package adds and whose claimed cost is false, one without
+    results that says so."""
+    trusted = not engine_of(method).distribution or run.status != "done"
+    why = "" if trusted else false_cost(case, method, run.step)
+    named = (run.scene, run.method, run.step)
+    return Measurement(*named, "cut-short", why) if why else run
+
+
+def _run_and_claim(simulation: Simulation) -> Array:
+    """Processor time [s] and steps of a run, then the seconds and steps that `stepped` claims."""
+    begin = time.process_time()
+    run = simulation.run()
+    taken = time.process_time() - begin
+    claim = simulation.stepped(1.0)
+    return np.array([taken, run.steps, claim.seconds, claim.steps], dtype=float)
 
 
 def _agree(values: Sequence[float]) -> bool:

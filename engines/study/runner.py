@@ -18,8 +18,8 @@ from plumbob.engines.study.convergence import (
     SEED,
     ConvergenceStudy,
     chosen_step_sizes,
-    convergence_study,
     steps_beside,
+    study_with_true_cost,
     timed_run,
 )
 from plumbob.engines.study.cost import SceneCosts, costs
@@ -151,8 +151,8 @@ def convergence_task(scene: Scene, method: Method, profile: Profile, seed: int) 
         scene.name,
         predicted_work(scene, method, profile),
         TaskResult(scene=scene.name),
-        convergence_study,
-        (scene, method, most, (), seed),
+        study_with_true_cost,
+        (scene, method, most, seed),
         missing,
     )
 

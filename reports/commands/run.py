@@ -10,7 +10,7 @@ from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.method import USER_METHOD, Method
 from plumbob.engines.registry import engine_of
 from plumbob.engines.registry import method as find_method
-from plumbob.engines.study.cost import Cost, batch_costs, costs
+from plumbob.engines.study.cost import Cost, batch_costs, costs, held_to_cost
 from plumbob.engines.study.measurement import Measurement, measure
 from plumbob.engines.workers import Lost, Task, Workers
 from plumbob.models.registry import case_of
@@ -71,7 +71,8 @@ def _measured(scene: Scene, method: Method, step: float) -> Timed:
 
 
 def _timed(scene: Scene, method: Method, step: float) -> Timed:
-    run, _ = measure(case_of(scene), method, step)
+    case = case_of(scene)
+    run = held_to_cost(case, method, measure(case, method, step)[0])
     measured = costs(scene, [(method, step)] if run.status == "done" else [])
     return run, measured.by_method.get(method.name), measured.reference_step
 

@@ -17,6 +17,7 @@ from plumbob.engines.method import Engine, Method, Simulation, Unsupported, mean
 from plumbob.engines.registry import unguarded
 from plumbob.engines.sampling import step_count
 from plumbob.engines.study.convergence import chosen_step_sizes, convergence_study
+from plumbob.engines.study.cost import false_cost
 from plumbob.engines.study.measurement import not_asked_for
 from plumbob.engines.study.runner import most_steps
 from plumbob.engines.trajectory import Trajectory, not_a_trajectory
@@ -259,7 +260,7 @@ def divergence(subject: Subject) -> str:
 
 def cost(subject: Subject) -> str:
     """A run counts its steps, and the steps that are timed alone are those of the fraction asked
-    for."""
+    for, and cost what steps of a run do."""
     case, step = subject.short
     run = subject.run(case, step)
     simulation = subject.prepared(case, step)
@@ -274,6 +275,9 @@ def cost(subject: Subject) -> str:
         for part, of in ((1.0, full), (0.5, half)):
             near = abs(of.steps - part * count) <= 2.0 * (1.0 - part)
             _hold(near, f"stepped({part:g}) counts {of.steps} steps of {count}")
+    (scene,) = (scene for scene in subject.scenes if scene.name == case.scene.name)
+    why = false_cost(case_of(scene), subject.method, step)
+    _hold(not why, f"{case.scene.name}: {why}")
     return f"{run.steps} steps of {case.scene.name}"
 
 

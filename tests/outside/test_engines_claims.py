@@ -1,11 +1,22 @@
 """What an added engine says of its own runs is held to what was asked of it: times, samples, the
 end, the number of steps, and what a step costs."""
 
+import os
+import subprocess
+import sys
+from contextlib import contextmanager, nullcontext
+
 import pytest
 
 from plumbob.engines import sampling
+from plumbob.engines.registry import method as find_method
+from plumbob.engines.study.convergence import study_with_true_cost, timed_run
+from plumbob.engines.study.cost import false_cost
 from plumbob.engines.trajectory import Trajectory
 from plumbob.models import entry_points
+from plumbob.models.registry import case_of
+from plumbob.models.registry import scene as find_scene
+from plumbob.reports.cli import main
 from plumbob.tests.commands.outcomes import validated, without_pages
 from plumbob.tests.outside.installed_packages import ENGINE, install, seen
 
@@ -45,6 +56,13 @@ RUNS = {
     "no number of steps": ("replace(run, steps='all')", "it counts all steps, and takes"),
     "a time is no number": ("replace(run, times=run.times * float('nan'))", "do not increase"),
 }
+COSTS = {  # seconds that `stepped` claims of what its steps took, and whether they are refused
+    "honest": ("timed.seconds", False),
+    "half": ("timed.seconds / 2", False),
+    "a tenth": ("timed.seconds / 10", True),
+    "ten times": ("timed.seconds * 10", True),
+    "the same for any steps": ("1e-9", True),
+}
 
 
 def claiming(site, run="run", seconds="timed.seconds"):
@@ -70,6 +88,56 @@ def test_a_run_is_the_one_that_was_asked_for(kind, tmp_path, monkeypatch, capsys
         assert said.startswith("cut-short, expected predicted: the run is cut short: ")
         assert why in said
         assert f"UNEXPECTED {SMALL} tiny/euler: cut-short" in found.out
+
+
+@contextmanager
+def busy_machine():
+    """Every processor has two processes that compute."""
+    spin = [sys.executable, "-c", "while True: pass"]
+    others = [subprocess.Popen(spin) for _ in range(2 * (os.cpu_count() or 1))]
+    try:
+        yield
+    finally:
+        for other in others:
+            other.kill()
+            other.wait()
+
+
+@pytest.mark.parametrize(
+    ("kind", "busy"), [*((kind, False) for kind in COSTS), ("honest", True), ("a tenth", True)]
+)
+def test_a_claimed_cost_is_held_to_the_processor_time_of_runs(kind, busy, tmp_path):
+    """The factor is 3: a claim of half passes, one of a tenth does not, whatever else runs."""
+    seconds, refused = COSTS[kind]
+    claiming(tmp_path / "site", seconds=seconds)
+    with seen(tmp_path / "site"), busy_machine() if busy else nullcontext():
+        why = false_cost(case_of(find_scene(SMALL)), find_method("tiny/euler"), 1e-3)
+    assert bool(why) == refused, why
+    assert not refused or "of processor time a step" in why
+
+
+def test_a_study_cuts_a_run_short_whose_cost_is_false(tmp_path):
+    claiming(tmp_path / "site", seconds="timed.seconds / 10")
+    with seen(tmp_path / "site"):
+        method = find_method("tiny/euler")
+        study = study_with_true_cost(find_scene(SMALL), method, 50_000, 1)
+    (run,) = (run for run in study.measurements if run.status != "done")
+    assert (run.status, run.step) == ("cut-short", 1e-3)
+    assert run.reason.startswith("stepped() claims")
+    assert timed_run(study, method) is None
+
+
+@pytest.mark.long(keep=1)
+@pytest.mark.parametrize(
+    "command", ["check-engine tiny --scenes {}", "run {} tiny/euler --step 1e-3"]
+)
+def test_a_false_cost_is_refused_with_one_line(command, tmp_path, capsys):
+    claiming(tmp_path / "site", seconds="timed.seconds / 10")
+    with seen(tmp_path / "site"):
+        assert main(command.format(SMALL).split()) == 1
+    out = capsys.readouterr().out
+    (line,) = (line for line in out.splitlines() if "stepped() claims" in line)
+    assert "ns a step, its runs take" in line
 
 
 @pytest.mark.parametrize(("late", "why"), [(5e-7, ""), (1e-5, "ends at")])
