@@ -158,7 +158,6 @@ class RunsFiles:
 
     load: Callable[[Path, Layout, float], PeerModel]
     precision: float = 2.0**-53  # relative rounding of its numbers
-    integrators: bool = False  # steps by the file's integrator; else by semi-implicit Euler
 
 
 @dataclass(frozen=True)

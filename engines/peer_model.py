@@ -49,6 +49,10 @@ class Layout:
 class PeerModel(Protocol):
     """A model file in an engine, whose states are MuJoCo's: qpos, qvel, and act where it has it."""
 
+    @property
+    def integrator(self) -> str:
+        """The integrator of its steps, by MuJoCo's name for it."""
+
     def terms(self, state: Array, control: Array) -> Terms:
         """The terms of its equations of motion."""
 
@@ -129,27 +133,35 @@ class Translated:
     """A `PeerModel` of an `EngineModel`: its coordinates are those of hinges and slides, by the
     names of joints, and of free joints, by a frame."""
 
+    integrator = "euler"  # semi-implicit
+
     def __init__(
         self,
         engine: EngineModel,
         layout: Layout,
-        hinges: Mapping[str, tuple[int, int]],
+        hinges: Sequence[tuple[str, tuple[int, int]]],
         free: Sequence[tuple[int, int, Frame]] = (),
         displaced: bool = False,
     ) -> None:
-        """With {name of a joint of one degree of freedom: where its coordinate and velocity are},
-        in the order of the file, and where those of free joints begin; coordinates may be
-        displacements from the file's drawing, where MuJoCo has the joint's `ref`. Raises
+        """With the name of each joint of one degree of freedom and where its coordinate and
+        velocity are, in the order of the file, and where those of free joints begin; coordinates
+        may be displacements from the file's drawing, where MuJoCo has the joint's `ref`. Raises
         NotRead."""
         self.engine = engine
         joints = layout.joints
         self.velocity = layout.velocity
+        if any(joint.size == BALL for joint in joints):
+            raise NotRead("ball joints are not compared")
         counts = len(hinges) + FREE * len(free), sum(joint.size for joint in joints)
         scalar = [joint for joint in joints if joint.size == 1]
         if counts[0] != counts[1] or len(scalar) != len(hinges):
             raise NotRead(f"it has {counts[0]} of {counts[1]} degrees of freedom")
-        known = {joint.name for joint in scalar} == set(hinges)
-        theirs = [hinges[joint.name] for joint in scalar] if known else hinges.values()
+        places = dict(hinges)
+        known = {joint.name for joint in scalar} == set(places)
+        theirs = [
+            places[joint.name] if known else at
+            for joint, (_, at) in zip(scalar, hinges, strict=True)
+        ]
         rows = [
             [joint.position, joint.velocity, *at]
             for joint, at in zip(scalar, theirs, strict=True)

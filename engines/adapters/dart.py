@@ -274,14 +274,14 @@ def _frame(joint: Any) -> Frame:
 def user_model(path: Path, layout: Layout, step: float) -> PeerModel:
     """The model of a file; raises NotRead, and RuntimeError where DART refuses the file."""
     model = DartModel(path, step)
-    hinges = {}
+    hinges = []
     free = []
     for skeleton, first in zip(model.skeletons, model.places, strict=True):
         for joint in map(skeleton.getJoint, range(skeleton.getNumJoints())):
             if joint.getNumDofs():
                 at = first + joint.getIndexInSkeleton(0)
             if joint.getNumDofs() == 1:
-                hinges[joint.getName()] = (at, at)
+                hinges.append((joint.getName(), (at, at)))  # a name may be there twice
             elif joint.getNumDofs() == FREE:
                 free.append((at, at, _frame(joint)))
     return Translated(model, layout, hinges, free, displaced=True)

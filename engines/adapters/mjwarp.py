@@ -119,7 +119,7 @@ ENGINE = Engine(
     model_error,
     optional=True,
     abilities=(
-        RunsFiles(partial(later(PORTED), WarpPort), 2.0**-24, integrators=True),
+        RunsFiles(partial(later(PORTED), WarpPort), 2.0**-24),
         Batches(batch),
     ),
 )

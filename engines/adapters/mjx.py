@@ -224,7 +224,7 @@ ENGINE = Engine(
     optional=True,
     abilities=(
         *(OwnDerivative(way, partial(derivatives, way), 1e-15) for way in ("jacfwd", "jacrev")),
-        RunsFiles(partial(later(PORTED), MjxPort), 2.0**-24, integrators=True),
+        RunsFiles(partial(later(PORTED), MjxPort), 2.0**-24),
         Batches(batch),
     ),
 )

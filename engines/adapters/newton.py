@@ -148,5 +148,5 @@ ENGINE = Engine(
     prepare,
     model_error,
     optional=True,
-    abilities=(ModelReader(model_fields), RunsFiles(user_model, 2.0**-24, integrators=True)),
+    abilities=(ModelReader(model_fields), RunsFiles(user_model, 2.0**-24)),
 )

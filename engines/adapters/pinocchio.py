@@ -188,34 +188,45 @@ def model_fields(path: Path) -> Fields:
 
 
 class PinocchioModel:
-    """A model of a file, stepped by semi-implicit Euler."""
+    """A model of a file, stepped by semi-implicit Euler with the damping of its joints implicit:
+    the model holds the damping, and the forward dynamics leaves it to the caller."""
 
     def __init__(self, model: Any, step: float) -> None:
         self.model, self.data, self.step = model, model.createData(), step
+        self.damping = np.array(model.damping)
+        self.implicit = model.copy()
+        self.implicit.armature = model.armature + step * self.damping
 
     def put(self, q: Array, v: Array) -> None:
         """Start from these coordinates."""
         self.q, self.v = q, v
 
     def terms(self, q: Array, v: Array, control: Array) -> dict[str, Any]:
-        """Of the model; it has no forces of joints or actuators, and no contacts."""
+        """Of the model; it has no springs, no actuators, and no contacts."""
         import pinocchio
 
         inertia = np.array(pinocchio.crba(self.model, self.data, q))
         weight = np.array(pinocchio.computeGeneralizedGravity(self.model, self.data, q))
         bias = pinocchio.nonLinearEffects(self.model, self.data, q, v) - weight
         none = np.zeros(len(v))
-        forces = {"gravity": -weight, "bias": bias, "passive": none, "actuator": none}
+        forces = {
+            "gravity": -weight,
+            "bias": bias,
+            "passive": -self.damping * v,
+            "actuator": none,
+        }
         upper = np.triu(inertia)
-        return {"mass matrix": upper + np.triu(upper, 1).T, **forces, "contacts": []}
+        inertia = upper + np.triu(upper, 1).T
+        return {"mass matrix": inertia, **forces, "damping": self.damping, "contacts": []}
 
     def advance(self, control: Array, force: Array, steps: int) -> tuple[Array, Array]:
         """Take steps."""
         import pinocchio
 
         for _ in range(steps):
+            push = force - self.damping * self.v
             self.v = self.v + self.step * pinocchio.aba(
-                self.model, self.data, self.q, self.v, force
+                self.implicit, self.data, self.q, self.v, push
             )
             self.q = pinocchio.integrate(self.model, self.q, self.step * self.v)
         return self.q, self.v
@@ -236,7 +247,7 @@ def user_model(path: Path, layout: Layout, step: float) -> PeerModel:
     import pinocchio
 
     model = pinocchio.buildModelFromMJCF(str(path))
-    hinges = dict[str, tuple[int, int]]()
+    hinges = list[tuple[str, tuple[int, int]]]()
     free = []
     for i in range(1, model.njoints):
         at = (int(model.idx_qs[i]), int(model.idx_vs[i]))
@@ -247,7 +258,7 @@ def user_model(path: Path, layout: Layout, step: float) -> PeerModel:
             raise NotRead(f"its joint {model.names[i]} is of a kind that is not compared")
         else:
             name = model.names[i]
-            hinges |= {name + "+" * k: (at[0] + k, at[1] + k) for k in range(count)}
+            hinges += [(name + "+" * k, (at[0] + k, at[1] + k)) for k in range(count)]
     return Translated(PinocchioModel(model, step), layout, hinges, free)
 
 

@@ -174,6 +174,6 @@ def user_model(path: Path, layout: Layout, step: float) -> PeerModel:
     model = BulletModel(path, layout, step)
     world = model.world
     client = model.world.client
-    hinges = {client.getJointInfo(*at[:2])[1].decode(): at[2:] for at in world.joints}
+    hinges = [(client.getJointInfo(*at[:2])[1].decode(), at[2:]) for at in world.joints]
     free = [(q, v, _frame(client, body)) for body, q, v in world.bases]
     return Translated(model, layout, hinges, free, displaced=True)

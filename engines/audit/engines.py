@@ -21,6 +21,7 @@ from plumbob.engines.audit.reference import Certificate, moved
 from plumbob.engines.audit.term_differences import (
     AXES,
     CONTACTS,
+    INTEGRATOR,
     SAME_STEP,
     SINGLE,
     STEP,
@@ -50,7 +51,8 @@ NOT_RIGHT = MappingProxyType(
     {
         CONTACTS: "contacts are its solver's: none is added or taken away",
         AXES: "contacts are its solver's, their axes too",
-        STEP: "constraints are its solver's: no force stands for another law",
+        STEP: "the law is its solver's: no force stands for another one",
+        INTEGRATOR: "no force stands for another integrator",
         SINGLE: "no force undoes rounding",
     }
 )
@@ -172,15 +174,17 @@ def measured(engine: Engine, held: Held) -> EngineError:
     runs = engine.ability(RunsFiles)
     assert runs is not None
     peer = runs.load(held.file, held.model.layout, held.model.step)
-    integrator = held.model.integrator if runs.integrators else "euler"
-    looks = looks_at(peer, held, integrator)
-    apart = tuple(differences(engine, looks, held, runs.precision))
+    integrators = held.model.integrator, peer.integrator
+    looks = looks_at(peer, held)
+    apart = tuple(differences(engine, looks, held, runs.precision, integrators))
     states, why = _run(peer, held)
-    mujoco = held.model.stepped(held.script, integrator, held.parts).states
+    mujoco = held.model.stepped(held.script, peer.integrator, held.parts).states
     rounding = math.nan
     from_mujoco = moved(held.model, states, mujoco)
     if runs.precision > EXACT:
-        rounded = held.model.stepped(held.script, integrator, held.parts, single=True).states
+        rounded = held.model.stepped(
+            held.script, peer.integrator, held.parts, single=True
+        ).states
         rounding = moved(held.model, rounded, mujoco)
         by_rounding = from_mujoco <= BEYOND * rounding
         cause = (SINGLE, runs.precision) if by_rounding else (STEP, SAME_STEP, MORE)
@@ -206,13 +210,17 @@ def _put_right(
     right = [difference.term for difference in result.differences if difference.term in TERMS]
     if not right:
         return result
+    integrators = held.model.integrator, peer.integrator
     first, late = _run(peer, held, right[:1])
     every, later = _run(peer, held, right) if right[1:] else (first, late)
     errors = (float(held.errors(states)[-1]) for states in (first, every))
     return replace(
         result,
         why=result.why or late or later,
-        differences=(*result.differences, *of_step(_righted(looks, peer, held, right))),
+        differences=(
+            *result.differences,
+            *of_step(_righted(looks, peer, held, right), integrators),
+        ),
         first_right=next(errors),
         all_right=next(errors),
     )
@@ -232,7 +240,7 @@ def _righted(
         return np.asarray(after[velocity] - look.state[velocity]) / step
 
     return [
-        replace(look, accelerations=(look.accelerations[0], acceleration(look)))
+        replace(look, accelerations=(*look.accelerations[:2], acceleration(look)))
         for look in looks
     ]
 

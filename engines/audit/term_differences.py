@@ -23,7 +23,7 @@ from plumbob.engines.study.model_reading import dropped, fields_of
 # In the order in which they are compared: each may make those after it differ.
 TERMS = ("mass matrix", "gravity", "bias", "passive", "actuator")
 CONTACTS, AXES = "contact set", "friction axes"
-STEP, SINGLE = "acceleration", "single precision"
+STEP, SINGLE, INTEGRATOR = "acceleration", "single precision", "integrator"
 SAME = 1e-5  # relative: a reader in single precision, and new frames, leave as much
 ROUNDINGS = 100.0  # of all forces together, which cancel in one of them
 # relative, of the acceleration in a step: schemes of first order leave as much
@@ -36,7 +36,7 @@ DEPENDS = MappingProxyType(
         "gravity": ("gravity", "mass"),
         "bias": ("mass", "inertia"),
         "passive": ("stiffness", "damping"),
-        "actuator": ("gear",),
+        "actuator": ("gear", "kp", "kv"),
     }
 )
 NAMELESS = frozenset(["a body without a name"])
@@ -82,7 +82,9 @@ class Look:
     control: Array
     of_file: Terms
     of_engine: Terms
-    accelerations: tuple[Array, Array]  # in the first step from there
+    accelerations: tuple[Array, Array, Array]
+    """In the first step from there: by the file's integrator, by the engine's in MuJoCo, and in the
+    engine."""
 
     def size(self, apart: Array) -> float:
         """Of generalised forces f, the root of f' M^-1 f, in all coordinates the same; of mass
@@ -94,7 +96,7 @@ class Look:
         return float(np.max(np.abs(apart) / np.outer(scale, scale), initial=0.0))
 
 
-def looks_at(peer: PeerModel, held: Held, integrator: str) -> list[Look]:
+def looks_at(peer: PeerModel, held: Held) -> list[Look]:
     """Some states along the certified motion."""
     terms = held.model.terms()
     step = held.model.step
@@ -108,12 +110,14 @@ def looks_at(peer: PeerModel, held: Held, integrator: str) -> list[Look]:
         control = controls[k]
         theirs = peer.terms(state, control)
         peer.begin(state)
-        after = (
-            held.model.stepped(Script(state, step, control[None]), integrator, 1).states[1],
-            peer.advance(control, 0.0 * state[velocity], 1),
+        one_step = Script(state, step, control[None])
+        own, scheme = (
+            held.model.stepped(one_step, integrator, 1).states[1]
+            for integrator in (held.model.integrator, peer.integrator)
         )
-        ours, other = ((moved[velocity] - state[velocity]) / step for moved in after)
-        looks.append(Look(state, control, terms(state, control), theirs, (ours, other)))
+        after = own, scheme, peer.advance(control, 0.0 * state[velocity], 1)
+        own, scheme, other = ((moved[velocity] - state[velocity]) / step for moved in after)
+        looks.append(Look(state, control, terms(state, control), theirs, (own, scheme, other)))
     return looks
 
 
@@ -123,9 +127,13 @@ def _spread(count: int) -> list[int]:
 
 
 def differences(
-    engine: Engine, looks: Sequence[Look], held: Held, precision: float
+    engine: Engine,
+    looks: Sequence[Look],
+    held: Held,
+    precision: float,
+    integrators: tuple[str, str],
 ) -> list[Difference]:
-    """The terms that differ, in order."""
+    """The terms that differ, in order; `integrators` are as in `of_step`."""
     overall = ROUNDINGS * precision * max(look.size(force_of(look.of_file)) for look in looks)
     apart = list[Difference]()
     readings = read_by(engine, held.file)
@@ -136,7 +144,7 @@ def differences(
         if not off <= SAME * scale + (0.0 if term == TERMS[0] else overall):
             apart.append(Difference(term, off / scale, _cause(term, looks, readings)))
     apart += [*_of_contacts(looks, held), *_of_axes(looks, held)]
-    return apart or list(of_step(looks))
+    return apart or list(of_step(looks, integrators))
 
 
 def _of_contacts(looks: Sequence[Look], held: Held) -> Iterator[Difference]:
@@ -171,15 +179,28 @@ def _of_axes(looks: Sequence[Look], held: Held) -> Iterator[Difference]:
         )
 
 
-def of_step(looks: Sequence[Look]) -> Iterator[Difference]:
-    """The acceleration in a step, where all terms are alike, if that is not: constraints."""
+def of_step(looks: Sequence[Look], integrators: tuple[str, str]) -> Iterator[Difference]:
+    """The acceleration in a step, where all terms are alike, if that is not: by the `integrators`
+    of the file and of the engine, and beside that by constraints."""
+    size, _ = _apart(looks, 0, 1)
+    if size > SAME_STEP:
+        own, other = integrators
+        cause = f"it steps {other}, the file {own}: {size:.2g} of the acceleration in a step"
+        yield Difference(INTEGRATOR, size, cause)
+    size, at = _apart(looks, 1, 2)
+    if size > SAME_STEP:
+        kinds = [*at.of_file["acting"], *["contacts"] * bool(at.of_file["contacts"])]
+        said: str = at.of_engine.get("causes", {}).get(STEP, "")
+        yield Difference(STEP, size, " and ".join(kinds) or said)
+
+
+def _apart(looks: Sequence[Look], first: int, second: int) -> tuple[float, Look]:
+    """The largest difference of two of the accelerations in a step, relative to the largest of the
+    first, and the look at which it is."""
     forces = [[look.of_file[TERMS[0]] @ a for a in look.accelerations] for look in looks]
-    offs = [look.size(b - a) for look, (a, b) in zip(looks, forces, strict=True)]
-    scale = max(look.size(a) for look, (a, _) in zip(looks, forces, strict=True))
-    if max(offs) > SAME_STEP * scale:
-        acting = looks[int(np.argmax(offs))].of_file
-        kinds = [*acting["acting"], *["contacts"] * bool(acting["contacts"])]
-        yield Difference(STEP, max(offs) / scale, " and ".join(kinds))
+    offs = [look.size(f[second] - f[first]) for look, f in zip(looks, forces, strict=True)]
+    scale = max(look.size(f[first]) for look, f in zip(looks, forces, strict=True))
+    return max(offs) / scale if max(offs) else 0.0, looks[int(np.argmax(offs))]
 
 
 def _pairs(pairs: Iterable[frozenset[str]]) -> str:

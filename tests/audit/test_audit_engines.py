@@ -3,6 +3,7 @@ term is known."""
 
 import json
 
+import mujoco
 import numpy as np
 import pytest
 
@@ -83,6 +84,28 @@ def test_contacts_that_are_missing_or_others_are_not_put_right(tmp_path, field, 
     assert (result.first.term, result.first.cause) == (term, cause)
     assert result.part_explained is None
     assert "solver's" in result.reason
+
+
+DAMPED = """<mujoco><option timestep="0.01"/><worldbody><body><joint name="hinge" axis="0 0 1"/>
+<inertial pos="0.1 0 0" mass="1" diaginertia="0.1 0.1 0.1"/></body></worldbody><actuator>
+<velocity joint="hinge" kv="4"/></actuator><keyframe><key qvel="1"/></keyframe></mujoco>"""
+
+
+def test_another_integrator_is_not_called_constraints(tmp_path):
+    """Under a servo's damping alone the acceleration in a step of Euler is -kv v / M, and in one of
+    implicitfast -kv v / (M + h kv)."""
+    (file := tmp_path / "damped.xml").write_text(DAMPED, "utf-8")
+
+    def implicit(model):
+        model.opt.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
+
+    result = measured(changed(implicit), held(file, 0, duration=0.1))
+    assert [difference.term for difference in result.differences] == ["integrator"]
+    expected = 1.0 - 1.0 / (1.0 + 0.01 * 4.0 / 0.11)
+    assert result.first.size == pytest.approx(expected, rel=1e-9)  # its own steps, to rounding
+    assert result.first.cause.startswith("it steps implicitfast, the file euler: 0.27 of")
+    assert result.reason == "no force stands for another integrator"
+    assert result.error == pytest.approx(result.step_error)
 
 
 def test_engines_in_the_command(motion, tmp_path, capsys, monkeypatch):

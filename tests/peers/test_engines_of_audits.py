@@ -7,8 +7,10 @@ import pytest
 
 import plumbob.models
 from plumbob.engines.audit.engines import engine_error
+from plumbob.engines.audit.term_differences import read_by
 from plumbob.engines.registry import find_engine, installed
 from plumbob.engines.study.model_reading import every_field
+from plumbob.reports.judge.model_readers import compared
 from plumbob.tests.support.engines_beside import held
 
 FACTOR = 2.0  # of the step's own error, which is left
@@ -23,7 +25,7 @@ EXPECTED = (
     (
         "drake",
         "every field",
-        {"passive": "stiffness dropped", "actuator": "controls are taken for torques"},
+        {"passive": "stiffness dropped", "actuator": "gear motor: 1 for 7"},
     ),
     ("drake", "n_pendulum", {}),
     ("pinocchio", "simple_pendulum", {"gravity": "gravity 0 0 -9.81 for 0 0 -9.8"}),
@@ -146,3 +148,109 @@ def test_a_free_body_turns_as_in_mujoco(engine, tmp_path):
     assert bool(result.differences) == (engine == "pybullet")
     left = result.all_right if result.differences else result.error
     assert left == pytest.approx(result.step_error, rel=0.2)  # Euler in other coordinates
+
+
+ARMS = """<mujoco model="arms"><compiler angle="radian"/>
+<option timestep="0.01" gravity="0 0 0" {integrator}/><worldbody>{bodies}</worldbody>
+<actuator>{actuator}</actuator><keyframe><key qvel="{rates}"/></keyframe></mujoco>"""
+ARM = """<body name="{name}" pos="{x} 0 0">
+<inertial pos="0.1 0 0" mass="1" diaginertia="0.1 0.1 0.1"/>
+<joint {joint} axis="0 0 1"/><geom size="0.1" contype="0" conaffinity="0"/></body>"""
+STEP, INERTIA = 0.01, 0.11  # [s], [kg m^2] about the hinge
+KV = 4.0  # [N m s]
+
+
+def _on_arms(tmp_path, engine, joints, actuator="", integrator=""):
+    """An engine on arms with these joints, which start at 1 rad/s."""
+    if not installed(find_engine(engine)):
+        pytest.skip(f"{engine} is not installed")
+    bodies = [ARM.format(name=f"arm{x}", x=x, joint=joint) for x, joint in enumerate(joints)]
+    rates = " ".join("1" for joint in joints for _ in range(3 if "ball" in joint else 1))
+    numbers = {"integrator": integrator, "bodies": "".join(bodies), "rates": rates}
+    (file := tmp_path / "arms.xml").write_text(
+        ARMS.format(actuator=actuator, **numbers), "utf-8"
+    )
+    return engine_error(engine, held(file, 0, duration=0.1))
+
+
+@pytest.mark.long
+@pytest.mark.parametrize(("integrator", "differs"), [("", True), ('integrator="Euler"', False)])
+def test_an_integrator_is_told_from_constraints(integrator, differs, tmp_path):
+    """If a file names none, Newton's importer takes implicitfast, and MuJoCo Euler. Under a servo's
+    damping alone the acceleration in a step of Euler is -kv v / M, and in one of implicitfast
+    -kv v / (M + h kv)."""
+    servo = f'<velocity name="servo" joint="hinge" kv="{KV}"/>'
+    result = _on_arms(tmp_path, "newton", ['name="hinge"'], servo, integrator)
+    if not differs:
+        assert result.first.term == "single precision"
+        return
+    assert result.first.term == "integrator"
+    # To rounding: both accelerations are MuJoCo's own.
+    expected = 1.0 - 1.0 / (1.0 + STEP * KV / INERTIA)
+    assert result.first.size == pytest.approx(expected, rel=1e-9)
+    assert result.first.cause.startswith("it steps implicitfast, the file euler: 0.27 of")
+    assert result.reason == "no force stands for another integrator"
+
+
+@pytest.mark.parametrize("engine", ["dart", "drake", "pybullet"])
+def test_a_ball_joint_is_not_said_to_be_missing(engine, tmp_path):
+    result = _on_arms(tmp_path, engine, ['name="ball" type="ball"'])
+    assert result.why == "ball joints are not compared"
+
+
+@pytest.mark.parametrize("engine", ["dart", "drake"])
+def test_joints_without_names_are_counted_one_by_one(engine, tmp_path):
+    """DART gives the first joint of every tree the same name."""
+    result = _on_arms(tmp_path, engine, ["", ""])
+    assert result.why == ""
+    assert result.error > 0.0
+
+
+def test_pinocchio_has_the_damping_that_its_reader_keeps(tmp_path):
+    """Stepped with it, the error that is left is that of a step of its integrator."""
+    result = _on_arms(tmp_path, "pinocchio", ['name="hinge" damping="0.5"'])
+    assert result.differences == ()
+    assert result.error == pytest.approx(result.step_error, rel=1e-6)
+    assert "damping" in _taken_over("pinocchio", tmp_path)[0]
+
+
+@pytest.mark.parametrize(
+    ("actuator", "term", "cause", "read"),
+    [
+        ('<motor name="servo" joint="hinge" gear="7"/>', "actuator", "gear servo: 1 for 7", ()),
+        (
+            '<position name="servo" joint="hinge" kp="9" kv="4"/>',
+            "actuator",
+            "kv servo: 0 for 4",
+            ("gear", "kp"),
+        ),
+        (
+            '<position name="servo" joint="hinge" kp="9" dampratio="1"/>',
+            "actuator",
+            "kv servo: 0 for ",
+            ("gear", "kp"),
+        ),
+        (
+            '<position name="servo" joint="hinge" kp="99"/>',
+            "acceleration",
+            "the gains of its servos act at the end of a step",
+            ("gear", "kp"),
+        ),
+    ],
+)
+def test_drake_is_said_to_read_what_its_actuators_use(actuator, term, cause, read, tmp_path):
+    """In both commands: a gear does not multiply the control of its motors."""
+    result = _on_arms(tmp_path, "drake", ['name="hinge"'], actuator)
+    taken, dropped = _taken_over("drake", tmp_path)
+    assert set(taken) & {"gear", "kp", "kv"} == set(read)
+    if term == "actuator":  # a motor whose control is 0 has no force with any gear
+        assert cause in [f"{field} {why}"[: len(cause)] for field, why in dropped.items()]
+    if "motor" not in actuator:
+        assert result.first.term == term
+        assert result.first.cause.startswith(cause)
+
+
+def _taken_over(engine, folder):
+    """The fields of the arms that an engine reads, and {field: reason} of those that it drops."""
+    reader = compared(engine, *read_by(find_engine(engine), folder / "arms.xml"))
+    return reader.read, reader.dropped or {}

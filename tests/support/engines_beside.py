@@ -69,7 +69,7 @@ def changed(change=UNCHANGED, single=False, precision=EXACT):
         change(model)
         return fields_in(model)
 
-    runs = RunsFiles(load, precision, integrators=True)
+    runs = RunsFiles(load, precision)
     return Engine(
         "mujoco",
         "mujoco",

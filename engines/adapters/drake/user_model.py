@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import AddMultibodyPlantSceneGraph
-from pydrake.multibody.tree import BodyIndex
+from pydrake.multibody.tree import BodyIndex, PdControllerGains
 from pydrake.systems.framework import DiagramBuilder
 
 from plumbob.analytic.reference import Array
@@ -16,7 +16,8 @@ from plumbob.engines.abilities import Fields
 from plumbob.engines.adapters.drake.scenes import simulator_of
 from plumbob.engines.peer_model import FREE, Frame, Layout, PeerModel, Translated, commands
 
-DIRECT = "controls are taken for torques: gear and gain dropped"
+IMPLICIT = "the gains of its servos act at the end of a step, not at its start"
+NO_GAINS = PdControllerGains(p=0.0, d=0.0)  # of what is no servo
 FRAME = Frame(lambda p, r: np.concatenate([r, p]), lambda q: (q[4:], q[:4]))
 
 
@@ -37,8 +38,12 @@ def model_fields(path: Path) -> Fields:
         if joint.num_velocities() == 1:
             yield "damping", joint.name(), joint.default_damping_vector()[0]
     for actuator in map(plant.get_joint_actuator, plant.GetJointActuatorIndices()):
+        name = actuator.name()
         ratio = actuator.default_gear_ratio()
-        yield "gear", actuator.name(), ratio
+        gains = _gains(actuator)
+        yield "gear", name, 1.0  # forces act on the joint as they are: the ratio is the rotor's
+        yield "kp", name, gains.p
+        yield "kv", name, gains.d
         yield "armature", actuator.joint().name(), ratio**2 * actuator.default_rotor_inertia()
     inspector = graph.model_inspector()
     for geometry in inspector.GetAllGeometryIds():
@@ -49,13 +54,18 @@ def model_fields(path: Path) -> Fields:
             yield "friction", name, friction.dynamic_friction()
 
 
+def _gains(actuator: Any) -> Any:
+    """The gains p and d of an actuator, both 0 where it is no servo."""
+    return actuator.get_controller_gains() if actuator.has_controller() else NO_GAINS
+
+
 class DrakeModel:
     """A plant and its simulator."""
 
     def __init__(self, path: Path, layout: Layout, step: float) -> None:
         builder = DiagramBuilder()
         self.plant, _ = AddMultibodyPlantSceneGraph(builder, step)
-        Parser(self.plant).AddModels(str(path))
+        (self.file,) = Parser(self.plant).AddModels(str(path))
         self.plant.SetUseSampledOutputPorts(False)  # contacts of a state, not of the last step
         self.plant.Finalize()
         self.step, self.layout = step, layout
@@ -65,8 +75,9 @@ class DrakeModel:
             self.simulator.get_mutable_context()
         )
         indices = self.plant.GetJointActuatorIndices()
-        actuators = [self.plant.get_joint_actuator(i).name() for i in indices]
-        self.commands = commands(layout, actuators)
+        self.actuators = [self.plant.get_joint_actuator(i) for i in indices]
+        self.commands = commands(layout, [actuator.name() for actuator in self.actuators])
+        self.servos = np.array([a.has_controller() for a in self.actuators], dtype=bool)
         self.selects = self.plant.MakeActuationMatrix()
 
     def put(self, q: Array, v: Array) -> None:
@@ -80,11 +91,24 @@ class DrakeModel:
     def _push(self, control: Array, force: Array) -> None:
         plant = self.plant
         context = self.context
-        self.forces = np.zeros(self.selects.shape[1])
-        if self.commands:
-            self.forces[:] = control[self.commands]
-        plant.get_actuation_input_port().FixValue(context, self.forces)
+        commanded = control[self.commands] if self.commands else np.zeros(len(self.actuators))
+        self.commanded = commanded
+        direct = np.where(self.servos, 0.0, commanded)
+        plant.get_actuation_input_port().FixValue(context, direct)
+        if self.commands and self.servos.any():
+            targets = np.concatenate([commanded, 0.0 * commanded])
+            plant.get_desired_state_input_port(self.file).FixValue(context, targets)
         plant.get_applied_generalized_force_input_port().FixValue(context, force)
+
+    def _efforts(self, q: Array, v: Array) -> Array:
+        """The forces of the actuators on their joints [N or N m]."""
+        efforts = self.commanded.copy()
+        for i in np.flatnonzero(self.servos) if self.commands else ():
+            joint = self.actuators[i].joint()
+            gains = _gains(self.actuators[i])
+            off = efforts[i] - q[joint.position_start()]
+            efforts[i] = gains.p * off - gains.d * v[joint.velocity_start()]
+        return efforts
 
     def terms(self, q: Array, v: Array, control: Array) -> dict[str, Any]:
         """Of the plant; pairs that touch by Drake's contact results."""
@@ -108,8 +132,8 @@ class DrakeModel:
             "gravity": plant.CalcGravityGeneralizedForces(context),
             "bias": plant.CalcBiasTerm(context),
             "passive": -damping * v,
-            "actuator": self.selects @ self.forces,
-            "causes": {"actuator": DIRECT},
+            "actuator": self.selects @ self._efforts(q, v),
+            "causes": {"acceleration": IMPLICIT} if self.servos.any() else {},
             "contacts": [tuple(plant.get_body(i).name() for i in pair) for pair in pairs],
         }
 
@@ -125,12 +149,12 @@ class DrakeModel:
 def user_model(path: Path, layout: Layout, step: float) -> PeerModel:
     """The model of a file; raises NotRead, and RuntimeError where Drake refuses the file."""
     model = DrakeModel(path, layout, step)
-    hinges = {}
+    hinges = []
     free = []
     for joint in map(model.plant.get_joint, model.plant.GetJointIndices()):
         at = joint.position_start(), joint.velocity_start()
         if joint.num_velocities() == 1:
-            hinges[joint.name()] = at
+            hinges.append((joint.name(), at))
         elif joint.num_velocities() == FREE:
             free.append((*at, FRAME))
     return Translated(model, layout, hinges, free)

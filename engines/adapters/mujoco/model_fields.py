@@ -47,6 +47,8 @@ def fields_in(model: Any, named: Any = None) -> Fields:
             yield field, name, values[0] if field == "friction" else values
     for name, actuator in parts("actuator", "nu"):
         yield "gear", name, actuator.gear[0]
+        yield "kp", name, -actuator.biasprm[1]
+        yield "kv", name, -actuator.biasprm[2]
 
 
 def _parts(model: Any, named: Any, kind: str, count: str) -> Iterator[tuple[str, Any]]:

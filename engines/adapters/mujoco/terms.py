@@ -23,6 +23,11 @@ ACTING = (
 )
 
 
+def integrator_of(model: Any) -> str:
+    """The name of a compiled model's integrator."""
+    return str(mujoco.mjtIntegrator(model.opt.integrator).name)[len("mjINT_") :].lower()
+
+
 def put(data: Any, state: Array) -> None:
     """Give an mjData a state: qpos, qvel, act."""
     nq = data.qpos.size
@@ -140,6 +145,11 @@ class PortedModel:
         self.port = make(self.model)
         data = mujoco.MjData(self.model)
         self.terms = MujocoTerms(self.model, data, self._forward, file)
+
+    @property
+    def integrator(self) -> str:
+        """That of the model."""
+        return integrator_of(self.model)
 
     def _forward(self, model: Any, data: Any) -> None:
         self.port.load(data)

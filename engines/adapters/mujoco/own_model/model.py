@@ -29,10 +29,16 @@ from plumbob.engines.adapters.mujoco.own_model.tangent import (
     diverged,
     followed,
     for_maps,
-    integrator_of,
     kind,
 )
-from plumbob.engines.adapters.mujoco.terms import MujocoTerms, apart, put, shifted, state_of
+from plumbob.engines.adapters.mujoco.terms import (
+    MujocoTerms,
+    apart,
+    integrator_of,
+    put,
+    shifted,
+    state_of,
+)
 from plumbob.engines.adapters.mujoco.timed import TimedPeriods
 from plumbob.engines.adapters.mujoco.user_file import user_model
 from plumbob.engines.method import time_step

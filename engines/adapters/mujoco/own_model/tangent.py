@@ -41,11 +41,6 @@ def kind(integrator: str) -> Any:
     return getattr(mujoco.mjtIntegrator, f"mjINT_{integrator.upper()}")
 
 
-def integrator_of(model: Any) -> str:
-    """The name of a compiled model's integrator."""
-    return str(mujoco.mjtIntegrator(model.opt.integrator).name)[len("mjINT_") :].lower()
-
-
 def diverged(data: Any) -> bool:
     """Whether MuJoCo has warned of numbers without bounds, or some are none."""
     warned = any(data.warning[bad].number for bad in _BAD)

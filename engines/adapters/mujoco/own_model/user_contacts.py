@@ -27,13 +27,14 @@ from plumbob.engines.adapters.mujoco.own_model.rigid_piece import (
     RigidPiece,
     rigid_piece,
 )
-from plumbob.engines.adapters.mujoco.own_model.tangent import diverged, integrator_of, kind
+from plumbob.engines.adapters.mujoco.own_model.tangent import diverged, kind
 from plumbob.engines.adapters.mujoco.settings_to_paste import (
     OWN_STIFFNESS,
     PAIRS,
     own_pair,
     settings,
 )
+from plumbob.engines.adapters.mujoco.terms import integrator_of
 from plumbob.engines.adapters.mujoco.user_file import user_model
 from plumbob.engines.method import time_step
 from plumbob.engines.own_contacts import Slide, Standing
