@@ -45,6 +45,7 @@ METHODS = (
         systems=(*CAPSULES, "!*/heavy-slider"),  # whose iterations take minutes
     ),
 )
+OF_WORLD = "__geom_skel__"  # begins the name of a skeleton that is a geom of the world
 DEPTH = 1e-9  # [m] that the feet start in the plane: contacts are found where bodies overlap
 
 
@@ -168,11 +169,13 @@ def model_fields(path: Path) -> Fields:
     yield "timestep", "", world.getTimeStep()
     for skeleton in map(world.getSkeleton, range(world.getNumSkeletons())):
         for body in map(skeleton.getBodyNode, range(skeleton.getNumBodyNodes())):
-            yield "mass", body.getName(), body.getMass()
-            yield "inertia", body.getName(), np.linalg.eigvalsh(body.getInertia().getMoment())
+            if not skeleton.getName().startswith(OF_WORLD):
+                moments = np.linalg.eigvalsh(body.getInertia().getMoment())
+                yield "mass", body.getName(), body.getMass()
+                yield "inertia", body.getName(), moments
             for shape in map(body.getShapeNode, range(body.getNumShapeNodes())):
                 if shape.hasDynamicsAspect():
-                    of_world = skeleton.getName().removeprefix("__geom_skel__")
+                    of_world = skeleton.getName().removeprefix(OF_WORLD)
                     name = of_world if "ShapeNode" in shape.getName() else shape.getName()
                     yield "friction", name, shape.getDynamicsAspect().getFrictionCoeff()
         for dof in map(skeleton.getDof, range(skeleton.getNumDofs())):

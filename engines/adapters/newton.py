@@ -22,6 +22,7 @@ from plumbob.engines.peer_model import Layout, NotRead, PeerModel
 from plumbob.models.scene import Case, later
 
 FIELDS = "plumbob.engines.adapters.mujoco.model_fields.fields_in"  # which imports MuJoCo
+FAR = 1e9  # more than numbers of actuators differ by
 STEP = Scheme(EULER, "start", unit=SINGLE)
 # Next to a barrier, and of stiff modes, the rounding of single precision has no theory here.
 MEANT = (
@@ -118,6 +119,11 @@ def _read(path: Path) -> tuple[Any, Any]:
     for what in ("nbody", "nq", "nv", "nu"):
         if (ours := getattr(file, what)) != (theirs := getattr(read, what)):
             raise NotRead(f"it has {what} = {theirs}, the file {ours}")
+    order = _order_of_actuators(file, read)
+    for name in dir(read):
+        if name.startswith("actuator_") and not name.endswith("adr"):
+            values = getattr(read, name)
+            values[:] = values[order]
     for joint in np.flatnonzero(file.jnt_type >= int(mujoco.mjtJoint.mjJNT_SLIDE)):
         at = file.jnt_qposadr[joint]
         shift = file.qpos0[at] - read.qpos0[at]  # as drawn, with a `ref` or without
@@ -125,6 +131,20 @@ def _read(path: Path) -> tuple[Any, Any]:
         read.qpos_spring[at] += shift
         read.jnt_range[joint] += shift
     return file, read
+
+
+def _order_of_actuators(file: Any, read: Any) -> Any:
+    """The number in Newton's model of each actuator of the file: it has servos first. An actuator
+    is known by its joint, then by the numbers that are nearest."""
+    from scipy.optimize import linear_sum_assignment
+
+    def numbers(model: Any) -> Any:
+        joints = FAR * model.actuator_trnid[:, :1]
+        gains = model.actuator_gainprm, model.actuator_biasprm
+        return np.hstack([joints, model.actuator_gear, *gains])
+
+    apart = np.abs(numbers(file)[:, None] - numbers(read)).sum(axis=-1)
+    return linear_sum_assignment(apart)[1]
 
 
 def model_fields(path: Path) -> Fields:

@@ -228,12 +228,14 @@ def model_fields(path: Path) -> Fields:
                 name = client.getBodyInfo(body)[0].decode()
             else:
                 joint = client.getJointInfo(body, link)
-                yield "damping", joint[1].decode(), joint[6]
-                yield "frictionloss", joint[1].decode(), joint[7]
+                if joint[2] != client.JOINT_FIXED:
+                    yield "damping", joint[1].decode(), joint[6]
+                    yield "frictionloss", joint[1].decode(), joint[7]
                 name = joint[12].decode()
             mass, friction, moments, *_ = client.getDynamicsInfo(body, link)
-            yield "mass", name, mass
-            yield "inertia", name, sorted(moments)
+            if mass > 0.0:  # bodies between joints have none
+                yield "mass", name, mass
+                yield "inertia", name, sorted(moments)
             yield "friction", name, friction
 
 

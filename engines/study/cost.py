@@ -13,9 +13,8 @@ from typing import TypeVar
 import numpy as np
 
 from plumbob.analytic.parameters import ParameterError
-from plumbob.analytic.reference import Array
 from plumbob.engines.abilities import Batches
-from plumbob.engines.method import Method, Simulation, Stepping, Unsupported
+from plumbob.engines.method import Method, Stepping, Unsupported
 from plumbob.engines.registry import engine_of, installed
 from plumbob.engines.study.measurement import Measurement
 from plumbob.engines.trajectory import Timed
@@ -201,46 +200,40 @@ def false_cost(case: Case, method: Method, step: float) -> str:
     """The reason why the cost of a step that `stepped` claims is false: it differs by more than
     a factor HONEST from the processor time of a step in runs. Empty if it does not, and if the
     steps of a run are too cheap beside its set-up to tell. Raises Unsupported."""
-    prepare = engine_of(method).prepare
 
-    def lasting(fraction: float) -> Simulation:
-        return prepare(case.lasting(fraction * case.scene.duration, 2), method, step)
+    def run_and_claim(fraction: float) -> tuple[float, ...]:
+        """Processor time [s] and steps of a run, then those that `stepped` claims."""
+        short = case.lasting(fraction * case.scene.duration, samples=2)
+        simulation = engine_of(method).prepare(short, method, step)
+        begin = time.process_time()
+        run = simulation.run()
+        taken = time.process_time() - begin
+        claim = simulation.stepped(1.0)
+        return taken, run.steps, claim.seconds, claim.steps
 
     fraction = first_steps(case, method, step).fraction
-    first = taken = _run_and_claim(lasting(fraction))[0]
-    while taken < 2.0 * first + LONG and fraction < 1.0:
-        fraction = min(1.0, 4.0 * fraction)
-        taken = _run_and_claim(lasting(fraction))[0]
+    fraction *= max(2.0, 2.0 * LONG / run_and_claim(fraction)[0])
     # Set-up, and whatever else each run does once, is in both lengths and not in their difference.
-    both = lasting(fraction), lasting(0.5 * fraction)
-    rounds = np.array([[_run_and_claim(run) for run in both] for _ in range(ENOUGH)])
+    parts = (min(1.0, fraction), 0.5 * min(1.0, fraction))
+    rounds = np.array([[run_and_claim(part) for part in parts] for _ in range(ENOUGH)])
     long, half = rounds.min(axis=0)
     seconds, steps, claimed, counted = long - half
     if seconds < max(0.1 * long[0], SHORT) or min(steps, counted) <= 0.0:
         return ""
-    costs = claimed / counted, seconds / steps
-    if costs[1] <= HONEST * costs[0] and costs[0] <= HONEST * costs[1]:
+    costs = 1e9 * claimed / counted, 1e9 * seconds / steps
+    if max(costs) <= HONEST * min(costs):
         return ""
-    said, shown = (f"{1e9 * cost:.3g} ns" for cost in costs)
-    return f"stepped() claims {said} a step, its runs take {shown} of processor time a step"
+    return "stepped() claims {:.3g} ns a step, its runs take {:.3g} of processor time".format(
+        *costs
+    )
 
 
 def held_to_cost(case: Case, method: Method, run: Measurement) -> Measurement:
     """The `run`, or, of an engine that a package adds and whose claimed cost is false, one without
     results that says so."""
-    trusted = not engine_of(method).distribution or run.status != "done"
-    why = "" if trusted else false_cost(case, method, run.step)
-    named = (run.scene, run.method, run.step)
-    return Measurement(*named, "cut-short", why) if why else run
-
-
-def _run_and_claim(simulation: Simulation) -> Array:
-    """Processor time [s] and steps of a run, then the seconds and steps that `stepped` claims."""
-    begin = time.process_time()
-    run = simulation.run()
-    taken = time.process_time() - begin
-    claim = simulation.stepped(1.0)
-    return np.array([taken, run.steps, claim.seconds, claim.steps], dtype=float)
+    held = engine_of(method).distribution and run.status == "done"
+    why = false_cost(case, method, run.step) if held else ""
+    return Measurement(run.scene, run.method, run.step, "cut-short", why) if why else run
 
 
 def _agree(values: Sequence[float]) -> bool:

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import math
+import re
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
+from itertools import product
 from pathlib import Path
 
 import numpy as np
@@ -32,11 +34,23 @@ EVERY_FIELD_TEXT = """\
       <geom name="bob" type="sphere" size="0.1" pos="0 0 -0.5" friction="0.6 0.005 0.0001"/>
     </body>
   </worldbody>
-  <actuator><motor name="motor" joint="hinge" gear="7"/></actuator>
+  <actuator>
+    <motor name="motor" joint="hinge" gear="7"/>
+    <position name="servo" joint="hinge" kp="0.8" kv="0.09"/>
+  </actuator>
 </mujoco>
 """
 
 
+# Fields of bodies, of joints, of geoms, and of actuators.
+KINDS = (
+    ("mass", "inertia"),
+    ("armature", "damping", "stiffness", "frictionloss"),
+    ("friction", "solref", "solimp"),
+    ("gear", "kp", "kv"),
+)
+PLACE = re.compile(r"(body|joint|geom|pair|actuator) \d+( of body .+)?")  # of what has no name
+ByField = Mapping[str, tuple[float, ...]]
 GRAVITY = "gravity"  # that a file states, none too
 SAME, LEAST = 1e-5, 1e-12  # relative, absolute [SI]: what single precision and new frames leave
 
@@ -83,7 +97,12 @@ def fields_of(engine: Engine, file: Path) -> tuple[str, ModelFields]:
     try:
         with captured():
             rows = list(reader.read(file))
-        return "", {(field, name): tuple(np.ravel(v).tolist()) for field, name, v in rows}
+        fields = dict[tuple[str, str], tuple[float, ...]]()
+        for field, name, values in rows:
+            while (field, name) in fields:  # a reader may give several elements one name
+                name += "'"
+            fields[field, name] = tuple(np.ravel(values).tolist())
+        return "", fields
     except ParameterError as error:
         return error.requirement, {}
     except Exception as error:
@@ -93,6 +112,7 @@ def fields_of(engine: Engine, file: Path) -> tuple[str, ModelFields]:
 def dropped(wanted: ModelFields, fields: ModelFields) -> dict[str, str]:
     """{field: what is there instead} of the numbers that a file states, as MuJoCo reads it, which
     another reader does not give; empty where it gives none of the field."""
+    fields = with_places(wanted, fields)
     known = {field for field, _ in fields}
     lost = dict[str, str]()
     for (field, name), values in wanted.items():
@@ -104,6 +124,45 @@ def dropped(wanted: ModelFields, fields: ModelFields) -> dict[str, str]:
         said = f"{name}: {there} for {_text(values)}".removeprefix(": ")
         lost[field] = said if field in known else ""
     return lost
+
+
+def with_places(wanted: ModelFields, fields: ModelFields) -> ModelFields:
+    """A reader's numbers, in which an element without a name in the file, whatever the reader calls
+    it, has the place that is its name in MuJoCo's."""
+    places = dict[tuple[str, str], str]()
+    for kind in KINDS:
+        for name, place in _places(_elements(wanted, kind), _elements(fields, kind)).items():
+            places |= {(field, name): place for field in kind}
+    return {(f, places.get((f, name), name)): values for (f, name), values in fields.items()}
+
+
+def _elements(fields: ModelFields, kind: Sequence[str]) -> Mapping[str, ByField]:
+    """{name: numbers by field} of the elements of a kind."""
+    elements = dict[str, dict[str, tuple[float, ...]]]()
+    for (field, name), values in fields.items():
+        if field in kind:
+            elements.setdefault(name, {})[field] = values
+    return elements
+
+
+def _places(here: Mapping[str, ByField], there: Mapping[str, ByField]) -> Mapping[str, str]:
+    """{a reader's name: place} of the elements of a kind without a name: those with the most
+    numbers in common first, and, if as many are left on both sides, the others in order."""
+    places = dict[str, str]()
+    unnamed = [name for name in here if PLACE.fullmatch(name) and name not in there]
+    unknown = [name for name in there if name not in here]
+
+    def in_common(pair: tuple[str, str]) -> int:
+        theirs = there[pair[1]]
+        return sum(any(v) and equal(v, theirs.get(f)) for f, v in here[pair[0]].items())
+
+    for place, name in sorted(product(unnamed, unknown), key=in_common, reverse=True):
+        free = name not in places and place not in places.values()
+        if free and in_common((place, name)):
+            places[name] = place
+    left = [name for name in unknown if name not in places]
+    missing = [place for place in unnamed if place not in places.values()]
+    return places | dict(zip(left, missing, strict=True) if len(left) == len(missing) else ())
 
 
 def fields_stated(wanted: ModelFields) -> tuple[str, ...]:

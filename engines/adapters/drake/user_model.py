@@ -40,10 +40,9 @@ def model_fields(path: Path) -> Fields:
     for actuator in map(plant.get_joint_actuator, plant.GetJointActuatorIndices()):
         name = actuator.name()
         ratio = actuator.default_gear_ratio()
-        gains = _gains(actuator)
         yield "gear", name, 1.0  # forces act on the joint as they are: the ratio is the rotor's
-        yield "kp", name, gains.p
-        yield "kv", name, gains.d
+        for field, gain in zip(("kp", "kv"), _gains(actuator), strict=True):
+            yield field, name, gain
         yield "armature", actuator.joint().name(), ratio**2 * actuator.default_rotor_inertia()
     inspector = graph.model_inspector()
     for geometry in inspector.GetAllGeometryIds():
@@ -54,9 +53,10 @@ def model_fields(path: Path) -> Fields:
             yield "friction", name, friction.dynamic_friction()
 
 
-def _gains(actuator: Any) -> Any:
-    """The gains p and d of an actuator, both 0 where it is no servo."""
-    return actuator.get_controller_gains() if actuator.has_controller() else NO_GAINS
+def _gains(actuator: Any) -> tuple[float, float]:
+    """The gains kp and kv of an actuator, both 0 where it is no servo."""
+    gains = actuator.get_controller_gains() if actuator.has_controller() else NO_GAINS
+    return gains.p, gains.d
 
 
 class DrakeModel:
@@ -75,10 +75,12 @@ class DrakeModel:
             self.simulator.get_mutable_context()
         )
         indices = self.plant.GetJointActuatorIndices()
-        self.actuators = [self.plant.get_joint_actuator(i) for i in indices]
-        self.commands = commands(layout, [actuator.name() for actuator in self.actuators])
-        self.servos = np.array([a.has_controller() for a in self.actuators], dtype=bool)
+        actuators = [self.plant.get_joint_actuator(i) for i in indices]
+        self.commands = commands(layout, [actuator.name() for actuator in actuators])
         self.selects = self.plant.MakeActuationMatrix()
+        self.gains = np.array([_gains(actuator) for actuator in actuators]).reshape(-1, 2).T
+        self.servos = self.gains.any(axis=0)
+        self.places = [actuator.joint().position_start() for actuator in actuators]
 
     def put(self, q: Array, v: Array) -> None:
         """Start from these coordinates."""
@@ -91,24 +93,15 @@ class DrakeModel:
     def _push(self, control: Array, force: Array) -> None:
         plant = self.plant
         context = self.context
-        commanded = control[self.commands] if self.commands else np.zeros(len(self.actuators))
-        self.commanded = commanded
-        direct = np.where(self.servos, 0.0, commanded)
+        self.commanded = np.zeros(len(self.places))
+        if self.commands:
+            self.commanded[:] = control[self.commands]
+        direct = np.where(self.servos, 0.0, self.commanded)
         plant.get_actuation_input_port().FixValue(context, direct)
-        if self.commands and self.servos.any():
-            targets = np.concatenate([commanded, 0.0 * commanded])
+        if self.servos.any():
+            targets = np.concatenate([self.commanded, 0.0 * direct])
             plant.get_desired_state_input_port(self.file).FixValue(context, targets)
         plant.get_applied_generalized_force_input_port().FixValue(context, force)
-
-    def _efforts(self, q: Array, v: Array) -> Array:
-        """The forces of the actuators on their joints [N or N m]."""
-        efforts = self.commanded.copy()
-        for i in np.flatnonzero(self.servos) if self.commands else ():
-            joint = self.actuators[i].joint()
-            gains = _gains(self.actuators[i])
-            off = efforts[i] - q[joint.position_start()]
-            efforts[i] = gains.p * off - gains.d * v[joint.velocity_start()]
-        return efforts
 
     def terms(self, q: Array, v: Array, control: Array) -> dict[str, Any]:
         """Of the plant; pairs that touch by Drake's contact results."""
@@ -120,6 +113,8 @@ class DrakeModel:
         for joint in map(plant.get_joint, plant.GetJointIndices()):
             at = joint.velocity_start()
             damping[at : at + joint.num_velocities()] = joint.GetDampingVector(context)
+        kp, kv = self.gains
+        held = kp * (self.commanded - q[self.places]) - kv * (v @ self.selects)
         touching = plant.get_contact_results_output_port().Eval(context)
         pairs = [
             (info.bodyA_index(), info.bodyB_index())
@@ -132,7 +127,7 @@ class DrakeModel:
             "gravity": plant.CalcGravityGeneralizedForces(context),
             "bias": plant.CalcBiasTerm(context),
             "passive": -damping * v,
-            "actuator": self.selects @ self._efforts(q, v),
+            "actuator": self.selects @ np.where(self.servos, held, self.commanded),
             "causes": {"acceleration": IMPLICIT} if self.servos.any() else {},
             "contacts": [tuple(plant.get_body(i).name() for i in pair) for pair in pairs],
         }

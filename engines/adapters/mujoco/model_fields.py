@@ -6,6 +6,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from functools import partial
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 import mujoco
@@ -15,14 +16,16 @@ from plumbob.engines.abilities import Fields
 from plumbob.engines.adapters.mujoco.user_file import compiled_model
 
 JOINTS = ("armature", "damping", "stiffness", "frictionloss")
+FIRST = MappingProxyType({"joint": "jntadr", "geom": "geomadr"})  # number of a body's first
 CONTACTS = ("friction", "solref", "solimp")
 
 
 def model_fields(path: Path) -> Fields:
-    """The numbers of the model file `path`, of everything in it that has a name: gravity
-    [m/s^2], time step [s], masses [kg], principal moments of inertia [kg m^2], of hinges and slides
-    armature, damping, stiffness and friction loss, of geoms that may touch, and of pairs, the
-    coefficient of friction, solref and solimp, and gears. Raises ParameterError."""
+    """The numbers of the model file `path`, by the names of `name_of`: gravity [m/s^2], time step
+    [s], masses [kg], principal moments of inertia [kg m^2], of hinges and slides armature, damping,
+    stiffness and friction loss, of geoms that may touch, and of pairs, the coefficient of friction,
+    solref and solimp, and of actuators gear, kp, and kv, which a `dampratio` sets, too. Raises
+    ParameterError."""
     yield from fields_in(compiled_model(path, "FILE"))
 
 
@@ -52,8 +55,24 @@ def fields_in(model: Any, named: Any = None) -> Fields:
 
 
 def _parts(model: Any, named: Any, kind: str, count: str) -> Iterator[tuple[str, Any]]:
-    """The parts of a kind that have a name, which are as many in both models."""
+    """The parts of a kind, which are as many in both models, by their names."""
     if getattr(model, count) == getattr(named, count):
         for i in range(getattr(model, count)):
-            if name := getattr(named, kind)(i).name:
-                yield name, getattr(model, kind)(i)
+            yield name_of(named, kind, i), getattr(model, kind)(i)
+
+
+def name_of(model: Any, kind: str, number: int) -> str:
+    """The name of a body, geom, joint, ...; if it has none, its place: "joint 0 of body arm",
+    "body 2", "actuator 1"."""
+    part = getattr(model, kind)(int(number))
+    if part.name or kind not in FIRST:
+        return part.name or f"{kind} {number}"
+    body = model.body(int(part.bodyid[0]))
+    index = int(number) - int(getattr(body, FIRST[kind])[0])
+    return f"{kind} {index} of body {body.name or body.id}"
+
+
+def name_with_kind(model: Any, kind: str, number: int) -> str:
+    """The same with the kind before a name: "joint hinge"."""
+    name = name_of(model, kind, number)
+    return f"{kind} {name}" if getattr(model, kind)(int(number)).name else name

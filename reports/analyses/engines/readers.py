@@ -20,13 +20,13 @@ KNOWN: Mapping[str, Record] = MappingProxyType(
         "dart": Record(version="6.20.0", read=("mass", "damping", "friction")),
         "drake": Record(
             version="1.51.1",
-            read=("gravity", "mass", "inertia", "armature", "damping", "friction", "gear"),
+            read=("gravity", "mass", "inertia", "armature", "damping", "friction", "kp"),
         ),
         "newton": Record(
             version="1.8.0",
             read=(
                 *("mass", "inertia", "armature", "damping", "stiffness", "frictionloss"),
-                *("friction", "solref", "solimp", "gear"),
+                *("friction", "solref", "solimp", "gear", "kp", "kv"),
             ),
         ),
         "pinocchio": Record(

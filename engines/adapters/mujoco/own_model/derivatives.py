@@ -12,7 +12,7 @@ import mujoco
 import numpy as np
 
 from plumbob.analytic.reference import Array
-from plumbob.engines.adapters.mujoco.own_model.readings import name_of
+from plumbob.engines.adapters.mujoco.model_fields import name_of
 from plumbob.engines.adapters.mujoco.own_model.tangent import diverged
 from plumbob.engines.adapters.mujoco.terms import put
 from plumbob.engines.adapters.mujoco.transition import advanced, difference

@@ -16,12 +16,13 @@ import numpy as np
 
 from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.reference import Array, Signals
+from plumbob.engines.adapters.mujoco.model_fields import name_of
 from plumbob.engines.adapters.mujoco.options import collected, disabled
 from plumbob.engines.adapters.mujoco.own_model import derivatives, left_out, urdf
 from plumbob.engines.adapters.mujoco.own_model.field import ContinuousField, without_step
 from plumbob.engines.adapters.mujoco.own_model.fields import fields
 from plumbob.engines.adapters.mujoco.own_model.policy import recorded
-from plumbob.engines.adapters.mujoco.own_model.readings import name_of, readings, unlikely
+from plumbob.engines.adapters.mujoco.own_model.readings import readings, unlikely
 from plumbob.engines.adapters.mujoco.own_model.refusals import refused
 from plumbob.engines.adapters.mujoco.own_model.solids import solids
 from plumbob.engines.adapters.mujoco.own_model.tangent import (

@@ -10,6 +10,7 @@ import mujoco
 import numpy as np
 
 from plumbob.analytic.reference import Array
+from plumbob.engines.adapters.mujoco.model_fields import name_with_kind
 from plumbob.engines.adapters.mujoco.own_model.readings import pair_name
 from plumbob.engines.own_motion import Change, Element, Place
 
@@ -29,7 +30,7 @@ def place(model: Any, data: Any, weights: Array) -> Place:
     by_joint = np.bincount(model.dof_jntid, places, model.njnt)
     if activations.size and activations.max() > by_joint.max():
         at = np.searchsorted(model.actuator_actadr, int(np.argmax(activations)), "right") - 1
-        return Place(f"activation of {_name(model.actuator(at), 'actuator', int(at))}")
+        return Place(f"activation of {name_with_kind(model, 'actuator', int(at))}")
     joint = int(np.argmax(by_joint))
     degrees = np.flatnonzero(model.dof_jntid == joint).tolist()
     degree = max(degrees, key=lambda k: places[k])
@@ -43,7 +44,7 @@ def place(model: Any, data: Any, weights: Array) -> Place:
         for k in degrees
     )
     return Place(
-        _name(model.joint(joint), "joint", joint),
+        name_with_kind(model, "joint", joint),
         (
             *_weaker(model, "stiffness", "jnt_stiffness", (joint,), on),
             *_weaker(model, "damping", "dof_damping", degrees, on),
@@ -52,10 +53,6 @@ def place(model: Any, data: Any, weights: Array) -> Place:
         ),
         (Change(f"armature {heavier[0][2]:.2g}", heavier), *_implicit_damping(model)),
     )
-
-
-def _name(thing: Any, what: str, number: int) -> str:
-    return f"{what} {thing.name or number}"
 
 
 def _inertia(model: Any, data: Any, along: Array) -> float:
@@ -96,7 +93,7 @@ def _actuators(model: Any, data: Any, degrees: Sequence[int], unit: str) -> Iter
         wanted = critical if critical > damping else _rounded(damping / 2.0)
         remedy = Change(f"kv {wanted:.2g}", (("actuator_biasprm", (first + 2,), -wanted),))
         for k, what in enumerate(("kp", "kv"), start=first + 1):
-            name = f"{_name(model.actuator(i), 'actuator', i)} {what}"
+            name = f"{name_with_kind(model, 'actuator', i)} {what}"
             on = f" on {inertia:.2g} {unit}"
             yield from _weaker(model, name, "actuator_biasprm", (k,), on, remedy)
 
@@ -110,7 +107,7 @@ def _constraints(model: Any, data: Any, along: Array) -> Iterator[Element]:
         if kind == KINDS.mjCNSTR_LIMIT_JOINT:
             yield _softer(model, "its limit", "jnt_solref", (i,))
         elif kind == KINDS.mjCNSTR_EQUALITY:
-            yield _softer(model, _name(model.equality(i), "equality", i), "eq_solref", (i,))
+            yield _softer(model, name_with_kind(model, "equality", i), "eq_solref", (i,))
         elif kind >= TOUCHING and data.contact.geom[i].min() >= 0:
             geoms = data.contact.geom[i]
             yield _softer(model, f"contact {pair_name(model, geoms)}", "geom_solref", geoms)

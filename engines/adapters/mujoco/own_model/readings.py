@@ -8,17 +8,13 @@ import mujoco
 import numpy as np
 
 from plumbob.analytic.reference import Array, Signals
+from plumbob.engines.adapters.mujoco.model_fields import name_of
 from plumbob.engines.adapters.mujoco.terms import put
 
 NAMES = ("energy", "momentum", "penetration", "slip", "limits exceeded", "equalities missed")
 KINDS = mujoco.mjtConstraint
 LIMITS = (KINDS.mjCNSTR_LIMIT_JOINT, KINDS.mjCNSTR_LIMIT_TENDON)
 DEEP = 0.01  # [m or rad] of contacts, and beyond limits, that a start is hardly meant to have
-
-
-def name_of(model: Any, kind: str, number: int) -> str:
-    """The name of a body, geom, joint, ...; its number where it has none."""
-    return getattr(model, kind)(int(number)).name or f"{kind} {number}"
 
 
 def pair_name(model: Any, pair: Any) -> str:

@@ -11,7 +11,7 @@ import numpy as np
 
 from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.reference import Array
-from plumbob.engines.adapters.mujoco.own_model.readings import name_of
+from plumbob.engines.adapters.mujoco.model_fields import name_of
 from plumbob.engines.own_motion import NotCertifiable
 
 LEVEL = 1e-9  # sine of the angle between gravity and the plane's normal; [m/s^2] of forces
