@@ -99,9 +99,7 @@ class Look:
 def looks_at(peer: PeerModel, held: Held) -> list[Look]:
     """Some states along the certified motion."""
     terms = held.model.terms()
-    step = held.model.step
     controls = held.script.controls
-    velocity = held.model.layout.velocity
     places = [(k, held.states[k]) for k in _spread(len(controls))]
     touching = list(held.model.touched(held.script))
     places += [touching[k] for k in _spread(len(touching))]
@@ -109,16 +107,25 @@ def looks_at(peer: PeerModel, held: Held) -> list[Look]:
     for k, state in places:
         control = controls[k]
         theirs = peer.terms(state, control)
-        peer.begin(state)
-        one_step = Script(state, step, control[None])
-        own, scheme = (
-            held.model.stepped(one_step, integrator, 1).states[1]
-            for integrator in (held.model.integrator, peer.integrator)
-        )
-        after = own, scheme, peer.advance(control, 0.0 * state[velocity], 1)
-        own, scheme, other = ((moved[velocity] - state[velocity]) / step for moved in after)
-        looks.append(Look(state, control, terms(state, control), theirs, (own, scheme, other)))
+        accelerations = _accelerations(peer, held, state, control)
+        looks.append(Look(state, control, terms(state, control), theirs, accelerations))
     return looks
+
+
+def _accelerations(
+    peer: PeerModel, held: Held, state: Array, control: Array
+) -> tuple[Array, Array, Array]:
+    """The accelerations in a step from a state, as in `Look`."""
+    velocity = held.model.layout.velocity
+    one_step = Script(state, held.model.step, control[None])
+    peer.begin(state)
+    own, scheme = (
+        held.model.stepped(one_step, integrator, 1).states[1]
+        for integrator in (held.model.integrator, peer.integrator)
+    )
+    after = own, scheme, peer.advance(control, 0.0 * state[velocity], 1)
+    own, scheme, other = ((end[velocity] - state[velocity]) / held.model.step for end in after)
+    return own, scheme, other
 
 
 def _spread(count: int) -> list[int]:

@@ -8,6 +8,7 @@ import time
 from collections.abc import Callable, Hashable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import TypeVar
 
 import numpy as np
@@ -200,32 +201,34 @@ def false_cost(case: Case, method: Method, step: float) -> str:
     """The reason why the cost of a step that `stepped` claims is false: it differs by more than
     a factor HONEST from the processor time of a step in runs. Empty if it does not, and if the
     steps of a run are too cheap beside its set-up to tell. Raises Unsupported."""
-
-    def run_and_claim(fraction: float) -> tuple[float, ...]:
-        """Processor time [s] and steps of a run, then those that `stepped` claims."""
-        short = case.lasting(fraction * case.scene.duration, samples=2)
-        simulation = engine_of(method).prepare(short, method, step)
-        begin = time.process_time()
-        run = simulation.run()
-        taken = time.process_time() - begin
-        claim = simulation.stepped(1.0)
-        return taken, run.steps, claim.seconds, claim.steps
-
+    timed = partial(_run_and_claim, case, method, step)
     fraction = first_steps(case, method, step).fraction
-    fraction *= max(2.0, 2.0 * LONG / run_and_claim(fraction)[0])
+    fraction = min(1.0, fraction * max(2.0, 2.0 * LONG / timed(fraction)[0]))
     # Set-up, and whatever else each run does once, is in both lengths and not in their difference.
-    parts = (min(1.0, fraction), 0.5 * min(1.0, fraction))
-    rounds = np.array([[run_and_claim(part) for part in parts] for _ in range(ENOUGH)])
-    long, half = rounds.min(axis=0)
+    rounds = [[timed(fraction), timed(0.5 * fraction)] for _ in range(ENOUGH)]
+    long, half = np.min(rounds, axis=0)
     seconds, steps, claimed, counted = long - half
     if seconds < max(0.1 * long[0], SHORT) or min(steps, counted) <= 0.0:
         return ""
     costs = 1e9 * claimed / counted, 1e9 * seconds / steps
     if max(costs) <= HONEST * min(costs):
         return ""
-    return "stepped() claims {:.3g} ns a step, its runs take {:.3g} of processor time".format(
-        *costs
-    )
+    said, shown = (f"{cost:.3g} ns" for cost in costs)
+    return f"stepped() claims {said} a step, its runs take {shown} of processor time"
+
+
+def _run_and_claim(
+    case: Case, method: Method, step: float, fraction: float
+) -> tuple[float, float, float, float]:
+    """Processor time [s] and steps of a run of the first `fraction` of the duration, then those
+    that `stepped` claims."""
+    short = case.lasting(fraction * case.scene.duration, samples=2)
+    simulation = engine_of(method).prepare(short, method, step)
+    begin = time.process_time()
+    run = simulation.run()
+    taken = time.process_time() - begin
+    claim = simulation.stepped(1.0)
+    return taken, run.steps, claim.seconds, claim.steps
 
 
 def held_to_cost(case: Case, method: Method, run: Measurement) -> Measurement:

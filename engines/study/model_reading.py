@@ -148,17 +148,18 @@ def _elements(fields: ModelFields, kind: Sequence[str]) -> Mapping[str, ByField]
 def _places(here: Mapping[str, ByField], there: Mapping[str, ByField]) -> Mapping[str, str]:
     """{a reader's name: place} of the elements of a kind without a name: those with the most
     numbers in common first, and, if as many are left on both sides, the others in order."""
-    places = dict[str, str]()
     unnamed = [name for name in here if PLACE.fullmatch(name) and name not in there]
     unknown = [name for name in there if name not in here]
 
-    def in_common(pair: tuple[str, str]) -> int:
-        theirs = there[pair[1]]
-        return sum(any(v) and equal(v, theirs.get(f)) for f, v in here[pair[0]].items())
+    def in_common(place: str, name: str) -> int:
+        return sum(any(v) and equal(v, there[name].get(f)) for f, v in here[place].items())
 
-    for place, name in sorted(product(unnamed, unknown), key=in_common, reverse=True):
-        free = name not in places and place not in places.values()
-        if free and in_common((place, name)):
+    if len(unnamed) == len(unknown) and all(map(in_common, unnamed, unknown)):
+        return dict(zip(unknown, unnamed, strict=True))  # of many elements the others take long
+    places = dict[str, str]()
+    pairs = product(unnamed, unknown)
+    for place, name in sorted(pairs, key=lambda pair: in_common(*pair), reverse=True):
+        if name not in places and place not in places.values() and in_common(place, name):
             places[name] = place
     left = [name for name in unknown if name not in places]
     missing = [place for place in unnamed if place not in places.values()]

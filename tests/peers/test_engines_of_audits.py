@@ -175,7 +175,7 @@ def _on_arms(tmp_path, engine, joints, actuator="", integrator=""):
 
 @pytest.mark.long
 @pytest.mark.parametrize(("integrator", "differs"), [("", True), ('integrator="Euler"', False)])
-def test_an_integrator_is_told_from_constraints(integrator, differs, tmp_path):
+def test_an_integrator_is_named_where_no_constraint_acts(integrator, differs, tmp_path):
     """If a file names none, Newton's importer takes implicitfast, and MuJoCo Euler. Under a servo's
     damping alone the acceleration in a step of Euler is -kv v / M, and in one of implicitfast
     -kv v / (M + h kv)."""
