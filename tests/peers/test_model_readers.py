@@ -95,10 +95,10 @@ def test_a_page_shows_what_the_study_stored_of_readers(study):
 UNNAMED = """<mujoco model="unnamed"><compiler angle="radian"/><worldbody>
 <geom type="plane" size="1 1 1" friction="0.9 0.01 0.001"/>
 <body pos="0 0 1"><inertial pos="0 0 -0.1" mass="1.5" diaginertia="0.11 0.12 0.13"/>
-<joint axis="0 1 0" damping="0.5" stiffness="2" armature="0.2"/>
+<joint type="hinge" axis="0 1 0" damping="0.5" stiffness="2" armature="0.2"/>
 <geom size="0.1" friction="0.3 0.01 0.001"/>
 <body name="arm" pos="0 0 -0.5"><inertial pos="0 0 -0.1" mass="2" diaginertia="0.21 0.22 0.23"/>
-<joint axis="0 1 0" damping="0.6"/><geom size="0.1" friction="0.4 0.01 0.001"/></body></body>
+<joint type="hinge" axis="0 1 0" damping="0.6"/><geom size="0.1" friction="0.4 0.01 0.001"/></body></body>
 <body pos="1 0 1"><inertial pos="0 0 -0.1" mass="3" diaginertia="0.31 0.32 0.33"/>
 <joint name="slide" type="slide" damping="0.7"/></body></worldbody>
 <actuator><motor joint="slide" gear="5"/><position joint="slide" kp="30" kv="4"/></actuator>
@@ -126,7 +126,7 @@ OF_UNNAMED = {  # what each reader drops of it
         **dict.fromkeys(("stiffness", "friction", "gear", "kp", "kv"), ""),
     },
     "pybullet": {
-        "inertia": "body 1: 0.006 0.006 0.006 for 0.11 0.12 0.13",
+        "inertia": "body 1: 0 0 0 for 0.11 0.12 0.13",
         "armature": "",
         "damping": "joint 0 of body 1: 0 for 0.5",
         **dict.fromkeys(("stiffness", "gear", "kp", "kv"), ""),
