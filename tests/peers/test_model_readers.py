@@ -98,7 +98,8 @@ UNNAMED = """<mujoco model="unnamed"><compiler angle="radian"/><worldbody>
 <joint type="hinge" axis="0 1 0" damping="0.5" stiffness="2" armature="0.2"/>
 <geom size="0.1" friction="0.3 0.01 0.001"/>
 <body name="arm" pos="0 0 -0.5"><inertial pos="0 0 -0.1" mass="2" diaginertia="0.21 0.22 0.23"/>
-<joint type="hinge" axis="0 1 0" damping="0.6"/><geom size="0.1" friction="0.4 0.01 0.001"/></body></body>
+<joint type="hinge" axis="0 1 0" damping="0.6"/>
+<geom size="0.1" friction="0.4 0.01 0.001"/></body></body>
 <body pos="1 0 1"><inertial pos="0 0 -0.1" mass="3" diaginertia="0.31 0.32 0.33"/>
 <joint name="slide" type="slide" damping="0.7"/></body></worldbody>
 <actuator><motor joint="slide" gear="5"/><position joint="slide" kp="30" kv="4"/></actuator>
