@@ -41,8 +41,9 @@ def model_fields(path: Path) -> Fields:
         name = actuator.name()
         ratio = actuator.default_gear_ratio()
         yield "gear", name, 1.0  # forces act on the joint as they are: the ratio is the rotor's
-        for field, gain in zip(("kp", "kv"), _gains(actuator), strict=True):
-            yield field, name, gain
+        gains = _gains(actuator)
+        yield "kp", name, gains[0]
+        yield "kv", name, gains[1]
         yield "armature", actuator.joint().name(), ratio**2 * actuator.default_rotor_inertia()
     inspector = graph.model_inspector()
     for geometry in inspector.GetAllGeometryIds():
