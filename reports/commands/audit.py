@@ -10,7 +10,7 @@ import pkgutil
 import sys
 import time
 import warnings
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -37,6 +37,7 @@ from plumbob.reports.commands.several_audits import Row, model_files, page_names
 from plumbob.reports.view.audit.page import answered, lines, page, rows
 from plumbob.reports.view.audit.records import record
 from plumbob.reports.view.content import Finding
+from plumbob.reports.view.own_files import replaceable
 from plumbob.reports.view.page import written
 
 MISSING = 3
@@ -79,8 +80,10 @@ def command(chosen: argparse.Namespace) -> int:
     if chosen.write_trimmed and (not alone or chosen.gym or models[0].suffix in OTHER):
         what = "left out, but with a single MJCF file"
         raise ParameterError("write trimmed", chosen.write_trimmed, what)
-    _writable(chosen, models)
-    audited = partial(_audited, chosen=chosen, pages=page_names(models))
+    ending = "-contacts.html" if chosen.contacts else ".html"
+    pages = {path: f"{name}{ending}" for path, name in page_names(models).items()}
+    _writable(chosen, models, [*pages.values(), *[several_audits.PAGE] * (not alone)])
+    audited = partial(_audited, chosen=chosen, pages=pages)
     with progress() as show:
         if files is None:
             try:
@@ -167,10 +170,12 @@ def _checked(chosen: argparse.Namespace) -> None:
         chosen.against = stored_audits(Path(chosen.against))
 
 
-def _writable(chosen: argparse.Namespace, models: Sequence[Path]) -> None:
-    """Raises ParameterError where something asked for cannot be written, or would replace one of
-    the `models`."""
-    from plumbob.reports.commands.validate import replaceable, writable
+def _writable(
+    chosen: argparse.Namespace, models: Sequence[Path], pages: Collection[str]
+) -> None:
+    """Raises ParameterError where something asked for, these `pages` among it, cannot be written,
+    or would replace one of the `models` or another file that is not plumbob's."""
+    from plumbob.reports.commands.validate import writable
 
     taken = {path.resolve() for path in models}
     for name in ("junitxml", "badge"):
@@ -182,6 +187,8 @@ def _writable(chosen: argparse.Namespace, models: Sequence[Path]) -> None:
             writable(name, target.parent)
     if chosen.out is not None:
         out = Path(chosen.out)
+        for page_name in pages:
+            replaceable("out", out / page_name)
         writable("out", next(folder for folder in (out, *out.parents) if folder.exists()))
 
 
@@ -234,7 +241,6 @@ def _written(
     from plumbob.reports.analyses.replay.geoms import audited
 
     shown = audited(result) if isinstance(result, Audit) else None
-    name += "-contacts.html" if chosen.contacts else ".html"
     try:
         written(page(answer, result, chosen.line, shown), Path(chosen.out), name)
     except OSError as error:

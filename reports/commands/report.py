@@ -19,6 +19,10 @@ def command(chosen: argparse.Namespace) -> int:
         public = new_folder(chosen.publish, Path(chosen.out))
     if single and public:
         raise ParameterError("publish", chosen.publish, "left out where --single is given")
+    from plumbob.reports.view.site.writing import own_site
+
+    if not single and not public:
+        own_site("OUT", Path(chosen.out))
     study = store.load(Path(chosen.out) / store.FILE, chosen.study)
     if study is None and chosen.study is None:
         raise ParameterError("OUT", chosen.out, "where `plumbob validate` has stored a study")

@@ -4,6 +4,7 @@ import pytest
 
 from plumbob.engines.study import store
 from plumbob.reports.cli import main
+from plumbob.reports.view.own_files import LIST
 from plumbob.tests.support.page_document import Document
 from plumbob.tests.support.stored import save
 from plumbob.tests.support.studies import quick
@@ -22,7 +23,7 @@ def test_a_folder_to_publish_is_the_site_without_the_store(tmp_path, capsys):
     assert [path.name for path in out.iterdir()] == [store.FILE]
     assert {path.name for path in tmp_path.iterdir()} == {"out", "public"}
     assert {path.name for path in folder.iterdir()} == {".nojekyll", "index.html", "pages"}
-    led_to = {folder / "index.html", folder / ".nojekyll"}
+    led_to = {folder / "index.html", folder / ".nojekyll", folder / "pages" / LIST}
     for page in folder.rglob("*.html"):
         document = Document(page.read_text("utf-8"))
         named = [*document.links, *document.loaded]
