@@ -43,7 +43,7 @@ from plumbob.reports.view.page import written
 MISSING = 3
 MISSED = 1  # an accuracy, stability or reference that is asked for
 OTHER = (".urdf", ".mjb")  # models that are no text to trim
-PATIENCE = 10.0  # times the budget, after which an audit of several hangs
+PATIENCE = 10.0  # times the budget of processor time, after which an audit of several hangs
 # Options of one audit, which the other does not take, and of a file, which no environment does.
 OF_MOTION = (
     "qpos",

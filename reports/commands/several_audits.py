@@ -105,8 +105,8 @@ def audited(
     files: Sequence[Path], do: Callable[[Path], Row], jobs: int, limit: float
 ) -> Iterator[Row]:
     """A row for each file as they are done, in up to `jobs` processes, the largest first, since one
-    that takes long and begins last is waited for; one that dies, or takes longer than `limit` [s],
-    costs its own row."""
+    that takes long and begins last is waited for; one that dies, or takes more processor time than
+    `limit` [s], costs its own row."""
 
     def size(path: Path) -> int:
         return path.stat().st_size if path.is_file() else 0
