@@ -29,8 +29,10 @@ from plumbob.engines.audit.controls import KINDS
 from plumbob.engines.audit.engines import readers
 from plumbob.engines.audit.environments import environment
 from plumbob.engines.audit.trims import tried
+from plumbob.engines.audit.user_models import quiet, user_models
 from plumbob.engines.own_motion import AS_IT_STANDS, Policy, Start
-from plumbob.reports.audit_from_python import BUDGET, audit, audit_contacts, user_models
+from plumbob.models.entry_points import on_stderr
+from plumbob.reports.audit_from_python import BUDGET, audit, audit_contacts
 from plumbob.reports.commands import several_audits
 from plumbob.reports.commands.arguments import values
 from plumbob.reports.commands.several_audits import Row, model_files, page_names, refused
@@ -349,6 +351,7 @@ def new_file(target: Path) -> None:
         raise ParameterError("write trimmed", str(target), what) from None
 
 
+@quiet()
 def trimmed_file(
     audit: Audit, source: Path, target: Path, start: Start = AS_IT_STANDS
 ) -> Audit:
@@ -372,7 +375,8 @@ def policy_of(name: str) -> Policy:
     ParameterError."""
     sys.path.insert(0, os.getcwd())
     try:
-        found = pkgutil.resolve_name(name)
+        with on_stderr():
+            found = pkgutil.resolve_name(name)
     except (Exception, SystemExit) as error:
         raise ParameterError("policy", name, f"MODULE:FUNCTION ({one_line(error)})") from None
     finally:
