@@ -70,10 +70,18 @@ OF_FILES = ("model", "keyframe", "qpos", "qvel", "ctrl_period", "contacts")
 def command(chosen: argparse.Namespace) -> int:
     """Print the audits; returns 1 where an accuracy, stability or reference that is asked for is
     missed."""
-    from plumbob.reports.commands.validate import progress
+    from plumbob.reports.commands.validate import noted, progress
 
     _checked(chosen)
-    files = None if chosen.gym else model_files(chosen.model)
+    files, others = (
+        model_files(chosen.model, chosen.models_only) if not chosen.gym else (None, [])
+    )
+    if others:
+        noted(f"{len(others)} files are no models and are skipped, such as {others[0]}")
+    if files == []:
+        if chosen.json:
+            values.print_json([])
+        return 0
     alone = files is None
     models = files or [Path(chosen.gym or chosen.model[0])]
     chosen.alone = alone
@@ -179,7 +187,7 @@ def _writable(
     or would replace one of the `models` or another file that is not plumbob's."""
     from plumbob.reports.commands.validate import writable
 
-    taken = {path.resolve() for path in models}
+    taken = {Path(os.path.realpath(path)) for path in models}
     for name in ("junitxml", "badge"):
         if file := getattr(chosen, name):
             target = replaceable(name, Path(file))

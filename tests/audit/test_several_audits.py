@@ -2,12 +2,15 @@
 
 import json
 import math
+import os
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from xml.etree import ElementTree
 
 import pytest
 
+from plumbob import audit
 from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.workers import Workers
 from plumbob.reports.cli import main
@@ -42,11 +45,13 @@ def folder(tmp_path):
 def test_which_files_are_meant(folder):
     """A single file is none of several; a folder gives what no other file there includes."""
     rod = str(folder / "fine" / "rod.xml")
-    assert model_files([rod]) is None
-    assert model_files([rod, rod]) == [Path(rod)]
-    inside = {path.relative_to(folder).as_posix() for path in model_files([str(folder)]) or ()}
+    assert model_files([rod]) == (None, [])
+    assert model_files([rod, rod]) == ([Path(rod)], [])
+    files, others = model_files([str(folder)])
+    assert others == [folder / "notes.xml"]
+    inside = {path.relative_to(folder).as_posix() for path in files}
     assert inside == {"fine/rod.xml", "coarse/rod.xml", "broken.xml", "whole.xml"}
-    assert model_files([str(folder / "*" / "rod.xml")]) == [
+    assert model_files([str(folder / "*" / "rod.xml")])[0] == [
         folder / "coarse" / "rod.xml",
         folder / "fine" / "rod.xml",
     ]
@@ -54,6 +59,53 @@ def test_which_files_are_meant(folder):
         (folder / "empty").mkdir(exist_ok=True)
         with pytest.raises(ParameterError, match="a file, or a folder or pattern with models"):
             model_files([nothing])
+
+
+NO_MODELS = {
+    "assets.xml": "<mujoco><!-- <worldbody/> --><compiler/><asset/><default/></mujoco>",
+    "package.xml": "<package><export><mujoco plugin='a'/></export></package>",
+    "part.xml": "<mujocoinclude><worldbody/></mujocoinclude>",
+}
+
+
+def test_what_is_no_model_is_skipped_and_counted(tmp_path, monkeypatch, capsys):
+    """And what is no file, or cannot be read, costs its row."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "rod.xml").write_text(ROD.format(step=1e-3))
+    for name, text in NO_MODELS.items():
+        (tmp_path / name).write_text(text)
+    (tmp_path / "folder.xml").mkdir()
+    os.mkfifo("pipe.xml")
+    Path("dangling.xml").symlink_to("nothing.xml")
+    Path("loop.xml").symlink_to("loop.xml")
+    Path("inside").symlink_to(tmp_path)
+    audits = [Row(str(tmp_path), 1.0, 1.0, "", 0, {})]
+    asked = []
+    monkeypatch.setattr(
+        several_audits, "audited", lambda files, *rest: asked.extend(files) or audits
+    )
+    assert main(["audit", "."]) == 0
+    assert capsys.readouterr().err == (
+        "plumbob: 3 files are no models and are skipped, such as assets.xml\n"
+    )
+    odd = {"folder.xml", "pipe.xml", "dangling.xml", "loop.xml"}
+    assert {str(path) for path in asked} == {"rod.xml", *odd}
+    files, others = model_files([*NO_MODELS, "rod.xml"], models_only=True)
+    assert (files, others) == ([Path("rod.xml")], list(map(Path, NO_MODELS)))
+    assert model_files(["rod.xml"], models_only=True) == (None, [])
+    assert main(["audit", "--models-only", "--json", "package.xml"]) == 0
+    assert capsys.readouterr().out == "[]\n"
+
+
+@pytest.mark.parametrize("kind", ["folder", "pipe", "link"])
+def test_what_is_no_file_has_a_row_that_says_so(kind, tmp_path, monkeypatch):
+    path = tmp_path / "odd.xml"
+    {"folder": path.mkdir, "pipe": partial(os.mkfifo, path)}.get(
+        kind, partial(path.symlink_to, tmp_path / "nothing")
+    )()
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(ParameterError, match=r"odd\.xml"):
+        audit(path)
 
 
 def test_the_largest_file_is_begun_first(folder, monkeypatch):
