@@ -13,7 +13,7 @@ from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.reference import Array
 from plumbob.engines.added import one_line
 from plumbob.engines.audit.user_models import quiet
-from plumbob.engines.own_motion import Policy
+from plumbob.engines.own_motion import Policy, periods
 from plumbob.models.entry_points import captured, on_stderr
 
 
@@ -53,7 +53,7 @@ def rollout(environment: Any, policy: Policy, duration: float) -> Array:
     name = getattr(policy, "__name__", type(policy).__name__)
     with on_stderr(), warnings.catch_warnings():
         warnings.simplefilter("ignore")
-        for _ in range(max(1, round(duration / inner.dt))):
+        for _ in range(periods(duration, inner.dt)):
             try:
                 observation, _, ended, late, _ = environment.step(policy(observation))
             except (Exception, SystemExit) as error:

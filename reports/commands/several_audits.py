@@ -10,8 +10,10 @@ import re
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
+from html import unescape
 from pathlib import Path
 from typing import Any
+from urllib.parse import quote
 from xml.etree import ElementTree
 
 from plumbob.analytic.parameters import ParameterError
@@ -214,7 +216,11 @@ def workflow_commands(row: Row) -> Iterator[str]:
 def write_page(rows: Sequence[Row], folder: Path, command: str, seconds: float) -> Path:
     """Write the page of the table into `folder`, whole or not at all. Raises OSError."""
     text = page_of(table(rows), command, seconds)
-    return written(OWN_PAGE.sub(r'href="\1"', text), folder, PAGE)
+
+    def link(found: re.Match[str]) -> str:
+        return f'href="{quote(unescape(found[1]), errors="surrogateescape")}"'
+
+    return written(OWN_PAGE.sub(link, text), folder, PAGE)
 
 
 def write_badge(file: Path, rows: Sequence[Row], bounded: bool) -> None:

@@ -165,9 +165,14 @@ def written(text: str | bytes, folder: Path, name: str) -> Path:
     # A file in a folder has the permissions that the user's umask leaves, unlike a temporary file.
     with tempfile.TemporaryDirectory(prefix=".plumbob-", dir=folder) as scratch:
         part = Path(scratch) / name
-        part.write_bytes(text.encode("utf-8") if isinstance(text, str) else text)
+        part.write_bytes(encoded(text))
         os.replace(part, folder / name)
     return folder / name
+
+
+def encoded(text: str | bytes) -> bytes:
+    """A file's content as bytes; what is no character, as in a name of a file, is escaped."""
+    return text.encode("utf-8", "backslashreplace") if isinstance(text, str) else text
 
 
 def _json(values: Any) -> str:

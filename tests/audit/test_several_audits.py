@@ -3,9 +3,11 @@
 import json
 import math
 import os
+import re
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
+from urllib.parse import unquote
 from xml.etree import ElementTree
 
 import pytest
@@ -115,6 +117,26 @@ def test_the_largest_file_is_begun_first(folder, monkeypatch):
     files = [folder / name for name in ("none.xml", "notes.xml", "part.xml", "whole.xml")]
     assert list(several_audits.audited(files, str, 2, 1.0)) == []
     assert [task.key.stem for task in begun] == ["part", "whole", "notes", "none"]
+
+
+HOSTILE = "a b&#?%\x1b\x00\udcff\ud800\u2028'<:é.xml"
+
+
+def test_names_with_any_character(tmp_path):
+    """JUnit's file is XML, and a link leads to the page's file."""
+    name = HOSTILE.replace("\x00", "").replace("\ud800", "")
+    row = replace(refused(name, HOSTILE), page=f"audit-{name}.html".replace(".xml", ""))
+    page = several_audits.write_page([row], tmp_path, HOSTILE, 1.0)
+    (tmp_path / row.page).touch()
+    links = re.findall(r'href="(audit-[^"]*)"', page.read_text("utf-8"))
+    (file,) = [unquote(link, errors="surrogateescape") for link in links]
+    assert (page.parent / file).exists()
+    assert not set(links[0]) & set(" #?<':\x1b")
+    several_audits.write_junit(tmp_path / "junit.xml", [row, replace(row, missed=HOSTILE)], 0.0)
+    suite = ElementTree.parse(tmp_path / "junit.xml").getroot()
+    case = suite.find("testcase")
+    assert case.attrib["name"].startswith("a b&#?%\\x1b\\udcff")
+    assert "\\x00" in case.find("error").attrib["message"]
 
 
 def test_each_file_has_a_page_of_its_own():

@@ -21,6 +21,7 @@ from plumbob.reports.view.page import (
     NAME,
     Plots,
     carried,
+    encoded,
     filled,
     packed,
     shared_files,
@@ -78,7 +79,7 @@ def site(content: Content, folder: Path) -> Path:
         pages = folder / PAGES
         new.mkdir()  # whose permissions are those that the user's umask leaves
         for name, text in files.items():
-            (new / name).write_bytes(text.encode("utf-8") if isinstance(text, str) else text)
+            (new / name).write_bytes(encoded(text))
         if pages.is_dir():
             pages.rename(Path(scratch) / "old")
         new.rename(pages)
