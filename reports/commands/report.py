@@ -39,8 +39,8 @@ def command(chosen: argparse.Namespace) -> int:
         print(written(one_file(content(study)), single.parent, single.name))
         return 0
     if public:
-        told = without_folders(study.provenance.command)
-        study = replace(study, provenance=replace(study.provenance, command=told))
+        command_line = without_folders(study.provenance.command)
+        study = replace(study, provenance=replace(study.provenance, command=command_line))
     print(write_page(study, public or Path(chosen.out)))
     if public:
         written("", public, ".nojekyll")  # GitHub Pages then serves the files as they are

@@ -66,17 +66,17 @@ def test_a_site_is_replaced_with_or_without_its_list(tmp_path):
     assert {*(pages / own_files.LIST).read_text().splitlines(), own_files.LIST} == there
     (pages / own_files.LIST).unlink()
     replaceable_folder("out", pages)
-    for name in ("mine.svg", "mine.html", "folder"):
+    for name in ("foreign.svg", "foreign.html", "folder"):
         file = pages / name
         file.mkdir() if name == "folder" else file.write_text(FOREIGN)
         with pytest.raises(ParameterError, match=name):
             replaceable_folder("out", pages)
         file.rmdir() if name == "folder" else file.unlink()
     write_page(quick(), tmp_path)
-    (pages / "mine.svg").write_text(FOREIGN)
-    with pytest.raises(ParameterError, match=r"mine\.svg"):
+    (pages / "foreign.svg").write_text(FOREIGN)
+    with pytest.raises(ParameterError, match=r"foreign\.svg"):
         write_page(replace(quick(), profile="full"), tmp_path)
-    assert (pages / "mine.svg").read_text() == FOREIGN
+    assert (pages / "foreign.svg").read_text() == FOREIGN
 
 
 def _junit(file):

@@ -17,7 +17,7 @@ from plumbob.tests.support.studies import quick
     ("command", "shown"),
     [
         (
-            "plumbob validate --scenes 'cone-*' --out /home/me/out --junitxml a/b.xml",
+            "plumbob validate --scenes 'cone-*' --out /far/away/out --junitxml a/b.xml",
             "plumbob validate --scenes 'cone-*' --out out --junitxml b.xml",
         ),
         (
@@ -25,7 +25,7 @@ from plumbob.tests.support.studies import quick
             "plumbob validate --out=b --like arm.xml --methods mujoco/rk4",
         ),
         (
-            "/opt/plumbob validate --ou ../x --junit=~/j.xml",
+            "/far/plumbob validate --ou ../x --junit=~/j.xml",
             "plumbob validate --ou x --junit=j.xml",
         ),
     ],
@@ -40,8 +40,8 @@ def test_a_folder_to_publish_is_the_site_without_the_store(tmp_path, capsys):
     out = tmp_path / "out"
     folder = tmp_path / "public"
     out.mkdir()
-    told = replace(quick().provenance, command=f"plumbob validate --out {out}")
-    save(replace(quick(), provenance=told), out / store.FILE)
+    made = replace(quick().provenance, command=f"plumbob validate --out {out}")
+    save(replace(quick(), provenance=made), out / store.FILE)
     folder.mkdir()  # an empty one is replaced
     assert main(["report", str(out), "--publish", str(folder)]) == 0
     assert capsys.readouterr().out == f"{folder / 'index.html'}\n"
