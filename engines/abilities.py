@@ -4,6 +4,7 @@ has it. None imports the engine's package before it is called."""
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -140,6 +141,8 @@ class UserModels:
     write_trimmed: Callable[[Path, Sequence[Change], Path], tuple[Change, ...]]
     """Model file, what can be left out of it, and the file to write without it -> what of that is
     left out there."""
+    quiet: Callable[[], AbstractContextManager[Any]]
+    """A context in which the engine prints nothing, and leaves no file."""
 
 
 @dataclass(frozen=True)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -33,6 +34,7 @@ class Start:
 
 
 AS_IT_STANDS = Start()
+ROUNDING = 1e-9  # relative: 0.3 s has 3 periods of 0.1 s, although 0.3/0.1 is above 3 at times
 Policy = Callable[..., Any]  # time [s], qpos, qvel, or an observation -> a number an actuator
 
 
@@ -112,6 +114,11 @@ class Place:
     name: str  # "joint wrist_3"
     elements: tuple[Element, ...] = ()
     remedies: tuple[Change, ...] = ()  # what may raise any limit that is set there
+
+
+def periods(duration: float, period: float) -> int:
+    """The number of periods [s] to the end of the one in which a duration [s] ends."""
+    return max(1, math.ceil(duration / period * (1.0 - ROUNDING)))
 
 
 class NotCertifiable(Exception):

@@ -2,7 +2,8 @@
 
 A thread speaks with each worker: one that stops in the middle of an answer holds up that thread
 alone. A worker ends with the process that began it, whatever ends that, and never sees an interrupt
-(SIGINT), which a terminal sends to all processes.
+(SIGINT), which a terminal sends to all processes. The limit of a task is processor time, which the
+worker's own timer measures: what else runs on the machine decides nothing.
 """
 
 from __future__ import annotations
@@ -30,6 +31,7 @@ from functools import partial
 from importlib import import_module
 from itertools import product
 from multiprocessing import connection, resource_tracker
+from pathlib import Path
 from typing import Any
 
 from plumbob.analytic.parameters import ParameterError
@@ -38,6 +40,13 @@ TRIES = 2  # of a task whose worker dies or hangs
 STARTS = 3  # workers in a row that may end before they are ready
 LOADING = 300.0  # [s] that a worker may take until it is ready
 TICK = 0.2  # [s] between two looks at the clock
+# A task is waiting for what does not come where it has run for longer than its limit and has used
+# less than this part of the time: fifteen others on its core leave it six times as much.
+IDLE = 0.01
+FAR = (
+    20.0  # limits of wall time, after which it is so where a system does not tell what is used
+)
+MOST = 1e8  # [s] that a timer is set to
 AHEAD = 3  # tasks for each worker of a cluster that are handed out at a time
 OUT_OF_MEMORY = "out of memory"
 UNMAPPED = (
@@ -59,7 +68,7 @@ class Task:
     key: Any
     do: Callable[..., Any]
     arguments: tuple[Any, ...]
-    limit: float  # [s] after which it hangs
+    limit: float  # [s] of processor time, after which it hangs
     group: str = ""  # tasks that share models and references
     label: str = ""
     instead: Callable[[str], Any] = str  # what stands for a result that is given up, and why
@@ -81,15 +90,19 @@ class _Worker:
         self._thread = ThreadPoolExecutor(1)
         self.ready = self._thread.submit(self._pipe.recv)
         self.late = ""  # that it was ended for a task that hung
+        self._begun: tuple[float, float | None] = time.monotonic(), None
 
-    def submit(self, do: Callable[..., Any], *arguments: Any) -> Future[Any]:
+    def submit(
+        self, do: Callable[..., Any], *arguments: Any, limit: float = 0.0
+    ) -> Future[Any]:
         """The result of a task, once those before it are done; BrokenExecutor where the process
-        has ended."""
-        return self._thread.submit(self._answer, do, arguments)
+        has ended, which it does after a `limit` [s] of processor time, if one is given."""
+        return self._thread.submit(self._answer, do, arguments, limit)
 
-    def _answer(self, do: Callable[..., Any], arguments: tuple[Any, ...]) -> Any:
+    def _answer(self, do: Callable[..., Any], arguments: tuple[Any, ...], limit: float) -> Any:
+        self._begun = time.monotonic(), _processor_time(self.process.pid)
         try:
-            self._pipe.send((do, arguments))
+            self._pipe.send((do, arguments, limit))
             value, error, text = self._pipe.recv()
         except (EOFError, OSError) as end:
             raise BrokenExecutor("a worker process has ended") from end
@@ -97,10 +110,19 @@ class _Worker:
             raise error from RuntimeError(f"in a worker process:\n{text}")
         return value
 
-    def end_late(self, seconds: float, limit: float) -> None:
-        """End the process where its task has run for longer than its limit [s]."""
-        if seconds > (limit if self.ready.done() else LOADING):
-            self.late = f"no answer within {limit:.3g} s"
+    def end_idle(self, limit: float) -> None:
+        """End the process where it is not ready in time, or where its task has run for longer than
+        its limit [s] and hardly any processor time was used meanwhile."""
+        since, before = self._begun
+        seconds = time.monotonic() - since
+        allowed = LOADING
+        if self.ready.done():
+            allowed = FAR * limit
+            used = _processor_time(self.process.pid)
+            if used is not None and before is not None:
+                allowed = max(limit, (used - before) / IDLE)
+        if seconds > allowed:
+            self.late = f"no answer within {seconds:.3g} s"
             self.process.kill()
 
     def end(self) -> None:
@@ -153,22 +175,20 @@ class Workers(Executor):
         before the result of its last one is handed over. Raises what a task raises, and
         ParameterError where no worker starts."""
         waiting = list(tasks)
-        running: dict[Future[Any], tuple[Task, _Worker, float]] = {}
+        running: dict[Future[Any], tuple[Task, _Worker]] = {}
         tries = Counter[Task]()
         done: list[tuple[Task, Any]] = []
         while waiting or running or done:
             while waiting and len(running) < self.count:
-                task, worker = self._next(
-                    waiting, [worker for _, worker, _ in running.values()]
-                )
-                future = worker.submit(task.do, *task.arguments)
-                running[future] = task, worker, time.monotonic()
+                task, worker = self._next(waiting, [worker for _, worker in running.values()])
+                future = worker.submit(task.do, *task.arguments, limit=task.limit)
+                running[future] = task, worker
                 begun(task)
             yield from done
             done.clear()
             for future in wait(running, TICK, FIRST_COMPLETED).done:
-                task, worker, _ = running.pop(future)
-                result = self._result(future, worker)
+                task, worker = running.pop(future)
+                result = self._result(future, worker, task.limit)
                 if isinstance(result, Lost):
                     tries[task] += bool(result.why)
                     if tries[task] < TRIES:
@@ -176,8 +196,8 @@ class Workers(Executor):
                         continue
                     result = Lost(f"{result.why}, {TRIES} times")
                 done.append((task, result))
-            for task, worker, since in running.values():
-                worker.end_late(time.monotonic() - since, task.limit)
+            for task, worker in running.values():
+                worker.end_idle(task.limit)
 
     def _next(self, waiting: list[Task], busy: Sequence[_Worker]) -> tuple[Task, _Worker]:
         """A task and an idle worker: of a group that it knows, or else that nobody has begun."""
@@ -193,9 +213,9 @@ class Workers(Executor):
         self._groups[task.group] = worker
         return task, worker
 
-    def _result(self, future: Future[Any], worker: _Worker) -> Any:
-        """The result of a task; `Lost` where its worker has ended, without a reason for one that
-        never was ready."""
+    def _result(self, future: Future[Any], worker: _Worker, limit: float) -> Any:
+        """The result of a task; `Lost` where its worker has ended, as after a `limit` [s] of
+        processor time, without a reason for one that never was ready."""
         error = future.exception()
         if error is None:
             self._unready = 0
@@ -205,7 +225,7 @@ class Workers(Executor):
         worker.end()  # out of memory it is no place for another task
         if isinstance(error, MemoryError):
             return Lost(OUT_OF_MEMORY)
-        why = worker.late or _ending(worker.process.exitcode or 0)
+        why = worker.late or _ending(worker.process.exitcode or 0, limit)
         if worker.ready.exception() is None:
             return Lost(why)
         self._unready += 1
@@ -245,8 +265,20 @@ def _finished(running: dict[Future[Any], Task]) -> Iterator[tuple[Task, Any]]:
         yield running.pop(future), future.result()
 
 
-def _ending(code: int) -> str:
-    """How a process ended."""
+def _processor_time(process: int | None) -> float | None:
+    """The processor time [s] that a process has used; None where the system does not tell."""
+    try:
+        fields = Path(f"/proc/{process}/stat").read_text("ascii", "replace")
+        user, system = fields.rpartition(")")[2].split()[11:13]
+        return (int(user) + int(system)) / os.sysconf("SC_CLK_TCK")
+    except (OSError, ValueError):
+        return None
+
+
+def _ending(code: int, limit: float) -> str:
+    """How a process ended whose task had a limit [s] of processor time."""
+    if hasattr(signal, "SIGPROF") and code == -signal.SIGPROF:
+        return f"no answer within {limit:.3g} s of processor time"
     if code >= 0:
         return f"its process ended with exit code {code}"
     named = {-number: number.name for number in signal.Signals}
@@ -263,12 +295,22 @@ def _serve(theirs: connection.Connection, module: str) -> None:
     theirs.send(None)
     while True:
         try:
-            do, arguments = theirs.recv()
-            theirs.send(_outcome(do, arguments))
+            do, arguments, limit = theirs.recv()
+            _end_after(limit)
+            outcome = _outcome(do, arguments)
+            _end_after(0.0)
+            theirs.send(outcome)
         except EOFError:
             return
         except MemoryError:
             theirs.send((None, MemoryError(), ""))
+
+
+def _end_after(seconds: float) -> None:
+    """End this process once it has used so much more processor time; never for 0. The system does
+    so, also within a call of a library that does not return."""
+    if hasattr(signal, "ITIMER_PROF"):  # not on Windows
+        signal.setitimer(signal.ITIMER_PROF, min(seconds, MOST))
 
 
 def _outcome(

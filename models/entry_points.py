@@ -111,6 +111,23 @@ def captured() -> Iterator[list[str]]:
             output.append(text.getvalue() + file.read().decode("utf-8", "replace"))
 
 
+@contextmanager
+def on_stderr() -> Iterator[None]:
+    """What a user's own code prints on stdout, in Python or in C, goes to stderr: stdout is for
+    results."""
+    sys.stdout.flush()
+    kept = os.dup(1) if _open(1) and _open(2) else None
+    try:
+        if kept is not None:
+            os.dup2(2, 1)
+        with redirect_stdout(sys.stderr):
+            yield
+    finally:
+        if kept is not None:
+            os.dup2(kept, 1)
+            os.close(kept)
+
+
 def _open(number: int) -> bool:
     try:
         os.fstat(number)

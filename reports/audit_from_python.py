@@ -8,13 +8,13 @@ from typing import Any
 
 from plumbob.analytic.parameters import ParameterError, counting, positive
 from plumbob.analytic.reference import Array
-from plumbob.engines.abilities import UserModels
 from plumbob.engines.audit.allowance import Allowance
 from plumbob.engines.audit.audit import Audit, audited, with_gradient
 from plumbob.engines.audit.contacts import SPEED, contacts_audited
 from plumbob.engines.audit.controls import DURATION, script
 from plumbob.engines.audit.engines import with_engines
 from plumbob.engines.audit.environments import rollout, start_and_period
+from plumbob.engines.audit.user_models import quiet, user_models
 from plumbob.engines.own_motion import NotCertifiable, OwnModel, Policy, Script, Start
 from plumbob.engines.registry import find_engine
 from plumbob.engines.workers import Workers
@@ -24,6 +24,7 @@ BUDGET = 60.0  # [s] of processor time
 RECORDED = "policy, recorded at the model's own step"
 
 
+@quiet()
 def audit(
     model: Any,
     control: str | Array = "rest",
@@ -121,13 +122,7 @@ def _lasting(duration: float | None) -> float:
     return DURATION if duration is None else positive("duration", duration)
 
 
-def user_models() -> UserModels:
-    """Models of a user's own, in MuJoCo."""
-    models = find_engine("mujoco").ability(UserModels)
-    assert models is not None
-    return models
-
-
+@quiet()
 def audit_contacts(
     model: Any,
     *,

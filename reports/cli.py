@@ -11,9 +11,9 @@ import signal
 import sys
 import threading
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from types import FrameType
-from typing import NoReturn
+from typing import Any, NoReturn
 
 import plumbob
 
@@ -50,39 +50,60 @@ class _Parser(argparse.ArgumentParser):
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the command line `argv`; returns 0 for all as expected, 1 for a verdict that is not, 2
-    for wrong use or bad input, 3 for a missing engine or an incomplete study, 4 for a defect of
-    plumbob itself, 130 when interrupted."""
+    for wrong use, bad input or a stdout that takes no results, 3 for a missing engine or an
+    incomplete study, 4 for a defect of plumbob itself, 130 when interrupted."""
+    with _streams() as closed, _interrupts() as interrupts:
+        if closed:
+            return _said(USAGE, "stdout is closed: results have no place to go", ValueError())
+        return _outcome(argv, interrupts)
+
+
+def _outcome(argv: Sequence[str] | None, interrupts: Sequence[int]) -> int:
+    """Run the command line; returns its exit code, which each error has."""
     from plumbob.analytic.parameters import ParameterError
+
+    try:
+        try:
+            return _command(argv)
+        finally:
+            sys.stdout.flush()
+    except BrokenPipeError:
+        return 0
+    except KeyboardInterrupt as error:
+        return _said(INTERRUPTED, "interrupted", error)
+    except Exception as error:
+        # A library that is interrupted while it loads may raise an error of its own.
+        if interrupts:
+            return _said(INTERRUPTED, "interrupted", error)
+        if isinstance(error, ParameterError):
+            return _said(USAGE, str(error), error)
+        if isinstance(error, OSError):
+            where = f"{error.filename}: " if error.filename else ""
+            return _said(USAGE, f"{where}{error.strerror or error}", error)
+        if isinstance(error, MemoryError) or _lacks_memory(error):
+            return _said(INCOMPLETE, "out of memory", error)
+        return _said(DEFECT, f"a defect of plumbob itself: {_described(error)}", error)
+
+
+def _command(argv: Sequence[str] | None) -> int:
+    """Run the command of a command line; returns its exit code."""
     from plumbob.reports.commands.arguments.options import read
 
-    _print_every_character()
-    with _interrupts() as interrupts:
-        try:
-            words = list(sys.argv[1:] if argv is None else argv)
-            first = [word for word in words[:1] if word in (*COMMANDS, "--version")]
-            chosen = parser(first or COMMANDS).parse_args(words)
-            read(chosen)
-            # Arguments may hold bytes that are no UTF-8.
-            line = shlex.join(["plumbob", *words]).encode("utf-8", "backslashreplace")
-            chosen.line = line.decode()
-            return int(chosen.command(chosen))
-        except BrokenPipeError:
-            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-            return 0
-        except KeyboardInterrupt as error:
-            return _said(INTERRUPTED, "interrupted", error)
-        except Exception as error:
-            # A library that is interrupted while it loads may raise an error of its own.
-            if interrupts:
-                return _said(INTERRUPTED, "interrupted", error)
-            if isinstance(error, ParameterError):
-                return _said(USAGE, str(error), error)
-            if isinstance(error, OSError):
-                where = f"{error.filename}: " if error.filename else ""
-                return _said(USAGE, f"{where}{error.strerror or error}", error)
-            if isinstance(error, MemoryError):
-                return _said(INCOMPLETE, "out of memory", error)
-            return _said(DEFECT, f"a defect of plumbob itself: {_described(error)}", error)
+    words = list(sys.argv[1:] if argv is None else argv)
+    first = [word for word in words[:1] if word in (*COMMANDS, "--version")]
+    chosen = parser(first or COMMANDS).parse_args(words)
+    read(chosen)
+    # Arguments may hold bytes that are no UTF-8.
+    line = shlex.join(["plumbob", *words]).encode("utf-8", "backslashreplace")
+    chosen.line = line.decode()
+    return int(chosen.command(chosen))
+
+
+def _lacks_memory(error: Exception) -> bool:
+    """Whether an error is that of a library that memory does not suffice for."""
+    from plumbob.engines.workers import UNMAPPED
+
+    return isinstance(error, ImportError) and UNMAPPED in str(error)
 
 
 def _said(code: int, message: str, error: BaseException) -> int:
@@ -109,11 +130,58 @@ def _described(error: Exception) -> str:
     return f"{kind} (traceback in {name})"
 
 
-def _print_every_character() -> None:
-    """Escape on stdout and stderr what the terminal's encoding lacks."""
-    for stream in (sys.stdout, sys.stderr):
-        if isinstance(stream, io.TextIOWrapper):
-            stream.reconfigure(errors="backslashreplace")
+class _Printed:
+    """A stream that is printed on. An error of it leads to nowhere what is still to be printed; it
+    is dropped, and no exit code depends on it, or raised where the stream has a `name`."""
+
+    def __init__(self, stream: Any, name: str = "") -> None:
+        self._stream, self._name = stream, name
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._stream, name)
+
+    def write(self, text: str) -> int:
+        """Write a text."""
+        with self._errors():
+            self._stream.write(text)
+        return len(text)
+
+    def flush(self) -> None:
+        """Write what waits in a buffer."""
+        with self._errors():
+            self._stream.flush()
+
+    @contextmanager
+    def _errors(self) -> Iterator[None]:
+        try:
+            yield
+        except OSError as error:
+            os.dup2(os.open(os.devnull, os.O_WRONLY), self._stream.fileno())
+            if self._name:
+                error.filename = self._name
+                raise
+
+
+@contextmanager
+def _streams() -> Iterator[bool]:
+    """Streams to print on, which escape what the terminal's encoding lacks; tells whether stdout is
+    closed. A closed stream leads to nowhere, or else the next file that is opened would get what is
+    printed."""
+    before: tuple[Any, Any] = sys.stdout, sys.stderr
+    with ExitStack() as opened:
+        out, err = (
+            opened.enter_context(open(os.devnull, "w", encoding="utf-8")) if s is None else s
+            for s in before
+        )
+        for stream in (out, err):
+            if isinstance(stream, io.TextIOWrapper):
+                stream.reconfigure(errors="backslashreplace")
+        printed: Any = _Printed(out, "stdout"), _Printed(err)
+        sys.stdout, sys.stderr = printed
+        try:
+            yield before[0] is None
+        finally:
+            sys.stdout, sys.stderr = before
 
 
 @contextmanager

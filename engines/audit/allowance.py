@@ -9,6 +9,8 @@ from concurrent.futures import Executor
 from functools import partial
 from typing import Any
 
+from plumbob.engines.audit.user_models import quietly
+
 
 class Allowance:
     """About so many `seconds` of processor time, from now on; work is done in an `executor` of two
@@ -42,4 +44,4 @@ class Allowance:
         it is called when that is asked for."""
         if self.executor is None:
             return partial(do, *arguments)
-        return self.executor.submit(do, *arguments).result
+        return self.executor.submit(quietly, do, *arguments).result

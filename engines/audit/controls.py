@@ -8,7 +8,7 @@ import numpy as np
 
 from plumbob.analytic.parameters import ParameterError, positive
 from plumbob.analytic.reference import Array
-from plumbob.engines.own_motion import OwnModel, Script
+from plumbob.engines.own_motion import OwnModel, Script, periods
 
 PERIOD = 0.02  # [s] about, for which a control is held
 DURATION = 1.0  # [s]
@@ -27,7 +27,8 @@ def script(
     """The start of `model` and its control: "rest" keeps what it starts with, "zero" nothing,
     "sines" moves each actuator about that by sines of its own; or values of shape (periods,
     actuators). It is held for the multiple of the model's step that is nearest to `period` [s], and
-    lasts about `duration` [s], or as long as the values. Raises ParameterError."""
+    lasts to the end of the period in which `duration` [s] ends, or as long as the values. Raises
+    ParameterError."""
     wanted = positive("ctrl period", PERIOD if period is None else period)
     if wanted > MOST * model.step:
         raise ParameterError("ctrl period", wanted, f"at most {MOST} steps of {model.step:g} s")
@@ -35,12 +36,12 @@ def script(
     if duration is not None and positive("duration", duration) > MOST * held:
         raise ParameterError("duration", duration, f"at most {MOST} periods of {held:g} s")
     if isinstance(control, str):
-        count = max(1, round((DURATION if duration is None else duration) / held))
+        count = max(1, round(DURATION / held)) if duration is None else periods(duration, held)
         values = _named(model, control, np.asarray(held * np.arange(count), dtype=float))
     else:
         values = _given(model, control)
         if duration is not None:
-            values = values[: max(1, round(duration / held))]
+            values = values[: periods(duration, held)]
     return Script(model.state, held, values)
 
 

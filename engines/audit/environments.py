@@ -12,8 +12,9 @@ import numpy as np
 from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.reference import Array
 from plumbob.engines.added import one_line
-from plumbob.engines.own_motion import Policy
-from plumbob.models.entry_points import captured
+from plumbob.engines.audit.user_models import quiet
+from plumbob.engines.own_motion import Policy, periods
+from plumbob.models.entry_points import captured, on_stderr
 
 
 def environment(name: str, seed: int = 0) -> Any:
@@ -23,7 +24,7 @@ def environment(name: str, seed: int = 0) -> Any:
     gymnasium = importlib.import_module("gymnasium")
     what = "the name of a MuJoCo environment of Gymnasium"
     try:
-        with captured(), warnings.catch_warnings():
+        with quiet(), captured(), warnings.catch_warnings():
             warnings.simplefilter("ignore")
             result = gymnasium.make(name)
             result.reset(seed=seed)
@@ -50,9 +51,9 @@ def rollout(environment: Any, policy: Policy, duration: float) -> Array:
     controls = list[Array]()
     observation = inner._get_obs()
     name = getattr(policy, "__name__", type(policy).__name__)
-    with warnings.catch_warnings():
+    with on_stderr(), warnings.catch_warnings():
         warnings.simplefilter("ignore")
-        for _ in range(max(1, round(duration / inner.dt))):
+        for _ in range(periods(duration, inner.dt)):
             try:
                 observation, _, ended, late, _ = environment.step(policy(observation))
             except (Exception, SystemExit) as error:

@@ -93,9 +93,12 @@ def measured_into(
     file: Path | None, fresh: bool = False, note: Note = lambda _: None
 ) -> Iterator[Checkpoint]:
     """The checkpoint in the store `file`, made if need be, or without one in memory; `fresh` begins
-    a new study where one is not complete, `note` is given what a user wants to know. Raises
-    ParameterError for a file that is no store or cannot be written."""
+    a new study where one is not complete, `note` is given what a user wants to know, such as
+    which older studies are damaged. Raises ParameterError for a file that is no store or cannot be
+    written."""
     with _opened(file, note) as opened:
+        for why in store.damages(opened):
+            note(f"{file}: {why}")
         yield Checkpoint(opened, fresh, note)
 
 

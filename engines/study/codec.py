@@ -20,7 +20,32 @@ from plumbob.engines.study.results import Study, TaskResult
 
 T = TypeVar("T")
 DOUBLES = np.dtype("<f8")
-ENGINES = "plumbob.engines."  # where the kinds of all that is stored are defined
+# Each kind of answer and of request is stored by a name that never changes. Beside it stands the
+# class that has the name today, below plumbob.engines: a class that moves changes its place here.
+# Older studies hold a place instead of a name, "study.cost.SceneCosts": its last word is the name.
+KINDS = MappingProxyType(
+    {
+        "Analysed": "study.results.Analysed",
+        "ConvergenceStudy": "study.convergence.ConvergenceStudy",
+        "ExtraRun": "study.extra_runs.ExtraRun",
+        "GradientSearch": "study.gradient.GradientSearch",
+        "Gradients": "study.gradient.Gradients",
+        "Identification": "study.identification.Identification",
+        "LongRunSearch": "study.long_runs.LongRunSearch",
+        "MeasuredLongRun": "study.long_runs.MeasuredLongRun",
+        "Measurement": "study.measurement.Measurement",
+        "ModelRead": "study.model_reading.ModelRead",
+        "ModelReading": "study.model_reading.ModelReading",
+        "ParameterFit": "study.identification.ParameterFit",
+        "SceneCosts": "study.cost.SceneCosts",
+        "Stability": "study.stability.Stability",
+        "StabilitySearch": "study.stability.StabilitySearch",
+        "Trajectory": "trajectory.Trajectory",
+        "Trimming": "abilities.Trimming",
+        "TrimmingRun": "study.extra_runs.TrimmingRun",
+    }
+)
+ENGINES = "plumbob.engines."
 APART = override(omit=True)  # a field that is stored in another way
 
 
@@ -80,7 +105,7 @@ def _converter() -> cattrs.Converter:
 
     def of_kinds(held: Mapping[str, Any], _: type[TaskResult]) -> TaskResult:
         names = held["kinds"].items()
-        parts = {part: made.structure(held[part], _named(name)) for part, name in names}
+        parts = {part: made.structure(held[part], named(name)) for part, name in names}
         return TaskResult(**{key: v for key, v in held.items() if key != "kinds"} | parts)
 
     made.register_unstructure_hook(TaskResult, with_kinds)
@@ -89,12 +114,14 @@ def _converter() -> cattrs.Converter:
 
 
 def _name(kind: type[Any]) -> str:
-    return f"{kind.__module__}.{kind.__name__}".removeprefix(ENGINES)
+    """The name by which a kind is stored; raises KeyError for one that has none."""
+    names = {place: name for name, place in KINDS.items()}
+    return names[f"{kind.__module__}.{kind.__name__}".removeprefix(ENGINES)]
 
 
-def _named(name: str) -> type[Any]:
-    """The kind of this name, whose module is loaded where something of it is stored."""
-    module, _, own = name.rpartition(".")
+def named(name: str) -> type[Any]:
+    """The kind that is stored by this name, whose module is loaded when it is needed."""
+    module, _, own = KINDS[name.rpartition(".")[2]].rpartition(".")
     kind: type[Any] = getattr(import_module(ENGINES + module), own)
     return kind
 

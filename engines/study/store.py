@@ -10,7 +10,7 @@ from __future__ import annotations
 import hashlib
 import json
 import os
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from sqlite3 import Connection
@@ -101,18 +101,14 @@ def _by_key(analyses: Iterable[Analysed]) -> dict[str, TaskResult]:
     return {f"{ANALYSIS}{i}": TaskResult(a) for i, a in enumerate(analyses)}
 
 
-def results(
-    store: Connection, number: int, keys: Iterable[str], kind: type[T], scene: str = ""
-) -> dict[str, T]:
-    """The results of a study that are there, by their keys; one that is not as it was stored is
-    what a damaged file is to SQLite."""
+def results(store: Connection, number: int, keys: Iterable[str], kind: type[T]) -> dict[str, T]:
+    """The results of a study that are there; one that is not as it was stored is not."""
     found = {}
-    query = "select body, digest from result where study = ? and key = ?"
     with decoding():
         for key in keys:
-            if row := store.execute(query, (number, key)).fetchone():
-                _intact(f"study {number}, {scene or key},", row[1], number, key, row[0])
-                found[key] = from_json(row[0], kind)
+            body = _intact(store, number, key)
+            if body is not None:
+                found[key] = from_json(body, kind)
     return found
 
 
@@ -120,34 +116,69 @@ def _digest(*row: Any) -> str:
     return hashlib.sha256(repr(row).encode()).hexdigest()
 
 
-def _intact(what: str, digest: str, *row: Any) -> None:
-    if digest != _digest(*row):
-        raise ValueError(f"{what} is not as it was stored")
+def _intact(store: Connection, number: int, key: str) -> str | None:
+    """The text stored under a key of a study; None where none is, or it is not as it was stored."""
+    query = "select body, digest from result where study = ? and key = ?"
+    row = store.execute(query, (number, key)).fetchone()
+    same = row is not None and row[1] == _digest(number, key, row[0])
+    return row[0] if same else None
 
 
-def _studies(store: Connection) -> dict[int, Listed]:
-    """The studies that have a list, the oldest first; raises ValueError for a
-    damaged one, and for results without a study."""
-    query = "select study, body, digest from result where key = ? order by study"
-    rows = store.execute(query, (STUDY,)).fetchall()
-    for number, body, digest in rows:
-        _intact(f"study {number}", digest, number, STUDY, body)
-    query = "select study from result group by study having not max(key in (?, ?)) limit 1"
-    for (number,) in store.execute(query, (STUDY, PLAN)).fetchall():
-        raise ValueError(f"study {number} is not as it was stored")
-    return {number: from_json(body, Listed) for number, body, _ in rows}
+def _numbers(store: Connection) -> list[int]:
+    """The numbers of the studies that are complete, the newest first; one that has lost its list
+    was so."""
+    query = """select study from result group by study having max(key = ?) or not max(key = ?)
+        order by study desc"""
+    return [number for (number,) in store.execute(query, (STUDY, PLAN)).fetchall()]
+
+
+def _listed(store: Connection, number: int) -> Listed:
+    """The list of a complete study; raises ValueError where it is damaged."""
+    body = _intact(store, number, STUDY)
+    if body is None:
+        raise _lost(number)
+    return from_json(body, Listed)
+
+
+def _lost(number: int, what: str = "") -> ValueError:
+    return ValueError(
+        f"study {number}{what} is not as it was stored: measure again, or name another study of "
+        "the file by its number"
+    )
+
+
+def damages(store: Connection) -> Iterator[str]:
+    """Why each study that is damaged cannot be read any more."""
+    for number in _numbers(store):
+        try:
+            listed = _listed(store, number)
+            keys = [key for key, _ in listed.results]
+            there = {key for key in keys if _intact(store, number, key) is not None}
+            _all_there(listed, number, there)
+        except ValueError as why:
+            yield str(why)
+
+
+def _all_there(listed: Listed, number: int, there: Collection[str]) -> None:
+    """Raises ValueError where a result of a study is not `there`."""
+    for key, scene in listed.results:
+        if key not in there:
+            raise _lost(number, f", {scene or key},")
 
 
 def load(file: Path, number: int | None = None, scenes: Collection[str] = ()) -> Study | None:
     """The study of that number, or the newest one, of all or of these `scenes` alone, some of which
-    it has; None where there is none. Raises ParameterError for a file that is no store, is damaged,
-    or is of another version."""
+    it has; None where there is none. Raises ParameterError for a file that is no store or of
+    another version, and where that study is damaged; others are not read."""
     if not os.path.lexists(file):
         return None
     with reading(file) as store:
-        for n, listed in reversed(_studies(store).items()):
+        for n in _numbers(store):
+            if number not in (None, n):
+                continue
+            listed = _listed(store, n)
             there = tuple(e for e in listed.results if not scenes or e[1] in scenes)
-            if number in (None, n) and (there or not scenes):
+            if there or not scenes:
                 return _loaded(store, n, replace(listed, results=there))
     return None
 
@@ -167,10 +198,6 @@ def in_any_study(file: Path, keys: Collection[str]) -> dict[str, TaskResult]:
 
 
 def _loaded(store: Connection, number: int, listed: Listed) -> Study:
-    found: dict[str, TaskResult] = {}
-    for key, scene in listed.results:
-        there = results(store, number, [key], TaskResult, scene)
-        if not there:
-            raise ValueError(f"study {number}, {scene or key}, is not as it was stored")
-        found |= there
+    found = results(store, number, (key for key, _ in listed.results), TaskResult)
+    _all_there(listed, number, found)
     return assembled(listed.study, found.values())

@@ -10,6 +10,7 @@ import os
 import sqlite3
 from collections.abc import Iterator
 from contextlib import closing, contextmanager
+from functools import partial
 from pathlib import Path
 from urllib.parse import quote
 
@@ -17,6 +18,7 @@ from plumbob.analytic.parameters import ParameterError
 
 FILE = "studies.sqlite3"  # its name in a folder of results
 SCHEMA = 10  # of the table and of the JSON in it; 9 had a field for each kind of result
+INSTEAD = "move it away, or take another folder with --out"
 PATIENCE = 5.0  # [s] to wait for another process that has locked the file
 HOLDS = "a file of stored results"
 TABLE = """create table result (
@@ -52,7 +54,7 @@ def writing(file: Path) -> Iterator[sqlite3.Connection]:
             new = not _ours(store, file)
             (found,) = store.execute("pragma quick_check(1)").fetchone()
             if found != "ok":
-                raise sqlite3.DatabaseError(found)
+                raise sqlite3.DatabaseError(f"{found}; {INSTEAD}")
             if new:
                 create(store)
             yield store
@@ -80,6 +82,7 @@ def _connection(file: Path, mode: str) -> sqlite3.Connection:
     store = sqlite3.connect(
         f"file:{name}?mode={mode}", uri=True, timeout=PATIENCE, isolation_level=None
     )
+    store.text_factory = partial(str, encoding="utf-8", errors="replace")  # a flipped bit, too
     store.execute("pragma trusted_schema = off")
     return store
 
@@ -140,9 +143,8 @@ def decoding() -> Iterator[None]:
 
 def _needed(error: sqlite3.DatabaseError) -> str:
     """The condition on a file that an error of SQLite's tells to be broken."""
-    if getattr(error, "sqlite_errorcode", 0) & 0xFF in (
-        sqlite3.SQLITE_BUSY,
-        sqlite3.SQLITE_LOCKED,
-    ):
+    code = getattr(error, "sqlite_errorcode", 0) & 0xFF
+    if code in (sqlite3.SQLITE_BUSY, sqlite3.SQLITE_LOCKED):
         return "a file that no other process has locked (try again)"
-    return f"{HOLDS} ({error})"
+    broken = code in (sqlite3.SQLITE_CORRUPT, sqlite3.SQLITE_NOTADB)
+    return f"{HOLDS} ({error}{f'; {INSTEAD}' if broken else ''})"

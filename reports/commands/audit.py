@@ -10,7 +10,7 @@ import pkgutil
 import sys
 import time
 import warnings
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -29,20 +29,23 @@ from plumbob.engines.audit.controls import KINDS
 from plumbob.engines.audit.engines import readers
 from plumbob.engines.audit.environments import environment
 from plumbob.engines.audit.trims import tried
+from plumbob.engines.audit.user_models import quiet, user_models
 from plumbob.engines.own_motion import AS_IT_STANDS, Policy, Start
-from plumbob.reports.audit_from_python import BUDGET, audit, audit_contacts, user_models
+from plumbob.models.entry_points import on_stderr
+from plumbob.reports.audit_from_python import BUDGET, audit, audit_contacts
 from plumbob.reports.commands import several_audits
 from plumbob.reports.commands.arguments import values
 from plumbob.reports.commands.several_audits import Row, model_files, page_names, refused
 from plumbob.reports.view.audit.page import answered, lines, page, rows
 from plumbob.reports.view.audit.records import record
 from plumbob.reports.view.content import Finding
+from plumbob.reports.view.own_files import replaceable
 from plumbob.reports.view.page import written
 
 MISSING = 3
 MISSED = 1  # an accuracy, stability or reference that is asked for
 OTHER = (".urdf", ".mjb")  # models that are no text to trim
-PATIENCE = 10.0  # times the budget, after which an audit of several hangs
+PATIENCE = 10.0  # times the budget of processor time, after which an audit of several hangs
 # Options of one audit, which the other does not take, and of a file, which no environment does.
 OF_MOTION = (
     "qpos",
@@ -67,10 +70,18 @@ OF_FILES = ("model", "keyframe", "qpos", "qvel", "ctrl_period", "contacts")
 def command(chosen: argparse.Namespace) -> int:
     """Print the audits; returns 1 where an accuracy, stability or reference that is asked for is
     missed."""
-    from plumbob.reports.commands.validate import progress
+    from plumbob.reports.commands.validate import noted, progress
 
     _checked(chosen)
-    files = None if chosen.gym else model_files(chosen.model)
+    files, others = (
+        model_files(chosen.model, chosen.models_only) if not chosen.gym else (None, [])
+    )
+    if others:
+        noted(f"{len(others)} files are no models and are skipped, such as {others[0]}")
+    if files == []:
+        if chosen.json:
+            values.print_json([])
+        return 0
     alone = files is None
     models = files or [Path(chosen.gym or chosen.model[0])]
     chosen.alone = alone
@@ -79,8 +90,10 @@ def command(chosen: argparse.Namespace) -> int:
     if chosen.write_trimmed and (not alone or chosen.gym or models[0].suffix in OTHER):
         what = "left out, but with a single MJCF file"
         raise ParameterError("write trimmed", chosen.write_trimmed, what)
-    _writable(chosen, models)
-    audited = partial(_audited, chosen=chosen, pages=page_names(models))
+    ending = "-contacts.html" if chosen.contacts else ".html"
+    pages = {path: f"{name}{ending}" for path, name in page_names(models).items()}
+    _writable(chosen, models, [*pages.values(), *[several_audits.PAGE] * (not alone)])
+    audited = partial(_audited, chosen=chosen, pages=pages)
     with progress() as show:
         if files is None:
             try:
@@ -167,12 +180,14 @@ def _checked(chosen: argparse.Namespace) -> None:
         chosen.against = stored_audits(Path(chosen.against))
 
 
-def _writable(chosen: argparse.Namespace, models: Sequence[Path]) -> None:
-    """Raises ParameterError where something asked for cannot be written, or would replace one of
-    the `models`."""
-    from plumbob.reports.commands.validate import replaceable, writable
+def _writable(
+    chosen: argparse.Namespace, models: Sequence[Path], pages: Collection[str]
+) -> None:
+    """Raises ParameterError where something asked for, these `pages` among it, cannot be written,
+    or would replace one of the `models` or another file that is not plumbob's."""
+    from plumbob.reports.commands.validate import writable
 
-    taken = {path.resolve() for path in models}
+    taken = {Path(os.path.realpath(path)) for path in models}
     for name in ("junitxml", "badge"):
         if file := getattr(chosen, name):
             target = replaceable(name, Path(file))
@@ -182,6 +197,8 @@ def _writable(chosen: argparse.Namespace, models: Sequence[Path]) -> None:
             writable(name, target.parent)
     if chosen.out is not None:
         out = Path(chosen.out)
+        for page_name in pages:
+            replaceable("out", out / page_name)
         writable("out", next(folder for folder in (out, *out.parents) if folder.exists()))
 
 
@@ -234,7 +251,6 @@ def _written(
     from plumbob.reports.analyses.replay.geoms import audited
 
     shown = audited(result) if isinstance(result, Audit) else None
-    name += "-contacts.html" if chosen.contacts else ".html"
     try:
         written(page(answer, result, chosen.line, shown), Path(chosen.out), name)
     except OSError as error:
@@ -343,6 +359,7 @@ def new_file(target: Path) -> None:
         raise ParameterError("write trimmed", str(target), what) from None
 
 
+@quiet()
 def trimmed_file(
     audit: Audit, source: Path, target: Path, start: Start = AS_IT_STANDS
 ) -> Audit:
@@ -366,7 +383,8 @@ def policy_of(name: str) -> Policy:
     ParameterError."""
     sys.path.insert(0, os.getcwd())
     try:
-        found = pkgutil.resolve_name(name)
+        with on_stderr():
+            found = pkgutil.resolve_name(name)
     except (Exception, SystemExit) as error:
         raise ParameterError("policy", name, f"MODULE:FUNCTION ({one_line(error)})") from None
     finally:

@@ -4,10 +4,14 @@ from __future__ import annotations
 
 import argparse
 import os
+import shlex
+from dataclasses import replace
 from pathlib import Path
 
 from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.study import store
+
+FILES = ("--out", "--junitxml", "--like")  # options of `validate` that take a file or a folder
 
 
 def command(chosen: argparse.Namespace) -> int:
@@ -19,6 +23,10 @@ def command(chosen: argparse.Namespace) -> int:
         public = new_folder(chosen.publish, Path(chosen.out))
     if single and public:
         raise ParameterError("publish", chosen.publish, "left out where --single is given")
+    from plumbob.reports.view.site.writing import own_site
+
+    if not single and not public:
+        own_site("OUT", Path(chosen.out))
     study = store.load(Path(chosen.out) / store.FILE, chosen.study)
     if study is None and chosen.study is None:
         raise ParameterError("OUT", chosen.out, "where `plumbob validate` has stored a study")
@@ -30,10 +38,30 @@ def command(chosen: argparse.Namespace) -> int:
     if single:
         print(written(one_file(content(study)), single.parent, single.name))
         return 0
+    if public:
+        command_line = without_folders(study.provenance.command)
+        study = replace(study, provenance=replace(study.provenance, command=command_line))
     print(write_page(study, public or Path(chosen.out)))
     if public:
         written("", public, ".nojekyll")  # GitHub Pages then serves the files as they are
     return 0
+
+
+def without_folders(command: str) -> str:
+    """A command of which the paths of files and folders are their names alone: where these are on
+    its machine is nobody's business."""
+    shown = []
+    value = False  # of an option that takes a file or a folder
+    for word in shlex.split(command):
+        option, equals, path = word.partition("=")
+        asked = len(option) > 2 and any(name.startswith(option) for name in FILES)
+        if asked and equals:
+            word = f"{option}={Path(path).name}"
+        elif value or word.startswith(("/", "~", ".")):
+            word = Path(word).name
+        value = asked and not equals
+        shown.append(word)
+    return shlex.join(shown)
 
 
 def new_folder(text: str, out: Path) -> Path:

@@ -10,8 +10,11 @@ import re
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
+from html import unescape
 from pathlib import Path
 from typing import Any
+from urllib.parse import quote
+from xml.etree import ElementTree
 
 from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.workers import Lost, Task, Workers
@@ -22,8 +25,13 @@ from plumbob.reports.view.page import written
 from plumbob.reports.view.tables import lines as worded_lines
 from plumbob.reports.view.terminal import aligned
 
-INCLUDED = re.compile(r"<(?:include|model)\b[^>]*\bfile\s*=\s*[\"']([^\"']+)[\"']")
-ROOT = re.compile(r"<mujoco\b")
+INCLUDED = re.compile(r"<(?:include|model)\b[^>]*\bfile\s*=\s*[\"']([^\"'\0]+)[\"']")
+ROOT = re.compile(r"<mujoco[\s>]")
+MOST_BYTES = 10_000_000  # of a file that is looked into
+# Elements of MJCF without which nothing is left of a file that is no model of its own.
+PARTS = frozenset(
+    ("asset", "compiler", "custom", "default", "extension", "option", "size", "statistic")
+) | {"actuator", "contact", "equality", "keyframe", "sensor", "tendon", "visual"}
 REFUSED, LOST = 2, 3  # exit codes: the input; a process has died or hung
 PAGE = "audit-models.html"
 # of a row, which is no place of this page
@@ -61,15 +69,22 @@ def refused(path: str, why: str, code: int = REFUSED) -> Row:
     return Row(path, None, None, why, code, data)
 
 
-def model_files(words: Sequence[str]) -> list[Path] | None:
+def model_files(
+    words: Sequence[str], models_only: bool = False
+) -> tuple[list[Path] | None, list[Path]]:
     """The files that `words` mean: files, folders, of which every model below that no other there
-    includes, and patterns; None where they are one file. Raises ParameterError."""
-    if len(words) == 1 and not Path(words[0]).is_dir() and not _is_pattern(words[0]):
-        return None
-    found: list[Path] = []
+    includes, and patterns; None where they are one file. With them the .xml files that are no
+    models: of folders, with `models_only` of all words. Raises ParameterError where nothing is
+    meant."""
+    alone = len(words) == 1 and not Path(words[0]).is_dir() and not _is_pattern(words[0])
+    if alone and not models_only:
+        return None, []
+    meant: list[Path] = []
+    others: list[Path] = []
     for word in words:
         if Path(word).is_dir():
-            files = _models_in(Path(word))
+            files, skipped = _models_in(Path(word))
+            others += skipped
         elif _is_pattern(word):
             files = sorted(map(Path, glob.glob(word, recursive=True)))
         else:
@@ -78,35 +93,57 @@ def model_files(words: Sequence[str]) -> list[Path] | None:
             raise ParameterError(
                 "model", word, "a file, or a folder or pattern with models in it"
             )
-        found += files
-    return list(dict.fromkeys(found))
+        meant += files
+    if models_only:
+        others += [file for file in meant if not _is_model(file, _text(file))]
+    chosen = [file for file in dict.fromkeys(meant) if file not in others]
+    return (None if alone and chosen else chosen), others
 
 
 def _is_pattern(word: str) -> bool:
     return glob.has_magic(word) and not Path(word).exists()
 
 
-def _models_in(folder: Path) -> list[Path]:
-    """MJCF files below `folder` that are no part of another one."""
-    texts = {
-        path.resolve(): path.read_text("utf-8", "replace")
-        for path in sorted(folder.rglob("*.xml"))
-    }
+def _models_in(folder: Path) -> tuple[list[Path], list[Path]]:
+    """MJCF models below `folder` that are no part of another one, and files that are no models."""
+    texts = {path: _text(path) for path in sorted(folder.rglob("*.xml"))}
     parts = {
-        (path.parent / part).resolve()
+        os.path.realpath(path.parent / part)
         for path, text in texts.items()
-        for part in INCLUDED.findall(text)
+        for part in INCLUDED.findall(text or "")
     }
-    inside = [path for path, text in texts.items() if ROOT.search(text) and path not in parts]
-    return [folder / path.relative_to(folder.resolve()) for path in inside]
+    whole = [path for path in texts if os.path.realpath(path) not in parts]
+    models = [path for path in whole if _is_model(path, texts[path])]
+    return models, [path for path in whole if path not in models]
+
+
+def _text(path: Path) -> str | None:
+    """The text of a file; None of one that is not regular, too large for a model or unreadable."""
+    try:
+        if not path.is_file() or path.stat().st_size > MOST_BYTES:
+            return None
+        return path.read_text("utf-8", "replace")
+    except OSError:
+        return None
+
+
+def _is_model(path: Path, text: str | None) -> bool:
+    """Whether a file holds a model, or might: a row then says why it has no audit."""
+    if text is None or path.suffix != ".xml":
+        return True
+    try:
+        root = ElementTree.fromstring(text)
+    except (ElementTree.ParseError, ValueError):
+        return ROOT.search(text) is not None
+    return root.tag == "mujoco" and not PARTS.issuperset(child.tag for child in root)
 
 
 def audited(
     files: Sequence[Path], do: Callable[[Path], Row], jobs: int, limit: float
 ) -> Iterator[Row]:
     """A row for each file as they are done, in up to `jobs` processes, the largest first, since one
-    that takes long and begins last is waited for; one that dies, or takes longer than `limit` [s],
-    costs its own row."""
+    that takes long and begins last is waited for; one that dies, or takes more processor time than
+    `limit` [s], costs its own row."""
 
     def size(path: Path) -> int:
         return path.stat().st_size if path.is_file() else 0
@@ -179,7 +216,11 @@ def workflow_commands(row: Row) -> Iterator[str]:
 def write_page(rows: Sequence[Row], folder: Path, command: str, seconds: float) -> Path:
     """Write the page of the table into `folder`, whole or not at all. Raises OSError."""
     text = page_of(table(rows), command, seconds)
-    return written(OWN_PAGE.sub(r'href="\1"', text), folder, PAGE)
+
+    def link(found: re.Match[str]) -> str:
+        return f'href="{quote(unescape(found[1]), errors="surrogateescape")}"'
+
+    return written(OWN_PAGE.sub(link, text), folder, PAGE)
 
 
 def write_badge(file: Path, rows: Sequence[Row], bounded: bool) -> None:

@@ -17,7 +17,8 @@ from plumbob.engines.study.stability import StabilitySearch
 from plumbob.reports.commands.arguments import values
 from plumbob.reports.judge.long_runs import JudgedLongRun, judged_long_run
 from plumbob.reports.judge.stability import JudgedLimit, study_limits
-from plumbob.reports.view.stability import table, write_page
+from plumbob.reports.view.own_files import replaceable
+from plumbob.reports.view.stability import NAME, table, write_page
 from plumbob.reports.view.terminal import aligned
 
 if TYPE_CHECKING:
@@ -34,6 +35,8 @@ def command(chosen: argparse.Namespace) -> int:
     """Measure, print and judge the largest steps; 1 where one is not as expected."""
     scenes = values.scenes(chosen.scene, {})
     methods = find_methods(",".join(chosen.method) or "*")
+    if chosen.out:
+        replaceable("out", Path(chosen.out) / NAME)
     if not chosen.method:
         methods = tuple(m for m in methods if installed(engine_of(m)))
     study = _measured(chosen, scenes, methods)

@@ -23,7 +23,8 @@ def command(chosen: argparse.Namespace) -> int:
     from plumbob.engines.sweep import store
     from plumbob.engines.sweep.sweep import sweep, sweep_of
     from plumbob.reports.commands.validate import progress
-    from plumbob.reports.view.sweep.page import write_sweep_page
+    from plumbob.reports.view.own_files import replaceable
+    from plumbob.reports.view.sweep.page import page_name, write_sweep_page
     from plumbob.reports.view.sweep.text import words
 
     sides, counts = zip(*chosen.vary, strict=True)
@@ -32,18 +33,18 @@ def command(chosen: argparse.Namespace) -> int:
     with values.representable(chosen.changes):
         around = box(chosen.scene, chosen.changes, sides)
     asked = sweep_of(around, counts, methods, steps)
-    file = Path(chosen.out) / store.FILE
+    out = Path(chosen.out)
+    key = store.key_of_sweep(asked)
+    replaceable("out", out / page_name(asked, key))
     with (
         values.workers(chosen) as (executor, jobs),
         progress() as show,
-        store.keeping(file, asked) as (there, keep),
+        store.keeping(out / store.FILE, asked) as (there, keep),
     ):
         swept = sweep(
             asked, there, keep, jobs, executor, lambda n, of: show(asked.box.scene, n, of)
         )
-    page = write_sweep_page(
-        swept, Path(chosen.out), provenance(chosen.line), store.key_of_sweep(asked)
-    )
+    page = write_sweep_page(swept, out, provenance(chosen.line), key)
     for number, why in swept.lost.items():
         print(
             f"plumbob: points from {number * asked.chunk} on are missing: {why}",

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import os
 import shlex
 import sys
 import tempfile
@@ -35,6 +34,7 @@ from plumbob.reports.judge.searches import judged_searches, unexpected
 from plumbob.reports.judge.study_verdicts import Judgements, judge_study
 from plumbob.reports.view.junit import write_junit
 from plumbob.reports.view.method_results import Results, results_of
+from plumbob.reports.view.own_files import replaceable
 from plumbob.reports.view.records import records_of
 
 if TYPE_CHECKING:
@@ -65,7 +65,7 @@ def _validated(
     and report; returns the exit code."""
     from plumbob.reports.analyses import analyses_of, requests
     from plumbob.reports.analyses.engines.gradients import with_each_pair
-    from plumbob.reports.view.page import NAME
+    from plumbob.reports.view.site.writing import own_site
 
     judged: list[Judgements] = []  # once, for the analyses and for what is printed
 
@@ -74,7 +74,7 @@ def _validated(
         return analyses_of(study, workers, judged[0])
 
     junit = replaceable("junitxml", Path(chosen.junitxml)) if chosen.junitxml else None
-    replaceable("out", Path(chosen.out) / NAME)
+    own_site("out", Path(chosen.out))
     out = writable("out", Path(chosen.out))
     if junit:
         writable("junitxml", junit.parent)
@@ -169,13 +169,6 @@ def exit_code(study: Study, every: Results) -> int:
 def noted(what: str) -> None:
     """Say on stderr what has become of a study."""
     print(f"plumbob: {what}", file=sys.stderr)
-
-
-def replaceable(name: str, file: Path) -> Path:
-    """`file`, links followed, if it is new or a regular file; raises ParameterError."""
-    if os.path.lexists(file) and not file.is_file():
-        raise ParameterError(name, str(file), "a new file, or a regular one to replace")
-    return file.resolve()
 
 
 def writable(name: str, folder: Path) -> Path:

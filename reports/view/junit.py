@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -12,6 +13,9 @@ from plumbob.reports.judge.searches import judged_searches, unexpected
 from plumbob.reports.view.method_results import MethodResult, Results
 from plumbob.reports.view.page import TEMPLATES, written
 from plumbob.reports.view.tables import environment
+
+# characters that XML does not have, not even escaped: most control characters, half of a pair
+NO_XML = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 
 
 class Case(NamedTuple):
@@ -68,4 +72,5 @@ def write_cases(file: Path, cases: Sequence[Case], seconds: float, date: str) ->
     template = environment(TEMPLATES, autoescape=True).get_template("junit.xml.jinja")
     counts = Counter(case.outcome for case in cases)
     text = template.render(cases=cases, counts=counts, seconds=seconds, date=date)
+    text = NO_XML.sub(lambda held: repr(held[0])[1:-1], text)
     written(text, file.parent, file.name)

@@ -19,6 +19,7 @@ from urllib.parse import quote
 from plumbob.reports.view import notation
 from plumbob.reports.view.content import Figure
 from plumbob.reports.view.drawing import Drawing, drawing
+from plumbob.reports.view.own_files import replaceable
 from plumbob.reports.view.tables import environment
 
 if TYPE_CHECKING:
@@ -157,14 +158,21 @@ def shared_files(hold: Callable[[str], str] = carried) -> Mapping[str, str]:
 
 def written(text: str | bytes, folder: Path, name: str) -> Path:
     """Write a page, or another file, into `folder` under `name`, whole or not at all, and return
-    its path; raises OSError where the folder cannot be written."""
+    its path; raises OSError where the folder cannot be written, and ParameterError where it would
+    replace a file that is not plumbob's."""
+    replaceable("out", folder / name)
     folder.mkdir(parents=True, exist_ok=True)
     # A file in a folder has the permissions that the user's umask leaves, unlike a temporary file.
     with tempfile.TemporaryDirectory(prefix=".plumbob-", dir=folder) as scratch:
         part = Path(scratch) / name
-        part.write_bytes(text.encode("utf-8") if isinstance(text, str) else text)
+        part.write_bytes(encoded(text))
         os.replace(part, folder / name)
     return folder / name
+
+
+def encoded(text: str | bytes) -> bytes:
+    """A file's content as bytes; what is no character, as in a name of a file, is escaped."""
+    return text.encode("utf-8", "backslashreplace") if isinstance(text, str) else text
 
 
 def _json(values: Any) -> str:

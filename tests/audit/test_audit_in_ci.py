@@ -63,4 +63,6 @@ def test_the_hooks_command_takes_files(tmp_path):
         0,
     ]
     (tmp_path / "bad.xml").write_text("<mujoco><no_such/></mujoco>")
-    assert _run(f"{entry} bad.xml", tmp_path).returncode == 2
+    (tmp_path / "package.xml").write_text("<package/>")
+    assert _run(f"{entry} bad.xml package.xml", tmp_path).returncode == 2
+    assert _run(f"{entry} package.xml", tmp_path).returncode == 0

@@ -6,6 +6,8 @@ import pytest
 
 from plumbob import audit
 from plumbob.analytic.parameters import ParameterError
+from plumbob.engines.adapters.mujoco.own_model.model import own_model
+from plumbob.engines.audit.controls import script
 
 ROD = """<mujoco><worldbody><body><joint axis="0 1 0"/><geom size=".1" pos=".5 0 0"/></body>
 </worldbody><keyframe><key name="up" qpos="-1.5" qvel="0.25"/></keyframe></mujoco>"""
@@ -52,3 +54,23 @@ def test_a_start_that_cannot_be_is_one_line(given, line):
     with pytest.raises(ParameterError) as caught:
         start(mujoco.MjModel.from_xml_string(ROD), **given)
     assert line in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("asked", "period", "ran"),
+    [
+        (None, None, 1.0),
+        (0.05, None, 0.06),  # periods of 20 ms
+        (0.04, None, 0.04),
+        (1e-9, None, 0.02),
+        (0.3, 0.1, 0.3),  # 0.3/0.1 is less than 3 by rounding, 0.7/0.1 more than 7
+        (0.7, 0.1, 0.7),
+        (0.30001, 0.1, 0.4),
+    ],
+)
+def test_a_duration_ends_with_its_last_period(asked, period, ran):
+    model = own_model(mujoco.MjModel.from_xml_string(ROD), "m.xml")
+    assert script(model, "rest", asked, period).duration == pytest.approx(ran, rel=1e-12)
+    held = np.zeros((100, 0))
+    if asked is not None:
+        assert script(model, held, asked, period).duration == pytest.approx(ran, rel=1e-12)

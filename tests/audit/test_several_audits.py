@@ -2,12 +2,17 @@
 
 import json
 import math
+import os
+import re
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
+from urllib.parse import unquote
 from xml.etree import ElementTree
 
 import pytest
 
+from plumbob import audit
 from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.workers import Workers
 from plumbob.reports.cli import main
@@ -42,11 +47,13 @@ def folder(tmp_path):
 def test_which_files_are_meant(folder):
     """A single file is none of several; a folder gives what no other file there includes."""
     rod = str(folder / "fine" / "rod.xml")
-    assert model_files([rod]) is None
-    assert model_files([rod, rod]) == [Path(rod)]
-    inside = {path.relative_to(folder).as_posix() for path in model_files([str(folder)]) or ()}
+    assert model_files([rod]) == (None, [])
+    assert model_files([rod, rod]) == ([Path(rod)], [])
+    files, others = model_files([str(folder)])
+    assert others == [folder / "notes.xml"]
+    inside = {path.relative_to(folder).as_posix() for path in files}
     assert inside == {"fine/rod.xml", "coarse/rod.xml", "broken.xml", "whole.xml"}
-    assert model_files([str(folder / "*" / "rod.xml")]) == [
+    assert model_files([str(folder / "*" / "rod.xml")])[0] == [
         folder / "coarse" / "rod.xml",
         folder / "fine" / "rod.xml",
     ]
@@ -56,6 +63,53 @@ def test_which_files_are_meant(folder):
             model_files([nothing])
 
 
+NO_MODELS = {
+    "assets.xml": "<mujoco><!-- <worldbody/> --><compiler/><asset/><default/></mujoco>",
+    "package.xml": "<package><export><mujoco plugin='a'/></export></package>",
+    "part.xml": "<mujocoinclude><worldbody/></mujocoinclude>",
+}
+
+
+def test_what_is_no_model_is_skipped_and_counted(tmp_path, monkeypatch, capsys):
+    """And what is no file, or cannot be read, costs its row."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "rod.xml").write_text(ROD.format(step=1e-3))
+    for name, text in NO_MODELS.items():
+        (tmp_path / name).write_text(text)
+    (tmp_path / "folder.xml").mkdir()
+    os.mkfifo("pipe.xml")
+    Path("dangling.xml").symlink_to("nothing.xml")
+    Path("loop.xml").symlink_to("loop.xml")
+    Path("inside").symlink_to(tmp_path)
+    audits = [Row(str(tmp_path), 1.0, 1.0, "", 0, {})]
+    asked = []
+    monkeypatch.setattr(
+        several_audits, "audited", lambda files, *rest: asked.extend(files) or audits
+    )
+    assert main(["audit", "."]) == 0
+    assert capsys.readouterr().err == (
+        "plumbob: 3 files are no models and are skipped, such as assets.xml\n"
+    )
+    odd = {"folder.xml", "pipe.xml", "dangling.xml", "loop.xml"}
+    assert {str(path) for path in asked} == {"rod.xml", *odd}
+    files, others = model_files([*NO_MODELS, "rod.xml"], models_only=True)
+    assert (files, others) == ([Path("rod.xml")], list(map(Path, NO_MODELS)))
+    assert model_files(["rod.xml"], models_only=True) == (None, [])
+    assert main(["audit", "--models-only", "--json", "package.xml"]) == 0
+    assert capsys.readouterr().out == "[]\n"
+
+
+@pytest.mark.parametrize("kind", ["folder", "pipe", "link"])
+def test_what_is_no_file_has_a_row_that_says_so(kind, tmp_path, monkeypatch):
+    path = tmp_path / "odd.xml"
+    {"folder": path.mkdir, "pipe": partial(os.mkfifo, path)}.get(
+        kind, partial(path.symlink_to, tmp_path / "nothing")
+    )()
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(ParameterError, match=r"odd\.xml"):
+        audit(path)
+
+
 def test_the_largest_file_is_begun_first(folder, monkeypatch):
     """And one that is not there is the smallest."""
     begun = []
@@ -63,6 +117,26 @@ def test_the_largest_file_is_begun_first(folder, monkeypatch):
     files = [folder / name for name in ("none.xml", "notes.xml", "part.xml", "whole.xml")]
     assert list(several_audits.audited(files, str, 2, 1.0)) == []
     assert [task.key.stem for task in begun] == ["part", "whole", "notes", "none"]
+
+
+HOSTILE = "a b&#?%\x1b\x00\udcff\ud800\u2028'<:é.xml"
+
+
+def test_names_with_any_character(tmp_path):
+    """JUnit's file is XML, and a link leads to the page's file."""
+    name = HOSTILE.replace("\x00", "").replace("\ud800", "")
+    row = replace(refused(name, HOSTILE), page=f"audit-{name}.html".replace(".xml", ""))
+    page = several_audits.write_page([row], tmp_path, HOSTILE, 1.0)
+    (tmp_path / row.page).touch()
+    links = re.findall(r'href="(audit-[^"]*)"', page.read_text("utf-8"))
+    (file,) = [unquote(link, errors="surrogateescape") for link in links]
+    assert (page.parent / file).exists()
+    assert not set(links[0]) & set(" #?<':\x1b")
+    several_audits.write_junit(tmp_path / "junit.xml", [row, replace(row, missed=HOSTILE)], 0.0)
+    suite = ElementTree.parse(tmp_path / "junit.xml").getroot()
+    case = suite.find("testcase")
+    assert case.attrib["name"].startswith("a b&#?%\\x1b\\udcff")
+    assert "\\x00" in case.find("error").attrib["message"]
 
 
 def test_each_file_has_a_page_of_its_own():

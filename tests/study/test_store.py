@@ -5,23 +5,30 @@ import math
 import sqlite3
 from contextlib import closing
 from dataclasses import replace
+from pathlib import Path
+from typing import get_args
 
 import numpy as np
 import pytest
 
 from plumbob.analytic.parameters import ParameterError
-from plumbob.engines.registry import methods
+from plumbob.engines.registry import method, methods
 from plumbob.engines.study import store
-from plumbob.engines.study.codec import from_json, to_json
+from plumbob.engines.study.checkpoint import measured_into
+from plumbob.engines.study.codec import KINDS, from_json, named, to_json
+from plumbob.engines.study.cost import SceneCosts
 from plumbob.engines.study.extra_runs import ExtraRun
 from plumbob.engines.study.measurement import ObservedError
 from plumbob.engines.study.provenance import provenance
+from plumbob.engines.study.request import Request, RunRequest
+from plumbob.engines.study.results import TaskResult
 from plumbob.engines.study.runner import run_study
+from plumbob.engines.study.store_file import reading
 from plumbob.engines.trajectory import Trajectory
 from plumbob.models.registry import scenes
 from plumbob.reports.cli import main
 from plumbob.tests.support.stored import save
-from plumbob.tests.support.studies import bits
+from plumbob.tests.support.studies import bits, made_up
 
 SCENE = "cone-pendulum/deep-well"
 
@@ -100,6 +107,94 @@ def test_any_change_of_a_stored_study_is_noticed(stored, tmp_path):
             assert held.execute(change).rowcount > 0
         with pytest.raises(ParameterError, match="is not as it was stored"):
             store.load(file)
+
+
+CHANGES = (
+    "study = 9",
+    "key = key || ' '",
+    "body = body || ' '",
+    "body = cast(x'7bff' as text)",  # no UTF-8
+    "digest = 'x'",
+)
+
+
+@pytest.mark.parametrize("of", ["key = 'study'", "key not in ('study', 'plan')"])
+@pytest.mark.parametrize("change", CHANGES)
+def test_damage_of_a_study_is_its_own(change, of, tmp_path, capsys):
+    """Found before a new one is measured, with advice that works."""
+    file = tmp_path / store.FILE
+    made = [
+        made_up([(method("ode/rk4"), (1e-2, 1e-3), lambda h, p=p: h**p)]) for p in (4, 5, 6)
+    ]
+    for one in made[:2]:
+        save(one, file)
+    with closing(sqlite3.connect(file)) as held, held:
+        held.execute(
+            f"update result set {change} where rowid = "
+            f"(select min(rowid) from result where study = 1 and {of})"
+        )
+    notes = []
+    with measured_into(file, note=notes.append) as kept:
+        assert any("study 1" in note and "measure again" in note for note in notes)
+        assert kept.number == 0  # nothing is begun yet
+    assert _same(file, 2, made[1])
+    with pytest.raises(ParameterError, match=r"study 1.* is not as it was stored"):
+        store.load(file, 1)
+    with closing(sqlite3.connect(file)) as held, held:
+        held.execute(f"update result set {CHANGES[2]} where study = 2 and {of}")
+    assert main(["compare", str(file), str(file)]) == 2
+    assert "is not as it was stored: measure again" in capsys.readouterr().err
+    number = save(made[2], file)  # the advice: measure again
+    assert _same(file, None, made[2])
+    assert main(["compare", f"{file}#{number}", str(file)]) == 0
+
+
+def _same(file, number, study):
+    return repr(store.load(file, number).convergence) == repr(study.convergence)
+
+
+EARLIER = Path(__file__).parent / "study_of_schema_10.sql"
+
+
+def test_a_study_of_an_earlier_version_is_read(tmp_path):
+    """Its kinds are places in the code of that day, all that can be stored; what it holds is read
+    by json alone."""
+    file = tmp_path / store.FILE
+    with closing(sqlite3.connect(file)) as held:
+        held.executescript(EARLIER.read_text("utf-8"))
+        bodies = [json.loads(b) for (b,) in held.execute("select body from result") if b]
+    kinds = {place for body in bodies for place in body.get("kinds", {}).values()}
+    assert {place.rpartition(".")[2] for place in kinds} == set(KINDS)
+    study = store.load(file)
+    runs = {"answer": "study.convergence.ConvergenceStudy"}
+    (errors,) = (body["answer"] for body in bodies if body.get("kinds") == runs)
+    (read,) = study.convergence
+    for run, known in zip(read.measurements, errors["measurements"], strict=True):
+        assert run.step == known["step"]
+        assert run.errors["theta"].largest == known["errors"]["theta"]["largest"]
+    assert len(study.extras) == len([body for body in bodies if body.get("request")]) == 7
+    assert [analysed.numbers for analysed in study.analyses] == [{"x": (1.5, 2)}]
+    with reading(file) as held:
+        (single,) = store.results(held, 2, ["a run"], TaskResult).values()
+    assert single.answer.step == 0.02
+
+
+def test_every_kind_of_result_has_a_name_of_its_own():
+    kinds = [named(name) for name in KINDS]
+    requests = [kind for kind in kinds if issubclass(kind, Request)]
+    assert set(requests) == set(_below(Request)) - {RunRequest}
+    answers = {get_args(base)[0] for kind in requests for base in kind.__orig_bases__}
+    assert answers <= set(kinds)
+    # A class that has moved is read by its old name.
+    assert named("a.place.of.old.SceneCosts") is SceneCosts
+
+
+def _below(kind):
+    """The classes of plumbob that inherit from one."""
+    for one in kind.__subclasses__():
+        if one.__module__.startswith("plumbob.engines"):
+            yield one
+        yield from _below(one)
 
 
 def test_a_recording_comes_back_as_it_was():

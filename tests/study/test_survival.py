@@ -9,7 +9,7 @@ from plumbob.engines.study.checkpoint import Checkpoint
 from plumbob.reports.cli import main
 from plumbob.tests.study import disturbed
 
-OLD = "the page of an older study"
+OLD = """<meta content="default-src 'none';"><title>plumbob: an older study</title>"""
 
 
 @pytest.fixture(scope="module")

@@ -3,6 +3,7 @@
 import gc
 import multiprocessing
 import os
+import re
 import signal
 from multiprocessing.connection import Connection
 
@@ -21,7 +22,14 @@ FATAL = {
         60.0,
         "out of memory, 2 times",
     ),
-    "stopped": (signal.raise_signal, (signal.SIGSTOP,), 0.4, "no answer within 0.4 s, 2 times"),
+    "stopped": (signal.raise_signal, (signal.SIGSTOP,), 0.4, "s, 2 times"),
+    # one call, which lets no other thread of Python run
+    "long": (
+        re.match,
+        ("(a+)+b", "a" * 60),
+        0.3,
+        "no answer within 0.3 s of processor time, 2 times",
+    ),
 }
 
 
@@ -44,6 +52,17 @@ def test_a_fatal_task_is_tried_once_more_and_given_up(kind):
     assert list(lost) == [2]
     assert said in lost[2]
     assert set(multiprocessing.active_children()) <= others
+
+
+def test_a_task_on_a_busy_machine_has_its_time():
+    """A twentieth of a core for four times its limit."""
+    code = "import time\n"
+    code += "end = time.monotonic() + 1.6\n"
+    code += "while time.monotonic() < end:\n"
+    code += "    begin = time.process_time()\n"
+    code += "    while time.process_time() < begin + 0.01: pass\n"
+    code += "    time.sleep(0.09)\n"
+    assert _worked_out([Task(1, exec, (code,), 0.4)]) == ({1: None}, {})
 
 
 def test_an_executor_begins_no_more_processes_than_it_has_tasks():

@@ -70,6 +70,7 @@ ENGINE = Engine(
             later(f"{__name__}.own_model.model.model_of_own"),
             later(f"{__name__}.own_model.user_contacts.own_contacts"),
             later(f"{__name__}.own_model.file_text.write"),
+            later(f"{__name__}.options.collected"),
         ),
     ),
 )

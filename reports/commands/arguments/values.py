@@ -24,6 +24,7 @@ from plumbob.analytic.parameters import (
 from plumbob.analytic.reference import Signals
 from plumbob.models.registry import scene as find_scene
 from plumbob.models.registry import scenes as find_scenes
+from plumbob.reports.view.own_files import replaceable
 
 if TYPE_CHECKING:
     from concurrent.futures import Executor
@@ -131,8 +132,8 @@ def scenes(pattern: str, changed: Mapping[str, Any]) -> tuple[Scene, ...]:
 def html_file(name: str, text: str) -> Path:
     """A file .html that can be written; raises ParameterError with the `name` of the option."""
     file = Path(text)
-    occupied = os.path.lexists(file) and not file.is_file()
-    if file.suffix != ".html" or occupied or not os.access(file.parent, os.W_OK):
+    replaceable(name, file)
+    if file.suffix != ".html" or not os.access(file.parent, os.W_OK):
         raise ParameterError(name, text, "a file .html in a folder that can be written to")
     return file
 

@@ -16,10 +16,12 @@ from plumbob.engines.study.results import Study
 from plumbob.reports.view import top_tables
 from plumbob.reports.view.drawing import DASHES
 from plumbob.reports.view.method_results import SIGNS, Results, results_of
+from plumbob.reports.view.own_files import LIST, replaceable, replaceable_folder
 from plumbob.reports.view.page import (
     NAME,
     Plots,
     carried,
+    encoded,
     filled,
     packed,
     shared_files,
@@ -62,24 +64,33 @@ class Content:
 def write_page(study: Study, folder: Path) -> Path:
     """Write the site of `study` into `folder` and return the path of its index. The pages take the
     place of older ones at once, and the index after them. Raises OSError where the folder cannot be
-    written, and as `records_of`."""
+    written, ParameterError where a file there is not plumbob's, and as `records_of`."""
     return site(content(study), folder)
 
 
 def site(content: Content, folder: Path) -> Path:
     """The same of a content that is there already."""
+    own_site("out", folder)
     files, index = _files(content)
+    files = {**files, LIST: "".join(f"{name}\n" for name in files)}
     folder.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(prefix=".plumbob-", dir=folder) as scratch:
         new = Path(scratch) / PAGES
         pages = folder / PAGES
         new.mkdir()  # whose permissions are those that the user's umask leaves
         for name, text in files.items():
-            (new / name).write_bytes(text.encode("utf-8") if isinstance(text, str) else text)
+            (new / name).write_bytes(encoded(text))
         if pages.is_dir():
             pages.rename(Path(scratch) / "old")
         new.rename(pages)
     return written(index, folder, NAME)
+
+
+def own_site(name: str, folder: Path) -> None:
+    """Raises ParameterError with the `name` of an option if the site would replace a file in
+    `folder` that is not plumbob's."""
+    replaceable(name, folder / NAME)
+    replaceable_folder(name, folder / PAGES)
 
 
 def one_file(content: Content) -> str:

@@ -13,7 +13,7 @@ import numpy as np
 from plumbob.analytic.reference import Array
 from plumbob.engines.box import Side
 from plumbob.engines.study.provenance import Provenance
-from plumbob.engines.sweep.sweep import Swept
+from plumbob.engines.sweep.sweep import Sweep, Swept
 from plumbob.reports.view import tables
 from plumbob.reports.view.axis import Axis
 from plumbob.reports.view.content import Figure, Layout
@@ -26,11 +26,15 @@ MOST = 160  # columns and rows of a map: the worst of some neighbours stands for
 SHADES = ("#440154", "#3b528b", "#21918c", "#5ec962", "#fde725")
 
 
+def page_name(sweep: Sweep, key: str) -> str:
+    """The name of the page of a sweep that has this key."""
+    return f"sweep-{sweep.box.scene.replace('/', '-')}-{key[:8]}.html"
+
+
 def write_sweep_page(swept: Swept, folder: Path, provenance: Provenance, key: str) -> Path:
     """Write `sweep-SCENE-KEY.html` into `folder` and return its path. Raises OSError where the
     folder cannot be written."""
-    name = f"sweep-{swept.sweep.box.scene.replace('/', '-')}-{key[:8]}.html"
-    return written(render(swept, provenance), folder, name)
+    return written(render(swept, provenance), folder, page_name(swept.sweep, key))
 
 
 def render(swept: Swept, provenance: Provenance) -> str:

@@ -11,7 +11,8 @@ from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.reference import Array
 from plumbob.engines.adapters.mujoco.options import collected
 from plumbob.engines.added import one_line
-from plumbob.engines.own_motion import Policy
+from plumbob.engines.own_motion import Policy, periods
+from plumbob.models.entry_points import on_stderr
 
 
 def recorded(model: Any, data: Any, policy: Policy, period: float, duration: float) -> Array:
@@ -20,8 +21,8 @@ def recorded(model: Any, data: Any, policy: Policy, period: float, duration: flo
     multiple of the model's step that is nearest. Raises ParameterError."""
     held = max(1, round(period / model.opt.timestep))
     controls = list[Array]()
-    with collected():
-        for _ in range(max(1, round(duration / (held * model.opt.timestep)))):
+    with collected(), on_stderr():
+        for _ in range(periods(duration, held * model.opt.timestep)):
             state = float(data.time), np.array(data.qpos), np.array(data.qvel)
             controls.append(_checked(policy, state, int(model.nu)))
             data.ctrl[:] = controls[-1]

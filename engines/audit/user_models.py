@@ -1,0 +1,31 @@
+"""Models of a user's own, which MuJoCo runs, and a context in which it says nothing."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import Any
+
+from plumbob.engines.abilities import UserModels
+from plumbob.engines.registry import find_engine
+
+
+def user_models() -> UserModels:
+    """Models of a user's own, in MuJoCo."""
+    models = find_engine("mujoco").ability(UserModels)
+    assert models is not None
+    return models
+
+
+@contextmanager
+def quiet() -> Iterator[None]:
+    """A context in which MuJoCo neither prints nor leaves a file: an audit steps a model also
+    beyond the largest step that holds, of which MuJoCo warns."""
+    with user_models().quiet():
+        yield
+
+
+def quietly(do: Callable[..., Any], *arguments: Any) -> Any:
+    """The result of a function that is called in such a context."""
+    with quiet():
+        return do(*arguments)
