@@ -146,11 +146,17 @@ def _gradient(known: Gradients | str | None) -> Plain:
     if known is None:
         return {}
     if isinstance(known, str):
-        return {"gradient": [], "gradient_horizon": None, "gradient_why": known}
+        return {
+            "gradient": [],
+            "gradient_horizon": None,
+            "gradient_lost": [],
+            "gradient_why": known,
+        }
     measured = next(way.eps for way in known.ways if way.name == "central")
     return {
         "gradient": known.entries,
         "gradient_horizon": known.horizon,
+        "gradient_lost": known.lost,
         "gradient_why": known.why,
         "gradient_ways": {way.name: way.why for way in known.ways},
         "gradient_left_out": known.left_out,
