@@ -125,6 +125,7 @@ def _stability(audit: Audit) -> Plain:
             "why",
             "predicted",
             "chatters",
+            "holds_to",
         )
         return _named(largest, *names)
 

@@ -59,9 +59,9 @@ def _key(model: Any, first: Array, second: Array) -> Array:
 
 
 def _unfiltered(model: Any, first: Array, second: Array) -> Array:
-    """Which pairs of geoms pass MuJoCo's filters: their bits match, their bodies move against each
-    other, neither is the other's parent, unless that is the world, and the file does not exclude
-    the pair of bodies."""
+    """Which pairs of geoms pass MuJoCo's filters: their bits match, their bodies can move against
+    each other (a mocap body and the world do not), neither is the other's parent, unless that is
+    the world, and the file does not exclude the pair of bodies."""
     bits = model.geom_contype[first] & model.geom_conaffinity[second]
     bits |= model.geom_contype[second] & model.geom_conaffinity[first]
     bodies = np.sort(np.stack([model.geom_bodyid[first], model.geom_bodyid[second]]), axis=0)
@@ -71,5 +71,6 @@ def _unfiltered(model: Any, first: Array, second: Array) -> Array:
     if model.opt.disableflags & int(BITS.mjDSBL_FILTERPARENT):
         parental[:] = False
     excluded = np.isin((bodies[0] << 16) + bodies[1], model.exclude_signature)
-    filtered = (welds[0] == welds[1]) | (parental & welds.all(axis=0)) | excluded
+    still = (model.body_treeid[bodies] < 0).all(axis=0)
+    filtered = (welds[0] == welds[1]) | (parental & welds.all(axis=0)) | excluded | still
     return np.asarray((bits != 0) & ~filtered)
