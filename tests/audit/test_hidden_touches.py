@@ -1,6 +1,7 @@
 """Contacts that adaptive steps pass over are found: fast bodies, thin walls, rods that turn."""
 
 import copy
+import json
 import math
 
 import mujoco
@@ -16,6 +17,7 @@ from plumbob.engines.audit.allowance import Allowance
 from plumbob.engines.audit.controls import script
 from plumbob.engines.audit.reference import certified, computed
 from plumbob.engines.own_motion import Start
+from plumbob.reports.cli import main
 from plumbob.tests.audit.fast_bodies import DURATION, audited, first_touch, scene
 from plumbob.tests.audit.scenes_as_models import compiled
 
@@ -137,7 +139,7 @@ PAIRS = """
       <geom name="base" size=".1" margin=".02" gap=".01"/>
       <body name="fixed" pos="1 1 0"><geom name="fixed" size=".1"/>
         <body name="arm" pos="1 0 0"><joint/>
-          <geom name="arm" type="box" size=".1 .1 .1" margin=".01"/>
+          <geom name="arm" type="ellipsoid" size=".1 .1 .1" margin=".01"/>
           <body name="hook" pos="1 1 1"><joint/>
             <geom name="hook" type="capsule" size=".1 .1"/></body></body></body>
       <body name="ghost" pos="0 0 3"><joint/>
@@ -175,7 +177,14 @@ def test_pairs_and_margins_are_those_of_mujocos_collisions(flag):
 
 def test_what_cannot_be_measured_is_said(tmp_path, capsys):
     hill = '<geom type="hfield" hfield="hill"/>'
-    assert unmeasured(compiled(PAIRS.format(more=""))) == ()
-    assert unmeasured(compiled(PAIRS.format(more=hill))) == ("height fields",)
-    other = hill.replace("/>", ' contype="0" conaffinity="0"/>')
-    assert unmeasured(compiled(PAIRS.format(more=other))) == ()
+    passive = hill.replace("/>", ' contype="0" conaffinity="0"/>')
+    kinds = [unmeasured(compiled(PAIRS.format(more=more))) for more in ("", hill, passive)]
+    assert kinds == [(), ("height fields",), ()]
+    file = tmp_path / "pairs.xml"
+    file.write_text(PAIRS.format(more=hill), "utf-8")
+    asked = ["audit", str(file), "--duration", "0.02", "--budget", "1"]
+    assert main([*asked, "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["unchecked"] == ["height fields"]
+    assert main(asked) == 0
+    said = "not checked for contacts between two steps of the reference: height fields"
+    assert said in capsys.readouterr().out

@@ -50,6 +50,7 @@ def _motion(audit: Audit) -> Plain:
         "events": audit.reference.course.events,
         "clamped": audit.clamped,
         "notes": (*audit.notes, *(steps.own.remarks if steps else ())),
+        "unchecked": audit.model.unchecked,
         "to_do": dict(rows(answered(audit)))["to do"],
         **_steps(steps),
         "balances": audit.balances,

@@ -183,11 +183,12 @@ class HiddenTouches:
             return False
         moved = other.place - one.place
         early, late = step * one.velocity, step * other.velocity
-        bends = (
+        # h² times the acceleration of that cubic at both ends
+        curves = (
             6.0 * moved - 4.0 * early - 2.0 * late,
             6.0 * moved - 2.0 * early - 4.0 * late,
         )
-        leaves = CURVED * max(map(_length, bends)) / 8.0
+        leaves = CURVED * max(map(_length, curves)) / 8.0
         changed = _length(other.spin - one.spin)
         for pair, way in ((one, moved), (other, -moved)):
             turn = max(_length(np.cross(pair.normal, p.spin)) for p in both) + changed
