@@ -12,11 +12,12 @@ How far they approach in a step of length h is bounded twice.
    middle is 1/cos(0.75) = 1.37 times that at the ends. Distances that two geoms have travelled are
    added up over steps, so that a pair is measured again only when these use its distance up.
 2. If that does not do, the pair is looked at in the axes of its first geom, where a common motion
-   is none. Along the normal n of the shortest connection, fixed in these axes, the second geom's
-   centre p moves from one end's n·p to the other's; it leaves the line between them by h²/8 of its
-   largest acceleration at most, which is taken as twice the larger that the cubic through both
-   ends' places and velocities has at an end; and its turn brings its surface nearer by h r |n × w|,
-   less the turn about an axis of symmetry.
+   is none, as points of the second one: the centre of a sphere, the ends of a capsule, the corners
+   of a box or a mesh. Along the normal n of the shortest connection, fixed in these axes, a point p
+   goes from one end's n·p to the other's, and leaves the line between them by a parabola of
+   h²/8 of its largest acceleration at most, which is taken as twice the larger that the cubic
+   through both ends' places and velocities has at an end. A cylinder or ellipsoid is its centre,
+   and its turn brings its surface nearer by h r |n × w|, less the turn about an axis of symmetry.
 
 Where neither excludes a touch, the motion at the middle is looked at, and both halves likewise. The
 motion within a step is the polynomial of the method. Distances are those of `mj_geomDistance`,
@@ -36,11 +37,13 @@ import numpy as np
 from plumbob.analytic.reference import Array
 from plumbob.engines.adapters.mujoco.own_model.colliding_pairs import colliding_pairs
 from plumbob.engines.adapters.mujoco.own_model.readings import pair_name
+from plumbob.engines.adapters.mujoco.own_model.solids import CORNERS
 from plumbob.engines.adapters.mujoco.terms import put
 from plumbob.engines.own_motion import NotCertifiable
 
 GEOM = mujoco.mjtObj.mjOBJ_GEOM
 KIND = mujoco.mjtGeom
+SMOOTH = (int(KIND.mjGEOM_CYLINDER), int(KIND.mjGEOM_ELLIPSOID))
 # about the third axis
 SYMMETRIC = (KIND.mjGEOM_SPHERE, KIND.mjGEOM_CAPSULE, KIND.mjGEOM_CYLINDER)
 PATH = 1.5  # times the speed at the ends of a step: see above
@@ -48,6 +51,7 @@ CURVED = 2.0  # times the acceleration at the ends of a step: see above
 TURNED = 0.5  # [rad] in a step: beyond, its ends do not bound what is between
 SHALLOW = 1e-9  # [m]: a touch no deeper is as good as none, distances are known to that
 LOOKS = 4000  # states within a step that are looked at
+TINY = np.finfo(float).tiny
 FAR = 1e3  # [m]: larger distances are measured as that
 BISECTIONS = 20  # of the time between a state that touches and one that does not
 Motion = Callable[[float], Array]
@@ -65,14 +69,14 @@ class Touch:
 
 @dataclass(frozen=True)
 class Pair:
-    """Two geoms at a time: their distance, and the second in the axes of the first."""
+    """Two geoms at a time: their distance, and points of the second in the axes of the first."""
 
     time: float  # [s]
     distance: float  # [m] less the margin: they touch where it is not positive
     normal: Array  # from the first to the second
-    place: Array  # [m]
-    velocity: Array  # [m/s]
-    spin: Array  # [rad/s] but for that about an axis of symmetry
+    places: Array  # [m] of the points, shape (n, 3)
+    velocities: Array  # [m/s], likewise
+    spin: Array  # [rad/s] of the second, but for that about an axis of symmetry
     turning: float  # [rad/s] the faster of that and of these axes
 
 
@@ -173,27 +177,30 @@ class HiddenTouches:
 
     def _apart(self, row: int, one: Pair, other: Pair) -> bool:
         """Whether a pair cannot touch between two times: the second bound of the module."""
-        lever = float(self.levers[self.second[row]])
+        kind = int(self.model.geom_type[self.second[row]])
+        lever = float(self.levers[self.second[row]]) if kind in SMOOTH else 0.0
         step = other.time - one.time
         both = (one, other)
-        speeds = [_length(p.velocity) + lever * _length(p.spin) for p in both]
+        speeds = [_lengths(p.velocities).max() + lever * _length(p.spin) for p in both]
         if one.distance + other.distance + SHALLOW > PATH * step * max(speeds):
             return True
         if step * max(one.turning, other.turning) > TURNED:
             return False
-        moved = other.place - one.place
-        early, late = step * one.velocity, step * other.velocity
+        moved = other.places - one.places
+        early, late = step * one.velocities, step * other.velocities
         # h² times the acceleration of that cubic at both ends
         curves = (
             6.0 * moved - 4.0 * early - 2.0 * late,
             6.0 * moved - 2.0 * early - 4.0 * late,
         )
-        leaves = CURVED * max(map(_length, curves)) / 8.0
+        leaves = CURVED / 8.0 * np.maximum(*map(_lengths, curves))
         changed = _length(other.spin - one.spin)
-        for pair, way in ((one, moved), (other, -moved)):
+        for pair, ways in ((one, moved), (other, -moved)):
             turn = max(_length(np.cross(pair.normal, p.spin)) for p in both) + changed
-            nearer = max(0.0, -float(pair.normal @ way)) + leaves + step * lever * turn
-            if pair.distance + SHALLOW > nearer:
+            along = pair.places @ pair.normal
+            begin = pair.distance + along - along.min()
+            end = begin + ways @ pair.normal - step * lever * turn
+            if _least(begin, end, 4.0 * leaves).min() > -SHALLOW:
                 return True
         return False
 
@@ -211,10 +218,12 @@ class HiddenTouches:
         first, second = self.pairs[row].tolist()
         axes = data.geom_xmat[first].reshape(3, 3)
         connection = ends[3:] - ends[:3]
-        apart = data.geom_xpos[second] - data.geom_xpos[first]
         (turn, start), (spin, velocity) = (
             np.split(self._velocity(data, geom), 2) for geom in (first, second)
         )
+        arms = self._points(second) @ data.geom_xmat[second].reshape(3, 3).T
+        places = data.geom_xpos[second] - data.geom_xpos[first] + arms
+        velocities = velocity - start + np.cross(spin, arms) - np.cross(turn, places)
         spin = spin - turn
         if self.symmetric[second]:
             axis = data.geom_xmat[second][2::3]
@@ -223,11 +232,26 @@ class HiddenTouches:
             time,
             distance,
             connection @ axes / _length(connection),
-            apart @ axes,
-            (velocity - start - np.cross(turn, apart)) @ axes,
+            places @ axes,
+            velocities @ axes,
             spin @ axes,
             max(_length(spin), _length(turn)),
         )
+
+    def _points(self, geom: int) -> Array:
+        """Points [m] of a geom in its own axes, whose hull, thickened by a radius, it is, shape
+        (n, 3); of a cylinder or ellipsoid its centre."""
+        model = self.model
+        kind = model.geom_type[geom]
+        if kind == KIND.mjGEOM_MESH:
+            mesh = model.geom_dataid[geom]
+            first = model.mesh_vertadr[mesh]
+            corners = model.mesh_vert[first : first + model.mesh_vertnum[mesh]]
+            return np.asarray(corners, dtype=float)
+        size = np.array(model.geom_size[geom])
+        if kind == KIND.mjGEOM_BOX:
+            return CORNERS * size
+        return np.outer([-1.0, 1.0], [0.0, 0.0, size[1] * (kind == KIND.mjGEOM_CAPSULE)])
 
     def _velocity(self, data: Any, geom: int) -> Array:
         """Angular velocity [rad/s] and that of the centre [m/s] of a geom, shape (6,)."""
@@ -254,6 +278,17 @@ class HiddenTouches:
         spins = np.sqrt(w0 * w0 + w1 * w1 + w2 * w2)
         surfaces = np.sqrt(x * x + y * y + z * z) + self.radii * spins
         return Speeds(time, surfaces, float(spins.max(initial=0.0)))
+
+
+def _least(begin: Array, end: Array, leaves: Array) -> Array:
+    """The least of begin + (end - begin) x - leaves x (1 - x) for x from 0 to 1, elementwise."""
+    places = (begin - end + leaves) / np.maximum(2.0 * leaves, TINY)
+    x = np.clip(places, 0.0, 1.0)
+    return np.asarray(begin + (end - begin) * x - leaves * x * (1.0 - x))
+
+
+def _lengths(rows: Array) -> Array:
+    return np.sqrt(np.einsum("ij,ij->i", rows, rows))
 
 
 def _length(vector: Array) -> float:
