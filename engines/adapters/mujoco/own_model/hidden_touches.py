@@ -97,7 +97,8 @@ class HiddenTouches:
 
     def __init__(self, model: Any, current: Any, inside: Any, start: Array) -> None:
         self.model, self.current, self.inside = model, current, inside
-        pairs, self.margins = colliding_pairs(model)
+        pairs, margins = colliding_pairs(model)
+        self.margins: list[float] = margins.tolist()
         kinds = model.geom_type
         self.radii = np.array(model.geom_rbound)
         # [m] by which a turn of 1 rad moves the surface; a plane is never the second of a pair
@@ -105,8 +106,9 @@ class HiddenTouches:
         self.levers = np.where(kinds == KIND.mjGEOM_SPHERE, 0.0, levers)
         self.symmetric = np.isin(kinds, SYMMETRIC)
         swapped = self.levers[pairs[:, 0]] < self.levers[pairs[:, 1]]
-        self.pairs = np.where(swapped[:, None], pairs[:, ::-1], pairs)
-        self.first, self.second = np.ascontiguousarray(self.pairs.T)
+        ordered = np.where(swapped[:, None], pairs[:, ::-1], pairs)
+        self.pairs: list[list[int]] = ordered.tolist()
+        self.first, self.second = np.ascontiguousarray(ordered.T)
         self.bodies = np.array(model.geom_bodyid)
         self.roots = model.body_rootid[self.bodies]
         self.travelled = np.zeros(model.ngeom)  # [m] by the surface of each geom, at most
@@ -127,12 +129,14 @@ class HiddenTouches:
         paths = PATH * step * np.maximum(last.surfaces, now.surfaces)
         travelled = self.travelled + paths
         used = travelled[self.first] + travelled[self.second]
-        due = np.flatnonzero(used >= self.limits).tolist()
-        gaps = [self._distance(self.current, row)[0] for row in due]
+        due = np.flatnonzero(used >= self.limits)
+        rows = due.tolist()
+        gaps = [self._distance(self.current, row)[0] for row in rows]
+        approach = (paths[self.first[due]] + paths[self.second[due]]).tolist()
         turns = 2.0 * step * max(last.spin, now.spin) > 2.0 * TURNED
         motion: Motion | None = None
-        for row, gap in zip(due, gaps, strict=True):
-            if gap > paths[self.pairs[row]].sum():
+        for row, gap, most in zip(rows, gaps, approach, strict=True):
+            if gap > most:
                 continue
             if gap <= SHALLOW or self.touching[row]:
                 touch = Touch(*2 * [(last.time + time) / 2.0]) if turns else None
@@ -207,15 +211,15 @@ class HiddenTouches:
     def _distance(self, data: Any, row: int) -> tuple[float, Array]:
         """The distance [m] of a pair less its margin, and its shortest connection, shape (6,)."""
         ends = np.zeros(6)
-        first, second = self.pairs[row].tolist()
+        first, second = self.pairs[row]
         distance = mujoco.mj_geomDistance(self.model, data, first, second, FAR, ends)
-        return distance - float(self.margins[row]), ends
+        return distance - self.margins[row], ends
 
     def _at(self, row: int, motion: Motion, time: float) -> Pair:
         """A pair at a time [s] within a step."""
         data = self._placed(motion(time))
         distance, ends = self._distance(data, row)
-        first, second = self.pairs[row].tolist()
+        first, second = self.pairs[row]
         axes = data.geom_xmat[first].reshape(3, 3)
         connection = ends[3:] - ends[:3]
         (turn, start), (spin, velocity) = (
