@@ -209,17 +209,18 @@ class Course:
 
     def lost_along(self, integrator: str, step: float, index: int) -> bool:
         """Whether runs with a step [s] along the motion itself are lost: of a state of rest beyond
-        it, from the start for as long. A nudge of that state may grow where runs do not come to it,
-        and keep together."""
+        it, runs from the start that are nudged at its end. A nudge of that state may grow where
+        runs do not come to it, and keep together."""
         if index < len(self.states):
             return self.lost(integrator, step, index)
-        return self.lost(integrator, step) or self._lost(integrator, step, 0, MOST * step)
+        end = self.script.duration
+        grown, _ = self.model.followed(self.script, 0, integrator, step, MOST * step, end)
+        return grown > LOST or self.lost(integrator, step)
 
-    def _lost(self, integrator: str, step: float, begin: int, lasting: float = 0.0) -> bool:
+    def _lost(self, integrator: str, step: float, begin: int) -> bool:
         script = self.script
         followed = self.model.followed
-        left = max(script.duration - begin * script.period, LEAST * step, lasting)
-        duration = min(left, MOST * step)
+        duration = min(max(script.duration - begin * script.period, LEAST * step), MOST * step)
         moving = begin < len(self.states)
         if moving:
             start = self.states[begin]

@@ -1,7 +1,6 @@
 """Contacts that adaptive steps pass over are found: fast bodies, thin walls, rods that turn."""
 
 import copy
-import json
 import math
 
 import mujoco
@@ -17,9 +16,10 @@ from plumbob.engines.audit.allowance import Allowance
 from plumbob.engines.audit.controls import script
 from plumbob.engines.audit.reference import certified, computed
 from plumbob.engines.own_motion import Start
-from plumbob.reports.cli import main
+from plumbob.reports.view.audit.page import answered, rows
+from plumbob.reports.view.audit.records import record
 from plumbob.tests.audit.fast_bodies import DURATION, audited, first_touch, scene
-from plumbob.tests.audit.scenes_as_models import compiled
+from plumbob.tests.audit.scenes_as_models import audit_of, compiled
 
 BUDGET = 10.0  # [s]
 # Fast bodies, one rod whose tip meets a wall by 0.1 mm and one that misses it among them.
@@ -175,16 +175,12 @@ def test_pairs_and_margins_are_those_of_mujocos_collisions(flag):
     assert bool(ours) == ("contact" not in flag)
 
 
-def test_what_cannot_be_measured_is_said(tmp_path, capsys):
+def test_what_cannot_be_measured_is_said():
     hill = '<geom type="hfield" hfield="hill"/>'
     passive = hill.replace("/>", ' contype="0" conaffinity="0"/>')
     kinds = [unmeasured(compiled(PAIRS.format(more=more))) for more in ("", hill, passive)]
     assert kinds == [(), ("height fields",), ()]
-    file = tmp_path / "pairs.xml"
-    file.write_text(PAIRS.format(more=hill), "utf-8")
-    asked = ["audit", str(file), "--duration", "0.02", "--budget", "1"]
-    assert main([*asked, "--json"]) == 0
-    assert json.loads(capsys.readouterr().out)["unchecked"] == ["height fields"]
-    assert main(asked) == 0
+    audit = audit_of(compiled(PAIRS.format(more=hill)), duration=0.002, period=0.002)
+    assert record(audit)["unchecked"] == ["height fields"]
     said = "not checked for contacts between two steps of the reference: height fields"
-    assert said in capsys.readouterr().out
+    assert said in dict(rows(answered(audit)))["model"]

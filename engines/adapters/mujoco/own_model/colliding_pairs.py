@@ -54,11 +54,11 @@ def _pairs(model: Any) -> tuple[Array, Array]:
     return pairs[meet], margins[meet]
 
 
-def _key(model: Any, first: Array, second: Array) -> Array:
-    return np.asarray(first * model.ngeom + second)
+def _key(model: Any, first: Any, second: Any) -> Any:
+    return first * model.ngeom + second
 
 
-def _unfiltered(model: Any, first: Array, second: Array) -> Array:
+def _unfiltered(model: Any, first: Any, second: Any) -> Any:
     """Which pairs of geoms pass MuJoCo's filters: their bits match, their bodies can move against
     each other (a mocap body and the world do not), neither is the other's parent, unless that is
     the world, and the file does not exclude the pair of bodies."""
@@ -73,4 +73,4 @@ def _unfiltered(model: Any, first: Array, second: Array) -> Array:
     excluded = np.isin((bodies[0] << 16) + bodies[1], model.exclude_signature)
     still = (model.body_treeid[bodies] < 0).all(axis=0)
     filtered = (welds[0] == welds[1]) | (parental & welds.all(axis=0)) | excluded | still
-    return np.asarray((bits != 0) & ~filtered)
+    return (bits != 0) & ~filtered

@@ -254,7 +254,7 @@ class HiddenTouches:
             return np.asarray(corners, dtype=float)
         size = np.array(model.geom_size[geom])
         if kind == KIND.mjGEOM_BOX:
-            return CORNERS * size
+            return np.asarray(CORNERS * size)
         return np.outer([-1.0, 1.0], [0.0, 0.0, size[1] * (kind == KIND.mjGEOM_CAPSULE)])
 
     def _velocity(self, data: Any, geom: int) -> Array:
@@ -292,7 +292,7 @@ def _least(begin: Array, end: Array, leaves: Array) -> Array:
 
 
 def _lengths(rows: Array) -> Array:
-    return np.sqrt(np.einsum("ij,ij->i", rows, rows))
+    return np.asarray(np.sqrt(np.einsum("ij,ij->i", rows, rows)))
 
 
 def _length(vector: Array) -> float:
