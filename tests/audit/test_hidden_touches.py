@@ -22,8 +22,8 @@ from plumbob.tests.audit.fast_bodies import DURATION, audited, first_touch, scen
 from plumbob.tests.audit.scenes_as_models import audit_of, compiled
 
 BUDGET = 10.0  # [s]
-# Fast bodies, one rod whose tip meets a wall by 0.1 mm and one that misses it among them.
-CASES = 40
+# Of the first, the stages of a step's polynomial alone meet the wall, and spoil the polynomial.
+CASES = (162, *range(39))
 # A ball of 6 mm at 100 m/s and a card of 1 mm, between which no stage lies.
 CARD = """
 <mujoco model="card"><option timestep="0.002" gravity="0 0 0"/><worldbody>
@@ -68,7 +68,7 @@ def test_a_ball_that_just_passes_an_edge_meets_nothing(text, met):
 
 
 @pytest.mark.long(keep=3)
-@pytest.mark.parametrize("seed", range(CASES))
+@pytest.mark.parametrize("seed", CASES)
 def test_no_certificate_passes_over_what_steps_of_a_microsecond_touch(seed):
     own, motion = audited(seed)
     found = certified(own, motion, Allowance(BUDGET))

@@ -20,8 +20,9 @@ How far they approach in a step of length h is bounded twice.
    and its turn brings its surface nearer by h r |n × w|, less the turn about an axis of symmetry.
 
 Where neither excludes a touch, the motion at the middle is looked at, and both halves likewise. The
-motion within a step is the polynomial of the method. Distances are those of `mj_geomDistance`,
-which is exact to 2e-10 m for convex geoms; collisions take a mesh for its convex hull, too.
+motion within a step is the polynomial of the method; where that leaves the second bound, its own
+stages have met something, and the step is halved. Distances are those of `mj_geomDistance`, which
+is exact to 2e-10 m for convex geoms; collisions take a mesh for its convex hull, too.
 """
 
 from __future__ import annotations
@@ -164,6 +165,11 @@ class HiddenTouches:
             if middle.distance <= 0.0:
                 edges = (self._edge(row, motion, p.time, middle.time) for p in (one, other))
                 return Touch(*edges)
+            turned = (other.time - one.time) * max(one.turning, other.turning)
+            off = _lengths(middle.places - (one.places + other.places) / 2.0)
+            if turned <= TURNED and (off > _leaves(one, other) + SHALLOW).any():
+                # Stages of the polynomial alone have met something: it is not the motion.
+                return Touch(middle.time, middle.time)
             ahead += [(middle, other), (one, middle)]
         raise NotCertifiable(
             f"{pair_name(self.model, self.pairs[row])} pass too close to tell whether "
@@ -191,13 +197,7 @@ class HiddenTouches:
         if step * max(one.turning, other.turning) > TURNED:
             return False
         moved = other.places - one.places
-        early, late = step * one.velocities, step * other.velocities
-        # h² times the acceleration of that cubic at both ends
-        curves = (
-            6.0 * moved - 4.0 * early - 2.0 * late,
-            6.0 * moved - 2.0 * early - 4.0 * late,
-        )
-        leaves = CURVED / 8.0 * np.maximum(*map(_lengths, curves))
+        leaves = _leaves(one, other)
         changed = _length(other.spin - one.spin)
         for pair, ways in ((one, moved), (other, -moved)):
             turn = max(_length(np.cross(pair.normal, p.spin)) for p in both) + changed
@@ -282,6 +282,16 @@ class HiddenTouches:
         spins = np.sqrt(w0 * w0 + w1 * w1 + w2 * w2)
         surfaces = np.sqrt(x * x + y * y + z * z) + self.radii * spins
         return Speeds(time, surfaces, float(spins.max(initial=0.0)))
+
+
+def _leaves(one: Pair, other: Pair) -> Array:
+    """The distance [m] by which each point of a pair leaves the line between two times, at most."""
+    step = other.time - one.time
+    moved = other.places - one.places
+    early, late = step * one.velocities, step * other.velocities
+    # h² times the acceleration of the cubic through both at its ends
+    curves = (6.0 * moved - 4.0 * early - 2.0 * late, 6.0 * moved - 2.0 * early - 4.0 * late)
+    return np.asarray(CURVED / 8.0 * np.maximum(*map(_lengths, curves)))
 
 
 def _least(begin: Array, end: Array, leaves: Array) -> Array:
