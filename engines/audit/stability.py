@@ -209,12 +209,12 @@ class Course:
 
     def lost_along(self, integrator: str, step: float, index: int) -> bool:
         """Whether runs with a step [s] along the motion itself are lost: of a state of rest beyond
-        it, runs from the start that are nudged at its end. A nudge of that state may grow where
-        runs do not come to it, and keep together."""
+        it, runs from the start that are nudged after as many steps. A nudge of that state may grow
+        where runs do not come to it, and keep together."""
         if index < len(self.states):
             return self.lost(integrator, step, index)
-        end = self.script.duration
-        grown, _ = self.model.followed(self.script, 0, integrator, step, MOST * step, end)
+        lasting = MOST * step
+        grown, _ = self.model.followed(self.script, 0, integrator, step, lasting, lasting)
         return grown > LOST or self.lost(integrator, step)
 
     def _lost(self, integrator: str, step: float, begin: int) -> bool:
