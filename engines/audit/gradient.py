@@ -19,7 +19,7 @@ import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cache, cached_property
-from itertools import product
+from itertools import groupby, product
 from typing import Any
 
 import numpy as np
@@ -101,13 +101,26 @@ class Gradients:
         """The way whose horizon is stated: the product along the run where there is one."""
         return next((way for way in self.ways if way.computed is not None), None)
 
+    @cached_property
+    def lost(self) -> tuple[tuple[float, float], ...]:
+        """Intervals [s] at all of whose times the error is as large as the gradient; times at which
+        the gradient is not known well enough tell nothing."""
+        if self.along is None:
+            return ()
+        known = self.certificate <= TRUSTED
+        wrong = self.errors(self.along)[known] >= LOST
+        times = self.times[known].tolist()
+        runs = (list(run) for _, run in groupby(range(len(times)), lambda k: bool(wrong[k])))
+        return tuple((times[run[0]], times[run[-1]]) for run in runs if wrong[run[0]])
+
     @property
     def horizon(self) -> float | None:
-        """The first time [s] at which the error is as large as the gradient; None where none is."""
-        if self.along is None:
+        """The time [s] from which on the error stays as large as the gradient for as long as that
+        is known; None where there is none."""
+        if not self.lost:
             return None
-        lost = np.flatnonzero((self.errors(self.along) >= LOST) & (self.certificate <= TRUSTED))
-        return float(self.times[lost[0]]) if lost.size else None
+        begins, ends = self.lost[-1]
+        return begins if ends == self.times[self.certificate <= TRUSTED][-1] else None
 
     @property
     def why(self) -> str:
@@ -117,9 +130,12 @@ class Gradients:
         if self.along is None:
             return self.ways[-1].why
         known = self.certificate <= TRUSTED
-        most = self.errors(self.along)[known].max()
+        errors = 100.0 * self.errors(self.along)[known]
         until = self.times[known][-1]
-        return f"the error is at most {100 * most:.2g} % up to {until:.3g} s"
+        if not self.lost:
+            return f"the error is at most {errors.max():.2g} % up to {until:.3g} s"
+        spans = " and ".join(f"from {first:.3g} to {last:.3g} s" for first, last in self.lost)
+        return f"the error is as large {spans} only; it is {errors[-1]:.2g} % at {until:.3g} s"
 
     def growth(self, values: Array) -> float | None:
         """How many times as large as at the start derivatives by the positions become, at most;

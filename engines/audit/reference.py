@@ -14,6 +14,7 @@ import math
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import pairwise
 from typing import Any
 
@@ -31,6 +32,7 @@ IN_LAYER, OTHER_IN_LAYER = 1e-7, 1e-6  # tolerances there
 # vanish too as its fourth root; the smallest power outlasts the others as layers shrink.
 POWERS = (0.25, 0.5)
 CHATTER, WITHIN = 20, 0.05  # events, within [s]: more are chatter
+STEPS_IN_TOUCH = 4.0  # at least, so that stages lie in one that a larger step passed over
 FIRST = 0.4  # of the time, for the first method
 RESOLVED = 5.0  # times the reference's uncertainty: an error from there on is quoted
 OUT_OF_TIME = "the time given for it ended"
@@ -154,9 +156,9 @@ class _Watch:
         self.events: list[float] = []
         self.before: bytes | None = None
 
-    def after_step(self, at: float) -> None:
-        """Look at the contacts `at` a time [s]; raises NotCertifiable."""
-        if (acting := self.field.active()) != self.before:
+    def after_step(self, at: float, acting: bytes) -> None:
+        """Look at the contacts that act `at` a time [s]; raises NotCertifiable."""
+        if acting != self.before:
             self.events += [at] if self.before is not None else []
             self.before = acting
         recent = self.events[-CHATTER - 1 :]
@@ -178,35 +180,19 @@ def computed(
     """The motion of `model` under `script` by an adaptive method of scipy's, begun anew with each
     control period; contacts begin over a layer of this `width` [m], or at once. It gives up where
     its time ends, where the step collapses and, without a layer, where events come too often."""
-    from scipy import integrate
-
-    solver: Any = getattr(integrate, method)
     field = model.field(width)
     watch = _Watch(field, width > 0.0, seconds)
+    touches = model.hidden_touches(field, script.start)
+    integrator = _Integrator(method, field, tolerance, watch, touches)
     states = np.full((len(script.controls) + 1, script.start.size), np.nan)
     states[0] = y = field.normalised(script.start)
-    size: float | None = None
     done, why = 0, ""
     try:
         for k, control in enumerate(script.controls):
             start = k * script.period
             end = (k + 1) * script.period
             field.hold(control, start, y)
-            motion = solver(
-                *(field, start, y, end),
-                first_step=min(size, 0.999 * (end - start)) if size else None,
-                max_step=script.period,
-                rtol=tolerance,
-                atol=tolerance,
-            )
-            while motion.status == "running":
-                motion.step()
-                if motion.status == "failed":
-                    raise NotCertifiable(f"the step collapses at {motion.t:.6g} s")
-                if motion.t < end:
-                    size = motion.h_abs
-                watch.after_step(motion.t)
-            y = field.normalised(motion.y)
+            y = field.normalised(integrator.through(start, y, end, script.period))
             if not np.isfinite(y).all():
                 raise NotCertifiable(f"the motion has no bounds from {end:.4g} s on")
             states[k + 1] = y
@@ -219,6 +205,42 @@ def computed(
         tuple(watch.events),
         why,
     )
+
+
+class _Integrator:
+    """Steps of one of scipy's adaptive methods along a field, each of which is looked at."""
+
+    def __init__(
+        self, method: str, field: Any, tolerance: float, watch: _Watch, touches: Any
+    ) -> None:
+        from scipy import integrate
+
+        self.begun = partial(getattr(integrate, method), field, rtol=tolerance, atol=tolerance)
+        self.watch, self.touches = watch, touches
+        self.size: float | None = None  # [s] of the last step that did not end where it had to
+
+    def through(self, start: float, y: Array, end: float, most: float) -> Array:
+        """The state at `end` [s] of the motion from a state `y`, by steps of `most` [s] at most. A
+        step that passes over a touch is repeated in parts: up to there, in a few steps through it,
+        and on."""
+        size = min(self.size, 0.999 * (end - start)) if self.size else None
+        motion = self.begun(start, y, end, first_step=size, max_step=most)
+        while motion.status == "running":
+            before, y = motion.t, motion.y
+            motion.step()
+            if motion.status == "failed":
+                raise NotCertifiable(f"the step collapses at {motion.t:.6g} s")
+            acting = self.watch.field.active()
+            touch = self.touches.within(motion.t, motion.dense_output)
+            if touch is not None:
+                y = self.through(before, y, touch.begins, most)
+                if (lasts := touch.ends - touch.begins) > 0.0:
+                    y = self.through(touch.begins, y, touch.ends, lasts / STEPS_IN_TOUCH)
+                return self.through(touch.ends, y, end, most)
+            if motion.status == "running":
+                self.size = motion.h_abs
+            self.watch.after_step(motion.t, acting)
+        return np.asarray(motion.y)
 
 
 def _compared(model: OwnModel, best: Integration, other: Integration) -> Certificate:

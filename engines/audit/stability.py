@@ -3,8 +3,8 @@
 The Jacobian of one step at states along the motion predicts the limit: a nudge grows without bounds
 where the step magnifies some mode of it by more than the continuous motion itself does. Modes of
 both are matched by the rank of their magnitudes: if any matching has none that exceeds its partner,
-that one has none. A limit is said to be confirmed where nudged runs hold below it and are lost
-above, and at steps spread below.
+that one has none. A limit is said to be confirmed where nudged runs hold below it, at steps spread
+below too, and are lost along the motion at ABOVE times it; else it is said up to where they hold.
 """
 
 from __future__ import annotations
@@ -64,6 +64,8 @@ class Limit:
     why: str = ""  # it is not known, or not confirmed
     index: int = 0  # of the control period in which it is set
     chatters: float | None = None  # [s]: from there on a motion that comes to rest does not
+    # [s] of a limit that is not confirmed: up to where nudged runs along the motion hold
+    holds_to: float | None = None
 
     @property
     def reach(self) -> float:
@@ -205,6 +207,16 @@ class Course:
         nudges = any(self._lost(integrator, step, k) for k in {index, 0 if whole else index})
         return nudges or math.isinf(self.rate(integrator, step))
 
+    def lost_along(self, integrator: str, step: float, index: int) -> bool:
+        """Whether runs with a step [s] along the motion itself are lost: of a state of rest beyond
+        it, runs from the start that are nudged after as many steps. A nudge of that state may grow
+        where runs do not come to it, and keep together."""
+        if index < len(self.states):
+            return self.lost(integrator, step, index)
+        lasting = MOST * step
+        grown, _ = self.model.followed(self.script, 0, integrator, step, lasting, lasting)
+        return grown > LOST or self.lost(integrator, step)
+
     def _lost(self, integrator: str, step: float, begin: int) -> bool:
         script = self.script
         followed = self.model.followed
@@ -253,7 +265,7 @@ def limited(course: Course, integrator: str) -> Limit:
         limit = Limit(integrator, step, step, index=index)
         if course.lost(integrator, BELOW * step, index):
             return measured(course, limit, f"{1e3 * step:.3g} ms by its Jacobians")
-        return replace(limit, first=named(course, limit), confirmed=True)
+        return checked_above(course, replace(limit, first=named(course, limit)), {index})
     limit = Limit(integrator, most)
     if course.lost(integrator, most):
         return measured(course, limit, f"none by its Jacobians{passed}")
@@ -276,10 +288,24 @@ def measured(course: Course, limit: Limit, why: str) -> Limit:
         if step < limit.largest_step / MOST:
             return replace(limit, why="runs are lost at any step that was tried")
     factors = [excess_at(at, of, ABOVE * step) for at in course.points]
-    index = course.points[int(np.argmax(factors))].index
-    why = f"by nudged runs; {why}"
-    limit = replace(limit, largest_step=step, confirmed=True, why=why, index=index)
-    return replace(limit, first=named(course, limit))
+    worst = course.points[int(np.argmax(factors))].index
+    limit = replace(limit, largest_step=step, why=f"by nudged runs; {why}", index=worst)
+    limit = replace(limit, first=named(course, limit))
+    return checked_above(course, limit, {index, worst})
+
+
+def checked_above(course: Course, limit: Limit, begins: set[int]) -> Limit:
+    """A limit, confirmed if runs along the motion that are nudged at one of these periods are lost
+    at ABOVE times it; if not, with the largest step, of those tried, up to which they hold."""
+    assert limit.largest_step is not None
+    holds_to = None
+    step = ABOVE * limit.largest_step
+    while step <= BEYOND * course.model.step and not any(
+        course.lost_along(limit.integrator, step, begin) for begin in begins
+    ):
+        holds_to = step
+        step *= SPREAD
+    return replace(limit, confirmed=holds_to is None, holds_to=holds_to)
 
 
 def tried_below(course: Course, limit: Limit) -> Limit:
@@ -377,6 +403,7 @@ def stability(
     for name in model.steppable[1:]:
         late = allowance.left < 0.0
         limits.append(Limit(name, None, why=OUT_OF_TIME) if late else limited(course, name))
-    try_remedies = limits[0].largest_step is not None and allowance.left > 0.0
+    limited_there = limits[0].largest_step is not None and limits[0].holds_to is None
+    try_remedies = limited_there and allowance.left > 0.0
     remedies = remedied(course, limits) if try_remedies else ()
     return Stability(tuple(limits), remedies, model.step, len(states) == 1)

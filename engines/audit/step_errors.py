@@ -84,7 +84,7 @@ class Compared:
     own: StepError
     steps: tuple[StepError, ...]
     index: int  # of the period up to which the steps tend to the reference
-    nearest: float  # [m] the smallest error of all steps there
+    nearest: float  # [m] the smallest error of the finest steps there
     order: Order | None  # of the own integrator
     cheapest: tuple[Cheapest, ...]  # by target; one that nothing reaches is left out
 
@@ -125,7 +125,7 @@ def compared(
         as_is,
         tuple(errors),
         index,
-        min(s.at(index) for s in errors),
+        float(finest(errors)[index]),
         observed_order(fixed, reference, index),
         tuple(replace(choice, unguarded=model.softened(choice.step)) for choice in chosen),
     )
@@ -179,11 +179,11 @@ def priced(
 
 
 def tends(steps: Sequence[StepError], as_is: StepError, reference: Certificate) -> int:
-    """Index of the last control period up to which some step comes much nearer to the reference
-    than the worst of the model's own and finer ones (its own may be near by luck), or as near as it
-    is known, and the errors do not level off above that: what catches a reference of something
-    else."""
-    nearest = np.min([s.errors for s in steps], axis=0)
+    """Index of the last control period up to which the finest steps come much nearer to the
+    reference than the worst of the model's own and finer ones (its own may be near by luck), or as
+    near as it is known, and the errors do not level off above that: what catches a reference of
+    something else."""
+    nearest = finest(steps)
     floor = np.maximum(reference.uncertainty, NOTHING)
     same = [
         s.errors for s in steps if s.integrator == as_is.integrator and s.parts >= as_is.parts
@@ -193,6 +193,13 @@ def tends(steps: Sequence[StepError], as_is: StepError, reference: Certificate) 
     good &= ~_level(steps, as_is, floor)
     mostly = np.cumsum(good) >= MOSTLY * np.arange(1, len(good) + 1)
     return int(np.flatnonzero(good & mostly)[-1])
+
+
+def finest(steps: Sequence[StepError]) -> Array:
+    """The errors [m] over time of the integrator that is nearest of those with the finest steps,
+    shape (n,). A larger step may be near because it passes over what the reference does, too."""
+    parts = max(s.parts for s in steps)
+    return np.asarray(np.min([s.errors for s in steps if s.parts == parts], axis=0))
 
 
 def unlike(result: Compared, reference: Certificate, script: Script) -> str:

@@ -119,3 +119,16 @@ def test_steps_that_level_off_above_what_is_known_do_not_tend(level, until):
     ]
     known = SimpleNamespace(uncertainty=np.array([0.0, 1e-6]))
     assert tends(steps, steps[0], known) == until
+
+
+def test_a_step_that_passes_over_a_contact_as_the_reference_does_is_no_confirmation():
+    """Large steps stay with the reference, the finest ones touch; RK4 was as near as the reference
+    is known, and had no finer run."""
+    errors = {"euler": (1e-12, 1e-12, 1e-12, 0.2, 0.3), "rk4": (1e-12, 1e-12, 1e-12)}
+    steps = [
+        SimpleNamespace(integrator=name, parts=2**k, errors=np.array([0.0, error]))
+        for name, sizes in errors.items()
+        for k, error in enumerate(sizes)
+    ]
+    known = SimpleNamespace(uncertainty=np.array([0.0, 1e-12]))
+    assert tends(steps, steps[0], known) == 0

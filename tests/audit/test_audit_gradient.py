@@ -12,7 +12,7 @@ from plumbob.engines.adapters.mujoco.own_model.model import own_model
 from plumbob.engines.audit import gradient as gradient_module
 from plumbob.engines.audit.allowance import Allowance
 from plumbob.engines.audit.controls import script
-from plumbob.engines.audit.gradient import gradients
+from plumbob.engines.audit.gradient import Gradients, Way, gradients
 from plumbob.engines.audit.reference import certified
 from plumbob.engines.own_motion import NotCertifiable
 from plumbob.reports.cli import main
@@ -92,6 +92,37 @@ def test_a_pendulum_is_confirmed_by_small_steps_and_another_eps(integrator):
         assert 1.0 / 30.0 < found.predicted_eps / (found.ways[1].eps or 0.0) < 30.0
 
 
+@pytest.mark.parametrize(
+    ("errors", "doubt", "horizon", "lost", "said"),
+    [
+        ([0, 0.2, 0.3, 0.1, 0.4], 0.0, None, (), "at most 40 % up to 0.4 s"),
+        ([0, 0.2, 2.0, 3.0, 5.0], 0.0, 0.2, ((0.2, 0.4),), ""),
+        (
+            [0, 2.0, 3.0, 0.1, 1e-3],
+            0.0,
+            None,
+            ((0.1, 0.2),),
+            "from 0.1 to 0.2 s only; it is 0.1 %",
+        ),
+        ([0, 2.0, 0.1, 1.0, 2.0], 0.0, 0.3, ((0.1, 0.1), (0.3, 0.4)), ""),
+        # the gradient is not known well enough at the end
+        ([0, 0.2, 2.0, 3.0, 0.1], 0.5, 0.2, ((0.2, 0.3),), ""),
+    ],
+)
+def test_a_horizon_is_a_time_from_which_on_the_error_stays_as_large(
+    errors, doubt, horizon, lost, said
+):
+    """Of a gradient of 1, at five times."""
+    exact = np.ones((5, 1, 1))
+    way = Way("central", exact + np.reshape(errors, (5, 1, 1)))
+    uncertainty = np.array([[0.0]] * 4 + [[doubt]])
+    times = np.array([0.0, 0.1, 0.2, 0.3, 0.4])
+    found = Gradients(("x",), ("v",), exact, uncertainty, times, (way,), 1e-3)
+    assert found.horizon == horizon
+    assert found.lost == lost
+    assert said in found.why
+
+
 def test_what_has_no_derivative_is_left_out_with_its_reason():
     limited = 'ctrllimited="true" ctrlrange="0 1"'
     found = found_of(oscillator(limits=limited))
@@ -126,6 +157,7 @@ def test_command_tells_gradients_as_text_json_and_page(tmp_path, capsys):
     assert all(set(entry) == keys for entry in data["gradient"])
     assert {entry["way"] for entry in data["gradient"]} == {"transition", "central", "forward"}
     assert data["gradient_horizon"] is None
+    assert data["gradient_lost"] == []
     assert data["gradient_why"].startswith("the error is at most")
     assert main(["audit", str(model), "--contacts", "--gradient"]) == 2
     assert "gradient" in capsys.readouterr().err

@@ -4,10 +4,12 @@ import json
 import math
 from dataclasses import replace
 
+import mujoco
 import numpy as np
 import pytest
 
 from plumbob.engines.adapters.mujoco.own_model.model import own_model
+from plumbob.engines.adapters.mujoco.own_model.tangent import kind
 from plumbob.engines.audit import stability as stability_module
 from plumbob.engines.audit.allowance import Allowance
 from plumbob.engines.audit.controls import script
@@ -76,10 +78,10 @@ def arm(
     )
 
 
-def course(text, duration=0.3):
+def course(text, duration=0.3, control="rest"):
     """A model along its motion at steps sixteen times smaller than its own."""
     model = own_model(compiled(text), "model", Start(0 if "<key " in text else None))
-    motion = script(model, duration=duration)
+    motion = script(model, control, duration)
     parts = 16 * round(motion.period / model.step)
     return Course(model, motion, model.stepped(motion, "implicitfast", parts).states)
 
@@ -190,6 +192,53 @@ def test_a_step_that_loses_the_motion_is_not_said_to_hold(monkeypatch):
         assert limit.why.startswith("by nudged runs")
 
 
+# Two links driven against the limit of the first one's joint: at steps from 13.4 ms on, their state
+# of rest is unstable, and they shake alike whatever the nudge.
+LINKS = """
+<mujoco model="links">
+  <option timestep="0.005" integrator="implicit"/>
+  <default><geom contype="0" conaffinity="0"/></default>
+  <worldbody><body>
+    <joint name="shoulder" axis="0 1 0" damping="0.1" range="-1 1"/>
+    <geom type="capsule" fromto="0 0 0 0.218 0 0" size=".03" mass="2.41"/>
+    <body pos="0.218 0 0">
+      <joint name="elbow" axis="0 1 0" damping="0.166"/>
+      <geom type="capsule" fromto="0 0 0 0.249 0 0" size=".02" mass="1.23"/></body>
+  </body></worldbody>
+  <actuator><position joint="shoulder" kp="374" kv="0.836"/>
+    <position joint="elbow" kp="135" dampratio="1"/></actuator>
+</mujoco>
+"""
+
+
+def apart(on, integrator, step, nudge=1e-8, steps=400):
+    """How many times as far apart as at the start two runs are at most, by MuJoCo's steps alone."""
+    model = on.model._as_stepped()
+    model.opt.timestep, model.opt.integrator = step, kind(integrator)
+    first, second = mujoco.MjData(model), mujoco.MjData(model)
+    second.qpos[:] += nudge
+    most = 0.0
+    for k in range(steps):
+        period = min(int(k * step / on.script.period), len(on.script.controls) - 1)
+        for data in (first, second):
+            data.ctrl[:] = on.script.controls[period]
+            mujoco.mj_step(model, data)
+        most = max(most, np.abs(first.qpos - second.qpos).max() / nudge)
+    return most
+
+
+@pytest.mark.long(keep=1)
+@pytest.mark.parametrize("integrator", ["implicit", "implicitfast"])
+def test_a_limit_above_which_runs_hold_is_not_confirmed(integrator):
+    on = course(LINKS, 1.0, "sines")
+    limit = limited(on, integrator)
+    assert limit.largest_step < 1.1 * 13.4e-3
+    assert not limit.confirmed
+    assert limit.holds_to > 1.5 * limit.largest_step
+    for times in (1.1, 1.3, 1.5):
+        assert apart(on, integrator, times * limit.largest_step) < LOST
+
+
 def test_where_smaller_steps_diverge_the_limit_is_below_them(monkeypatch):
     """Some between them and the limit hold: an island, not a limit."""
     on = course(arm())
@@ -252,7 +301,16 @@ def test_an_unstable_step_is_said_first(tmp_path, capsys):
     data = json.loads(printed.out)
     assert data["unstable"]
     assert [set(s) for s in data["stability"]] == 4 * [
-        {"integrator", "largest_step", "first", "confirmed", "why", "predicted", "chatters"}
+        {
+            "integrator",
+            "largest_step",
+            "first",
+            "confirmed",
+            "why",
+            "predicted",
+            "chatters",
+            "holds_to",
+        }
     ]
     file.write_text(arm(step=0.004), "utf-8")
     assert main([*command, "--stable"]) == 0

@@ -32,7 +32,9 @@ def put(data: Any, state: Array) -> None:
     """Give an mjData a state: qpos, qvel, act."""
     nq = data.qpos.size
     nv = data.qvel.size
-    data.qpos[:], data.qvel[:], data.act[:] = np.split(state, (nq, nq + nv))
+    data.qpos[:] = state[:nq]
+    data.qvel[:] = state[nq : nq + nv]
+    data.act[:] = state[nq + nv :]
 
 
 def state_of(data: Any) -> Array:

@@ -50,6 +50,7 @@ def _motion(audit: Audit) -> Plain:
         "events": audit.reference.course.events,
         "clamped": audit.clamped,
         "notes": (*audit.notes, *(steps.own.remarks if steps else ())),
+        "unchecked": audit.model.unchecked,
         "to_do": dict(rows(answered(audit)))["to do"],
         **_steps(steps),
         "balances": audit.balances,
@@ -125,6 +126,7 @@ def _stability(audit: Audit) -> Plain:
             "why",
             "predicted",
             "chatters",
+            "holds_to",
         )
         return _named(largest, *names)
 
@@ -146,11 +148,17 @@ def _gradient(known: Gradients | str | None) -> Plain:
     if known is None:
         return {}
     if isinstance(known, str):
-        return {"gradient": [], "gradient_horizon": None, "gradient_why": known}
+        return {
+            "gradient": [],
+            "gradient_horizon": None,
+            "gradient_lost": [],
+            "gradient_why": known,
+        }
     measured = next(way.eps for way in known.ways if way.name == "central")
     return {
         "gradient": known.entries,
         "gradient_horizon": known.horizon,
+        "gradient_lost": known.lost,
         "gradient_why": known.why,
         "gradient_ways": {way.name: way.why for way in known.ways},
         "gradient_left_out": known.left_out,

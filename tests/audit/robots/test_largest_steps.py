@@ -47,7 +47,8 @@ def test_a_limit_is_where_it_is_known_to_be(
     package, name, integrator, holds, fails, first, request
 ):
     course, limit = limit_of(compiled(package, name, integrator, request), integrator)
-    assert limit.confirmed
+    # A cheetah at rest loses a nudge at 1.1 times its limit, and one that has moved does not yet.
+    assert limit.confirmed or limit.holds_to < fails
     assert limit.largest_step == limit.predicted
     lost = [
         course.lost(integrator, side * limit.largest_step, limit.index)

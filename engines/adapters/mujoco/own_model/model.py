@@ -19,8 +19,10 @@ from plumbob.analytic.reference import Array, Signals
 from plumbob.engines.adapters.mujoco.model_fields import name_of
 from plumbob.engines.adapters.mujoco.options import collected, disabled
 from plumbob.engines.adapters.mujoco.own_model import derivatives, left_out, urdf
+from plumbob.engines.adapters.mujoco.own_model.colliding_pairs import unmeasured
 from plumbob.engines.adapters.mujoco.own_model.field import ContinuousField, without_step
 from plumbob.engines.adapters.mujoco.own_model.fields import fields
+from plumbob.engines.adapters.mujoco.own_model.hidden_touches import HiddenTouches
 from plumbob.engines.adapters.mujoco.own_model.policy import recorded
 from plumbob.engines.adapters.mujoco.own_model.readings import readings, unlikely
 from plumbob.engines.adapters.mujoco.own_model.refusals import refused
@@ -174,6 +176,15 @@ class MujocoModel:
         """Its continuous motion; contacts that begin over a layer of `width` [m], if given."""
         model = without_step(copy.copy(self.effective))
         return ContinuousField(model, self._begun(model), width)
+
+    def hidden_touches(self, field: ContinuousField, start: Array) -> HiddenTouches:
+        """Looks for touches within the steps of an integration of a `field` of it, from a state."""
+        return HiddenTouches(field.model, field.data, self._begun(field.model), start)
+
+    @property
+    def unchecked(self) -> tuple[str, ...]:
+        """Kinds of shapes whose touches within a step nothing looks for."""
+        return unmeasured(self.effective)
 
     @property
     def layout(self) -> Layout:
