@@ -43,6 +43,11 @@ class Prediction:
     uncertainty: float | None = None
     """Response of the stepped motion to rounding, largest over the samples; None where that of the
     exact answer applies."""
+    lasting: float = 0.0
+    """Derived size, largest over the samples, of the part that no smaller step takes away."""
+    beside_lasting: float | None = None
+    """Largest magnitude over the samples of what the measured error is beyond that part; None
+    where theory derives none."""
 
     @property
     def for_this_step(self) -> bool:
@@ -79,6 +84,13 @@ class ObservedError:
     def model_error(self) -> float:
         """Bound on what the model adds to the error, whatever the step."""
         return sum(self.model.values())
+
+    @property
+    def falling(self) -> float:
+        """The largest magnitude of what smaller steps are to take away: the error, without the part
+        that theory derives as the same at every step."""
+        known = self.predicted.beside_lasting if self.predicted else None
+        return self.largest if known is None else known
 
     @property
     def left_open(self) -> float | None:
@@ -272,10 +284,20 @@ def _at_step(
         name: replace(
             _held(error, errors[name], by_rounding(own.get(name, doubt[name]), steps), {}, 0.0),
             uncertainty=float(own[name].max()) if name in own else None,
+            **_lasting(errors[name], stepped.lasting.get(name)),
         )
         for name, error in stepped.errors.items()
         if name in errors
     }
+
+
+def _lasting(error: Array, size: Array | None) -> dict[str, float]:
+    """What a prediction says of the part of an `error` that is of this derived `size` at every
+    step, shape (n,) each; nothing where none is derived."""
+    if size is None:
+        return {}
+    beside = np.maximum(np.abs(error) - np.abs(size), 0.0)
+    return {"lasting": float(np.abs(size).max()), "beside_lasting": float(beside.max())}
 
 
 def confirming(case: Case, method: Method) -> Trajectory | None:

@@ -27,10 +27,11 @@ from plumbob.analytic.systems.manoeuvres.line_manoeuvre import LineManoeuvre
 from plumbob.analytic.systems.manoeuvres.residual_motion import ResidualMotion
 from plumbob.analytic.systems.three_points.reference import PlaneReference
 from plumbob.analytic.tableau import CLASSICAL
-from plumbob.analytic.theory import StepErrors, apart
+from plumbob.analytic.theory import Predicted, StepErrors, SteppedErrors, apart
 
 MOST_STEPS = 2_000_000  # of a run: some ten seconds
 MOST_PLANE_STEPS = 200_000  # each takes some tens of microseconds
+JUMPING = ("friction_force", "driving_force")  # where w jumps, or the body stops
 
 
 def capsule_errors(problem: CapsuleProblem) -> StepErrors:
@@ -99,7 +100,7 @@ def _body(motion: Any, scheme: Scheme, step: float, steps: int) -> Array:
 
 def line_errors(
     motion: Any, reference: Reference, scheme: Scheme, step: float, times: Array
-) -> Signals:
+) -> Predicted:
     """Error of semi-implicit Euler and of RK4 with `step` [s] at grid `times` [s], shape (n,), by
     observable of `reference`, on a line, lines that repeat, or a slow stroke: friction stops the
     body within a step, and w is its mean over each step. Empty for other schemes, and for more than
@@ -118,10 +119,21 @@ def line_errors(
     names = ("displacement", "velocity", "stroke", "friction_force", "driving_force")
     errors = apart(dict(zip(names, (way, rate, slid, friction, pushed), strict=True)), exact)
     loads = np.outer(load_slopes(capsule, motion.single.direction), errors["stroke"])
+    still = dict.fromkeys(("stroke_rate", "heading", "sideways"), np.zeros(len(marks)))
+    every = {**errors, **still, **dict(zip(NORMAL_FORCES, loads, strict=True))}
+    return SteppedErrors(every, lasting=jumps(reference, step, times))
+
+
+def jumps(reference: Reference, step: float, times: Array) -> Signals:
+    """Jumps of the forces within `step` [s] before and after grid `times` [s], shape (n,): a step
+    in which a force jumps has a mean of its values, or one of them, however small the step."""
+    exact, before, after = (
+        reference.observe(np.maximum(times + late, 0.0)) for late in (0.0, -step, step)
+    )
     return {
-        **errors,
-        **dict.fromkeys(("stroke_rate", "heading", "sideways"), np.zeros(len(marks))),
-        **dict(zip(NORMAL_FORCES, loads, strict=True)),
+        name: np.maximum(*(np.abs(near[name] - exact[name]) for near in (before, after)))
+        for name in JUMPING
+        if name in exact
     }
 
 
