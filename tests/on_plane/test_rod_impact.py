@@ -73,6 +73,21 @@ def impulses(of):
     return total, friction(total)
 
 
+def flown(of, times):
+    """Place and angle at each of these times."""
+    up, along = impulses(of)
+    m, t, g, length = (mp.mpf(x) for x in (of.mass, of.angle, of.gravity, of.length))
+    fall = mp.sqrt(2 * mp.mpf(of.height) / g)
+    turned = 6 * (along * mp.sin(t) - up * mp.cos(t)) / (m * length)
+    for now in map(mp.mpf, times):
+        since = max(now - fall, mp.mpf(0))
+        yield {
+            "x": of.speed * now + along / m * since,
+            "z": of.height + length * mp.sin(t) / 2 - g * now**2 / 2 + up / m * since,
+            "angle": t + turned * since,
+        }
+
+
 @pytest.mark.long(keep=3)
 @pytest.mark.parametrize("law", LAWS)
 @pytest.mark.parametrize("start", STARTS)
@@ -84,17 +99,7 @@ def test_40_digits(start, law):
     exact = of.observe(times)
     doubt = of.uncertainty(times)
     with mp.workdps(40):
-        up, along = impulses(of)
-        m, t, g, length = (mp.mpf(x) for x in (of.mass, of.angle, of.gravity, of.length))
-        fall = mp.sqrt(2 * mp.mpf(of.height) / g)
-        turned = 6 * (along * mp.sin(t) - up * mp.cos(t)) / (m * length)
-        for i, now in enumerate(map(mp.mpf, times)):
-            since = max(now - fall, mp.mpf(0))
-            place = {
-                "x": of.speed * now + along / m * since,
-                "z": of.height + length * mp.sin(t) / 2 - g * now**2 / 2 + up / m * since,
-                "angle": t + turned * since,
-            }
+        for i, place in enumerate(flown(of, times)):
             for name, value in place.items():
                 assert abs(value - mp.mpf(exact[name][i])) <= doubt[name][i], (name, i)
     assert max(value.max() for value in doubt.values()) < 2e-13
