@@ -62,14 +62,22 @@ def test_incline_with_40_digits(speed, part):
     assert doubt["speed"][-1] < 1e-14  # at the start
 
 
+def least_push(body):
+    """The force [N] of each finger that just holds a body against its weight and what pushes it,
+    with 40 digits: half of the load each, by Coulomb's law."""
+    down = mp.mpf(body.mass) * (mp.mpf(body.gravity) + mp.mpf(body.lift))
+    return mp.hypot(down, mp.mpf(body.push)) / (2 * mp.mpf(body.friction))
+
+
 @pytest.mark.parametrize("way", ["slip", "speed"])
-@pytest.mark.parametrize("changes", [{}, {"push": 3.0}, {"lift": 2.0}, {"push": -4.0, "lift": 5.0}])
+@pytest.mark.parametrize(
+    "changes", [{}, {"push": 3.0}, {"lift": 2.0}, {"push": -4.0, "lift": 5.0}]
+)
 def test_a_pinch_holds_what_its_friction_does_with_40_digits(changes, way):
     """And moves nothing; a billionth less is refused."""
     body = replace(case_of(scene("pinch/0.5")).problem, normal_force=1e3, **changes)
     with mp.workdps(40):
-        down = mp.mpf(body.mass) * (mp.mpf(body.gravity) + mp.mpf(body.lift))
-        least = float(mp.hypot(down, mp.mpf(body.push)) / (2 * mp.mpf(body.friction)))
+        least = float(least_push(body))
     held = replace(body, normal_force=least * (1 + 1e-9))
     assert held.fraction == pytest.approx(1 / (1 + 1e-9), rel=1e-15)
     assert not held.observe(np.linspace(0.0, 10.0, 11))[way].any()

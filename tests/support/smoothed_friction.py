@@ -123,7 +123,9 @@ def followed(piece, time):
     shift = piece.position + piece.speed * time + w * time**2 / 2
     speed = piece.speed + w * time
     unit = math.cos(piece.direction), math.sin(piece.direction)
-    place = tuple(begin + shift * along for begin, along in zip(piece.origin, unit, strict=True))
+    place = tuple(
+        begin + shift * along for begin, along in zip(piece.origin, unit, strict=True)
+    )
     return place, tuple(speed * along for along in unit), tuple(w * along for along in unit)
 
 
