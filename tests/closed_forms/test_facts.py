@@ -64,7 +64,7 @@ def circled(p):
 
 
 def wobbled(p):
-    """Of a disc upright: small tilt and heading, (5/4) a'' + (3/2) s b' = g/R a and a' s = b''/2."""
+    """Of a disc upright, small tilt a and heading b: 5/4 a'' + 3/2 s b' = g/R a, b''/2 = a' s."""
     spin, pull = p["spin_rate"], p["gravity"] / p["radius"]
     return {"wobble_rate": mp.sqrt((3 * spin**2 - pull) / (mp.mpf(5) / 4))}
 

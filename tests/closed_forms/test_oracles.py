@@ -43,8 +43,8 @@ def file_of(source):
 
 
 def meant(path, node):
-    """What a name, or a name of an imported module of tests, stands for: its file and name there, or
-    that it is of the product."""
+    """What a name, or a name of an imported module of tests, stands for: its file and name there,
+    or that it is of the product."""
     made, imported = module(path)
     if isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name):
         file = file_of(".".join(imported.get(node.value.id, ("", ""))))

@@ -1,4 +1,4 @@
-"""Scenes of the simple and the linear pendulum by Taylor series of their own equation, 40 digits."""
+"""Scenes of the simple and the linear pendulum by Taylor series of their equation, 40 digits."""
 
 import numpy as np
 import pytest

@@ -6,6 +6,7 @@ from dataclasses import astuple, replace
 import mpmath as mp
 import numpy as np
 import pytest
+from scipy.optimize import brentq
 
 from plumbob.engines.method import meant
 from plumbob.engines.registry import engine_of, method, methods
@@ -51,20 +52,20 @@ def exact(servo, time):
         step = left / SAMPLES
         forward = np.array(mp.expm(flow * step).tolist(), dtype=float)
         sampled = np.array(state.tolist(), dtype=float)[:, 0]
-        for k in range(SAMPLES):
+        k, passed = 0, []
+        while k < SAMPLES and not passed:
             sampled = forward @ sampled
             passed = [s for s in signs if (s * asked(servo, sampled) > limit) != bool(side)]
-            if passed:
-                break
-        else:
+            k += 1
+        if not passed:
             return list(at(left))[:2]
 
         def beyond(since, sign=passed[0], at=at):
             return sign * asked(servo, at(since)) - limit
 
-        ends = mp.findroot(
-            beyond, (max(k * step, step / 1000), (k + 1) * step), solver="anderson"
-        )
+        bracket = max(k - 1, 1e-3) * step, k * step
+        near = brentq(lambda since: float(beyond(since)), *map(float, bracket), xtol=1e-9)
+        ends = mp.findroot(beyond, (near, near + 1e-9))
         state = at(ends)
         left -= ends
         side = 0 if side else passed[0]

@@ -29,8 +29,8 @@ BUILDERS = {"incline": incline, "pinch": pinch, "stack": stack}
 
 
 def slid(cube, time):
-    """Place and speed of a cube on a slope with 40 digits: what rests stays where Coulomb's friction
-    holds it, and what stops begins anew."""
+    """Place and speed of a cube on a slope with 40 digits: what rests stays where Coulomb's
+    friction holds it, and what stops begins anew."""
     g, f, slope, v = map(mp.mpf, (cube.gravity, cube.friction, cube.slope, cube.speed))
     x = mp.mpf(0)
     left = mp.mpf(float(time))

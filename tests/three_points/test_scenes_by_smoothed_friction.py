@@ -10,9 +10,9 @@ from plumbob.tests.support.smoothed_friction import followed, smoothed_pose
 
 POSE = ("x", "y", "heading")
 RATES = ("velocity_x", "velocity_y", "heading_rate")
-# What smoothing leaves after its extrapolation, of a pose of 1 m or rad, and of rates while supports
-# slip, of 1 m/s or rad/s and more; where a load grows through the friction limit it goes as
-# delta^(4/5).
+# What smoothing leaves after its extrapolation, of a pose of 1 m or rad, and of rates while
+# supports slip, of 1 m/s or rad/s and more; where a load grows through the friction limit it goes
+# as delta^(4/5).
 LEFT = 2e-9
 LEFT_RATE = 2e-7
 GRADUAL = 3e-8
