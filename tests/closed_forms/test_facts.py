@@ -50,6 +50,12 @@ def rolled(p):
     }
 
 
+def slides(p):
+    """A ball whose moment of rolling is more than its friction turns: it never rolls."""
+    assert p["rolling_friction"] / p["radius"] > mp.mpf(7) / 5 * p["friction"]
+    return {"rolling_time": mp.inf}
+
+
 def circled(p):
     """A disc that keeps its tilt: the moment of gravity about the contact turns its momentum."""
     t, turn, r = p["tilt"], p["precession_rate"], p["radius"]
@@ -200,6 +206,7 @@ FACTS = [
     ("incline/stops", {}, slope),
     ("incline/returns", {}, slope),
     ("rolling-ball/slide-to-roll", {"spin": -7.0}, rolled),
+    ("rolling-ball/slide-to-roll", {"rolling_friction": 0.05}, slides),
     ("rolling-disc/circle", {"tilt": 1.1}, circled),
     ("rolling-disc/wobbling", {}, wobbled),
     ("pinch/pushed", {}, held),

@@ -5,6 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from plumbob.analytic.systems.capsule import Capsule
+from plumbob.analytic.systems.manoeuvres.residual_motion import coasting
+from plumbob.analytic.systems.slider_path import SliderPath, StraightPiece
 from plumbob.models.registry import case_of, scene
 from plumbob.tests.support.smoothed_friction import followed, smoothed_pose
 
@@ -74,6 +77,52 @@ def test_every_observable(name):
         forces = [seen[f"normal_force_{i}"] for i in (1, 2, 3)]
         wanted = loads(setup.capsule, place(path, time))
         np.testing.assert_allclose(forces, wanted, rtol=1e-12)
+
+
+@pytest.mark.parametrize("name", ["capsule-turn/0.3", "capsule-turn/pivot-short"])
+def test_a_turn_is_a_half_forward_and_a_half_back(name):
+    """Eq. 29, by the numbers of the scene."""
+    p = scene(name).parameters
+    tau, z, begin = p["half_time"], p["angular_acceleration"], p["start"]
+    path = case_of(scene(name)).problem.motion.path
+    for part in (0.3, 1.0, 1.4, 2.0):
+        angle = z * tau**2 * (part**2 / 2 - max(part - 1, 0.0) ** 2)
+        rate = z * tau * (part - 2 * max(part - 1, 0.0))
+        x, y = p["radius"] * np.cos(begin + angle), p["radius"] * np.sin(begin + angle)
+        seen, speed, _ = path.kinematics(np.array([part * tau]))
+        np.testing.assert_allclose(seen[0], (x, y), rtol=0, atol=1e-15)
+        np.testing.assert_allclose(
+            speed[0], (-rate * y, rate * x), rtol=0, atol=1e-13 * z * tau
+        )
+
+
+def test_a_turn_about_the_combined_centre():
+    """Where that is not C: C goes round it, and the arms that brake are equal."""
+    centre = 0.3 / 1.3 * np.array([0.1, 0.05])
+    arms = 0.2 * np.array([[1.0, 0.0], [-0.5, 0.75**0.5], [-0.5, -(0.75**0.5)]])
+    corners = tuple(tuple(map(float, arm)) for arm in centre + arms)
+    capsule = Capsule(1.0, 0.3, 0.02, corners, 0.3, 9.81)
+    velocity = 4.0 * centre[1], -4.0 * centre[0]
+    motion = coasting(capsule, (0.1, 0.05), velocity, 4.0)
+    path = SliderPath((StraightPiece(1.0, (0.1, 0.05), 0.0, 0.0, 0.0, 0.0),))
+    for time in (0.03, 0.5):
+        seen = {n: v[0] for n, v in motion.observe(np.array([time])).items()}
+        found = smoothed_pose(capsule, path, (0, 0, 0, *velocity, 4.0), time)
+        assert np.abs(found.pose - [seen[n] for n in POSE]).max() < LEFT
+        assert np.abs(found.rates - [seen[n] for n in RATES]).max() < LEFT_RATE
+
+
+@pytest.mark.long
+def test_two_turns_are_one_motion():
+    """Whole circles of the slider, the second from where the first has come to rest."""
+    case = case_of(scene("capsule-turn/thousand", {"count": 2}))
+    setup, motion = case.problem.setup, case.problem.motion
+    for time in (1.2 * motion.period, 2.0 * motion.period):
+        at = motion.at(np.array([time]))
+        state = moved(setup, motion.path, time)
+        found = [*at.position[0], *at.heading, *at.velocity[0], *at.angular_velocity]
+        assert np.abs(state - found)[:3].max() < 2 * LEFT
+        assert np.abs(state - found)[3:].max() < LEFT_RATE
 
 
 @pytest.mark.long

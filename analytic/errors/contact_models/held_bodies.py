@@ -47,8 +47,8 @@ def stack_errors(stack: Stack) -> StepErrors:
         depths = [held.depth(scheme.contact, step) for held in corners(stack)]
         if scheme.integrator not in STEPPED or max(depths) > DEEPEST * stack.size:
             return {}
-        sunk = {"top": still - sum(depths)}
-        return SteppedErrors(sunk, stack.uncertainty(times), lasting=sunk)
+        deflected = {"top": still - sum(depths)}
+        return SteppedErrors(deflected, stack.uncertainty(times), lasting=deflected)
 
     return StepErrors(error)
 
