@@ -281,23 +281,29 @@ def _at_step(
     uncertainty of the exact answer, which that of the stepped motion replaces where it is known."""
     own = {name: unit * error for name, error in (stepped.uncertainty or {}).items()}
     return {
-        name: replace(
-            _held(error, errors[name], by_rounding(own.get(name, doubt[name]), steps), {}, 0.0),
-            uncertainty=float(own[name].max()) if name in own else None,
-            **_lasting(errors[name], stepped.lasting.get(name)),
+        name: _lasting(
+            replace(
+                _held(
+                    error, errors[name], by_rounding(own.get(name, doubt[name]), steps), {}, 0.0
+                ),
+                uncertainty=float(own[name].max()) if name in own else None,
+            ),
+            errors[name],
+            stepped.lasting.get(name),
         )
         for name, error in stepped.errors.items()
         if name in errors
     }
 
 
-def _lasting(error: Array, size: Array | None) -> dict[str, float]:
-    """What a prediction says of the part of an `error` that is of this derived `size` at every
-    step, shape (n,) each; nothing where none is derived."""
+def _lasting(predicted: Prediction, error: Array, size: Array | None) -> Prediction:
+    """A prediction of an `error` with the part of it that is of this derived `size` at every step,
+    shape (n,) each, and what is left; as it is where none is derived."""
     if size is None:
-        return {}
+        return predicted
     beside = np.maximum(np.abs(error) - np.abs(size), 0.0)
-    return {"lasting": float(np.abs(size).max()), "beside_lasting": float(beside.max())}
+    largest = float(np.abs(size).max())
+    return replace(predicted, lasting=largest, beside_lasting=float(beside.max()))
 
 
 def confirming(case: Case, method: Method) -> Trajectory | None:

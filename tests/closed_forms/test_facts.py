@@ -214,6 +214,7 @@ FACTS = [
     ("slider-crank/turning", {}, cranked),
     ("slider-crank/turning", {"angular_velocity": 4.0}, cranked),
     ("four-bar/crank-rocker", {}, barred),
+    ("four-bar/crank-rocker", {"ground": 0.65}, barred),
     ("free-body/flip", {}, tumbled),
     ("free-body/about-largest", {}, tumbled),
     ("simple-pendulum/free-large", {"length": 1.3}, swings),
