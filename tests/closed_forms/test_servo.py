@@ -55,7 +55,11 @@ def exact(servo, time):
         k, passed = 0, []
         while k < SAMPLES and not passed:
             sampled = forward @ sampled
-            passed = [s for s in signs if (s * asked(servo, sampled) > limit) != bool(side)]
+            passed = [
+                s
+                for s in signs
+                if (s * asked(servo, sampled) > servo.force_limit) != bool(side)
+            ]
             k += 1
         if not passed:
             return list(at(left))[:2]
