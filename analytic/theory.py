@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, Protocol
 
 from plumbob.analytic.reference import Array, Signals
@@ -35,6 +35,12 @@ class SteppedErrors:
     uncertainty: Signals | None = None
     """Response of the stepped motion to a unit in the last place of every input and of every step,
     shape (n,); None where that of the exact motion applies."""
+    lasting: Signals = field(default_factory=dict)
+    """Size, shape (n,), of the part of an observable's error that no smaller step takes away, where
+    it is derived without a step being taken: the depth of a contact, the drift of what friction
+    holds, the jump of a force inside a step. An error of stepped motions has the exact motion on
+    both sides, which may be wrong: one that does not fall with the step, and is not derived, is
+    never `predicted`."""
 
 
 def apart(stepped: Signals, exact: Signals) -> Signals:

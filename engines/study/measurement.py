@@ -43,6 +43,11 @@ class Prediction:
     uncertainty: float | None = None
     """Response of the stepped motion to rounding, largest over the samples; None where that of the
     exact answer applies."""
+    lasting: float = 0.0
+    """Derived size, largest over the samples, of the part that no smaller step takes away."""
+    beside_lasting: float | None = None
+    """Largest magnitude over the samples of what the measured error is beyond that part; None
+    where theory derives none."""
 
     @property
     def for_this_step(self) -> bool:
@@ -79,6 +84,13 @@ class ObservedError:
     def model_error(self) -> float:
         """Bound on what the model adds to the error, whatever the step."""
         return sum(self.model.values())
+
+    @property
+    def falling(self) -> float:
+        """The largest magnitude of what smaller steps are to take away: the error, without the part
+        that theory derives as the same at every step."""
+        known = self.predicted.beside_lasting if self.predicted else None
+        return self.largest if known is None else known
 
     @property
     def left_open(self) -> float | None:
@@ -269,13 +281,29 @@ def _at_step(
     uncertainty of the exact answer, which that of the stepped motion replaces where it is known."""
     own = {name: unit * error for name, error in (stepped.uncertainty or {}).items()}
     return {
-        name: replace(
-            _held(error, errors[name], by_rounding(own.get(name, doubt[name]), steps), {}, 0.0),
-            uncertainty=float(own[name].max()) if name in own else None,
+        name: _lasting(
+            replace(
+                _held(
+                    error, errors[name], by_rounding(own.get(name, doubt[name]), steps), {}, 0.0
+                ),
+                uncertainty=float(own[name].max()) if name in own else None,
+            ),
+            errors[name],
+            stepped.lasting.get(name),
         )
         for name, error in stepped.errors.items()
         if name in errors
     }
+
+
+def _lasting(predicted: Prediction, error: Array, size: Array | None) -> Prediction:
+    """A prediction of an `error` with the part of it that is of this derived `size` at every step,
+    shape (n,) each, and what is left; as it is where none is derived."""
+    if size is None:
+        return predicted
+    beside = np.maximum(np.abs(error) - np.abs(size), 0.0)
+    largest = float(np.abs(size).max())
+    return replace(predicted, lasting=largest, beside_lasting=float(beside.max()))
 
 
 def confirming(case: Case, method: Method) -> Trajectory | None:

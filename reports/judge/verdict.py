@@ -15,14 +15,20 @@ from plumbob.engines.study.convergence import ConvergenceStudy
 from plumbob.engines.study.measurement import (
     Measurement,
     ObservedError,
-    floor,
     relative_error,
     unpredicted,
 )
 from plumbob.models.scene import Observable, Quantity, System
 from plumbob.reports.judge.converging import convergence
 from plumbob.reports.judge.not_read import not_read
-from plumbob.reports.judge.tolerance import Tolerance, exceeded, starts_off, tolerance, too_wide
+from plumbob.reports.judge.tolerance import (
+    Tolerance,
+    exceeded,
+    round_off,
+    starts_off,
+    tolerance,
+    too_wide,
+)
 
 Verdict = Literal[
     "predicted",
@@ -90,9 +96,9 @@ def judged(
     every = [(m, judge(m, system, method, about)) for m in series.measurements]
     listed = [pair for pair in every if pair[0].step not in series.beside] or every
     beside = [run for m, run in every if m.step in series.beside]
-    names = tuple(o.name for o in system.observables)
+    units = {o.name: o.unit for o in system.observables}
     unjudged = _never_judged([run for _, run in listed])
-    result = _of_runs(listed, beside, names, method, about, unjudged)
+    result = _of_runs(listed, beside, units, method, about, unjudged)
     errors = {step: error for _, run in listed for step, error in run.errors.items()}
     drawn = None if series.drawn is None else judge(series.drawn, system, method, about)
     result = replace(result, cut=series.cut, unjudged=unjudged, errors=errors, drawn=drawn)
@@ -208,14 +214,16 @@ def _never_judged(runs: Sequence[Judgement]) -> Mapping[str, str]:
 def _of_runs(
     listed: Sequence[tuple[Measurement, Judgement]],
     beside: Sequence[Judgement],
-    names: Sequence[str],
+    units: Mapping[str, str],
     method: Method,
     about: Sequence[Quantity],
     unjudged: Mapping[str, str],
 ) -> Judgement:
     """The verdict on a method from its runs on a scene, coarse to fine; those `beside` its step
-    sizes tell of no order and no plateau, and are judged each by itself."""
+    sizes tell of no order and no plateau, and are judged each by itself. `units` are those of the
+    observables, the leading one first."""
     found = [m for m, _ in listed]
+    names = tuple(units)
     runs = [run for _, run in listed]
 
     def first(*verdicts: Verdict) -> Judgement | None:
@@ -234,15 +242,16 @@ def _of_runs(
         diverged = first("diverged") if result.verdict is None else None
         return diverged or Judgement(result.verdict or "pre-asymptotic", {}, result.reason)
     failed = first("off-prediction")
-    flat = _flat(found, names[0])
+    flat = _flat(found, units, names[0])
     # Steps too large for theory show nothing about finer ones.
-    if flat and (failed or runs[-1].verdict != "pre-asymptotic"):
+    if flat and (failed or runs[-1].verdict not in ("predicted", "pre-asymptotic")):
         return Judgement("not-converging", failed.tolerances if failed else {}, flat)
     if failed:
         return failed
     if not runs:
         return Judgement("unsupported", {}, NO_STEP_FITS)
-    return _finest(listed, names, about, unjudged) or runs[-1]
+    passed = _finest(listed, names, about, unjudged) or runs[-1]
+    return (_unexplained(found, units) if passed.verdict == "predicted" else None) or passed
 
 
 def _finest(
@@ -260,21 +269,37 @@ def _finest(
     return None
 
 
-def _flat(found: Sequence[Measurement], leading: str) -> str:
-    """Why the error has stopped far above round-off; empty while smaller steps still help, and
-    where it is that of the scheme stepped on the engine's own equations, which does converge to
-    their motion."""
-    done = [m for m in found if m.status == "done" and leading in m.errors][-4:]
+def _flat(found: Sequence[Measurement], units: Mapping[str, str], name: str) -> str:
+    """Why the error of an observable has stopped far above round-off; empty while smaller steps
+    still help, and where theory derives all that is left as the same at every step."""
+    done = [m for m in found if m.status == "done" and name in m.errors][-4:]
     if len(done) < 4:
         return ""
-    last = done[-1].errors[leading]
-    least = floor(last, done[-1].steps)
-    stepped = last.predicted is not None and last.predicted.uncertainty is not None
-    helped = last.largest < FLAT * done[0].errors[leading].largest
-    if helped or stepped or last.largest <= FLOORS * least:
+    last = done[-1].errors[name]
+    least = round_off(done[-1], name, units)
+    helped = last.falling < FLAT * done[0].errors[name].falling
+    if helped or last.falling <= last.model_error + FLOORS * least:
         return ""
     times = f", {last.largest / least:.2g} times the round-off level" if least else ""
-    return f"the error of {leading} stays at {last.largest:.3g}{times}"
+    return f"the error of {name} stays at {last.largest:.3g}{times}"
+
+
+def _unexplained(found: Sequence[Measurement], units: Mapping[str, str]) -> Judgement | None:
+    """Why runs that are as predicted are none the less not: a prediction that steps the model has
+    the exact motion on both sides, so that a wrong one shows only in an error that does not fall
+    with the step. One that is as large as the motion itself shows nothing yet."""
+    flat = {name: why for name in units if (why := _flat(found, units, name))}
+    if not flat:
+        return None
+    last = [m for m in found if m.status == "done"][-1].errors
+    lost = all(last[name].largest > ELSEWHERE * last[name].scale > 0.0 for name in flat)
+    then = (
+        "as large as the motion: no step that was run shows whether it falls"
+        if lost
+        else "and theory derives no error that is the same at every step"
+    )
+    why = f"{next(iter(flat.values()))}, {then}"
+    return Judgement("pre-asymptotic" if lost else "not-converging", {}, why)
 
 
 def _claims_too_much(

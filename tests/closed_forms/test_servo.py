@@ -1,12 +1,12 @@
 """The servo against 40 digits, its largest force and its limit, and where MuJoCo's step takes its
 damping."""
 
-import itertools
 from dataclasses import astuple, replace
 
 import mpmath as mp
 import numpy as np
 import pytest
+from scipy.optimize import brentq
 
 from plumbob.engines.method import meant
 from plumbob.engines.registry import engine_of, method, methods
@@ -14,46 +14,65 @@ from plumbob.engines.study.measurement import scheme_of
 from plumbob.models.registry import case_of, scene, scenes
 
 SCENES = scenes("servo")
+SAMPLES = 1000  # of what is left of a motion, each a tenth of its fastest time or less
 STEPPING = [m for m in methods("mujoco/*,pymunk/*,ode/rk4") if meant(m, SCENES[0])]
 LIGHT = case_of(scene("servo/lightly-damped")).problem
 
 
+def flow_of(servo, side):
+    """The matrix of the equation of x, x' and 1: with the motor below its limit, or at it on a
+    side."""
+    inertia, armature, gear, kp, kv, damping, limit, *_ = map(mp.mpf, astuple(servo))
+    pull = [-(gear**2) * kp, -(gear**2) * kv - damping, 0]
+    flow = mp.matrix([[0, 1, 0], [0, -damping, side * gear * limit] if side else pull, [0] * 3])
+    flow[1, :] /= inertia + armature
+    return flow
+
+
+def asked(servo, state):
+    """The force before the gear without its limit [N m]."""
+    return -servo.gear * (servo.kp * state[0] + servo.kv * state[1])
+
+
 def exact(servo, time):
-    """Angle and its rate at a time [s], with 40 digits: the moments at which the motor comes to its
-    limit and leaves it are roots near those in doubles."""
-    inertia, armature, gear, kp, kv, damping, limit, *start = map(mp.mpf, astuple(servo))
-    total = inertia + armature
-    state = mp.matrix([*start, 1])
-    begin = mp.mpf(0)
-    pieces = [*itertools.takewhile(lambda piece: piece.begin < time, servo.pieces())]
-    for piece, following in itertools.zip_longest(pieces, pieces[1:]):
-        side = int(piece.side)
-        pull = [-(gear**2) * kp, -(gear**2) * kv - damping, 0]
-        flow = mp.matrix(
-            [[0, 1, 0], [0, -damping, side * gear * limit] if side else pull, [0] * 3]
-        )
-        flow[1, :] /= total
+    """Angle and its rate at a time [s], with 40 digits: the motion is sampled in doubles for a
+    moment at which the motor comes to its limit or leaves it, which is then found as a root."""
+    state = mp.matrix([servo.theta, servo.theta_dot, 1])
+    limit = mp.mpf(servo.force_limit)
+    force = asked(servo, state)
+    side = int(mp.sign(force)) if abs(force) > limit else 0
+    left = mp.mpf(time)
+    while True:
+        flow = flow_of(servo, side)
+        signs = (side,) if side else (1, -1)
 
-        def at(now, flow=flow, state=state, begin=begin):
-            return mp.expm(flow * (now - begin)) * state
+        def at(since, flow=flow, state=state):
+            return mp.expm(flow * since) * state
 
-        def beyond(now, sign, at=at):
-            x, v, _ = at(now)
-            return -sign * gear * (kp * x + kv * v) - limit
+        step = left / SAMPLES
+        forward = np.array(mp.expm(flow * step).tolist(), dtype=float)
+        sampled = np.array(state.tolist(), dtype=float)[:, 0]
+        k, passed = 0, []
+        while k < SAMPLES and not passed:
+            sampled = forward @ sampled
+            passed = [
+                s
+                for s in signs
+                if (s * asked(servo, sampled) > servo.force_limit) != bool(side)
+            ]
+            k += 1
+        if not passed:
+            return list(at(left))[:2]
 
-        ends = mp.mpf(time)
-        if following is not None:
-            sign = side or int(following.side)
-            ends = mp.findroot(
-                lambda now, sign=sign: beyond(now, sign),
-                (following.begin, following.begin + 1e-9),
-            )
-            assert abs(ends - following.begin) < 1e-11
-        middle = (begin + ends) / 2
-        assert [beyond(middle, sign) > 0 for sign in (1, -1)] == [side == 1, side == -1]
+        def beyond(since, sign=passed[0], at=at):
+            return sign * asked(servo, at(since)) - limit
+
+        bracket = max(k - 1, 1e-3) * step, k * step
+        near = brentq(lambda since: float(beyond(since)), *map(float, bracket), xtol=1e-9)
+        ends = mp.findroot(beyond, (near, near + 1e-9))
         state = at(ends)
-        begin = ends
-    return list(state)[:2]
+        left -= ends
+        side = 0 if side else passed[0]
 
 
 @pytest.mark.parametrize("chosen", SCENES, ids=lambda chosen: chosen.name)

@@ -72,7 +72,7 @@ def left(motion, reference, step, scheme, end, wrong=None):
     theory = partial(line_errors, wrong or motion, reference)
     found = simulated(mean_acceleration(motion, times), step, scheme)
     exact = reference.observe(times)
-    predicted = theory(Scheme(scheme), step, times)
+    predicted = theory(Scheme(scheme), step, times).errors
     doubt = reference.uncertainty(times)
     return {
         name: float(

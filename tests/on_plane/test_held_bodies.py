@@ -12,6 +12,7 @@ from mpmath import mp
 
 from plumbob.analytic.errors.contact_models import soft_friction
 from plumbob.analytic.errors.contact_models.held_bodies import corner, corners
+from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.schemes import SoftPoint
 from plumbob.engines.abilities import SettingsToPaste
 from plumbob.engines.adapters.mujoco import contacts, incline, pinch, stack
@@ -27,8 +28,26 @@ STACK = case_of(scene("stack/equal")).problem
 BUILDERS = {"incline": incline, "pinch": pinch, "stack": stack}
 
 
+def slid(cube, time):
+    """Place and speed of a cube on a slope with 40 digits: what rests stays where Coulomb's
+    friction holds it, and what stops begins anew."""
+    g, f, slope, v = map(mp.mpf, (cube.gravity, cube.friction, cube.slope, cube.speed))
+    x = mp.mpf(0)
+    left = mp.mpf(float(time))
+    while left > 0:
+        pull, press = g * mp.sin(slope), g * mp.cos(slope)
+        if v == 0 and pull <= f * press:
+            break
+        rate = pull - f * press * (mp.sign(v) or 1)
+        lasts = min(left, -v / rate) if v * rate < 0 else left
+        x, v = x + lasts * (v + lasts * rate / 2), v + lasts * rate
+        v = mp.mpf(0) if lasts < left else v
+        left -= lasts
+    return x, v
+
+
 @pytest.mark.parametrize("speed", [0.0, 1.0, -2.0])
-@pytest.mark.parametrize("part", [0.0, 0.3, 0.999999, 1.0, 1.000001, 2.5])
+@pytest.mark.parametrize("part", [0.0, 0.3, 0.999999, 1.0, 1.000001, 1.05, 2.5])
 def test_incline_with_40_digits(speed, part):
     cube = replace(CUBE, slope=math.atan(part * CUBE.friction), speed=speed)
     stop = cube.stop_time if math.isfinite(cube.stop_time) else 1.0
@@ -36,24 +55,34 @@ def test_incline_with_40_digits(speed, part):
     exact = cube.observe(times)
     doubt = cube.uncertainty(times)
     with mp.workdps(40):
-        g = mp.mpf(cube.gravity)
-        f = mp.mpf(cube.friction)
-        slope = mp.mpf(cube.slope)
         for i, time in enumerate(times):
-            v = mp.mpf(speed)
-            left = mp.mpf(float(time))
-            x = mp.mpf(0)
-            rate = g * (mp.sin(slope) - mp.sign(v) * f * mp.cos(slope))
-            lasts = min(left, -v / rate) if v * rate < 0 else left * bool(v)
-            x = x + lasts * (v + lasts * rate / 2)
-            v = v + lasts * rate
-            left = left - lasts
-            pulled = 0 if cube.holds else g * (mp.sin(slope) - f * mp.cos(slope))
-            x = x + pulled * left**2 / 2
-            v = v + pulled * left
+            x, v = slid(cube, time)
             assert abs(x - mp.mpf(exact["x"][i])) <= doubt["x"][i]
             assert abs(v - mp.mpf(exact["speed"][i])) <= doubt["speed"][i] + mp.eps
     assert doubt["speed"][-1] < 1e-14  # at the start
+
+
+def least_push(body):
+    """The force [N] of each finger that just holds a body against its weight and what pushes it,
+    with 40 digits: half of the load each, by Coulomb's law."""
+    down = mp.mpf(body.mass) * (mp.mpf(body.gravity) + mp.mpf(body.lift))
+    return mp.hypot(down, mp.mpf(body.push)) / (2 * mp.mpf(body.friction))
+
+
+@pytest.mark.parametrize("way", ["slip", "speed"])
+@pytest.mark.parametrize(
+    "changes", [{}, {"push": 3.0}, {"lift": 2.0}, {"push": -4.0, "lift": 5.0}]
+)
+def test_a_pinch_holds_what_its_friction_does_with_40_digits(changes, way):
+    """And moves nothing; a billionth less is refused."""
+    body = replace(case_of(scene("pinch/0.5")).problem, normal_force=1e3, **changes)
+    with mp.workdps(40):
+        least = float(least_push(body))
+    held = replace(body, normal_force=least * (1 + 1e-9))
+    assert held.fraction == pytest.approx(1 / (1 + 1e-9), rel=1e-15)
+    assert not held.observe(np.linspace(0.0, 10.0, 11))[way].any()
+    with pytest.raises(ParameterError, match="or the body slips"):
+        replace(body, normal_force=least * (1 - 1e-9))
 
 
 def chosen_runs():
@@ -204,6 +233,24 @@ def test_forces_in_a_stack(name, mass_ratio):
         assert force == pytest.approx(held.normal_forces[level] / 4, rel=1e-5)
         assert -contact.dist == pytest.approx(corners(held)[level].depth(point, 1e-3), rel=1e-7)
     np.testing.assert_allclose(data.qacc, 0.0, atol=1e-10)
+
+
+def stacked(cubes):
+    """Weights on the lower faces of cubes at rest [N], by the masses from the top down."""
+    count = int(cubes.count)
+    power = [mp.mpf(i) / (count - 1) for i in range(count)]
+    masses = [mp.mpf(cubes.mass) * mp.mpf(cubes.mass_ratio) ** p for p in power]
+    return [mp.mpf(cubes.gravity) * sum(masses[i:]) for i in range(count)]
+
+
+@pytest.mark.parametrize("mass_ratio", [1.0, 100.0, 0.01, 1e4])
+@pytest.mark.parametrize("count", [2, 5])
+def test_a_stack_rests_under_its_weight_with_40_digits(count, mass_ratio):
+    cubes = replace(STACK, count=count, mass_ratio=mass_ratio, mass=0.7, gravity=1.6)
+    with mp.workdps(40):
+        weights = [float(weight) for weight in stacked(cubes)]
+    np.testing.assert_allclose(cubes.normal_forces, weights, 1e-15)
+    assert not cubes.observe(np.linspace(0.0, 10.0, 11))["top"].any()
 
 
 @pytest.mark.parametrize("mass_ratio", [1.0, 100.0, 0.01])

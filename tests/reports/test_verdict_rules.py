@@ -109,6 +109,38 @@ def test_three_finer_steps_have_to_leave_less_than_seven_tenths(left, verdict):
 
 
 @pytest.mark.parametrize(
+    ("stays", "lasting", "verdict"),
+    [
+        (0.01, 0.0, "not-converging"),
+        (0.01, 0.01, "predicted"),
+        (0.01, 0.0099, "not-converging"),
+        (0.01, 0.02, "predicted"),
+        (0.6, 0.0, "pre-asymptotic"),  # of a motion of size 1: which way it goes on is open
+        (1e-12, 0.0, "predicted"),  # a hundred round-offs
+        (1e-10, 0.0, "not-converging"),
+    ],
+)
+@pytest.mark.parametrize("name", ["theta", "theta_dot"])
+def test_an_error_that_stays_is_predicted_where_its_size_is_derived(
+    name, stays, lasting, verdict
+):
+    """Of a scheme that is stepped, and as predicted at each step: also of an observable that is not
+    the leading one."""
+    runs = []
+    for step in STEPS:
+        beside = max(stays - lasting, 0.0)
+        known = Prediction(
+            *(stays, stays, {}, 0.0), uncertainty=1e-16, lasting=lasting, beside_lasting=beside
+        )
+        run = run_with(step, step, Prediction(step, step, {}, 0.0, uncertainty=1e-16))
+        errors = {**run.errors, name: replace(run.errors[name], largest=stays, predicted=known)}
+        runs.append(replace(run, errors=errors))
+    found = ConvergenceStudy(SCENE, EULER.name, tuple(runs))
+    about = (Quantity("theta", 1.0),)
+    assert judged(found, system_of(find_scene(SCENE)), EULER, about).whole.verdict == verdict
+
+
+@pytest.mark.parametrize(
     ("predicted", "error", "verdict"),
     [
         (11.0, 0.1, "pre-asymptotic"),

@@ -48,6 +48,17 @@ def test_40_digits(bars):
     assert error < doubt < 2e-13
 
 
+@pytest.mark.parametrize("bars", [BARS, DRAG_LINK], ids=["crank-rocker", "drag-link"])
+def test_the_coupler_is_where_the_angle_puts_it(bars):
+    times = np.linspace(0.0, 0.4, 5)
+    observed, doubt = bars.motion.observe(times), bars.motion.uncertainty(times)
+    with mp.workdps(40):
+        for k, angle in enumerate(observed["angle"]):
+            places = bodies(bars)(mp.mpf(angle))[1][:2]
+            for name, place in zip(("coupler_x", "coupler_y"), places, strict=True):
+                assert abs(place - mp.mpf(observed[name][k])) <= doubt[name][k] < 1e-12
+
+
 def test_the_soft_loop_pulls_as_mujoco_s_does():
     for gap in (0.0, 1e-5):  # [rad] of the rocker
         joints, ours = links.loop_accelerations(TURNING, gap)

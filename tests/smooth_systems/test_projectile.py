@@ -9,18 +9,22 @@ CASE = case_of(scene("projectile/thrown"))
 TIMES = np.linspace(0.0, 1.5, 31)
 
 
+def thrown(body, time):
+    """A parabola, and the angle of a body that nothing turns."""
+    speed, elevation, spin, g = map(
+        mp.mpf, (body.speed, body.elevation, body.spin, body.gravity)
+    )
+    return {
+        "x": speed * mp.cos(elevation) * time,
+        "z": speed * mp.sin(elevation) * time - g * time**2 / 2,
+        "angle": spin * time,
+    }
+
+
 def test_40_digits():
     observed, doubt = (f(TIMES) for f in (CASE.reference.observe, CASE.reference.uncertainty))
     body = CASE.problem
     with mp.workdps(40):
         for k, time in enumerate(map(mp.mpf, TIMES)):
-            speed, elevation, spin, g = map(
-                mp.mpf, (body.speed, body.elevation, body.spin, body.gravity)
-            )
-            flown = {
-                "x": speed * mp.cos(elevation) * time,
-                "z": speed * mp.sin(elevation) * time - g * time**2 / 2,
-                "angle": spin * time,
-            }
-            for name, value in flown.items():
+            for name, value in thrown(body, time).items():
                 assert abs(value - mp.mpf(float(observed[name][k]))) <= doubt[name][k] < 1e-13

@@ -16,9 +16,10 @@ DISC = case_of(scene("rolling-disc/falling")).problem
 CIRCLE = case_of(scene("rolling-disc/circle")).problem
 
 
-def test_25_digits():
-    """Taylor series of the rates about the disc's own axes, with the tilt as another unknown."""
-    pull = mp.mpf(DISC.gravity) / mp.mpf(DISC.radius)
+def rolled(disc, time):
+    """Tilt, precession and spin by Taylor series of the rates about the disc's own axes, with the
+    tilt as another unknown."""
+    pull = mp.mpf(disc.gravity) / mp.mpf(disc.radius)
 
     def slopes(_, y):
         tilt, leans, turn, axial, *_ = y
@@ -35,16 +36,20 @@ def test_25_digits():
             axial - around * c,
         ]
 
+    tilt = mp.mpf(disc.tilt)
+    turn = mp.mpf(disc.precession_rate)
+    start = [tilt, mp.mpf(disc.tilt_rate), turn * mp.sin(tilt)]
+    start += [disc.spin_rate + turn * mp.cos(tilt), mp.mpf(0), mp.mpf(0)]
+    end = mp.odefun(slopes, 0, start)(mp.mpf(time))
+    return {"tilt": end[0], "precession": end[4], "spin": end[5]}
+
+
+def test_25_digits():
     time = 0.125
     exact = DISC.motion.observe(np.array([time]))
     doubt = DISC.motion.uncertainty(np.array([time]))
     with mp.workdps(25):
-        tilt = mp.mpf(DISC.tilt)
-        turn = mp.mpf(DISC.precession_rate)
-        start = [tilt, mp.mpf(DISC.tilt_rate), turn * mp.sin(tilt)]
-        start += [DISC.spin_rate + turn * mp.cos(tilt), mp.mpf(0), mp.mpf(0)]
-        end = mp.odefun(slopes, 0, start)(mp.mpf(time))
-        for name, value in zip(("tilt", "precession", "spin"), (end[0], *end[4:]), strict=True):
+        for name, value in rolled(DISC, time).items():
             assert abs(value - mp.mpf(exact[name][0])) <= doubt[name][0] < 1e-13
 
 

@@ -5,9 +5,11 @@ Coulomb's v/|v| becomes v/sqrt(v^2 + delta^2), the equations are Newton's (Chern
 event. The error is C delta + O(delta^2 log delta), most of it drift of the regularised stiction:
 two deltas eliminate the first term. The error is larger where a load grows through the friction
 limit (delta^(4/5): v ~ t^2 and dv/dt ~ delta^2/v^2 there), and where a support passes rest at a
-speed of the order of delta. Only the slider's path is common with the event-driven motion.
+speed of the order of delta. Nothing is common with the event-driven motion but the numbers of the
+slider's path.
 """
 
+import itertools
 import math
 from dataclasses import dataclass
 from functools import lru_cache, partial
@@ -22,17 +24,18 @@ TINY = 1e-30  # complex step of a derivative, free of cancellation
 
 @dataclass(frozen=True)
 class SmoothedPose:
-    """Extrapolated pose (x [m], y [m], psi [rad]), shape (3,), and by how much the extrapolation
-    moved it."""
+    """Extrapolated pose (x [m], y [m], psi [rad]), shape (3,), by how much the extrapolation moved
+    it, and its rates."""
 
     pose: Array
     moved: Array
+    rates: Array
 
 
 def _rates(capsule, delta):
     """d/dt of (x, y, psi, v_x, v_y, omega), of floats or, for a derivative, of complex numbers."""
     m = capsule.slider_mass
-    mu = capsule.mass_ratio
+    mu = m / (capsule.body_mass + m)
     drag = partial(_friction, capsule.supports, _limits(capsule), delta)
 
     def rates(state, slider):
@@ -108,6 +111,24 @@ def _derivative(rates, state, slider):
     return columns
 
 
+def followed(piece, time):
+    """Place [m], velocity [m/s] and acceleration [m/s^2] of the slider in the body at a `time` [s]
+    of a piece of its path, two numbers each: on a circle about C, or along a line."""
+    rate, w = getattr(piece, "rate", None), piece.acceleration
+    if rate is not None:
+        angle = piece.angle + rate * time + w * time**2 / 2
+        rate = rate + w * time
+        x, y = (piece.radius * f(angle) for f in (math.cos, math.sin))
+        return (x, y), (-rate * y, rate * x), (-w * y - rate**2 * x, w * x - rate**2 * y)
+    shift = piece.position + piece.speed * time + w * time**2 / 2
+    speed = piece.speed + w * time
+    unit = math.cos(piece.direction), math.sin(piece.direction)
+    place = tuple(
+        begin + shift * along for begin, along in zip(piece.origin, unit, strict=True)
+    )
+    return place, tuple(speed * along for along in unit), tuple(w * along for along in unit)
+
+
 def smoothed_motion(capsule, path, start, duration, delta):
     """Pose and velocity (x, y, psi, v_x, v_y, omega), shape (6,), at `duration` [s] from `start`,
     shape (6,), with friction smoothed over `delta` [m/s]. Raises RuntimeError if Radau fails."""
@@ -115,7 +136,10 @@ def smoothed_motion(capsule, path, start, duration, delta):
 
     state = np.asarray(start, dtype=np.float64)
     rates = _rates(capsule, delta)
-    begins = [0.0, *(float(t) for t in path.breakpoints[1:] if t < duration)]
+    ends = [*itertools.accumulate(piece.duration for piece in path.pieces)]
+    begins = [0.0, *(t for t in ends if t < duration)]
+    last = path.pieces[-1]
+    stopped = followed(last, last.duration)[0]
     for number, (begin, end) in enumerate(zip(begins, [*begins[1:], duration], strict=True)):
         if end <= begin:
             continue
@@ -123,9 +147,8 @@ def smoothed_motion(capsule, path, start, duration, delta):
         @lru_cache(maxsize=16)  # Newton's iterations use the same few times repeatedly
         def slider(t, begin=begin, number=number):
             if number == len(path.pieces):
-                return path.end, (0.0, 0.0), (0.0, 0.0)
-            r, v, w = path.pieces[number].kinematics(np.array([t - begin]))
-            return tuple(r[0].tolist()), tuple(v[0].tolist()), tuple(w[0].tolist())
+                return stopped, (0.0, 0.0), (0.0, 0.0)
+            return followed(path.pieces[number], t - begin)
 
         def slope(t, y, slider=slider):
             return rates(y.tolist(), slider(t))
@@ -147,12 +170,12 @@ def smoothed_motion(capsule, path, start, duration, delta):
 
 
 def smoothed_pose(capsule, path, start, duration, delta=1e-8, order=1.0):
-    """Pose at `duration` [s] from `start` (x, y, psi, v_x, v_y, omega), extrapolated to delta -> 0
-    from `delta` [m/s] and half of it, the error going as delta^`order`: 1, or 4/5 where a
-    load grows through the friction limit."""
+    """Pose and rates at `duration` [s] from `start` (x, y, psi, v_x, v_y, omega), extrapolated to
+    delta -> 0 from `delta` [m/s] and half of it, the error going as delta^`order`: 1, or 4/5 where
+    a load grows through the friction limit."""
     coarse, fine = (
-        smoothed_motion(capsule, path, start, duration, width)[:3]
-        for width in (delta, 0.5 * delta)
+        smoothed_motion(capsule, path, start, duration, width) for width in (delta, 0.5 * delta)
     )
     moved = (fine - coarse) / (1.0 - 0.5**order)
-    return SmoothedPose(coarse + moved, moved)
+    state = coarse + moved
+    return SmoothedPose(state[:3], moved[:3], state[3:])

@@ -45,7 +45,10 @@ def of_study(scene, found):
     """The size of a convergence study's errors; None where no run was made to its end."""
     case = case_of(scene)
     about = case.system.quantities(case)
-    errors = {m.step: relative_error(m, about) for m in found.measurements}
+    listed = [
+        m for m in found.measurements if m.step not in found.beside
+    ]  # as a verdict has it
+    errors = {m.step: relative_error(m, about) for m in listed or found.measurements}
     finite = {step: error for step, error in errors.items() if math.isfinite(error)}
     return measured(finite) if finite else None
 

@@ -47,7 +47,8 @@ def stack_errors(stack: Stack) -> StepErrors:
         depths = [held.depth(scheme.contact, step) for held in corners(stack)]
         if scheme.integrator not in STEPPED or max(depths) > DEEPEST * stack.size:
             return {}
-        return SteppedErrors({"top": still - sum(depths)}, stack.uncertainty(times))
+        deflected = {"top": still - sum(depths)}
+        return SteppedErrors(deflected, stack.uncertainty(times), lasting=deflected)
 
     return StepErrors(error)
 
@@ -73,7 +74,8 @@ def pinch_errors(pinch: Pinch) -> StepErrors:
         deep = held.depth(scheme.contact, step) > TIP * pinch.size
         if deep or not len(drift) or drift[0].max() > pinch.size / 2.0:  # off the face
             return {}
-        return SteppedErrors(dict(zip(still, drift, strict=True)), pinch.uncertainty(times))
+        slipped = dict(zip(still, drift, strict=True))
+        return SteppedErrors(slipped, pinch.uncertainty(times), lasting=slipped)
 
     return StepErrors(error)
 
@@ -104,6 +106,7 @@ def incline_errors(cube: Incline) -> StepErrors:
         drift = drifted(scheme, corner(cube), step, marks)
         if cube.speed or not len(drift):
             return {}
-        return SteppedErrors(dict(zip(exact, drift, strict=True)), cube.uncertainty(times))
+        slipped = dict(zip(exact, drift, strict=True))
+        return SteppedErrors(slipped, cube.uncertainty(times), lasting=slipped)
 
     return StepErrors(error)

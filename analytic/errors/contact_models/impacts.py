@@ -158,6 +158,7 @@ def bouncing_errors(ball: BouncingBall) -> StepErrors:
         for name in ("height", "gravity"):
             changed = replace(ball, **{name: getattr(ball, name) * (1.0 + rounding)})
             doubt += np.abs(heights(changed) - z)
-        return SteppedErrors({"z": z - ball.observe(times)["z"]}, {"z": doubt})
+        left = np.full(len(z), SLOP * ball.height if scheme.position_first else 0.0)
+        return SteppedErrors({"z": z - ball.observe(times)["z"]}, {"z": doubt}, {"z": left})
 
     return StepErrors(error)

@@ -27,10 +27,14 @@ from plumbob.analytic.systems.manoeuvres.line_manoeuvre import LineManoeuvre
 from plumbob.analytic.systems.manoeuvres.residual_motion import ResidualMotion
 from plumbob.analytic.systems.three_points.reference import PlaneReference
 from plumbob.analytic.tableau import CLASSICAL
-from plumbob.analytic.theory import StepErrors, apart
+from plumbob.analytic.theory import Predicted, StepErrors, SteppedErrors, apart
 
 MOST_STEPS = 2_000_000  # of a run: some ten seconds
 MOST_PLANE_STEPS = 200_000  # each takes some tens of microseconds
+JUMPING = ("friction_force", "driving_force")  # where w jumps, or the body stops
+# What a step of RK4 leaves of a velocity that friction stops (THEORY.md, section 4), and after how
+# many steps nothing of it is left in double precision.
+TAIL, LASTS = 0.375, 40
 
 
 def capsule_errors(problem: CapsuleProblem) -> StepErrors:
@@ -99,7 +103,7 @@ def _body(motion: Any, scheme: Scheme, step: float, steps: int) -> Array:
 
 def line_errors(
     motion: Any, reference: Reference, scheme: Scheme, step: float, times: Array
-) -> Signals:
+) -> Predicted:
     """Error of semi-implicit Euler and of RK4 with `step` [s] at grid `times` [s], shape (n,), by
     observable of `reference`, on a line, lines that repeat, or a slow stroke: friction stops the
     body within a step, and w is its mean over each step. Empty for other schemes, and for more than
@@ -118,11 +122,25 @@ def line_errors(
     names = ("displacement", "velocity", "stroke", "friction_force", "driving_force")
     errors = apart(dict(zip(names, (way, rate, slid, friction, pushed), strict=True)), exact)
     loads = np.outer(load_slopes(capsule, motion.single.direction), errors["stroke"])
-    return {
-        **errors,
-        **dict.fromkeys(("stroke_rate", "heading", "sideways"), np.zeros(len(marks))),
-        **dict(zip(NORMAL_FORCES, loads, strict=True)),
-    }
+    still = dict.fromkeys(("stroke_rate", "heading", "sideways"), np.zeros(len(marks)))
+    every = {**errors, **still, **dict(zip(NORMAL_FORCES, loads, strict=True))}
+    return SteppedErrors(every, lasting=jumps(reference, scheme, step, times))
+
+
+def jumps(reference: Reference, scheme: Scheme, step: float, times: Array) -> Signals:
+    """Jumps of the forces within `step` [s] before and after grid `times` [s], shape (n,): a step
+    in which a force jumps has a mean of its values, or one of them, however small the step. Of RK4
+    each step that follows has TAIL of the friction before it left."""
+    count = LASTS if scheme.integrator == RK4 else 2
+    later = reference.observe(times + step)
+    largest = {name: np.zeros(len(times)) for name in JUMPING if name in later}
+    for k in range(count):
+        here = reference.observe(np.maximum(times - k * step, 0.0))
+        for name, jump in largest.items():
+            left = TAIL ** max(k - 1, 0) * np.abs(later[name] - here[name])
+            largest[name] = np.maximum(jump, left)
+        later = here
+    return largest
 
 
 def coasting_errors(
