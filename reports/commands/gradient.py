@@ -17,7 +17,7 @@ from plumbob.models.registry import case_of
 from plumbob.models.registry import scene as find_scene
 from plumbob.models.scene import Case
 from plumbob.reports.commands.arguments import values
-from plumbob.reports.commands.arguments.budget import certify
+from plumbob.reports.commands.budget import certify
 from plumbob.reports.commands.stability import measured
 from plumbob.reports.judge.gradients import study_gradients
 from plumbob.reports.judge.searches import unexpected

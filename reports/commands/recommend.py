@@ -21,7 +21,7 @@ from plumbob.engines.study.results import Observables, Study
 from plumbob.models.registry import case_of, system_of
 from plumbob.models.scene import Scene
 from plumbob.reports.commands.arguments import values
-from plumbob.reports.commands.arguments.budget import certify
+from plumbob.reports.commands.budget import certify
 
 if TYPE_CHECKING:
     from plumbob.engines.study.checkpoint import Checkpoint

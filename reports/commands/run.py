@@ -18,8 +18,8 @@ from plumbob.models.registry import scene as find_scene
 from plumbob.models.scene import Scene
 from plumbob.reports.advice.json_records import record
 from plumbob.reports.commands.arguments import values
-from plumbob.reports.commands.arguments.budget import certify
 from plumbob.reports.commands.arguments.like import own_method
+from plumbob.reports.commands.budget import certify
 from plumbob.reports.judge.expectations import run_surprise
 from plumbob.reports.judge.verdict import Judgement, judge
 
