@@ -145,10 +145,10 @@ class Mpfr:
     cos = _ONE["cos"]
     arctan2 = _TWO["arctan2"]
 
-    def __rsub__(self, other: Any) -> Mpfr:
+    def __rsub__(self, other: Any) -> Any:
         return _TWO["subtract"](other, self)
 
-    def __rtruediv__(self, other: Any) -> Mpfr:
+    def __rtruediv__(self, other: Any) -> Any:
         return _TWO["divide"](other, self)
 
     def __hash__(self) -> int:
