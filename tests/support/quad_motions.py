@@ -15,10 +15,11 @@ SCENES = (
 
 
 def observed():
-    """Values of each scene's observables, at times early and late."""
+    """Values of each scene's observables, and their uncertainty, at times early and late."""
     times = np.append(np.linspace(0.0, 2.0, 40), [1e3, 1e6])
-    motions = {name: case_of(scene(name)).reference.observe(times) for name in SCENES}
-    return {
-        name: {of: values.tolist() for of, values in motion.items()}
-        for name, motion in motions.items()
-    }
+    found = {}
+    for name in SCENES:
+        motion = case_of(scene(name)).reference
+        values, doubts = motion.observe(times), motion.uncertainty(times)
+        found[name] = {of: [values[of].tolist(), doubts[of].tolist()] for of in values}
+    return found
