@@ -16,7 +16,8 @@ from plumbob.engines.method import Engine, Method
 from plumbob.engines.registry import engine_of
 from plumbob.models.entry_points import versions as added_versions
 
-PACKAGES = ("numpy", "scipy", "numpy-quaddtype", "mujoco", "pymunk", "heyoka", "plotly")
+DIGITS = ("numpy-quaddtype", "gmpy2")  # one of them computes with 34 digits
+PACKAGES = ("numpy", "scipy", *DIGITS, "mujoco", "pymunk", "heyoka", "plotly")
 PEERS = (
     "dartpy",
     "drake",
@@ -63,7 +64,7 @@ def provenance(command: str) -> Provenance:
 
 def versions_of(method: Method) -> Mapping[str, str]:
     """The versions that decide what a method's runs give, those of its engine among them."""
-    packages = ("numpy", "scipy", "numpy-quaddtype", *packages_of(engine_of(method)))
+    packages = ("numpy", "scipy", *DIGITS, *packages_of(engine_of(method)))
     found = {"plumbob": _version("plumbob"), "Python": platform.python_version()}
     return found | {package: _version(package) for package in packages}
 

@@ -17,6 +17,7 @@ from plumbob.models.registry import case_of
 from plumbob.models.registry import scene as find_scene
 from plumbob.models.scene import Case
 from plumbob.reports.commands.arguments import values
+from plumbob.reports.commands.budget import certify
 from plumbob.reports.commands.stability import measured
 from plumbob.reports.judge.gradients import study_gradients
 from plumbob.reports.judge.searches import unexpected
@@ -32,6 +33,7 @@ def command(chosen: argparse.Namespace) -> int:
     methods = [find_method(name) for name in dict.fromkeys(chosen.method)]
     with values.representable(changed, chosen):
         case = case_of(find_scene(chosen.scene, changed))
+        certify(case, chosen.at or case.scene.duration, chosen.budget)
         searches = [s for method in methods for s in _searches(chosen, case, method, changed)]
         judged = list(study_gradients(measured(chosen, methods, searches)))
     records = [of.record() for of in judged]

@@ -18,9 +18,10 @@ from plumbob.engines.registry import methods as find_methods
 from plumbob.engines.study import store
 from plumbob.engines.study.provenance import changed_since
 from plumbob.engines.study.results import Observables, Study
-from plumbob.models.registry import system_of
+from plumbob.models.registry import case_of, system_of
 from plumbob.models.scene import Scene
 from plumbob.reports.commands.arguments import values
+from plumbob.reports.commands.budget import certify
 
 if TYPE_CHECKING:
     from plumbob.engines.study.checkpoint import Checkpoint
@@ -48,6 +49,10 @@ def command(chosen: argparse.Namespace) -> int:
         raise ParameterError("engine", chosen.engine, f"one of {', '.join(engines())}")
     for scene in scenes:
         _check(chosen.observable, system_of(scene).observables)
+    if chosen.changes:
+        with values.representable(chosen.changes, chosen):
+            for scene in scenes:
+                certify(case_of(scene), scene.duration, chosen.budget)
     measured = _stored if chosen.stored else _run
     with measured(chosen, scenes) as (study, run):
         _check(chosen.observable, study.observables(study.scenes[0].name))
@@ -139,7 +144,6 @@ def _one_more(kept: Checkpoint, show: Progress) -> Run:
     from plumbob.engines.study.measurement import measure
     from plumbob.engines.study.provenance import versions_of
     from plumbob.engines.study.results import TaskResult
-    from plumbob.models.registry import case_of
 
     def run(scene: Scene, method: Method, step: float) -> Measurement:
         key = key_of("run", scene, method, step, versions_of(method))

@@ -19,6 +19,7 @@ from plumbob.models.scene import Scene
 from plumbob.reports.advice.json_records import record
 from plumbob.reports.commands.arguments import values
 from plumbob.reports.commands.arguments.like import own_method
+from plumbob.reports.commands.budget import certify
 from plumbob.reports.judge.expectations import run_surprise
 from plumbob.reports.judge.verdict import Judgement, judge
 
@@ -34,6 +35,7 @@ def command(chosen: argparse.Namespace) -> int:
     with values.representable(changed, chosen):
         scene = find_scene(chosen.scene, changed)
         case = case_of(scene)
+        certify(case, scene.duration, chosen.budget)
         about = case.system.quantities(case)
     if chosen.step is None and not chosen.like:
         raise ParameterError("step", None, "given, or the step of the file that --like names")

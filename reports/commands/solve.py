@@ -15,6 +15,7 @@ from plumbob.models.registry import case_of
 from plumbob.models.registry import scene as find_scene
 from plumbob.models.scene import Case, Observable
 from plumbob.reports.commands.arguments import values
+from plumbob.reports.commands.budget import certify
 
 ANGLE = Observable("theta", "rad")
 
@@ -27,6 +28,7 @@ def command(chosen: argparse.Namespace) -> int:
         scene = find_scene(chosen.scene, changed)
         times = np.array(chosen.times or np.linspace(0, scene.duration, 11))
         case = case_of(scene)
+        certify(case, float(times.max()), chosen.budget)
         by_angle = _over_angles(case, chosen.angles)
         also = case.system.also(case.problem, times)
         observables = case.reference.observe(times)

@@ -20,7 +20,7 @@ ASKED = ("audit", "sweep")  # pages of answers that are worked out now, and are 
 REGISTRY = f"{PACKAGE}.models.registry"  # imports every system and its exact motion when asked
 MOTIONS = (*(f"{PACKAGE}.analytic.{part}" for part in THEORY), "mujoco", "pymunk", "scipy")
 # all that `analytic` needs beside the language
-LIBRARIES = ("numpy", "numpy_quaddtype", "scipy")
+LIBRARIES = ("gmpy2", "numpy", "numpy_quaddtype", "scipy")
 HEAVY = (
     *(
         "dartpy",

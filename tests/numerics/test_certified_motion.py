@@ -113,6 +113,20 @@ def test_chaos_beyond_double_precision_is_refused():
         motion.uncertainty(np.array([1000.0]))
 
 
+def test_what_was_stopped_goes_on_to_the_same_digits():
+    def stop(reached):
+        if reached > 0.5:
+            raise TimeoutError
+
+    stopped = CertifiedMotion(double_pendulum())
+    with pytest.raises(TimeoutError):
+        stopped.certify(2.0, stop)
+    times = np.linspace(0.0, 2.0, 9)
+    whole = CertifiedMotion(double_pendulum())
+    assert (stacked(stopped.observe(times)) == stacked(whole.observe(times))).all()
+    assert (stacked(stopped.uncertainty(times)) == stacked(whole.uncertainty(times))).all()
+
+
 def test_a_collapse_is_refused_where_it_is():
     """A fall to a centre from rest at 1 m, k = 1 m^3/s^2: it ends after pi/sqrt(8) s."""
     motion = CertifiedMotion(

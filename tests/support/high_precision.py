@@ -1,5 +1,5 @@
 """The pendulum's period, action and state by adaptive quadrature with 60 digits, 40 of them
-reliable: an independent method, with neither formula nor arithmetic of the closed form.
+reliable: an independent method, with no formula of the closed form, and twice its digits.
 
 gmpy2's MPFR numbers and not mpmath's, which take six times as long.
 """

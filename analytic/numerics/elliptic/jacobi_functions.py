@@ -43,16 +43,17 @@ def jacobi(tau: Any, a: Any, b: Any) -> tuple[Array, Array, Array]:
     steps = _means(a, choose(endless, a, b), 4e-16)  # the next two differ by 1e-32
     angle = steps[-1][-1] * tau
     sine = np.sin(angle)
-    tiny = np.copysign(1e-100, sine)  # in place of what a quotient might overflow by
-    ratio = np.cos(angle) / np.where(np.abs(sine) < 1e-100, tiny, sine)
+    small = np.abs(double(sine)) < 1e-100
+    tiny = np.copysign(1e-100, double(sine))  # in place of what a quotient might overflow by
+    ratio = np.cos(angle) / (choose(small, tiny, sine) if np.any(small) else sine)
     dn: Any = 1.0
     for mean, geometric, half_sum in reversed(steps):
         square = ratio * ratio * half_sum
         ratio = ratio * dn * (half_sum / mean)
         dn = (square + geometric) / (square + mean)
-    sn = np.copysign(1.0, sine) / np.sqrt(1.0 + ratio * ratio)
+    sn = np.copysign(1.0, double(sine)) / np.sqrt(1.0 + ratio * ratio)
     cn = ratio * sn
-    sn = np.where(sine == 0, sine, sn)
+    sn = choose(sine == 0, sine, sn)
     if np.any(endless):
         fading = np.exp(-abs(a * tau))
         fading = 2 * fading / (1 + fading * fading)

@@ -26,7 +26,7 @@ from plumbob.analytic.numerics.elliptic.trigonometric_potential import (
     TrigonometricPotential,
     crests,
 )
-from plumbob.analytic.numerics.quad import PI, Quad, choose, double, quad
+from plumbob.analytic.numerics.quad import PI, Quad, choose, chosen, double, quad
 from plumbob.analytic.reference import Array
 
 _NEAR = 1e-10  # of the potential: the energy from a saddle below which it is made a factor
@@ -76,12 +76,12 @@ class _Weierstrass:
         """P and P' at `times` [s] within half a period."""
         sn, cn, dn = jacobi(times, self.a, self.b)
         s = sn / self.a
-        ones = 1 + 0 * sn
-        r = choose(self.real, s * s, 2 * (1 - cn) / self.a**2)
-        h = choose(self.real, ones, (1 + cn) / 2)
-        p_dot = -2 * dn * choose(self.real, cn, ones)
+        r = chosen(self.real, lambda: s * s, lambda: (1 - cn) * (2 / self.a**2))
+        h = chosen(self.real, lambda: 1.0, lambda: (1 + cn) / 2)
+        p_dot = -2 * dn * choose(self.real, cn, 1.0)
         p = self.e * r + h
-        return _Point(s, r, h, p_dot, p, 6 * p * p - self.g2 / 2 * r * r)
+        r2 = r * r
+        return _Point(s, r, r2, h, p_dot, p, 6 * p * p - self.g2 / 2 * r2)
 
 
 class _Point(NamedTuple):
@@ -89,6 +89,7 @@ class _Point(NamedTuple):
 
     s: Quad
     r: Quad
+    r2: Quad  # its square
     h: Quad
     p_dot: Quad
     p: Quad
@@ -154,19 +155,33 @@ class EllipticMotion:
             finite = np.isfinite(double(self.period))
             cycle = choose(finite, self.period, quad(1.0))
             turns = choose(finite, np.rint(double(times / cycle)), 0.0)
-            faded = choose(finite, quad(np.inf), _FADED / self.function.a)
-            spent = np.minimum(np.maximum(times - turns * cycle, -faded), faded)
+            spent = times - turns * cycle
+            if not np.all(finite):
+                faded = choose(finite, quad(np.inf), _FADED / self.function.a)
+                spent = np.minimum(np.maximum(spent, -faded), faded)
             half, rate = self._swept(spent)
             sense = self.sense * np.sign(double(spent))
-            around = half + choose(sense * half < 0, sense * PI, 0 * half)
+            moved = 2 * self._wound(half, turns, sense)
+            still = np.zeros(np.shape(spent))
+            theta = self.theta0 + choose(self.rest, still, moved)
+            return double(theta), double(choose(self.rest, still, rate))
+
+    def _wound(self, half: Quad, turns: Any, sense: Any) -> Quad:
+        """Half the angle from the start with its whole turns, from what it is up to half turns,
+        `half`; the motion goes forward, `sense` 1, or backward, -1, in the last of `turns`
+        periods."""
+
+        def around() -> Quad:
+            back = choose(sense > 0, half < 0, (half > 0) & (sense < 0))
+            return half + PI * (choose(back, sense, 0.0) + self.sense * turns)
+
+        def within() -> Quad:
             ahead = (self.top - self.theta0) / (2 * PI)
             # half the angle to the barrier above the start
             ahead = PI * (ahead - np.floor(ahead))
-            within = half - PI * (np.floor((half - ahead) / PI) + 1)
-            moved = 2 * choose(self.rotation, around + PI * self.sense * turns, within)
-            still = 0 * times
-            theta = self.theta0 + choose(self.rest, still, moved)
-            return double(theta), double(choose(self.rest, still, rate))
+            return half - PI * (np.floor((half - ahead) / PI) + 1)
+
+        return chosen(self.rotation, around, within)
 
     def _swept(self, times: Quad) -> tuple[Quad, Quad]:
         """Half the angle from the start, up to half turns, and its rate [rad/s], after `times` [s]
@@ -175,22 +190,25 @@ class EllipticMotion:
         t = self.function.at(times)
         speed = self.sense * np.sqrt(choose(a4 > 0, a4, 0 * a4))
         centred = t.p - a2 / 2 * t.r
-        lift = 2 * a3 * t.s * t.p_dot
+        moving = t.s * t.p_dot
+        lift = 2 * a3 * moving
         push = 2 * a3 * centred + a1 * a4 * t.r
-        odd = speed * t.s * t.p_dot
-        x = t.r * push - odd
-        y = 2 * centred**2 - a0 * a4 / 2 * t.r * t.r
+        odd = speed * moving
+        even = t.r * push
+        bend = speed * t.bend
+        x = even - odd
+        y = 2 * centred * centred - a0 * a4 / 2 * t.r2
         # x and y vanish together where w was infinite as long before the start: there w is u/v.
-        u = 2 * t.r * ((a3**2 - a2 * a4) * t.r - a4 * t.p)
-        v = t.r * push + odd
+        u = t.r * (2 * (a3**2 - a2 * a4) * t.r - 2 * a4 * t.p)
+        v = even + odd
         return _larger(
             (
                 x,
                 y,
-                y * (lift - speed * t.bend)
+                y * (lift - bend)
                 - 4 * centred * t.p_dot * (t.s * push - speed * t.p_dot * t.h),
             ),
-            (u, v, -u * (lift + speed * t.bend) - 2 * a4 * t.s * t.p_dot * v),
+            (u, v, -2 * a4 * moving * v - u * (lift + bend)),
         )
 
     @property

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import math
 from collections import defaultdict
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -88,6 +89,16 @@ class CertifiedMotion:
         assert track.solution is not None
         return track, track.solution.at(np.asarray(times))
 
+    def certify(self, last: float, watch: Callable[[float], None]) -> None:
+        """Integrate the motion up to `last` [s], and keep it. `watch` is called before every step
+        with the time [s] until which the motion is certified; where it raises, what is kept is what
+        a longer integration would have had."""
+        with np.errstate(all="ignore"):  # what overflows is not certified
+            track = self._known[0] if self._known else _begun(self.system)
+            while not track.why and (track.solution is None or track.reached < last):
+                track = _extended(self.system, track, watch)
+                self._known[:] = [track]
+
     def known_until(self, last: float) -> float:
         """The time up to `last` [s] until which the motion is certified."""
         try:
@@ -111,11 +122,8 @@ class CertifiedMotion:
     def _until(self, times: Array) -> _Track:
         """The track up to the last of `times` [s] or beyond; raises ParameterError."""
         last = float(np.max(times, initial=0.0))
-        track = self._known[0] if self._known else _begun(self.system)
-        with np.errstate(all="ignore"):  # what overflows is not certified
-            while not track.why and (track.solution is None or track.reached < last):
-                track = _extended(self.system, track)
-        self._known[:] = [track]
+        self.certify(last, lambda reached: None)
+        track = self._known[0]
         if last > track.until or track.solution is None:
             raise ParameterError("times", last, f"at most {track.until:.4g} s: {track.why}")
         return track
@@ -141,9 +149,9 @@ def _fastest(system: SmoothSystem, time: float, state: Array) -> float:
     return float(np.abs(np.linalg.eigvals(jacobian)).max())
 
 
-def _extended(system: SmoothSystem, track: _Track) -> _Track:
+def _extended(system: SmoothSystem, track: _Track, watch: Callable[[float], None]) -> _Track:
     """The motion with up to BLOCK more steps of the first method, and what certifies them."""
-    block, step, why = _collocated(system, track)
+    block, step, why = _collocated(system, track, watch)
     if block is None:
         return replace(track, until=min(track.until, track.reached), why=why)
     shots = _shot(system, block)
@@ -193,9 +201,12 @@ def _scales(sizes: Array, least: float = 0.0) -> Array:
     return np.repeat((coordinate or 1.0, max(rate, least * coordinate) or 1.0), len(sizes) // 2)
 
 
-def _collocated(system: SmoothSystem, track: _Track) -> tuple[Response | None, float, str]:
+def _collocated(
+    system: SmoothSystem, track: _Track, watch: Callable[[float], None]
+) -> tuple[Response | None, float, str]:
     """Up to BLOCK steps of Gauss collocation from where a track ends, none where no step can be
-    taken; the length of the next step [s], and why there is none."""
+    taken; the length of the next step [s], and why there is none. Before each, `watch` is called
+    with the time [s] of that end."""
     rule = gauss_collocation(STAGES)
     step = track.step
     state = track.end
@@ -204,6 +215,7 @@ def _collocated(system: SmoothSystem, track: _Track) -> tuple[Response | None, f
     states = [state]
     slopes = list[Array]()
     while len(slopes) < BLOCK and step >= SMALLEST * track.step:
+        watch(track.reached)
         guess = step * system.slope(time, state)
         scale = _scales(np.max([track.size, np.abs(state), np.abs(guess)], axis=0))
         right = _scaled(system, time + step * rule.nodes, step)

@@ -43,6 +43,11 @@ class DrivenMotion:
         """The motion by two independent methods."""
         return CertifiedMotion(smooth_system(self.rotor, self.theta, self.theta_dot))
 
+    def certify(self, last: float, watch: Callable[[float], None]) -> None:
+        """Integrate a motion without a closed form up to `last` [s] (see `CertifiedMotion`)."""
+        if self.closed_form is None:
+            self.certified.certify(last, watch)
+
     @remembered
     def observe(self, times: Array) -> Signals:
         """theta [rad] and theta_dot [rad/s] at `times` [s], shape (n,)."""

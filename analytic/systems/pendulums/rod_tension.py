@@ -3,6 +3,7 @@ Simples)."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -45,6 +46,11 @@ class RodMotion:
     def rotor(self) -> Any:
         """Its equation."""
         return self.motion.rotor
+
+    def certify(self, last: float, watch: Callable[[float], None]) -> None:
+        """Integrate a motion without a closed form up to `last` [s] (see `CertifiedMotion`)."""
+        if self.closed_form is None:
+            self.motion.certify(last, watch)
 
     def observe(self, times: Array) -> Signals:
         """theta [rad], theta_dot [rad/s] and tension [N] at `times` [s], shape (n,)."""

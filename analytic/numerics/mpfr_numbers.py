@@ -1,0 +1,244 @@
+"""34-digit numbers by gmpy2's MPFR, which has wheels for every platform: scalars and arrays with
+numpy's functions, each result rounded once to 113 bits.
+
+gmpy2's own operators round to the precision of the thread's context, 53 bits unless somebody
+changes it. Therefore no mpfr leaves the class `Mpfr`, whose operators have a context of their own.
+"""
+
+from __future__ import annotations
+
+import operator
+from collections.abc import Callable, Iterator, Mapping
+from types import MappingProxyType
+from typing import Any
+
+import gmpy2
+import numpy as np
+
+BITS = 113  # of the significand, as of an IEEE 754 binary128
+_CONTEXT = gmpy2.context(precision=BITS)
+_NUMBER = type(gmpy2.mpfr(0))
+_SCALARS = frozenset({_NUMBER, float, int, np.float64})  # what the context takes as it is
+
+
+def _raw(value: Any) -> Any:
+    """The mpfr or the array of them inside an `Mpfr`; anything else as it is."""
+    if type(value) is Mpfr:
+        return value.values
+    if isinstance(value, np.ndarray) and value.dtype == object:
+        return quad(value).values  # its elements are of the class `Mpfr`
+    return value
+
+
+def _of_one(of_number: Callable[[Any], Any]) -> Callable[[Any], Mpfr]:
+    """A function of an `Mpfr` from one of an mpfr."""
+    of_array = np.frompyfunc(of_number, 1, 1)
+
+    def result(number: Any) -> Mpfr:
+        value = number.values
+        return Mpfr(of_number(value) if type(value) is _NUMBER else of_array(value))
+
+    return result
+
+
+def _of_two(of_numbers: Callable[[Any, Any], Any]) -> Callable[[Any, Any], Mpfr]:
+    """A function of two operands, one of them an `Mpfr`, from one of an mpfr and a number."""
+    of_arrays = np.frompyfunc(of_numbers, 2, 1)
+
+    def result(one: Any, other: Any) -> Mpfr:
+        a = _raw(one)
+        b = _raw(other)
+        if type(a) in _SCALARS and type(b) in _SCALARS:
+            return Mpfr(of_numbers(a, b))
+        return Mpfr(of_arrays(a, b))
+
+    return result
+
+
+def _compared(of_numbers: Callable[[Any, Any], Any]) -> Callable[[Any, Any], Any]:
+    """A comparison, which is exact whatever the context is."""
+    return lambda one, other: of_numbers(_raw(one), _raw(other))
+
+
+def _signed(size: Any, sign: Any) -> Any:
+    """The number of this size that has the sign of an mpfr."""
+    size = _CONTEXT.abs(size)
+    return _CONTEXT.minus(size) if gmpy2.is_signed(sign) else size
+
+
+_ONE: Mapping[str, Callable[[Any], Mpfr]] = MappingProxyType(
+    {
+        "absolute": _of_one(_CONTEXT.abs),
+        "negative": _of_one(_CONTEXT.minus),
+        "sqrt": _of_one(_CONTEXT.sqrt),
+        "sin": _of_one(_CONTEXT.sin),
+        "cos": _of_one(_CONTEXT.cos),
+        "exp": _of_one(_CONTEXT.exp),
+        "tanh": _of_one(_CONTEXT.tanh),
+        "floor": _of_one(_CONTEXT.floor),
+    }
+)
+_TWO: Mapping[str, Callable[[Any, Any], Any]] = MappingProxyType(
+    {
+        "add": _of_two(_CONTEXT.add),
+        "subtract": _of_two(_CONTEXT.sub),
+        "multiply": _of_two(_CONTEXT.mul),
+        "divide": _of_two(_CONTEXT.div),
+        "power": _of_two(_CONTEXT.pow),
+        "arctan2": _of_two(_CONTEXT.atan2),
+        "minimum": _of_two(_CONTEXT.minnum),
+        "maximum": _of_two(_CONTEXT.maxnum),
+        "copysign": _of_two(_signed),
+        "less": _compared(operator.lt),
+        "less_equal": _compared(operator.le),
+        "greater": _compared(operator.gt),
+        "greater_equal": _compared(operator.ge),
+        "equal": _compared(operator.eq),
+        "not_equal": _compared(operator.ne),
+    }
+)
+# numpy's functions that move numbers and do not compute
+_MOVES = frozenset(
+    {np.append, np.broadcast_arrays, np.concatenate, np.diag, np.ndim, np.ravel, np.roll}
+    | {np.shape, np.stack, np.swapaxes, np.where}
+)
+
+
+class Mpfr:
+    """One 34-digit number, or an array of them, with the operators and the attributes of numpy's
+    arrays that exact solutions use."""
+
+    __slots__ = ("values",)
+
+    def __init__(self, values: Any) -> None:
+        self.values = values  # an mpfr, or an array of dtype object of them
+
+    def __array_ufunc__(self, function: Any, method: str, *operands: Any, **how: Any) -> Any:
+        rules: Mapping[str, Any] = _ONE if len(operands) == 1 else _TWO
+        if method != "__call__" or how or function.__name__ not in rules:
+            return NotImplemented
+        return rules[function.__name__](*operands)
+
+    def __array_function__(self, function: Any, kinds: Any, parts: Any, how: Any) -> Any:
+        if function not in _MOVES:
+            return NotImplemented
+        return _wrapped(function(*_unwrapped(parts), **how))
+
+    __add__ = _TWO["add"]
+    __sub__ = _TWO["subtract"]
+    __mul__ = _TWO["multiply"]
+    __truediv__ = _TWO["divide"]
+    __pow__ = _TWO["power"]
+    __radd__ = __add__
+    __rmul__ = __mul__
+    __lt__ = _TWO["less"]
+    __le__ = _TWO["less_equal"]
+    __gt__ = _TWO["greater"]
+    __ge__ = _TWO["greater_equal"]
+    __eq__ = _TWO["equal"]
+    __ne__ = _TWO["not_equal"]
+    __abs__ = _ONE["absolute"]
+    __neg__ = _ONE["negative"]
+    # numpy asks the elements of an array of dtype object for these
+    sqrt = _ONE["sqrt"]
+    sin = _ONE["sin"]
+    cos = _ONE["cos"]
+    arctan2 = _TWO["arctan2"]
+
+    def __rsub__(self, other: Any) -> Any:
+        return _TWO["subtract"](other, self)
+
+    def __rtruediv__(self, other: Any) -> Any:
+        return _TWO["divide"](other, self)
+
+    def __hash__(self) -> int:
+        return hash(self.values)
+
+    def __float__(self) -> float:
+        return float(self.values)
+
+    def __bool__(self) -> bool:
+        return bool(self.values)
+
+    def __repr__(self) -> str:
+        return str(self.values)
+
+    def __len__(self) -> int:
+        return len(self.values)
+
+    def __iter__(self) -> Iterator[Mpfr]:
+        return map(Mpfr, self.values)
+
+    def __getitem__(self, at: Any) -> Mpfr:
+        return Mpfr(self.values[at])
+
+    def __setitem__(self, at: Any, value: Any) -> None:
+        self.values[at] = quad(value).values
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """As of an array; () of one number."""
+        return np.shape(self.values)
+
+    @property
+    def ndim(self) -> int:
+        """As of an array; 0 of one number."""
+        return np.ndim(self.values)
+
+    @property
+    def size(self) -> int:
+        """The count of numbers."""
+        return np.size(self.values)
+
+    def reshape(self, *shape: Any) -> Mpfr:
+        """As of an array."""
+        return Mpfr(self.values.reshape(*shape))
+
+    def copy(self) -> Mpfr:
+        """A copy whose numbers may be replaced."""
+        return Mpfr(self.values.copy())
+
+    def any(self) -> bool:
+        """Whether a number is not zero."""
+        return bool(np.any(self.values != 0))
+
+    def sum(self) -> Mpfr:
+        """The sum of all numbers, at least one."""
+        total, *others = np.ravel(self.values)
+        for number in others:
+            total = _CONTEXT.add(total, number)
+        return Mpfr(total)
+
+
+def _unwrapped(part: Any) -> Any:
+    """The same with mpfr for `Mpfr`, inside lists and tuples too."""
+    return list(map(_unwrapped, part)) if isinstance(part, (list, tuple)) else _raw(part)
+
+
+def _wrapped(result: Any) -> Any:
+    """The same with `Mpfr` for mpfr, inside lists and tuples too."""
+    if isinstance(result, (list, tuple)):
+        return type(result)(map(_wrapped, result))
+    inside = isinstance(result, np.ndarray) and result.dtype == object
+    return Mpfr(result) if inside or type(result) is _NUMBER else result
+
+
+def _number(value: Any) -> Any:
+    return value.values if type(value) is Mpfr else gmpy2.mpfr(value, BITS)
+
+
+_NUMBERS = np.frompyfunc(_number, 1, 1)
+PI: Any = Mpfr(_CONTEXT.const_pi())
+
+
+def quad(value: Any) -> Any:
+    """Return numbers as 34-digit numbers of the same shape, exactly."""
+    return value if type(value) is Mpfr else Mpfr(_NUMBERS(value))
+
+
+def double(value: Any) -> Any:
+    """Round 34-digit numbers to double: a scalar to a float, an array to an array."""
+    raw = _raw(value)
+    if isinstance(raw, (float, _NUMBER)):
+        return float(raw)
+    return np.asarray(raw).astype(np.float64)
