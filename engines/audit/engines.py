@@ -18,6 +18,7 @@ from plumbob.engines.abilities import RunsFiles
 from plumbob.engines.added import one_line
 from plumbob.engines.audit.audit import Audit
 from plumbob.engines.audit.reference import Certificate, moved
+from plumbob.engines.audit.step_errors import StateErrors, state_errors
 from plumbob.engines.audit.term_differences import (
     AXES,
     CONTACTS,
@@ -72,6 +73,7 @@ class EngineError:
     all_right: float = math.nan  # [m] with all terms that can be
     rounding: float = math.nan  # [m] predicted of single precision
     apart: float = math.nan  # [m] from MuJoCo's own steps
+    beside: StateErrors | None = None  # errors of states; None where there are none
 
     @property
     def error(self) -> float:
@@ -194,6 +196,7 @@ def measured(engine: Engine, held: Held) -> EngineError:
         apart,
         rounding=rounding,
         apart=from_mujoco,
+        beside=state_errors(held.model, held.states, states),
     )
     return _put_right(result, looks, peer, held)
 
