@@ -53,7 +53,8 @@ class Audit:
     model: OwnModel
     trims: Trims | None = None  # None where no error is known
     balances: tuple[Balance, ...] = ()
-    beside: StateErrors | None = None  # errors of states; None where no error is known
+    # Beside the error in metres; None where that is not known.
+    state_errors: StateErrors | None = None
     stability: Stability | None = None  # the largest steps that hold
     written: tuple[str, Trim] | None = None  # the trimmed file, and what it does, read back
     gradient: Gradients | str | None = None  # why there is none; None where it is not asked for
@@ -78,7 +79,7 @@ class Audit:
     @property
     def corners(self) -> Signals:
         """{body: its corner points [m], shape (n, 3)} of the reference at `until`, of bodies that
-        can move; empty where there is none."""
+        can move and have a size; empty where there is none."""
         if self.found is None:
             return {}
         last = self.reference.corners[self.found.index]
@@ -207,7 +208,7 @@ def audited(
         audit = replace(
             audit,
             balances=balances(model, *states),
-            beside=state_errors(model, *states),
+            state_errors=state_errors(model, *states),
             trims=left_out,
         )
     progress("the largest step that holds")

@@ -73,7 +73,7 @@ class EngineError:
     all_right: float = math.nan  # [m] with all terms that can be
     rounding: float = math.nan  # [m] predicted of single precision
     apart: float = math.nan  # [m] from MuJoCo's own steps
-    beside: StateErrors | None = None  # errors of states; None where there are none
+    state_errors: StateErrors | None = None  # beside `errors`; None where there are none
 
     @property
     def error(self) -> float:
@@ -196,7 +196,7 @@ def measured(engine: Engine, held: Held) -> EngineError:
         apart,
         rounding=rounding,
         apart=from_mujoco,
-        beside=state_errors(held.model, held.states, states),
+        state_errors=state_errors(held.model, held.states, states),
     )
     return _put_right(result, looks, peer, held)
 

@@ -260,7 +260,7 @@ def distances(here: Array, there: Array) -> Array:
 
 
 def moved(model: OwnModel, before: Array, after: Array) -> float:
-    """The largest of them between two courses of states, shape (n, k)."""
+    """The largest displacement [m] of any corner between two motions' states, shape (n, k)."""
     return float(distances(model.corners(before), model.corners(after))[-1])
 
 

@@ -178,8 +178,8 @@ def test_wheels_are_as_wrong_as_small_steps_say(name):
     assert found.error == pytest.approx(apart.max(), abs=found.uncertainty + left)
     assert found.resolved
     turned_by = np.abs(coarse - fine).max()
-    assert found.beside.attitude == pytest.approx(turned_by, abs=1e-6)
-    assert found.beside.coordinates == pytest.approx(turned_by, abs=1e-6)
+    assert found.state_errors.attitude == pytest.approx(turned_by, abs=1e-6)
+    assert found.state_errors.coordinates == pytest.approx(turned_by, abs=1e-6)
     assert found.error > 1e3 * left
 
 
@@ -252,8 +252,8 @@ def test_an_activation_that_changes_is_no_stillness():
     assert (found.error, found.still) == (0.0, False)
     steps = np.array([2, 4, 6, 8, 10])
     left = np.abs((1.0 - 0.1) ** steps - np.exp(-0.1 * steps)).max()
-    assert found.beside.activations == pytest.approx(left, abs=1e-8)
-    assert found.beside.attitude == found.beside.coordinates == 0.0
+    assert found.state_errors.activations == pytest.approx(left, abs=1e-8)
+    assert found.state_errors.attitude == found.state_errors.coordinates == 0.0
     assert "nothing moves" not in "".join(lines(answered(replace(found, control="ones"))))
 
 

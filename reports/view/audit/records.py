@@ -44,7 +44,7 @@ def _motion(audit: Audit) -> Plain:
         "certified_until": audit.until,
         **_named(audit, "uncertainty", "error"),
         "error_measure": MEASURE,
-        **_beside(audit.beside),
+        **_of_states(audit.state_errors),
         "resolved_until": float(audit.script.times[audit.resolved_index]),
         "resolved": audit.resolved if steps else False,
         "why": audit.reference.why,
@@ -73,7 +73,7 @@ def _motion(audit: Audit) -> Plain:
     }
 
 
-def _beside(errors: StateErrors | None) -> Plain:
+def _of_states(errors: StateErrors | None) -> Plain:
     """Errors of attitudes [rad], joint coordinates [rad or m] and activations, as plain data."""
     return {
         "attitude_error": errors and errors.attitude,
@@ -114,7 +114,7 @@ def _engine(row: EngineError) -> Plain:
     """An engine's error [m], and what differs first, as plain data."""
     return {
         **_named(row, "engine", "version", "error"),
-        **_beside(row.beside),
+        **_of_states(row.state_errors),
         "error_over_time": row.errors,
         "first_term": row.first and row.first.term,
         "difference": row.first and (row.first.cause or f"by {row.first.size:.2g} of it"),

@@ -75,8 +75,8 @@ class MotionResult(_Shown, Audit):
     `error` [m] is the largest displacement of any corner of a body's geoms from where the certified
     motion has it, over the motion up to `until` [s], at the model's own `integrator` and `step`
     [s]: the corners of the geoms' boxes, or of the box of its inertia where it has none, so that
-    rotation counts. `beside` has the largest errors of `beside.attitude` [rad],
-    `beside.coordinates` [rad or m] and `beside.activations`. `uncertainty` [m] is how well that
+    rotation counts. `state_errors.attitude` [rad], `state_errors.coordinates` [rad or m] and
+    `state_errors.activations` are the largest errors of these. `uncertainty` [m] is how well that
     motion is known. `resolved`, `complete` and `still` say whether the error stands out of that, is
     known to the end, and nothing moves. `pose` has the centre of mass [m], shape (3,), of each body
     at `until`, and `corners` the corners [m], shape (n, 3), of each that can move.

@@ -50,7 +50,7 @@ def _placed(place: Array, attitude: Array, box: Any) -> Array:
 
 
 def _outermost(points: Array) -> Array:
-    """Those of `points` that their convex hull needs: a rigid motion moves one of these the
+    """Returns the `points` that their convex hull needs: any rigid motion moves one of these the
     furthest. Points without volume are all kept."""
     from scipy.spatial import ConvexHull, QhullError
 
