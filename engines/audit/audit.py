@@ -19,8 +19,10 @@ from plumbob.engines.audit.stability import Stability, stability
 from plumbob.engines.audit.step_errors import (
     Balance,
     Compared,
+    StateErrors,
     balances,
     compared,
+    state_errors,
     unlike,
 )
 from plumbob.engines.audit.trims import Trim, Trims, trims
@@ -51,6 +53,8 @@ class Audit:
     model: OwnModel
     trims: Trims | None = None  # None where no error is known
     balances: tuple[Balance, ...] = ()
+    # Beside the error in metres; None where that is not known.
+    state_errors: StateErrors | None = None
     stability: Stability | None = None  # the largest steps that hold
     written: tuple[str, Trim] | None = None  # the trimmed file, and what it does, read back
     gradient: Gradients | str | None = None  # why there is none; None where it is not asked for
@@ -69,8 +73,19 @@ class Audit:
         """{body: centre of mass [m]} of the reference at `until`; empty where there is none."""
         if self.found is None:
             return {}
-        last = self.reference.positions[self.found.index]
-        return dict(zip(self.model.bodies, last, strict=True))
+        (last,) = self.model.poses(self.reference.states[self.found.index][None])
+        return dict(zip(self.model.bodies, last[:, :3], strict=True))
+
+    @property
+    def corners(self) -> Signals:
+        """{body: its corner points [m], shape (n, 3)} of the reference at `until`, of bodies that
+        can move and have a size; empty where there is none."""
+        if self.found is None:
+            return {}
+        last = self.reference.corners[self.found.index]
+        bodies = self.model.corner_bodies
+        moving = np.flatnonzero(np.bincount(bodies) > 1).tolist()
+        return {self.model.bodies[body]: last[bodies == body] for body in moving}
 
     @property
     def states(self) -> tuple[Array, Array]:
@@ -95,9 +110,10 @@ class Audit:
 
     @property
     def still(self) -> bool:
-        """Whether the reference reaches the end of the motion, and no body moves until then."""
-        positions = self.reference.positions
-        return self.complete and not self.error and bool((positions == positions[0]).all())
+        """Whether the reference reaches the end of the motion, and positions, velocities and
+        activations stay as they are until then."""
+        states = self.reference.states
+        return self.complete and not self.error and bool((states == states[0]).all())
 
     @property
     def complete(self) -> bool:
@@ -174,7 +190,7 @@ def audited(
     progress("the continuous motion, by two methods")
     reference = certified(model, script, allowance.part(REFERENCE))
     result = None
-    if reference.until > 0.0:
+    if reference.known:
         progress("the model's own steps")
         left = max(1.0 - AFTER - allowance.spent / allowance.seconds, AFTER)
         result = compared(model, script, reference, allowance.part(left))
@@ -188,7 +204,13 @@ def audited(
         index = result.index
         error = audit.error
         left_out = trims(model, script, parts, index, error, allowance.part(TRIMS))
-        audit = replace(audit, balances=balances(model, *audit.states), trims=left_out)
+        states = audit.states
+        audit = replace(
+            audit,
+            balances=balances(model, *states),
+            state_errors=state_errors(model, *states),
+            trims=left_out,
+        )
     progress("the largest step that holds")
     steady = allowance.part(max(STABLE, LEAST_STABLE / allowance.seconds))
     largest = stability(model, script, reference.states, steady)

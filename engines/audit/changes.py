@@ -19,6 +19,7 @@ SETTINGS = (
     "worst_body",
 )
 ABSENT = "none"
+CENTRES = "distance of centres of mass"  # the measure of an audit that names none
 # Chosen, relative and [m, s, m/s]: a run repeats to the bit, and JSON holds its doubles whole; what
 # another processor rounds is far below a nanometre, and what an edit does above
 ROUNDING = 1e-9
@@ -44,6 +45,8 @@ def changes(old: Stored, new: Stored) -> tuple[Moved, ...]:
         return (Moved("audit", f"none: {old['why']}", "there is one"),)
     was = _settings(old)
     now = _settings(new)
+    if not _measured_alike(old, new):
+        now["worst_body"] = was["worst_body"]
     return (
         *_worse(old, new),
         *(
@@ -82,21 +85,32 @@ def _moved(what: str, old: Any, new: Any, growth: float | None = None) -> Moved:
     return Moved(what, text(old), text(new), growth)
 
 
+def _measured_alike(old: Stored, new: Stored) -> bool:
+    return bool(_measure(old) == _measure(new))
+
+
+def _measure(audit: Stored) -> Any:
+    return audit.get("error_measure", CENTRES)
+
+
 def _worse(old: Stored, new: Stored) -> Iterator[Moved]:
-    """Changes of the error, as far as both are certified, of the certified motion, its end and
-    stability."""
+    """Changes of the error, as far as both are certified and measured alike, of the certified
+    motion, its end and stability."""
     ends = [audit["certified_until"] for audit in (old, new)]
     shared = min(len(audit["error_over_time"]) for audit in (old, new))
     before, now = (_error(audit, shared) for audit in (old, new))
     known = sum(audit["uncertainty"] or 0.0 for audit in (old, new))
-    if all(ends) and abs(now - before) > known:
+    alike = _measured_alike(old, new)
+    if not alike:
+        what = "the measure of errors, which are not compared:"
+        yield _moved(what, _measure(old), _measure(new))
+    elif all(ends) and abs(now - before) > known:
         until = "" if math.isclose(*ends) else f" at {min(ends):.3g} s"
         yield _moved(f"error{until} [m]", before, now, _relative(now, before) - 1.0)
     if not math.isclose(*ends):
-        lost = math.inf if ends[1] < ends[0] else None
+        lost = math.inf if alike and ends[1] < ends[0] else None
         yield _moved("certified until [s]", ends[0], ends[1], lost)
-    elif (both := old["pose"].keys() & new["pose"].keys()) and ends[0]:
-        apart = {body: math.dist(old["pose"][body], new["pose"][body]) for body in both}
+    elif (apart := _displacements(old, new)) and ends[0]:
         furthest = max(sorted(apart), key=lambda body: apart[body])
         if (distance := apart[furthest]) > known:
             what = f"certified {furthest} at {ends[0]:.3g} s by [m]"
@@ -104,6 +118,19 @@ def _worse(old: Stored, new: Stored) -> Iterator[Moved]:
     if old["unstable"] != new["unstable"]:
         lost = math.inf if new["unstable"] else None
         yield _moved("unstable", old["unstable"], new["unstable"], lost)
+
+
+def _displacements(old: Stored, new: Stored) -> dict[str, float]:
+    """How far [m] each body that both have has moved: the furthest of its corners, or its centre of
+    mass where one of the audits has no corners of it, or fewer."""
+    apart = dict[str, float]()
+    for body in old["pose"].keys() & new["pose"].keys():
+        centres = [[audit["pose"][body]] for audit in (old, new)]
+        corners = [audit.get("corners", {}).get(body, []) for audit in (old, new)]
+        for before, now in (centres, corners):
+            if now and list(map(len, before)) == list(map(len, now)):
+                apart[body] = max(map(math.dist, before, now))
+    return apart
 
 
 def _error(audit: Stored, samples: int) -> float:

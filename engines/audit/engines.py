@@ -18,6 +18,7 @@ from plumbob.engines.abilities import RunsFiles
 from plumbob.engines.added import one_line
 from plumbob.engines.audit.audit import Audit
 from plumbob.engines.audit.reference import Certificate, moved
+from plumbob.engines.audit.step_errors import StateErrors, state_errors
 from plumbob.engines.audit.term_differences import (
     AXES,
     CONTACTS,
@@ -74,6 +75,7 @@ class EngineError:
     all_right: float = math.nan  # [m] with all terms that can be
     rounding: float = math.nan  # [m] predicted of single precision
     apart: float = math.nan  # [m] from MuJoCo's own steps
+    state_errors: StateErrors | None = None  # beside `errors`; None where there are none
 
     @property
     def error(self) -> float:
@@ -198,6 +200,7 @@ def measured(engine: Engine, held: Held) -> EngineError:
         apart,
         rounding=rounding,
         apart=from_mujoco,
+        state_errors=state_errors(held.model, held.states, states),
     )
     return _put_right(result, looks, peer, held)
 

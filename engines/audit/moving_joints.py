@@ -40,8 +40,8 @@ def free_slide(model: ContactModel, speed: float, duration: float) -> FreeSlide:
     index = reference.known
     run = whole.stepped(moved, whole.integrator, round(moved.period / whole.step))
     gone = [
-        float((positions[index, body] - positions[0, body]) @ way)
-        for positions in (whole.positions(run.states), reference.positions)
+        float((places[index, body] - places[0, body])[:3] @ way)
+        for places in map(whole.poses, (run.states, reference.course.states))
     ]
     own = gone[0] if math.isfinite(gone[0]) else None
     until = float(moved.times[index])

@@ -36,6 +36,8 @@ STEPS_IN_TOUCH = 4.0  # at least, so that stages lie in one that a larger step p
 FIRST = 0.4  # of the time, for the first method
 RESOLVED = 5.0  # times the reference's uncertainty: an error from there on is quoted
 OUT_OF_TIME = "the time given for it ended"
+MEASURE = "corner displacement"  # of errors, as JSON names it
+NOTHING = 1e-9  # [m] rounding and solver tolerances leave as much in the steps
 
 
 @dataclass(frozen=True)
@@ -44,8 +46,8 @@ class Certificate:
 
     course: Integration
     confirmed_by: Integration
-    uncertainty: Array  # [m] largest distance of any body so far from the confirmation's, (n,)
-    positions: Array  # [m] of the bodies, shape (n, bodies, 3)
+    uncertainty: Array  # [m] largest displacement of any corner so far from the other's, (n,)
+    corners: Array  # [m] corner points of the bodies, shape (n, corners, 3)
     widths: tuple[float, ...] = ()  # [m] of the layers; empty for a smooth motion
     why: str = ""  # there is none, or it ends early
     not_smooth: str = ""  # why layers were needed
@@ -70,6 +72,27 @@ def certified(model: OwnModel, script: Script, allowance: Allowance) -> Certific
     """The reference of `model` under `script`; its confirmation runs beside it in an executor, with
     the same bits. Where nothing can be certified, its uncertainty is infinite after the start and
     `why` says so."""
+    return telling(_certified(model, script, allowance))
+
+
+def telling(reference: Certificate) -> Certificate:
+    """The reference as far as it tells something of the motion: up to the last time at which its
+    uncertainty is less than the largest displacement so far, or no more than rounding leaves."""
+    moved_by = distances(reference.corners[:1], reference.corners)
+    unknown = reference.uncertainty
+    last = int(np.flatnonzero((unknown < moved_by) | (unknown <= NOTHING))[-1])
+    end = reference.known
+    if last >= end:
+        return reference
+    why = f"known to ±{unknown[end]:.1e} m only, the motion is {moved_by[end]:.2g} m"
+    return replace(
+        reference,
+        uncertainty=np.where(np.arange(len(unknown)) > last, math.inf, unknown),
+        why="; ".join(filter(None, (why, reference.why))),
+    )
+
+
+def _certified(model: OwnModel, script: Script, allowance: Allowance) -> Certificate:
     seconds = allowance.seconds
     second = allowance.start(computed, model, script, "RK45", LOOSE, (1.0 - FIRST) * seconds)
     first = computed(model, script, "DOP853", TIGHT, FIRST * seconds)
@@ -245,22 +268,22 @@ class _Integrator:
 
 def _compared(model: OwnModel, best: Integration, other: Integration) -> Certificate:
     """A reference from two computations: how far they are apart is its uncertainty."""
-    here = model.positions(best.states)
-    apart = distances(here, model.positions(other.states))
+    here = model.corners(best.states)
+    apart = distances(here, model.corners(other.states))
     rounding = np.finfo(float).eps * largest(np.abs(here).max(axis=2))
     apart[1:] = np.maximum(apart, rounding)[1:]
     return Certificate(best, other, apart, here, why=best.why or other.why)
 
 
 def distances(here: Array, there: Array) -> Array:
-    """The largest distance [m] of any body so far between two courses of their positions [m], each
-    of shape (n, bodies, 3); infinite from where one is no number."""
+    """The largest displacement [m] of any corner so far between two motions of corner points [m],
+    each of shape (n, corners, 3); infinite from where one is no number."""
     return largest(np.linalg.norm(here - there, axis=2))
 
 
 def moved(model: OwnModel, before: Array, after: Array) -> float:
-    """The largest of them between two courses of states, shape (n, k)."""
-    return float(distances(model.positions(before), model.positions(after))[-1])
+    """The largest displacement [m] of any corner between two motions' states, shape (n, k)."""
+    return float(distances(model.corners(before), model.corners(after))[-1])
 
 
 def largest(values: Array) -> Array:

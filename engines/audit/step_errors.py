@@ -14,7 +14,7 @@ import numpy as np
 from plumbob.analytic.reference import Array
 from plumbob.engines.audit.allowance import Allowance
 from plumbob.engines.audit.costs import ALIKE, Ratio, costs_in_turns, ratio, timed_periods
-from plumbob.engines.audit.reference import RESOLVED, Certificate, largest
+from plumbob.engines.audit.reference import NOTHING, RESOLVED, Certificate, largest
 from plumbob.engines.own_motion import OwnModel, Script
 from plumbob.engines.study.cost import Cost
 from plumbob.engines.study.order import Order, fit_order
@@ -28,7 +28,6 @@ FALLS = 0.4
 # Of the error at a step four times as large: where the errors of all integrators fall by less, and
 # the reference resolves them, they level off at how far the reference is from their own limit.
 LEVEL = 0.7
-NOTHING = 1e-9  # [m] rounding and solver tolerances leave as much in the steps
 MOSTLY = 0.8  # of the periods so far must tend: contacts make single ones irregular
 
 
@@ -39,10 +38,9 @@ class StepError:
     integrator: str
     step: float  # [s]
     parts: int  # in a control period
-    errors: (
-        Array  # [m] largest distance of any body so far, at the ends of the periods, shape (n,)
-    )
-    worst: str  # the body that is furthest off at the end
+    # [m] largest displacement of any corner so far, at the ends of the periods, shape (n,)
+    errors: Array
+    worst: str  # the body with the corner that is furthest off
     seconds: float  # of processor time, of one run
     why: str = ""  # it ended early
     remarks: tuple[str, ...] = ()  # what was noticed on the way
@@ -99,6 +97,16 @@ class Balance:
     own: float  # the largest magnitude at the own step; of an energy the largest change
     continuous: float  # the same of the continuous motion
     apart: float  # largest difference of the two at the same time
+
+
+@dataclass(frozen=True)
+class StateErrors:
+    """The largest differences of two motions beside the displacement of corners: of bodies'
+    attitudes, of joint coordinates and of activations; 0 where there are none."""
+
+    attitude: float  # [rad]
+    coordinates: float  # [rad or m]
+    activations: float
 
 
 def compared(
@@ -305,19 +313,35 @@ def balances(model: OwnModel, reference: Array, steps: Array) -> tuple[Balance, 
     return tuple(rows)
 
 
+def state_errors(model: OwnModel, reference: Array, steps: Array) -> StateErrors:
+    """The largest differences of two motions' states, shape (n, ...), at equal times."""
+    here, there = (
+        np.moveaxis(model.poses(states)[..., 3:], 2, 0) for states in (reference, steps)
+    )
+    # The quaternion of the rotation from one attitude to the other: its vector and its scalar.
+    between = here[0] * there[1:] - there[0] * here[1:]
+    between -= np.cross(here[1:], there[1:], axis=0)
+    angles = 2.0 * np.arctan2(
+        np.linalg.norm(between, axis=0), np.abs(np.sum(here * there, axis=0))
+    )
+    activations = (steps - reference)[:, model.activations]
+    apart = (angles, model.coordinates(steps, reference), activations)
+    return StateErrors(*(float(np.abs(values).max(initial=0.0)) for values in apart))
+
+
 def held(
     model: OwnModel, script: Script, reference: Certificate, integrator: str, parts: int
 ) -> StepError:
     """The errors of a run with `parts` steps of an integrator in a control period."""
     run = model.stepped(script, integrator, parts)
-    apart = np.linalg.norm(model.positions(run.states) - reference.positions, axis=2)
-    worst = model.bodies[int(np.argmax(np.nan_to_num(apart, posinf=0.0).max(axis=0)))]
+    apart = np.linalg.norm(model.corners(run.states) - reference.corners, axis=2)
+    furthest = int(np.argmax(np.nan_to_num(apart, posinf=0.0).max(axis=0)))
     return StepError(
         integrator,
         run.step,
         parts,
         largest(apart),
-        worst,
+        model.bodies[model.corner_bodies[furthest]],
         run.seconds,
         run.why,
         run.remarks,

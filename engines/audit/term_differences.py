@@ -62,7 +62,7 @@ class Held:
 
     def errors(self, states: Array) -> Array:
         """[m] of states at the ends of the periods, so far."""
-        return distances(self.model.positions(states), self.model.positions(self.states))
+        return distances(self.model.corners(states), self.model.corners(self.states))
 
 
 @dataclass(frozen=True)

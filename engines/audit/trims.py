@@ -24,9 +24,7 @@ class Trim:
 
     changes: tuple[Change, ...]
     same_bits: bool
-    moved: (
-        float  # [m] largest distance of any body from where it was, as far as errors are known
-    )
+    moved: float  # [m] largest displacement of a corner, as far as errors are known
     cost: Ratio  # in multiples of the complete model's
 
     @property

@@ -55,12 +55,12 @@ def times(value):
 
 
 def test_what_is_advised_depends_on_the_error(found):
-    assert 1e-3 < found.error < 1e-2
-    near = Cheapest(1e-3, "rk4", 0.005, 1e-4, times(2.0))
-    same = Cheapest(1e-2, "euler", 0.02, 9e-3, times(0.5))
+    assert 1e-2 < found.error < 0.1
+    near = Cheapest(1e-2, "rk4", 0.005, 1e-3, times(2.0))
+    same = Cheapest(0.1, "euler", 0.02, 0.09, times(0.5))
     assert choosing(found, same, near) == (
-        'for 1 mm: in <option> timestep="0.005" in place of 0.01 and integrator="RK4" in place of '
-        'Euler (×2 [1.8, 2.2]); enough for 1 cm: in <option> timestep="0.02" in place of 0.01 '
+        'for 1 cm: in <option> timestep="0.005" in place of 0.01 and integrator="RK4" in place of '
+        'Euler (×2 [1.8, 2.2]); enough for 10 cm: in <option> timestep="0.02" in place of 0.01 '
         "(×0.5 [0.45, 0.55])"
     )
     assert 'refsafe="disable"' in choosing(found, replace(near, unguarded=True))
@@ -78,9 +78,9 @@ def test_what_is_advised_depends_on_the_error(found):
         "2.2]) up to 0.2 s; a larger --budget tells more"
     )
     # its spread reaches 0.825
-    as_large = Cheapest(1e-2, "implicitfast", 0.01, 9e-3, times(0.75))
+    as_large = Cheapest(0.1, "implicitfast", 0.01, 0.09, times(0.75))
     assert choosing(found, as_large) == "no step that was run is reliably nearer"
-    assert "enough for 1 cm" in choosing(found, replace(as_large, cost=times(0.7)))
+    assert "enough for 10 cm" in choosing(found, replace(as_large, cost=times(0.7)))
     assert to_do(replace(found, found=None)).startswith("try a shorter --duration")
 
 

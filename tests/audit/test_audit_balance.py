@@ -39,7 +39,7 @@ def test_penetration_is_beside_the_continuous_one():
     found = audit_of(ball(0.11), duration=0.2)
     depth = {b.name: b for b in found.balances}["penetration"]
     assert 0.0 < depth.apart < depth.own
-    lowest = 0.1 - np.min(found.reference.positions[:, 1, 2])
+    lowest = 0.1 - np.min(found.model.poses(found.reference.states)[:, 1, 2])
     assert depth.continuous == pytest.approx(lowest, abs=1e-9)
 
 

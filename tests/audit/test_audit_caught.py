@@ -36,7 +36,7 @@ def test_tolerance_that_is_spoilt_is_caught(monkeypatch):
     monkeypatch.setattr(reference_module, "TIGHT", 1e-3)
     found = audit_of(pendulum(), duration=0.4, period=0.4)
     assert found.uncertainty > 100 * sound.uncertainty
-    truth = abs(sound.reference.positions - found.reference.positions).max()
+    truth = abs(sound.reference.corners - found.reference.corners).max()
     assert truth <= sound.uncertainty + found.uncertainty  # what is claimed is so nevertheless
 
 

@@ -21,10 +21,12 @@ AUDIT = {
     "certified_until": 1.0,
     "uncertainty": 1e-6,
     "error": 0.01,
+    "error_measure": "corner displacement",
     "error_over_time": [0.002, 0.01],
     "why": "",
     "unstable": False,
     "pose": {"world": [0.0, 0.0, 0.0], "rod": [0.3, 0.0, 0.4]},
+    "corners": {"rod": [[0.6, 0.0, 0.8], [0.0, 0.0, 0.0]]},
     "fields": {"opt.timestep": "0.005"},
     "versions": {"mujoco": "3.17.0"},
 }
@@ -41,8 +43,14 @@ AUDIT = {
         ({"error_over_time": [0.002, 0.0101]}, "error [m]", 0.01),
         ({"error_over_time": [0.002, 0.005]}, "error [m]", -0.5),
         ({"error_over_time": [0.002, None]}, "error [m]", math.inf),  # it diverges
-        ({"pose": {"rod": [0.3, 1e-6, 0.4]}}, None, None),
-        ({"pose": {"rod": [0.3, 1e-3, 0.4]}}, "certified rod at 1 s by [m]", 0.1),
+        ({"corners": {"rod": [[0.6, 1e-6, 0.8], [0.0, 0.0, 0.0]]}}, None, None),
+        (
+            {"corners": {"rod": [[0.6, 2e-3, 0.8], [0.0, 0.0, 0.0]]}},
+            "certified rod at 1 s by [m]",
+            0.2,
+        ),
+        # a body of another shape: its centre of mass is compared
+        ({"corners": {"rod": [[0.6, 2e-3, 0.8]]}}, None, None),
         (  # as far as both are certified, errors are the same
             {"certified_until": 0.5, "error": 0.002, "error_over_time": [0.002]},
             "certified until [s]",
@@ -61,6 +69,28 @@ def test_what_moves_beyond_what_is_known(new, what, growth):
     rows = changes(AUDIT, AUDIT | new)
     assert [row.what for row in rows] == ([] if what is None else [what])
     assert [row.growth for row in rows] == pytest.approx([] if what is None else [growth])
+
+
+@pytest.mark.parametrize(
+    ("new", "what", "growth"),
+    [
+        ({"error": 0.03, "error_over_time": [0.01, 0.03], "worst_body": "other"}, None, None),
+        ({"pose": {"rod": [0.3, 1e-3, 0.4]}}, "certified rod at 1 s by [m]", 0.1),
+        ({"certified_until": 0.5}, "certified until [s]", None),
+        ({"unstable": True}, "unstable", math.inf),
+        ({"step": 0.01}, "step", None),
+    ],
+)
+def test_an_older_audit_is_compared_in_what_both_measure_alike(new, what, growth):
+    """One without a measure has distances of centres of mass: a line says that errors are not
+    compared, and an error that only the new measure sees fails nothing."""
+    old = {name: AUDIT[name] for name in AUDIT.keys() - {"error_measure", "corners"}}
+    measure, *rows = changes(old, AUDIT | new)
+    assert measure.what == "the measure of errors, which are not compared:"
+    assert measure.old == "distance of centres of mass"
+    assert (measure.new, measure.growth) == ("corner displacement", None)
+    assert [row.what for row in rows] == ([] if what is None else [what])
+    assert [row.growth for row in rows] == ([] if what is None else [pytest.approx(growth)])
 
 
 @pytest.mark.long

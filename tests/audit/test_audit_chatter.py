@@ -48,7 +48,7 @@ def apart(found):
     """From Coulomb's motion [m], at the ends of the control periods."""
     times = found.script.times
     exact = SPEED * times - FRICTION * GRAVITY * times**2 / 2
-    return np.asarray(np.abs(found.reference.positions[:, 1, 0] - exact))
+    return np.asarray(np.abs(found.model.poses(found.reference.states)[:, 1, 0] - exact))
 
 
 @pytest.mark.long
@@ -73,7 +73,7 @@ def test_a_certificate_of_layers_holds_where_their_distance_goes_as_a_root(monke
     monkeypatch.setattr(reference_module, "CHATTER", 0)  # its first event is taken for chatter
     layered = certified(own, motion, Allowance(60.0))
     assert layered.widths == WIDTHS
-    off = largest(np.linalg.norm(layered.positions - sharp.positions, axis=2))
+    off = largest(np.linalg.norm(layered.corners - sharp.corners, axis=2))
     assert off[-1] > 1e-5
     assert (off <= layered.uncertainty + sharp.uncertainty).all()
     assert layered.uncertainty[-1] < 1.5 * off[-1]

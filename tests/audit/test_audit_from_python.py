@@ -64,7 +64,9 @@ def test_what_is_documented_is_there(results, name):
     assert isinstance(result, MotionResult)
     periods, actuators = result.script.controls.shape
     assert (periods, actuators) == (5, 1)
-    assert result.reference.positions.shape == (periods + 1, len(result.pose), 3)
+    corners = len(result.model.corner_bodies)
+    assert result.reference.corners.shape == (periods + 1, corners, 3)
+    assert [points.shape for points in result.corners.values()] == [(corners - 1, 3)]
     for samples in (result.script.times, result.reference.uncertainty, result.found.own.errors):
         assert samples.shape == (periods + 1,)
     assert {name: pose.shape for name, pose in result.pose.items()} == {

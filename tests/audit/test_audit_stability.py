@@ -281,7 +281,7 @@ def test_a_remedy_that_is_followed_gives_what_it_claims():
         c.model.stepped(on.script, "rk4", 160).states
         for c in (on, replace(again, states=on.states))
     ]
-    apart = np.linalg.norm(on.model.positions(fine[0]) - on.model.positions(fine[1]), axis=2)
+    apart = np.linalg.norm(on.model.corners(fine[0]) - on.model.corners(fine[1]), axis=2)
     assert remedy.moved == pytest.approx(apart.max(), rel=0.01)
 
 

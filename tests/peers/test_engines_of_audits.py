@@ -3,6 +3,7 @@ study's findings name, and where it can be put right the step's own error is lef
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import plumbob.models
@@ -72,7 +73,10 @@ def test_the_first_term_is_the_one_that_findings_name(engine, model, terms):
     elif "contact set" in terms:
         assert result.part_explained is None
     else:
-        assert result.all_right <= FACTOR * result.step_error + 1e-12
+        # Single precision rounds attitudes, too, as much as is predicted of the state's (a quarter
+        # of that for Newton's free body).
+        left = FACTOR * result.step_error + np.nan_to_num(result.rounding)
+        assert result.all_right <= left + 1e-12
         assert result.error > NOTICED * result.all_right
 
 

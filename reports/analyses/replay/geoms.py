@@ -17,6 +17,7 @@ from plumbob.reports.analyses.replay.samples import Samples
 from plumbob.reports.view.notation import seconds
 from plumbob.reports.view.records import Layer, Replay
 
+ERROR = "error"  # a channel: the largest displacement of a corner [m] from the certified motion
 AXES = ("x", "y", "z", "qw", "qx", "qy", "qz")  # of a body's pose
 ELEVATION = math.radians(15.0)  # of the camera, as in the picture of the model
 COUNT, VALUES = 401, 80_000  # samples, and numbers in all, at most
@@ -24,10 +25,16 @@ MARGIN = 0.05  # of the reach below the picture, for the ruler
 
 
 def audited(audit: Audit) -> Replay | None:
-    """The replay of an audit, as far as its error is known; None where nothing is known to move."""
-    if audit.found is None or audit.still:
+    """The replay of an audit, as far as its error is known; None where nothing is known to move, or
+    nothing that moves has a shape."""
+    model = audit.model
+    if audit.found is None or audit.still or not any(solid.body for solid in model.solids):
         return None
-    exact, own = (_channels(audit, poses) for poses in map(audit.model.poses, audit.states))
+    states = audit.states
+    exact, own = (_channels(audit, poses) for poses in map(model.poses, states))
+    here, there = map(model.corners, states)
+    own[ERROR] = np.linalg.norm(there - here, axis=2).max(axis=1)
+    exact[ERROR] = np.zeros(len(here))
     times = audit.script.times[: audit.found.index + 1]
     picture = _picture(audit, times, exact)
     count = min(COUNT, max(VALUES // max(len(exact), 1), 51))
@@ -42,7 +49,7 @@ def audited(audit: Audit) -> Replay | None:
     )
 
 
-def _channels(audit: Audit, poses: Array) -> Signals:
+def _channels(audit: Audit, poses: Array) -> dict[str, Array]:
     """Poses of the bodies that have a solid and move, shape (n, bodies, 7), by body and axis; a
     quaternion has the sign of the one before."""
     bodies = sorted({solid.body for solid in audit.model.solids} - {0})
@@ -65,12 +72,6 @@ def _picture(audit: Audit, times: Array, exact: Signals) -> Picture:
     high = np.max(places, axis=(0, 2)) + reach
     size = float(np.hypot(*(high - low)))
 
-    def apart(deviations: Signals) -> dict[str, Array]:
-        lengths = [
-            np.linalg.norm([deviations[f"{k}{axis}"] for axis in "xyz"], axis=0) for k in bodies
-        ]
-        return {"m": np.max(lengths, axis=0)}
-
     return Picture(
         "geoms",
         (low[0], high[0], low[1] - MARGIN * size, high[1]),
@@ -86,5 +87,5 @@ def _picture(audit: Audit, times: Array, exact: Signals) -> Picture:
         *observed(
             lambda at: {n: np.interp(at, times, v) for n, v in exact.items()}, list(exact)
         ),
-        apart,
+        lambda deviations: {"m": deviations[ERROR]},
     )

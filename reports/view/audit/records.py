@@ -9,8 +9,9 @@ from plumbob.engines.audit.contacts import HEADINGS, ContactAudit, Measured
 from plumbob.engines.audit.costs import Ratio
 from plumbob.engines.audit.engines import EngineError
 from plumbob.engines.audit.gradient import Gradients
+from plumbob.engines.audit.reference import MEASURE
 from plumbob.engines.audit.stability import Limit
-from plumbob.engines.audit.step_errors import Compared
+from plumbob.engines.audit.step_errors import Compared, StateErrors
 from plumbob.engines.audit.trims import Trim
 from plumbob.reports.advice.json_records import plain
 from plumbob.reports.view.audit.page import answered, rows, versions
@@ -42,6 +43,8 @@ def _motion(audit: Audit) -> Plain:
         "duration": audit.script.duration,
         "certified_until": audit.until,
         **_named(audit, "uncertainty", "error"),
+        "error_measure": MEASURE,
+        **_of_states(audit.state_errors),
         "resolved_until": float(audit.script.times[audit.resolved_index]),
         "resolved": audit.resolved if steps else False,
         "why": audit.reference.why,
@@ -60,6 +63,7 @@ def _motion(audit: Audit) -> Plain:
         "trimmed_file": None if audit.written is None else trim(audit.written[1]),
         "start": audit.script.start,
         "pose": audit.pose,
+        "corners": audit.corners,
         "fields": audit.model.fields,
         "versions": versions(),
         **_stability(audit),
@@ -67,6 +71,15 @@ def _motion(audit: Audit) -> Plain:
         **({} if audit.changes is None else {"changes": audit.changes}),
         **({"engines": list(map(_engine, audit.engines))} if audit.engines else {}),
         "seconds": audit.seconds,
+    }
+
+
+def _of_states(errors: StateErrors | None) -> Plain:
+    """Errors of attitudes [rad], joint coordinates [rad or m] and activations, as plain data."""
+    return {
+        "attitude_error": errors and errors.attitude,
+        "coordinate_error": errors and errors.coordinates,
+        "activation_error": errors and errors.activations,
     }
 
 
@@ -102,6 +115,7 @@ def _engine(row: EngineError) -> Plain:
     """An engine's error [m], and what differs first, as plain data."""
     return {
         **_named(row, "engine", "version", "error"),
+        **_of_states(row.state_errors),
         "error_over_time": row.errors,
         "first_term": row.first and row.first.term,
         "difference": row.first and (row.first.cause or f"by {row.first.size:.2g} of it"),

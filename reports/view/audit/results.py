@@ -72,18 +72,21 @@ class _Shown:
 class MotionResult(_Shown, Audit):
     """The answer of `plumbob.audit`.
 
-    `error` [m] is the largest distance of any body's centre of mass from where the certified motion
-    has it, over the motion up to `until` [s], at the model's own `integrator` and `step` [s];
-    `uncertainty` [m] is how well that motion is known. `resolved`, `complete` and `still` say
-    whether the error stands out of that, is known to the end, and nothing moves. `pose` has the
-    centre of mass [m], shape (3,), of each body at `until`.
+    `error` [m] is the largest displacement of any corner of a body's geoms from where the certified
+    motion has it, over the motion up to `until` [s], at the model's own `integrator` and `step`
+    [s]: the corners of the geoms' boxes, or of the box of its inertia where it has none, so that
+    rotation counts. `state_errors.attitude` [rad], `state_errors.coordinates` [rad or m] and
+    `state_errors.activations` are the largest errors of these. `uncertainty` [m] is how well that
+    motion is known. `resolved`, `complete` and `still` say whether the error stands out of that, is
+    known to the end, and nothing moves. `pose` has the centre of mass [m], shape (3,), of each body
+    at `until`, and `corners` the corners [m], shape (n, 3), of each that can move.
 
     `script` has the start, shape (n,), and the controls, shape (periods, actuators);
-    `reference.positions` [m], shape (periods + 1, bodies, 3), the world first, is the certified
-    motion at `script.times` [s], shape (periods + 1,), known to `reference.uncertainty` [m] of that
-    shape. `found.own.errors` [m], of that shape, are the errors so far of the own step, and
-    `found.steps` the same of all runs; `found` is None where there is no reference, as
-    `reference.why` says.
+    `reference.corners` [m], shape (periods + 1, corners, 3), of the bodies `model.corner_bodies`,
+    is the certified motion at `script.times` [s], shape (periods + 1,), known to
+    `reference.uncertainty` [m] of that shape. `found.own.errors` [m], of that shape, are the errors
+    so far of the own step, and `found.steps` the same of all runs; `found` is None where there is
+    no reference, as `reference.why` says.
     `stability` has the largest steps [s] that hold, `trims` what can be left out, `gradient` the
     derivatives, and `seconds` the wall time. `assert_within(metres)`, `assert_referenced()` and
     `assert_stable()` raise AssertionError.

@@ -42,7 +42,7 @@ def confirmations(found, limit):
 
     def motion(integrator, factor):
         run = model.stepped(script, integrator, factor * steps.own.parts)
-        return model.positions(run.states[:count]), run.seconds
+        return model.corners(run.states[:count]), run.seconds
 
     own, _ = motion(found.integrator, 1)
     confirmed = []
@@ -51,7 +51,7 @@ def confirmations(found, limit):
         most = limit / (seconds * (1 + 1 / QUARTER))
         factor = next((f for f in (FINEST, FINEST // QUARTER) if f <= most), LEAST)
         fine, coarse = (motion(integrator, f)[0] for f in (factor, factor // QUARTER))
-        apart = so_far(fine, found.reference.positions[:count])
+        apart = so_far(fine, found.reference.corners[:count])
         error = float(so_far(own, fine)[-1])
         confirmed.append(Confirmation(integrator, factor, apart, so_far(fine, coarse), error))
     return sorted(confirmed, key=lambda c: c.scatter[-1])
@@ -61,7 +61,7 @@ def verdict(found, confirmed):
     """Whether the certificate has the small steps of both integrators outside, or the better ones
     tell less than it does."""
     best = confirmed[0]
-    rounding = MANY * np.finfo(float).eps * np.abs(found.reference.positions).max()
+    rounding = MANY * np.finfo(float).eps * np.abs(found.reference.corners).max()
     known = found.reference.uncertainty[: best.apart.size]
     if np.all([c.apart > known + c.scatter + rounding for c in confirmed], axis=0).any():
         return OUTSIDE
@@ -70,7 +70,7 @@ def verdict(found, confirmed):
 
 
 def so_far(one, other):
-    """The largest distance [m] of any body so far between two motions, shape (n,)."""
+    """The largest displacement [m] of any corner so far between two motions, shape (n,)."""
     return largest(np.linalg.norm(one - other, axis=2))
 
 

@@ -20,6 +20,7 @@ from plumbob.engines.adapters.mujoco.model_fields import name_of
 from plumbob.engines.adapters.mujoco.options import collected, disabled
 from plumbob.engines.adapters.mujoco.own_model import derivatives, left_out, urdf
 from plumbob.engines.adapters.mujoco.own_model.colliding_pairs import unmeasured
+from plumbob.engines.adapters.mujoco.own_model.corners import corners_of
 from plumbob.engines.adapters.mujoco.own_model.field import ContinuousField, without_step
 from plumbob.engines.adapters.mujoco.own_model.fields import fields
 from plumbob.engines.adapters.mujoco.own_model.hidden_touches import HiddenTouches
@@ -305,9 +306,29 @@ class MujocoModel:
             data.eq_active[:] = start.eq_active
         return data
 
-    def positions(self, states: Array) -> Array:
-        """Centres of mass of the bodies [m], shape (len(states), bodies, 3)."""
-        return self.poses(states)[..., :3]
+    @cached_property
+    def _corners(self) -> tuple[Array, Array]:
+        return corners_of(self.effective)
+
+    @property
+    def corner_bodies(self) -> Array:
+        """The body of each corner point, shape (corners,)."""
+        return self._corners[1]
+
+    def corners(self, states: Array) -> Array:
+        """Corner points of the bodies [m], shape (len(states), corners, 3): the largest
+        displacement of one is the error of its body, so that its rotation counts, too."""
+        model = self.effective
+        data = self._begun(model)
+        offsets, bodies = self._corners
+        places = np.full((len(states), len(bodies), 3), np.nan)
+        for k, state in enumerate(states):
+            if np.isfinite(state[: model.nq]).all():
+                data.qpos[:] = state[: model.nq]
+                mujoco.mj_kinematics(model, data)
+                turns = data.xmat.reshape(-1, 3, 3)[bodies]
+                places[k] = data.xpos[bodies] + np.einsum("kij,kj->ki", turns, offsets)
+        return places
 
     def poses(self, states: Array) -> Array:
         """Centres of mass of the bodies [m] and their attitudes as quaternions, scalar first, shape
@@ -350,6 +371,11 @@ class MujocoModel:
         model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_SENSOR
         with collected():
             return derivatives.product(model, self._begun(model), script)
+
+    @property
+    def activations(self) -> slice:
+        """Where activations are in a state."""
+        return slice(self.effective.nq + self.effective.nv, None)
 
     def coordinates(self, states: Array, others: Array) -> Array:
         """Differences of two motions in generalised coordinates, rad or m, shape (len(states),

@@ -1,0 +1,62 @@
+"""The corner points of a model's bodies, by whose displacements an audit measures its errors."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import mujoco
+import numpy as np
+
+from plumbob.analytic.reference import Array
+from plumbob.engines.adapters.mujoco.own_model.solids import CORNERS
+
+PLANE = mujoco.mjtGeom.mjGEOM_PLANE  # its box is infinite, and MuJoCo lets no plane move
+ORIGIN = np.zeros((1, 3))
+
+
+def corners_of(model: Any) -> tuple[Array, Array]:
+    """Returns corner points of all bodies in their own frames [m], shape (corners, 3), and the body
+    of each, shape (corners,)."""
+    points = [_corners(model, body) for body in range(model.nbody)]
+    bodies = np.repeat(np.arange(model.nbody), [len(of_body) for of_body in points])
+    return np.concatenate(points), bodies
+
+
+def _corners(model: Any, body: int) -> Array:
+    """The corners of the boxes of a body's geoms, drawn ones included; of a body without geoms,
+    those of the box with its mass and inertia; of one that has neither, or that does not move, the
+    origin of its frame."""
+    if not model.body_weldid[body]:
+        return ORIGIN
+    geoms = np.flatnonzero((model.geom_bodyid == body) & (model.geom_type != PLANE))
+    boxes = [
+        _placed(model.geom_pos[geom], model.geom_quat[geom], model.geom_aabb[geom])
+        for geom in geoms.tolist()
+    ]
+    if not boxes and model.body_mass[body] > 0.0:
+        moments = model.body_inertia[body]
+        squares = 1.5 * (moments.sum() - 2.0 * moments) / model.body_mass[body]
+        box = [0.0, 0.0, 0.0, *np.sqrt(np.maximum(squares, 0.0))]
+        boxes = [_placed(model.body_ipos[body], model.body_iquat[body], box)]
+    return _outermost(np.unique(np.concatenate(boxes), axis=0)) if boxes else ORIGIN
+
+
+def _placed(place: Array, attitude: Array, box: Any) -> Array:
+    """The eight corners of a `box`, its middle and half its sides [m], in a frame at a `place` [m]
+    with an `attitude`, shape (8, 3)."""
+    turn = np.zeros(9)
+    mujoco.mju_quat2Mat(turn, attitude)
+    return np.asarray((box[:3] + CORNERS * box[3:]) @ turn.reshape(3, 3).T + place)
+
+
+def _outermost(points: Array) -> Array:
+    """Returns the `points` that their convex hull needs: any rigid motion moves one of these the
+    furthest. Points without volume are all kept."""
+    from scipy.spatial import ConvexHull, QhullError
+
+    if len(points) <= len(CORNERS):
+        return points
+    try:
+        return points[np.sort(ConvexHull(points).vertices)]
+    except QhullError:
+        return points
