@@ -21,7 +21,13 @@ import numpy as np
 
 from plumbob.analytic.reference import Array
 from plumbob.engines.audit.allowance import Allowance
-from plumbob.engines.own_motion import Integration, NotCertifiable, OwnModel, Script
+from plumbob.engines.own_motion import (
+    OUT_OF_TIME,
+    Integration,
+    NotCertifiable,
+    OwnModel,
+    Script,
+)
 
 TIGHT, LOOSE = 1e-10, 1e-8  # relative and absolute tolerances of the two smooth methods
 WIDTHS = (1e-5, 1e-6, 3e-7)  # [m] of the layer
@@ -33,7 +39,6 @@ POWERS = (0.25, 0.5)
 CHATTER, WITHIN = 20, 0.05  # events, within [s]: more are chatter
 FIRST = 0.4  # of the time, for the first method
 RESOLVED = 5.0  # times the reference's uncertainty: an error from there on is quoted
-OUT_OF_TIME = "the time given for it ended"
 
 
 @dataclass(frozen=True)
@@ -154,6 +159,12 @@ class _Watch:
         self.events: list[float] = []
         self.before: bytes | None = None
 
+    def __call__(self, at: float, state: Array) -> Array:
+        """Rates of a state `at` a time [s]; raises NotCertifiable."""
+        if time.process_time() > self.ends:
+            raise NotCertifiable(f"{OUT_OF_TIME} at {at:.4g} s")
+        return np.asarray(self.field(at, state))
+
     def after_step(self, at: float) -> None:
         """Look at the contacts `at` a time [s]; raises NotCertifiable."""
         if (acting := self.field.active()) != self.before:
@@ -162,8 +173,6 @@ class _Watch:
         recent = self.events[-CHATTER - 1 :]
         if not self.many and len(recent) > CHATTER and recent[-1] - recent[0] < WITHIN:
             raise NotCertifiable(f"contacts chatter from {recent[0]:.4g} s on")
-        if time.process_time() > self.ends:
-            raise NotCertifiable(f"{OUT_OF_TIME} at {at:.4g} s")
 
 
 @np.errstate(all="ignore")  # a motion without bounds is refused below
@@ -193,7 +202,7 @@ def computed(
             end = (k + 1) * script.period
             field.hold(control, start, y)
             motion = solver(
-                *(field, start, y, end),
+                *(watch, start, y, end),
                 first_step=min(size, 0.999 * (end - start)) if size else None,
                 max_step=script.period,
                 rtol=tolerance,

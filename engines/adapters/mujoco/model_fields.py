@@ -12,6 +12,7 @@ import mujoco
 import numpy as np
 
 from plumbob.engines.abilities import Fields
+from plumbob.engines.adapters.mujoco.own_model.readings import actuator_count
 from plumbob.engines.adapters.mujoco.user_file import compiled_model
 
 JOINTS = ("armature", "damping", "stiffness", "frictionloss")
@@ -51,7 +52,11 @@ def fields_in(model: Any, named: Any = None) -> Fields:
 
 def _parts(model: Any, named: Any, kind: str, count: str) -> Iterator[tuple[str, Any]]:
     """The parts of a kind that have a name, which are as many in both models."""
-    if getattr(model, count) == getattr(named, count):
-        for i in range(getattr(model, count)):
+    here, there = (
+        actuator_count(one) if kind == "actuator" else getattr(one, count)
+        for one in (model, named)
+    )
+    if here == there:
+        for i in range(here):
             if name := getattr(named, kind)(i).name:
                 yield name, getattr(model, kind)(i)

@@ -21,6 +21,23 @@ def name_of(model: Any, kind: str, number: int) -> str:
     return getattr(model, kind)(int(number)).name or f"{kind} {number}"
 
 
+def actuator_count(model: Any) -> int:
+    """The number of actuators; `nu` counts controls, of which an actuator may have several."""
+    return len(model.actuator_trnid)
+
+
+def control_names(model: Any) -> tuple[str, ...]:
+    """A name for each control: its actuator's, with a number where that has several."""
+    count = actuator_count(model)
+    several = getattr(model, "actuator_ctrlnum", np.ones(count, int))
+    names = [name_of(model, "actuator", i) for i in range(count)]
+    return tuple(
+        f"{name}[{k}]" if size > 1 else name
+        for name, size in zip(names, several, strict=True)
+        for k in range(size)
+    )
+
+
 def pair_name(model: Any, pair: Any) -> str:
     """The two geoms of a contact by their names."""
     return " – ".join(name_of(model, "geom", i) for i in pair if i >= 0)
