@@ -17,6 +17,7 @@ from typing import NoReturn
 
 import plumbob
 
+MOST_SHOWN = 300  # characters of a word in a message
 USAGE, INCOMPLETE, DEFECT, INTERRUPTED = 2, 3, 4, 130
 COMMANDS = (
     "list",
@@ -45,7 +46,7 @@ class _Parser(argparse.ArgumentParser):
     """A parser whose complaint is one line."""
 
     def error(self, message: str) -> NoReturn:
-        self.exit(USAGE, f"{self.prog}: {message} (see `{self.prog} --help`)\n")
+        self.exit(USAGE, f"{self.prog}: {_line(message)} (see `{self.prog} --help`)\n")
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -71,7 +72,9 @@ def main(argv: Sequence[str] | None = None) -> int:
             return 0
         except KeyboardInterrupt as error:
             return _said(INTERRUPTED, "interrupted", error)
-        except Exception as error:
+        except SystemExit:
+            raise
+        except BaseException as error:
             # A library that is interrupted while it loads may raise an error of its own.
             if interrupts:
                 return _said(INTERRUPTED, "interrupted", error)
@@ -88,17 +91,26 @@ def main(argv: Sequence[str] | None = None) -> int:
 def _said(code: int, message: str, error: BaseException) -> int:
     """Print one line, with what notes on the error say; returns `code`."""
     text = "; ".join([message, *getattr(error, "__notes__", ())])
-    print(f"plumbob: {' '.join(text.split())}", file=sys.stderr)
+    print(f"plumbob: {_line(text)}", file=sys.stderr)
     return code
 
 
-def _described(error: Exception) -> str:
+def _line(text: str) -> str:
+    """A text in one line, without the ends of words that are thousands of characters long."""
+    from plumbob.models.border import shortened
+
+    return " ".join(shortened(word, MOST_SHOWN) for word in text.split())
+
+
+def _described(error: BaseException) -> str:
     """The kind of an error, and the file that its traceback is in."""
     import tempfile
     import traceback
 
+    from plumbob.models.border import one_line
+
     lines = "".join(traceback.format_exception(error))
-    kind = f"{type(error).__name__}: {str(error)[:200]}"
+    kind = one_line(error)
     try:
         handle, name = tempfile.mkstemp(prefix="plumbob-defect-", suffix=".txt")
         with open(handle, "w", encoding="utf-8", errors="backslashreplace") as file:

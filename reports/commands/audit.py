@@ -177,7 +177,7 @@ def _writable(chosen: argparse.Namespace, models: Sequence[Path]) -> None:
     the `models`."""
     from plumbob.reports.commands.validate import replaceable, writable
 
-    taken = {path.resolve() for path in models}
+    taken = {Path(os.path.realpath(path)) for path in models}
     for name in ("junitxml", "badge"):
         if file := getattr(chosen, name):
             target = replaceable(name, Path(file))

@@ -15,6 +15,7 @@ from typing import Any
 
 from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.workers import Lost, Task, Workers
+from plumbob.models.border import must_be, regular
 from plumbob.reports.view.audit.page import page_of
 from plumbob.reports.view.content import Finding
 from plumbob.reports.view.finding_text import written as worded
@@ -22,7 +23,7 @@ from plumbob.reports.view.page import written
 from plumbob.reports.view.tables import lines as worded_lines
 from plumbob.reports.view.terminal import aligned
 
-INCLUDED = re.compile(r"<(?:include|model)\b[^>]*\bfile\s*=\s*[\"']([^\"']+)[\"']")
+INCLUDED = re.compile(r"<(?:include|model)\b[^>]*\bfile\s*=\s*[\"']([^\"'\0]+)[\"']")
 ROOT = re.compile(r"<mujoco\b")
 REFUSED, LOST = 2, 3  # exit codes: the input; a process has died or hung
 PAGE = "audit-models.html"
@@ -87,18 +88,24 @@ def _is_pattern(word: str) -> bool:
 
 
 def _models_in(folder: Path) -> list[Path]:
-    """MJCF files below `folder` that are no part of another one."""
-    texts = {
-        path.resolve(): path.read_text("utf-8", "replace")
-        for path in sorted(folder.rglob("*.xml"))
-    }
+    """MJCF files below `folder` that are no part of another one, each once, and what is named as
+    one and cannot be read."""
+    texts = dict[Path, str]()
+    unread = list[Path]()
+    for path in sorted(folder.rglob("*.xml")):
+        try:
+            regular("model", path)
+            with must_be("a file that can be read", "model", str(path)):
+                texts[path] = path.read_text("utf-8", "replace")
+        except ParameterError:
+            unread.append(path)
     parts = {
-        (path.parent / part).resolve()
+        os.path.realpath(path.parent / part)
         for path, text in texts.items()
         for part in INCLUDED.findall(text)
     }
-    inside = [path for path, text in texts.items() if ROOT.search(text) and path not in parts]
-    return [folder / path.relative_to(folder.resolve()) for path in inside]
+    whole = {os.path.realpath(p): p for p, text in reversed(texts.items()) if ROOT.search(text)}
+    return sorted([*(path for real, path in whole.items() if real not in parts), *unread])
 
 
 def audited(

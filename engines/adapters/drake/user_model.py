@@ -71,8 +71,8 @@ class DrakeModel:
     def __init__(self, path: Path, layout: Layout, step: float) -> None:
         builder = DiagramBuilder()
         self.plant, _ = AddMultibodyPlantSceneGraph(builder, step)
-        _read(path, self.plant)
         self.plant.SetUseSampledOutputPorts(False)  # contacts of a state, not of the last step
+        _read(path, self.plant)
         self.step, self.layout = step, layout
         diagram = builder.Build()
         self.simulator = simulator_of(diagram, diagram.CreateDefaultContext())

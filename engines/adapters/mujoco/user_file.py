@@ -7,13 +7,12 @@ from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
-from xml.etree import ElementTree
 
 import mujoco
 import numpy as np
 
 from plumbob.analytic.parameters import ParameterError
-from plumbob.engines.adapters.mujoco import options
+from plumbob.engines.adapters.mujoco import options, trial
 from plumbob.engines.adapters.mujoco.methods import METHODS
 from plumbob.engines.method import USER_METHOD, Method, Options, time_step
 from plumbob.engines.own_motion import Start
@@ -90,7 +89,8 @@ def compiled_model(path: Path, name: str, roots: Sequence[str] = ROOTS) -> Any:
 def _refused(name: str, value: str, what: str) -> Iterator[None]:
     """The border around MuJoCo's reader and compiler: raises ParameterError for the argument `name`
     of this value, which must be `what`."""
-    with must_be(what, name, value), options.collected():
+    passing = ParameterError  # it names the part of the file that it is about
+    with must_be(what, name, value, passing), trial.limited_memory(), options.collected():
         yield
 
 
@@ -124,7 +124,9 @@ def _of_file(path: Path) -> Any:
         return compiled_model(path, "model", ("mujoco", "robot"))
     regular("model", path, LARGEST_COMPILED)
     with _refused("model", str(path), "a model that this MuJoCo has compiled"):
-        return mujoco.MjModel.from_binary_path(str(path))
+        model = mujoco.MjModel.from_binary_path(str(path))
+        mujoco.MjData(model)  # which may take more than a model does
+        return model
 
 
 def _read(path: str | Path, name: str, roots: Sequence[str] = ROOTS) -> Any:
@@ -132,8 +134,8 @@ def _read(path: str | Path, name: str, roots: Sequence[str] = ROOTS) -> Any:
     ParameterError."""
     regular(name, Path(path))
     with _refused(name, str(path), "a MuJoCo model file"):
+        root = trial.checked(name, Path(path))
         spec = mujoco.MjSpec.from_file(str(path))
-        root = ElementTree.parse(path).getroot().tag
     if root not in roots:
         raise ParameterError(name, str(path), f"a MuJoCo model file (it begins with <{root}>)")
     return spec
