@@ -138,11 +138,13 @@ def _interrupts() -> Iterator[list[int]]:
         signals.append(number)
         raise KeyboardInterrupt
 
-    usual = signal.getsignal(signal.SIGINT) == signal.default_int_handler
-    if not usual or threading.current_thread() is not threading.main_thread():
+    if threading.current_thread() is not threading.main_thread():
         yield signals
         return
-    before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
+    # A job in the background may be started with interrupts ignored.
+    now = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
+    usual = (signal.default_int_handler, signal.SIG_DFL)
+    before = {number: handler for number, handler in now.items() if handler in usual}
     for number in before:
         signal.signal(number, interrupt)
     try:
