@@ -28,12 +28,11 @@ def border(
 ) -> Iterator[None]:
     """Raise `refused` with one line, whatever the block raises. Errors of the kinds `passing`,
     interrupts and exhausted memory pass the border unchanged."""
+    unchanged = (KeyboardInterrupt, MemoryError, *passing)
     try:
         yield
-    except (KeyboardInterrupt, MemoryError, *passing):
-        raise
     except BaseException as error:
-        if _of_signal(error):
+        if isinstance(error, unchanged) or _of_signal(error):
             raise
         raise refused(one_line(error)) from None
 

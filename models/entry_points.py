@@ -79,7 +79,8 @@ def _addition(name: str, several: tuple[metadata.EntryPoint, ...], wrong: Wrong)
                 with border():
                     loaded = several[0].load()
             except Refused as error:
-                reason = f"on import, {error}"
+                kind, _, words = str(error).partition(": ")
+                reason = f"{kind} on import: {words}"
         reason = _one_line(reason or wrong(loaded, name))
     if reason:
         print(f"plumbob: {packages[0]} is left out: {reason}", file=sys.stderr)

@@ -77,7 +77,7 @@ def _check(observable: str | None, observables: Observables) -> None:
     names = [o.name for o in observables]
     if observable not in (None, *names):
         raise ParameterError(
-            "observable", observable, f"one of {nearest(observable, list(names))}"
+            "observable", observable, f"one of {nearest(str(observable), list(names))}"
         )
 
 

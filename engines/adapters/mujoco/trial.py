@@ -33,8 +33,9 @@ def checked(name: str, path: Path) -> str:
     limits; raises ParameterError, and what reading and compiling raise."""
     elements = list(_elements(path, [path]))
     folders = {element.get(kind, "") for element in elements for kind in FOLDERS}
-    for named in (element.get(kind) for element in elements for kind in ("file", "filename")):
-        for folder in folders if named else ():
+    names = {element.get(kind, "") for element in elements for kind in ("file", "filename")}
+    for named in names - {""}:
+        for folder in folders:
             for asset in (
                 path.parent / folder / named,
                 path.parent / folder / Path(named).name,
