@@ -28,7 +28,7 @@ def border(
 ) -> Iterator[None]:
     """Raise `refused` with one line, whatever the block raises. Errors of the kinds `passing`,
     interrupts and exhausted memory pass the border unchanged."""
-    unchanged = (KeyboardInterrupt, MemoryError, *passing)
+    unchanged: tuple[type[BaseException], ...] = (KeyboardInterrupt, MemoryError, *passing)
     try:
         yield
     except BaseException as error:
