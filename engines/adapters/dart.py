@@ -35,6 +35,7 @@ from plumbob.engines.peer_model import (
     FREE,
     Frame,
     Layout,
+    NotRead,
     PeerModel,
     RefusedFile,
     Translated,
@@ -172,7 +173,7 @@ def _read(path: Path) -> Any:
     with border(RefusedFile):
         world = dartpy.utils.MjcfParser.readWorld(str(path.resolve()))
     if world is None:
-        raise RefusedFile("no world is made of it")
+        raise NotRead("no world is made of it")
     return world
 
 
