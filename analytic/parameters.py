@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import fields
 from typing import Any
 
 SUCH = "such that "
 MOST_SHOWN = 200  # characters of a value in a message
+FEW = 8  # names that a message lists
 
 
 class ParameterError(ValueError):
@@ -112,4 +113,15 @@ def known(parameters: Mapping[str, Any], names: Iterable[str]) -> None:
     allowed = sorted(names)
     for name, value in parameters.items():
         if name not in allowed:
-            raise ParameterError(name, value, f"one of the names {', '.join(allowed)}")
+            raise ParameterError(name, value, f"one of the names {nearest(name, allowed)}")
+
+
+def nearest(name: str, names: Sequence[str], more: str = "...") -> str:
+    """The `names` in one line: all of a few, else those that are nearest to an unknown `name`, with
+    what says where `more` are."""
+    import difflib
+
+    if len(names) <= FEW:
+        return ", ".join(names)
+    near = difflib.get_close_matches(name, names, n=3, cutoff=0.4) or names[:FEW]
+    return ", ".join([*near, more])

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import traceback
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from types import UnionType
@@ -14,6 +13,7 @@ from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.known_limits import declared_by
 from plumbob.engines.method import Engine, Method, Simulation, Stepping, Unsupported
 from plumbob.engines.trajectory import Trajectory, not_a_trajectory
+from plumbob.models.border import Refused, border
 from plumbob.models.entry_points import Addition, captured
 from plumbob.models.scene import Case
 
@@ -56,9 +56,10 @@ def wrong_limits(engine: Engine) -> str:
     """The reason why an engine's limits, in its file or in Python, are none; empty where they
     are."""
     try:
-        limits = declared_by(engine)
-    except Exception as error:  # whatever stands in that file
-        return f"its file of limits: {one_line(error)}"
+        with border():  # anything may stand in that file
+            limits = declared_by(engine)
+    except Refused as error:
+        return f"its file of limits: {error}"
     return next(filter(None, map(mistyped, (*limits.known_limits, *limits.not_read))), "")
 
 
@@ -101,13 +102,12 @@ def guarded(added: Addition) -> Engine:
 def _asked(added: Addition, what: str, ask: Callable[[], Any]) -> Any:
     """Calls a function of the engine; its errors are raised as Unsupported, with the package's
     name."""
-    try:
-        with captured():
-            return ask()
-    except (Unsupported, ParameterError):
-        raise
-    except (Exception, SystemExit) as error:
-        raise Unsupported(f"{added.package}: {what} raises {one_line(error)}") from error
+
+    def unsupported(line: str) -> Unsupported:
+        return Unsupported(f"{added.package}: {what} raises {line}")
+
+    with border(unsupported, Unsupported, ParameterError), captured():
+        return ask()
 
 
 def _seconds(simulation: Any) -> float:
@@ -127,10 +127,11 @@ class _Guarded:
         """The engine's run; one that raises, or is no trajectory, counts as diverged at once."""
         with captured() as output:
             try:
-                run: Trajectory = self.simulation.run()
-                why = not_a_trajectory(run)
-            except (Exception, SystemExit) as error:
-                why = f"run raises {one_line(error)}"
+                with border():
+                    run: Trajectory = self.simulation.run()
+                    why = not_a_trajectory(run)
+            except Refused as error:
+                why = f"run raises {error}"
         if why:
             said_why = (f"{self.package}: {why}",)
             return Trajectory(np.zeros(1), {}, diverged_at=0.0, warnings=said_why)
@@ -142,14 +143,8 @@ class _Guarded:
     def stepped(self, fraction: float) -> Stepping:
         """The steps of the first `fraction`; none count where the engine raises."""
         try:
-            with captured():
+            with border(), captured():
                 stepping = self.simulation.stepped(fraction)
-        except (Exception, SystemExit):
+        except Refused:
             return Stepping(0, 0.0)
         return stepping if isinstance(stepping, Stepping) else Stepping(0, 0.0)
-
-
-def one_line(error: BaseException) -> str:
-    """An error of another package, in one line: one without words says where it was raised."""
-    words = str(error) or f"raised in {traceback.extract_tb(error.__traceback__)[-1].name}"
-    return " ".join(f"{type(error).__name__}: {words}".split())[:160]

@@ -9,9 +9,11 @@ from typing import Any
 
 import numpy as np
 
+from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.reference import Array, NoAnswer
 from plumbob.engines.method import Unsupported
 
+MOST_RUNS = 1_000_000  # each of which the search keeps
 WIDE = 0.7  # of the runs look everywhere in the box; the rest near the best place found
 
 
@@ -43,6 +45,8 @@ def lowest(
     Unsupported is raised, counts as `failed` and is never the answer."""
     from scipy.optimize import Bounds, direct, minimize
 
+    if budget > MOST_RUNS:
+        raise ParameterError("budget", budget, f"at most {MOST_RUNS} runs")
     tried: list[tuple[float, tuple[float, ...]]] = []
     without, why = 0, ""
 

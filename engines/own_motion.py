@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from types import FunctionType
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -35,7 +36,13 @@ class Start:
 
 AS_IT_STANDS = Start()
 ROUNDING = 1e-9  # relative: 0.3 s has 3 periods of 0.1 s, although 0.3/0.1 is above 3 at times
+OUT_OF_TIME = "the time given for it ended"
 Policy = Callable[..., Any]  # time [s], qpos, qvel, or an observation -> a number an actuator
+
+
+def policy_name(policy: Policy) -> str:
+    """The name of a function, else that of its kind: an object's own may be anything."""
+    return policy.__name__ if isinstance(policy, FunctionType) else type(policy).__name__
 
 
 @dataclass(frozen=True)

@@ -67,6 +67,10 @@ class NotRead(Exception):
     """A file of which an engine makes another mechanism; its text says why."""
 
 
+class RefusedFile(NotRead):
+    """A file that an engine does not take; its text is the engine's own, in one line."""
+
+
 def rotation(attitude: Array) -> Array:
     """The matrix of a quaternion [w, x, y, z], shape (3, 3)."""
     from scipy.spatial.transform import (

@@ -14,6 +14,8 @@ from importlib import metadata
 from types import MappingProxyType
 from typing import Any
 
+from plumbob.models.border import Refused, border, shortened
+
 ENGINES, SYSTEMS = "plumbob.engines", "plumbob.systems"  # the groups
 
 Wrong = Callable[[Any, str], str]  # object and its name -> why it is not valid
@@ -74,9 +76,11 @@ def _addition(name: str, several: tuple[metadata.EntryPoint, ...], wrong: Wrong)
     else:
         with captured() as printed:
             try:
-                loaded = several[0].load()
-            except (Exception, SystemExit) as error:
-                reason = f"{type(error).__name__} on import: {error}"
+                with border():
+                    loaded = several[0].load()
+            except Refused as error:
+                kind, _, words = str(error).partition(": ")
+                reason = f"{kind} on import: {words}"
         reason = _one_line(reason or wrong(loaded, name))
     if reason:
         print(f"plumbob: {packages[0]} is left out: {reason}", file=sys.stderr)
@@ -138,5 +142,4 @@ def _open(number: int) -> bool:
 
 def _one_line(text: str) -> str:
     """`text` without line breaks, and no longer than two lines of a terminal."""
-    line = " ".join(text.split())
-    return line if len(line) <= 160 else f"{line[:157]}..."
+    return shortened(" ".join(text.split()))

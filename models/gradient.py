@@ -12,7 +12,7 @@ from typing import Any, cast
 import numpy as np
 
 from plumbob.analytic.numerics.smooth.certified_motion import CertifiedMotion
-from plumbob.analytic.parameters import ParameterError, known
+from plumbob.analytic.parameters import ParameterError, known, nearest
 from plumbob.analytic.reference import Array
 from plumbob.analytic.sensitivities.neighbours import (
     ABOVE,
@@ -159,7 +159,7 @@ def _complete(case: Case, name: str) -> Parameters:
     system = case.system
     parameters = case.scene.parameters
     if name not in system.parameters:
-        raise ParameterError("by", name, f"one of {', '.join(system.parameters)}")
+        raise ParameterError("by", name, f"one of {nearest(name, list(system.parameters))}")
     if name in parameters:
         return parameters
     # A left out parameter of another description of the case comes with the rest of that.

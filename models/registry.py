@@ -15,9 +15,10 @@ from typing import Any
 
 import numpy as np
 
-from plumbob.analytic.parameters import ParameterError, known
+from plumbob.analytic.parameters import ParameterError, known, nearest
 from plumbob.analytic.stability import StabilityTheory
 from plumbob.models import entry_points
+from plumbob.models.border import Refused, border
 from plumbob.models.scene import ONE_SMOOTH, Case, Scene, System
 
 
@@ -96,15 +97,16 @@ def _wrong(candidate: Any, name: str) -> str:
         return f"the scene {foreign[0]!r} is none of {name!r}"
     for scene in candidate.scenes:
         try:
-            case = candidate.case(scene)
-            ends = np.array([0.0, scene.duration])
-            for values in (case.reference.observe(ends), case.reference.uncertainty(ends)):
-                for observable in candidate.observables:
-                    if not np.isfinite(values[observable.name]).all():
-                        return f"{scene.name}: {observable.name} is not finite"
-            candidate.quantities(case)
-        except Exception as error:
-            return f"{scene.name}: {type(error).__name__}: {error}"
+            with border():
+                case = candidate.case(scene)
+                ends = np.array([0.0, scene.duration])
+                for values in (case.reference.observe(ends), case.reference.uncertainty(ends)):
+                    for observable in candidate.observables:
+                        if not np.isfinite(values[observable.name]).all():
+                            return f"{scene.name}: {observable.name} is not finite"
+                candidate.quantities(case)
+        except Refused as error:
+            return f"{scene.name}: {error}"
     return ""
 
 
@@ -195,8 +197,4 @@ def _worked_out(system: str, parameters: bytes) -> Case:
 
 def unknown(name: str, names: list[str]) -> str:
     """The requirement on an unknown name, with the nearest ones that exist."""
-    import difflib
-
-    near = difflib.get_close_matches(name, names, n=3, cutoff=0.4) or names[:8]
-    more = "" if len(near) == len(names) else ", ... (see `plumbob list`)"
-    return f"one of {', '.join(near)}{more}"
+    return f"one of {nearest(name, names, '... (see `plumbob list`)')}"

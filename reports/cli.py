@@ -17,6 +17,7 @@ from typing import Any, NoReturn
 
 import plumbob
 
+MOST_SHOWN = 300  # characters of a word in a message
 USAGE, INCOMPLETE, DEFECT, INTERRUPTED = 2, 3, 4, 130
 COMMANDS = (
     "list",
@@ -45,7 +46,7 @@ class _Parser(argparse.ArgumentParser):
     """A parser whose complaint is one line."""
 
     def error(self, message: str) -> NoReturn:
-        self.exit(USAGE, f"{self.prog}: {message} (see `{self.prog} --help`)\n")
+        self.exit(USAGE, f"{self.prog}: {_line(message)} (see `{self.prog} --help`)\n")
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -71,7 +72,9 @@ def _outcome(argv: Sequence[str] | None, interrupts: Sequence[int]) -> int:
         return 0
     except KeyboardInterrupt as error:
         return _said(INTERRUPTED, "interrupted", error)
-    except Exception as error:
+    except SystemExit:
+        raise
+    except BaseException as error:
         # A library that is interrupted while it loads may raise an error of its own.
         if interrupts:
             return _said(INTERRUPTED, "interrupted", error)
@@ -99,7 +102,7 @@ def _command(argv: Sequence[str] | None) -> int:
     return int(chosen.command(chosen))
 
 
-def _lacks_memory(error: Exception) -> bool:
+def _lacks_memory(error: BaseException) -> bool:
     """Whether an error is that of a library that memory does not suffice for."""
     from plumbob.engines.workers import UNMAPPED
 
@@ -109,17 +112,26 @@ def _lacks_memory(error: Exception) -> bool:
 def _said(code: int, message: str, error: BaseException) -> int:
     """Print one line, with what notes on the error say; returns `code`."""
     text = "; ".join([message, *getattr(error, "__notes__", ())])
-    print(f"plumbob: {' '.join(text.split())}", file=sys.stderr)
+    print(f"plumbob: {_line(text)}", file=sys.stderr)
     return code
 
 
-def _described(error: Exception) -> str:
+def _line(text: str) -> str:
+    """A text in one line, without the ends of words that are thousands of characters long."""
+    from plumbob.models.border import shortened
+
+    return " ".join(shortened(word, MOST_SHOWN) for word in text.split())
+
+
+def _described(error: BaseException) -> str:
     """The kind of an error, and the file that its traceback is in."""
     import tempfile
     import traceback
 
+    from plumbob.models.border import one_line
+
     lines = "".join(traceback.format_exception(error))
-    kind = f"{type(error).__name__}: {str(error)[:200]}"
+    kind = one_line(error)
     try:
         handle, name = tempfile.mkstemp(prefix="plumbob-defect-", suffix=".txt")
         with open(handle, "w", encoding="utf-8", errors="backslashreplace") as file:
@@ -194,11 +206,13 @@ def _interrupts() -> Iterator[list[int]]:
         signals.append(number)
         raise KeyboardInterrupt
 
-    usual = signal.getsignal(signal.SIGINT) == signal.default_int_handler
-    if not usual or threading.current_thread() is not threading.main_thread():
+    if threading.current_thread() is not threading.main_thread():
         yield signals
         return
-    before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
+    # A job in the background may be started with interrupts ignored.
+    now = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
+    usual = (signal.default_int_handler, signal.SIG_DFL)
+    before = {number: handler for number, handler in now.items() if handler in usual}
     for number in before:
         signal.signal(number, interrupt)
     try:

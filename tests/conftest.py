@@ -2,6 +2,7 @@
 
 import gc
 import os
+import signal
 import sys
 from contextlib import suppress
 from importlib import import_module
@@ -23,6 +24,10 @@ settings.register_profile(
     "repeatable", deadline=None, derandomize=True, print_blob=True, max_examples=40
 )
 settings.register_profile("search", deadline=None, max_examples=2000)
+# A job in the background may be started with interrupts ignored, and its processes with it.
+if signal.getsignal(signal.SIGINT) == signal.SIG_IGN:
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+
 settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "repeatable"))
 
 

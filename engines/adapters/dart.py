@@ -31,7 +31,16 @@ from plumbob.engines.adapters.three_feet import (
     start_velocity,
 )
 from plumbob.engines.method import Engine, Method, Simulation
-from plumbob.engines.peer_model import FREE, Frame, Layout, NotRead, PeerModel, Translated
+from plumbob.engines.peer_model import (
+    FREE,
+    Frame,
+    Layout,
+    NotRead,
+    PeerModel,
+    RefusedFile,
+    Translated,
+)
+from plumbob.models.border import border
 from plumbob.models.scene import Case
 
 EULER_STEP = Scheme(EULER, "start", implicit_damping=True, implicit_spring=True)
@@ -158,13 +167,20 @@ def _pose(first: Any, joint: Any) -> Pose:
     )
 
 
-def model_fields(path: Path) -> Fields:
-    """The numbers that DART reads from a model file; raises RuntimeError where it refuses it."""
+def _read(path: Path) -> Any:
+    """The world of a file; raises RefusedFile."""
     import dartpy
 
-    world = dartpy.utils.MjcfParser.readWorld(str(path.resolve()))
+    with border(RefusedFile):
+        world = dartpy.utils.MjcfParser.readWorld(str(path.resolve()))
     if world is None:
-        raise RuntimeError("no world is made of it")
+        raise NotRead("no world is made of it")
+    return world
+
+
+def model_fields(path: Path) -> Fields:
+    """The numbers that DART reads from a model file; raises RefusedFile."""
+    world = _read(path)
     yield "gravity", "", world.getGravity()
     yield "timestep", "", world.getTimeStep()
     for skeleton in map(world.getSkeleton, range(world.getNumSkeletons())):
@@ -188,11 +204,7 @@ class DartModel:
     """The world of a file, its skeletons one after another."""
 
     def __init__(self, path: Path, step: float) -> None:
-        import dartpy
-
-        self.world = dartpy.utils.MjcfParser.readWorld(str(path))
-        if self.world is None:
-            raise NotRead("no world is made of it")
+        self.world = _read(path)
         self.world.setTimeStep(step)
         skeletons = map(self.world.getSkeleton, range(self.world.getNumSkeletons()))
         self.skeletons = [skeleton for skeleton in skeletons if skeleton.getNumDofs()]
@@ -275,7 +287,7 @@ def _frame(joint: Any) -> Frame:
 
 
 def user_model(path: Path, layout: Layout, step: float) -> PeerModel:
-    """The model of a file; raises NotRead, and RuntimeError where DART refuses the file."""
+    """The model of a file; raises NotRead."""
     model = DartModel(path, step)
     hinges = []
     free = []

@@ -24,6 +24,8 @@ from plumbob.engines.adapters.ported import (
 )
 from plumbob.engines.adapters.stepping import stepped
 from plumbob.engines.method import Engine, Method, Simulation
+from plumbob.engines.peer_model import RefusedFile
+from plumbob.models.border import border
 from plumbob.models.entry_points import captured
 from plumbob.models.scene import Case, later
 
@@ -40,7 +42,7 @@ def start_warp() -> None:
 
 
 class WarpPort:
-    """A compiled model in MuJoCo Warp, in as many `worlds`."""
+    """A compiled model in MuJoCo Warp, in as many `worlds`; raises RefusedFile."""
 
     def __init__(self, model: Any, worlds: int = 1) -> None:
         import mujoco
@@ -48,8 +50,9 @@ class WarpPort:
         start_warp()
         import mujoco_warp
 
-        self.compiled, self.model = model, mujoco_warp.put_model(model)
-        self.data = mujoco_warp.put_data(model, mujoco.MjData(model), nworld=worlds)
+        with border(RefusedFile):
+            self.compiled, self.model = model, mujoco_warp.put_model(model)
+            self.data = mujoco_warp.put_data(model, mujoco.MjData(model), nworld=worlds)
 
     def load(self, data: Any) -> None:
         """Take over the state, control and applied forces of an mjData."""

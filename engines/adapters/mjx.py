@@ -29,7 +29,9 @@ from plumbob.engines.adapters.ported import (
 )
 from plumbob.engines.adapters.stepping import Built, SteppedSimulation
 from plumbob.engines.method import Engine, Method, Unsupported
+from plumbob.engines.peer_model import RefusedFile
 from plumbob.engines.trajectory import ByName, Trajectory
+from plumbob.models.border import border
 from plumbob.models.scene import Case, later
 
 if TYPE_CHECKING:
@@ -47,14 +49,15 @@ Pair = tuple[Any, Any]
 
 
 class MjxPort:
-    """A compiled model in MJX, in single precision, which is its default, or double."""
+    """A compiled model in MJX, in single precision, which is its default, or double. Raises
+    RefusedFile."""
 
     def __init__(self, model: Any, double: bool = False) -> None:
         import jax
         from mujoco import mjx
 
         self.precision = partial(jax.enable_x64, double)
-        with self.precision():
+        with self.precision(), border(RefusedFile):
             self.compiled, self.model = model, mjx.put_model(model)
             self.data = mjx.make_data(model)
         self.take, self.forwards = _loop(), jax.jit(mjx.forward)
@@ -137,8 +140,8 @@ def prepare(case: Case, method: Method, step: float) -> MjxSimulation:
 
     try:
         _started(translation, model, _double(method))
-    except NotImplementedError as error:
-        raise Unsupported(f"MJX refuses the model: {' '.join(str(error).split())}") from None
+    except RefusedFile as error:
+        raise Unsupported(f"MJX refuses the model: {error}") from None
     seconds = time.perf_counter() - begin
     return MjxSimulation(
         build, steps, step, seconds, samples=case.samples, clock="process_time"

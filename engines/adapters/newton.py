@@ -18,7 +18,8 @@ from plumbob.engines.adapters.mjwarp import WarpPort, start_warp
 from plumbob.engines.adapters.ported import PORTED, SINGLE, SMOOTH
 from plumbob.engines.adapters.stepping import Built, stepped
 from plumbob.engines.method import Engine, Method, Simulation
-from plumbob.engines.peer_model import Layout, NotRead, PeerModel
+from plumbob.engines.peer_model import Layout, NotRead, PeerModel, RefusedFile
+from plumbob.models.border import border
 from plumbob.models.scene import Case, later
 
 FIELDS = "plumbob.engines.adapters.mujoco.model_fields.fields_in"  # which imports MuJoCo
@@ -111,10 +112,11 @@ def _read(path: Path) -> tuple[Any, Any]:
     import newton
 
     solver = newton.solvers.SolverMuJoCo
-    builder = newton.ModelBuilder(up_axis=newton.Axis.Z)
-    solver.register_custom_attributes(builder)
-    builder.add_mjcf(str(path))
-    read = solver(builder.finalize(), use_mujoco_cpu=True).mj_model
+    with border(RefusedFile):
+        builder = newton.ModelBuilder(up_axis=newton.Axis.Z)
+        solver.register_custom_attributes(builder)
+        builder.add_mjcf(str(path))
+        read = solver(builder.finalize(), use_mujoco_cpu=True).mj_model
     file = mujoco.MjModel.from_xml_path(str(path))
     for what in ("nbody", "nq", "nv", "nu"):
         if (ours := getattr(file, what)) != (theirs := getattr(read, what)):

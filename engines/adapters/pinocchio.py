@@ -21,8 +21,17 @@ from plumbob.engines.adapters.integrators import fixed_steps
 from plumbob.engines.adapters.own_derivatives import nudged
 from plumbob.engines.adapters.three_feet import CAPSULE
 from plumbob.engines.method import Engine, Method, Simulation, Unsupported
-from plumbob.engines.peer_model import FREE, Frame, Layout, NotRead, PeerModel, Translated
+from plumbob.engines.peer_model import (
+    FREE,
+    Frame,
+    Layout,
+    NotRead,
+    PeerModel,
+    RefusedFile,
+    Translated,
+)
 from plumbob.engines.trajectory import ByName
+from plumbob.models.border import border
 from plumbob.models.scene import Case
 
 if TYPE_CHECKING:
@@ -166,12 +175,20 @@ def _torque(body: HingedBody, time: float, theta: float, rate: float) -> float:
     return push - body.damping * rate - body.stiffness * theta
 
 
-def model_fields(path: Path) -> Fields:
-    """The numbers that Pinocchio reads from a model file; its bodies are known by their joints.
-    Raises ValueError where it refuses the file."""
+def _read(path: Path) -> Any:
+    """The model of a file; raises RefusedFile."""
     import pinocchio
 
-    model = pinocchio.buildModelFromMJCF(str(path))
+    with border(RefusedFile):
+        return pinocchio.buildModelFromMJCF(str(path))
+
+
+def model_fields(path: Path) -> Fields:
+    """The numbers that Pinocchio reads from a model file; its bodies are known by their joints.
+    Raises RefusedFile."""
+    import pinocchio
+
+    model = _read(path)
     yield "gravity", "", model.gravity.linear
     for frame in model.frames:
         inertia = model.inertias[frame.parentJoint]
@@ -242,11 +259,8 @@ FRAME = Frame(
 
 
 def user_model(path: Path, layout: Layout, step: float) -> PeerModel:
-    """The model of a file; joints of one body are one, in their order. Raises NotRead, and
-    ValueError where Pinocchio refuses the file."""
-    import pinocchio
-
-    model = pinocchio.buildModelFromMJCF(str(path))
+    """The model of a file; joints of one body are one, in their order. Raises NotRead."""
+    model = _read(path)
     hinges = list[tuple[str, tuple[int, int]]]()
     free = []
     for i in range(1, model.njoints):

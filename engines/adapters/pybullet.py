@@ -31,6 +31,8 @@ from plumbob.engines.adapters.three_feet import (
     start_velocity,
 )
 from plumbob.engines.method import Engine, Method, Options, Simulation, Unsupported
+from plumbob.engines.peer_model import RefusedFile
+from plumbob.models.border import border
 from plumbob.models.entry_points import captured
 from plumbob.models.scene import Case, later
 
@@ -216,9 +218,10 @@ def _pose(client: Any, tree: int, joint: int | None) -> Pose:
 
 def model_fields(path: Path) -> Fields:
     """The numbers that Bullet reads from a model file; it knows friction by the body, not the geom.
-    Raises pybullet.error where it refuses the file."""
+    Raises RefusedFile."""
     client = new_client()
-    bodies = client.loadMJCF(str(path))
+    with border(RefusedFile):
+        bodies = client.loadMJCF(str(path))
     options = client.getPhysicsEngineParameters()
     yield "gravity", "", [options[f"gravityAcceleration{axis}"] for axis in "XYZ"]
     yield "timestep", "", options["fixedTimeStep"]

@@ -17,9 +17,11 @@ from plumbob.engines.peer_model import (
     Layout,
     NotRead,
     PeerModel,
+    RefusedFile,
     Translated,
     rotation,
 )
+from plumbob.models.border import border
 
 PROBE = 1e-6  # [s] of the step that shows accelerations
 DAMPED = "springs and damping dropped; velocities of links damped by Bullet's default"
@@ -32,7 +34,8 @@ class World:
 
     def __init__(self, path: Path, layout: Layout, step: float) -> None:
         client = self.client = new_client()
-        self.bodies = client.loadMJCF(str(path))
+        with border(RefusedFile):
+            self.bodies = client.loadMJCF(str(path))
         client.setPhysicsEngineParameter(fixedTimeStep=step, deterministicOverlappingPairs=1)
         self.bases: list[tuple[int, int, int]] = []  # a body, its first position and velocity,
         self.joints: list[tuple[int, int, int, int]] = []  # the same of a joint, after its body
@@ -170,7 +173,7 @@ def _frame(client: Any, body: int) -> Frame:
 
 
 def user_model(path: Path, layout: Layout, step: float) -> PeerModel:
-    """The model of a file; raises NotRead, and pybullet.error where Bullet refuses the file."""
+    """The model of a file; raises NotRead."""
     model = BulletModel(path, layout, step)
     world = model.world
     client = model.world.client

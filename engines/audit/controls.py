@@ -9,6 +9,7 @@ import numpy as np
 from plumbob.analytic.parameters import ParameterError, positive
 from plumbob.analytic.reference import Array
 from plumbob.engines.own_motion import OwnModel, Script, periods
+from plumbob.models.border import must_be
 
 PERIOD = 0.02  # [s] about, for which a control is held
 DURATION = 1.0  # [s]
@@ -42,6 +43,8 @@ def script(
         values = _given(model, control)
         if duration is not None:
             values = values[: periods(duration, held)]
+        if len(values) > MOST:
+            raise ParameterError("ctrl", f"{len(values)} periods", f"at most {MOST}")
     return Script(model.state, held, values)
 
 
@@ -68,11 +71,9 @@ def _shape(model: OwnModel) -> str:
 
 def _given(model: OwnModel, control: Any) -> Array:
     wanted = _shape(model)
-    try:
+    what = f"{', '.join(KINDS)}, or numbers {wanted}"
+    with must_be(what, "ctrl", type(control).__name__):
         values = np.asarray(control, dtype=float)
-    except (TypeError, ValueError):
-        what = f"{', '.join(KINDS)}, or numbers {wanted}"
-        raise ParameterError("ctrl", type(control).__name__, what) from None
     values = values[:, None] if values.ndim == 1 else values
     if values.shape[1:] != (model.rest.size,) or not len(values):
         raise ParameterError("ctrl", f"shape {values.shape}", wanted)

@@ -15,7 +15,6 @@ import numpy as np
 
 from plumbob.analytic.reference import Array
 from plumbob.engines.abilities import RunsFiles
-from plumbob.engines.added import one_line
 from plumbob.engines.audit.audit import Audit
 from plumbob.engines.audit.reference import Certificate, moved
 from plumbob.engines.audit.step_errors import StateErrors, state_errors
@@ -37,7 +36,7 @@ from plumbob.engines.audit.term_differences import (
 )
 from plumbob.engines.method import Engine
 from plumbob.engines.own_motion import OwnModel, Script
-from plumbob.engines.peer_model import NotRead, PeerModel
+from plumbob.engines.peer_model import NotRead, PeerModel, RefusedFile
 from plumbob.engines.registry import engines, find_engine, installed
 from plumbob.engines.study.provenance import version_of
 from plumbob.engines.workers import Lost, Task, Workers
@@ -165,10 +164,10 @@ def engine_error(name: str, held: Held) -> EngineError:
     try:
         with captured():
             return measured(engine, held)
+    except RefusedFile as error:
+        return EngineError(name, version_of(engine), f"it refuses the file: {error}")
     except NotRead as why:
         return EngineError(name, version_of(engine), str(why))
-    except Exception as error:
-        return EngineError(name, version_of(engine), f"it refuses the file: {one_line(error)}")
 
 
 def measured(engine: Engine, held: Held) -> EngineError:

@@ -11,9 +11,9 @@ import numpy as np
 
 from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.reference import Array
-from plumbob.engines.added import one_line
 from plumbob.engines.audit.user_models import quiet
-from plumbob.engines.own_motion import Policy, periods
+from plumbob.engines.own_motion import Policy, periods, policy_name
+from plumbob.models.border import must_be
 from plumbob.models.entry_points import captured, on_stderr
 
 
@@ -23,16 +23,13 @@ def environment(name: str, seed: int = 0) -> Any:
     environment."""
     gymnasium = importlib.import_module("gymnasium")
     what = "the name of a MuJoCo environment of Gymnasium"
-    try:
-        with quiet(), captured(), warnings.catch_warnings():
-            warnings.simplefilter("ignore")
-            result = gymnasium.make(name)
-            result.reset(seed=seed)
-    except ImportError:
-        raise
-    except Exception as error:  # of the environment's own, too
-        raise ParameterError("gym", name, f"{what} ({error})") from None
-    if not hasattr(result.unwrapped, "frame_skip"):
+    at_border = must_be(what, "gym", name, ImportError)
+    with at_border, quiet(), captured(), warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        result = gymnasium.make(name)
+        result.reset(seed=seed)
+        of_mujoco = hasattr(result.unwrapped, "frame_skip")
+    if not of_mujoco:
         raise ParameterError("gym", name, what)
     return result
 
@@ -47,23 +44,20 @@ def rollout(environment: Any, policy: Policy, duration: float) -> Array:
     """Controls, shape (periods, actuators), that an environment makes of the actions of `policy`,
     which is called with its observations, for a duration [s] or until the episode ends. Raises
     ParameterError."""
+    name = policy_name(policy)
+    what = "a function of an observation that returns actions"
     inner = environment.unwrapped
     controls = list[Array]()
-    observation = inner._get_obs()
-    name = getattr(policy, "__name__", type(policy).__name__)
+    with must_be(what, "policy", name):
+        observation = inner._get_obs()
     with on_stderr(), warnings.catch_warnings():
         warnings.simplefilter("ignore")
         for _ in range(periods(duration, inner.dt)):
-            try:
+            with must_be(what, "policy", name):
                 observation, _, ended, late, _ = environment.step(policy(observation))
-            except (Exception, SystemExit) as error:
-                what = (
-                    f"a function of an observation that returns an action ({one_line(error)})"
-                )
-                raise ParameterError("policy", name, what) from None
-            controls.append(np.array(inner.data.ctrl))
+                controls.append(np.array(inner.data.ctrl, dtype=float))
             if ended or late:
                 break
     if not np.isfinite(controls).all():
-        raise ParameterError("policy", name, "a function of an observation: finite actions")
+        raise ParameterError("policy", name, f"{what}: finite ones")
     return np.array(controls)

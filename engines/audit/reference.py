@@ -22,7 +22,13 @@ import numpy as np
 
 from plumbob.analytic.reference import Array
 from plumbob.engines.audit.allowance import Allowance
-from plumbob.engines.own_motion import Integration, NotCertifiable, OwnModel, Script
+from plumbob.engines.own_motion import (
+    OUT_OF_TIME,
+    Integration,
+    NotCertifiable,
+    OwnModel,
+    Script,
+)
 
 TIGHT, LOOSE = 1e-10, 1e-8  # relative and absolute tolerances of the two smooth methods
 WIDTHS = (1e-5, 1e-6, 3e-7)  # [m] of the layer
@@ -35,7 +41,6 @@ CHATTER, WITHIN = 20, 0.05  # events, within [s]: more are chatter
 STEPS_IN_TOUCH = 4.0  # at least, so that stages lie in one that a larger step passed over
 FIRST = 0.4  # of the time, for the first method
 RESOLVED = 5.0  # times the reference's uncertainty: an error from there on is quoted
-OUT_OF_TIME = "the time given for it ended"
 MEASURE = "corner displacement"  # of errors, as JSON names it
 NOTHING = 1e-9  # [m] rounding and solver tolerances leave as much in the steps
 
@@ -179,6 +184,12 @@ class _Watch:
         self.events: list[float] = []
         self.before: bytes | None = None
 
+    def __call__(self, at: float, state: Array) -> Array:
+        """Rates of a state `at` a time [s]; raises NotCertifiable."""
+        if time.process_time() > self.ends:
+            raise NotCertifiable(f"{OUT_OF_TIME} at {at:.4g} s")
+        return np.asarray(self.field(at, state))
+
     def after_step(self, at: float, acting: bytes) -> None:
         """Look at the contacts that act `at` a time [s]; raises NotCertifiable."""
         if acting != self.before:
@@ -187,8 +198,6 @@ class _Watch:
         recent = self.events[-CHATTER - 1 :]
         if not self.many and len(recent) > CHATTER and recent[-1] - recent[0] < WITHIN:
             raise NotCertifiable(f"contacts chatter from {recent[0]:.4g} s on")
-        if time.process_time() > self.ends:
-            raise NotCertifiable(f"{OUT_OF_TIME} at {at:.4g} s")
 
 
 @np.errstate(all="ignore")  # a motion without bounds is refused below
@@ -206,7 +215,7 @@ def computed(
     field = model.field(width)
     watch = _Watch(field, width > 0.0, seconds)
     touches = model.hidden_touches(field, script.start)
-    integrator = _Integrator(method, field, tolerance, watch, touches)
+    integrator = _Integrator(method, watch, tolerance, touches)
     states = np.full((len(script.controls) + 1, script.start.size), np.nan)
     states[0] = y = field.normalised(script.start)
     done, why = 0, ""
@@ -234,11 +243,11 @@ class _Integrator:
     """Steps of one of scipy's adaptive methods along a field, each of which is looked at."""
 
     def __init__(
-        self, method: str, field: Any, tolerance: float, watch: _Watch, touches: Any
+        self, method: str, watch: _Watch, tolerance: float, touches: Any
     ) -> None:
         from scipy import integrate
 
-        self.begun = partial(getattr(integrate, method), field, rtol=tolerance, atol=tolerance)
+        self.begun = partial(getattr(integrate, method), watch, rtol=tolerance, atol=tolerance)
         self.watch, self.touches = watch, touches
         self.size: float | None = None  # [s] of the last step that did not end where it had to
 

@@ -10,7 +10,9 @@ below too, and are lost along the motion at ABOVE times it; else it is said up t
 from __future__ import annotations
 
 import math
+import time
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
@@ -19,8 +21,17 @@ import numpy as np
 
 from plumbob.analytic.reference import Array
 from plumbob.engines.audit.allowance import Allowance
-from plumbob.engines.audit.reference import OUT_OF_TIME, moved
-from plumbob.engines.own_motion import Change, Element, OwnModel, Place, Script, StepMaps
+from plumbob.engines.audit.reference import moved
+from plumbob.engines.own_motion import (
+    OUT_OF_TIME,
+    Change,
+    Element,
+    NotCertifiable,
+    OwnModel,
+    Place,
+    Script,
+    StepMaps,
+)
 
 STATES = 5  # along the motion
 BEYOND = 10.0  # times the model's own step: no larger one is tried
@@ -46,6 +57,7 @@ SETTLED = 0.01  # [m/s, rad/s]: a run with less at its end has come to rest
 STILL = 10.0  # growth of a nudge much later: less, and the first one only met a landing
 FINER = 4  # times, at least: the step, at most the model's own, by which that is measured
 LEAST, MOST = 50, 400  # steps of a nudged run
+PATIENCE = 2.0  # times the time allowed, after which nothing more is looked for
 FINE = 8  # steps in place of one, for the motion of a model that a remedy changes
 HELPS = 1.1  # times the limit: what a remedy is to reach
 RAISED = 1.05  # times the limit by the Jacobian at the state that sets it, at least
@@ -397,13 +409,17 @@ def stability(
 ) -> Stability:
     """The largest steps of all integrators along the motion of `script`, of which `states` at the
     ends of the periods are known, and what raises the model's own; others than that one, and
-    remedies, as far as time allows."""
-    course = Course(model, script, states)
-    limits = [tried_below(course, limited(course, model.integrator))]
-    for name in model.steppable[1:]:
-        late = allowance.left < 0.0
-        limits.append(Limit(name, None, why=OUT_OF_TIME) if late else limited(course, name))
-    limited_there = limits[0].largest_step is not None and limits[0].holds_to is None
-    try_remedies = limited_there and allowance.left > 0.0
-    remedies = remedied(course, limits) if try_remedies else ()
+    remedies, as far as time allows, and after twice that time nothing."""
+    ends = time.process_time() + PATIENCE * allowance.seconds
+    course = Course(replace(model, ends=ends), script, states)
+    limits = [Limit(name, None, why=OUT_OF_TIME) for name in model.steppable]
+    remedies: tuple[Remedy, ...] = ()
+    with suppress(NotCertifiable):  # where the time ends
+        limits[0] = tried_below(course, limited(course, model.integrator))
+        for k, name in enumerate(model.steppable[1:], 1):
+            if allowance.left > 0.0:
+                limits[k] = limited(course, name)
+        limited_there = limits[0].largest_step is not None and limits[0].holds_to is None
+        if limited_there and allowance.left > 0.0:
+            remedies = remedied(course, limits)
     return Stability(tuple(limits), remedies, model.step, len(states) == 1)

@@ -23,7 +23,7 @@ import numpy as np
 
 from plumbob.analytic.answer_cache import Same, expected
 from plumbob.analytic.left_open import SURE, by_series, roundings
-from plumbob.analytic.parameters import ParameterError
+from plumbob.analytic.parameters import ParameterError, nearest
 from plumbob.analytic.reference import Array
 from plumbob.analytic.schemes import ADAPTIVE
 from plumbob.analytic.theory import reaches
@@ -153,7 +153,7 @@ class GradientSearch(RunRequest[Gradients]):
         for argument, wanted, there in allowed:
             for name in wanted:
                 if name not in there:
-                    raise ParameterError(argument, name, f"one of {', '.join(there)}")
+                    raise ParameterError(argument, name, f"one of {nearest(name, list(there))}")
         if self.at is not None and not 0.0 < self.at <= case.scene.duration:
             raise ParameterError("at", self.at, f"above 0, {case.scene.duration:g} s at most")
 

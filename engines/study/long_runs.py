@@ -69,6 +69,9 @@ class LongRunSearch(RunRequest[MeasuredLongRun]):
             return MeasuredLongRun(why="long runs are of pendulums and of a free body")
         step = self.step or own_step(scene, method, theory)
         fixed = method.control == "step"
+        if fixed and step * self.most_steps < theory.fastest:
+            least = theory.fastest / self.most_steps
+            raise ParameterError("step", step, f"at least {least:.3g} s: a period in a run")
         scales = {q.observable: q.scale for q in case.system.quantities(case)}
         predicted = theory.long_run(scheme_of(case, method), step, scales) if fixed else None
         pace = step if fixed else theory.fastest / OF_A_SOLVER

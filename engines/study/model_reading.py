@@ -15,8 +15,8 @@ import numpy as np
 
 from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.abilities import ModelFields, ModelReader
-from plumbob.engines.added import one_line
 from plumbob.engines.method import Engine
+from plumbob.engines.peer_model import NotRead
 from plumbob.engines.registry import find_engine, installed
 from plumbob.engines.study.provenance import version_of
 from plumbob.engines.study.request import Request
@@ -105,8 +105,8 @@ def fields_of(engine: Engine, file: Path) -> tuple[str, ModelFields]:
         return "", fields
     except ParameterError as error:
         return error.requirement, {}
-    except Exception as error:
-        return one_line(error), {}
+    except NotRead as error:
+        return str(error), {}
 
 
 def dropped(wanted: ModelFields, fields: ModelFields) -> dict[str, str]:

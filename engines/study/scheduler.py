@@ -8,10 +8,10 @@ from concurrent.futures import Executor
 from dataclasses import replace
 from typing import Any
 
-from plumbob.engines.added import one_line
 from plumbob.engines.study.checkpoint import Checkpoint
 from plumbob.engines.study.results import TaskResult
 from plumbob.engines.workers import Lost, Task, results
+from plumbob.models.border import Refused, border
 from plumbob.models.registry import system_of
 from plumbob.models.scene import Scene
 
@@ -46,14 +46,15 @@ def _answered(
 ) -> TaskResult:
     """A result with its answer; given up for a defect in the exact motion or the theory of an added
     system. Raises an error that is plumbob's own."""
-    try:
+    posed = [system_of(of) for of in arguments if isinstance(of, Scene)]
+    package = next((system.distribution for system in posed), "")
+    if not package:
         return replace(blank, answer=do(*arguments))
-    except Exception as error:
-        posed = [system_of(of) for of in arguments if isinstance(of, Scene)]
-        package = next((system.distribution for system in posed), "")
-        if not package:
-            raise
-        return TaskResult(lost=f"the system of the package {package} raises {one_line(error)}")
+    try:
+        with border():
+            return replace(blank, answer=do(*arguments))
+    except Refused as error:
+        return TaskResult(lost=f"the system of the package {package} raises {error}")
 
 
 def worked_out(

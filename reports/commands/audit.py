@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import io
 import json
 import math
 import os
@@ -15,13 +16,12 @@ from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any, cast
-from zipfile import BadZipFile
+from zipfile import ZipFile
 
 import numpy as np
 
 from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.reference import Array
-from plumbob.engines.added import one_line
 from plumbob.engines.audit.audit import Audit
 from plumbob.engines.audit.changes import changes
 from plumbob.engines.audit.contacts import SPEED, ContactAudit
@@ -31,6 +31,7 @@ from plumbob.engines.audit.environments import environment
 from plumbob.engines.audit.trims import tried
 from plumbob.engines.audit.user_models import quiet, user_models
 from plumbob.engines.own_motion import AS_IT_STANDS, Policy, Start
+from plumbob.models.border import must_be, regular
 from plumbob.models.entry_points import on_stderr
 from plumbob.reports.audit_from_python import BUDGET, audit, audit_contacts
 from plumbob.reports.commands import several_audits
@@ -43,6 +44,8 @@ from plumbob.reports.view.own_files import replaceable
 from plumbob.reports.view.page import written
 
 MISSING = 3
+LARGEST_OLD = 100_000_000  # [bytes] of audits that --against reads
+LARGEST_CONTROLS = 100_000_000  # [bytes], unpacked: as many periods as may be, of 125 actuators
 MISSED = 1  # an accuracy, stability or reference that is asked for
 OTHER = (".urdf", ".mjb")  # models that are no text to trim
 PATIENCE = 10.0  # times the budget of processor time, after which an audit of several hangs
@@ -93,6 +96,8 @@ def command(chosen: argparse.Namespace) -> int:
     ending = "-contacts.html" if chosen.contacts else ".html"
     pages = {path: f"{name}{ending}" for path, name in page_names(models).items()}
     _writable(chosen, models, [*pages.values(), *[several_audits.PAGE] * (not alone)])
+    if alone and not chosen.gym:
+        regular("model", models[0], math.inf)  # said before anything is shown
     audited = partial(_audited, chosen=chosen, pages=pages)
     with progress() as show:
         if files is None:
@@ -318,15 +323,14 @@ def _missed(result: Audit | ContactAudit, chosen: argparse.Namespace) -> Iterato
 def stored_audits(file: Path) -> list[Any]:
     """The audits of motions in a file, as --json printed them; raises ParameterError."""
     what = "a file that this `plumbob audit --json` has printed"
-    try:
-        content = json.loads(file.read_text("utf-8")) if file.is_file() else None
+    regular("against", file, LARGEST_OLD)
+    with must_be(what, "against", str(file)):
+        content = json.loads(file.read_text("utf-8"), parse_int=float)
         stored: list[Any] = content if isinstance(content, list) else [content]
         for old in stored:
-            Path(old.get("path", old["model"]))
+            Path(old.get("path", old["model"])).exists()
             changes(old, old)  # reads all that a comparison will
-    except (ValueError, TypeError, LookupError, AttributeError, RecursionError):
-        raise ParameterError("against", str(file), what) from None
-    return stored
+        return stored
 
 
 def audit_of(file: Path, stored: Sequence[Mapping[str, Any]], alone: bool) -> Mapping[str, Any]:
@@ -383,10 +387,8 @@ def policy_of(name: str) -> Policy:
     ParameterError."""
     sys.path.insert(0, os.getcwd())
     try:
-        with on_stderr():
+        with must_be("MODULE:FUNCTION", "policy", name), on_stderr():
             found = pkgutil.resolve_name(name)
-    except (Exception, SystemExit) as error:
-        raise ParameterError("policy", name, f"MODULE:FUNCTION ({one_line(error)})") from None
     finally:
         sys.path.remove(os.getcwd())
     if not callable(found):
@@ -400,14 +402,19 @@ def controls_of(file: Path) -> Array:
     """Controls from a .csv file, a row for each period, or the array `ctrl` of a .npz file; raises
     ParameterError."""
     what = f"{', '.join(KINDS)}, or a .csv or .npz file of controls"
-    if file.suffix not in (".csv", ".npz") or not file.is_file():
+    if file.suffix not in (".csv", ".npz"):
         raise ParameterError("ctrl", str(file), what)
-    try:
-        if file.suffix == ".npz":
-            with np.load(file, allow_pickle=False) as arrays:
-                return np.asarray(arrays["ctrl"]).astype(float, casting="same_kind")
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", UserWarning)  # of no rows, which its shape tells
+    regular("ctrl", file, LARGEST_CONTROLS)
+    with must_be(what, "ctrl", str(file)), warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # no rows, which the shape tells; names twice
+        if file.suffix == ".csv":
             return np.loadtxt(file, delimiter=",", ndmin=2)
-    except (ValueError, TypeError, KeyError, OSError, EOFError, BadZipFile) as error:
-        raise ParameterError("ctrl", str(file), f"{what} ({error})") from None
+        with ZipFile(file) as arrays, arrays.open("ctrl.npy") as packed:
+            content = packed.read(LARGEST_CONTROLS + 1)
+        if len(content) > LARGEST_CONTROLS:
+            raise ValueError(f"more than {LARGEST_CONTROLS} bytes when unpacked")
+        try:
+            values = np.load(io.BytesIO(content), allow_pickle=False)
+        except MemoryError:
+            raise ValueError("its header states more numbers than there are") from None
+        return np.asarray(values).astype(float, casting="same_kind")

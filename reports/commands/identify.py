@@ -6,7 +6,7 @@ import argparse
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
-from plumbob.analytic.parameters import ParameterError
+from plumbob.analytic.parameters import ParameterError, nearest
 from plumbob.engines.registry import method as find_method
 from plumbob.models.registry import case_of
 from plumbob.models.registry import scene as find_scene
@@ -73,7 +73,7 @@ def _sides(true: Case, chosen: argparse.Namespace) -> Iterator[Side]:
     wanted = dict.fromkeys(name.strip() for name in chosen.parameter.split(","))
     allowed = true.system.parameters
     if wrong := next((name for name in wanted if name not in allowed), None):
-        raise ParameterError("parameter", wrong, f"one of {', '.join(allowed)}")
+        raise ParameterError("parameter", wrong, f"one of {nearest(wrong, list(allowed))}")
     for name in limits.keys() - wanted:
         raise ParameterError("within", name, f"one of {', '.join(wanted)}")
     for name in wanted:

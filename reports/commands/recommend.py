@@ -11,7 +11,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from plumbob.analytic.parameters import ParameterError
+from plumbob.analytic.parameters import ParameterError, nearest
 from plumbob.engines.method import USER_METHOD, Method
 from plumbob.engines.registry import engine_of, engines, installed
 from plumbob.engines.registry import methods as find_methods
@@ -81,7 +81,9 @@ def _check(observable: str | None, observables: Observables) -> None:
     """Raises ParameterError where an observable is none of these."""
     names = [o.name for o in observables]
     if observable not in (None, *names):
-        raise ParameterError("observable", observable, f"one of {', '.join(names)}")
+        raise ParameterError(
+            "observable", observable, f"one of {nearest(str(observable), list(names))}"
+        )
 
 
 @contextmanager

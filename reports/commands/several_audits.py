@@ -18,6 +18,7 @@ from xml.etree import ElementTree
 
 from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.workers import Lost, Task, Workers
+from plumbob.models.border import must_be, regular
 from plumbob.reports.view.audit.page import page_of
 from plumbob.reports.view.content import Finding
 from plumbob.reports.view.finding_text import written as worded
@@ -27,7 +28,6 @@ from plumbob.reports.view.terminal import aligned
 
 INCLUDED = re.compile(r"<(?:include|model)\b[^>]*\bfile\s*=\s*[\"']([^\"'\0]+)[\"']")
 ROOT = re.compile(r"<mujoco[\s>]")
-MOST_BYTES = 10_000_000  # of a file that is looked into
 # Elements of MJCF without which nothing is left of a file that is no model of its own.
 PARTS = frozenset(
     ("asset", "compiler", "custom", "default", "extension", "option", "size", "statistic")
@@ -105,14 +105,16 @@ def _is_pattern(word: str) -> bool:
 
 
 def _models_in(folder: Path) -> tuple[list[Path], list[Path]]:
-    """MJCF models below `folder` that are no part of another one, and files that are no models."""
+    """MJCF models below `folder` that are no part of another one, each once, and files that are no
+    models."""
     texts = {path: _text(path) for path in sorted(folder.rglob("*.xml"))}
     parts = {
         os.path.realpath(path.parent / part)
         for path, text in texts.items()
         for part in INCLUDED.findall(text or "")
     }
-    whole = [path for path in texts if os.path.realpath(path) not in parts]
+    first = {os.path.realpath(path): path for path in reversed(texts)}
+    whole = sorted(path for real, path in first.items() if real not in parts)
     models = [path for path in whole if _is_model(path, texts[path])]
     return models, [path for path in whole if path not in models]
 
@@ -120,10 +122,10 @@ def _models_in(folder: Path) -> tuple[list[Path], list[Path]]:
 def _text(path: Path) -> str | None:
     """The text of a file; None of one that is not regular, too large for a model or unreadable."""
     try:
-        if not path.is_file() or path.stat().st_size > MOST_BYTES:
-            return None
-        return path.read_text("utf-8", "replace")
-    except OSError:
+        regular("model", path)
+        with must_be("a file that can be read", "model", str(path)):
+            return path.read_text("utf-8", "replace")
+    except ParameterError:
         return None
 
 

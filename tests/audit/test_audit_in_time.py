@@ -18,7 +18,7 @@ from plumbob.engines.own_motion import Start
 from plumbob.reports.cli import main
 from plumbob.tests.audit.scenes_as_models import PENDULUM, ball, compiled, pendulum
 
-SECOND = 1000  # readings of a clock
+SECOND = 15_000  # readings of a clock, one at each evaluation
 
 
 @pytest.fixture

@@ -59,8 +59,10 @@ def test_the_newest_study_of_a_scene(study, tmp_path):
     last = save(none, file)
     found = store.load(file, scenes=[SCENE])
     assert found.convergence == study.convergence
-    assert found == store.load(file, first)
-    assert store.load(file) == store.load(file, last) != found
+    # As texts: a number that is none equals itself in no field.
+    newest, again = repr(store.load(file)), repr(store.load(file, last))
+    assert repr(found) == repr(store.load(file, first))
+    assert newest == again != repr(found)
     assert store.load(file, 99) is None
     assert store.load(file, scenes=["nothing/like-it"]) is None
 

@@ -14,19 +14,37 @@ from pydrake.systems.framework import DiagramBuilder
 from plumbob.analytic.reference import Array
 from plumbob.engines.abilities import Fields
 from plumbob.engines.adapters.drake.scenes import simulator_of
-from plumbob.engines.peer_model import FREE, Frame, Layout, PeerModel, Translated, commands
+from plumbob.engines.peer_model import (
+    FREE,
+    Frame,
+    Layout,
+    NotRead,
+    PeerModel,
+    RefusedFile,
+    Translated,
+    commands,
+)
+from plumbob.models.border import border
 
 IMPLICIT = "the gains of its servos act at the end of a step, not at its start"
 NO_GAINS = PdControllerGains(p=0.0, d=0.0)  # of what is no servo
 FRAME = Frame(lambda p, r: np.concatenate([r, p]), lambda q: (q[4:], q[:4]))
 
 
+def _read(path: Path, plant: Any) -> Any:
+    """The number of the model in the file `path`, which is read into a plant that is then complete;
+    raises RefusedFile."""
+    with border(RefusedFile):
+        (model,) = Parser(plant).AddModels(str(path))
+        plant.Finalize()
+    return model
+
+
 def model_fields(path: Path) -> Fields:
     """The numbers of the file `path` in a plant that is not given a step: see the adapter for
-    MuJoCo. Raises RuntimeError where Drake refuses the file."""
+    MuJoCo. Raises RefusedFile."""
     plant, graph = AddMultibodyPlantSceneGraph(DiagramBuilder(), 0.0)
-    Parser(plant).AddModels(str(path))
-    plant.Finalize()
+    _read(path, plant)
     yield "gravity", "", plant.gravity_field().gravity_vector()
     for i in range(1, plant.num_bodies()):
         body = plant.get_body(BodyIndex(i))
@@ -66,9 +84,8 @@ class DrakeModel:
     def __init__(self, path: Path, layout: Layout, step: float) -> None:
         builder = DiagramBuilder()
         self.plant, _ = AddMultibodyPlantSceneGraph(builder, step)
-        (self.file,) = Parser(self.plant).AddModels(str(path))
         self.plant.SetUseSampledOutputPorts(False)  # contacts of a state, not of the last step
-        self.plant.Finalize()
+        self.file = _read(path, self.plant)
         self.step, self.layout = step, layout
         diagram = builder.Build()
         self.simulator = simulator_of(diagram, diagram.CreateDefaultContext())
@@ -137,13 +154,14 @@ class DrakeModel:
         """Take steps; a discrete update takes place at the time at which its step begins."""
         self._push(control, force)
         begun = round(self.simulator.get_context().get_time() / self.step + 0.5)
-        self.simulator.AdvanceTo((begun + steps - 0.5) * self.step)
+        with border(lambda line: NotRead(f"its steps end: {line}")):
+            self.simulator.AdvanceTo((begun + steps - 0.5) * self.step)
         plant = self.plant
         return plant.GetPositions(self.context), plant.GetVelocities(self.context)
 
 
 def user_model(path: Path, layout: Layout, step: float) -> PeerModel:
-    """The model of a file; raises NotRead, and RuntimeError where Drake refuses the file."""
+    """The model of a file; raises NotRead."""
     model = DrakeModel(path, layout, step)
     hinges = []
     free = []

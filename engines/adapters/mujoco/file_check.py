@@ -15,6 +15,7 @@ from plumbob.analytic.errors.contact_models.contact_stability import (
     ContactSpring,
     largest_contact_step,
 )
+from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.schemes import Scheme
 from plumbob.engines.abilities import FileCheck
 from plumbob.engines.adapters.mujoco import options
@@ -28,6 +29,7 @@ from plumbob.engines.adapters.mujoco.contacts import (
 from plumbob.engines.adapters.mujoco.settings_to_paste import OWN_STIFFNESS, own_pair
 from plumbob.engines.adapters.mujoco.user_file import ENDS, compiled_model
 from plumbob.engines.method import Method, time_step
+from plumbob.engines.own_motion import NotCertifiable
 
 CLOSE = 1e-6  # relative difference of values that are the same but for the digits written
 # of the mean size of a body: what is this near the floor at the start is in contact
@@ -48,7 +50,11 @@ def check(path: Path, method: Method) -> FileCheck:
     if convergent:
         differences += _contacts(model, method, step)
     once = tuple(dict.fromkeys(differences))
-    return FileCheck(method.name, step, once, tuple(_warnings(model, method, step)))
+    try:
+        warned = tuple(_warnings(model, method, step))
+    except NotCertifiable as why:
+        raise ParameterError("check", str(path), f"a model that starts; {why}") from None
+    return FileCheck(method.name, step, once, warned)
 
 
 def _options(

@@ -56,9 +56,18 @@ def fields_in(model: Any, named: Any = None) -> Fields:
 
 def _parts(model: Any, named: Any, kind: str, count: str) -> Iterator[tuple[str, Any]]:
     """The parts of a kind, which are as many in both models, by their names."""
-    if getattr(model, count) == getattr(named, count):
-        for i in range(getattr(model, count)):
+    here, there = (
+        actuator_count(one) if kind == "actuator" else getattr(one, count)
+        for one in (model, named)
+    )
+    if here == there:
+        for i in range(here):
             yield name_of(named, kind, i), getattr(model, kind)(i)
+
+
+def actuator_count(model: Any) -> int:
+    """The number of actuators; `nu` counts controls, of which an actuator may have several."""
+    return len(model.actuator_trnid)
 
 
 def name_of(model: Any, kind: str, number: int) -> str:

@@ -14,6 +14,7 @@ import numpy as np
 
 from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.method import Options, Unsupported
+from plumbob.engines.own_motion import NotCertifiable
 
 BIT = mujoco.mjtDisableBit
 # option -> its enumeration and the prefix of that enumeration's names
@@ -100,7 +101,7 @@ def _named_after(word: str) -> tuple[str, ...]:
 @contextmanager
 def collected() -> Iterator[list[str]]:
     """Collect what the engine logs, and warns of while it compiles, while the block runs; nothing
-    is printed or written to disk."""
+    is printed or written to disk. Raises NotCertifiable where the engine gives up a model."""
     messages: list[str] = []
     before = mujoco.get_mju_user_warning()
     mujoco.set_mju_user_warning(messages.append)
@@ -108,6 +109,8 @@ def collected() -> Iterator[list[str]]:
         with enough_memory(), warnings.catch_warnings(record=True) as compiling:
             warnings.simplefilter("always", UserWarning)
             yield messages
+    except mujoco.FatalError as error:
+        raise NotCertifiable(f"MuJoCo gives it up: {error}") from None
     finally:
         mujoco.set_mju_user_warning(before)
         messages += [str(warning.message) for warning in compiling]

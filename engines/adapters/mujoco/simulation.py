@@ -42,7 +42,7 @@ class MujocoSimulation(SteppedSimulation):
         logged: Sequence[str] = (),
     ) -> None:
         """`logged` are messages of the compiler."""
-        super().__init__(self._begun, steps, step, compile_seconds, (Diverged,), samples)
+        super().__init__(self._begun, steps, step, compile_seconds, BROKEN, samples)
         self.translation, self.model, self.logged = translation, model, logged
         self.data = mujoco.MjData(model)
 
@@ -121,6 +121,9 @@ class MujocoSimulation(SteppedSimulation):
 
 class Diverged(Exception):
     """The engine's own alarm, of which its log tells."""
+
+
+BROKEN = (Diverged, mujoco.FatalError)
 
 
 def compiled(case: Case, method: Method, step: float) -> MujocoSimulation:

@@ -2,23 +2,23 @@
 
 from __future__ import annotations
 
-import warnings
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
-from xml.etree import ElementTree
 
 import mujoco
 import numpy as np
 
 from plumbob.analytic.parameters import ParameterError
-from plumbob.engines.adapters.mujoco import options
+from plumbob.engines.adapters.mujoco import options, trial
 from plumbob.engines.adapters.mujoco.methods import METHODS
 from plumbob.engines.method import USER_METHOD, Method, Options, time_step
 from plumbob.engines.own_motion import Start
+from plumbob.models.border import must_be, regular
 
-LARGEST_FILE = 10_000_000  # [bytes]: far more than a model file without meshes has
+LARGEST_COMPILED = 1_000_000_000  # [bytes] of a .mjb file, which has its meshes in it
 ROOTS = ("mujoco",)  # elements that a file may begin with
 USD = (".usd", ".usda", ".usdc", ".usdz")
 HALVINGS = 6  # of the user's own step, to show whether a smaller one helps
@@ -79,14 +79,19 @@ def compiled_model(path: Path, name: str, roots: Sequence[str] = ROOTS) -> Any:
     """The compiled model of the file `path`, which the argument `name` gave; raises
     ParameterError."""
     spec = _read(path, name, roots)
-    try:
-        with options.collected(), warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # of the file's own: deprecated attributes
-            model = spec.compile()
-            bytes(model.names).decode("utf-8")
-            return model
-    except (ValueError, TypeError) as error:
-        raise ParameterError(name, str(path), f"a model that compiles ({error})") from None
+    with _refused(name, str(path), "a model that compiles"):
+        model = spec.compile()
+        bytes(model.names).decode("utf-8")
+        return model
+
+
+@contextmanager
+def _refused(name: str, value: str, what: str) -> Iterator[None]:
+    """The border around MuJoCo's reader and compiler: raises ParameterError for the argument `name`
+    of this value, which must be `what`."""
+    passing = ParameterError  # it names the part of the file that it is about
+    with must_be(what, name, value, passing), trial.limited_memory(), options.collected():
+        yield
 
 
 def user_model(model: Any, start: Start) -> tuple[Any, str, Start]:
@@ -99,10 +104,8 @@ def user_model(model: Any, start: Start) -> tuple[Any, str, Start]:
         asked = {name: state for name in of_data if (state := getattr(start, name)) is not None}
         return model.model, "model", replace(start, **{**of_data, **asked})
     if isinstance(model, mujoco.MjSpec):
-        try:
+        with _refused("model", "MjSpec", "one that compiles"):
             return model.copy().compile(), "model", start
-        except ValueError as error:
-            raise ParameterError("model", "MjSpec", f"one that compiles ({error})") from None
     if not isinstance(model, mujoco.MjModel):
         what = (
             "a path to a MuJoCo model file, a mujoco.MjModel, a mujoco.MjSpec, or a mujoco.MjData, "
@@ -117,29 +120,22 @@ def _of_file(path: Path) -> Any:
     if path.suffix in USD:
         what = "an MJCF, URDF or compiled (.mjb) file: no reader of USD is there"
         raise ParameterError("model", str(path), what)
-    if path.suffix != ".mjb" or not path.is_file():
+    if path.suffix != ".mjb":
         return compiled_model(path, "model", ("mujoco", "robot"))
-    try:
-        with options.collected():
-            return mujoco.MjModel.from_binary_path(str(path))
-    except (ValueError, mujoco.FatalError) as error:
-        what = f"a model that this MuJoCo has compiled ({error})"
-        raise ParameterError("model", str(path), what) from None
+    regular("model", path, LARGEST_COMPILED)
+    with _refused("model", str(path), "a model that this MuJoCo has compiled"):
+        model = mujoco.MjModel.from_binary_path(str(path))
+        mujoco.MjData(model)  # which may take more than a model does
+        return model
 
 
 def _read(path: str | Path, name: str, roots: Sequence[str] = ROOTS) -> Any:
     """The `MjSpec` of the model file `path`, which the argument `name` gave; raises
     ParameterError."""
-    # A pipe or a huge file is not read; a missing file is the reader's error.
-    file = Path(path)
-    if file.exists() and not (file.is_file() and file.stat().st_size <= LARGEST_FILE):
-        raise ParameterError(name, str(path), f"a regular file of at most {LARGEST_FILE} bytes")
-    with options.collected():
-        try:
-            spec = mujoco.MjSpec.from_file(str(path))
-            root = ElementTree.parse(path).getroot().tag
-        except (ValueError, TypeError, OSError, LookupError, ElementTree.ParseError) as error:
-            raise ParameterError(name, str(path), f"a MuJoCo model file ({error})") from None
+    regular(name, Path(path))
+    with _refused(name, str(path), "a MuJoCo model file"):
+        root = trial.checked(name, Path(path))
+        spec = mujoco.MjSpec.from_file(str(path))
     if root not in roots:
         raise ParameterError(name, str(path), f"a MuJoCo model file (it begins with <{root}>)")
     return spec

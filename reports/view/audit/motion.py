@@ -11,8 +11,9 @@ import numpy as np
 
 from plumbob.analytic.reference import Array
 from plumbob.engines.audit.audit import Audit
-from plumbob.engines.audit.reference import OUT_OF_TIME, RESOLVED
+from plumbob.engines.audit.reference import RESOLVED
 from plumbob.engines.audit.step_errors import TARGETS, Compared, horizon
+from plumbob.engines.own_motion import OUT_OF_TIME
 from plumbob.reports.advice.work_precision import front
 
 SHOWN = 5  # errors of a halving

@@ -13,6 +13,7 @@ import numpy as np
 
 from plumbob.analytic.reference import Array
 from plumbob.engines.adapters.mujoco.model_fields import name_of
+from plumbob.engines.adapters.mujoco.own_model.readings import control_names
 from plumbob.engines.adapters.mujoco.own_model.tangent import diverged
 from plumbob.engines.adapters.mujoco.terms import put
 from plumbob.engines.adapters.mujoco.transition import advanced, difference
@@ -29,12 +30,11 @@ def names(model: Any) -> Mapping[str, tuple[str, ...]]:
         joint = name_of(model, "joint", number)
         several = FREEDOMS.get(int(np.count_nonzero(model.dof_jntid == number)), ("",))
         freedoms += [f"{joint} {freedom}".rstrip() for freedom in several]
-    actuators = tuple(name_of(model, "actuator", i) for i in range(model.nu))
     return {
         "position": tuple(freedoms),
         "velocity": tuple(freedoms),
         "activation": tuple(str(i) for i in range(model.na)),
-        "control": actuators,
+        "control": control_names(model),
     }
 
 

@@ -94,7 +94,10 @@ class ContinuousField:
             data.act[self.slewing] = setpoints
             if ((data.act < self.least - BEYOND) | (data.act > self.most + BEYOND)).any():
                 raise NotCertifiable(f"an activation reaches its limit at {t:.4g} s")
-        acceleration = self._in_layer() if self.width else self._sharp()
+        try:
+            acceleration = self._in_layer() if self.width else self._sharp()
+        except mujoco.FatalError as error:
+            raise NotCertifiable(f"MuJoCo gives it up at {t:.4g} s: {error}") from None
         out = np.empty_like(y)
         speed = y[nq : nq + nv]
         out[self.places] = speed[self.rates]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import math
 import time
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -25,7 +26,11 @@ from plumbob.engines.adapters.mujoco.own_model.field import ContinuousField, wit
 from plumbob.engines.adapters.mujoco.own_model.fields import fields
 from plumbob.engines.adapters.mujoco.own_model.hidden_touches import HiddenTouches
 from plumbob.engines.adapters.mujoco.own_model.policy import recorded
-from plumbob.engines.adapters.mujoco.own_model.readings import readings, unlikely
+from plumbob.engines.adapters.mujoco.own_model.readings import (
+    control_names,
+    readings,
+    unlikely,
+)
 from plumbob.engines.adapters.mujoco.own_model.refusals import refused
 from plumbob.engines.adapters.mujoco.own_model.solids import solids
 from plumbob.engines.adapters.mujoco.own_model.tangent import (
@@ -57,6 +62,7 @@ from plumbob.engines.own_motion import (
     Stepped,
 )
 from plumbob.engines.peer_model import Joint, Layout
+from plumbob.models.border import must_be
 
 INTEGRATORS = ("euler", "rk4", "implicit", "implicitfast")
 OFFERED = ("euler", "implicitfast", "rk4")  # those that a user would try
@@ -77,6 +83,8 @@ TIME_CONSTANTS = MappingProxyType(
         "flex_solref": ("contact",),
     }
 )
+COMPARED = int(mujoco.mjtEnableBit.mjENBL_FWDINV)
+DISCRETE = int(mujoco.mjtEnableBit.mjENBL_INVDISCRETE)
 REFSAFE = int(mujoco.mjtDisableBit.mjDSBL_REFSAFE)
 SAFE = 2.0  # steps: the shortest time constant that refsafe leaves
 
@@ -97,6 +105,7 @@ class MujocoModel:
     notes: tuple[str, ...]
     fields: Mapping[str, str]
     refsafe: bool = True  # as the file has it
+    ends: float = math.inf  # processor time [s] from which on nudged steps are given up
 
     @property
     def bodies(self) -> tuple[str, ...]:
@@ -150,7 +159,7 @@ class MujocoModel:
         """Jacobians of its own steps about a state under a control; contacts as refsafe makes them
         at each step, where the file has it."""
         model, _ = self._neighbours
-        return TangentMaps(model, self._begun(model), state, control)
+        return TangentMaps(model, self._begun(model), state, control, self.ends)
 
     def followed(
         self,
@@ -171,7 +180,7 @@ class MujocoModel:
         model = _set(self._neighbours[1], integrator, step)
         with collected():
             several = [self._begun(model) for _ in range(runs)]
-            return followed(model, several, script, begin, duration, after)
+            return followed(model, several, script, begin, duration, after, self.ends)
 
     def field(self, width: float = 0.0) -> ContinuousField:
         """Its continuous motion; contacts that begin over a layer of `width` [m], if given."""
@@ -199,8 +208,7 @@ class MujocoModel:
             for i, (q, v, size, at) in enumerate(places)
         )
         bodies = (model.body(i).name for i in np.flatnonzero(model.body_weldid))
-        actuators = (model.actuator(i).name for i in range(model.nu))
-        return Layout(tuple(joints), tuple(actuators), tuple(filter(None, bodies)))
+        return Layout(tuple(joints), control_names(model), tuple(filter(None, bodies)))
 
     def terms(self) -> MujocoTerms:
         """The terms of its equations of motion, in any state."""
@@ -406,10 +414,15 @@ def own_model(model: Any, name: str, start: Start = AS_IT_STANDS) -> MujocoModel
     # Steps from NaN take a thousand times as long: a model that diverges is reset,
     # which its warnings show.
     effective.opt.disableflags &= ~int(mujoco.mjtDisableBit.mjDSBL_AUTORESET)
+    effective.opt.enableflags &= (
+        ~COMPARED
+    )  # a check beside the motion, which it leaves as it is
     integrator = integrator_of(model)
     if integrator not in INTEGRATORS:
         raise NotCertifiable(f"its integrator is {integrator}")
     refusals = {n: why for n in INTEGRATORS if (why := _refusal(model, n))}
+    if integrator in refusals:
+        raise NotCertifiable(refusals[integrator])
     notes = _notes(model, data) + tuple(
         f"{n} is not tried: {why}" for n, why in refusals.items()
     )
@@ -450,10 +463,8 @@ def started(model: Any, start: Start = AS_IT_STANDS) -> Any:
         if values is None:
             continue
         state = getattr(data, name)
-        try:
+        with must_be("a list of numbers", name, type(values).__name__):
             numbers = np.asarray(values, dtype=float)
-        except (TypeError, ValueError):
-            raise ParameterError(name, values, "a list of numbers") from None
         if numbers.shape != state.shape or not np.isfinite(numbers).all():
             given = f"{numbers.size} numbers" if numbers.size != state.size else values
             raise ParameterError(name, given, f"{state.size} finite numbers, as the model has")
@@ -467,6 +478,9 @@ def started(model: Any, start: Start = AS_IT_STANDS) -> Any:
 
 def _refusal(model: Any, integrator: str) -> str:
     """Why MuJoCo does not step the compiled `model` with an integrator; empty where it does."""
+    flags = model.opt.enableflags
+    if integrator == "rk4" and flags & COMPARED and flags & DISCRETE:
+        return "MuJoCo compares it with inverse dynamics in discrete time (fwdinv, invdiscrete)"
     other = copy.copy(model)
     other.opt.integrator = kind(integrator)
     try:

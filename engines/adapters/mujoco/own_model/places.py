@@ -10,7 +10,7 @@ import mujoco
 import numpy as np
 
 from plumbob.analytic.reference import Array
-from plumbob.engines.adapters.mujoco.model_fields import name_with_kind
+from plumbob.engines.adapters.mujoco.model_fields import actuator_count, name_with_kind
 from plumbob.engines.adapters.mujoco.own_model.readings import pair_name
 from plumbob.engines.own_motion import Change, Element, Place
 
@@ -81,8 +81,8 @@ def _weaker(
 
 
 def _actuators(model: Any, data: Any, degrees: Sequence[int], unit: str) -> Iterator[Element]:
-    moments = np.zeros((model.nu, model.nv))
-    if model.nu:
+    moments = np.zeros((actuator_count(model), model.nv))
+    if moments.size:
         rows = (data.moment_rownnz, data.moment_rowadr, data.moment_colind)
         mujoco.mju_sparse2dense(moments, data.actuator_moment, *rows)
     for i in np.flatnonzero(moments[:, degrees].any(axis=1)).tolist():

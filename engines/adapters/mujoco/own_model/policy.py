@@ -10,8 +10,8 @@ import numpy as np
 from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.reference import Array
 from plumbob.engines.adapters.mujoco.options import collected
-from plumbob.engines.added import one_line
-from plumbob.engines.own_motion import Policy, periods
+from plumbob.engines.own_motion import Policy, periods, policy_name
+from plumbob.models.border import must_be, shortened
 from plumbob.models.entry_points import on_stderr
 
 
@@ -32,11 +32,11 @@ def recorded(model: Any, data: Any, policy: Policy, period: float, duration: flo
 
 def _checked(policy: Policy, state: tuple[float, Array, Array], count: int) -> Array:
     wanted = f"a function of time, qpos and qvel that returns {count} finite numbers"
-    name = getattr(policy, "__name__", type(policy).__name__)
-    try:
+    name = policy_name(policy)
+    with must_be(wanted, "policy", name):
         control = np.asarray(policy(*state), dtype=float).reshape(-1)
-    except (Exception, SystemExit) as error:
-        raise ParameterError("policy", name, f"{wanted} ({one_line(error)})") from None
     if control.shape != (count,) or not np.isfinite(control).all():
-        raise ParameterError("policy", name, f"{wanted}, not {control.tolist()}")
+        raise ParameterError(
+            "policy", name, f"{wanted}, not {shortened(str(control.tolist()))}"
+        )
     return control

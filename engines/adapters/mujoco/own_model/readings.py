@@ -8,13 +8,25 @@ import mujoco
 import numpy as np
 
 from plumbob.analytic.reference import Array, Signals
-from plumbob.engines.adapters.mujoco.model_fields import name_of
+from plumbob.engines.adapters.mujoco.model_fields import actuator_count, name_of
 from plumbob.engines.adapters.mujoco.terms import put
 
 NAMES = ("energy", "momentum", "penetration", "slip", "limits exceeded", "equalities missed")
 KINDS = mujoco.mjtConstraint
 LIMITS = (KINDS.mjCNSTR_LIMIT_JOINT, KINDS.mjCNSTR_LIMIT_TENDON)
 DEEP = 0.01  # [m or rad] of contacts, and beyond limits, that a start is hardly meant to have
+
+
+def control_names(model: Any) -> tuple[str, ...]:
+    """A name for each control: its actuator's, with a number where that has several."""
+    count = actuator_count(model)
+    several = getattr(model, "actuator_ctrlnum", np.ones(count, int))
+    names = [name_of(model, "actuator", i) for i in range(count)]
+    return tuple(
+        f"{name}[{k}]" if size > 1 else name
+        for name, size in zip(names, several, strict=True)
+        for k in range(size)
+    )
 
 
 def pair_name(model: Any, pair: Any) -> str:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import copy
 import math
+import time
 from collections.abc import Sequence
 from typing import Any
 
@@ -20,7 +21,7 @@ from plumbob.engines.adapters.mujoco.own_model.field import converging
 from plumbob.engines.adapters.mujoco.own_model.left_out import apply
 from plumbob.engines.adapters.mujoco.own_model.places import place
 from plumbob.engines.adapters.mujoco.terms import apart, put, shifted, state_of
-from plumbob.engines.own_motion import Change, Place, Script
+from plumbob.engines.own_motion import OUT_OF_TIME, Change, NotCertifiable, Place, Script
 
 # [m, rad, ...] of the state, along a direction by chance. An unstable contact chatters: a
 # nudge's growth ends where it opens, at some 1e-5 m, which is to be more than a thousandfold.
@@ -47,15 +48,24 @@ def diverged(data: Any) -> bool:
     return warned or not np.isfinite(data.qpos).all()
 
 
+def in_time(ends: float) -> None:
+    """Raise NotCertifiable from the processor time `ends` [s] on."""
+    if time.process_time() > ends:
+        raise NotCertifiable(OUT_OF_TIME)
+
+
 class TangentMaps:
     """Jacobians of one step of a model from the state and control of an mjData. The
     constraint solver runs to its floor, always from the same forces, so that a step is a function
     of its state alone."""
 
-    def __init__(self, model: Any, data: Any, state: Array, control: Array) -> None:
+    def __init__(
+        self, model: Any, data: Any, state: Array, control: Array, ends: float = math.inf
+    ) -> None:
         """The model is one of `for_maps`, which all that share it leave as it is but for its step
-        and integrator."""
+        and integrator. From the processor time `ends` [s] on NotCertifiable is raised."""
         self.model, self.data, self.state, self.control = model, data, state, control
+        self.ends = ends
         put(data, state)
         data.ctrl[:] = control
         mujoco.mj_forward(model, data)
@@ -79,6 +89,7 @@ class TangentMaps:
 
     def _stepped(self, integrator: str, step: float, shift: Array) -> Array:
         """The state a step [s] after a shift of it."""
+        in_time(self.ends)
         model = self.model
         data = self.data
         model.opt.timestep, model.opt.integrator = step, kind(integrator)
@@ -107,7 +118,7 @@ class TangentMaps:
             shift = np.asarray(np.linalg.lstsq(free, moved, NEUTRAL)[0], float)
             before = size
             state = shifted(self.model, maps.state, shift)
-            maps = TangentMaps(self.model, self.data, state, self.control)
+            maps = TangentMaps(self.model, self.data, state, self.control, self.ends)
 
     def place(self, weights: Array) -> Place:
         """Where most of the weights of the tangent space, shape (n,), are."""
@@ -119,7 +130,7 @@ class TangentMaps:
         """Those of the model with a change, about the same state."""
         model = copy.copy(self.model)
         apply(model, (change,))
-        return TangentMaps(model, self.data, self.state, self.control)
+        return TangentMaps(model, self.data, self.state, self.control, self.ends)
 
 
 def for_maps(model: Any) -> Any:
@@ -137,12 +148,14 @@ def followed(
     begin: int,
     duration: float,
     after: float,
+    ends: float = math.inf,
 ) -> tuple[float, float]:
     """How many times as far apart as a nudge positions of the first and the last of `several`
     mjData are, at most, when `model` has stepped for a `duration` [s] from the nudge of the last
     one; and the largest velocity of a degree of freedom [m/s, rad/s] in the last tenth of its
     steps. Runs from the start of `script` are nudged `after` a time [s], their controls are those
-    from the period `begin` on, then the last one. Both are infinite where a run diverges."""
+    from the period `begin` on, then the last one. Both are infinite where a run diverges. From the
+    processor time `ends` [s] on NotCertifiable is raised."""
     nudge = np.random.default_rng(0).standard_normal(2 * model.nv + model.na)
     nudge *= NUDGE / np.abs(nudge).max()
     for data in several:
@@ -156,6 +169,7 @@ def followed(
         if k == nudged:
             put(several[-1], shifted(model, state_of(several[-1]), nudge))
         period = int(begin + (k + 1e-6) * step / script.period)
+        in_time(ends)
         for data in several:
             data.ctrl[:] = script.controls[min(period, len(script.controls) - 1)]
             mujoco.mj_step(model, data)
