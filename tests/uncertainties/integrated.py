@@ -193,7 +193,7 @@ def slider_crank(p):
         turn = -a * cosine / (length * level)
         more = a * sine / (length * level) + turn**2 * low / level
         ends = [-a * sine - part * low * turn for part in (length / 2, length)]
-        bends = [
+        curves = [
             -a * cosine - part * (level * turn**2 + low * more) for part in (length / 2, length)
         ]
         inertia = (
@@ -203,8 +203,8 @@ def slider_crank(p):
         )
         half_slope = (
             second
-            * (ends[0] * bends[0] - a**2 * sine * cosine / 4 + length**2 * turn * more / 12)
-            + third * ends[1] * bends[1]
+            * (ends[0] * curves[0] - a**2 * sine * cosine / 4 + length**2 * turn * more / 12)
+            + third * ends[1] * curves[1]
         )
         moment = (first + second) * g * a * cosine / 2
         return [rate, -(half_slope * rate**2 + moment) / inertia]

@@ -30,7 +30,7 @@ TIMES = 4
 # Nothing moves in these, which is exact: a place's last digit is stated, for engines.
 AT_REST = {"pinch", "stack"}
 # The slider turns on a circle: from event to event, held to recorded poses and to other methods
-# (tests/three_points, tests/sensitivities); a train repeats a line.
+# (tests/three_points, tests/sensitivities); repeated manoeuvres are lines.
 FROM_EVENT_TO_EVENT = {"capsule-plan", "capsule-train", "capsule-turn"}
 
 
@@ -82,10 +82,10 @@ def used(name, seed):
         try:
             reference = _limited(case_of(scene).reference)
             stated = reference.uncertainty(times)
+            observed = reference.observe(times)
             break
         except ParameterError:  # no such body, or the motion is known for a shorter time
             continue
-    observed = reference.observe(times)
     rounded = rng if seed % 2 else None
     with mpmath.workdps(40), gmpy2.context(gmpy2.get_context(), precision=BITS):
         number = mpmath.mpf if name in FORMULAS else mpfr

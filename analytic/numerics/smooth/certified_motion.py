@@ -80,8 +80,8 @@ class CertifiedMotion:
         return self.system.observed(self._track(times)[1].T)
 
     def uncertainty(self, times: Array) -> Signals:
-        """Sum of the two methods' difference, SIGMAS standard deviations of it, and the effect of
-        rounded inputs, shape (n,)."""
+        """Sum of the two methods' difference, SIGMAS standard deviations of it, that of the first
+        method's polynomials, and the effect of rounded inputs, shape (n,)."""
         track, states = self._track(times)
         after = np.searchsorted(track.times, times, side="right")
         before = track.doubts[after - 1]
@@ -158,17 +158,13 @@ def _extended(system: SmoothSystem, track: _Track) -> _Track:
     shots = _shot(system, block)
     times, states = _between(block, shots)
     responses, response = _carried(track.response, block, shots)
-    variances, variance = _walked(track.variance, block, shots)
+    spread, variance = _spread(track.variance, block, shots)
     size = np.maximum(track.size, np.abs(states).max(axis=0))
-    condition = np.abs(states) + np.abs(responses[..., :-1]) @ (
-        np.append(size, np.ones(len(system.parameters)))
-    )
-    condition += np.abs(times * system.slope(times, states.T)).T
     apart = np.concatenate([track.apart[None], np.abs(responses[..., -1])])
     apart = np.maximum.accumulate(apart)[1:]
-    doubts = apart + SIGMAS * np.sqrt(variances) + ULP * condition
-    sure = SURE * _scales(size, 1.0 / np.diff(block.orbit.breakpoints).max())
-    lost = ~(doubts <= sure).all(axis=1)
+    doubts = apart + spread + ULP * _condition(system, times, states, responses, size)
+    lost = ~(doubts <= SURE * _scales(size, 1.0 / np.diff(block.orbit.breakpoints).max()))
+    lost = lost.any(axis=1)
     until = block.orbit.duration if why else track.until
     if lost.any():
         until = float(times[lost.argmax()])
@@ -186,6 +182,17 @@ def _extended(system: SmoothSystem, track: _Track) -> _Track:
         until,
         why,
     )
+
+
+def _condition(
+    system: SmoothSystem, times: Array, states: Array, responses: Array, size: Array
+) -> Array:
+    """Change of the state, shape (m, d), for the last place of each input and time in units of
+    ULP, of states whose `size` was at most that, shape (d,)."""
+    condition = np.abs(states) + np.abs(responses[..., :-1]) @ (
+        np.append(size, np.ones(len(system.parameters)))
+    )
+    return np.asarray(condition + np.abs(times * system.slope(times, states.T)).T)
 
 
 def _between(block: Response, shots: Array) -> tuple[Array, Array]:
@@ -289,16 +296,20 @@ def _carried(response: Array, block: Response, shots: Array) -> tuple[Array, Arr
     return np.concatenate(rows), response
 
 
-def _walked(variance: Array, block: Response, shots: Array) -> tuple[Array, Array]:
-    """Variances of the state at all known times of a block, shape (m, d), and the covariances at
-    its end, if the two methods' differences in single steps are independent."""
+def _spread(variance: Array, block: Response, shots: Array) -> tuple[Array, Array]:
+    """What chance and the polynomials between a block's steps leave open of the state at all known
+    times, shape (m, d), and the covariances at the block's end, if the two methods' differences in
+    single steps are independent."""
     size = len(variance)
     rows = []
     for across, lacking in zip(_flow(shots), _missed(block, shots), strict=True):
         flow = across[..., :size]
         rows.append(np.einsum("pij,jk,pik->pi", flow[:-1], variance, flow[:-1]))
         variance = flow[-1] @ variance @ flow[-1].T + np.outer(lacking, lacking)
-    return np.maximum(np.concatenate(rows), 0.0), variance
+    times, states = _between(block, shots)
+    off = np.abs(block.at(times) - states).reshape(len(rows), PARTS, size).max(axis=1)
+    walk = SIGMAS * np.sqrt(np.maximum(np.concatenate(rows), 0.0))
+    return walk + np.repeat(off, PARTS, axis=0), variance
 
 
 def _flow(shots: Array) -> Array:

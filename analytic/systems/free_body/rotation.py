@@ -150,9 +150,8 @@ def _apart(body: Rotation, i: int, j: int) -> Quad:
 
 def _about(body: Rotation, axes: tuple[int, int, int], high: int, kappa: Quad) -> Turning:
     """The constants with the axes c, m and o; `high` is that of the largest moment."""
-    momentum = body.momentum
     (c, middle, o) = axes
-    squares = momentum * momentum
+    squares = body.momentum * body.momentum
     d_co = _apart(body, c, o)
     d_cm = _apart(body, c, middle)
     alpha = np.sqrt(d_co * squares[c] + _apart(body, o, middle) * squares[middle])
@@ -162,7 +161,7 @@ def _about(body: Rotation, axes: tuple[int, int, int], high: int, kappa: Quad) -
     b = np.sqrt(d_co * abs(kappa))
     part = sizes[0] / body.magnitude
     extra = (1 if c == high else -1) * beta * beta / body.magnitude
-    signs = [1.0 if part >= 0 else -1.0 for part in momentum]
+    signs = [1.0 if part >= 0 else -1.0 for part in body.momentum]
     sense = signs[c] * signs[o]  # of l_m, where sn is positive
     if (middle - high) % 3 == 1:
         sense = -sense
@@ -176,7 +175,10 @@ def _about(body: Rotation, axes: tuple[int, int, int], high: int, kappa: Quad) -
         half_turn(a, b),
         float(
             time_of_point(
-                sense * momentum[middle] / sizes[1], abs(momentum[o]) / sizes[2], a, b
+                sense * body.momentum[middle] / sizes[1],
+                abs(body.momentum[o]) / sizes[2],
+                a,
+                b,
             )
         ),
         body.magnitude / body.inertia[c] + extra / (1 + part),
