@@ -163,8 +163,7 @@ def _extended(system: SmoothSystem, track: _Track) -> _Track:
     apart = np.concatenate([track.apart[None], np.abs(responses[..., -1])])
     apart = np.maximum.accumulate(apart)[1:]
     doubts = apart + spread + ULP * _condition(system, times, states, responses, size)
-    lost = ~(doubts <= SURE * _scales(size, 1.0 / np.diff(block.orbit.breakpoints).max()))
-    lost = lost.any(axis=1)
+    lost = ~np.all(doubts <= SURE * _scales(size, _rate(block)), axis=1)
     until = block.orbit.duration if why else track.until
     if lost.any():
         until = float(times[lost.argmax()])
@@ -193,6 +192,11 @@ def _condition(
         np.append(size, np.ones(len(system.parameters)))
     )
     return np.asarray(condition + np.abs(times * system.slope(times, states.T)).T)
+
+
+def _rate(block: Response) -> float:
+    """Inverse of the longest step [1/s]."""
+    return float(1.0 / np.diff(block.orbit.breakpoints).max())
 
 
 def _between(block: Response, shots: Array) -> tuple[Array, Array]:
