@@ -20,6 +20,8 @@ CORNERS = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]])  # [m] from C
 
 # Below this height over its longest side a triangle gives support loads to fewer than 7 digits.
 FLATTEST = 1e-9
+# Of a load, in parts of the weight: the root of the sum of squares of what 32 bounds the sum of.
+LOAD_ROUNDINGS = 12.0
 
 
 @dataclass(frozen=True)
@@ -162,13 +164,13 @@ def steepest_load(capsule: Capsule) -> float:
 def normal_force_uncertainty(capsule: Capsule, reach: float, moved: Any = 0.0) -> Any:
     """Bound on the error of each N_i [N] from rounded parameters and arithmetic, with the slider
     within `reach` of C [m], in places that it is `moved` from [m], shape of these: a quotient of
-    areas, which has few digits in a flat triangle."""
+    areas, which has few digits in a flat triangle. The squares of its rounding errors add."""
     corners = np.asarray(capsule.supports)
     (ux, uy) = corners[1] - corners[0]
     (vx, vy) = corners[2] - corners[0]
     size = float(np.abs(corners).max()) + capsule.mass_ratio * reach
     flatness = size**2 / abs(ux * vy - uy * vx)
-    rounded = 32 * ROUNDOFF * capsule.weight * flatness * (1 + 4 * flatness)
+    rounded = LOAD_ROUNDINGS * ROUNDOFF * capsule.weight * flatness * (1 + 4 * flatness)
     return rounded + steepest_load(capsule) * moved
 
 

@@ -191,7 +191,17 @@ class ConePendulum:
             self.theta + self.tilt,
             self.theta_dot,
             self.excess,
+            cancelled=self._cancelled,
         )
+
+    @property
+    def _cancelled(self) -> float:
+        """Sum of I_y and I_z over their difference: a rounding of either is so many times one of
+        a."""
+        body = self.body
+        terms = body.inertia_y + body.inertia_z
+        apart = math.hypot(body.inertia_y - body.inertia_z, 2.0 * body.inertia_yz)
+        return max(terms / apart, 1.0) if apart else 1.0
 
     @property
     def reference(self) -> PendulumMotion:

@@ -9,7 +9,7 @@ from plumbob.analytic.numerics.arithmetic import ULP
 from plumbob.analytic.numerics.elliptic.reciprocal_integral import ReciprocalIntegral
 from plumbob.analytic.numerics.quad import double, quad
 from plumbob.analytic.systems.free_body.problem import FreeBody
-from plumbob.analytic.systems.free_body.rotation import ATTITUDE, RATES
+from plumbob.analytic.systems.free_body.rotation import ATTITUDE, RATES, composed
 from plumbob.tests.support.extrapolation import recorded
 
 CASES = recorded(Path(__file__).with_name("recorded.json"))
@@ -67,6 +67,12 @@ def test_on_the_separatrix_it_never_turns_over():
     last = seen(body, [400.0])[:3, 0]
     assert abs(last[1]) == pytest.approx(np.hypot(3.0, 9.0) / 2.0, rel=1e-15)  # |L|/I_y
     np.testing.assert_allclose(last[[0, 2]], 0.0, 0, 1e-100)
+    # Long after, when the elliptic functions have left the range of doubles, it still turns about
+    # its middle axis by |L|/I_y: half a turn between these times, whose rounding is 1e-12 s.
+    later = 4000.0 + np.array([0.0, np.pi / abs(last[1])])
+    before, after = seen(body, later)[3:].T
+    half = np.array([[0.0], [0.0], [np.sign(last[1])], [0.0]])
+    np.testing.assert_allclose(composed(before[:, None], half)[:, 0], after, 0, 2e-12)
 
 
 def test_the_third_kind_over_a_half_turn_is_that_over_its_quarters():
@@ -76,7 +82,8 @@ def test_the_third_kind_over_a_half_turn_is_that_over_its_quarters():
         integral = ReciprocalIntegral(quad(1.0), quad(b), f, below)
         whole = double(integral.over_half_turn)
         body = np.pi / 2 / float(_mean(1.0, b))
-        assert whole == pytest.approx(2 * integral.at(np.array([body]))[0], rel=1e-14)
+        quarter = integral.at(np.array([body]), quad(1.0))[0]
+        assert whole == pytest.approx(2 * quarter, rel=1e-14)
 
 
 def _mean(a, b):

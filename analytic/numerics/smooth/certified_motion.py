@@ -6,6 +6,10 @@ all steps of the first at once, each from where that begins; its distance from w
 begins, propagated by the motion's own linearisation, is the difference of the two motions (parallel
 shooting: Bellen and Zennaro 1989, J. Comput. Appl. Math. 25, 341). The same run carries the
 linearisation, by the start and by the parameters, as imaginary parts.
+
+Both methods round, and rounding in one step does not depend on that in another, so that the
+difference of the two motions may be small by chance where neither is exact. Their variance does not
+cancel: the sum of squares of what each step's difference has become.
 """
 
 from __future__ import annotations
@@ -37,6 +41,7 @@ RESOLVED = 1e-15  # of the state: the last Legendre coefficients of a step; a te
 SMOOTHER = 2 * STAGES // 3  # coefficients from this degree on decide whether a step may double
 REACH = 4.0  # of the longest step: at most so many time constants of the fastest deviation
 SMALLEST = 2.0**-24  # of the first step
+SIGMAS = 3.0  # of the random walk that the steps' differences make
 SURE = 1e-3  # of its largest value: a motion that is known no better is not certified
 
 
@@ -48,10 +53,11 @@ class _Track:
     solution: Response | None  # the first method's, shape (d,)
     end: Array  # its last state, shape (d,)
     response: Array  # of that by each input and, in the last column, the difference, (d, c + 1)
+    variance: Array  # covariances of the end by the rounding of independent steps, shape (d, d)
     size: Array  # largest magnitudes so far, shape (d,)
     apart: Array  # largest difference of the two methods so far, shape (d,)
     times: Array  # [s] at which what follows is known, shape (m,)
-    doubts: Array  # that difference and the effect of rounded inputs, shape (m, d)
+    doubts: Array  # that difference, its walk and the effect of rounded inputs, shape (m, d)
     until: float = math.inf  # [s] to where the motion is certified
     why: str = ""  # it is not certified further
 
@@ -75,7 +81,8 @@ class CertifiedMotion:
         return self.system.observed(self._track(times)[1].T)
 
     def uncertainty(self, times: Array) -> Signals:
-        """Sum of the two methods' difference and the effect of rounded inputs, shape (n,)."""
+        """Sum of the two methods' difference, SIGMAS standard deviations of it, that of the first
+        method's polynomials, and the effect of rounded inputs, shape (n,)."""
         track, states = self._track(times)
         after = np.searchsorted(track.times, times, side="right")
         before = track.doubts[after - 1]
@@ -136,9 +143,11 @@ def _begun(system: SmoothSystem) -> _Track:
     rate = _fastest(system, 0.0, start)
     step = 2.0 ** math.floor(-math.log2(rate)) if 0.0 < rate < math.inf else 1.0
     response = np.eye(size, count + 1)
+    exact = np.zeros((size, size))
     none = np.empty((0, size))
-    apart = np.zeros(size)
-    return _Track(step, None, start, response, np.abs(start), apart, np.empty(0), none)
+    return _Track(
+        step, None, start, response, exact, np.abs(start), exact[0], np.empty(0), none
+    )
 
 
 def _fastest(system: SmoothSystem, time: float, state: Array) -> float:
@@ -157,16 +166,12 @@ def _extended(system: SmoothSystem, track: _Track, watch: Callable[[float], None
     shots = _shot(system, block)
     times, states = _between(block, shots)
     responses, response = _carried(track.response, block, shots)
+    spread, variance = _spread(track.variance, block, shots)
     size = np.maximum(track.size, np.abs(states).max(axis=0))
-    condition = np.abs(states) + np.abs(responses[..., :-1]) @ (
-        np.append(size, np.ones(len(system.parameters)))
-    )
-    condition += np.abs(times * system.slope(times, states.T)).T
     apart = np.concatenate([track.apart[None], np.abs(responses[..., -1])])
     apart = np.maximum.accumulate(apart)[1:]
-    doubts = apart + ULP * condition
-    sure = SURE * _scales(size, 1.0 / np.diff(block.orbit.breakpoints).max())
-    lost = ~(doubts <= sure).all(axis=1)
+    doubts = apart + spread + ULP * _condition(system, times, states, responses, size)
+    lost = ~np.all(doubts <= SURE * _scales(size, _rate(block)), axis=1)
     until = block.orbit.duration if why else track.until
     if lost.any():
         until = float(times[lost.argmax()])
@@ -176,6 +181,7 @@ def _extended(system: SmoothSystem, track: _Track, watch: Callable[[float], None
         block if track.solution is None else track.solution.followed_by(block),
         block.states[-1],
         response,
+        variance,
         size,
         apart[-1],
         np.concatenate([track.times, times]),
@@ -183,6 +189,22 @@ def _extended(system: SmoothSystem, track: _Track, watch: Callable[[float], None
         until,
         why,
     )
+
+
+def _condition(
+    system: SmoothSystem, times: Array, states: Array, responses: Array, size: Array
+) -> Array:
+    """Change of the state, shape (m, d), for the last place of each input and time in units of
+    ULP, of states whose `size` was at most that, shape (d,)."""
+    condition = np.abs(states) + np.abs(responses[..., :-1]) @ (
+        np.append(size, np.ones(len(system.parameters)))
+    )
+    return np.asarray(condition + np.abs(times * system.slope(times, states.T)).T)
+
+
+def _rate(block: Response) -> float:
+    """Inverse of the longest step [1/s]."""
+    return float(1.0 / np.diff(block.orbit.breakpoints).max())
 
 
 def _between(block: Response, shots: Array) -> tuple[Array, Array]:
@@ -281,13 +303,40 @@ def _carried(response: Array, block: Response, shots: Array) -> tuple[Array, Arr
     end."""
     size = len(response)
     rows = []
-    flow = shots.imag / TINY
-    flow[..., :size] += np.eye(size)
-    missed = shots.real[:, -1, :, 0] - np.diff(block.states, axis=0)
-    for across, lacking in zip(flow, missed, strict=True):
+    for across, lacking in zip(_flow(shots), _missed(block, shots), strict=True):
         row = across[..., :size] @ response
         row[..., size:-1] += across[..., size:]
         rows.append(row[:-1])
         response = row[-1]
         response[:, -1] += lacking
     return np.concatenate(rows), response
+
+
+def _spread(variance: Array, block: Response, shots: Array) -> tuple[Array, Array]:
+    """What chance and the polynomials between a block's steps leave open of the state at all known
+    times, shape (m, d), and the covariances at the block's end, if the two methods' differences in
+    single steps are independent."""
+    size = len(variance)
+    rows = []
+    for across, lacking in zip(_flow(shots), _missed(block, shots), strict=True):
+        flow = across[..., :size]
+        rows.append(np.einsum("pij,jk,pik->pi", flow[:-1], variance, flow[:-1]))
+        variance = flow[-1] @ variance @ flow[-1].T + np.outer(lacking, lacking)
+    times, states = _between(block, shots)
+    off = np.abs(block.at(times) - states).reshape(len(rows), PARTS, size).max(axis=1)
+    walk = SIGMAS * np.sqrt(np.maximum(np.concatenate(rows), 0.0))
+    return walk + np.repeat(off, PARTS, axis=0), variance
+
+
+def _flow(shots: Array) -> Array:
+    """Derivatives of the states in each step by its start and the parameters, shape
+    (steps, PARTS + 1, d, d + parameters)."""
+    flow = shots.imag / TINY
+    size = flow.shape[2]
+    flow[..., :size] += np.eye(size)
+    return flow
+
+
+def _missed(block: Response, shots: Array) -> Array:
+    """By how much the second method is off the first after each step, shape (steps, d)."""
+    return np.asarray(shots.real[:, -1, :, 0] - np.diff(block.states, axis=0))

@@ -16,10 +16,13 @@ from plumbob.analytic.parameters import ParameterError, finite, positive
 from plumbob.analytic.reference import Array, Signals
 from plumbob.analytic.systems.free_body.rotation import ATTITUDE, RATES, Rotation, Turning
 
-# Of an input, for a difference quotient: of the distance from the separatrix, for the response to
-# be linear, and more than the closed form's own rounding error of 1e-15 shows.
+# Square root of an input's relative change for a difference quotient, times what it has to be small
+# against for the response to be linear: the distance from the separatrix, or the time's inverse.
 CHANGE = 1e-4
-LEAST = 1e-14
+SHORT = 100.0  # [rad] that a body turns with a response that is linear for that change
+# Units in the last place of an attitude, one for each of the turns that it is made of, and of each
+# part of the angular momentum's largest size, by some six roundings of half a unit.
+ROUNDED = 3.0
 MOMENTS = ("inertia_x", "inertia_y", "inertia_z")
 
 
@@ -109,32 +112,50 @@ class FreeBody:
         """Change of each observable at `times` [s], shape (n,), for one unit in the last place of
         every input, of the times, and of the angular momentum where it is nearest to an axis: a
         start next to the unstable axis has small components, whose roundings are small, and later
-        ones are not."""
+        ones are not. The closed form's own rounding is added."""
         body = self.rotation
         times = np.asarray(times, dtype=np.float64)
         here = body.state(times)
-        change = self._change
-        late = ULP * (1.0 + self.fastest * np.abs(times))
-        moved = ULP * np.abs(here) + late * (self.fastest if body.turning else 0.0)
-        moved[3:] = ULP + late
+        moved = self._rounded(times, here[:3])
+        change = self._change(times)
         for near in varied(body, change):
             moved += np.abs(near.state(times) - here) * (ULP / change)
         if body.turning is not None:
-            moved += self._rounded_on_the_way(body.turning, times)
+            moved += self._rounded_on_the_way(body.turning, times, change)
         return dict(zip((*RATES, *ATTITUDE), moved, strict=True))
 
-    @property
-    def _change(self) -> float:
-        """Relative change of inputs whose response is linear."""
+    def _rounded(self, times: Array, rates: Array) -> Array:
+        """Effect of rounded times, and of the closed form's arithmetic, on its `rates` [rad/s],
+        shape (3, n), and the attitude; shape (7, n)."""
+        late = ULP * np.abs(times)
+        moved = np.zeros((7, len(times)))
+        moved[3:] = ROUNDED * ULP + late * np.sqrt((rates**2).sum(axis=0)) / 2
         if (turning := self.rotation.turning) is None:
-            return CHANGE**2
-        return max(LEAST, CHANGE**2 * float(double(turning.b / turning.a)) ** 2)
+            return moved
+        inertia = double(self.rotation.inertia)[:, None]
+        torque = np.abs(np.cross(inertia * rates, rates, axis=0))
+        begin = abs(turning.begin)
+        late += ULP * (begin + np.minimum(self.half_period / 2, begin + np.abs(times)))
+        sizes = np.empty((3, 1))
+        sizes[[*turning.axes], 0] = turning.sizes
+        momentum = ROUNDED * ULP * sizes + late * torque
+        moved[:3] = momentum / inertia
+        moved[3:] += np.sqrt((momentum**2).sum(axis=0)) / double(self.rotation.magnitude) / 2
+        return moved
 
-    def _rounded_on_the_way(self, turning: Turning, times: Array) -> Array:
+    def _change(self, times: Array) -> float:
+        """Relative change of inputs whose response is linear up to the last of `times` [s], or the
+        smallest that counts: of two nearly equal moments the difference makes a rate grow evenly,
+        so that the attitude's response grows as the time's square."""
+        turning = self.rotation.turning
+        near = 1.0 if turning is None else float(double(turning.b / turning.a))
+        angle = self.fastest * float(np.max(np.abs(times), initial=0.0))
+        return max(ULP, (CHANGE * min(near, SHORT / (SHORT + angle))) ** 2)
+
+    def _rounded_on_the_way(self, turning: Turning, times: Array, change: float) -> Array:
         """Change by a rounding of each component of the angular momentum, one unit in the last
         place of its magnitude, where the middle one first passes zero; shape (7, n)."""
         body = self.rotation
-        change = self._change
         wait = -turning.begin
         if wait < 0.0 and math.isfinite(self.half_period):
             wait += self.half_period

@@ -101,7 +101,7 @@ class Turning:
     b: Quad  # B [1/s]
     half_turn: Quad  # [s], half the period of the angular velocity; infinite on the separatrix
     begin: float  # tau at time 0 [s], at most a quarter turn
-    steady_rate: Quad  # L/I_c [rad/s]
+    even_rate: Quad  # phi' where l_c is C [rad/s]
     extra: Quad  # +-beta^2/L [rad/s]
     integral: ReciprocalIntegral
 
@@ -114,11 +114,11 @@ class Turning:
         sign = np.where(turns % 2.0 == 0.0, 1.0, -1.0)
         parts = (self.side * dn, self.signs[0] * sign * sn, self.signs[1] * sign * cn)
         momentum[[*self.axes]] = self.sizes[:, None] * parts
-        phase = quad(times) * self.steady_rate
+        phase = quad(times) * self.even_rate
         if np.isfinite(double(self.half_turn)):
             phase = phase + quad(turns) * self._extra_per_half_turn
-        edge = self.integral.at(np.append(reduced_time, self.begin))
-        return momentum, _reduced(phase) + double(self.extra) * (edge[:-1] - edge[-1])
+        edge = self.integral.at(np.append(reduced_time, self.begin), self.extra)
+        return momentum, _reduced(phase) + (edge[:-1] - edge[-1])
 
     @cached_property
     def _extra_per_half_turn(self) -> Quad:
@@ -150,9 +150,8 @@ def _apart(body: Rotation, i: int, j: int) -> Quad:
 
 def _about(body: Rotation, axes: tuple[int, int, int], high: int, kappa: Quad) -> Turning:
     """The constants with the axes c, m and o; `high` is that of the largest moment."""
-    momentum = body.momentum
     (c, middle, o) = axes
-    squares = momentum * momentum
+    squares = body.momentum * body.momentum
     d_co = _apart(body, c, o)
     d_cm = _apart(body, c, middle)
     alpha = np.sqrt(d_co * squares[c] + _apart(body, o, middle) * squares[middle])
@@ -161,7 +160,8 @@ def _about(body: Rotation, axes: tuple[int, int, int], high: int, kappa: Quad) -
     a = alpha * np.sqrt(d_cm)
     b = np.sqrt(d_co * abs(kappa))
     part = sizes[0] / body.magnitude
-    signs = [1.0 if part >= 0 else -1.0 for part in momentum]
+    extra = (1 if c == high else -1) * beta * beta / body.magnitude
+    signs = [1.0 if part >= 0 else -1.0 for part in body.momentum]
     sense = signs[c] * signs[o]  # of l_m, where sn is positive
     if (middle - high) % 3 == 1:
         sense = -sense
@@ -175,11 +175,14 @@ def _about(body: Rotation, axes: tuple[int, int, int], high: int, kappa: Quad) -
         half_turn(a, b),
         float(
             time_of_point(
-                sense * momentum[middle] / sizes[1], abs(momentum[o]) / sizes[2], a, b
+                sense * body.momentum[middle] / sizes[1],
+                abs(body.momentum[o]) / sizes[2],
+                a,
+                b,
             )
         ),
-        body.magnitude / body.inertia[c],
-        (1 if c == high else -1) * beta * beta / body.magnitude,
+        body.magnitude / body.inertia[c] + extra / (1 + part),
+        extra,
         ReciprocalIntegral(a, b, part, (sizes[2] / body.magnitude) ** 2 / (1 + part)),
     )
 

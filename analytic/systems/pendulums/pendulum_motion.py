@@ -46,6 +46,7 @@ class PendulumMotion:
     excess: float | None = None
     theta_from_top: float | None = None
     tilt: float = 0.0
+    cancelled: float = 1.0  # times a: the terms of which a is the difference
 
     def __post_init__(self) -> None:
         positive("inertia", self.inertia)
@@ -75,7 +76,7 @@ class PendulumMotion:
 
     def _solve(self, change: float) -> EllipticMotion:
         """The closed form, or one for each relative `change` of a, b, c, inertia, the angle or the
-        speed (or excess), of those that are not zero."""
+        speed (or excess), of those that are not zero; of a, of the terms that make it."""
         v = self.potential
         from_top = self.theta_from_top
         excess = self.excess
@@ -83,7 +84,8 @@ class PendulumMotion:
         last = self.theta_dot if excess is None else excess
         given = v.a, v.b, v.c, self.inertia, angle, last
         kept = np.flatnonzero([double(x) for x in given])
-        changes = quad(change * np.eye(6)[:, kept])[..., None] if change else [0.0] * 6
+        sizes = np.diag([self.cancelled, *np.ones(5)])[:, kept]
+        changes = quad(change * sizes)[..., None] if change else [0.0] * 6
         changed = zip(given, changes, strict=True)
         a, b, c, inertia, angle, last = (quad(x) * (1 + quad(part)) for x, part in changed)
         return solve(
