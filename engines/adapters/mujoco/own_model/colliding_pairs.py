@@ -1,0 +1,75 @@
+"""Pairs of geoms that MuJoCo lets collide, and the distance at which each pair begins to touch."""
+
+from __future__ import annotations
+
+from types import MappingProxyType
+from typing import Any
+
+import mujoco
+import numpy as np
+
+from plumbob.analytic.reference import Array
+
+BITS = mujoco.mjtDisableBit
+KIND = mujoco.mjtGeom
+NO_CONTACTS = int(BITS.mjDSBL_CONTACT | BITS.mjDSBL_CONSTRAINT)
+OVERRIDE = int(mujoco.mjtEnableBit.mjENBL_OVERRIDE)
+# Geoms without one convex shape: their distance by mj_geomDistance is no bound.
+UNMEASURED = MappingProxyType(
+    {int(KIND.mjGEOM_HFIELD): "height fields", int(KIND.mjGEOM_SDF): "signed distance fields"}
+)
+UNBOUNDED = (int(KIND.mjGEOM_PLANE), int(KIND.mjGEOM_HFIELD))  # these do not meet each other
+
+
+def colliding_pairs(model: Any) -> tuple[Array, Array]:
+    """Geoms of the pairs that `mj_collision` tests and whose distance can be measured, shape
+    (n, 2), and the distance [m] below which each pair touches, shape (n,)."""
+    pairs, margins = _pairs(model)
+    measured = ~np.isin(model.geom_type[pairs], list(UNMEASURED)).any(axis=1)
+    return pairs[measured], margins[measured]
+
+
+def unmeasured(model: Any) -> tuple[str, ...]:
+    """Kinds of shapes of `model` that can collide and whose distance cannot be measured."""
+    pairs, _ = _pairs(model)
+    kinds = np.unique(model.geom_type[pairs]).tolist()
+    names = tuple(name for kind, name in UNMEASURED.items() if kind in kinds)
+    flexes = (model.flex_contype | model.flex_conaffinity).any()
+    return (*names, "flexes") if flexes and not model.opt.disableflags & NO_CONTACTS else names
+
+
+def _pairs(model: Any) -> tuple[Array, Array]:
+    """All pairs that `mj_collision` tests, and their margins [m]: MuJoCo adds those of two geoms.
+    A pair that the file lists has a margin of its own, and no filter applies to it."""
+    listed = np.sort(np.stack([model.pair_geom1, model.pair_geom2], axis=1), axis=1)
+    first, second = np.triu_indices(model.ngeom, 1)
+    kept = _unfiltered(model, first, second)
+    kept &= ~np.isin(_key(model, first, second), _key(model, *listed.T))
+    pairs = np.concatenate([np.stack([first[kept], second[kept]], axis=1), listed])
+    margins = np.concatenate([model.geom_margin[pairs[: kept.sum()]].sum(1), model.pair_margin])
+    if model.opt.enableflags & OVERRIDE:
+        margins = np.full(len(pairs), model.opt.o_margin)
+    meet = ~np.isin(model.geom_type[pairs], UNBOUNDED).all(axis=1)
+    meet &= not model.opt.disableflags & NO_CONTACTS
+    return pairs[meet], margins[meet]
+
+
+def _key(model: Any, first: Array, second: Array) -> Array:
+    return np.asarray(first * model.ngeom + second)
+
+
+def _unfiltered(model: Any, first: Array, second: Array) -> Array:
+    """Which pairs of geoms pass MuJoCo's filters: their bits match, their bodies move against each
+    other, neither is the other's parent, unless that is the world, and the file does not exclude
+    the pair of bodies."""
+    bits = model.geom_contype[first] & model.geom_conaffinity[second]
+    bits |= model.geom_contype[second] & model.geom_conaffinity[first]
+    bodies = np.sort(np.stack([model.geom_bodyid[first], model.geom_bodyid[second]]), axis=0)
+    welds = model.body_weldid[bodies]
+    parents = model.body_weldid[model.body_parentid[welds]]
+    parental = (welds[0] == parents[1]) | (welds[1] == parents[0])
+    if model.opt.disableflags & int(BITS.mjDSBL_FILTERPARENT):
+        parental[:] = False
+    excluded = np.isin((bodies[0] << 16) + bodies[1], model.exclude_signature)
+    filtered = (welds[0] == welds[1]) | (parental & welds.all(axis=0)) | excluded
+    return np.asarray((bits != 0) & ~filtered)
