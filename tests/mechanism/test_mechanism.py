@@ -126,7 +126,7 @@ def test_the_records_of_public_files_give_mujoco_s_terms(package, capfd):
     ],
 )
 def test_a_number_that_is_wrong_by_1e_9_is_noticed(element, field, factor):
-    xml = """<mujoco><worldbody><body><joint name="a" stiffness="3" damping="1"/>
+    xml = """<mujoco><worldbody><body><joint name="a" stiffness="3" damping="1" springref="20"/>
       <geom size="0.1" mass="1" pos="0 1 1"/></body></worldbody>
       <actuator><motor joint="a" gear="2"/></actuator></mujoco>"""
     model = mujoco.MjModel.from_xml_string(xml)
