@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
@@ -16,11 +15,11 @@ from plumbob.engines.adapters.divergence import limits
 from plumbob.engines.adapters.stepping import Built, TakeSteps
 from plumbob.engines.method import Method, ModelError, Unsupported
 from plumbob.engines.trajectory import ByName
+from plumbob.models.cone_pendulum.model import holding_inertia, moments_about_centre
 from plumbob.models.scene import ONE_SMOOTH, Case
 
 PENDULUMS = (ONE_SMOOTH,)
 _POINTS = ("simple_pendulum", "servo")  # families of a point on a rod, or like one
-PLATFORM_RATIO = 1e15  # of a platform's moment of inertia to its load, where it is finite
 POINT = 1e-15  # [kg m^2] of a bob that is a point: engines want moments of inertia above zero
 
 
@@ -43,6 +42,7 @@ class HingedBody:
     """Amplitude [N m] and frequency [rad/s] of a torque on the hinge, a sine from 0."""
     limits: ByName
     """Magnitudes of observables that only a diverged run exceeds."""
+    platform_inertia: float = 0.0  # by which an engine may impose the platform's rate [kg m^2]
 
     def controls(self, steps: Array, step: float) -> Array:
         """Of the forcing [N m] as steps of `step` [s] with these indices begin, shape (n, 1)."""
@@ -87,14 +87,6 @@ class HingedBody:
         rate = self.platform_rate
         hold = self.platform_inertia
         return Link(1.0, np.eye(3), axis=axis, rate=rate, hold=hold), bob
-
-    @property
-    def platform_inertia(self) -> float:
-        """Of a platform that keeps its rate under this load [kg m^2]: a power of ten, from a bound
-        on the body's moment of inertia about the platform's axis, at any angle."""
-        x, y, _ = self.pivot
-        load = self.mass * (x**2 + (abs(y) + self.arm) ** 2) + float(np.trace(self.moments))
-        return float(10.0 ** math.ceil(math.log10(PLATFORM_RATIO * load)))
 
 
 def hinged_body(case: Case) -> HingedBody:
@@ -165,13 +157,10 @@ def _point(problem: Any) -> HingedBody:
 def on_a_platform(problem: Any) -> HingedBody:
     """The body of a ConePendulum."""
     body = problem.body
-    offset = body.mass * body.com_distance**2  # the moments given are about the pivot
-    moments = np.diag([body.inertia_x - offset, body.inertia_y - offset, body.inertia_z])
-    moments[1, 2] = moments[2, 1] = body.inertia_yz
     return HingedBody(
         mass=body.mass,
         arm=body.com_distance,
-        moments=moments,
+        moments=moments_about_centre(body),
         gravity=problem.gravity,
         pivot=(problem.pivot_x, problem.pivot_y, problem.pivot_z),
         platform_rate=problem.platform_rate,
@@ -181,4 +170,5 @@ def on_a_platform(problem: Any) -> HingedBody:
         stiffness=0.0,
         forcing=None,
         limits=limits(problem),
+        platform_inertia=holding_inertia(problem),
     )

@@ -19,6 +19,7 @@ from plumbob.engines.adapters.stepping import Built, TakeSteps
 from plumbob.engines.method import Method
 from plumbob.engines.trajectory import ByName
 from plumbob.models.scene import Case
+from plumbob.models.tripod_capsule.model import gravity
 
 CAPSULE = "capsule"  # the family of systems that have its model
 CAPSULES = (  # what tells contact models apart, and of plans the shortest ones
@@ -84,7 +85,8 @@ class ThreeFeet:
     @property
     def pull(self) -> Vector:
         """Gravity in the world [m/s^2]."""
-        return gravity(self.setup)
+        x, y, z = gravity(self.setup).tolist()
+        return x, y, z
 
     def slider_velocity(self, times: Array) -> Array:
         """Imposed velocity along the tracks [m/s] at times [s], shape (n,): (n, tracks)."""
@@ -118,12 +120,6 @@ class ThreeFeet:
             return observed(self.setup, replace(now, heading=latest))
 
         return Built(advance, read, limits(self.setup))
-
-
-def gravity(setup: CapsuleSetup) -> Vector:
-    """In the world [m/s^2]: pulling along the line, pressing onto the plane."""
-    line = setup.heading + setup.direction
-    return setup.pull * math.cos(line), setup.pull * math.sin(line), -setup.press
 
 
 def start_velocity(setup: CapsuleSetup) -> tuple[float, float]:

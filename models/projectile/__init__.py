@@ -6,6 +6,7 @@ from functools import partial
 
 from plumbob.analytic.systems.projectile import Projectile
 from plumbob.models.field_systems import field_values, smooth_system
+from plumbob.models.projectile.model import fill
 from plumbob.models.scene import Case, Observable, Quantity, scene_of, step_sizes
 
 
@@ -27,6 +28,7 @@ _scene = partial(
 SYSTEMS = (
     smooth_system(
         Projectile,
+        fill=fill,
         name="projectile",
         title="Projectile",
         observables=(Observable("z", "m"), Observable("x", "m"), Observable("angle", "rad")),

@@ -23,6 +23,7 @@ from plumbob.models.scene import (
     from_analytic,
     replaced,
 )
+from plumbob.models.tripod_capsule.model import fill, ideal
 
 SOURCE = (
     "F. L. Chernousko, Plane motions of a body controlled by a movable mass, "
@@ -64,6 +65,8 @@ capsule_system = partial(
     invariants=lambda problem, observed: {},  # friction and the actuator do work
     errors=from_analytic("errors.sliding_motion.sliding_errors.capsule_errors"),
     start=("heading",),
+    fill=fill,
+    ideal=ideal,
     mjcf=MJCF,
     family="capsule",
     kind=ON_SUPPORTS,

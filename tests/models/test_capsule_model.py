@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 from plumbob.analytic.errors.sliding_motion.sliding_errors import step_error
-from plumbob.engines.adapters.mujoco.contacts import (
+from plumbob.engines.adapters.mujoco.options import collected
+from plumbob.models.tripod_capsule.model import (
     ARMATURE_RATIO,
 )
-from plumbob.engines.adapters.mujoco.options import collected
 from plumbob.tests.support.fixed_step import mean_acceleration
 from plumbob.tests.support.random_capsules import CHECK, LINE
 

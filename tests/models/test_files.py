@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from plumbob.engines.adapters.mujoco.contacts import PROFILES
-from plumbob.engines.registry import find_builder
+from plumbob.engines.adapters.mujoco.translation import filled
 from plumbob.models.registry import built_in, case_of, scene, systems
 
 # Those of another system's file, with another joint, spring or slider, are left out.
@@ -25,7 +25,7 @@ OTHERS = ("_", "key_", "name", "geom_rgba", "pair_solref")
 def test_rebuilt_at_the_default_parameters_it_is_the_file(system):
     file = mujoco.MjModel.from_xml_path(str(system.mjcf))
     case = case_of(scene(f"{system.name}/{system.default}"))
-    rebuilt = find_builder("mujoco", system).whole(system.mjcf, case.problem).compile()
+    rebuilt = filled(system.mjcf, system.fill, case.problem).compile()
     fields = {n: getattr(file, n) for n in dir(file) if not n.startswith(OTHERS)}
     arrays = {
         n: v for n, v in fields.items() if isinstance(v, np.ndarray) and v.dtype.kind in "fiu"

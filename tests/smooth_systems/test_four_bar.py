@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from mpmath import mp
 
-from plumbob.engines.registry import find_builder
+from plumbob.engines.adapters.mujoco.translation import filled
 from plumbob.models.registry import case_of, scene
 from plumbob.tests.support import links
 
@@ -121,7 +121,7 @@ def test_the_axis_pulls_as_newton_and_euler_say_with_40_digits(angle):
 def test_mujoco_s_constraint_force_is_that_reaction(name, step, error):
     """At 0.5 s with RK4, within a third of what the README says."""
     case = case_of(scene(name))
-    spec = find_builder("mujoco", case.system).whole(case.system.mjcf, case.problem)
+    spec = filled(case.system.mjcf, case.system.fill, case.problem)
     spec.option.timestep = step
     spec.option.integrator = mujoco.mjtIntegrator.mjINT_RK4
     model = spec.compile()

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -12,15 +11,16 @@ import numpy as np
 
 from plumbob.analytic.reference import Array
 from plumbob.engines.adapters.divergence import limits
-from plumbob.engines.adapters.hinged_body import on_a_platform, platform_errors
+from plumbob.engines.adapters.hinged_body import platform_errors
 from plumbob.engines.adapters.mujoco.translation import (
     Observed,
     Translation,
     at_start,
     bare,
-    read,
+    filled,
 )
 from plumbob.engines.method import Method, ModelError
+from plumbob.models.cone_pendulum.model import fill
 
 
 def build(mjcf: Path, problem: Any, method: Method, step: float) -> Translation:
@@ -30,7 +30,9 @@ def build(mjcf: Path, problem: Any, method: Method, step: float) -> Translation:
     prescribed, and `reads_energy`, for MuJoCo's own energies."""
     problem = problem.started
     settings = method.settings
-    spec = whole(mjcf, problem, settings.get("platform_armature"))
+    spec = filled(mjcf, fill, problem)
+    if "platform_armature" in settings:
+        spec.joint("platform").armature = settings["platform_armature"]
     control = (
         _drive(spec, problem, settings["drive_rate"]) if "drive_rate" in settings else None
     )
@@ -59,29 +61,6 @@ def _energies(model: mujoco.MjModel, data: mujoco.MjData) -> Array:
     mujoco.mj_energyPos(model, data)
     mujoco.mj_energyVel(model, data)
     return np.array(data.energy)
-
-
-def whole(mjcf: Path, problem: Any, platform_armature: float | None = None) -> mujoco.MjSpec:
-    """The model in the file `mjcf` with the numbers of `problem`, geoms and keyframe included;
-    `platform_armature` [kg m^2] is a power of ten, large enough for the platform to keep its rate
-    to the last bit, unless given."""
-    spec = read(mjcf, problem.gravity)
-    body = on_a_platform(problem)
-    hung = spec.body("cone")
-    start = spec.key("start")
-    moments = np.diag(body.moments)
-    least = 10.0 ** math.ceil(math.log10(body.platform_inertia))
-    spec.joint("platform").armature = platform_armature or least
-    hung.pos = body.pivot
-    hung.mass = body.mass
-    hung.ipos = [0.0, 0.0, -body.arm]
-    hung.inertia = moments
-    if product := body.moments[1, 2]:  # MuJoCo then works out the principal axes
-        hung.inertia = [0.0, 0.0, 0.0]
-        hung.fullinertia = [*moments, 0.0, 0.0, product]
-    start.qpos = [0.0, body.theta]
-    start.qvel = [body.platform_rate, body.theta_dot]
-    return spec
 
 
 def model_error(problem: Any, duration: float, method: Method, step: float) -> ModelError:

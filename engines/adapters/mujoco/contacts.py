@@ -26,9 +26,10 @@ from plumbob.analytic.errors.contact_models.soft_friction import Held, rates
 from plumbob.analytic.errors.sliding_motion.plane_steps import FRICTION_LEADS
 from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.schemes import EULER, RK4, Scheme, SoftPoint
-from plumbob.analytic.systems.capsule_setup import CapsuleProblem, CapsuleSetup
+from plumbob.analytic.systems.capsule_setup import CapsuleProblem
 from plumbob.engines.method import Method, ModelError, Options
 from plumbob.models.registry import unknown
+from plumbob.models.tripod_capsule.model import armature, tilt_inertia
 
 # natural frequency of a contact times the step: a body on three is stable to 0.41
 STIFFNESS = 0.4
@@ -47,8 +48,6 @@ EXACT = 0.0  # solver tolerance of a single scalar constraint, solved by project
 SOLVED = 1e-8  # tolerance that MuJoCo's solver has by default
 SETTLING = 4.0  # calibrated, of a part of a drift; tests/on_plane/test_held_bodies.py holds it
 OVERSHOOT = 2.0  # calibrated: of a deflection with a damping ratio of 0.3
-ARMATURE_RATIO = 1e10  # least ratio of the slider's armature to its mass
-PLACES = 2001  # of the slider on its way, for the largest of a smooth function of them
 
 PairFields = Options
 OWN_OPTIONS = (
@@ -258,26 +257,3 @@ def soft_contact(problem: CapsuleProblem, settings: Options, step: float) -> Sof
 def integrator_of(settings: Options) -> str:
     """The integrator that theory takes: RK4, or Euler for every other one of MuJoCo's."""
     return RK4 if settings.get("integrator") == "RK4" else EULER
-
-
-def armature(setup: CapsuleSetup) -> float:
-    """Armature of the slider's joint [kg]: a power of ten, ARMATURE_RATIO times the slider's mass
-    or more."""
-    return float(10.0 ** math.ceil(math.log10(ARMATURE_RATIO * setup.capsule.slider_mass)))
-
-
-def tilt_inertia(problem: CapsuleProblem) -> float:
-    """Moments of inertia of the body about axes across the vertical [kg m^2], in two digits.
-
-    They have no effect on a motion without heights, and are free: (M + m)/3 sum |A_i - mu r|^2
-    keeps the square of the frequency of every tilting mode on the contacts at most twice that of
-    the vertical one, whatever the triangle and wherever the slider is; and J/2 at least, or no such
-    body could exist.
-    """
-    capsule = problem.setup.capsule
-    centres = capsule.mass_ratio * problem.slider_places(PLACES)
-    arms = np.asarray(capsule.supports)[None] - centres[:, None]
-    spread = float(np.square(arms).sum(axis=(1, 2)).max())
-    least = max((capsule.body_mass + capsule.slider_mass) / 3 * spread, capsule.inertia / 2)
-    unit = 10.0 ** (math.floor(math.log10(least)) - 1)
-    return float(f"{math.ceil(least / unit * (1 - 1e-12)) * unit:.1e}")

@@ -6,18 +6,17 @@ import math
 from pathlib import Path
 from typing import Any
 
-import mujoco
-
 from plumbob.engines.adapters.mujoco import n_pendulum
 from plumbob.engines.adapters.mujoco.slider_crank import LOOP
 from plumbob.engines.adapters.mujoco.slider_crank import scheme as scheme
-from plumbob.engines.adapters.mujoco.translation import Translation, solved_loop
+from plumbob.engines.adapters.mujoco.translation import Translation, filled, solved_loop
 from plumbob.engines.method import Method, ModelError
+from plumbob.models.four_bar.model import fill
 
 
 def build(mjcf: Path, problem: Any, method: Method, step: float) -> Translation:
     """Translate a FourBar."""
-    return n_pendulum.of_chain(whole(mjcf, problem), problem.opened)
+    return n_pendulum.of_chain(filled(mjcf, fill, problem), problem.opened)
 
 
 def model_error(problem: Any, duration: float, method: Method, step: float) -> ModelError:
@@ -27,11 +26,3 @@ def model_error(problem: Any, duration: float, method: Method, step: float) -> M
     angle = {why: worse * e for why, e in solved_loop(problem.motion, LOOP, duration).items()}
     place = {why: 2 * problem.crank * e for why, e in angle.items()}
     return {"angle": angle, "coupler_x": place, "coupler_y": place}
-
-
-def whole(mjcf: Path, problem: Any) -> mujoco.MjSpec:
-    """The model in the file `mjcf` with the numbers of `problem`, visual parts included."""
-    spec = n_pendulum.whole(mjcf, problem.chain)
-    spec.site("end").pos = [0.0, 0.0, -problem.rocker]
-    spec.site("axis").pos = [problem.ground, 0.0, 0.0]
-    return spec

@@ -5,8 +5,6 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-import mujoco
-
 from plumbob.analytic.reference import Array
 from plumbob.analytic.schemes import EULER, LINEARLY_IMPLICIT, RK4_ADDED_RATES, Scheme
 from plumbob.analytic.systems.free_body.rotation import ATTITUDE, RATES
@@ -16,9 +14,10 @@ from plumbob.engines.adapters.mujoco.translation import (
     Translation,
     at_start,
     bare,
-    read,
+    filled,
 )
 from plumbob.engines.method import Method, Unsupported
+from plumbob.models.free_body.model import fill
 
 SMALLEST = 1e-15  # [kg m^2]: the least moment of inertia that MuJoCo takes
 
@@ -38,15 +37,7 @@ def build(mjcf: Path, problem: Any, method: Method, step: float) -> Translation:
     if min(problem.inertia) < SMALLEST:
         raise Unsupported(f"MuJoCo takes moments of inertia from {SMALLEST:g} kg m^2 on")
     limits = dict.fromkeys(RATES, BEYOND * problem.fastest or 1.0)
-    return at_start(bare(whole(mjcf, problem)), _observe, limits=limits)
-
-
-def whole(mjcf: Path, problem: Any) -> mujoco.MjSpec:
-    """The model in the file `mjcf` with the numbers of `problem`, visual parts included."""
-    spec = read(mjcf)
-    spec.body("body").inertia = list(problem.inertia)
-    spec.key("start").qvel = [0.0, 0.0, 0.0, *problem.angular_velocity]
-    return spec
+    return at_start(bare(filled(mjcf, fill, problem)), _observe, limits=limits)
 
 
 def _observe(qpos: Array, qvel: Array) -> Observed:

@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-import math
 from pathlib import Path
 from typing import Any
 
-import mujoco
 import numpy as np
 
 from plumbob.analytic.errors.contact_models.held_bodies import corner
 from plumbob.engines.adapters.mujoco import contacts
-from plumbob.engines.adapters.mujoco.translation import Translation, read, with_contacts
+from plumbob.engines.adapters.mujoco.translation import Translation, filled, with_contacts
 from plumbob.engines.method import Method, ModelError
+from plumbob.models.incline.model import fill
 
 scheme = contacts.scheme
 DIRECTIONS = 3  # in which the cube moves
@@ -21,7 +20,7 @@ DIRECTIONS = 3  # in which the cube moves
 def build(mjcf: Path, problem: Any, method: Method, step: float) -> Translation:
     """Translate an Incline at the static depth of its contacts. The plane is level and gravity is
     inclined, along `heading`; the contacts' axes are those of the plane."""
-    spec = whole(mjcf, problem)
+    spec = filled(mjcf, fill, problem)
     profile = contacts.profile(method.settings, plane=True)
     tune = with_contacts(spec, profile, step)
     depth = profile.depth(corner(problem), step)
@@ -44,23 +43,3 @@ def model_error(problem: Any, duration: float, method: Method, step: float) -> M
     drift = profile.slip_compliance(step) * problem.friction * problem.press
     speed = {"drift": drift, "coupling": profile.pushed(problem.friction, largest)}
     return {"x": {why: error * duration for why, error in speed.items()}, "speed": speed}
-
-
-def whole(mjcf: Path, problem: Any) -> mujoco.MjSpec:
-    """The model in the file `mjcf` with the numbers of `problem`, visual parts included."""
-    spec = read(mjcf)
-    half = problem.size / 2.0
-    along = math.cos(problem.heading)
-    turned = math.sin(problem.heading)
-    spec.option.gravity = [problem.pull * along, problem.pull * turned, -problem.press]
-    cube = spec.body("cube")
-    pair = spec.pair("contact")
-    cube.pos = [0.0, 0.0, half]
-    spec.geom("cube").size = [half] * 3
-    cube.mass = problem.mass
-    cube.quat = [math.cos(problem.heading / 2.0), 0.0, 0.0, math.sin(problem.heading / 2.0)]
-    cube.inertia = [problem.mass * problem.size**2 / 6.0] * 3
-    pair.friction[:2] = [problem.friction] * 2
-    pair.condim = 3 if problem.friction else 1
-    spec.key("start").qvel = [problem.speed, 0.0, 0.0]
-    return spec

@@ -5,23 +5,22 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-import mujoco
 import numpy as np
 
 from plumbob.analytic.errors.contact_models.held_bodies import TIP, fingertip
 from plumbob.engines.adapters.mujoco import contacts
 from plumbob.engines.adapters.mujoco.incline import DIRECTIONS
-from plumbob.engines.adapters.mujoco.translation import Translation, read, with_contacts
+from plumbob.engines.adapters.mujoco.translation import Translation, filled, with_contacts
 from plumbob.engines.method import Method, ModelError, Unsupported
+from plumbob.models.pinch.model import fill
 
 scheme = contacts.scheme
-TIPS = ("left", "right")
 
 
 def build(mjcf: Path, problem: Any, method: Method, step: float) -> Translation:
     """Translate a Pinch, in the frame of its hand, at the static depth of its contacts; the push is
     gravity's, for the fingers do not move along it."""
-    spec = whole(mjcf, problem)
+    spec = filled(mjcf, fill, problem)
     profile = contacts.profile(method.settings, plane=True)
     tune = with_contacts(spec, profile, step)
     down, across = problem.pull / problem.load
@@ -54,23 +53,3 @@ def model_error(problem: Any, duration: float, method: Method, step: float) -> M
     inertia = DIRECTIONS + 2.0 * problem.finger_mass / problem.mass
     bounds = contacts.drift_error(profile.point, held, duration, step, inertia)
     return {"slip": bounds["x"], "speed": bounds["speed"]}
-
-
-def whole(mjcf: Path, problem: Any) -> mujoco.MjSpec:
-    """The model in the file `mjcf` with the numbers of `problem`, visual parts included."""
-    spec = read(mjcf)
-    half = problem.size / 2.0
-    down, across = problem.pull / problem.mass
-    spec.option.gravity = [across, 0.0, -down]
-    cube = spec.body("cube")
-    cube.mass = problem.mass
-    spec.geom("cube").size = [half] * 3
-    cube.inertia = [problem.mass * problem.size**2 / 6.0] * 3
-    for tip, side in zip(TIPS, (-1.0, 1.0), strict=True):
-        radius = TIP * problem.size
-        spec.geom(tip).size[0] = radius
-        spec.body(tip).mass = problem.finger_mass
-        spec.body(tip).pos = [0.0, side * (half + radius), 0.0]
-        spec.pair(tip).friction[:2] = [problem.friction] * 2
-    spec.key("start").ctrl = [problem.normal_force] * 2
-    return spec

@@ -15,10 +15,11 @@ from plumbob.engines.adapters.mujoco.translation import (
     Observed,
     Translation,
     at_rest,
-    read,
+    filled,
     with_contacts,
 )
 from plumbob.engines.method import Method, ModelError
+from plumbob.models.rolling_ball.model import fill
 
 SETTLING = 5000  # steps, of which a contact of 0.02 s needs 1000 at SLOW, others fewer
 SLOW = 1e-3  # [s]
@@ -27,7 +28,7 @@ SLOW = 1e-3  # [s]
 def build(mjcf: Path, problem: Any, method: Method, step: float) -> Translation:
     """Translate a RollingBall at the static penetration of its contact. MuJoCo's contacts are half
     of it above the plane: the geom is larger by that half, so that the arm is the radius."""
-    spec = whole(mjcf, problem)
+    spec = filled(mjcf, fill, problem)
     profile = contacts.profile(method.settings, plane=True)
     tune = with_contacts(spec, profile, step)
     start = spec.key("start")
@@ -63,23 +64,3 @@ def settled(spec: mujoco.MjSpec, tune: Callable[[mujoco.MjModel], None]) -> floa
     model = spec.compile()
     tune(model)
     return -float(at_rest(model, SETTLING)[1])
-
-
-def whole(mjcf: Path, problem: Any) -> mujoco.MjSpec:
-    """The model in the file `mjcf` with the numbers of `problem`, visual parts included."""
-    spec = read(mjcf, problem.gravity)
-    radius = problem.radius
-    ball = spec.body("ball")
-    pair = spec.pair("contact")
-    ball.pos = [0.0, 0.0, radius]
-    spec.geom("ball").size[0] = radius
-    ball.mass = problem.mass
-    ball.inertia = [0.4 * problem.mass * radius**2] * 3
-    turned = problem.torsional_friction
-    rolled = problem.rolling_friction
-    pair.condim = 6 if rolled else 4 if turned else 3  # no coefficient can be less than 1e-5
-    pair.friction = [problem.friction, problem.friction, turned, rolled, rolled]
-    if not (problem.friction or rolled):
-        pair.condim = 1
-    spec.key("start").qvel = [problem.speed, 0.0, problem.spin]
-    return spec

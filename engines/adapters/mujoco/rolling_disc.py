@@ -6,10 +6,9 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-import mujoco
 import numpy as np
 
-from plumbob.analytic.errors.contact_models.disc_steps import ROLLS, rolling
+from plumbob.analytic.errors.contact_models.disc_steps import ROLLS
 from plumbob.analytic.reference import Array
 from plumbob.analytic.schemes import Scheme
 from plumbob.engines.adapters.mujoco import contacts
@@ -17,10 +16,11 @@ from plumbob.engines.adapters.mujoco.translation import (
     Observed,
     Translation,
     at_start,
-    read,
+    filled,
     with_contacts,
 )
 from plumbob.engines.method import Method
+from plumbob.models.rolling_disc.model import fill
 
 
 def scheme(method: Method) -> Scheme:
@@ -31,7 +31,7 @@ def scheme(method: Method) -> Scheme:
 
 def build(mjcf: Path, problem: Any, method: Method, step: float) -> Translation:
     """Translate a RollingDisc at about the depth that its weight makes."""
-    spec = whole(mjcf, problem)
+    spec = filled(mjcf, fill, problem)
     profile = contacts.profile(method.settings, plane=True)
     tune = with_contacts(spec, profile, step)
     if profile.convergent:
@@ -43,19 +43,3 @@ def build(mjcf: Path, problem: Any, method: Method, step: float) -> Translation:
         return problem.motion.system.observed(states.T), {}
 
     return at_start(spec, observe, tune=tune)
-
-
-def whole(mjcf: Path, problem: Any) -> mujoco.MjSpec:
-    """The model in the file `mjcf` with the numbers of `problem`, visual parts included."""
-    spec = read(mjcf, problem.gravity)
-    radius = problem.radius
-    system = problem.motion.system
-    disc = spec.body("disc")
-    start = spec.key("start")
-    disc.inertia = [radius**2 / 4.0, radius**2 / 4.0, radius**2 / 2.0]
-    spec.geom("rim").size = [radius, radius, 1e-6 * radius]
-    spec.geom("disc").size[:2] = [radius, 0.02 * radius]
-    start.qpos = [0.0, 0.0, radius * np.sin(problem.tilt), *system.position]
-    held = rolling(problem, np.array(system.position))[:, 3:] @ system.rate
-    start.qvel = [*-held, *system.rate]
-    return spec

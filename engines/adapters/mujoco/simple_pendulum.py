@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import Any
 
 import mujoco
-import numpy as np
 
 from plumbob.analytic.reference import Array
 from plumbob.engines.adapters.divergence import limits
@@ -19,16 +18,17 @@ from plumbob.engines.adapters.mujoco.translation import (
     Translation,
     at_start,
     bare,
-    read,
+    filled,
 )
 from plumbob.engines.method import Method, ModelError
+from plumbob.models.simple_pendulum.model import fill
 
 
 def build(mjcf: Path, problem: Any, method: Method, step: float) -> Translation:
     """Translate a pendulum; `problem` is a SimplePendulum. The setting `reads_acceleration` puts an
     accelerometer at the bob of one with a rod."""
     problem = problem.started
-    spec = bare(whole(mjcf, problem))
+    spec = bare(filled(mjcf, fill, problem))
     driven = problem.forcing_amplitude != 0.0
     if not driven:
         spec.delete(spec.actuator("forcing"))
@@ -44,38 +44,6 @@ def build(mjcf: Path, problem: Any, method: Method, step: float) -> Translation:
         control_at=float(method.settings.get("control_at", 0.0)),
         sensors=None if problem.linear else _readings,
     )
-
-
-def whole(mjcf: Path, problem: Any) -> mujoco.MjSpec:
-    """The model in the file `mjcf` with the numbers of `problem`, visual parts included."""
-    problem = problem.started
-    spec = read(mjcf)
-    length = problem.length
-    moment = problem.mass * length**2
-    bob = spec.body("bob")
-    joint = spec.joint("theta")
-    spec.option.gravity = [0.0, 0.0, 0.0 if problem.linear else -problem.gravity]
-    bob.mass = problem.mass
-    bob.ipos = [0.0, 0.0, -length]
-    joint.damping = first_coefficient(joint.damping, problem.damping_rate * moment)
-    if problem.linear:
-        stiffness = problem.mass * problem.gravity * length
-        joint.stiffness = first_coefficient(joint.stiffness, stiffness)
-    spec.actuator("forcing").gear[0] = moment
-    spec.geom("rod").fromto = [0.0, 0.0, -length, 0.0, 0.0, 0.0]
-    spec.geom("bob").pos = [0.0, 0.0, -length]
-    start = spec.key("start")
-    start.qpos = [problem.theta]
-    start.qvel = [problem.theta_dot]
-    return spec
-
-
-def first_coefficient(template: Any, value: float) -> Any:
-    """`value` in the shape of a joint's damping or stiffness: a number, or since MuJoCo 3.17 the
-    coefficients of a polynomial, constant first."""
-    if np.ndim(template) == 0:
-        return value
-    return [value, *[0.0] * (len(template) - 1)]
 
 
 def model_error(problem: Any, duration: float, method: Method, step: float) -> ModelError:

@@ -49,7 +49,7 @@ class Translation:
     probe: Callable[[mujoco.MjModel, mujoco.MjData], Array] = sensor_data
     """Model and data, with the forces of the step that begins -> a reading, shape (k,)."""
     whole: mujoco.MjSpec | None = None
-    """The model with its visual parts; None where the builder's `whole` is that."""
+    """The model with its visual parts; None where that is the file with the problem's numbers."""
     tune: Callable[[mujoco.MjModel], None] = lambda model: None
     """Changes that only the compiled model takes."""
 
@@ -128,15 +128,20 @@ def _ended(model: bytes, steps: int) -> tuple[float, ...]:
     return tuple(data.qpos.tolist())
 
 
-def read(mjcf: Path, gravity: float = 0.0) -> mujoco.MjSpec:
-    """Model in the file `mjcf`, open to changes, under gravity [m/s^2]; raises ParameterError when
-    it holds none."""
+def filled(mjcf: Path, fill: Callable[[Any, Any], None], problem: Any) -> mujoco.MjSpec:
+    """The model in the file `mjcf` with the numbers of `problem`, visual parts included; raises
+    ParameterError where the file holds no model."""
+    spec = read(mjcf)
+    fill(spec, problem)
+    return spec
+
+
+def read(mjcf: Path) -> mujoco.MjSpec:
+    """Model in the file `mjcf`, open to changes; raises ParameterError where it holds none."""
     try:
-        spec = _parsed(str(mjcf), mjcf.stat().st_mtime_ns).copy()
+        return _parsed(str(mjcf), mjcf.stat().st_mtime_ns).copy()
     except (ValueError, OSError) as error:
         raise ParameterError("mjcf", str(mjcf), f"a MuJoCo model file ({error})") from None
-    spec.option.gravity = [0.0, 0.0, -gravity]
-    return spec
 
 
 @lru_cache(maxsize=32)  # a copy costs a twentieth of what reading costs

@@ -11,8 +11,8 @@ import numpy as np
 from plumbob.engines.abilities import Trimming
 from plumbob.engines.adapters.mujoco import options
 from plumbob.engines.adapters.mujoco.simulation import MujocoSimulation, compiled
+from plumbob.engines.adapters.mujoco.translation import filled
 from plumbob.engines.method import Method
-from plumbob.engines.registry import find_builder
 from plumbob.engines.study.cost import TimedSteps, in_turns
 from plumbob.models.scene import Case
 
@@ -27,8 +27,8 @@ def trimming(
     simulation = compiled(case, method, step)
     trimmed = simulation.model
     translation = simulation.translation
-    complete = find_builder("mujoco", case.system).whole(case.system.mjcf, case.problem)
-    untrimmed = translation.whole or complete
+    system = case.system
+    untrimmed = translation.whole or filled(system.mjcf, system.fill, case.problem)
     options.apply(untrimmed, method.settings, step)
     every_stage = untrimmed.compile()
     translation.tune(every_stage)
@@ -47,7 +47,7 @@ def trimming(
         least,
         bool((ends == ends[0]).all()),
         options.disabled(trimmed.opt.disableflags),
-        tuple(_parts_left_out(complete, translation.spec)),
+        tuple(_parts_left_out(untrimmed, translation.spec)),
     )
 
 

@@ -25,7 +25,7 @@ from plumbob.engines.adapters.mujoco.capsule.readings import (
     heading,
     observing,
     reading,
-    set_slider,
+    scale_tolerance,
     start,
     turned,
 )
@@ -33,18 +33,17 @@ from plumbob.engines.adapters.mujoco.contacts import (
     ContactProfile,
     contacts,
     soft_contact,
-    tilt_inertia,
 )
 from plumbob.engines.adapters.mujoco.translation import (
     Translation,
     at_rest,
-    read,
+    filled,
     with_contacts,
 )
-from plumbob.engines.adapters.three_feet import gravity, limits
+from plumbob.engines.adapters.three_feet import limits
 from plumbob.engines.method import Method, ModelError, Options, Unsupported
+from plumbob.models.tripod_capsule.model import fill
 
-POINT = 1e-14  # [kg m^2] of the slider about itself: MuJoCo wants more than 1e-15
 TURNING = "turning.xml"  # two sliding joints for the slider, along the axes of the body
 PAIR = ("solimp", "solref", "solreffriction")
 OPTIONS = ("cone", "impratio", "noslip_iterations", "tolerance", "noslip_tolerance")
@@ -122,32 +121,20 @@ def whole(
     chosen = settings or {"contact": "coulomb"}
     setup = problem.setup
     height = float(chosen.get("height", 0.0))
-    spec = read(mjcf if setup.plane_velocity is None else mjcf.with_name(TURNING))
-    capsule = setup.capsule
-    body = spec.body("body")
-    spec.option.gravity = gravity(setup)
-    across = tilt_inertia(problem)
-    body.pos = [0.0, 0.0, height]
-    body.mass = capsule.body_mass
-    body.inertia = [across, across, capsule.inertia]
-    for i, (x, y) in enumerate(capsule.supports):
-        support = spec.geom(f"support_{i + 1}")
-        support.pos = [x, y, support.size[0] - height]
-    set_contacts(spec, contacts(problem, chosen), capsule.friction, step)
-    slider = spec.body("slider")
-    line = [math.cos(setup.direction), math.sin(setup.direction), 0.0]
-    ahead = float(chosen.get("slider_ahead", 0.0))
-    slider.pos = np.array([*setup.slider, 0.0]) + ahead * np.array(line)
-    slider.inertia = [POINT] * 3
-    if setup.plane_velocity is None:
-        spec.joint("slider").axis = line
-    set_slider(spec, setup)
+    spec = filled(
+        mjcf if setup.plane_velocity is None else mjcf.with_name(TURNING), fill, problem
+    )
+    set_contacts(spec, contacts(problem, chosen), step)
+    scale_tolerance(spec, setup)
+    spec.body("body").pos = [0.0, 0.0, height]
+    for number in (1, 2, 3):
+        spec.geom(f"support_{number}").pos[2] -= height
+    line = np.array([math.cos(setup.direction), math.sin(setup.direction), 0.0])
+    spec.body("slider").pos += float(chosen.get("slider_ahead", 0.0)) * line
     return spec
 
 
-def set_contacts(
-    spec: mujoco.MjSpec, chosen: ContactProfile, friction: float, step: float
-) -> None:
+def set_contacts(spec: mujoco.MjSpec, chosen: ContactProfile, step: float) -> None:
     """Set every contact pair, and the options that go with it, to a profile at `step` [s]; what
     the profile leaves open takes MuJoCo's default, whatever the file says."""
     defaults = mujoco.MjSpec()
@@ -155,8 +142,6 @@ def set_contacts(
     for name in OPTIONS:
         setattr(spec.option, name, getattr(defaults.option, name))
     for contact in spec.pairs:
-        contact.friction[:2] = friction
-        contact.condim = 3 if friction > 0.0 else 1  # MuJoCo lifts a friction of 0 to 1e-5
         for name in PAIR:
             setattr(contact, name, getattr(pair, name))
     with_contacts(spec, chosen, step)

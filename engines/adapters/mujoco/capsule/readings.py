@@ -12,7 +12,6 @@ from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.capsule import by_support
 from plumbob.analytic.systems.capsule_setup import CapsuleSetup
 from plumbob.engines.adapters.chain import Pose
-from plumbob.engines.adapters.mujoco.contacts import armature
 from plumbob.engines.adapters.mujoco.translation import Observed
 from plumbob.engines.adapters.three_feet import (
     nearest_turn,
@@ -20,6 +19,7 @@ from plumbob.engines.adapters.three_feet import (
     on_three_feet,
     start_velocity,
 )
+from plumbob.models.tripod_capsule.model import armature, driven_joints
 
 Observe = Callable[[Array, Array], Observed]
 BODY = mujoco.mjtObj.mjOBJ_BODY
@@ -37,28 +37,13 @@ CONTACT = sum(
 """The fields read of a contact: whether it is there, then force, normal and tangent, 10 numbers."""
 
 
-def set_slider(spec: mujoco.MjSpec, setup: CapsuleSetup) -> None:
-    """Give the slider its mass, and its joint, or its two joints of the plane, the armature that
-    imposes its motion; a slider without imposed motion is fixed in the body. The file's keyframe
-    goes: the start is a scene's own, at rest on contacts that have settled.
-
-    The solver's tolerance is scaled with the armature: its criterion is relative to the trace of
-    the mass matrix, which the armature inflates, so that a nominal 1e-8 would act as 1e2.
-    """
-    capsule = setup.capsule
-    hold = armature(setup)
-    spec.body("slider").mass = capsule.slider_mass
-    for key in tuple(spec.keys):
-        spec.delete(key)
-    if not on_three_feet(setup).tracks:
-        spec.delete(spec.actuator("slider"))
-        spec.delete(spec.joint("slider"))
-        return
-    for motor in spec.actuators:
-        spec.joint(motor.target).armature = motor.gear[0] = hold
-    scale = (capsule.body_mass + capsule.slider_mass) / hold
-    spec.option.tolerance *= scale
-    spec.option.noslip_tolerance *= scale
+def scale_tolerance(spec: mujoco.MjSpec, setup: CapsuleSetup) -> None:
+    """Scale the solver's tolerance with the slider's armature. The criterion is relative to the
+    trace of the mass matrix, which the armature inflates: a nominal 1e-8 would act as 1e2."""
+    if driven_joints(setup):
+        scale = (setup.capsule.body_mass + setup.capsule.slider_mass) / armature(setup)
+        spec.option.tolerance *= scale
+        spec.option.noslip_tolerance *= scale
 
 
 def control(setup: CapsuleSetup, step: float) -> Callable[[Array], Array] | None:

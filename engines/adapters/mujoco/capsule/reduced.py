@@ -10,11 +10,12 @@ import numpy as np
 
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.capsule_setup import CapsuleProblem, CapsuleSetup
-from plumbob.engines.adapters.mujoco.capsule.readings import control, set_slider
+from plumbob.engines.adapters.mujoco.capsule.readings import control, scale_tolerance
 from plumbob.engines.adapters.mujoco.contacts import JOINT_HARDENING, JOINT_IMPEDANCE
 from plumbob.engines.adapters.mujoco.translation import Observed, Translation, read
 from plumbob.engines.adapters.three_feet import observed_on_a_line
 from plumbob.engines.method import Unsupported
+from plumbob.models.tripod_capsule.model import set_slider
 
 
 def build(mjcf: Path, problem: CapsuleProblem, step: float) -> Translation:
@@ -31,6 +32,7 @@ def build(mjcf: Path, problem: CapsuleProblem, step: float) -> Translation:
     spec.option.gravity = [setup.pull, 0.0, -setup.press]
     spec.body("body").mass = capsule.body_mass
     set_slider(spec, setup)
+    scale_tolerance(spec, setup)
     joint = spec.joint("body")
     weight = (capsule.body_mass + capsule.slider_mass) * setup.press
     joint.frictionloss = capsule.friction * weight

@@ -1,0 +1,198 @@
+"""A mechanism: the bodies, joints, loops, shapes and actuators that an engine is to step.
+
+Engines differ in how they name, order and parametrise these things. A mechanism is what all of
+them are built from: plain records in SI units, made from a compiled model or by hand. Places are
+those of the drawing, in which each joint has its reference coordinates.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import numpy as np
+
+from plumbob.analytic.reference import Array
+from plumbob.models.idealisations import Idealisations
+
+WORLD = 0  # number of the body that does not move, in which gravity is given
+JointKind = Literal["hinge", "slide", "ball", "free"]
+LoopKind = Literal["connect", "weld"]
+ShapeKind = Literal["sphere", "capsule", "box", "cylinder", "ellipsoid", "plane", "hull"]
+Term = Literal["mass matrix", "bias", "passive", "actuator", "constraint"]
+
+
+@dataclass(frozen=True)
+class Body:
+    """A rigid body. A body without a joint is welded to its parent."""
+
+    name: str  # empty where it has none
+    parent: int  # number of the body that carries it, smaller than its own number
+    place: Array  # of its frame in the parent's frame [m], shape (3,)
+    attitude: Array  # of its frame in the parent's frame, a quaternion, scalar first
+    mass: float  # [kg]
+    centre: Array  # of mass, in its frame [m], shape (3,)
+    inertia: (
+        Array  # about the centre of mass, along the axes of its frame [kg m^2], shape (3, 3)
+    )
+    carried: float = 0.0  # fraction of its weight that an upward force at its centre carries
+    point: bool = False  # a point mass is meant: its inertia is what an engine needs at least
+
+
+@dataclass(frozen=True)
+class Joint:
+    """A joint between a body and its parent. Joints of one body act in the order of the list, each
+    in the frame that the ones before have moved.
+
+    A hinge turns about `axis` through `place`, a slide moves along `axis`, a ball turns about
+    `place`. A free body has no place: its coordinates are its frame's place and attitude.
+    """
+
+    name: str  # empty where it has none
+    kind: JointKind
+    body: int  # number of the body that it moves
+    axis: Array  # in the body's frame, unit length, shape (3,)
+    place: Array  # in the body's frame [m], shape (3,)
+    reference: Array  # coordinates in the drawing: [rad], [m], or a quaternion, scalar first
+    stiffness: float  # [N m/rad] or [N/m]
+    rest: Array  # coordinates at which the spring has no force, shaped as `reference`
+    damping: Array  # [N m s/rad] or [N s/m], one number a degree of freedom
+    armature: Array  # inertia added to each degree of freedom [kg m^2] or [kg]
+    friction_loss: Array  # largest dry friction of each degree of freedom [N m] or [N]
+    limits: tuple[float, float] | None  # of the coordinate; of a ball's angle of rotation
+    force_range: tuple[float, float] | None  # of all its actuators together [N m] or [N]
+    velocity: Callable[[Array], Array] | None = None
+    """Of a joint whose motion is prescribed: its velocity [rad/s] or [m/s] at times [s], shape (n,)
+    to shape (n,), whatever forces act."""
+
+
+@dataclass(frozen=True)
+class Loop:
+    """A constraint that closes a loop: two points of two bodies coincide ("connect"), or two
+    frames ("weld")."""
+
+    name: str  # empty where it has none
+    kind: LoopKind
+    bodies: tuple[int, int]
+    places: tuple[Array, Array]  # in the frame of each body [m], shape (3,) each
+    attitude: Array  # of a weld: of the second body's frame in the first's, scalar first
+    rigid: bool = False  # the exact constraint is meant, however softly an engine closes it
+
+
+@dataclass(frozen=True)
+class Shape:
+    """A shape of a body, which may touch another."""
+
+    name: str  # empty where it has none
+    kind: ShapeKind
+    body: int
+    place: Array  # of its frame in the body's frame [m], shape (3,)
+    attitude: Array  # of its frame in the body's frame, scalar first
+    size: Array  # radius; radius and half length; or half sizes [m]. A plane's normal is z
+    points: Array  # vertices of a hull in its frame [m], shape (n, 3)
+
+
+@dataclass(frozen=True)
+class Touch:
+    """Two shapes that can touch, and the friction between them."""
+
+    shapes: tuple[int, int]
+    sliding: tuple[float, float]  # coefficients along two tangents
+    torsional: float  # [m]
+    rolling: tuple[float, float]  # [m]
+    restitution: float = 0.0  # ratio of normal speeds after and before an impact
+
+
+@dataclass(frozen=True)
+class Actuator:
+    """A force on a hinge or a slide: gear times force, where
+
+        force = gain u + bias[0] + bias[1] gear q + bias[2] gear q'
+
+    of a control u, within the range of forces."""
+
+    name: str  # empty where it has none
+    joint: int
+    control: int  # number of its control
+    gear: float
+    gain: float
+    bias: tuple[float, float, float]
+    control_range: tuple[float, float] | None
+    force_range: tuple[float, float] | None  # [N m] or [N] over gear
+
+    @property
+    def stiffness(self) -> float:
+        """Gain of the position of a servo, before the gear; 0 of a motor."""
+        return -self.bias[1]
+
+    @property
+    def damping(self) -> float:
+        """Gain of the velocity of a servo, before the gear; 0 of a motor."""
+        return -self.bias[2]
+
+
+@dataclass(frozen=True)
+class NotExpressed:
+    """A part of a model that a mechanism has no record for, and the terms of the equations of
+    motion that it adds to."""
+
+    name: str  # "tendon hamstring"
+    terms: tuple[Term, ...]
+
+
+@dataclass(frozen=True)
+class Mechanism:
+    """What an engine is to step. Body 0 is the world."""
+
+    bodies: tuple[Body, ...]
+    joints: tuple[Joint, ...]
+    loops: tuple[Loop, ...]
+    shapes: tuple[Shape, ...]
+    touching: tuple[Touch, ...]
+    actuators: tuple[Actuator, ...]
+    gravity: Array  # [m/s^2], shape (3,)
+    not_expressed: tuple[NotExpressed, ...] = ()
+
+    def joints_of(self, body: int) -> tuple[Joint, ...]:
+        """The joints that move a body, in the order in which they act."""
+        return tuple(joint for joint in self.joints if joint.body == body)
+
+
+def idealised(mechanism: Mechanism, ideal: Idealisations) -> Mechanism:
+    """The mechanism with a system's idealisations in place of what a model file has for them: a
+    joint with a prescribed motion loses the armature and the actuators by which a file imposes that
+    motion. Raises KeyError where a name is not in the mechanism."""
+    _require({joint.name for joint in mechanism.joints}, ideal.velocities)
+    _require({loop.name for loop in mechanism.loops}, ideal.rigid_loops)
+    _require({body.name for body in mechanism.bodies}, ideal.points)
+    _require({shape.name for shape in mechanism.shapes}, ideal.restitution)
+    names = [joint.name for joint in mechanism.joints]
+    return replace(
+        mechanism,
+        bodies=tuple(replace(b, point=b.name in ideal.points) for b in mechanism.bodies),
+        joints=tuple(_prescribed(joint, ideal) for joint in mechanism.joints),
+        loops=tuple(replace(x, rigid=x.name in ideal.rigid_loops) for x in mechanism.loops),
+        touching=tuple(_bouncing(mechanism, touch, ideal) for touch in mechanism.touching),
+        actuators=tuple(
+            a for a in mechanism.actuators if names[a.joint] not in ideal.velocities
+        ),
+    )
+
+
+def _require(known: set[str], names: Iterable[str]) -> None:
+    if missing := sorted(set(names) - known):
+        raise KeyError(f"{missing[0]} is not one of {', '.join(sorted(known))}")
+
+
+def _prescribed(joint: Joint, ideal: Idealisations) -> Joint:
+    velocity = ideal.velocities.get(joint.name)
+    if velocity is None:
+        return joint
+    return replace(joint, velocity=velocity, armature=np.zeros_like(joint.armature))
+
+
+def _bouncing(mechanism: Mechanism, touch: Touch, ideal: Idealisations) -> Touch:
+    """A pair of shapes with the larger restitution that the system states for either of them."""
+    names = (mechanism.shapes[i].name for i in touch.shapes)
+    return replace(touch, restitution=max(ideal.restitution.get(name, 0.0) for name in names))

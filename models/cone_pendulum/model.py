@@ -1,0 +1,61 @@
+"""The numbers of a cone pendulum in cone_pendulum.xml, and its idealisation."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from plumbob.analytic.parameters import finite
+from plumbob.analytic.reference import Array
+from plumbob.analytic.systems.cone_pendulum import Body, ConePendulum
+from plumbob.models.idealisations import Idealisations
+
+PLATFORM_RATIO = 1e15  # of the platform's moment of inertia to its load
+
+
+def fill(spec: Any, problem: ConePendulum) -> None:
+    """Write the numbers of a cone pendulum into an MjSpec of cone_pendulum.xml, whose platform gets
+    an armature large enough to keep its rate to the last bit."""
+    pendulum = problem.started
+    body = pendulum.body
+    cone = spec.body("cone")
+    start = spec.key("start")
+    moments = moments_about_centre(body)
+    spec.option.gravity = [0.0, 0.0, -pendulum.gravity]
+    spec.joint("platform").armature = holding_inertia(pendulum)
+    cone.pos = [pendulum.pivot_x, pendulum.pivot_y, pendulum.pivot_z]
+    cone.mass = body.mass
+    cone.ipos = [0.0, 0.0, -body.com_distance]
+    cone.inertia = np.diag(moments)
+    if product := moments[1, 2]:  # MuJoCo then works out the principal axes
+        cone.inertia = [0.0, 0.0, 0.0]
+        cone.fullinertia = [*np.diag(moments), 0.0, 0.0, product]
+    start.qpos = [0.0, finite("theta", pendulum.theta)]
+    start.qvel = [pendulum.platform_rate, finite("theta_dot", pendulum.theta_dot)]
+
+
+def moments_about_centre(body: Body) -> Array:
+    """Moments of inertia about the centre of mass [kg m^2], shape (3, 3); those of `body` are about
+    the pivot."""
+    offset = body.mass * body.com_distance**2
+    moments = np.diag([body.inertia_x - offset, body.inertia_y - offset, body.inertia_z])
+    moments[1, 2] = moments[2, 1] = body.inertia_yz
+    return moments
+
+
+def holding_inertia(pendulum: ConePendulum) -> float:
+    """Moment of inertia [kg m^2] of a platform that keeps its rate to the last bit under its load.
+    It is a power of ten, from a bound on the body's moment of inertia about the platform's axis."""
+    body = pendulum.body
+    reach = abs(pendulum.pivot_y) + body.com_distance
+    spread = float(np.trace(moments_about_centre(body)))
+    load = body.mass * (pendulum.pivot_x**2 + reach**2) + spread
+    return float(10.0 ** math.ceil(math.log10(PLATFORM_RATIO * load)))
+
+
+def ideal(problem: ConePendulum) -> Idealisations:
+    """The platform turns at a prescribed rate."""
+    rate = problem.platform_rate
+    return Idealisations(velocities={"platform": lambda times: np.full(len(times), rate)})

@@ -1,0 +1,22 @@
+"""The numbers of a four-bar linkage in four_bar.xml, and its idealisation."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from plumbob.analytic.systems.four_bar import FourBar
+from plumbob.models.idealisations import Idealisations
+from plumbob.models.n_pendulum import model as n_pendulum
+
+
+def fill(spec: Any, bars: FourBar) -> None:
+    """Write the numbers of a linkage into an MjSpec of four_bar.xml: three rods in a chain, and the
+    two points that the pin joins."""
+    n_pendulum.fill(spec, bars.chain)
+    spec.site("end").pos = [0.0, 0.0, -bars.rocker]
+    spec.site("axis").pos = [bars.ground, 0.0, 0.0]
+
+
+def ideal(bars: FourBar) -> Idealisations:
+    """The pin of the rocker is rigid."""
+    return Idealisations(rigid_loops=("pin",))

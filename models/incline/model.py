@@ -1,0 +1,27 @@
+"""The numbers of a cube on an incline in incline.xml."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from plumbob.analytic.systems.incline import Incline
+
+
+def fill(spec: Any, problem: Incline) -> None:
+    """Write the numbers of a cube into an MjSpec of incline.xml. The plane is level and gravity is
+    inclined, along the heading."""
+    half = problem.size / 2.0
+    heading = problem.heading
+    cube = spec.body("cube")
+    pair = spec.pair("contact")
+    along = [problem.pull * math.cos(heading), problem.pull * math.sin(heading)]
+    spec.option.gravity = [*along, -problem.press]
+    cube.pos = [0.0, 0.0, half]
+    cube.quat = [math.cos(heading / 2.0), 0.0, 0.0, math.sin(heading / 2.0)]
+    cube.mass = problem.mass
+    cube.inertia = [problem.mass * problem.size**2 / 6.0] * 3
+    spec.geom("cube").size = [half] * 3
+    pair.friction[:2] = [problem.friction] * 2
+    pair.condim = 3 if problem.friction else 1
+    spec.key("start").qvel = [problem.speed, 0.0, 0.0]

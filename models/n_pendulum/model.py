@@ -1,0 +1,40 @@
+"""The numbers of a chain of rods in n_pendulum.xml."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from plumbob.analytic.systems.n_pendulum import NPendulum
+
+
+def fill(spec: Any, chain: NPendulum) -> None:
+    """Write the numbers of a chain into an MjSpec of n_pendulum.xml, which gets as many rods as the
+    chain has."""
+    spec.option.gravity = [0.0, 0.0, -chain.gravity]
+    above = None
+    end = 0.0
+    rods = zip(chain.each("masses"), chain.each("lengths"), strict=True)
+    for number, (mass, length) in enumerate(rods, start=1):
+        rod = spec.body(f"rod_{number}") or _added(above, number)
+        rod.pos = [0.0, 0.0, -end]
+        rod.mass = mass
+        rod.ipos = [0.0, 0.0, -length / 2]
+        rod.inertia = [mass * length**2 / 12] * 3
+        rod.first_geom().fromto = [0.0, 0.0, 0.0, 0.0, 0.0, -length]
+        above, end = rod, length
+    if (further := spec.body(f"rod_{len(chain.angles) + 1}")) is not None:
+        spec.delete(further)
+    start = spec.key("start")
+    start.qpos = np.diff(chain.each("angles"), prepend=0.0)
+    start.qvel = np.diff(chain.each("angular_velocities"), prepend=0.0)
+
+
+def _added(above: Any, number: int) -> Any:
+    """One more rod on the rod `above`, with a geom of the same type."""
+    rod = above.add_body(name=f"rod_{number}")
+    rod.add_joint(name=f"hinge_{number}", axis=[0.0, -1.0, 0.0])
+    rod.add_geom(type=above.first_geom().type, size=[0.015, 0.0, 0.0], mass=0.0)
+    rod.explicitinertial = True
+    return rod

@@ -1,0 +1,34 @@
+"""The numbers of a falling rod in rod_impact.xml, and its idealisation."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from plumbob.analytic.systems.rod_impact import RodImpact
+from plumbob.models.idealisations import Idealisations
+
+
+def fill(spec: Any, problem: RodImpact) -> None:
+    """Write the numbers of a rod into an MjSpec of rod_impact.xml, all but the springs and dampers
+    of its contacts, which go with the step."""
+    half = problem.length / 2.0
+    rod = spec.body("rod")
+    start = spec.key("start")
+    begun = problem.observe(np.zeros(1))
+    spec.option.gravity = [0.0, 0.0, -problem.gravity]
+    rod.mass = problem.mass
+    rod.inertia = [problem.mass * problem.length**2 / 12.0] * 3
+    spec.geom("rod").fromto = [-half, 0.0, 0.0, half, 0.0, 0.0]
+    for side, pair in zip((-half, half), spec.pairs, strict=True):
+        spec.geom(pair.geomname2).pos = [side, 0.0, 0.0]
+        pair.friction[:2] = [problem.friction] * 2
+        pair.condim = 3 if problem.friction else 1
+    start.qpos = [begun[name][0] for name in ("x", "z", "angle")]
+    start.qvel = [problem.speed, 0.0, 0.0]
+
+
+def ideal(problem: RodImpact) -> Idealisations:
+    """Both ends bounce."""
+    return Idealisations(restitution={"low": problem.restitution, "high": problem.restitution})

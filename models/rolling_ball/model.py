@@ -1,0 +1,26 @@
+"""The numbers of a rolling ball in rolling_ball.xml."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from plumbob.analytic.systems.rolling_ball import RollingBall
+
+
+def fill(spec: Any, problem: RollingBall) -> None:
+    """Write the numbers of a ball into an MjSpec of rolling_ball.xml."""
+    radius = problem.radius
+    ball = spec.body("ball")
+    pair = spec.pair("contact")
+    spec.option.gravity = [0.0, 0.0, -problem.gravity]
+    ball.pos = [0.0, 0.0, radius]
+    ball.mass = problem.mass
+    ball.inertia = [0.4 * problem.mass * radius**2] * 3
+    spec.geom("ball").size[0] = radius
+    turned = problem.torsional_friction
+    rolled = problem.rolling_friction
+    pair.condim = 6 if rolled else 4 if turned else 3  # no coefficient can be less than 1e-5
+    pair.friction = [problem.friction, problem.friction, turned, rolled, rolled]
+    if not (problem.friction or rolled):
+        pair.condim = 1
+    spec.key("start").qvel = [problem.speed, 0.0, problem.spin]

@@ -1,0 +1,24 @@
+"""The numbers of a servo in servo.xml."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from plumbob.analytic.systems.servo import Servo
+from plumbob.models.simple_pendulum.model import first_coefficient
+
+
+def fill(spec: Any, servo: Servo) -> None:
+    """Write the numbers of a servo into an MjSpec of servo.xml."""
+    joint = spec.joint("theta")
+    motor = spec.actuator("motor")
+    start = spec.key("start")
+    spec.body("link").inertia = [servo.inertia] * 3
+    joint.armature = servo.armature
+    joint.damping = first_coefficient(joint.damping, servo.damping)
+    motor.gear[0] = servo.gear
+    motor.gainprm[0] = servo.kp
+    motor.biasprm[1:3] = [-servo.kp, -servo.kv]
+    motor.forcerange = [-servo.force_limit, servo.force_limit]
+    start.qpos = [servo.theta]
+    start.qvel = [servo.theta_dot]

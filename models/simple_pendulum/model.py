@@ -1,0 +1,46 @@
+"""The numbers of a simple or linear pendulum in simple_pendulum.xml, and its idealisation."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from plumbob.analytic.systems.simple_pendulum import SimplePendulum
+from plumbob.models.idealisations import Idealisations
+
+
+def fill(spec: Any, problem: SimplePendulum) -> None:
+    """Write the numbers of a pendulum into an MjSpec of simple_pendulum.xml. A linear pendulum has
+    the same hinge, with a spring in place of gravity."""
+    pendulum = problem.started
+    length = pendulum.length
+    moment = pendulum.mass * length**2
+    bob = spec.body("bob")
+    joint = spec.joint("theta")
+    spec.option.gravity = [0.0, 0.0, 0.0 if pendulum.linear else -pendulum.gravity]
+    bob.mass = pendulum.mass
+    bob.ipos = [0.0, 0.0, -length]
+    joint.damping = first_coefficient(joint.damping, pendulum.damping_rate * moment)
+    if pendulum.linear:
+        stiffness = pendulum.mass * pendulum.gravity * length
+        joint.stiffness = first_coefficient(joint.stiffness, stiffness)
+    spec.actuator("forcing").gear[0] = moment
+    spec.geom("rod").fromto = [0.0, 0.0, -length, 0.0, 0.0, 0.0]
+    spec.geom("bob").pos = [0.0, 0.0, -length]
+    start = spec.key("start")
+    start.qpos = [pendulum.theta]
+    start.qvel = [pendulum.theta_dot]
+
+
+def first_coefficient(template: Any, value: float) -> Any:
+    """`value` in the shape of a joint's damping or stiffness: a number, or since MuJoCo 3.17 the
+    coefficients of a polynomial, constant first."""
+    if np.ndim(template) == 0:
+        return value
+    return [value, *[0.0] * (len(template) - 1)]
+
+
+def ideal(problem: SimplePendulum) -> Idealisations:
+    """The bob is a point."""
+    return Idealisations(points=("bob",))

@@ -1,0 +1,40 @@
+"""The numbers of a slider-crank in slider_crank.xml, and its idealisation."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from plumbob.analytic.systems.slider_crank import SliderCrank
+from plumbob.models.idealisations import Idealisations
+
+
+def fill(spec: Any, mechanism: SliderCrank) -> None:
+    """Write the numbers of a slider-crank into an MjSpec of slider_crank.xml."""
+    spec.option.gravity = [0.0, 0.0, -mechanism.gravity]
+    stretched = mechanism.crank + mechanism.rod
+    _set_link(spec, "crank", mechanism.crank, mechanism.crank_mass)
+    _set_link(spec, "rod", mechanism.rod, mechanism.rod_mass)
+    spec.body("rod").pos = [mechanism.crank, 0.0, 0.0]
+    spec.body("slider").pos = [stretched, 0.0, 0.0]
+    spec.body("slider").mass = mechanism.slider_mass
+    pin = spec.equality("pin")
+    pin.data = [mechanism.rod, 0.0, 0.0, *pin.data[3:]]
+    start = spec.key("start")
+    crank, rod, slider = mechanism.opened.position
+    start.qpos = [crank, rod - crank, slider - stretched]
+    crank, rod, slider = mechanism.opened.rate
+    start.qvel = [crank, rod - crank, slider]
+
+
+def _set_link(spec: Any, name: str, length: float, mass: float) -> None:
+    """Make a link a uniform thin rod."""
+    link = spec.body(name)
+    link.mass = mass
+    link.ipos = [length / 2, 0.0, 0.0]
+    link.inertia = [mass * length**2 / 12] * 3
+    spec.geom(name).fromto = [0.0, 0.0, 0.0, length, 0.0, 0.0]
+
+
+def ideal(mechanism: SliderCrank) -> Idealisations:
+    """The pin between rod and slider is rigid."""
+    return Idealisations(rigid_loops=("pin",))

@@ -1,0 +1,109 @@
+"""The numbers of a capsule in tripod_capsule.xml and turning.xml, and its idealisations."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from plumbob.analytic.reference import Array
+from plumbob.analytic.systems.capsule_setup import CapsuleProblem, CapsuleSetup
+from plumbob.models.idealisations import Idealisations
+
+ARMATURE_RATIO = 1e10  # least ratio of the slider's armature to its mass
+PLACES = 2001  # of the slider on its way, for the largest of a smooth function of them
+POINT = 1e-14  # [kg m^2] of the slider about itself: MuJoCo wants more than 1e-15
+
+
+def fill(spec: Any, problem: CapsuleProblem) -> None:
+    """Write the numbers of a capsule into an MjSpec of tripod_capsule.xml, or of turning.xml where
+    the slider leaves its line. The start and the springs of the contacts, which go with the step,
+    are not written: the file's keyframe goes."""
+    setup = problem.setup
+    capsule = setup.capsule
+    across = tilt_inertia(problem)
+    body = spec.body("body")
+    spec.option.gravity = gravity(setup)
+    body.mass = capsule.body_mass
+    body.inertia = [across, across, capsule.inertia]
+    for number, (x, y) in enumerate(capsule.supports, start=1):
+        support = spec.geom(f"support_{number}")
+        support.pos = [x, y, support.size[0]]
+    for contact in spec.pairs:
+        contact.friction[:2] = capsule.friction
+        contact.condim = (
+            3 if capsule.friction > 0.0 else 1
+        )  # MuJoCo lifts a friction of 0 to 1e-5
+    slider = spec.body("slider")
+    slider.pos = [*setup.slider, 0.0]
+    slider.inertia = [POINT] * 3
+    if setup.plane_velocity is None:
+        spec.joint("slider").axis = [math.cos(setup.direction), math.sin(setup.direction), 0.0]
+    set_slider(spec, setup)
+
+
+def set_slider(spec: Any, setup: CapsuleSetup) -> None:
+    """Give the slider its mass, and its joint, or its two joints of the plane, the armature that
+    imposes its motion; a slider without imposed motion is fixed in the body. The file's keyframe
+    goes: the start is a scene's own, at rest on contacts that have settled."""
+    capsule = setup.capsule
+    hold = armature(setup)
+    spec.body("slider").mass = capsule.slider_mass
+    for key in tuple(spec.keys):
+        spec.delete(key)
+    if not driven_joints(setup):
+        spec.delete(spec.actuator("slider"))
+        spec.delete(spec.joint("slider"))
+        return
+    for motor in spec.actuators:
+        spec.joint(motor.target).armature = motor.gear[0] = hold
+
+
+def driven_joints(setup: CapsuleSetup) -> tuple[str, ...]:
+    """The joints that move the slider: one along its line, two in the plane, or none."""
+    if setup.relative_velocity is not None:
+        return ("slider",)
+    return () if setup.plane_velocity is None else ("slider_x", "slider_y")
+
+
+def ideal(problem: CapsuleProblem) -> Idealisations:
+    """The slider is a point, whose velocity in the body is prescribed."""
+    setup = problem.setup
+    along, across = setup.relative_velocity, setup.plane_velocity
+    velocities = {}
+    if along is not None:
+        velocities["slider"] = along
+    elif across is not None:
+        velocities["slider_x"] = lambda times: across(times)[:, 0]
+        velocities["slider_y"] = lambda times: across(times)[:, 1]
+    return Idealisations(velocities=velocities, points=("slider",))
+
+
+def gravity(setup: CapsuleSetup) -> Array:
+    """Gravity in the world [m/s^2]: pulling along the line, pressing onto the plane."""
+    line = setup.heading + setup.direction
+    return np.array([setup.pull * math.cos(line), setup.pull * math.sin(line), -setup.press])
+
+
+def armature(setup: CapsuleSetup) -> float:
+    """Armature of the slider's joint [kg]: a power of ten, ARMATURE_RATIO times the slider's mass
+    or more."""
+    return float(10.0 ** math.ceil(math.log10(ARMATURE_RATIO * setup.capsule.slider_mass)))
+
+
+def tilt_inertia(problem: CapsuleProblem) -> float:
+    """Moments of inertia of the body about axes across the vertical [kg m^2], in two digits.
+
+    They have no effect on a motion without heights, and are free: (M + m)/3 sum |A_i - mu r|^2
+    keeps the square of the frequency of every tilting mode on the contacts at most twice that of
+    the vertical one, whatever the triangle and wherever the slider is; and J/2 at least, or no such
+    body could exist.
+    """
+    capsule = problem.setup.capsule
+    centres = capsule.mass_ratio * problem.slider_places(PLACES)
+    arms = np.asarray(capsule.supports)[None] - centres[:, None]
+    spread = float(np.square(arms).sum(axis=(1, 2)).max())
+    least = max((capsule.body_mass + capsule.slider_mass) / 3 * spread, capsule.inertia / 2)
+    unit = 10.0 ** (math.floor(math.log10(least)) - 1)
+    return float(f"{math.ceil(least / unit * (1 - 1e-12)) * unit:.1e}")

@@ -1,0 +1,171 @@
+"""A mechanism's records hold what MuJoCo's equations of motion hold: the same mass matrix and the
+same forces in random states, worked out from the records alone."""
+
+from dataclasses import replace
+
+import mujoco
+import numpy as np
+import pytest
+
+from plumbob.engines.adapters.mujoco.compiled_mechanism import compiled_mechanism
+from plumbob.engines.adapters.mujoco.options import collected
+from plumbob.engines.adapters.mujoco.simulation import compiled
+from plumbob.engines.mechanism import idealised
+from plumbob.engines.registry import method
+from plumbob.models.idealisations import Idealisations
+from plumbob.models.registry import built_in, case_of, scene
+from plumbob.tests.audit.robots.robot_files import folder
+from plumbob.tests.support.mechanism_terms import terms
+
+# Sums of tens of products in double precision, which cancel by a factor of a thousand at most.
+CLOSE = 1e-12
+STATES = 5
+EULER = method("mujoco/euler")
+# Files of two packages, fixed beforehand, and the parts of each that a mechanism has no records for.
+FILES = {
+    "gymnasium": {
+        "ant": "",
+        "half_cheetah": "",
+        "hopper": "",
+        "humanoid": "tendon left_hipknee, tendon right_hipknee",
+        "humanoidstandup": "tendon left_hipknee, tendon right_hipknee",
+        "inverted_double_pendulum": "",
+        "inverted_pendulum": "",
+        "point": "",
+        "pusher": "",
+        "pusher_v5": "",
+        "reacher": "",
+        "swimmer": "drag of the medium",
+        "walker2d": "",
+        "walker2d_v5": "",
+    },
+    "dm_control": {
+        "acrobot": "",
+        "ball_in_cup": "tendon string",
+        "cartpole": "",
+        "cheetah": "",
+        "finger": "",
+        "fish": "actuator fins_flap, tendon fins_flap, tendon fins_sym, drag of the medium",
+        "hopper": "",
+        "humanoid": "",
+        "humanoid_CMU": "",
+        "lqr": "",
+        "manipulator": "equality coupling, actuator grasp, tendon grasp, tendon coupling",
+        "pendulum": "",
+        "point_mass": "actuator t1, actuator t2, tendon t1, tendon t2",
+        "quadruped": "29 parts",
+        "swimmer": "drag of the medium",
+        "walker": "",
+    },
+}
+SYSTEMS = sorted(built_in())
+TURNING = ("capsule-turn/heading-030", "cone-pendulum/rotating-base")
+
+
+def largest_difference(model, mechanism, seed=0):
+    """The largest difference of each term between MuJoCo and the records over random states,
+    relative to the term's largest number; the bias, whose parts may cancel, to the size of its
+    parts, too."""
+    data = mujoco.MjData(model)
+    rng = np.random.default_rng(seed)
+    worst = dict.fromkeys(("mass matrix", "bias", "passive", "actuator"), 0.0)
+    for _ in range(STATES):
+        data.qpos[:] = model.qpos0
+        mujoco.mj_integratePos(model, data.qpos, rng.normal(size=model.nv), 1.0)
+        data.qvel[:] = rng.normal(size=model.nv)
+        data.ctrl[:] = 2.0 * rng.normal(size=model.nu)
+        with collected():
+            mujoco.mj_forward(model, data)
+        mass = np.zeros((model.nv, model.nv))
+        mujoco.mj_fullM(model, data, mass)
+        forces = (data.qfrc_bias, data.qfrc_passive, data.qfrc_actuator)
+        records = terms(mechanism, data.qpos, data.qvel, data.ctrl)
+        for name, expected in zip(worst, (mass, *forces), strict=True):
+            size = np.abs(expected).max(initial=0.0)
+            if name == "bias":
+                moved = np.abs(mass - np.diag(model.dof_armature)).max(initial=0.0)
+                size = max(size, moved * np.square(data.qvel).max(initial=0.0))
+            size = size or 1.0
+            difference = np.abs(records[name] - expected).max(initial=0.0) / size
+            worst[name] = max(worst[name], difference)
+    return worst
+
+
+@pytest.mark.parametrize("name", SYSTEMS)
+def test_the_records_of_a_system_give_mujoco_s_terms(name):
+    system = built_in()[name]
+    model = compiled(case_of(scene(f"{name}/{system.default}")), EULER, 1e-3).model
+    mechanism = compiled_mechanism(model)
+    assert not mechanism.not_expressed
+    assert max(largest_difference(model, mechanism).values()) <= CLOSE
+
+
+@pytest.mark.parametrize("package", FILES)
+@pytest.mark.long(keep=1)
+def test_the_records_of_public_files_give_mujoco_s_terms(package, capfd):
+    assets = folder(package)
+    if assets is None:
+        pytest.skip(f"{package} is not installed: its model files are read here")
+    for name, parts in FILES[package].items():
+        model = mujoco.MjModel.from_xml_path(str(assets / f"{name}.xml"))
+        mechanism = compiled_mechanism(model)
+        missing = mechanism.not_expressed
+        names = ", ".join(part.name for part in missing)
+        assert names == parts or f"{len(missing)} parts" == parts, (name, names)
+        open_terms = {term for part in missing for term in part.terms}
+        for term, difference in largest_difference(model, mechanism).items():
+            assert difference <= CLOSE or term in open_terms, (name, term, difference)
+
+
+@pytest.mark.parametrize(
+    ("element", "field", "factor"),
+    [
+        ("bodies", "mass", 1.0 + 1e-9),
+        ("joints", "stiffness", 1.0 + 1e-9),
+        ("actuators", "gear", 1.0 + 1e-9),
+    ],
+)
+def test_a_number_that_is_wrong_by_1e_9_is_noticed(element, field, factor):
+    xml = """<mujoco><worldbody><body><joint name="a" stiffness="3" damping="1" springref="20"/>
+      <geom size="0.1" mass="1" pos="0 1 1"/></body></worldbody>
+      <actuator><motor joint="a" gear="2"/></actuator></mujoco>"""
+    model = mujoco.MjModel.from_xml_string(xml)
+    mechanism = compiled_mechanism(model)
+    assert max(largest_difference(model, mechanism).values()) <= CLOSE
+    changed = tuple(
+        replace(part, **{field: factor * getattr(part, field)})
+        for part in getattr(mechanism, element)
+    )
+    wrong = replace(mechanism, **{element: changed})
+    assert max(largest_difference(model, wrong).values()) > CLOSE
+
+
+def test_a_prescribed_joint_has_its_velocity_in_place_of_armature_and_motor():
+    case = case_of(scene("capsule-line/heading-030"))
+    mechanism = compiled_mechanism(compiled(case, EULER, 1e-3).model)
+    assert mechanism.joints[-1].armature[0] > 1e9
+    ideal = idealised(mechanism, case.system.ideal(case.problem))
+    assert ideal.joints[-1].armature[0] == 0.0
+    assert not ideal.actuators
+    assert ideal.bodies[-1].point
+    times = np.array([0.0, 0.01, 0.02])
+    expected = case.reference.observe(times)["stroke_rate"]
+    np.testing.assert_allclose(ideal.joints[-1].velocity(times), expected, atol=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("name", "of"),
+    [("four-bar", "loops"), ("slider-crank", "loops"), ("bouncing-ball", "touching")],
+)
+def test_what_is_ideal_of_a_system_is_in_its_mechanism(name, of):
+    system = built_in()[name]
+    case = case_of(scene(f"{name}/{system.default}"))
+    mechanism = compiled_mechanism(compiled(case, EULER, 1e-3).model)
+    (part,) = getattr(idealised(mechanism, system.ideal(case.problem)), of)
+    assert part.rigid if of == "loops" else part.restitution == case.problem.restitution
+
+
+def test_an_idealisation_of_a_name_that_is_not_there_is_refused():
+    model = mujoco.MjModel.from_xml_string("<mujoco/>")
+    with pytest.raises(KeyError, match="pin is not one of"):
+        idealised(compiled_mechanism(model), Idealisations(rigid_loops=("pin",)))
