@@ -242,9 +242,7 @@ def computed(
 class _Integrator:
     """Steps of one of scipy's adaptive methods along a field, each of which is looked at."""
 
-    def __init__(
-        self, method: str, watch: _Watch, tolerance: float, touches: Any
-    ) -> None:
+    def __init__(self, method: str, watch: _Watch, tolerance: float, touches: Any) -> None:
         from scipy import integrate
 
         self.begun = partial(getattr(integrate, method), watch, rtol=tolerance, atol=tolerance)

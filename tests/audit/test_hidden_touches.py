@@ -6,11 +6,11 @@ import math
 import mujoco
 import pytest
 
-from plumbob.engines.adapters.mujoco.own_model import hidden_touches
-from plumbob.engines.adapters.mujoco.own_model.colliding_pairs import (
+from plumbob.engines.adapters.mujoco.colliding_pairs import (
     colliding_pairs,
     unmeasured,
 )
+from plumbob.engines.adapters.mujoco.own_model import hidden_touches
 from plumbob.engines.adapters.mujoco.own_model.model import own_model
 from plumbob.engines.audit.allowance import Allowance
 from plumbob.engines.audit.controls import script

@@ -21,7 +21,7 @@ from plumbob.tests.support.mechanism_terms import terms
 CLOSE = 1e-12
 STATES = 5
 EULER = method("mujoco/euler")
-# Files of two packages, fixed beforehand, and the parts of each that a mechanism has no records for.
+# Files of two packages, fixed beforehand, and the parts that a mechanism has no records for.
 FILES = {
     "gymnasium": {
         "ant": "",

@@ -10,7 +10,8 @@ import mujoco
 import numpy as np
 
 from plumbob.analytic.reference import Array
-from plumbob.engines.adapters.mujoco.own_model.colliding_pairs import colliding_pairs
+from plumbob.engines.adapters.mujoco.colliding_pairs import colliding_pairs
+from plumbob.engines.adapters.mujoco.model_fields import name_with_kind
 from plumbob.engines.mechanism import (
     Actuator,
     Body,
@@ -128,7 +129,9 @@ def _loops(model: Any) -> tuple[tuple[Loop, ...], tuple[NotExpressed, ...]]:
     for number in np.flatnonzero(model.eq_active0).tolist():
         kind = LOOP_KINDS.get(int(model.eq_type[number]))
         if kind is None:
-            others.append(NotExpressed(_named(model, "equality", number), ("constraint",)))
+            others.append(
+                NotExpressed(name_with_kind(model, "equality", number), ("constraint",))
+            )
             continue
         between_sites = model.eq_objtype[number] == SITE
         bodies, places, attitude = (_of_sites if between_sites else _of_bodies)(
@@ -235,7 +238,9 @@ def _actuators(model: Any) -> tuple[tuple[Actuator, ...], tuple[NotExpressed, ..
     clamped = not model.opt.disableflags & BITS.mjDSBL_CLAMPCTRL
     for number in range(model.nactuator):
         if not _simple(model, number):
-            others.append(NotExpressed(_named(model, "actuator", number), ("actuator",)))
+            others.append(
+                NotExpressed(name_with_kind(model, "actuator", number), ("actuator",))
+            )
             continue
         control = int(model.actuator_ctrladr[number])
         bias = model.actuator_biasprm[number, :3] * (model.actuator_biastype[number] == AFFINE)
@@ -277,27 +282,29 @@ def _simple(model: Any, number: int) -> bool:
 def _not_expressed(model: Any) -> Iterator[NotExpressed]:
     """Parts of a model other than equalities and actuators that a mechanism has no record for."""
     for number in range(model.ntendon):
-        yield NotExpressed(_named(model, "tendon", number), _terms_of_tendon(model, number))
+        yield NotExpressed(
+            name_with_kind(model, "tendon", number), _terms_of_tendon(model, number)
+        )
     for number in range(model.nflex):
-        yield NotExpressed(_named(model, "flex", number), ("passive", "constraint"))
+        yield NotExpressed(name_with_kind(model, "flex", number), ("passive", "constraint"))
     for number in np.flatnonzero(model.body_plugin >= 0).tolist():
-        yield NotExpressed(f"plug-in of {_named(model, 'body', number)}", ("passive",))
+        yield NotExpressed(f"plug-in of {name_with_kind(model, 'body', number)}", ("passive",))
     if model.opt.density or model.opt.viscosity:
         yield NotExpressed("drag of the medium", ("passive",))
     for number in np.flatnonzero(np.any(model.jnt_stiffnesspoly, axis=1)).tolist():
         yield NotExpressed(
-            f"nonlinear spring of {_named(model, 'joint', number)}", ("passive",)
+            f"nonlinear spring of {name_with_kind(model, 'joint', number)}", ("passive",)
         )
     for number in np.flatnonzero(np.any(model.dof_dampingpoly, axis=1)).tolist():
-        joint = _named(model, "joint", int(model.dof_jntid[number]))
+        joint = name_with_kind(model, "joint", int(model.dof_jntid[number]))
         yield NotExpressed(f"nonlinear damping of {joint}", ("passive",))
     for number in np.flatnonzero(model.jnt_actgravcomp).tolist():
-        joint = _named(model, "joint", number)
+        joint = name_with_kind(model, "joint", number)
         yield NotExpressed(
             f"gravity compensation by actuators of {joint}", ("passive", "actuator")
         )
     for number in np.flatnonzero(model.body_mocapid >= 0).tolist():
-        yield NotExpressed(f"motion capture of {_named(model, 'body', number)}", ())
+        yield NotExpressed(f"motion capture of {name_with_kind(model, 'body', number)}", ())
     yield from _shapes_not_expressed(model)
 
 
@@ -317,7 +324,7 @@ def _shapes_not_expressed(model: Any) -> Iterator[NotExpressed]:
     colliding = (model.geom_contype | model.geom_conaffinity) != 0
     known = np.isin(model.geom_type, list(SHAPE_KINDS))
     for number in np.flatnonzero(colliding & ~known).tolist():
-        yield NotExpressed(_named(model, "geom", number), ("constraint",))
+        yield NotExpressed(name_with_kind(model, "geom", number), ("constraint",))
 
 
 def _matrix(attitude: Array) -> Array:
@@ -325,8 +332,3 @@ def _matrix(attitude: Array) -> Array:
     matrix = np.zeros(9)
     mujoco.mju_quat2Mat(matrix, attitude)
     return matrix.reshape(3, 3)
-
-
-def _named(model: Any, kind: str, number: int) -> str:
-    """The kind of an element, and its name, or its number where it has none."""
-    return f"{kind} {getattr(model, kind)(number).name or number}"

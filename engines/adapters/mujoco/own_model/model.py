@@ -17,10 +17,10 @@ import numpy as np
 
 from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.reference import Array, Signals
+from plumbob.engines.adapters.mujoco.colliding_pairs import unmeasured
 from plumbob.engines.adapters.mujoco.model_fields import name_of
 from plumbob.engines.adapters.mujoco.options import collected, disabled
 from plumbob.engines.adapters.mujoco.own_model import derivatives, left_out, urdf
-from plumbob.engines.adapters.mujoco.own_model.colliding_pairs import unmeasured
 from plumbob.engines.adapters.mujoco.own_model.corners import corners_of
 from plumbob.engines.adapters.mujoco.own_model.field import ContinuousField, without_step
 from plumbob.engines.adapters.mujoco.own_model.fields import fields
