@@ -69,9 +69,8 @@ class LongRunSearch(RunRequest[MeasuredLongRun]):
             return MeasuredLongRun(why="long runs are of pendulums and of a free body")
         step = self.step or own_step(scene, method, theory)
         fixed = method.control == "step"
-        if fixed and step * self.most_steps < theory.fastest:
-            least = theory.fastest / self.most_steps
-            raise ParameterError("step", step, f"at least {least:.3g} s: a period in a run")
+        if fixed:
+            self._require_a_period(step, theory.fastest)
         scales = {q.observable: q.scale for q in case.system.quantities(case)}
         predicted = theory.long_run(scheme_of(case, method), step, scales) if fixed else None
         pace = step if fixed else theory.fastest / OF_A_SOLVER
@@ -102,6 +101,12 @@ class LongRunSearch(RunRequest[MeasuredLongRun]):
         return MeasuredLongRun(
             step, theory.fastest, predicted, times, followed, stopped, *energy
         )
+
+    def _require_a_period(self, step: float, period: float) -> None:
+        """Raises ParameterError if `most_steps` of `step` [s] do not last a `period` [s]."""
+        if step * self.most_steps < period:
+            least = period / self.most_steps
+            raise ParameterError("step", step, f"at least {least:.3g} s: a period in a run")
 
 
 def own_step(scene: Scene, method: Method, theory: StabilityTheory) -> float:

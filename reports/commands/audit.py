@@ -85,20 +85,11 @@ def command(chosen: argparse.Namespace) -> int:
         if chosen.json:
             values.print_json([])
         return 0
-    alone = files is None
+    chosen.alone = files is None
     models = files or [Path(chosen.gym or chosen.model[0])]
-    chosen.alone = alone
     began = time.time()
     done = list[Row]()
-    if chosen.write_trimmed and (not alone or chosen.gym or models[0].suffix in OTHER):
-        what = "left out, but with a single MJCF file"
-        raise ParameterError("write trimmed", chosen.write_trimmed, what)
-    ending = "-contacts.html" if chosen.contacts else ".html"
-    pages = {path: f"{name}{ending}" for path, name in page_names(models).items()}
-    _writable(chosen, models, [*pages.values(), *[several_audits.PAGE] * (not alone)])
-    if alone and not chosen.gym:
-        regular("model", models[0], math.inf)  # said before anything is shown
-    audited = partial(_audited, chosen=chosen, pages=pages)
+    audited = partial(_audited, chosen=chosen, pages=_pages(chosen, models))
     with progress() as show:
         if files is None:
             try:
@@ -115,14 +106,29 @@ def command(chosen: argparse.Namespace) -> int:
             rows = several_audits.audited(files, audited, chosen.jobs, limit)
         for row in rows:
             done.append(row)
-            if not alone:
+            if not chosen.alone:
                 show(f"{row.path} audited", len(done), len(models))
-    _report(several_audits.sorted_rows(done), chosen, alone, began)
+    _report(several_audits.sorted_rows(done), chosen, began)
     return max(row.code for row in done)
 
 
+def _pages(chosen: argparse.Namespace, models: Sequence[Path]) -> dict[str, str]:
+    """The file names of the audits' pages by model. Raises ParameterError if a file asked for
+    cannot be written, or if a single model is no regular file: before anything is audited."""
+    if chosen.write_trimmed and (not chosen.alone or chosen.gym or models[0].suffix in OTHER):
+        what = "left out, but with a single MJCF file"
+        raise ParameterError("write trimmed", chosen.write_trimmed, what)
+    ending = "-contacts.html" if chosen.contacts else ".html"
+    pages = {path: f"{name}{ending}" for path, name in page_names(models).items()}
+    several = [] if chosen.alone else [several_audits.PAGE]
+    _writable(chosen, models, [*pages.values(), *several])
+    if chosen.alone and not chosen.gym:
+        regular("model", models[0], math.inf)
+    return pages
+
+
 def _first_line(audit: Audit, chosen: argparse.Namespace) -> None:
-    """Print what is audited at once, into a pipe or a file, too."""
+    """Print what is audited before the audit begins, also into a pipe or a file."""
     print(lines(answered(_called(audit, chosen)))[0], flush=True)
 
 
@@ -132,8 +138,9 @@ def _called(audit: Audit, chosen: argparse.Namespace) -> Audit:
     return replace(audit, name=chosen.gym or audit.name, control=control)
 
 
-def _report(done: Sequence[Row], chosen: argparse.Namespace, alone: bool, began: float) -> None:
-    """Print and write all audits, of one file that is `alone` or of several."""
+def _report(done: Sequence[Row], chosen: argparse.Namespace, began: float) -> None:
+    """Print and write all audits: of one file, if `chosen.alone`, or of several."""
+    alone = chosen.alone
     if chosen.out is not None and not alone:
         out = Path(chosen.out)
         seconds = time.time() - began
@@ -188,8 +195,8 @@ def _checked(chosen: argparse.Namespace) -> None:
 def _writable(
     chosen: argparse.Namespace, models: Sequence[Path], pages: Collection[str]
 ) -> None:
-    """Raises ParameterError where something asked for, these `pages` among it, cannot be written,
-    or would replace one of the `models` or another file that is not plumbob's."""
+    """Raises ParameterError if one of the `pages` or another file asked for cannot be written, or
+    would replace one of the `models` or another file that plumbob has not written."""
     from plumbob.reports.commands.validate import writable
 
     taken = {Path(os.path.realpath(path)) for path in models}
@@ -197,7 +204,7 @@ def _writable(
         if file := getattr(chosen, name):
             target = replaceable(name, Path(file))
             if target in taken:
-                raise ParameterError(name, file, "a file of its own, no model")
+                raise ParameterError(name, file, "neither a model nor another file asked for")
             taken.add(target)
             writable(name, target.parent)
     if chosen.out is not None:

@@ -32,9 +32,9 @@ from plumbob.analytic.theory import Predicted, StepErrors, SteppedErrors, apart
 MOST_STEPS = 2_000_000  # of a run: some ten seconds
 MOST_PLANE_STEPS = 200_000  # each takes some tens of microseconds
 JUMPING = ("friction_force", "driving_force")  # where w jumps, or the body stops
-# What a step of RK4 leaves of a velocity that friction stops (THEORY.md, section 4), and after how
-# many steps nothing of it is left in double precision.
-TAIL, LASTS = 0.375, 40
+# RK4 leaves this fraction of a velocity that friction stops after each step (THEORY.md, section 4).
+TAIL = 0.375
+LASTS = 40  # steps after which double precision shows nothing of that velocity
 
 
 def capsule_errors(problem: CapsuleProblem) -> StepErrors:
@@ -109,37 +109,50 @@ def line_errors(
     body within a step, and w is its mean over each step. Empty for other schemes, and for more than
     MOST_STEPS steps."""
     marks = whole_steps(times, step)
-    if (lead := scheme.position_lead) is None or marks[-1] > MOST_STEPS:
+    if scheme.position_lead is None or marks[-1] > MOST_STEPS:
         return {}
-    kind = Scheme(scheme.integrator, position_first=scheme.position_first)
-    way, rate, friction = _body(motion, kind, step, int(marks[-1]))[:, marks]
-    capsule = motion.single.capsule
-    exact = reference.observe(times)
-    at_steps = motion.relative_velocity(step * np.arange(marks[-1] + 2.0))
-    slid = ways(at_steps, lead, step)[marks]
-    friction = (capsule.body_mass + capsule.slider_mass) * friction
-    pushed = driving_force(capsule, friction, (np.diff(at_steps) / step)[marks])
-    names = ("displacement", "velocity", "stroke", "friction_force", "driving_force")
-    errors = apart(dict(zip(names, (way, rate, slid, friction, pushed), strict=True)), exact)
-    loads = np.outer(load_slopes(capsule, motion.single.direction), errors["stroke"])
+    line_run = _line_run(motion, scheme, scheme.position_lead, step, marks)
+    errors = apart(line_run, reference.observe(times))
+    single = motion.single
+    loads = np.outer(load_slopes(single.capsule, single.direction), errors["stroke"])
     still = dict.fromkeys(("stroke_rate", "heading", "sideways"), np.zeros(len(marks)))
     every = {**errors, **still, **dict(zip(NORMAL_FORCES, loads, strict=True))}
     return SteppedErrors(every, lasting=jumps(reference, scheme, step, times))
 
 
+def _line_run(
+    motion: Any, scheme: Scheme, lead: float, step: float, marks: Array
+) -> dict[str, Array]:
+    """Signals of a run with `step` [s] along a line, after as many steps as each of `marks` says,
+    shape (n,). `lead` is the scheme's `position_lead`."""
+    kind = Scheme(scheme.integrator, position_first=scheme.position_first)
+    way, rate, deceleration = _body(motion, kind, step, int(marks[-1]))[:, marks]
+    capsule = motion.single.capsule
+    friction = (capsule.body_mass + capsule.slider_mass) * deceleration
+    slider_rates = motion.relative_velocity(step * np.arange(marks[-1] + 2.0))
+    slider_accelerations = (np.diff(slider_rates) / step)[marks]
+    return {
+        "displacement": way,
+        "velocity": rate,
+        "stroke": ways(slider_rates, lead, step)[marks],
+        "friction_force": friction,
+        "driving_force": driving_force(capsule, friction, slider_accelerations),
+    }
+
+
 def jumps(reference: Reference, scheme: Scheme, step: float, times: Array) -> Signals:
-    """Jumps of the forces within `step` [s] before and after grid `times` [s], shape (n,): a step
-    in which a force jumps has a mean of its values, or one of them, however small the step. Of RK4
-    each step that follows has TAIL of the friction before it left."""
-    count = LASTS if scheme.integrator == RK4 else 2
+    """Returns the largest jump of each force within one `step` [s] before or after each of the grid
+    `times` [s], shape (n,). If a force jumps within a step, the run shows one of its two values, or
+    their mean, however small the step. RK4 keeps the fraction TAIL of that error in each step that
+    follows."""
     later = reference.observe(times + step)
     largest = {name: np.zeros(len(times)) for name in JUMPING if name in later}
-    for k in range(count):
-        here = reference.observe(np.maximum(times - k * step, 0.0))
+    for k in range(LASTS if scheme.integrator == RK4 else 2):
+        earlier = reference.observe(np.maximum(times - k * step, 0.0))
         for name, jump in largest.items():
-            left = TAIL ** max(k - 1, 0) * np.abs(later[name] - here[name])
+            left = TAIL ** max(k - 1, 0) * np.abs(later[name] - earlier[name])
             largest[name] = np.maximum(jump, left)
-        later = here
+        later = earlier
     return largest
 
 

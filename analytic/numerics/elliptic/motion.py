@@ -81,7 +81,8 @@ class _Weierstrass:
         p_dot = -2 * dn * choose(self.real, cn, 1.0)
         p = self.e * r + h
         r2 = r * r
-        return _Point(s, r, r2, h, p_dot, p, 6 * p * p - self.g2 / 2 * r2)
+        bend = 6 * p * p - self.g2 / 2 * r2
+        return _Point(s, r, r2, h, p_dot, s * p_dot, p, bend)
 
 
 class _Point(NamedTuple):
@@ -92,6 +93,7 @@ class _Point(NamedTuple):
     r2: Quad  # its square
     h: Quad
     p_dot: Quad
+    moving: Quad  # s p_dot
     p: Quad
     bend: Quad  # P'' r^2
 
@@ -167,19 +169,18 @@ class EllipticMotion:
             return double(theta), double(choose(self.rest, still, rate))
 
     def _wound(self, half: Quad, turns: Any, sense: Any) -> Quad:
-        """Half the angle from the start with its whole turns, from what it is up to half turns,
-        `half`; the motion goes forward, `sense` 1, or backward, -1, in the last of `turns`
-        periods."""
+        """Half the angle from the start, whole turns included. `half` is that angle up to half
+        turns; `turns` whole periods are over, and the motion goes forward (`sense` 1) or backward
+        (-1) in the rest."""
 
         def around() -> Quad:
             back = choose(sense > 0, half < 0, (half > 0) & (sense < 0))
             return half + PI * (choose(back, sense, 0.0) + self.sense * turns)
 
         def within() -> Quad:
-            ahead = (self.top - self.theta0) / (2 * PI)
-            # half the angle to the barrier above the start
-            ahead = PI * (ahead - np.floor(ahead))
-            return half - PI * (np.floor((half - ahead) / PI) + 1)
+            turn = (self.top - self.theta0) / (2 * PI)
+            to_barrier = PI * (turn - np.floor(turn))  # half the angle, forward from the start
+            return half - PI * (np.floor((half - to_barrier) / PI) + 1)
 
         return chosen(self.rotation, around, within)
 
@@ -188,28 +189,34 @@ class EllipticMotion:
         within half a period of the start."""
         (a0, a1, a2, a3, a4) = self.quartic
         t = self.function.at(times)
-        speed = self.sense * np.sqrt(choose(a4 > 0, a4, 0 * a4))
+        speed = self._start_speed
         centred = t.p - a2 / 2 * t.r
-        moving = t.s * t.p_dot
-        lift = 2 * a3 * moving
+        lift = 2 * a3 * t.moving
         push = 2 * a3 * centred + a1 * a4 * t.r
-        odd = speed * moving
+        odd = speed * t.moving
         even = t.r * push
         bend = speed * t.bend
-        x = even - odd
         y = 2 * centred * centred - a0 * a4 / 2 * t.r2
-        # x and y vanish together where w was infinite as long before the start: there w is u/v.
+        # w is x/y with x = even - odd. If w was infinite as long before the start as `times` are
+        # after it, both x and y vanish, and w is u/v.
         u = t.r * (2 * (a3**2 - a2 * a4) * t.r - 2 * a4 * t.p)
         v = even + odd
         return _larger(
             (
-                x,
+                even - odd,
                 y,
                 y * (lift - bend)
                 - 4 * centred * t.p_dot * (t.s * push - speed * t.p_dot * t.h),
             ),
-            (u, v, -2 * a4 * moving * v - u * (lift + bend)),
+            (u, v, -2 * a4 * t.moving * v - u * (lift + bend)),
         )
+
+    @property
+    def _start_speed(self) -> Quad:
+        """The derivative of w at the start [1/s]: the root of A4, which rounding can make less than
+        zero."""
+        a4 = self.quartic[4]
+        return self.sense * np.sqrt(choose(a4 > 0, a4, 0 * a4))
 
     @property
     def action(self) -> Any:

@@ -79,22 +79,29 @@ class PendulumMotion:
         speed (or excess), of those that are not zero; of a, of the terms that make it."""
         v = self.potential
         from_top = self.theta_from_top
-        excess = self.excess
         angle = self.theta if from_top is None else from_top
-        last = self.theta_dot if excess is None else excess
+        last = self.theta_dot if self.excess is None else self.excess
         given = v.a, v.b, v.c, self.inertia, angle, last
         kept = np.flatnonzero([double(x) for x in given])
         sizes = np.diag([self.cancelled, *np.ones(5)])[:, kept]
         changes = quad(change * sizes)[..., None] if change else [0.0] * 6
         changed = zip(given, changes, strict=True)
-        a, b, c, inertia, angle, last = (quad(x) * (1 + quad(part)) for x, part in changed)
+        return self._solved(*(quad(x) * (1 + quad(part)) for x, part in changed))
+
+    def _solved(
+        self, a: Quad, b: Quad, c: Quad, inertia: Quad, angle: Quad, last: Quad
+    ) -> EllipticMotion:
+        """The closed form for a, b, c, the inertia, the angle (or that from the top), and the speed
+        (or excess)."""
+        from_top = self.theta_from_top is not None
+        excess = self.excess is not None
         return solve(
             TrigonometricPotential(a, b, c),
             inertia,
-            angle if from_top is None else self.theta,
-            last if excess is None else self.theta_dot,
-            None if excess is None else last,
-            None if from_top is None else angle,
+            self.theta if from_top else angle,
+            self.theta_dot if excess else last,
+            last if excess else None,
+            angle if from_top else None,
         )
 
     @cached_property
