@@ -73,15 +73,14 @@ OF_FILES = ("model", "keyframe", "qpos", "qvel", "ctrl_period", "contacts")
 def command(chosen: argparse.Namespace) -> int:
     """Print the audits; returns 1 where an accuracy, stability or reference that is asked for is
     missed."""
-    from plumbob.reports.commands.validate import noted, progress
+    from plumbob.reports.commands.validate import progress
 
     _checked(chosen)
     files, others = (
         model_files(chosen.model, chosen.models_only) if not chosen.gym else (None, [])
     )
-    if others:
-        noted(f"{len(others)} files are no models and are skipped, such as {others[0]}")
     if files == []:
+        _note_skipped(others)
         if chosen.json:
             values.print_json([])
         return 0
@@ -96,6 +95,7 @@ def command(chosen: argparse.Namespace) -> int:
     ending = "-contacts.html" if chosen.contacts else ".html"
     pages = {path: f"{name}{ending}" for path, name in page_names(models).items()}
     _writable(chosen, models, [*pages.values(), *[several_audits.PAGE] * (not alone)])
+    _note_skipped(others)
     if alone and not chosen.gym:
         regular("model", models[0], math.inf)  # said before anything is shown
     audited = partial(_audited, chosen=chosen, pages=pages)
@@ -119,6 +119,14 @@ def command(chosen: argparse.Namespace) -> int:
                 show(f"{row.path} audited", len(done), len(models))
     _report(several_audits.sorted_rows(done), chosen, alone, began)
     return max(row.code for row in done)
+
+
+def _note_skipped(others: Sequence[Path]) -> None:
+    """Say in one line how many files of a folder are no models."""
+    from plumbob.reports.commands.validate import noted
+
+    if others:
+        noted(f"{len(others)} files are no models and are skipped, such as {others[0]}")
 
 
 def _first_line(audit: Audit, chosen: argparse.Namespace) -> None:
