@@ -113,7 +113,7 @@ def known(parameters: Mapping[str, Any], names: Iterable[str]) -> None:
     allowed = sorted(names)
     for name, value in parameters.items():
         if name not in allowed:
-            raise ParameterError(name, value, f"one of the names {nearest(name, allowed)}")
+            raise ParameterError(name, value, f"one of the names {', '.join(allowed)}")
 
 
 def nearest(name: str, names: Sequence[str], more: str = "...") -> str:

@@ -117,10 +117,10 @@ def _said(code: int, message: str, error: BaseException) -> int:
 
 
 def _line(text: str) -> str:
-    """A text in one line, without the ends of words that are thousands of characters long."""
-    from plumbob.models.border import shortened
-
-    return " ".join(shortened(word, MOST_SHOWN) for word in text.split())
+    """A text in one line, without the ends of words that are thousands of characters long. Nothing
+    is imported: memory may be exhausted."""
+    words = (w if len(w) <= MOST_SHOWN else f"{w[:MOST_SHOWN]}..." for w in text.split())
+    return " ".join(words)
 
 
 def _described(error: BaseException) -> str:

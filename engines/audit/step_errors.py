@@ -187,10 +187,10 @@ def priced(
 
 
 def tends(steps: Sequence[StepError], as_is: StepError, reference: Certificate) -> int:
-    """Index of the last control period up to which the finest steps come much nearer to the
-    reference than the worst of the model's own and finer ones (its own may be near by luck), or as
-    near as it is known, and the errors do not level off above that: what catches a reference of
-    something else."""
+    """Index of the last control period up to which the steps confirm the reference. Some
+    integrator's finest step comes much nearer to it than the worst of the model's own and finer
+    steps (its own may be near by luck), or as near as it is known. No integrator's errors level off
+    above that, or grow as its steps shrink: both would show a reference of something else."""
     nearest = finest(steps)
     floor = np.maximum(reference.uncertainty, NOTHING)
     same = [
@@ -198,16 +198,34 @@ def tends(steps: Sequence[StepError], as_is: StepError, reference: Certificate) 
     ]
     allowed = np.maximum(floor, FALLS * np.max(same, axis=0))
     good = np.isfinite(reference.uncertainty) & (nearest <= allowed)
-    good &= ~_level(steps, as_is, floor)
+    good &= ~_level(steps, as_is, floor) & ~_rising(steps, floor)
     mostly = np.cumsum(good) >= MOSTLY * np.arange(1, len(good) + 1)
     return int(np.flatnonzero(good & mostly)[-1])
 
 
 def finest(steps: Sequence[StepError]) -> Array:
-    """The errors [m] over time of the integrator that is nearest of those with the finest steps,
-    shape (n,). A larger step may be near because it passes over what the reference does, too."""
-    parts = max(s.parts for s in steps)
-    return np.asarray(np.min([s.errors for s in steps if s.parts == parts], axis=0))
+    """The errors [m] over time of the finest steps of the integrator whose finest steps are nearest
+    to the reference, shape (n,)."""
+    ends = [runs[-1].errors for runs in _by_integrator(steps)]
+    return np.asarray(np.min(ends, axis=0))
+
+
+def _by_integrator(steps: Sequence[StepError]) -> list[list[StepError]]:
+    """The steps of each integrator, coarse to fine."""
+    names = dict.fromkeys(s.integrator for s in steps)
+    ordered = sorted(steps, key=lambda s: s.parts)
+    return [[s for s in ordered if s.integrator == name] for name in names]
+
+
+def _rising(steps: Sequence[StepError], floor: Array) -> Any:
+    """Where an integrator's finest steps are further from the reference than its coarsest ones, and
+    the reference resolves that, shape (n,). Large steps may be near because they pass over a
+    contact that the reference passes over, too."""
+    rises = [
+        runs[-1].errors > np.maximum(runs[0].errors, RESOLVED * floor)
+        for runs in _by_integrator(steps)
+    ]
+    return np.any(rises, axis=0)
 
 
 def unlike(result: Compared, reference: Certificate, script: Script) -> str:

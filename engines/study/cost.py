@@ -203,7 +203,7 @@ def false_cost(case: Case, method: Method, step: float) -> str:
     steps of a run are too cheap beside its set-up to tell. Raises Unsupported."""
     timed = partial(_run_and_claim, case, method, step)
     fraction = first_steps(case, method, step).fraction
-    fraction = min(1.0, fraction * max(2.0, 2.0 * LONG / timed(fraction)[0]))
+    fraction = min(1.0, fraction * max(2.0, 2.0 * LONG / max(SHORT, timed(fraction)[0])))
     # Set-up, and whatever else each run does once, is in both lengths and not in their difference.
     rounds = [[timed(fraction), timed(0.5 * fraction)] for _ in range(ENOUGH)]
     long, half = np.min(rounds, axis=0)

@@ -30,11 +30,10 @@ def fill(spec: Any, problem: CapsuleProblem) -> None:
     for number, (x, y) in enumerate(capsule.supports, start=1):
         support = spec.geom(f"support_{number}")
         support.pos = [x, y, support.size[0]]
+    dimensions = 3 if capsule.friction > 0.0 else 1  # MuJoCo lifts a friction of 0 to 1e-5
     for contact in spec.pairs:
         contact.friction[:2] = capsule.friction
-        contact.condim = (
-            3 if capsule.friction > 0.0 else 1
-        )  # MuJoCo lifts a friction of 0 to 1e-5
+        contact.condim = dimensions
     slider = spec.body("slider")
     slider.pos = [*setup.slider, 0.0]
     slider.inertia = [POINT] * 3

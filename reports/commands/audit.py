@@ -73,15 +73,14 @@ OF_FILES = ("model", "keyframe", "qpos", "qvel", "ctrl_period", "contacts")
 def command(chosen: argparse.Namespace) -> int:
     """Print the audits; returns 1 where an accuracy, stability or reference that is asked for is
     missed."""
-    from plumbob.reports.commands.validate import noted, progress
+    from plumbob.reports.commands.validate import progress
 
     _checked(chosen)
     files, others = (
         model_files(chosen.model, chosen.models_only) if not chosen.gym else (None, [])
     )
-    if others:
-        noted(f"{len(others)} files are no models and are skipped, such as {others[0]}")
     if files == []:
+        _note_skipped(others)
         if chosen.json:
             values.print_json([])
         return 0
@@ -90,6 +89,7 @@ def command(chosen: argparse.Namespace) -> int:
     began = time.time()
     done = list[Row]()
     audited = partial(_audited, chosen=chosen, pages=_pages(chosen, models))
+    _note_skipped(others)
     with progress() as show:
         if files is None:
             try:
@@ -125,6 +125,14 @@ def _pages(chosen: argparse.Namespace, models: Sequence[Path]) -> dict[str, str]
     if chosen.alone and not chosen.gym:
         regular("model", models[0], math.inf)
     return pages
+
+
+def _note_skipped(others: Sequence[Path]) -> None:
+    """Say in one line how many files of a folder are no models."""
+    from plumbob.reports.commands.validate import noted
+
+    if others:
+        noted(f"{len(others)} files are no models and are skipped, such as {others[0]}")
 
 
 def _first_line(audit: Audit, chosen: argparse.Namespace) -> None:

@@ -463,7 +463,8 @@ def started(model: Any, start: Start = AS_IT_STANDS) -> Any:
         if values is None:
             continue
         state = getattr(data, name)
-        with must_be("a list of numbers", name, type(values).__name__):
+        shown = values if isinstance(values, str) else type(values).__name__
+        with must_be("a list of numbers", name, shown):
             numbers = np.asarray(values, dtype=float)
         if numbers.shape != state.shape or not np.isfinite(numbers).all():
             given = f"{numbers.size} numbers" if numbers.size != state.size else values
