@@ -1,7 +1,7 @@
-"""The border: what a file, a model, a policy, a package or an engine raises becomes one line.
+"""The border: an error of a file, a model, a policy, a package or an engine becomes one line.
 
-A block at the border holds a call of what is not plumbob's. Inside nothing is caught, so that an
-error of plumbob's own stays a defect.
+Each block at the border holds a call of code that is not plumbob's. Errors of plumbob's own code
+are caught nowhere, and stay defects.
 """
 
 from __future__ import annotations
@@ -19,15 +19,15 @@ LARGEST_FILE = 10_000_000  # [bytes]: far more than a model file without meshes 
 
 
 class Refused(Exception):
-    """What the other side of a border raised, in one line."""
+    """An error that the block at a border raised, in one line."""
 
 
 @contextmanager
 def border(
     refused: Callable[[str], BaseException] = Refused, *passing: type[BaseException]
 ) -> Iterator[None]:
-    """Raise `refused` with one line, whatever the block raises. Errors of the kinds `passing`,
-    interrupts and exhausted memory pass the border unchanged."""
+    """Raise `refused` of one line in place of any error of the block. Errors of the kinds
+    `passing`, interrupts and exhausted memory pass the border unchanged."""
     unchanged: tuple[type[BaseException], ...] = (KeyboardInterrupt, MemoryError, *passing)
     try:
         yield
@@ -40,13 +40,15 @@ def border(
 def must_be(
     what: str, name: str, value: object, *passing: type[BaseException]
 ) -> AbstractContextManager[None]:
-    """A border that raises ParameterError: the argument `name`, of this value, must be `what`."""
+    """A border that raises ParameterError: the argument `name`, which has this `value`, must be
+    `what`."""
     return border(lambda line: ParameterError(name, value, f"{what} ({line})"), *passing)
 
 
 def regular(name: str, file: Path, most: float = LARGEST_FILE) -> Path:
-    """`file`, given as the argument `name`, if it is a regular file of at most so many bytes, links
-    followed; raises ParameterError. Nothing is opened: a pipe without a writer would never be."""
+    """Returns `file`, given as the argument `name`, if it is a regular file, or a link to one, of
+    at most `most` bytes; raises ParameterError. It is not opened: to open a pipe that nobody writes
+    to takes forever."""
     with must_be("a file that can be read", name, str(file)):
         there = file.exists()
         fits = file.is_file() and file.stat().st_size <= most
@@ -58,7 +60,7 @@ def regular(name: str, file: Path, most: float = LARGEST_FILE) -> Path:
 
 
 def _of_signal(error: BaseException) -> bool:
-    """Whether the handler of a signal has raised an error, as a caller's own may end the process
+    """Whether the handler of a signal raised an error: a caller's own handler may end the process
     by SystemExit."""
     handlers = map(signal.getsignal, signal.valid_signals())
     codes = {getattr(handler, "__code__", None) for handler in handlers} - {None}
@@ -66,17 +68,15 @@ def _of_signal(error: BaseException) -> bool:
 
 
 def one_line(error: BaseException) -> str:
-    """The kind and the words of an error in one line; an error without words that can be read says
-    where it was raised."""
-    kind = type(error).__name__
+    """The kind of an error and its message in one line. If the message is empty or cannot be read,
+    the place where the error was raised stands for it."""
     frames = traceback.extract_tb(error.__traceback__)
-    place = f"raised in {frames[-1].name}" if frames else "no words"
-    words = f"{kind}: {words_of(error) or place}"
-    return shortened(" ".join(words.split()))
+    place = f"raised in {frames[-1].name}" if frames else "no message"
+    return shortened(f"{type(error).__name__}: {message_of(error) or place}")
 
 
-def words_of(error: BaseException) -> str:
-    """The words of an error; empty where asking for them raises another."""
+def message_of(error: BaseException) -> str:
+    """The message of an error; empty if reading it raises another error."""
     try:
         return str(error)
     except KeyboardInterrupt:
@@ -86,5 +86,6 @@ def words_of(error: BaseException) -> str:
 
 
 def shortened(text: str, most: int = LONGEST) -> str:
-    """A text of at most so many characters, its end replaced by dots."""
-    return text if len(text) <= most else f"{text[: most - 3]}..."
+    """A text in one line of at most `most` characters: dots replace the end of a longer one."""
+    line = " ".join(text.split())
+    return line if len(line) <= most else f"{line[: most - 3]}..."

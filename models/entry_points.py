@@ -79,13 +79,13 @@ def _addition(name: str, several: tuple[metadata.EntryPoint, ...], wrong: Wrong)
                 with border():
                     loaded = several[0].load()
             except Refused as error:
-                kind, _, words = str(error).partition(": ")
-                reason = f"{kind} on import: {words}"
-        reason = _one_line(reason or wrong(loaded, name))
+                kind, _, message = str(error).partition(": ")
+                reason = f"{kind} on import: {message}"
+        reason = shortened(reason or wrong(loaded, name))
     if reason:
         print(f"plumbob: {packages[0]} is left out: {reason}", file=sys.stderr)
         return Addition(packages[0], None, reason)
-    if output := _one_line(printed[0]):
+    if output := shortened(printed[0]):
         print(f"plumbob: {packages[0]} prints when it is imported: {output}", file=sys.stderr)
     return Addition(packages[0], loaded)
 
@@ -117,8 +117,8 @@ def captured() -> Iterator[list[str]]:
 
 @contextmanager
 def on_stderr() -> Iterator[None]:
-    """What a user's own code prints on stdout, in Python or in C, goes to stderr: stdout is for
-    results."""
+    """Redirects to stderr what the block prints on stdout, in Python or in C: a user's own code may
+    print, and stdout is for results."""
     sys.stdout.flush()
     kept = os.dup(1) if _open(1) and _open(2) else None
     try:
@@ -138,8 +138,3 @@ def _open(number: int) -> bool:
     except OSError:
         return False
     return True
-
-
-def _one_line(text: str) -> str:
-    """`text` without line breaks, and no longer than two lines of a terminal."""
-    return shortened(" ".join(text.split()))

@@ -14,23 +14,23 @@ BITS = mujoco.mjtDisableBit
 KIND = mujoco.mjtGeom
 NO_CONTACTS = int(BITS.mjDSBL_CONTACT | BITS.mjDSBL_CONSTRAINT)
 OVERRIDE = int(mujoco.mjtEnableBit.mjENBL_OVERRIDE)
-# Geoms without one convex shape: their distance by mj_geomDistance is no bound.
+# These geoms are not convex: mj_geomDistance does not bound their distance.
 UNMEASURED = MappingProxyType(
     {int(KIND.mjGEOM_HFIELD): "height fields", int(KIND.mjGEOM_SDF): "signed distance fields"}
 )
-UNBOUNDED = (int(KIND.mjGEOM_PLANE), int(KIND.mjGEOM_HFIELD))  # these do not meet each other
+UNBOUNDED = (int(KIND.mjGEOM_PLANE), int(KIND.mjGEOM_HFIELD))  # MuJoCo tests no two of these
 
 
 def colliding_pairs(model: Any) -> tuple[Array, Array]:
-    """Geoms of the pairs that `mj_collision` tests and whose distance can be measured, shape
-    (n, 2), and the distance [m] below which each pair touches, shape (n,)."""
+    """Returns the pairs of geoms that `mj_collision` tests and whose distance can be measured,
+    shape (n, 2), and the margin [m] of each, shape (n,): two geoms that are less apart touch."""
     pairs, margins = _pairs(model)
     measured = ~np.isin(model.geom_type[pairs], list(UNMEASURED)).any(axis=1)
     return pairs[measured], margins[measured]
 
 
 def unmeasured(model: Any) -> tuple[str, ...]:
-    """Kinds of shapes of `model` that can collide and whose distance cannot be measured."""
+    """The kinds of shapes of `model` that can collide but whose distance cannot be measured."""
     pairs, _ = _pairs(model)
     kinds = np.unique(model.geom_type[pairs]).tolist()
     names = tuple(name for kind, name in UNMEASURED.items() if kind in kinds)
@@ -39,8 +39,9 @@ def unmeasured(model: Any) -> tuple[str, ...]:
 
 
 def _pairs(model: Any) -> tuple[Array, Array]:
-    """All pairs that `mj_collision` tests, and their margins [m]: MuJoCo adds those of two geoms.
-    A pair that the file lists has a margin of its own, and no filter applies to it."""
+    """All pairs that `mj_collision` tests, shape (n, 2), and their margins [m], shape (n,): the sum
+    of the two geoms' margins. A pair that the file lists has a margin of its own, and MuJoCo's
+    filters do not apply to it."""
     listed = np.sort(np.stack([model.pair_geom1, model.pair_geom2], axis=1), axis=1)
     first, second = np.triu_indices(model.ngeom, 1)
     kept = _unfiltered(model, first, second)
@@ -55,13 +56,14 @@ def _pairs(model: Any) -> tuple[Array, Array]:
 
 
 def _key(model: Any, first: Any, second: Any) -> Any:
+    """A number for each pair of geoms, by which pairs are compared."""
     return first * model.ngeom + second
 
 
 def _unfiltered(model: Any, first: Any, second: Any) -> Any:
-    """Which pairs of geoms pass MuJoCo's filters: their bits match, their bodies can move against
-    each other (a mocap body and the world do not), neither is the other's parent, unless that is
-    the world, and the file does not exclude the pair of bodies."""
+    """Which pairs of geoms pass MuJoCo's filters: their bits match, and the file does not exclude
+    their bodies; at least one body can move, and the two are not welded to each other (a mocap body
+    counts as fixed); neither body is the parent of the other, unless the parent is the world."""
     bits = model.geom_contype[first] & model.geom_conaffinity[second]
     bits |= model.geom_contype[second] & model.geom_conaffinity[first]
     bodies = np.sort(np.stack([model.geom_bodyid[first], model.geom_bodyid[second]]), axis=0)

@@ -1,7 +1,8 @@
-"""Model files that may make far more than their text says: limits of memory and time, and a trial.
+"""Limits of memory and time for model files, whose short texts may describe huge models.
 
-MuJoCo reads and compiles in one call, which no signal ends. Files that it names are not opened
-where they are pipes, and elements that stand for many are compiled in a process of its own first.
+MuJoCo reads and compiles a file in one call, which no signal ends. Every file that the model file
+names is therefore checked first: it must not be a pipe. A file with elements that stand for many is
+first compiled in a process of its own, which can be ended.
 """
 
 from __future__ import annotations
@@ -19,18 +20,18 @@ import mujoco
 from plumbob.engines.workers import Workers
 from plumbob.models.border import regular
 
-MEMORY = 4_000_000_000  # [bytes] that a model may take to compile, beside what there is
+MEMORY = 4_000_000_000  # [bytes] that compiling may take, beside what the process has already
 SECONDS = 20  # of processor time; the models of robots take less than 5
 LARGEST_ASSET = 1_000_000_000  # [bytes] of a mesh, a texture, ...
 MANY = ("replicate", "composite", "flexcomp", "attach")  # elements that stand for many
-SIZES = ("nrow", "ncol", "width", "height")  # attributes of what is built in
-LARGE = 4096  # of them: more is tried
-FOLDERS = ("meshdir", "texturedir", "assetdir")
+SIZES = ("nrow", "ncol", "width", "height")  # attributes: sides of textures and height fields
+LARGE = 4096  # a longer side needs a trial
+FOLDERS = ("meshdir", "texturedir", "assetdir")  # attributes: where the files of assets are
 
 
 def checked(name: str, path: Path) -> str:
-    """The kind of the root of a model file, given as the argument `name`, if it can be read within
-    limits; raises ParameterError, and what reading and compiling raise."""
+    """Returns the tag of the root element of a model file, given as the argument `name`, if the
+    file keeps the limits. Raises ParameterError, and the errors of reading and compiling."""
     elements = list(_elements(path, [path]))
     folders = {element.get(kind, "") for element in elements for kind in FOLDERS}
     names = {element.get(kind, "") for element in elements for kind in ("file", "filename")}
@@ -52,23 +53,26 @@ def checked(name: str, path: Path) -> str:
 
 
 def _elements(file: Path, met: list[Path]) -> Iterator[Element]:
-    """The elements of a file, and of those that it includes, each of which is read once."""
+    """The elements of a file and of the files that it includes. Files in `met` are not read again;
+    each file that is read is added to `met`."""
     for element in ElementTree.parse(file).getroot().iter():
         yield element
-        other = file.parent / element.get("file", "")
-        if element.tag in ("include", "model") and other.is_file() and other not in met:
-            met.append(other)
-            yield from _elements(regular("include", other), met)
+        included = file.parent / element.get("file", "")
+        if element.tag in ("include", "model") and included.is_file() and included not in met:
+            met.append(included)
+            yield from _elements(regular("include", included), met)
 
 
 def _may_explode(element: Element) -> bool:
+    """Whether an element may stand for far more than its text says."""
     sizes = (element.get(kind, "") for kind in SIZES)
     large = any(size.isdecimal() and int(size[:9]) > LARGE for size in sizes)
     return large or element.tag in MANY
 
 
 def _compiled(path: str) -> None:
-    """Compile a file and evaluate it once, in a process of its own, which ends with its time."""
+    """Compile a file and evaluate its model once. The process has this task alone: it ends after
+    SECONDS of processor time."""
     try:
         import resource
     except ImportError:  # Windows
@@ -82,8 +86,8 @@ def _compiled(path: str) -> None:
 
 @contextmanager
 def limited_memory() -> Iterator[None]:
-    """Let the block allocate `MEMORY` at most; raises ValueError where that does not suffice, and
-    MemoryError where a lower limit that was there does not."""
+    """Let the block allocate MEMORY at most. Raises ValueError if the block needs more; if the
+    process has a lower limit already, that limit stays, and its MemoryError passes."""
     try:
         import resource
 
@@ -93,14 +97,13 @@ def limited_memory() -> Iterator[None]:
         return
     before, most = resource.getrlimit(resource.RLIMIT_AS)
     limit = pages * resource.getpagesize() + MEMORY
-    if lower := before != resource.RLIM_INFINITY and before <= limit:
-        limit = before
+    if before != resource.RLIM_INFINITY and before <= limit:
+        yield
+        return
     resource.setrlimit(resource.RLIMIT_AS, (limit, most))
     try:
         yield
     except MemoryError:
-        if lower:
-            raise
         raise ValueError(f"it takes more than {MEMORY / 1e9:g} GB of memory") from None
     finally:
         resource.setrlimit(resource.RLIMIT_AS, (before, most))

@@ -23,9 +23,9 @@ def corners_of(model: Any) -> tuple[Array, Array]:
 
 
 def _corners(model: Any, body: int) -> Array:
-    """The corners of the boxes of a body's geoms, drawn ones included; of a body without geoms,
-    those of the box with its mass and inertia; of one that has neither, or that does not move, the
-    origin of its frame."""
+    """Corner points of a body in its frame [m], shape (n, 3): those of the boxes around its geoms,
+    also around geoms that are only drawn. A body without geoms has the corners of the box with its
+    mass and inertia. A body without either, or that cannot move, has the origin of its frame."""
     if not model.body_weldid[body]:
         return ORIGIN
     geoms = np.flatnonzero((model.geom_bodyid == body) & (model.geom_type != PLANE))
@@ -42,16 +42,16 @@ def _corners(model: Any, body: int) -> Array:
 
 
 def _placed(place: Array, attitude: Array, box: Any) -> Array:
-    """The eight corners of a `box`, its middle and half its sides [m], in a frame at a `place` [m]
-    with an `attitude`, shape (8, 3)."""
+    """The eight corners [m] of a `box`, shape (8, 3), in the frame in which the box's own frame has
+    a `place` [m] and an `attitude` (a quaternion). `box` is its middle and half its sides [m]."""
     turn = np.zeros(9)
     mujoco.mju_quat2Mat(turn, attitude)
     return np.asarray((box[:3] + CORNERS * box[3:]) @ turn.reshape(3, 3).T + place)
 
 
 def _outermost(points: Array) -> Array:
-    """Returns the `points` that their convex hull needs: any rigid motion moves one of these the
-    furthest. Points without volume are all kept."""
+    """Returns the vertices of the convex hull of `points`: any rigid motion moves one of the
+    vertices furthest. If the points span no volume, all of them are returned."""
     from scipy.spatial import ConvexHull, QhullError
 
     if len(points) <= len(CORNERS):
