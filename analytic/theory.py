@@ -36,11 +36,11 @@ class SteppedErrors:
     """Response of the stepped motion to a unit in the last place of every input and of every step,
     shape (n,); None where that of the exact motion applies."""
     lasting: Signals = field(default_factory=dict)
-    """Size, shape (n,), of the part of an observable's error that no smaller step takes away, where
-    it is derived without a step being taken: the depth of a contact, the drift of what friction
-    holds, the jump of a force inside a step. An error of stepped motions has the exact motion on
-    both sides, which may be wrong: one that does not fall with the step, and is not derived, is
-    never `predicted`."""
+    """Size, shape (n,), of the part of an observable's error that no smaller step reduces, if
+    theory derives that size without taking a step: the depth of a contact, the drift of a body that
+    friction holds, the jump of a force inside a step. The measured error and the error of stepped
+    motions are differences from the same exact motion, which may be wrong. An error that does not
+    fall with the step is therefore `predicted` only if it is derived."""
 
 
 def apart(stepped: Signals, exact: Signals) -> Signals:

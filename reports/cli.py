@@ -17,7 +17,7 @@ from typing import Any, NoReturn
 
 import plumbob
 
-MOST_SHOWN = 300  # characters of a word in a message
+MOST_SHOWN = 300  # characters of a word in a message: the rest is left out
 USAGE, INCOMPLETE, DEFECT, INTERRUPTED = 2, 3, 4, 130
 COMMANDS = (
     "list",
@@ -55,12 +55,12 @@ def main(argv: Sequence[str] | None = None) -> int:
     incomplete study, 4 for a defect of plumbob itself, 130 when interrupted."""
     with _streams() as closed, _interrupts() as interrupts:
         if closed:
-            return _said(USAGE, "stdout is closed: results have no place to go", ValueError())
+            return _said(USAGE, "stdout is closed: results have no place to go")
         return _outcome(argv, interrupts)
 
 
 def _outcome(argv: Sequence[str] | None, interrupts: Sequence[int]) -> int:
-    """Run the command line; returns its exit code, which each error has."""
+    """Run the command line; returns its exit code, or that of the error it ends with."""
     from plumbob.analytic.parameters import ParameterError
 
     try:
@@ -103,22 +103,22 @@ def _command(argv: Sequence[str] | None) -> int:
 
 
 def _lacks_memory(error: BaseException) -> bool:
-    """Whether an error is that of a library that memory does not suffice for."""
+    """Whether an error says that memory did not suffice to load a library."""
     from plumbob.engines.workers import UNMAPPED
 
     return isinstance(error, ImportError) and UNMAPPED in str(error)
 
 
-def _said(code: int, message: str, error: BaseException) -> int:
-    """Print one line, with what notes on the error say; returns `code`."""
+def _said(code: int, message: str, error: BaseException | None = None) -> int:
+    """Print the message and the notes on the error in one line; returns `code`."""
     text = "; ".join([message, *getattr(error, "__notes__", ())])
     print(f"plumbob: {_line(text)}", file=sys.stderr)
     return code
 
 
 def _line(text: str) -> str:
-    """A text in one line, without the ends of words that are thousands of characters long. Nothing
-    is imported: memory may be exhausted."""
+    """A text in one line; the ends of words longer than MOST_SHOWN are left out. Nothing is
+    imported, as memory may be exhausted."""
     words = (w if len(w) <= MOST_SHOWN else f"{w[:MOST_SHOWN]}..." for w in text.split())
     return " ".join(words)
 
@@ -143,8 +143,8 @@ def _described(error: BaseException) -> str:
 
 
 class _Printed:
-    """A stream that is printed on. An error of it leads to nowhere what is still to be printed; it
-    is dropped, and no exit code depends on it, or raised where the stream has a `name`."""
+    """A stream to print on. If writing fails, all that is still printed is dropped. If the stream
+    has a `name`, the error is raised, with that name; else no exit code depends on it."""
 
     def __init__(self, stream: Any, name: str = "") -> None:
         self._stream, self._name = stream, name
@@ -176,9 +176,9 @@ class _Printed:
 
 @contextmanager
 def _streams() -> Iterator[bool]:
-    """Streams to print on, which escape what the terminal's encoding lacks; tells whether stdout is
-    closed. A closed stream leads to nowhere, or else the next file that is opened would get what is
-    printed."""
+    """Makes stdout and stderr streams that escape characters which the terminal's encoding lacks;
+    yields whether stdout is closed. The null device takes the place of a closed stream: else the
+    next file that is opened would get what is printed."""
     before: tuple[Any, Any] = sys.stdout, sys.stderr
     with ExitStack() as opened:
         out, err = (

@@ -20,9 +20,9 @@ from plumbob.engines.study.results import Study, TaskResult
 
 T = TypeVar("T")
 DOUBLES = np.dtype("<f8")
-# Each kind of answer and of request is stored by a name that never changes. Beside it stands the
-# class that has the name today, below plumbob.engines: a class that moves changes its place here.
-# Older studies hold a place instead of a name, "study.cost.SceneCosts": its last word is the name.
+# The name by which each class of answers and requests is stored, and the place of that class below
+# plumbob.engines. A name never changes; if a class moves, its place changes here. Older studies
+# hold the place of a class, "study.cost.SceneCosts": the last word of a place is the name.
 KINDS = MappingProxyType(
     {
         "Analysed": "study.results.Analysed",
@@ -114,13 +114,13 @@ def _converter() -> cattrs.Converter:
 
 
 def _name(kind: type[Any]) -> str:
-    """The name by which a kind is stored; raises KeyError for one that has none."""
+    """The name by which a class is stored; raises KeyError if it has none."""
     names = {place: name for name, place in KINDS.items()}
     return names[f"{kind.__module__}.{kind.__name__}".removeprefix(ENGINES)]
 
 
 def named(name: str) -> type[Any]:
-    """The kind that is stored by this name, whose module is loaded when it is needed."""
+    """The class that is stored by this name; its module is imported if it is not yet."""
     module, _, own = KINDS[name.rpartition(".")[2]].rpartition(".")
     kind: type[Any] = getattr(import_module(ENGINES + module), own)
     return kind

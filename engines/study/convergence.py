@@ -92,8 +92,8 @@ def convergence_study(
 def study_with_true_cost(
     scene: Scene, method: Method, most_steps: int, seed: int
 ) -> ConvergenceStudy:
-    """A convergence study in which the run at whose step the cost is measured is cut short if the
-    engine makes a false claim of that cost."""
+    """A convergence study. If the engine claims a false cost, the run at whose step the cost would
+    be measured is replaced by one that is cut short."""
     study = convergence_study(scene, method, most_steps, seed=seed)
     timed = timed_run(study, method)
     if timed is None:
@@ -210,7 +210,7 @@ def own_steps(method: Method) -> bool:
 def timed_run(found: ConvergenceStudy, method: Method) -> Measurement | None:
     """The run at whose step a method's cost is measured: the first of its own, or the one that
     errors are shown at; where that is too short for a time, and of an adaptive solver, the middle
-    one of those that worked. None of an engine that makes false claims of its runs."""
+    one of those that worked. None if the engine makes false claims about its runs."""
     if any(m.status == "cut-short" for m in found.measurements):
         return None
     done = [m for m in found.measurements if m.status == "done"]

@@ -32,11 +32,11 @@ BESIDE = 100  # reference steps before and after each timing
 ENOUGH, CLOSE = 3, 0.08
 PART = 0.01  # of the duration of a scene, that an adaptive solver begins with
 EVALUATIONS = 300  # from so many on, what one costs is within a few per cent of a long run's
-# Allowed factor, either way, between the cost that an engine claims and the one that its runs show:
-# measured are 0.6 to 1.7 for the engines here, while others use the machine.
+# The cost that an engine claims may differ by this factor, either way, from the cost that its runs
+# show. For the engines here the ratio is 0.6 to 1.7 on a machine that others use, too.
 HONEST = 3.0
-LONG = 0.05  # [s] of processor time, about, that the steps of such a run take
-SHORT = 1e-4  # [s] below which the difference of two runs is noise
+LONG = 0.05  # [s] of processor time that the steps of such a run take, about
+SHORT = 1e-4  # [s]: a shorter difference of two runs is noise
 
 
 @dataclass(frozen=True)
@@ -198,30 +198,31 @@ def first_steps(case: Case, method: Method, step: float) -> TimedSteps:
 
 
 def false_cost(case: Case, method: Method, step: float) -> str:
-    """The reason why the cost of a step that `stepped` claims is false: it differs by more than
-    a factor HONEST from the processor time of a step in runs. Empty if it does not, and if the
+    """Returns why the cost of a step that `stepped` claims is false: it differs by more than a
+    factor HONEST from the processor time of a step in runs. Empty if the claim is true, or if the
     steps of a run are too cheap beside its set-up to tell. Raises Unsupported."""
     timed = partial(_run_and_claim, case, method, step)
     fraction = first_steps(case, method, step).fraction
     fraction = min(1.0, fraction * max(2.0, 2.0 * LONG / max(SHORT, timed(fraction)[0])))
-    # Set-up, and whatever else each run does once, is in both lengths and not in their difference.
+    # Set-up takes the same time in both lengths: their difference has none of it.
     rounds = [[timed(fraction), timed(0.5 * fraction)] for _ in range(ENOUGH)]
     long, half = np.min(rounds, axis=0)
-    seconds, steps, claimed, counted = long - half
-    if seconds < max(0.1 * long[0], SHORT) or min(steps, counted) <= 0.0:
+    seconds, steps, claimed_seconds, claimed_steps = long - half
+    if seconds < max(0.1 * long[0], SHORT) or min(steps, claimed_steps) <= 0.0:
         return ""
-    costs = 1e9 * claimed / counted, 1e9 * seconds / steps
-    if max(costs) <= HONEST * min(costs):
+    claimed = 1e9 * claimed_seconds / claimed_steps
+    shown = 1e9 * seconds / steps
+    if max(claimed, shown) <= HONEST * min(claimed, shown):
         return ""
-    said, shown = (f"{cost:.3g} ns" for cost in costs)
-    return f"stepped() claims {said} a step, its runs take {shown} of processor time"
+    runs = f"its runs take {shown:.3g} ns of processor time"
+    return f"stepped() claims {claimed:.3g} ns a step, {runs}"
 
 
 def _run_and_claim(
     case: Case, method: Method, step: float, fraction: float
 ) -> tuple[float, float, float, float]:
-    """Processor time [s] and steps of a run of the first `fraction` of the duration, then those
-    that `stepped` claims."""
+    """Processor time [s] and number of steps of a run over the first `fraction` of the duration,
+    then the time [s] and number of steps that `stepped` claims for that run."""
     short = case.lasting(fraction * case.scene.duration, samples=2)
     simulation = engine_of(method).prepare(short, method, step)
     begin = time.process_time()
@@ -232,10 +233,10 @@ def _run_and_claim(
 
 
 def held_to_cost(case: Case, method: Method, run: Measurement) -> Measurement:
-    """The `run`, or, of an engine that a package adds and whose claimed cost is false, one without
-    results that says so."""
-    held = engine_of(method).distribution and run.status == "done"
-    why = false_cost(case, method, run.step) if held else ""
+    """Returns the `run`. If a package adds its engine and the engine claims a false cost, returns a
+    measurement without results that says so."""
+    checked = engine_of(method).distribution and run.status == "done"
+    why = false_cost(case, method, run.step) if checked else ""
     return Measurement(run.scene, run.method, run.step, "cut-short", why) if why else run
 
 

@@ -44,10 +44,11 @@ class Prediction:
     """Response of the stepped motion to rounding, largest over the samples; None where that of the
     exact answer applies."""
     lasting: float = 0.0
-    """Derived size, largest over the samples, of the part that no smaller step takes away."""
+    """Derived size, largest over the samples, of the part of the error that no smaller step
+    reduces."""
     beside_lasting: float | None = None
-    """Largest magnitude over the samples of what the measured error is beyond that part; None
-    where theory derives none."""
+    """Largest excess over the samples of the measured error over that part; None if theory derives
+    no such part."""
 
     @property
     def for_this_step(self) -> bool:
@@ -87,8 +88,8 @@ class ObservedError:
 
     @property
     def falling(self) -> float:
-        """The largest magnitude of what smaller steps are to take away: the error, without the part
-        that theory derives as the same at every step."""
+        """The largest magnitude of the part of the error that smaller steps are to reduce: all of
+        it but what theory derives as the same at every step."""
         known = self.predicted.beside_lasting if self.predicted else None
         return self.largest if known is None else known
 
@@ -297,8 +298,9 @@ def _at_step(
 
 
 def _lasting(predicted: Prediction, error: Array, size: Array | None) -> Prediction:
-    """A prediction of an `error` with the part of it that is of this derived `size` at every step,
-    shape (n,) each, and what is left; as it is where none is derived."""
+    """The prediction of an `error`, shape (n,), with the part of the error that has a derived
+    `size`, shape (n,), at every step, and the excess over that part. Without such a part the
+    prediction stays as it is."""
     if size is None:
         return predicted
     beside = np.maximum(np.abs(error) - np.abs(size), 0.0)

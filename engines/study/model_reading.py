@@ -42,14 +42,15 @@ EVERY_FIELD_TEXT = """\
 """
 
 
-# Fields of bodies, of joints, of geoms, and of actuators.
+# The fields of each kind of element: bodies, joints, geoms, actuators.
 KINDS = (
     ("mass", "inertia"),
     ("armature", "damping", "stiffness", "frictionloss"),
     ("friction", "solref", "solimp"),
     ("gear", "kp", "kv"),
 )
-PLACE = re.compile(r"(body|joint|geom|pair|actuator) \d+( of body .+)?")  # of what has no name
+# An element without a name has its place in the file as its name: "joint 0 of body arm".
+PLACE = re.compile(r"(body|joint|geom|pair|actuator) \d+( of body .+)?")
 ByField = Mapping[str, tuple[float, ...]]
 GRAVITY = "gravity"  # that a file states, none too
 SAME, LEAST = 1e-5, 1e-12  # relative, absolute [SI]: what single precision and new frames leave
@@ -99,7 +100,7 @@ def fields_of(engine: Engine, file: Path) -> tuple[str, ModelFields]:
             rows = list(reader.read(file))
         fields = dict[tuple[str, str], tuple[float, ...]]()
         for field, name, values in rows:
-            while (field, name) in fields:  # a reader may give several elements one name
+            while (field, name) in fields:  # several elements may have one name in a reader
                 name += "'"
             fields[field, name] = tuple(np.ravel(values).tolist())
         return "", fields
@@ -127,8 +128,8 @@ def dropped(wanted: ModelFields, fields: ModelFields) -> dict[str, str]:
 
 
 def with_places(wanted: ModelFields, fields: ModelFields) -> ModelFields:
-    """A reader's numbers, in which an element without a name in the file, whatever the reader calls
-    it, has the place that is its name in MuJoCo's."""
+    """A reader's numbers under MuJoCo's names. An element that has no name in the file has its
+    place as its name in MuJoCo, and any name in the reader."""
     places = dict[tuple[str, str], str]()
     for kind in KINDS:
         for name, place in _places(_elements(wanted, kind), _elements(fields, kind)).items():
@@ -137,7 +138,7 @@ def with_places(wanted: ModelFields, fields: ModelFields) -> ModelFields:
 
 
 def _elements(fields: ModelFields, kind: Sequence[str]) -> Mapping[str, ByField]:
-    """{name: numbers by field} of the elements of a kind."""
+    """{name: {field: numbers}} of the elements that have fields of a `kind`."""
     elements = dict[str, dict[str, tuple[float, ...]]]()
     for (field, name), values in fields.items():
         if field in kind:
@@ -146,8 +147,9 @@ def _elements(fields: ModelFields, kind: Sequence[str]) -> Mapping[str, ByField]
 
 
 def _places(here: Mapping[str, ByField], there: Mapping[str, ByField]) -> Mapping[str, str]:
-    """{a reader's name: place} of the elements of a kind without a name: those with the most
-    numbers in common first, and, if as many are left on both sides, the others in order."""
+    """{name in a reader: place} of the elements of a kind that have no name in the file. `here` are
+    MuJoCo's elements, `there` the reader's. Elements with the most numbers in common are matched
+    first; if as many are left on both sides, the others are matched in order."""
     unnamed = [name for name in here if PLACE.fullmatch(name) and name not in there]
     unknown = [name for name in there if name not in here]
 
@@ -155,7 +157,7 @@ def _places(here: Mapping[str, ByField], there: Mapping[str, ByField]) -> Mappin
         return sum(any(v) and equal(v, there[name].get(f)) for f, v in here[place].items())
 
     if len(unnamed) == len(unknown) and all(map(in_common, unnamed, unknown)):
-        return dict(zip(unknown, unnamed, strict=True))  # of many elements the others take long
+        return dict(zip(unknown, unnamed, strict=True))  # quick, also for many elements
     places = dict[str, str]()
     pairs = product(unnamed, unknown)
     for place, name in sorted(pairs, key=lambda pair: in_common(*pair), reverse=True):

@@ -102,7 +102,7 @@ def _by_key(analyses: Iterable[Analysed]) -> dict[str, TaskResult]:
 
 
 def results(store: Connection, number: int, keys: Iterable[str], kind: type[T]) -> dict[str, T]:
-    """The results of a study that are there; one that is not as it was stored is not."""
+    """{key: result} of a study, for those of the `keys` that are there and as they were stored."""
     found = {}
     with decoding():
         for key in keys:
@@ -117,7 +117,8 @@ def _digest(*row: Any) -> str:
 
 
 def _intact(store: Connection, number: int, key: str) -> str | None:
-    """The text stored under a key of a study; None where none is, or it is not as it was stored."""
+    """The text stored under a key of a study; None if there is none, or if it is not as it was
+    stored."""
     query = "select body, digest from result where study = ? and key = ?"
     row = store.execute(query, (number, key)).fetchone()
     same = row is not None and row[1] == _digest(number, key, row[0])
@@ -125,15 +126,15 @@ def _intact(store: Connection, number: int, key: str) -> str | None:
 
 
 def _numbers(store: Connection) -> list[int]:
-    """The numbers of the studies that are complete, the newest first; one that has lost its list
-    was so."""
+    """The numbers of the complete studies, the newest first. A study with neither a list nor a plan
+    was complete, and has lost its list."""
     query = """select study from result group by study having max(key = ?) or not max(key = ?)
         order by study desc"""
     return [number for (number,) in store.execute(query, (STUDY, PLAN)).fetchall()]
 
 
 def _listed(store: Connection, number: int) -> Listed:
-    """The list of a complete study; raises ValueError where it is damaged."""
+    """The list of the results of a complete study; raises ValueError if it is damaged."""
     body = _intact(store, number, STUDY)
     if body is None:
         raise _lost(number)
@@ -141,6 +142,7 @@ def _listed(store: Connection, number: int) -> Listed:
 
 
 def _lost(number: int, what: str = "") -> ValueError:
+    """The error for a damaged study, or for `what` of it; its text says what to do."""
     return ValueError(
         f"study {number}{what} is not as it was stored: measure again, or name another study of "
         "the file by its number"
@@ -148,7 +150,7 @@ def _lost(number: int, what: str = "") -> ValueError:
 
 
 def damages(store: Connection) -> Iterator[str]:
-    """Why each study that is damaged cannot be read any more."""
+    """For each damaged study, why it cannot be read any more."""
     for number in _numbers(store):
         try:
             listed = _listed(store, number)

@@ -270,8 +270,8 @@ def _finest(
 
 
 def _flat(found: Sequence[Measurement], units: Mapping[str, str], name: str) -> str:
-    """Why the error of an observable has stopped far above round-off; empty while smaller steps
-    still help, and where theory derives all that is left as the same at every step."""
+    """Why the error of an observable stays far above round-off; empty while smaller steps still
+    help, and if theory derives that what is left is the same at every step."""
     done = [m for m in found if m.status == "done" and name in m.errors][-4:]
     if len(done) < 4:
         return ""
@@ -285,20 +285,21 @@ def _flat(found: Sequence[Measurement], units: Mapping[str, str], name: str) -> 
 
 
 def _unexplained(found: Sequence[Measurement], units: Mapping[str, str]) -> Judgement | None:
-    """Why runs that are as predicted are none the less not: a prediction that steps the model has
-    the exact motion on both sides, so that a wrong one shows only in an error that does not fall
-    with the step. One that is as large as the motion itself shows nothing yet."""
+    """The verdict on runs that are as predicted, but whose error stays although theory does not
+    derive that; None if there is no such error. The measured error and a prediction that steps the
+    model are both differences from the same exact motion: if that is wrong, only an error that does
+    not fall with the step shows it. An error as large as the motion shows nothing yet."""
     flat = {name: why for name in units if (why := _flat(found, units, name))}
     if not flat:
         return None
     last = [m for m in found if m.status == "done"][-1].errors
     lost = all(last[name].largest > ELSEWHERE * last[name].scale > 0.0 for name in flat)
-    then = (
+    because = (
         "as large as the motion: no step that was run shows whether it falls"
         if lost
         else "and theory derives no error that is the same at every step"
     )
-    why = f"{next(iter(flat.values()))}, {then}"
+    why = f"{next(iter(flat.values()))}, {because}"
     return Judgement("pre-asymptotic" if lost else "not-converging", {}, why)
 
 

@@ -1,4 +1,4 @@
-"""Files of plumbob's own, which alone are replaced: known by a mark in them, or by a list."""
+"""Which files plumbob wrote, by a mark in each or by a list: no other file is ever replaced."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ from pathlib import Path
 from plumbob.analytic.parameters import ParameterError
 
 LIST = "files.txt"  # in a folder of pages: the names of all files there, one a line
-HEAD = 4096  # bytes of a file that hold its mark
-# Every page forbids what it does not need and has plumbob in its title; so has a page of earlier
-# versions. A JUnit file names its suite, and a badge its label.
+HEAD = 4096  # bytes at the beginning of a file that hold its mark
+# A page, of earlier versions too, has a content security policy, and plumbob in its title. A JUnit
+# file names its suite, a badge its label.
 MARK = re.compile(
     rb"""content="default-src 'none';[^<]*>.*<title>[^<]*plumbob|<testsuite name="plumbob"|"""
     rb"""\A\{"schemaVersion": 1, "label": "simulation error\"""",
@@ -21,8 +21,8 @@ BESIDE = re.compile(r"[\"/]([^\"/]+\.(?:js|css|svg|png))\"")  # a file that a pa
 
 
 def replaceable(name: str, file: Path) -> Path:
-    """`file`, links followed, if it is new, empty, or bears the mark of a file that plumbob wrote;
-    raises ParameterError with the `name` of an option."""
+    """Returns `file` with its links resolved, if the file is new, empty, or bears the mark of a
+    file that plumbob wrote; raises ParameterError with the `name` of an option."""
     if os.path.lexists(file) and not (file.is_file() and _marked(file)):
         raise _foreign(name, file)
     return file.resolve()
@@ -51,8 +51,9 @@ def _marked(file: Path) -> bool:
 
 
 def _listed(folder: Path) -> set[str]:
-    """The names of the files in a folder of pages that are plumbob's. An earlier version made no
-    list: of its folder they are the pages with a mark, and what these or the index load."""
+    """The names of the files that plumbob wrote in a folder of pages. If an earlier version wrote
+    them, there is no list: they are the pages with a mark, and the files that these pages or the
+    index load."""
     if (folder / LIST).is_file():
         return {LIST, *(folder / LIST).read_text("utf-8", "replace").splitlines()}
     pages = [page for page in folder.glob("*.html") if page.is_file() and _marked(page)]
