@@ -117,8 +117,8 @@ def known(parameters: Mapping[str, Any], names: Iterable[str]) -> None:
 
 
 def nearest(name: str, names: Sequence[str], more: str = "...") -> str:
-    """The `names` in one line: all of a few, else those that are nearest to an unknown `name`, with
-    what says where `more` are."""
+    """The `names` in one line for a message about an unknown `name`: all of them if they are FEW,
+    else the nearest ones and a text that says where `more` are."""
     import difflib
 
     if len(names) <= FEW:

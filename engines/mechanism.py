@@ -1,8 +1,8 @@
 """A mechanism: the bodies, joints, loops, shapes and actuators that an engine is to step.
 
-Engines differ in how they name, order and parametrise these things. A mechanism is what all of
-them are built from: plain records in SI units, made from a compiled model or by hand. Places are
-those of the drawing, in which each joint has its reference coordinates.
+Engines differ in how they name, order and parametrise these things. A mechanism has them as plain
+records in SI units, made from a compiled model or by hand, from which the model of any engine can
+be built. Places are those of the drawing, in which each joint has its reference coordinates.
 """
 
 from __future__ import annotations
@@ -16,7 +16,6 @@ import numpy as np
 from plumbob.analytic.reference import Array
 from plumbob.models.idealisations import Idealisations
 
-WORLD = 0  # number of the body that does not move, in which gravity is given
 JointKind = Literal["hinge", "slide", "ball", "free"]
 LoopKind = Literal["connect", "weld"]
 ShapeKind = Literal["sphere", "capsule", "box", "cylinder", "ellipsoid", "plane", "hull"]
@@ -33,17 +32,15 @@ class Body:
     attitude: Array  # of its frame in the parent's frame, a quaternion, scalar first
     mass: float  # [kg]
     centre: Array  # of mass, in its frame [m], shape (3,)
-    inertia: (
-        Array  # about the centre of mass, along the axes of its frame [kg m^2], shape (3, 3)
-    )
+    inertia: Array  # about its centre, along the axes of its frame [kg m^2], shape (3, 3)
     carried: float = 0.0  # fraction of its weight that an upward force at its centre carries
     point: bool = False  # a point mass is meant: its inertia is what an engine needs at least
 
 
 @dataclass(frozen=True)
 class Joint:
-    """A joint between a body and its parent. Joints of one body act in the order of the list, each
-    in the frame that the ones before have moved.
+    """A joint between a body and its parent. Several joints of one body act in the order of the
+    list: each is fixed in the frame that the joints before it have moved.
 
     A hinge turns about `axis` through `place`, a slide moves along `axis`, a ball turns about
     `place`. A free body has no place: its coordinates are its frame's place and attitude.
@@ -63,8 +60,8 @@ class Joint:
     limits: tuple[float, float] | None  # of the coordinate; of a ball's angle of rotation
     force_range: tuple[float, float] | None  # of all its actuators together [N m] or [N]
     velocity: Callable[[Array], Array] | None = None
-    """Of a joint whose motion is prescribed: its velocity [rad/s] or [m/s] at times [s], shape (n,)
-    to shape (n,), whatever forces act."""
+    """The velocity [rad/s] or [m/s] at times [s], shape (n,) each, if the joint's motion is
+    prescribed whatever forces act."""
 
 
 @dataclass(frozen=True)
@@ -121,16 +118,6 @@ class Actuator:
     control_range: tuple[float, float] | None
     force_range: tuple[float, float] | None  # [N m] or [N] over gear
 
-    @property
-    def stiffness(self) -> float:
-        """Gain of the position of a servo, before the gear; 0 of a motor."""
-        return -self.bias[1]
-
-    @property
-    def damping(self) -> float:
-        """Gain of the velocity of a servo, before the gear; 0 of a motor."""
-        return -self.bias[2]
-
 
 @dataclass(frozen=True)
 class NotExpressed:
@@ -143,7 +130,7 @@ class NotExpressed:
 
 @dataclass(frozen=True)
 class Mechanism:
-    """What an engine is to step. Body 0 is the world."""
+    """What an engine is to step. Body 0 is the world, in whose frame gravity is given."""
 
     bodies: tuple[Body, ...]
     joints: tuple[Joint, ...]
@@ -154,15 +141,11 @@ class Mechanism:
     gravity: Array  # [m/s^2], shape (3,)
     not_expressed: tuple[NotExpressed, ...] = ()
 
-    def joints_of(self, body: int) -> tuple[Joint, ...]:
-        """The joints that move a body, in the order in which they act."""
-        return tuple(joint for joint in self.joints if joint.body == body)
-
 
 def idealised(mechanism: Mechanism, ideal: Idealisations) -> Mechanism:
-    """The mechanism with a system's idealisations in place of what a model file has for them: a
-    joint with a prescribed motion loses the armature and the actuators by which a file imposes that
-    motion. Raises KeyError where a name is not in the mechanism."""
+    """The mechanism with a system's idealisations in place of what a model file has for them. If a
+    joint's motion is prescribed, the armature and the actuators go by which a file imposes that
+    motion. Raises KeyError if a name is not in the mechanism."""
     _require({joint.name for joint in mechanism.joints}, ideal.velocities)
     _require({loop.name for loop in mechanism.loops}, ideal.rigid_loops)
     _require({body.name for body in mechanism.bodies}, ideal.points)
@@ -181,11 +164,13 @@ def idealised(mechanism: Mechanism, ideal: Idealisations) -> Mechanism:
 
 
 def _require(known: set[str], names: Iterable[str]) -> None:
+    """Raises KeyError if one of the `names` is not `known`."""
     if missing := sorted(set(names) - known):
         raise KeyError(f"{missing[0]} is not one of {', '.join(sorted(known))}")
 
 
 def _prescribed(joint: Joint, ideal: Idealisations) -> Joint:
+    """A joint with the velocity that the system prescribes for it, if any."""
     velocity = ideal.velocities.get(joint.name)
     if velocity is None:
         return joint

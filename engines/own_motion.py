@@ -35,13 +35,13 @@ class Start:
 
 
 AS_IT_STANDS = Start()
-ROUNDING = 1e-9  # relative: 0.3 s has 3 periods of 0.1 s, although 0.3/0.1 is above 3 at times
+ROUNDING = 1e-9  # relative: 0.3 s has 3 periods of 0.1 s, even if 0.3/0.1 is rounded up
 OUT_OF_TIME = "the time given for it ended"
 Policy = Callable[..., Any]  # time [s], qpos, qvel, or an observation -> a number an actuator
 
 
 def policy_name(policy: Policy) -> str:
-    """The name of a function, else that of its kind: an object's own may be anything."""
+    """The name of a function; of another object that of its class, as its own may be anything."""
     return policy.__name__ if isinstance(policy, FunctionType) else type(policy).__name__
 
 
@@ -124,7 +124,7 @@ class Place:
 
 
 def periods(duration: float, period: float) -> int:
-    """The number of periods [s] to the end of the one in which a duration [s] ends."""
+    """How many periods [s] it takes to reach the end of a duration [s], at least one."""
     return max(1, math.ceil(duration / period * (1.0 - ROUNDING)))
 
 

@@ -40,13 +40,13 @@ TRIES = 2  # of a task whose worker dies or hangs
 STARTS = 3  # workers in a row that may end before they are ready
 LOADING = 300.0  # [s] that a worker may take until it is ready
 TICK = 0.2  # [s] between two looks at the clock
-# A task is waiting for what does not come where it has run for longer than its limit and has used
-# less than this part of the time: fifteen others on its core leave it six times as much.
+# A task that has run for longer than its limit is waiting in vain if it used less than this
+# fraction of the time: on a core with fifteen other processes a task that computes uses six times
+# as much.
 IDLE = 0.01
-FAR = (
-    20.0  # limits of wall time, after which it is so where a system does not tell what is used
-)
-MOST = 1e8  # [s] that a timer is set to
+# If the system does not tell the processor time, a task hangs after so many limits of wall time.
+FAR = 20.0
+MOST = 1e8  # [s]: the longest time that a timer takes
 AHEAD = 3  # tasks for each worker of a cluster that are handed out at a time
 OUT_OF_MEMORY = "out of memory"
 UNMAPPED = (
@@ -95,8 +95,8 @@ class _Worker:
     def submit(
         self, do: Callable[..., Any], *arguments: Any, limit: float = 0.0
     ) -> Future[Any]:
-        """The result of a task, once those before it are done; BrokenExecutor where the process
-        has ended, which it does after a `limit` [s] of processor time, if one is given."""
+        """The result of a task, once those before it are done; BrokenExecutor if the process has
+        ended. If a `limit` [s] of processor time is given, the process ends when it is used up."""
         return self._thread.submit(self._answer, do, arguments, limit)
 
     def _answer(self, do: Callable[..., Any], arguments: tuple[Any, ...], limit: float) -> Any:
@@ -111,8 +111,8 @@ class _Worker:
         return value
 
     def end_idle(self, limit: float) -> None:
-        """End the process where it is not ready in time, or where its task has run for longer than
-        its limit [s] and hardly any processor time was used meanwhile."""
+        """End the process if it is not ready in time, or if its task has run for longer than its
+        limit [s] and used hardly any processor time meanwhile."""
         since, before = self._begun
         seconds = time.monotonic() - since
         allowed = LOADING
@@ -214,8 +214,8 @@ class Workers(Executor):
         return task, worker
 
     def _result(self, future: Future[Any], worker: _Worker, limit: float) -> Any:
-        """The result of a task; `Lost` where its worker has ended, as after a `limit` [s] of
-        processor time, without a reason for one that never was ready."""
+        """The result of a task that had a `limit` [s] of processor time; `Lost` if its worker has
+        ended, without a reason if the worker never was ready."""
         error = future.exception()
         if error is None:
             self._unready = 0
@@ -266,7 +266,7 @@ def _finished(running: dict[Future[Any], Task]) -> Iterator[tuple[Task, Any]]:
 
 
 def _processor_time(process: int | None) -> float | None:
-    """The processor time [s] that a process has used; None where the system does not tell."""
+    """The processor time [s] that a process has used; None if the system does not tell."""
     try:
         fields = Path(f"/proc/{process}/stat").read_text("ascii", "replace")
         user, system = fields.rpartition(")")[2].split()[11:13]
@@ -276,7 +276,7 @@ def _processor_time(process: int | None) -> float | None:
 
 
 def _ending(code: int, limit: float) -> str:
-    """How a process ended whose task had a limit [s] of processor time."""
+    """Why a process ended, by its exit code; its task had a `limit` [s] of processor time."""
     if hasattr(signal, "SIGPROF") and code == -signal.SIGPROF:
         return f"no answer within {limit:.3g} s of processor time"
     if code >= 0:
@@ -307,8 +307,8 @@ def _serve(theirs: connection.Connection, module: str) -> None:
 
 
 def _end_after(seconds: float) -> None:
-    """End this process once it has used so much more processor time; never for 0. The system does
-    so, also within a call of a library that does not return."""
+    """Let the system end this process when it has used so many more `seconds` of processor time,
+    also within a library's call that does not return; 0 stops the timer."""
     if hasattr(signal, "ITIMER_PROF"):  # not on Windows
         signal.setitimer(signal.ITIMER_PROF, min(seconds, MOST))
 

@@ -1,7 +1,8 @@
 """Idealisations of a system that its model file cannot state, and that an engine may need to know.
 
-A file imposes a motion by a huge armature, closes a loop softly, makes a bounce of a spring and a
-damper, and gives a point a small inertia. What is meant by these is stated here, beside the file.
+A model file imposes a motion by a huge armature, closes a loop softly, makes a bounce of a spring
+and a damper, and gives a point mass a small inertia. An `Idealisations` states what is meant by
+that.
 """
 
 from __future__ import annotations

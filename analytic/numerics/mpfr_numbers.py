@@ -18,20 +18,22 @@ import numpy as np
 BITS = 113  # of the significand, as of an IEEE 754 binary128
 _CONTEXT = gmpy2.context(precision=BITS)
 _NUMBER = type(gmpy2.mpfr(0))
-_SCALARS = frozenset({_NUMBER, float, int, np.float64})  # what the context takes as it is
+_SCALARS = frozenset(
+    {_NUMBER, float, int, np.float64}
+)  # types that the context's functions take
 
 
 def _raw(value: Any) -> Any:
-    """The mpfr or the array of them inside an `Mpfr`; anything else as it is."""
+    """The mpfr, or the array of mpfr, inside an `Mpfr`; anything else unchanged."""
     if type(value) is Mpfr:
         return value.values
     if isinstance(value, np.ndarray) and value.dtype == object:
-        return quad(value).values  # its elements are of the class `Mpfr`
+        return quad(value).values  # an array whose elements are `Mpfr`
     return value
 
 
 def _of_one(of_number: Callable[[Any], Any]) -> Callable[[Any], Mpfr]:
-    """A function of an `Mpfr` from one of an mpfr."""
+    """Makes a function of an mpfr one of an `Mpfr`, elementwise for arrays."""
     of_array = np.frompyfunc(of_number, 1, 1)
 
     def result(number: Any) -> Mpfr:
@@ -42,7 +44,8 @@ def _of_one(of_number: Callable[[Any], Any]) -> Callable[[Any], Mpfr]:
 
 
 def _of_two(of_numbers: Callable[[Any, Any], Any]) -> Callable[[Any, Any], Mpfr]:
-    """A function of two operands, one of them an `Mpfr`, from one of an mpfr and a number."""
+    """Makes a function of two numbers one of two operands, of which one is an `Mpfr`, elementwise
+    for arrays."""
     of_arrays = np.frompyfunc(of_numbers, 2, 1)
 
     def result(one: Any, other: Any) -> Mpfr:
@@ -56,12 +59,12 @@ def _of_two(of_numbers: Callable[[Any, Any], Any]) -> Callable[[Any, Any], Mpfr]
 
 
 def _compared(of_numbers: Callable[[Any, Any], Any]) -> Callable[[Any, Any], Any]:
-    """A comparison, which is exact whatever the context is."""
+    """Makes a comparison of numbers one of `Mpfr`. Comparisons are exact in any context."""
     return lambda one, other: of_numbers(_raw(one), _raw(other))
 
 
 def _signed(size: Any, sign: Any) -> Any:
-    """The number of this size that has the sign of an mpfr."""
+    """The magnitude of `size` with the sign of `sign`."""
     size = _CONTEXT.abs(size)
     return _CONTEXT.minus(size) if gmpy2.is_signed(sign) else size
 
@@ -97,7 +100,7 @@ _TWO: Mapping[str, Callable[[Any, Any], Any]] = MappingProxyType(
         "not_equal": _compared(operator.ne),
     }
 )
-# numpy's functions that move numbers and do not compute
+# numpy's functions that rearrange numbers and compute nothing
 _MOVES = frozenset(
     {np.append, np.broadcast_arrays, np.concatenate, np.diag, np.ndim, np.ravel, np.roll}
     | {np.shape, np.stack, np.swapaxes, np.where}
@@ -139,7 +142,7 @@ class Mpfr:
     __ne__ = _TWO["not_equal"]
     __abs__ = _ONE["absolute"]
     __neg__ = _ONE["negative"]
-    # numpy asks the elements of an array of dtype object for these
+    # numpy calls these methods of the elements of an array of dtype object
     sqrt = _ONE["sqrt"]
     sin = _ONE["sin"]
     cos = _ONE["cos"]
@@ -177,25 +180,25 @@ class Mpfr:
 
     @property
     def shape(self) -> tuple[int, ...]:
-        """As of an array; () of one number."""
+        """The shape, as of numpy's arrays; () for one number."""
         return np.shape(self.values)
 
     @property
     def ndim(self) -> int:
-        """As of an array; 0 of one number."""
+        """The number of dimensions, as of numpy's arrays; 0 for one number."""
         return np.ndim(self.values)
 
     @property
     def size(self) -> int:
-        """The count of numbers."""
+        """How many numbers it holds."""
         return np.size(self.values)
 
     def reshape(self, *shape: Any) -> Mpfr:
-        """As of an array."""
+        """The numbers in another shape, as of numpy's arrays."""
         return Mpfr(self.values.reshape(*shape))
 
     def copy(self) -> Mpfr:
-        """A copy whose numbers may be replaced."""
+        """A copy: replacing its numbers leaves the original as it is."""
         return Mpfr(self.values.copy())
 
     def any(self) -> bool:
@@ -211,12 +214,12 @@ class Mpfr:
 
 
 def _unwrapped(part: Any) -> Any:
-    """The same with mpfr for `Mpfr`, inside lists and tuples too."""
+    """An argument with mpfr in place of `Mpfr`, also inside lists and tuples."""
     return list(map(_unwrapped, part)) if isinstance(part, (list, tuple)) else _raw(part)
 
 
 def _wrapped(result: Any) -> Any:
-    """The same with `Mpfr` for mpfr, inside lists and tuples too."""
+    """A result with `Mpfr` in place of mpfr, also inside lists and tuples."""
     if isinstance(result, (list, tuple)):
         return type(result)(map(_wrapped, result))
     inside = isinstance(result, np.ndarray) and result.dtype == object
@@ -224,6 +227,7 @@ def _wrapped(result: Any) -> Any:
 
 
 def _number(value: Any) -> Any:
+    """The mpfr of one number, exactly."""
     return value.values if type(value) is Mpfr else gmpy2.mpfr(value, BITS)
 
 

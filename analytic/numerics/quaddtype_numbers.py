@@ -12,8 +12,8 @@ PI: Any = quaddtype.pi  # QuadPrecision(pi) would round it to double
 
 
 def quad(value: Any) -> Any:
-    """Return numbers as 34-digit numbers of the same shape, exactly; of no shape as scalars, whose
-    arithmetic costs a fifth of an array's."""
+    """Return numbers as 34-digit numbers of the same shape, exactly. A number without a shape
+    becomes a scalar: arithmetic with it costs a fifth of that with an array."""
     if isinstance(value, quaddtype.QuadPrecision):
         return value
     if isinstance(value, (float, int)):

@@ -20,7 +20,8 @@ CORNERS = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]])  # [m] from C
 
 # Below this height over its longest side a triangle gives support loads to fewer than 7 digits.
 FLATTEST = 1e-9
-# Of a load, in parts of the weight: the root of the sum of squares of what 32 bounds the sum of.
+# Rounding of a load in units of ROUNDOFF times the weight: the root of the sum of the squares of
+# errors whose sum is 32 at most.
 LOAD_ROUNDINGS = 12.0
 
 

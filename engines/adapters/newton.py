@@ -23,7 +23,7 @@ from plumbob.models.border import border
 from plumbob.models.scene import Case, later
 
 FIELDS = "plumbob.engines.adapters.mujoco.model_fields.fields_in"  # which imports MuJoCo
-FAR = 1e9  # more than numbers of actuators differ by
+FAR = 1e9  # more than the gains and gears of two actuators differ by
 STEP = Scheme(EULER, "start", unit=SINGLE)
 # Next to a barrier, and of stiff modes, the rounding of single precision has no theory here.
 MEANT = (
@@ -136,8 +136,8 @@ def _read(path: Path) -> tuple[Any, Any]:
 
 
 def _order_of_actuators(file: Any, read: Any) -> Any:
-    """The number in Newton's model of each actuator of the file: it has servos first. An actuator
-    is known by its joint, then by the numbers that are nearest."""
+    """The number in Newton's model of each actuator of the file, shape (n,): Newton puts servos
+    first. Actuators are matched by their joints, then by the nearest gears and gains."""
     from scipy.optimize import linear_sum_assignment
 
     def numbers(model: Any) -> Any:

@@ -19,7 +19,7 @@ SETTINGS = (
     "worst_body",
 )
 ABSENT = "none"
-CENTRES = "distance of centres of mass"  # the measure of an audit that names none
+CENTRES = "distance of centres of mass"  # the measure of older audits, which name none
 # Chosen, relative and [m, s, m/s]: a run repeats to the bit, and JSON holds its doubles whole; what
 # another processor rounds is far below a nanometre, and what an edit does above
 ROUNDING = 1e-9
@@ -121,8 +121,8 @@ def _worse(old: Stored, new: Stored) -> Iterator[Moved]:
 
 
 def _displacements(old: Stored, new: Stored) -> dict[str, float]:
-    """How far [m] each body that both have has moved: the furthest of its corners, or its centre of
-    mass where one of the audits has no corners of it, or fewer."""
+    """{body: how far [m] it has moved} for the bodies that both audits have: by the corner that has
+    moved furthest, or by the centre of mass if the audits have different numbers of its corners."""
     apart = dict[str, float]()
     for body in old["pose"].keys() & new["pose"].keys():
         centres = [[audit["pose"][body]] for audit in (old, new)]

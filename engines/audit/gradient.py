@@ -103,8 +103,8 @@ class Gradients:
 
     @cached_property
     def lost(self) -> tuple[tuple[float, float], ...]:
-        """Intervals [s] at all of whose times the error is as large as the gradient; times at which
-        the gradient is not known well enough tell nothing."""
+        """Intervals [s] within which the error is as large as the gradient all the time. Times at
+        which the gradient is not known well enough are skipped."""
         if self.along is None:
             return ()
         known = self.certificate <= TRUSTED
@@ -115,8 +115,8 @@ class Gradients:
 
     @property
     def horizon(self) -> float | None:
-        """The time [s] from which on the error stays as large as the gradient for as long as that
-        is known; None where there is none."""
+        """The time [s] from which on the error stays as large as the gradient, as long as the
+        gradient is known; None if there is no such time."""
         if not self.lost:
             return None
         begins, ends = self.lost[-1]

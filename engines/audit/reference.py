@@ -38,11 +38,11 @@ IN_LAYER, OTHER_IN_LAYER = 1e-7, 1e-6  # tolerances there
 # vanish too as its fourth root; the smallest power outlasts the others as layers shrink.
 POWERS = (0.25, 0.5)
 CHATTER, WITHIN = 20, 0.05  # events, within [s]: more are chatter
-STEPS_IN_TOUCH = 4.0  # at least, so that stages lie in one that a larger step passed over
+STEPS_IN_TOUCH = 4.0  # at least: some stages then lie in a touch that a larger step passed over
 FIRST = 0.4  # of the time, for the first method
 RESOLVED = 5.0  # times the reference's uncertainty: an error from there on is quoted
 MEASURE = "corner displacement"  # of errors, as JSON names it
-NOTHING = 1e-9  # [m] rounding and solver tolerances leave as much in the steps
+NOTHING = 1e-9  # [m]: rounding and solver tolerances leave as much in the steps
 
 
 @dataclass(frozen=True)
@@ -81,7 +81,7 @@ def certified(model: OwnModel, script: Script, allowance: Allowance) -> Certific
 
 
 def telling(reference: Certificate) -> Certificate:
-    """The reference as far as it tells something of the motion: up to the last time at which its
+    """The reference up to the last time at which it tells something about the motion: there its
     uncertainty is less than the largest displacement so far, or no more than rounding leaves."""
     moved_by = distances(reference.corners[:1], reference.corners)
     unknown = reference.uncertainty
@@ -240,19 +240,20 @@ def computed(
 
 
 class _Integrator:
-    """Steps of one of scipy's adaptive methods along a field, each of which is looked at."""
+    """One of scipy's adaptive methods along a field; each step is searched for hidden touches."""
 
     def __init__(self, method: str, watch: _Watch, tolerance: float, touches: Any) -> None:
         from scipy import integrate
 
         self.begun = partial(getattr(integrate, method), watch, rtol=tolerance, atol=tolerance)
         self.watch, self.touches = watch, touches
-        self.size: float | None = None  # [s] of the last step that did not end where it had to
+        # [s] of the next step, by the last one that the end of its interval did not shorten
+        self.size: float | None = None
 
     def through(self, start: float, y: Array, end: float, most: float) -> Array:
-        """The state at `end` [s] of the motion from a state `y`, by steps of `most` [s] at most. A
-        step that passes over a touch is repeated in parts: up to there, in a few steps through it,
-        and on."""
+        """The state at `end` [s] of the motion from the state `y` at `start` [s], by steps of
+        `most` [s] at most. If a step passes over a touch, three runs replace it: up to the touch,
+        through the touch by a few steps, and on to the `end`."""
         size = min(self.size, 0.999 * (end - start)) if self.size else None
         motion = self.begun(start, y, end, first_step=size, max_step=most)
         while motion.status == "running":

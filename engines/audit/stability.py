@@ -3,8 +3,9 @@
 The Jacobian of one step at states along the motion predicts the limit: a nudge grows without bounds
 where the step magnifies some mode of it by more than the continuous motion itself does. Modes of
 both are matched by the rank of their magnitudes: if any matching has none that exceeds its partner,
-that one has none. A limit is said to be confirmed where nudged runs hold below it, at steps spread
-below too, and are lost along the motion at ABOVE times it; else it is said up to where they hold.
+that one has none. A limit is confirmed if nudged runs hold below it, also at steps spread below,
+and are lost along the motion at ABOVE times it. If they are not lost there, the limit comes with
+the largest step at which they hold.
 """
 
 from __future__ import annotations
@@ -57,7 +58,7 @@ SETTLED = 0.01  # [m/s, rad/s]: a run with less at its end has come to rest
 STILL = 10.0  # growth of a nudge much later: less, and the first one only met a landing
 FINER = 4  # times, at least: the step, at most the model's own, by which that is measured
 LEAST, MOST = 50, 400  # steps of a nudged run
-PATIENCE = 2.0  # times the time allowed, after which nothing more is looked for
+PATIENCE = 2.0  # times the time allowed: the search then ends
 FINE = 8  # steps in place of one, for the motion of a model that a remedy changes
 HELPS = 1.1  # times the limit: what a remedy is to reach
 RAISED = 1.05  # times the limit by the Jacobian at the state that sets it, at least
@@ -76,7 +77,8 @@ class Limit:
     why: str = ""  # it is not known, or not confirmed
     index: int = 0  # of the control period in which it is set
     chatters: float | None = None  # [s]: from there on a motion that comes to rest does not
-    # [s] of a limit that is not confirmed: up to where nudged runs along the motion hold
+    # [s] the largest step at which nudged runs along the motion hold; None if the limit is
+    # confirmed
     holds_to: float | None = None
 
     @property
@@ -220,9 +222,9 @@ class Course:
         return nudges or math.isinf(self.rate(integrator, step))
 
     def lost_along(self, integrator: str, step: float, index: int) -> bool:
-        """Whether runs with a step [s] along the motion itself are lost: of a state of rest beyond
-        it, runs from the start that are nudged after as many steps. A nudge of that state may grow
-        where runs do not come to it, and keep together."""
+        """Whether nudged runs with a step [s] along the motion itself are lost. If `index` is that
+        of a state of rest beyond the motion, the runs begin at the start and are nudged after MOST
+        steps: a nudge of the state of rest may grow although no run comes to that state."""
         if index < len(self.states):
             return self.lost(integrator, step, index)
         lasting = MOST * step
@@ -307,8 +309,8 @@ def measured(course: Course, limit: Limit, why: str) -> Limit:
 
 
 def checked_above(course: Course, limit: Limit, begins: set[int]) -> Limit:
-    """A limit, confirmed if runs along the motion that are nudged at one of these periods are lost
-    at ABOVE times it; if not, with the largest step, of those tried, up to which they hold."""
+    """The limit, confirmed if runs along the motion that are nudged at one of the periods `begins`
+    are lost at ABOVE times it; else with the largest step tried at which all of them hold."""
     assert limit.largest_step is not None
     holds_to = None
     step = ABOVE * limit.largest_step
@@ -409,7 +411,7 @@ def stability(
 ) -> Stability:
     """The largest steps of all integrators along the motion of `script`, of which `states` at the
     ends of the periods are known, and what raises the model's own; others than that one, and
-    remedies, as far as time allows, and after twice that time nothing."""
+    remedies, as far as time allows. After PATIENCE times the time allowed the search ends."""
     ends = time.process_time() + PATIENCE * allowance.seconds
     course = Course(replace(model, ends=ends), script, states)
     limits = [Limit(name, None, why=OUT_OF_TIME) for name in model.steppable]

@@ -83,8 +83,8 @@ class Look:
     of_file: Terms
     of_engine: Terms
     accelerations: tuple[Array, Array, Array]
-    """In the first step from there: by the file's integrator, by the engine's in MuJoCo, and in the
-    engine."""
+    """In the first step from the state: in MuJoCo by the file's integrator, in MuJoCo by the
+    engine's integrator, and in the engine."""
 
     def size(self, apart: Array) -> float:
         """Of generalised forces f, the root of f' M^-1 f, in all coordinates the same; of mass
@@ -187,8 +187,8 @@ def _of_axes(looks: Sequence[Look], held: Held) -> Iterator[Difference]:
 
 
 def of_step(looks: Sequence[Look], integrators: tuple[str, str]) -> Iterator[Difference]:
-    """The acceleration in a step, where all terms are alike, if that is not: by the `integrators`
-    of the file and of the engine, and beside that by constraints."""
+    """The acceleration in a step, if it differs although all terms are alike. The `integrators` of
+    the file and of the engine make one part of the difference, constraints the other."""
     size, _ = _apart(looks, 0, 1)
     if size > SAME_STEP:
         own, other = integrators
@@ -202,8 +202,8 @@ def of_step(looks: Sequence[Look], integrators: tuple[str, str]) -> Iterator[Dif
 
 
 def _apart(looks: Sequence[Look], first: int, second: int) -> tuple[float, Look]:
-    """The largest difference of two of the accelerations in a step, relative to the largest of the
-    first, and the look at which it is."""
+    """The largest difference of the accelerations number `first` and `second` in a step, relative
+    to the largest of the first, and the look at which it is."""
     forces = [[look.of_file[TERMS[0]] @ a for a in look.accelerations] for look in looks]
     offs = [look.size(f[second] - f[first]) for look, f in zip(looks, forces, strict=True)]
     scale = max(look.size(f[first]) for look, f in zip(looks, forces, strict=True))

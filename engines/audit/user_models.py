@@ -1,4 +1,4 @@
-"""Models of a user's own, which MuJoCo runs, and a context in which it says nothing."""
+"""Models of a user's own, which MuJoCo runs, and a context in which MuJoCo prints nothing."""
 
 from __future__ import annotations
 
@@ -26,6 +26,6 @@ def quiet() -> Iterator[None]:
 
 
 def quietly(do: Callable[..., Any], *arguments: Any) -> Any:
-    """The result of a function that is called in such a context."""
+    """Calls a function in the context `quiet`; returns its result."""
     with quiet():
         return do(*arguments)

@@ -153,7 +153,7 @@ class GradientSearch(RunRequest[Gradients]):
         for argument, wanted, there in allowed:
             for name in wanted:
                 if name not in there:
-                    raise ParameterError(argument, name, f"one of {nearest(name, list(there))}")
+                    raise ParameterError(argument, name, f"one of {nearest(name, there)}")
         if self.at is not None and not 0.0 < self.at <= case.scene.duration:
             raise ParameterError("at", self.at, f"above 0, {case.scene.duration:g} s at most")
 

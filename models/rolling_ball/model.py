@@ -19,8 +19,12 @@ def fill(spec: Any, problem: RollingBall) -> None:
     spec.geom("ball").size[0] = radius
     turned = problem.torsional_friction
     rolled = problem.rolling_friction
-    pair.condim = 6 if rolled else 4 if turned else 3  # no coefficient can be less than 1e-5
     pair.friction = [problem.friction, problem.friction, turned, rolled, rolled]
-    if not (problem.friction or rolled):
+    # MuJoCo lifts a coefficient that acts to 1e-5 at least: dimensions with no friction are left
+    # out.
+    pair.condim = 4 if turned else 3
+    if rolled:
+        pair.condim = 6
+    elif not problem.friction:
         pair.condim = 1
     spec.key("start").qvel = [problem.speed, 0.0, problem.spin]

@@ -9,24 +9,23 @@ from plumbob.models.scene import Case
 
 
 def certify(case: Case, last: float, seconds: float) -> None:
-    """Integrate the exact motion of a `case` up to `last` [s], where it is known by integration:
-    what asks for it later finds it. Raises ParameterError where that takes more than so many
-    `seconds` of processor time."""
+    """Integrate the exact motion of a `case` up to `last` [s], if it is known by integration alone:
+    the motion is kept for later use. Raises ParameterError if that takes more than `seconds` of
+    processor time."""
     from plumbob.reports.commands.validate import progress
 
     integrate = getattr(case.reference, "certify", None)
     if integrate is None:
         return
     begin = time.process_time()
-
     with progress() as show:
 
         def watch(reached: float) -> None:
             spent = time.process_time() - begin
+            known = f"certified up to t = {reached:.4g} of {last:.4g} s"
             if spent > seconds:
-                known = f"certified up to t = {reached:.4g} of {last:.4g} s"
                 wanted = f"more: the exact motion is {known} within {seconds:g} s"
                 raise ParameterError("budget", seconds, f"{wanted} of processor time")
-            show(f"certified up to t = {reached:.4g} of {last:.4g} s", int(spent), int(seconds))
+            show(known, int(spent), int(seconds))
 
         integrate(last, watch)

@@ -82,7 +82,7 @@ def _check(observable: str | None, observables: Observables) -> None:
     names = [o.name for o in observables]
     if observable not in (None, *names):
         raise ParameterError(
-            "observable", observable, f"one of {nearest(str(observable), list(names))}"
+            "observable", observable, f"one of {nearest(str(observable), names)}"
         )
 
 

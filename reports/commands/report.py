@@ -48,10 +48,10 @@ def command(chosen: argparse.Namespace) -> int:
 
 
 def without_folders(command: str) -> str:
-    """A command of which the paths of files and folders are their names alone: where these are on
-    its machine is nobody's business."""
+    """The command with the paths of files and folders cut to their last names: a published page
+    does not tell where they are on the machine."""
     shown = []
-    value = False  # of an option that takes a file or a folder
+    value = False  # the word is the value of an option that takes a file or a folder
     for word in shlex.split(command):
         option, equals, path = word.partition("=")
         asked = len(option) > 2 and any(name.startswith(option) for name in FILES)

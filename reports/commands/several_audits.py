@@ -28,7 +28,7 @@ from plumbob.reports.view.terminal import aligned
 
 INCLUDED = re.compile(r"<(?:include|model)\b[^>]*\bfile\s*=\s*[\"']([^\"'\0]+)[\"']")
 ROOT = re.compile(r"<mujoco[\s>]")
-# Elements of MJCF without which nothing is left of a file that is no model of its own.
+# A file with no other elements of MJCF than these is a part of models, and no model itself.
 PARTS = frozenset(
     ("asset", "compiler", "custom", "default", "extension", "option", "size", "statistic")
 ) | {"actuator", "contact", "equality", "keyframe", "sensor", "tendon", "visual"}
@@ -72,10 +72,10 @@ def refused(path: str, why: str, code: int = REFUSED) -> Row:
 def model_files(
     words: Sequence[str], models_only: bool = False
 ) -> tuple[list[Path] | None, list[Path]]:
-    """The files that `words` mean: files, folders, of which every model below that no other there
-    includes, and patterns; None where they are one file. With them the .xml files that are no
-    models: of folders, with `models_only` of all words. Raises ParameterError where nothing is
-    meant."""
+    """Returns the files that `words` mean and the .xml files that are skipped, as they hold no
+    model. A word is a file, a pattern, or a folder, which means every model below it that no other
+    model there includes. The first value is None if the only word is one file. Files are skipped in
+    folders, with `models_only` everywhere. Raises ParameterError if a word means no file."""
     alone = len(words) == 1 and not Path(words[0]).is_dir() and not _is_pattern(words[0])
     if alone and not models_only:
         return None, []
@@ -105,8 +105,8 @@ def _is_pattern(word: str) -> bool:
 
 
 def _models_in(folder: Path) -> tuple[list[Path], list[Path]]:
-    """MJCF models below `folder` that are no part of another one, each once, and files that are no
-    models."""
+    """The MJCF models below `folder` that no other file there includes, each once, and the files
+    there that hold no model."""
     texts = {path: _text(path) for path in sorted(folder.rglob("*.xml"))}
     parts = {
         os.path.realpath(path.parent / part)
@@ -120,7 +120,7 @@ def _models_in(folder: Path) -> tuple[list[Path], list[Path]]:
 
 
 def _text(path: Path) -> str | None:
-    """The text of a file; None of one that is not regular, too large for a model or unreadable."""
+    """The text of a file; None if the file is not regular, too large for a model or unreadable."""
     try:
         regular("model", path)
         with must_be("a file that can be read", "model", str(path)):
@@ -130,7 +130,7 @@ def _text(path: Path) -> str | None:
 
 
 def _is_model(path: Path, text: str | None) -> bool:
-    """Whether a file holds a model, or might: a row then says why it has no audit."""
+    """Whether a file holds a model, or might hold one: its row then says why it has no audit."""
     if text is None or path.suffix != ".xml":
         return True
     try:

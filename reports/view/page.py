@@ -171,7 +171,8 @@ def written(text: str | bytes, folder: Path, name: str) -> Path:
 
 
 def encoded(text: str | bytes) -> bytes:
-    """A file's content as bytes; what is no character, as in a name of a file, is escaped."""
+    """A file's content as bytes. Names of files may hold bytes that are no characters: these are
+    escaped."""
     return text.encode("utf-8", "backslashreplace") if isinstance(text, str) else text
 
 

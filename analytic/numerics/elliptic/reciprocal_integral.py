@@ -1,14 +1,15 @@
-"""The integral of 1/(1 + f dn) - 1/(1 + f) over time: the third kind less its even growth, free of
-cancellation for 0 <= f <= 1.
+"""The integral of 1/(1 + f dn) - 1/(1 + f) over time: the elliptic integral of the third kind less
+its even growth, free of cancellation for 0 <= f <= 1.
 
 With k1 = (A - B)/(A + B), the first step of Landen's transformation (DLMF 22.7.4), and s = sn of
 (A + B)/2 tau with modulus k1, dn = (1 - k1 s^2)/(1 + k1 s^2), so that
 
     1/(1 + f dn) = [1 + (k1 - g) s^2/(1 + g s^2)]/(1 + f),    g = k1 (1 - f)/(1 + f) <= k1:
 
-every term is positive. The integral of s^2/(1 + g s^2) is s^3 R_J/3 (DLMF 19.25.14). The even part
-is left out: a quarter turn may take 10^20 times as long as the motion that is asked for, which is
-then the difference of two integrals that agree in all digits of a double.
+every term is positive. The integral of s^2/(1 + g s^2) is s^3 R_J/3 (DLMF 19.25.14). The even
+growth, tau/(1 + f), is left out: a quarter turn may take 10^20 times as long as the motion that is
+asked for, and the motion would be the difference of two integrals that agree in all digits of a
+double.
 """
 
 from __future__ import annotations
@@ -40,8 +41,8 @@ class ReciprocalIntegral:
     below_one: Quad  # 1 - f
 
     def at(self, tau: Array, factor: Quad) -> Array:
-        """The integral [s] at `tau` [s], shape (n,), at most a quarter turn either way, times a
-        `factor`, which may be as large as the integral is small."""
+        """A `factor` times the integral [s] at `tau` [s], shape (n,), at most a quarter turn either
+        way. The factor may be as large as the integral is small."""
         import scipy.special
 
         mean = (self.a + self.b) / 2

@@ -7,9 +7,9 @@ begins, propagated by the motion's own linearisation, is the difference of the t
 shooting: Bellen and Zennaro 1989, J. Comput. Appl. Math. 25, 341). The same run carries the
 linearisation, by the start and by the parameters, as imaginary parts.
 
-Both methods round, and rounding in one step does not depend on that in another, so that the
-difference of the two motions may be small by chance where neither is exact. Their variance does not
-cancel: the sum of squares of what each step's difference has become.
+Both methods round. Rounding errors of different steps are independent, so that the two motions may
+agree by chance where neither is exact. The variance of their difference does not cancel: it is the
+sum of the squares of what each step's difference has become.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ RESOLVED = 1e-15  # of the state: the last Legendre coefficients of a step; a te
 SMOOTHER = 2 * STAGES // 3  # coefficients from this degree on decide whether a step may double
 REACH = 4.0  # of the longest step: at most so many time constants of the fastest deviation
 SMALLEST = 2.0**-24  # of the first step
-SIGMAS = 3.0  # of the random walk that the steps' differences make
+SIGMAS = 3.0  # standard deviations of the random walk that the steps' differences make
 SURE = 1e-3  # of its largest value: a motion that is known no better is not certified
 
 
@@ -53,11 +53,11 @@ class _Track:
     solution: Response | None  # the first method's, shape (d,)
     end: Array  # its last state, shape (d,)
     response: Array  # of that by each input and, in the last column, the difference, (d, c + 1)
-    variance: Array  # covariances of the end by the rounding of independent steps, shape (d, d)
+    variance: Array  # covariance of the end by rounding in all steps, shape (d, d)
     size: Array  # largest magnitudes so far, shape (d,)
     apart: Array  # largest difference of the two methods so far, shape (d,)
     times: Array  # [s] at which what follows is known, shape (m,)
-    doubts: Array  # that difference, its walk and the effect of rounded inputs, shape (m, d)
+    doubts: Array  # the uncertainty then, shape (m, d)
     until: float = math.inf  # [s] to where the motion is certified
     why: str = ""  # it is not certified further
 
@@ -81,8 +81,9 @@ class CertifiedMotion:
         return self.system.observed(self._track(times)[1].T)
 
     def uncertainty(self, times: Array) -> Signals:
-        """Sum of the two methods' difference, SIGMAS standard deviations of it, that of the first
-        method's polynomials, and the effect of rounded inputs, shape (n,)."""
+        """Sum, shape (n,) each, of the largest difference of the two methods so far, SIGMAS
+        standard deviations of that difference, the error of the first method's polynomials, and the
+        effect of rounded inputs."""
         track, states = self._track(times)
         after = np.searchsorted(track.times, times, side="right")
         before = track.doubts[after - 1]
@@ -98,8 +99,8 @@ class CertifiedMotion:
 
     def certify(self, last: float, watch: Callable[[float], None]) -> None:
         """Integrate the motion up to `last` [s], and keep it. `watch` is called before every step
-        with the time [s] until which the motion is certified; where it raises, what is kept is what
-        a longer integration would have had."""
+        with the time [s] up to which the motion is certified. If `watch` raises, the motion up to
+        that time is kept, with the same bits as in a longer integration."""
         with np.errstate(all="ignore"):  # what overflows is not certified
             track = self._known[0] if self._known else _begun(self.system)
             while not track.why and (track.solution is None or track.reached < last):
@@ -194,8 +195,8 @@ def _extended(system: SmoothSystem, track: _Track, watch: Callable[[float], None
 def _condition(
     system: SmoothSystem, times: Array, states: Array, responses: Array, size: Array
 ) -> Array:
-    """Change of the state, shape (m, d), for the last place of each input and time in units of
-    ULP, of states whose `size` was at most that, shape (d,)."""
+    """Change of the states, shape (m, d), in units of ULP, by one unit in the last place of every
+    input and of the times. `size` has the largest magnitudes of the state so far, shape (d,)."""
     condition = np.abs(states) + np.abs(responses[..., :-1]) @ (
         np.append(size, np.ones(len(system.parameters)))
     )
@@ -227,8 +228,8 @@ def _collocated(
     system: SmoothSystem, track: _Track, watch: Callable[[float], None]
 ) -> tuple[Response | None, float, str]:
     """Up to BLOCK steps of Gauss collocation from where a track ends, none where no step can be
-    taken; the length of the next step [s], and why there is none. Before each, `watch` is called
-    with the time [s] of that end."""
+    taken; the length of the next step [s], and why there is none. Before each step `watch` is
+    called with the time [s] at which the track ends."""
     rule = gauss_collocation(STAGES)
     step = track.step
     state = track.end
@@ -313,9 +314,9 @@ def _carried(response: Array, block: Response, shots: Array) -> tuple[Array, Arr
 
 
 def _spread(variance: Array, block: Response, shots: Array) -> tuple[Array, Array]:
-    """What chance and the polynomials between a block's steps leave open of the state at all known
-    times, shape (m, d), and the covariances at the block's end, if the two methods' differences in
-    single steps are independent."""
+    """Uncertainty of the state at all known times, shape (m, d), and its covariance at the block's
+    end, shape (d, d). The uncertainty is SIGMAS standard deviations of the two methods' difference,
+    whose parts from single steps are independent, and the error of the polynomials in each step."""
     size = len(variance)
     rows = []
     for across, lacking in zip(_flow(shots), _missed(block, shots), strict=True):
@@ -338,5 +339,5 @@ def _flow(shots: Array) -> Array:
 
 
 def _missed(block: Response, shots: Array) -> Array:
-    """By how much the second method is off the first after each step, shape (steps, d)."""
+    """The second method's state less the first's after each step, shape (steps, d)."""
     return np.asarray(shots.real[:, -1, :, 0] - np.diff(block.states, axis=0))

@@ -16,12 +16,14 @@ from plumbob.analytic.parameters import ParameterError, finite, positive
 from plumbob.analytic.reference import Array, Signals
 from plumbob.analytic.systems.free_body.rotation import ATTITUDE, RATES, Rotation, Turning
 
-# Square root of an input's relative change for a difference quotient, times what it has to be small
-# against for the response to be linear: the distance from the separatrix, or the time's inverse.
+# The relative change of an input for a difference quotient is the square of CHANGE times the
+# smaller of two numbers, so that the response is linear: the distance from the separatrix (1 far
+# from it), and SHORT/(SHORT + angle) for the angle [rad] that the body turns.
 CHANGE = 1e-4
-SHORT = 100.0  # [rad] that a body turns with a response that is linear for that change
-# Units in the last place of an attitude, one for each of the turns that it is made of, and of each
-# part of the angular momentum's largest size, by some six roundings of half a unit.
+SHORT = 100.0
+# Rounding of the closed form in units in the last place. An attitude is made of three turns, with
+# one unit each. A component of the angular momentum has some six roundings of half a unit of its
+# largest size.
 ROUNDED = 3.0
 MOMENTS = ("inertia_x", "inertia_y", "inertia_z")
 
@@ -125,8 +127,8 @@ class FreeBody:
         return dict(zip((*RATES, *ATTITUDE), moved, strict=True))
 
     def _rounded(self, times: Array, rates: Array) -> Array:
-        """Effect of rounded times, and of the closed form's arithmetic, on its `rates` [rad/s],
-        shape (3, n), and the attitude; shape (7, n)."""
+        """Effect of rounded times and of the closed form's arithmetic on the angular velocity
+        [rad/s], which is `rates`, shape (3, n), and on the attitude, shape (7, n) together."""
         late = ULP * np.abs(times)
         moved = np.zeros((7, len(times)))
         moved[3:] = ROUNDED * ULP + late * np.sqrt((rates**2).sum(axis=0)) / 2
@@ -144,9 +146,10 @@ class FreeBody:
         return moved
 
     def _change(self, times: Array) -> float:
-        """Relative change of inputs whose response is linear up to the last of `times` [s], or the
-        smallest that counts: of two nearly equal moments the difference makes a rate grow evenly,
-        so that the attitude's response grows as the time's square."""
+        """Relative change of inputs with a linear response up to the last of `times` [s], but no
+        smaller than ULP. It shrinks with the time: if two moments are nearly equal, their
+        difference makes a rate grow evenly, and the attitude's response grows as the square of the
+        time."""
         turning = self.rotation.turning
         near = 1.0 if turning is None else float(double(turning.b / turning.a))
         angle = self.fastest * float(np.max(np.abs(times), initial=0.0))

@@ -27,13 +27,13 @@ from plumbob.engines.peer_model import (
 from plumbob.models.border import border
 
 IMPLICIT = "the gains of its servos act at the end of a step, not at its start"
-NO_GAINS = PdControllerGains(p=0.0, d=0.0)  # of what is no servo
+NO_GAINS = PdControllerGains(p=0.0, d=0.0)  # a motor's, which is no servo
 FRAME = Frame(lambda p, r: np.concatenate([r, p]), lambda q: (q[4:], q[:4]))
 
 
 def _read(path: Path, plant: Any) -> Any:
-    """The number of the model in the file `path`, which is read into a plant that is then complete;
-    raises RefusedFile."""
+    """Reads the file `path` into a plant and completes the plant; returns the number of the file's
+    model. Raises RefusedFile."""
     with border(RefusedFile):
         (model,) = Parser(plant).AddModels(str(path))
         plant.Finalize()

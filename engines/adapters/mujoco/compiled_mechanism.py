@@ -1,8 +1,9 @@
-"""The mechanism of a compiled MuJoCo model: its records, and the names of parts that have none."""
+"""The mechanism of a compiled MuJoCo model, and the names of parts that a mechanism cannot hold."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from itertools import chain
 from types import MappingProxyType
 from typing import Any
 
@@ -26,6 +27,7 @@ from plumbob.engines.mechanism import (
     Term,
     Touch,
 )
+from plumbob.engines.peer_model import rotation
 
 GEOM, EQUALITY = mujoco.mjtGeom, mujoco.mjtEq
 BITS = mujoco.mjtDisableBit
@@ -56,22 +58,24 @@ FIXED, AFFINE = int(mujoco.mjtGain.mjGAIN_FIXED), int(mujoco.mjtBias.mjBIAS_AFFI
 ONE_DEGREE = (int(mujoco.mjtJoint.mjJNT_HINGE), int(mujoco.mjtJoint.mjJNT_SLIDE))
 SITE = int(mujoco.mjtObj.mjOBJ_SITE)
 Ends = tuple[tuple[int, int], tuple[Array, Array], Array]
-"""Two bodies, a point in the frame of each [m], and the attitude of the second in the first."""
+"""Two bodies, a point in the frame of each [m], and the attitude of the second body in the
+first."""
 
 
 def compiled_mechanism(model: Any) -> Mechanism:
-    """The mechanism of a compiled model. Stages that the model disables have no records: without
-    gravity the gravity is 0, without springs the stiffness."""
+    """The mechanism of a compiled model. A stage that the model disables has no effect in the
+    mechanism: without gravity the gravity is 0, without springs the stiffness is 0."""
     loops, other_equalities = _loops(model)
     actuators, other_actuators = _actuators(model)
-    shapes, numbers = _shapes(model)
+    pairs = colliding_pairs(model)[0].tolist()
+    geoms = sorted(set(chain(*pairs)))
     off = model.opt.disableflags
     return Mechanism(
         bodies=tuple(_body(model, i) for i in range(model.nbody)),
         joints=tuple(_joint(model, i) for i in range(model.njnt)),
         loops=loops,
-        shapes=shapes,
-        touching=tuple(_touching(model, numbers)),
+        shapes=tuple(_shape(model, geom) for geom in geoms),
+        touching=tuple(_touching(model, pairs, geoms)),
         actuators=actuators,
         gravity=np.zeros(3) if off & BITS.mjDSBL_GRAVITY else np.array(model.opt.gravity),
         not_expressed=(*other_equalities, *other_actuators, *_not_expressed(model)),
@@ -79,7 +83,7 @@ def compiled_mechanism(model: Any) -> Mechanism:
 
 
 def _body(model: Any, number: int) -> Body:
-    turn = _matrix(model.body_iquat[number])
+    turn = rotation(model.body_iquat[number])
     return Body(
         name=model.body(number).name,
         parent=int(model.body_parentid[number]),
@@ -163,13 +167,6 @@ def _of_sites(model: Any, number: int, kind: LoopKind) -> Ends:
     return bodies, places, attitude
 
 
-def _shapes(model: Any) -> tuple[tuple[Shape, ...], dict[int, int]]:
-    """The shapes that can touch another, and {number of the geom: number of the shape}."""
-    pairs, _ = colliding_pairs(model)
-    geoms = [g for g in np.unique(pairs).tolist() if int(model.geom_type[g]) in SHAPE_KINDS]
-    return tuple(_shape(model, geom) for geom in geoms), {g: i for i, g in enumerate(geoms)}
-
-
 def _shape(model: Any, geom: int) -> Shape:
     kind = SHAPE_KINDS[int(model.geom_type[geom])]
     points = np.zeros((0, 3))
@@ -188,17 +185,19 @@ def _shape(model: Any, geom: int) -> Shape:
     )
 
 
-def _touching(model: Any, numbers: dict[int, int]) -> Iterator[Touch]:
-    """Pairs of shapes that can touch, with the friction that MuJoCo gives them."""
+def _touching(
+    model: Any, pairs: Sequence[Sequence[int]], geoms: Sequence[int]
+) -> Iterator[Touch]:
+    """The pairs of geoms that can touch, with the friction that MuJoCo gives each pair. The shapes
+    of the mechanism are those of the `geoms`."""
     listed = {
         tuple(sorted(pair)): number
         for number, pair in enumerate(
             zip(model.pair_geom1.tolist(), model.pair_geom2.tolist(), strict=True)
         )
     }
-    for first, second in colliding_pairs(model)[0].tolist():
-        if first not in numbers or second not in numbers:
-            continue
+    shapes = {geom: number for number, geom in enumerate(geoms)}
+    for first, second in pairs:
         number = listed.get((first, second))
         if number is None:
             dimensions, friction = _mixed(model, first, second)
@@ -211,7 +210,7 @@ def _touching(model: Any, numbers: dict[int, int]) -> Iterator[Touch]:
             value * acts for value, acts in zip(friction, acting, strict=True)
         )
         yield Touch(
-            shapes=(numbers[first], numbers[second]),
+            shapes=(shapes[first], shapes[second]),
             sliding=(sliding_1, sliding_2),
             torsional=torsional,
             rolling=(rolling_1, rolling_2),
@@ -219,8 +218,8 @@ def _touching(model: Any, numbers: dict[int, int]) -> Iterator[Touch]:
 
 
 def _mixed(model: Any, first: int, second: int) -> tuple[int, list[float]]:
-    """The dimensions and the five coefficients of friction of a contact between two geoms: those
-    of the geom with the higher priority, or the larger of both."""
+    """The dimensions and the five coefficients of friction of a contact between two geoms: those of
+    the geom with the higher priority, at equal priority the larger of both."""
     geoms = [first, second]
     highest = model.geom_priority[geoms].max()
     deciding = [g for g in geoms if model.geom_priority[g] == highest]
@@ -263,8 +262,8 @@ def _actuators(model: Any) -> tuple[tuple[Actuator, ...], tuple[NotExpressed, ..
 
 
 def _simple(model: Any, number: int) -> bool:
-    """Whether an actuator is a force on a hinge or a slide, linear in its control, the joint's
-    coordinate and its velocity."""
+    """Whether an actuator exerts on a hinge or a slide a force that is linear in the control, the
+    joint's coordinate and the joint's velocity."""
     on_joint = int(model.actuator_trntype[number]) in (
         int(mujoco.mjtTrn.mjTRN_JOINT),
         int(mujoco.mjtTrn.mjTRN_JOINTINPARENT),
@@ -281,35 +280,35 @@ def _simple(model: Any, number: int) -> bool:
 
 def _not_expressed(model: Any) -> Iterator[NotExpressed]:
     """Parts of a model other than equalities and actuators that a mechanism has no record for."""
+
+    def parts(what: str, kind: str, numbers: Any, *terms: Term) -> Iterator[NotExpressed]:
+        for number in numbers.tolist():
+            yield NotExpressed(what + name_with_kind(model, kind, number), terms)
+
     for number in range(model.ntendon):
-        yield NotExpressed(
-            name_with_kind(model, "tendon", number), _terms_of_tendon(model, number)
-        )
-    for number in range(model.nflex):
-        yield NotExpressed(name_with_kind(model, "flex", number), ("passive", "constraint"))
-    for number in np.flatnonzero(model.body_plugin >= 0).tolist():
-        yield NotExpressed(f"plug-in of {name_with_kind(model, 'body', number)}", ("passive",))
+        name = name_with_kind(model, "tendon", number)
+        yield NotExpressed(name, _terms_of_tendon(model, number))
+    yield from parts("", "flex", np.arange(model.nflex), "passive", "constraint")
+    plug_ins = np.flatnonzero(model.body_plugin >= 0)
+    yield from parts("plug-in of ", "body", plug_ins, "passive")
     if model.opt.density or model.opt.viscosity:
         yield NotExpressed("drag of the medium", ("passive",))
-    for number in np.flatnonzero(np.any(model.jnt_stiffnesspoly, axis=1)).tolist():
-        yield NotExpressed(
-            f"nonlinear spring of {name_with_kind(model, 'joint', number)}", ("passive",)
-        )
-    for number in np.flatnonzero(np.any(model.dof_dampingpoly, axis=1)).tolist():
-        joint = name_with_kind(model, "joint", int(model.dof_jntid[number]))
-        yield NotExpressed(f"nonlinear damping of {joint}", ("passive",))
-    for number in np.flatnonzero(model.jnt_actgravcomp).tolist():
-        joint = name_with_kind(model, "joint", number)
-        yield NotExpressed(
-            f"gravity compensation by actuators of {joint}", ("passive", "actuator")
-        )
-    for number in np.flatnonzero(model.body_mocapid >= 0).tolist():
-        yield NotExpressed(f"motion capture of {name_with_kind(model, 'body', number)}", ())
-    yield from _shapes_not_expressed(model)
+    nonlinear = np.flatnonzero(np.any(model.jnt_stiffnesspoly, axis=1))
+    yield from parts("nonlinear spring of ", "joint", nonlinear, "passive")
+    nonlinear = model.dof_jntid[np.any(model.dof_dampingpoly, axis=1)]
+    yield from parts("nonlinear damping of ", "joint", nonlinear, "passive")
+    held = np.flatnonzero(model.jnt_actgravcomp)
+    what = "gravity compensation by actuators of "
+    yield from parts(what, "joint", held, "passive", "actuator")
+    yield from parts("motion capture of ", "body", np.flatnonzero(model.body_mocapid >= 0))
+    colliding = (model.geom_contype | model.geom_conaffinity) != 0
+    unknown = ~np.isin(model.geom_type, list(SHAPE_KINDS))
+    yield from parts("", "geom", np.flatnonzero(colliding & unknown), "constraint")
 
 
 def _terms_of_tendon(model: Any, number: int) -> tuple[Term, ...]:
-    """The terms that a tendon adds to by itself. Forces of its actuators are the actuators'."""
+    """The terms of the equations of motion that a tendon itself adds to; forces of actuators on the
+    tendon count as the actuators'."""
     terms = list[Term]()
     if model.tendon_armature[number]:
         terms += ["mass matrix", "bias"]
@@ -318,17 +317,3 @@ def _terms_of_tendon(model: Any, number: int) -> tuple[Term, ...]:
     if model.tendon_limited[number] or model.tendon_frictionloss[number]:
         terms.append("constraint")
     return tuple(terms)
-
-
-def _shapes_not_expressed(model: Any) -> Iterator[NotExpressed]:
-    colliding = (model.geom_contype | model.geom_conaffinity) != 0
-    known = np.isin(model.geom_type, list(SHAPE_KINDS))
-    for number in np.flatnonzero(colliding & ~known).tolist():
-        yield NotExpressed(name_with_kind(model, "geom", number), ("constraint",))
-
-
-def _matrix(attitude: Array) -> Array:
-    """The rotation matrix of a quaternion, scalar first, shape (3, 3)."""
-    matrix = np.zeros(9)
-    mujoco.mju_quat2Mat(matrix, attitude)
-    return matrix.reshape(3, 3)

@@ -101,7 +101,7 @@ def _named_after(word: str) -> tuple[str, ...]:
 @contextmanager
 def collected() -> Iterator[list[str]]:
     """Collect what the engine logs, and warns of while it compiles, while the block runs; nothing
-    is printed or written to disk. Raises NotCertifiable where the engine gives up a model."""
+    is printed or written to disk. Raises NotCertifiable if the engine gives up a model."""
     messages: list[str] = []
     before = mujoco.get_mju_user_warning()
     mujoco.set_mju_user_warning(messages.append)

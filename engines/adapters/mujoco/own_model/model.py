@@ -188,12 +188,13 @@ class MujocoModel:
         return ContinuousField(model, self._begun(model), width)
 
     def hidden_touches(self, field: ContinuousField, start: Array) -> HiddenTouches:
-        """Looks for touches within the steps of an integration of a `field` of it, from a state."""
+        """A search for touches within the steps of an integration of a `field` of this model from
+        the state `start`."""
         return HiddenTouches(field.model, field.data, self._begun(field.model), start)
 
     @property
     def unchecked(self) -> tuple[str, ...]:
-        """Kinds of shapes whose touches within a step nothing looks for."""
+        """The kinds of its shapes for whose touches within a step nothing searches."""
         return unmeasured(self.effective)
 
     @property
@@ -414,9 +415,8 @@ def own_model(model: Any, name: str, start: Start = AS_IT_STANDS) -> MujocoModel
     # Steps from NaN take a thousand times as long: a model that diverges is reset,
     # which its warnings show.
     effective.opt.disableflags &= ~int(mujoco.mjtDisableBit.mjDSBL_AUTORESET)
-    effective.opt.enableflags &= (
-        ~COMPARED
-    )  # a check beside the motion, which it leaves as it is
+    # a check of MuJoCo's that takes time and does not change the motion
+    effective.opt.enableflags &= ~COMPARED
     integrator = integrator_of(model)
     if integrator not in INTEGRATORS:
         raise NotCertifiable(f"its integrator is {integrator}")
