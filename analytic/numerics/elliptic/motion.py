@@ -187,7 +187,7 @@ class EllipticMotion:
     def _swept(self, times: Quad) -> tuple[Quad, Quad]:
         """Half the angle from the start, up to half turns, and its rate [rad/s], after `times` [s]
         within half a period of the start."""
-        (a0, a1, a2, a3, a4) = self.quartic
+        a1, a2, a3, a4 = self.quartic[1:]
         t = self.function.at(times)
         speed = self._start_speed
         centred = t.p - a2 / 2 * t.r
@@ -196,7 +196,7 @@ class EllipticMotion:
         odd = speed * t.moving
         even = t.r * push
         bend = speed * t.bend
-        y = 2 * centred * centred - a0 * a4 / 2 * t.r2
+        y = 2 * centred * centred - self._a0_a4 / 2 * t.r2
         # w is x/y with x = even - odd. If w was infinite as long before the start as `times` are
         # after it, both x and y vanish, and w is u/v.
         u = t.r * (2 * (a3**2 - a2 * a4) * t.r - 2 * a4 * t.p)
@@ -210,6 +210,11 @@ class EllipticMotion:
             ),
             (u, v, -2 * a4 * t.moving * v - u * (lift + bend)),
         )
+
+    @property
+    def _a0_a4(self) -> Quad:
+        """A0 A4 [1/s^4]."""
+        return self.quartic[0] * self.quartic[4]
 
     @property
     def _start_speed(self) -> Quad:

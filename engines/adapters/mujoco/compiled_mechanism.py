@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from itertools import chain
 from types import MappingProxyType
 from typing import Any
@@ -58,8 +58,7 @@ FIXED, AFFINE = int(mujoco.mjtGain.mjGAIN_FIXED), int(mujoco.mjtBias.mjBIAS_AFFI
 ONE_DEGREE = (int(mujoco.mjtJoint.mjJNT_HINGE), int(mujoco.mjtJoint.mjJNT_SLIDE))
 SITE = int(mujoco.mjtObj.mjOBJ_SITE)
 Ends = tuple[tuple[int, int], tuple[Array, Array], Array]
-"""Two bodies, a point in the frame of each [m], and the attitude of the second body in the
-first."""
+"""Two bodies, a point in the frame of each [m], and the second body's attitude in the first."""
 
 
 def compiled_mechanism(model: Any) -> Mechanism:
@@ -68,14 +67,14 @@ def compiled_mechanism(model: Any) -> Mechanism:
     loops, other_equalities = _loops(model)
     actuators, other_actuators = _actuators(model)
     pairs = colliding_pairs(model)[0].tolist()
-    geoms = sorted(set(chain(*pairs)))
+    numbers = {geom: number for number, geom in enumerate(sorted(set(chain(*pairs))))}
     off = model.opt.disableflags
     return Mechanism(
         bodies=tuple(_body(model, i) for i in range(model.nbody)),
         joints=tuple(_joint(model, i) for i in range(model.njnt)),
         loops=loops,
-        shapes=tuple(_shape(model, geom) for geom in geoms),
-        touching=tuple(_touching(model, pairs, geoms)),
+        shapes=tuple(_shape(model, geom) for geom in numbers),
+        touching=tuple(_touching(model, pairs, numbers)),
         actuators=actuators,
         gravity=np.zeros(3) if off & BITS.mjDSBL_GRAVITY else np.array(model.opt.gravity),
         not_expressed=(*other_equalities, *other_actuators, *_not_expressed(model)),
@@ -186,17 +185,16 @@ def _shape(model: Any, geom: int) -> Shape:
 
 
 def _touching(
-    model: Any, pairs: Sequence[Sequence[int]], geoms: Sequence[int]
+    model: Any, pairs: Sequence[Sequence[int]], numbers: Mapping[int, int]
 ) -> Iterator[Touch]:
-    """The pairs of geoms that can touch, with the friction that MuJoCo gives each pair. The shapes
-    of the mechanism are those of the `geoms`."""
+    """The `pairs` of geoms that can touch, with the friction that MuJoCo gives each pair. `numbers`
+    is {number of a geom: number of its shape in the mechanism}."""
     listed = {
         tuple(sorted(pair)): number
         for number, pair in enumerate(
             zip(model.pair_geom1.tolist(), model.pair_geom2.tolist(), strict=True)
         )
     }
-    shapes = {geom: number for number, geom in enumerate(geoms)}
     for first, second in pairs:
         number = listed.get((first, second))
         if number is None:
@@ -210,7 +208,7 @@ def _touching(
             value * acts for value, acts in zip(friction, acting, strict=True)
         )
         yield Touch(
-            shapes=(shapes[first], shapes[second]),
+            shapes=(numbers[first], numbers[second]),
             sliding=(sliding_1, sliding_2),
             torsional=torsional,
             rolling=(rolling_1, rolling_2),
