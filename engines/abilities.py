@@ -142,7 +142,7 @@ class UserModels:
     """Model file, what can be left out of it, and the file to write without it -> what of that is
     left out there."""
     quiet: Callable[[], AbstractContextManager[Any]]
-    """A context in which the engine prints nothing, and leaves no file."""
+    """Returns a context in which the engine prints nothing and leaves no file."""
 
 
 @dataclass(frozen=True)

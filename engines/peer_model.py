@@ -68,7 +68,7 @@ class NotRead(Exception):
 
 
 class RefusedFile(NotRead):
-    """A file that an engine does not take; its text is the engine's own, in one line."""
+    """A file that an engine refuses; its text is the engine's error in one line."""
 
 
 def rotation(attitude: Array) -> Array:
@@ -147,10 +147,11 @@ class Translated:
         free: Sequence[tuple[int, int, Frame]] = (),
         displaced: bool = False,
     ) -> None:
-        """With the name of each joint of one degree of freedom and where its coordinate and
-        velocity are, in the order of the file, and where those of free joints begin; coordinates
-        may be displacements from the file's drawing, where MuJoCo has the joint's `ref`. Raises
-        NotRead."""
+        """`hinges` are the joints of one degree of freedom in the order of the file: the name of
+        each and the numbers of its coordinate and velocity. `free` are the numbers at which the
+        coordinates and velocities of free joints begin, and their frames. If `displaced`, the
+        coordinates are displacements from the file's drawing, where MuJoCo has the joint's `ref`.
+        Raises NotRead."""
         self.engine = engine
         joints = layout.joints
         self.velocity = layout.velocity

@@ -1,5 +1,5 @@
-"""34-digit numbers by gmpy2's MPFR, which has wheels for every platform: scalars and arrays with
-numpy's functions, each result rounded once to 113 bits.
+"""34-digit numbers by gmpy2's MPFR: scalars and arrays with numpy's functions, each result rounded
+once to 113 bits. gmpy2 has wheels for more platforms than numpy-quaddtype.
 
 gmpy2's own operators round to the precision of the thread's context, 53 bits unless somebody
 changes it. Therefore no mpfr leaves the class `Mpfr`, whose operators have a context of their own.
@@ -15,7 +15,7 @@ from typing import Any
 import gmpy2
 import numpy as np
 
-BITS = 113  # of the significand, as of an IEEE 754 binary128
+BITS = 113  # the significand's length, as in IEEE 754 binary128
 _CONTEXT = gmpy2.context(precision=BITS)
 _NUMBER = type(gmpy2.mpfr(0))
 _SCALARS = frozenset(

@@ -49,7 +49,7 @@ Pair = tuple[Any, Any]
 
 
 class MjxPort:
-    """A compiled model in MJX, in single precision, which is its default, or double. Raises
+    """A compiled model in MJX, in single precision, MJX's default, or in double precision. Raises
     RefusedFile."""
 
     def __init__(self, model: Any, double: bool = False) -> None:

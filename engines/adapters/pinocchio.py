@@ -219,7 +219,8 @@ class PinocchioModel:
         self.q, self.v = q, v
 
     def terms(self, q: Array, v: Array, control: Array) -> dict[str, Any]:
-        """Of the model; it has no springs, no actuators, and no contacts."""
+        """The terms of the model's equations of motion; it has no springs, actuators or
+        contacts."""
         import pinocchio
 
         inertia = np.array(pinocchio.crba(self.model, self.data, q))

@@ -41,7 +41,7 @@ CHATTER, WITHIN = 20, 0.05  # events, within [s]: more are chatter
 STEPS_IN_TOUCH = 4.0  # at least: some stages then lie in a touch that a larger step passed over
 FIRST = 0.4  # of the time, for the first method
 RESOLVED = 5.0  # times the reference's uncertainty: an error from there on is quoted
-MEASURE = "corner displacement"  # of errors, as JSON names it
+MEASURE = "corner displacement"  # the name in JSON of the measure of errors
 NOTHING = 1e-9  # [m]: rounding and solver tolerances leave as much in the steps
 
 

@@ -416,7 +416,7 @@ def stability(
     course = Course(replace(model, ends=ends), script, states)
     limits = [Limit(name, None, why=OUT_OF_TIME) for name in model.steppable]
     remedies: tuple[Remedy, ...] = ()
-    with suppress(NotCertifiable):  # where the time ends
+    with suppress(NotCertifiable):  # raised when the time ends
         limits[0] = tried_below(course, limited(course, model.integrator))
         for k, name in enumerate(model.steppable[1:], 1):
             if allowance.left > 0.0:

@@ -101,8 +101,8 @@ class Balance:
 
 @dataclass(frozen=True)
 class StateErrors:
-    """The largest differences of two motions beside the displacement of corners: of bodies'
-    attitudes, of joint coordinates and of activations; 0 where there are none."""
+    """The largest differences of two motions in bodies' attitudes, joint coordinates and
+    activations; 0 if a model has none of them."""
 
     attitude: float  # [rad]
     coordinates: float  # [rad or m]
@@ -218,9 +218,9 @@ def _by_integrator(steps: Sequence[StepError]) -> list[list[StepError]]:
 
 
 def _rising(steps: Sequence[StepError], floor: Array) -> Any:
-    """Where an integrator's finest steps are further from the reference than its coarsest ones, and
-    the reference resolves that, shape (n,). Large steps may be near because they pass over a
-    contact that the reference passes over, too."""
+    """Whether at each time an integrator's finest steps are further from the reference than its
+    coarsest ones, and the reference resolves that, shape (n,). Coarse steps may be near because
+    they pass over a contact that the reference passes over, too."""
     rises = [
         runs[-1].errors > np.maximum(runs[0].errors, RESOLVED * floor)
         for runs in _by_integrator(steps)

@@ -12,7 +12,7 @@ from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.cone_pendulum import Body, ConePendulum
 from plumbob.models.idealisations import Idealisations
 
-PLATFORM_RATIO = 1e15  # of the platform's moment of inertia to its load
+PLATFORM_RATIO = 1e15  # the platform's moment of inertia over its load's
 
 
 def fill(spec: Any, problem: ConePendulum) -> None:

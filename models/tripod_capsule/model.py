@@ -12,14 +12,14 @@ from plumbob.analytic.systems.capsule_setup import CapsuleProblem, CapsuleSetup
 from plumbob.models.idealisations import Idealisations
 
 ARMATURE_RATIO = 1e10  # least ratio of the slider's armature to its mass
-PLACES = 2001  # of the slider on its way, for the largest of a smooth function of them
-POINT = 1e-14  # [kg m^2] of the slider about itself: MuJoCo wants more than 1e-15
+PLACES = 2001  # samples of the slider's path, for the maximum of a smooth function
+POINT = 1e-14  # [kg m^2] the slider's moments of inertia: MuJoCo wants more than 1e-15
 
 
 def fill(spec: Any, problem: CapsuleProblem) -> None:
-    """Write the numbers of a capsule into an MjSpec of tripod_capsule.xml, or of turning.xml where
-    the slider leaves its line. The start and the springs of the contacts, which go with the step,
-    are not written: the file's keyframe goes."""
+    """Write the numbers of a capsule into an MjSpec of tripod_capsule.xml, or of turning.xml if the
+    slider leaves its line. The springs of the contacts depend on the step, and the start on these:
+    neither is written, and the file's keyframe is deleted."""
     setup = problem.setup
     capsule = setup.capsule
     across = tilt_inertia(problem)
@@ -43,9 +43,9 @@ def fill(spec: Any, problem: CapsuleProblem) -> None:
 
 
 def set_slider(spec: Any, setup: CapsuleSetup) -> None:
-    """Give the slider its mass, and its joint, or its two joints of the plane, the armature that
-    imposes its motion; a slider without imposed motion is fixed in the body. The file's keyframe
-    goes: the start is a scene's own, at rest on contacts that have settled."""
+    """Set the slider's mass, and the armature by which its one or two joints impose its motion. A
+    slider without imposed motion loses its joint: it is fixed in the body. The file's keyframe is
+    deleted: the start is the scene's, at rest on contacts that have settled."""
     capsule = setup.capsule
     hold = armature(setup)
     spec.body("slider").mass = capsule.slider_mass

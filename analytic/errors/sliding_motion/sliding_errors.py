@@ -31,7 +31,7 @@ from plumbob.analytic.theory import Predicted, StepErrors, SteppedErrors, apart
 
 MOST_STEPS = 2_000_000  # of a run: some ten seconds
 MOST_PLANE_STEPS = 200_000  # each takes some tens of microseconds
-JUMPING = ("friction_force", "driving_force")  # where w jumps, or the body stops
+JUMPING = ("friction_force", "driving_force")  # they jump when w jumps, or when the body stops
 # RK4 leaves this fraction of a velocity that friction stops after each step (THEORY.md, section 4).
 TAIL = 0.375
 LASTS = 40  # steps after which double precision shows nothing of that velocity

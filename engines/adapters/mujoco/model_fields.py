@@ -82,6 +82,6 @@ def name_of(model: Any, kind: str, number: int) -> str:
 
 
 def name_with_kind(model: Any, kind: str, number: int) -> str:
-    """The same with the kind before a name: "joint hinge"."""
+    """The name of a part by `name_of`, with the kind before a name from the file: "joint hinge"."""
     name = name_of(model, kind, number)
     return f"{kind} {name}" if getattr(model, kind)(int(number)).name else name

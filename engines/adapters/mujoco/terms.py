@@ -150,7 +150,7 @@ class PortedModel:
 
     @property
     def integrator(self) -> str:
-        """That of the model."""
+        """The name of the model's integrator."""
         return integrator_of(self.model)
 
     def _forward(self, model: Any, data: Any) -> None:

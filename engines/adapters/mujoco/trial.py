@@ -21,7 +21,7 @@ from plumbob.engines.workers import Workers
 from plumbob.models.border import regular
 
 MEMORY = 4_000_000_000  # [bytes] that compiling may take, beside what the process has already
-SECONDS = 20  # of processor time; the models of robots take less than 5
+SECONDS = 20  # processor time for compiling; the models of robots take less than 5
 LARGEST_ASSET = 1_000_000_000  # [bytes] of a mesh, a texture, ...
 MANY = ("replicate", "composite", "flexcomp", "attach")  # elements that stand for many
 SIZES = ("nrow", "ncol", "width", "height")  # attributes: sides of textures and height fields

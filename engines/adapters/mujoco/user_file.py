@@ -89,7 +89,7 @@ def compiled_model(path: Path, name: str, roots: Sequence[str] = ROOTS) -> Any:
 def _refused(name: str, value: str, what: str) -> Iterator[None]:
     """The border around MuJoCo's reader and compiler: raises ParameterError for the argument `name`
     of this value, which must be `what`."""
-    passing = ParameterError  # it names the part of the file that it is about
+    passing = ParameterError  # raised for a part of the file, which its message names
     with must_be(what, name, value, passing), trial.limited_memory(), options.collected():
         yield
 
@@ -125,7 +125,7 @@ def _of_file(path: Path) -> Any:
     regular("model", path, LARGEST_COMPILED)
     with _refused("model", str(path), "a model that this MuJoCo has compiled"):
         model = mujoco.MjModel.from_binary_path(str(path))
-        mujoco.MjData(model)  # which may take more than a model does
+        mujoco.MjData(model)  # it may take more memory than the model
         return model
 
 

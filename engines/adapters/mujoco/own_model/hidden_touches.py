@@ -56,7 +56,7 @@ SHALLOW = 1e-9  # [m]: distances are exact to less, and a touch no deeper counts
 LOOKS = 4000  # states within a step that the search evaluates at most
 TINY = np.finfo(float).tiny
 FAR = 1e3  # [m]: the largest distance that is measured
-BISECTIONS = 20  # of the time between a state that touches and one that does not
+BISECTIONS = 20  # halvings of the time between a state that touches and one that does not
 Motion = Callable[[float], Array]
 """Returns the state at a time [s] within a step."""
 

@@ -383,7 +383,7 @@ class MujocoModel:
 
     @property
     def activations(self) -> slice:
-        """Where activations are in a state."""
+        """The slice of a state that holds the activations."""
         return slice(self.effective.nq + self.effective.nv, None)
 
     def coordinates(self, states: Array, others: Array) -> Array:
