@@ -421,7 +421,7 @@ def stability(
         for k, name in enumerate(model.steppable[1:], 1):
             if allowance.left > 0.0:
                 limits[k] = limited(course, name)
-        limited_there = limits[0].largest_step is not None and limits[0].holds_to is None
-        if limited_there and allowance.left > 0.0:
+        confirmed = limits[0].largest_step is not None and limits[0].holds_to is None
+        if confirmed and allowance.left > 0.0:
             remedies = remedied(course, limits)
     return Stability(tuple(limits), remedies, model.step, len(states) == 1)

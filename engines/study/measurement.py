@@ -281,20 +281,16 @@ def _at_step(
     """Predictions for this very step, of which rounding alone is left open: `doubt` is the
     uncertainty of the exact answer, which that of the stepped motion replaces where it is known."""
     own = {name: unit * error for name, error in (stepped.uncertainty or {}).items()}
-    return {
-        name: _lasting(
-            replace(
-                _held(
-                    error, errors[name], by_rounding(own.get(name, doubt[name]), steps), {}, 0.0
-                ),
-                uncertainty=float(own[name].max()) if name in own else None,
-            ),
-            errors[name],
-            stepped.lasting.get(name),
-        )
-        for name, error in stepped.errors.items()
-        if name in errors
-    }
+    predictions = {}
+    for name, stepped_error in stepped.errors.items():
+        if name not in errors:
+            continue
+        left_open = by_rounding(own.get(name, doubt[name]), steps)
+        predicted = _held(stepped_error, errors[name], left_open, {}, 0.0)
+        uncertainty = float(own[name].max()) if name in own else None
+        predicted = replace(predicted, uncertainty=uncertainty)
+        predictions[name] = _lasting(predicted, errors[name], stepped.lasting.get(name))
+    return predictions
 
 
 def _lasting(predicted: Prediction, error: Array, size: Array | None) -> Prediction:
