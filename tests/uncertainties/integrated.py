@@ -23,7 +23,7 @@ def followed(rates, state, times, step):
     for until in times:
         while time < until:
             ahead = min(step, until - time)
-            reached, error = _extrapolated(rates, state, ahead)
+            reached, error = extrapolated(rates, state, ahead)
             if error > AGREED:
                 step = ahead / 2
                 continue
@@ -34,7 +34,7 @@ def followed(rates, state, times, step):
     return states
 
 
-def _extrapolated(rates, state, step):
+def extrapolated(rates, state, step):
     """The state after a step, and the difference of the last two columns."""
     table = []
     for k in range(1, COLUMNS + 1):
