@@ -18,8 +18,9 @@ import gmpy2
 import mpmath
 import numpy as np
 from gmpy2 import mpc, mpfr
+from scipy.optimize import least_squares
 
-from plumbob.tests.uncertainties.formulas import SUPPORTS, body, either, log, place
+from plumbob.tests.uncertainties.formulas import body, either, log, place
 from plumbob.tests.uncertainties.integrated import AGREED, GROWTH, extrapolated
 
 STILL = mpfr("1e-17")  # of the largest speed: a support that is slower has stopped
@@ -186,7 +187,7 @@ class Body:
         """p' and omega' of a body at rest whose slider begins to move: each friction force is
         against its support's acceleration. Newton's method, from the motion without friction."""
         r, _, w = piece.at(mpfr(0))
-        drive = -self.moments([mpc(0)] * 3, mpfr(0), (r, mpc(0), w)) / self.inertia(r)
+        drive = self.moments([mpc(0)] * 3, mpfr(0), (r, mpc(0), w)) / self.inertia(r)
 
         def off(x, y, spin):
             values = mpc(mpfr(str(x)), mpfr(str(y))), mpfr(str(spin))
@@ -196,10 +197,17 @@ class Body:
             turn = self.moments(forces, mpfr(0), (r, mpc(0), w)) / self.inertia(r)
             return [mpmath.mpf(str(z)) for z in (push.real, push.imag, values[1] - turn)]
 
+        def near(x):
+            return np.array([float(value) for value in off(*map(float, x))])
+
+        # what is left falls without end but where one of the supports would not move
+        close = least_squares(near, [0.0, 0.0, float(drive)], xtol=1e-15, x_scale="jac")
         with mpmath.workdps(38):
-            guess = mpmath.mpf(0), mpmath.mpf(0), -mpmath.mpf(str(drive))
-            size = abs(complex(w)) + 1
-            found = mpmath.findroot(off, guess, tol=1e-50 * size, maxsteps=60)
+            try:
+                size = abs(complex(w)) ** 2
+                found = mpmath.findroot(off, tuple(close.x), tol=1e-50 * size, maxsteps=60)
+            except (ValueError, ZeroDivisionError):
+                raise Unknown from None
         x, y, spin = (mpfr(mpmath.nstr(value, 38)) for value in found)
         return mpc(x, y), spin
 
@@ -374,7 +382,8 @@ def draw_coast(rng):
 
 
 def draw_turn(rng):
-    """Fast and slow ones, by little and much, to either side; epsilon of the source to 0.5."""
+    """Fast and slow ones, to either side, the slider by a part of a circle or round ten times;
+    epsilon of the source to 0.5."""
     p = body(rng)
     radius = log(rng, 0.02, 0.2)
     total = p["body_mass"] + p["slider_mass"]
@@ -383,7 +392,7 @@ def draw_turn(rng):
     inertia = p["inertia"] + carried
     arm = max(np.hypot(*arm) for arm in p["supports"]) + mu * radius
     tau = log(rng, 0.01, 0.5) / np.sqrt(arm * p["friction"] * p["gravity"] * total / inertia)
-    push = either(rng, 0.1, 3) * inertia / carried / tau**2
+    push = either(rng, 0.1, 60) / tau**2
     return p | {
         "radius": radius,
         "start": float(rng.uniform(-3, 3)),
