@@ -43,6 +43,21 @@ def varied(given: Any, part: float) -> Iterator[Any]:
         yield given * (1.0 - part)
 
 
+def jittered(given: Any, ulps: float, rng: np.random.Generator) -> Any:
+    """Dataclasses and tuples with each of their floats larger or smaller by so many units in the
+    last place, at random."""
+    if is_dataclass(given) and not isinstance(given, type):
+        numbers = {field.name: getattr(given, field.name) for field in fields(given)}
+        return replace(given, **{n: jittered(value, ulps, rng) for n, value in numbers.items()})
+    if isinstance(given, tuple):
+        return tuple(jittered(value, ulps, rng) for value in given)
+    return (
+        given * (1.0 + rng.choice((-1.0, 1.0)) * ulps * ULP)
+        if isinstance(given, float)
+        else given
+    )
+
+
 def rounded_inputs(
     problem: Any, observe: Callable[[Any], Signals], roundings: float
 ) -> dict[str, Array]:

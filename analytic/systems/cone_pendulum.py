@@ -44,7 +44,8 @@ from plumbob.analytic.systems.pendulums.pendulum_motion import PendulumMotion
 class Body:
     """A rigid body hung on a horizontal axis: mass [kg], distance of its centre of mass from the
     axis [m], and moments of inertia about the pivot [kg m^2]; inertia_yz, an element of the inertia
-    tensor, is minus the integral of y z over the mass. Raises ParameterError."""
+    tensor, is minus the integral of y z over the mass; moment_roundings, the units in the last
+    place by which the moments are uncertain. Raises ParameterError."""
 
     mass: float
     com_distance: float
@@ -52,6 +53,7 @@ class Body:
     inertia_y: float
     inertia_z: float
     inertia_yz: float = 0.0
+    moment_roundings: float = 1.0
 
     def __post_init__(self) -> None:
         check_fields(self, ("mass", "com_distance", "inertia_x", "inertia_y", "inertia_z"))
@@ -91,7 +93,10 @@ def cone(density: float, height: float, apex_angle: float) -> Body:
     tan2 = math.tan(apex_angle / 2) ** 2
     mass = math.pi / 3 * density * height**3 * tan2
     across = 0.15 * mass * height**2 * (4 + tan2)
-    return Body(mass, 0.75 * height, across, across, 0.3 * mass * height**2 * tan2)
+    along = 0.3 * mass * height**2 * tan2
+    # tan^2 changes by 2 apex_angle/sin(apex_angle) times what the angle does, inertia_x by a part
+    blunt = 2 * apex_angle / math.sin(apex_angle) * tan2 / (4 + tan2)
+    return Body(mass, 0.75 * height, across, across, along, moment_roundings=max(1.0, blunt))
 
 
 @dataclass(frozen=True)
@@ -191,7 +196,8 @@ class ConePendulum:
             self.theta + self.tilt,
             self.theta_dot,
             self.excess,
-            cancelled=self._cancelled,
+            cancelled=self._cancelled * self.body.moment_roundings,
+            inertia_roundings=self.body.moment_roundings,
         )
 
     @property

@@ -119,6 +119,21 @@ class SliderPath:
         return float(self.breakpoints[-1])
 
     @property
+    def angle_times_speed(self) -> float:
+        """Largest angle on an arc [rad] times the largest speed on it [m/s], 0 without arcs: a
+        rounded angle turns the velocity by so many times the rounding."""
+        largest = 0.0
+        for piece in self.pieces:
+            if isinstance(piece, ArcPiece):
+                (arc,) = piece.track()
+                angle = max(abs(arc.start), abs(arc.end))
+                rate = max(
+                    abs(piece.rate), abs(piece.rate + piece.acceleration * piece.duration)
+                )
+                largest = max(largest, angle * piece.radius * rate)
+        return largest
+
+    @property
     def end(self) -> Point:
         """Where the slider stops, relative to C [m]."""
         x, y = self.pieces[-1].kinematics(np.array([self.pieces[-1].duration]))[0][0]

@@ -75,12 +75,16 @@ def problem(parameters: Parameters) -> ConePendulum:
 def change(parameters: Parameters, changes: Parameters) -> Parameters:
     """Parameters with some values changed; those of a general body replace the cone's three."""
     if "mass" not in parameters and not {*_BODY, _PRODUCT}.isdisjoint(changes):
-        body = asdict(problem(parameters).body)
         kept = {name: parameters[name] for name in parameters if name not in _CONE}
-        return {**body, **kept, **changes}
+        return {**_mass_properties(problem(parameters).body), **kept, **changes}
     if "theta_dot" in changes and "excess" in parameters and "excess" not in changes:
         parameters = {name: parameters[name] for name in parameters if name != "excess"}
     return replaced(parameters, changes)
+
+
+def _mass_properties(body: Body) -> dict[str, float]:
+    """The parameters that give a body of any shape."""
+    return {name: getattr(body, name) for name in (*_BODY, _PRODUCT)}
 
 
 def invariants(problem: ConePendulum, observed: Signals) -> Signals:
@@ -107,7 +111,7 @@ def facts(problem: ConePendulum) -> Mapping[str, Any]:
         **_about(motion),
         "jacobi_integral": float(double(motion.energy)) + offset,
         "barrier": float(double(motion.barriers[0])) + offset if motion.barriers.size else None,
-        "body": asdict(problem.body),
+        "body": _mass_properties(problem.body),
         "equilibria": [asdict(e) for e in problem.equilibria],
         "pitchfork_rate": problem.pitchfork_rate,
         "saddle_node_rate": problem.saddle_node_rate,

@@ -1,7 +1,7 @@
 """The servo against 40 digits, its largest force and its limit, and where MuJoCo's step takes its
 damping."""
 
-from dataclasses import astuple, replace
+from dataclasses import replace
 
 import mpmath as mp
 import numpy as np
@@ -22,7 +22,8 @@ LIGHT = case_of(scene("servo/lightly-damped")).problem
 def flow_of(servo, side):
     """The matrix of the equation of x, x' and 1: with the motor below its limit, or at it on a
     side."""
-    inertia, armature, gear, kp, kv, damping, limit, *_ = map(mp.mpf, astuple(servo))
+    names = "inertia", "armature", "gear", "kp", "kv", "damping", "force_limit"
+    inertia, armature, gear, kp, kv, damping, limit = (mp.mpf(getattr(servo, n)) for n in names)
     pull = [-(gear**2) * kp, -(gear**2) * kv - damping, 0]
     flow = mp.matrix([[0, 1, 0], [0, -damping, side * gear * limit] if side else pull, [0] * 3])
     flow[1, :] /= inertia + armature

@@ -1,9 +1,12 @@
 """Systems whose motion is made of parabolas, exponentials and rest, at random, far from the numbers
 of their scenes: formulas of mpmath's numbers, written anew from the source of each system."""
 
+from types import SimpleNamespace
+
 import mpmath
 import numpy as np
 
+from plumbob.tests.closed_forms.test_servo import exact as saturating_states
 from plumbob.tests.sensitivities.test_uncertainties import ball, servo
 
 SUPPORTS = ((0.2, 0.0), (-0.1, 0.15), (-0.1, -0.15))
@@ -107,6 +110,64 @@ def rod(p, time):
     }
 
 
+def saturating(p, time):
+    """A servo at its limit and below, by exponentials of matrices."""
+    states = saturating_states(SimpleNamespace(**p), time)
+    return dict(zip(("theta", "theta_dot"), states, strict=True))
+
+
+def impact(p):
+    """Impulses off and along the floor that the end of a rod gets: while the impulse off the floor
+    grows, slip and speed change evenly, from one event to the next; Poisson's and Stronge's laws.
+    """
+    m, t, e = p["mass"], p["angle"], p["restitution"]
+    sine, cosine = mpmath.sin(t), mpmath.cos(t)
+    a, b, c = (x / m for x in (1 + 3 * sine**2, -3 * sine * cosine, 1 + 3 * cosine**2))
+    slip, speed = p["speed"], -mpmath.sqrt(2 * p["gravity"] * p["height"])
+    up = along = work = mpmath.mpf(0)
+    ratio = -p["friction"] * mpmath.sign(slip)
+    sticks = -b / a
+    last = None  # the impulse at the end by Poisson's law, or the work then by Stronge's
+    while True:
+        eases, lifts = b + a * ratio, c + b * ratio
+        ends = {}
+        if slip * eases < 0:
+            ends["slip"] = -slip / eases
+        if speed < 0 < lifts:
+            ends["compression"] = -speed / lifts
+        elif last is not None and p["law"] == "poisson":
+            ends["all"] = last - up
+        elif last is not None:
+            # half the difference of the squares of speed, over its rate, is the work
+            ends["all"] = (mpmath.sqrt(speed**2 + 2 * lifts * (last - work)) - speed) / lifts
+        event = min(ends, key=ends.get)
+        grown = ends[event]
+        work += grown * (speed + lifts * grown / 2)
+        up += grown
+        along += ratio * grown
+        slip = slip + eases * grown if event != "slip" else mpmath.mpf(0)
+        speed = speed + lifts * grown if event != "compression" else mpmath.mpf(0)
+        if event == "all":
+            return up, along
+        if event == "slip":
+            ratio = max(min(sticks, p["friction"]), -p["friction"])
+        else:
+            last = (1 + e) * up if p["law"] == "poisson" else (1 - e**2) * work
+
+
+def rebounding_rod(p, time):
+    """A rod that strikes by Poisson's or Stronge's law."""
+    up, along = impact(p)
+    g, length = p["gravity"], p["length"]
+    sine, cosine = mpmath.sin(p["angle"]), mpmath.cos(p["angle"])
+    since = max(time - mpmath.sqrt(2 * p["height"] / g), mpmath.mpf(0)) / p["mass"]
+    return {
+        "x": p["speed"] * time + along * since,
+        "z": p["height"] + length * sine / 2 - g * time**2 / 2 + up * since,
+        "angle": p["angle"] + 6 * (along * sine - up * cosine) / length * since,
+    }
+
+
 def loads(p, place):
     """Normal forces of three supports with the slider at `place`."""
     arms = p["supports"]
@@ -118,8 +179,7 @@ def loads(p, place):
 
 
 def line(p, time):
-    """A line manoeuvre, phase by phase (Chernousko 2020, eqs. 11-20), repeated after a slow return
-    to the start where there is a count."""
+    """A line manoeuvre, phase by phase (Chernousko 2020, eqs. 11-20)."""
     total = p["body_mass"] + p["slider_mass"]
     m = p["slider_mass"]
     mu = m / total
@@ -155,6 +215,66 @@ def line(p, time):
         "driving_force": m * (w + (friction - m * w) / total),
         **loads(p, [reach * part for part in along]),
     }
+
+
+def at_rest(p, xi, rate, w):
+    """A body that friction holds while its slider moves."""
+    along = mpmath.cos(p["direction"]), mpmath.sin(p["direction"])
+    return {
+        "displacement": mpmath.mpf(0),
+        "velocity": mpmath.mpf(0),
+        "stroke": xi,
+        "stroke_rate": rate,
+        "friction_force": p["slider_mass"] * w,
+        "driving_force": p["slider_mass"] * w,
+        **loads(p, [(p["start"] + xi) * part for part in along]),
+    }
+
+
+def slow(p, length, time):
+    """Stroke, its rate and its acceleration, of a slow way from rest to rest."""
+    total = p["body_mass"] + p["slider_mass"]
+    most = p["fraction"] * p["friction"] * p["gravity"] * total / p["slider_mass"]
+    w = mpmath.sign(length) * most
+    half = mpmath.sqrt(abs(length) / most)
+    if time < half:
+        return w * time**2 / 2, w * time, w
+    left = max(2 * half - time, mpmath.mpf(0))
+    return length - w * left**2 / 2, w * left, -w if left else mpmath.mpf(0)
+
+
+def stroke(p, time):
+    """A slow way out, and back."""
+    total = p["body_mass"] + p["slider_mass"]
+    most = p["fraction"] * p["friction"] * p["gravity"] * total / p["slider_mass"]
+    turn = 2 * mpmath.sqrt(abs(p["length"]) / most)
+    if time < turn:
+        return at_rest(p, *slow(p, p["length"], time))
+    xi, rate, w = slow(p, -p["length"], time - turn)
+    return at_rest(p, p["length"] + xi, rate, w)
+
+
+def train(p, time):
+    """Line manoeuvres, each with a slow return and a pause (Chernousko 2020, eqs. 17-22)."""
+    total = p["body_mass"] + p["slider_mass"]
+    mu = p["slider_mass"] / total
+    limit = p["friction"] * p["gravity"]
+    w1, w2, t1 = p["w1"], p["w2"], p["t1"]
+    stop = (w1 + w2) * t1 / w2
+    way = w1 * (w1 + w2) * t1**2 / (2 * w2)
+    moved = -mu * (w1 + w2) * (mu * w1 - limit) * t1**2 / (2 * (mu * w2 + limit))
+    back = 2 * mpmath.sqrt(way * mu / (p["fraction"] * limit))
+    period = stop + back + p["pause"]
+    done = min(mpmath.floor(time / period), p["count"] - 1)
+    since = time - done * period
+    if since < stop:
+        now = line(p, since)
+    else:
+        xi, rate, w = slow(p, -way, since - stop)
+        now = at_rest(p, way + xi, rate, w)
+        now["displacement"] = moved
+    now["displacement"] += done * moved
+    return now
 
 
 def coast(p, time):
@@ -250,6 +370,24 @@ def draw_servo(rng):
     return p, 20 / rate
 
 
+def draw_saturating(rng):
+    """Servos whose motor reaches its limit, most of them, and is at it long or shortly."""
+    p, _ = draw_servo(rng)
+    most = p["gear"] * (p["kp"] * abs(p["theta"]) + p["kv"] * abs(p["theta_dot"]))
+    part = log(rng, 0.1, 1)
+    p["force_limit"] = most * part
+    rate = p["gear"] * np.sqrt(p["kp"] / (p["inertia"] + p["armature"]))
+    return p, 10 / rate / part
+
+
+def draw_rebounding_rod(rng):
+    """By Poisson's and Stronge's laws; where friction is large some jam."""
+    p, last = draw_rod(rng)
+    p["friction"] = log(rng, 0.01, 3)
+    p["law"] = str(rng.choice(["poisson", "energetic"]))
+    return p, last
+
+
 def draw_rod(rng):
     """By Newton's law, sliding, sticking and reversing, to either side."""
     p = {
@@ -266,7 +404,7 @@ def draw_rod(rng):
     return p, 2 * np.sqrt(2 * p["height"] / p["gravity"])
 
 
-def _body(rng):
+def body(rng):
     return {
         "body_mass": log(rng, 0.1, 100),
         "slider_mass": log(rng, 0.01, 10),
@@ -279,13 +417,13 @@ def _body(rng):
     }
 
 
-def _place(rng):
+def place(rng):
     return tuple(rng.uniform(-0.03, 0.03, 2).tolist())
 
 
 def draw_line(rng):
     """Strokes up to ten centimetres, in any direction."""
-    p = _body(rng)
+    p = body(rng)
     limit = p["friction"] * p["gravity"] * (1 + p["body_mass"] / p["slider_mass"])
     w1 = limit * (1 + log(rng, 0.05, 20))
     w2 = limit * float(rng.uniform(0.1, 1))
@@ -296,21 +434,45 @@ def draw_line(rng):
     return p, 1.3 * t1 * (w1 + w2) / w2
 
 
+def draw_train(rng):
+    """Two to forty manoeuvres, at rest in between or not."""
+    p, last = draw_line(rng)
+    p["count"] = int(rng.integers(2, 40))
+    p["fraction"] = float(rng.uniform(0.1, 1))
+    p["pause"] = float(rng.integers(0, 2)) * log(rng, 1e-3, 1) * last
+    return p, p["count"] * last * (1 + 1 / p["fraction"])
+
+
+def draw_stroke(rng):
+    """Forward and backward, from the middle of the body or beside it."""
+    p = body(rng)
+    p |= {
+        "direction": float(rng.uniform(-3, 3)),
+        "length": either(rng, 1e-3, 0.05),
+        "start": float(rng.uniform(-0.02, 0.02)),
+        "fraction": float(rng.uniform(0.01, 0.999)),
+    }
+    most = (
+        p["fraction"] * p["friction"] * p["gravity"] * (1 + p["body_mass"] / p["slider_mass"])
+    )
+    return p, 4.4 * np.sqrt(abs(p["length"]) / most)
+
+
 def draw_coast(rng):
     """Slow and fast, without spin."""
-    p = _body(rng)
+    p = body(rng)
     speeds = {"velocity_x": either(rng, 1e-2, 10), "velocity_y": either(rng, 1e-2, 10)}
-    p |= {"slider": _place(rng), **speeds, "heading_rate": 0.0}
+    p |= {"slider": place(rng), **speeds, "heading_rate": 0.0}
     return p, 1.3 * np.hypot(*speeds.values()) / p["friction"] / p["gravity"]
 
 
 def draw_held(rng):
     """From hardly tilted to almost sliding."""
-    p = _body(rng)
+    p = body(rng)
     fraction = float(rng.uniform(0.01, 0.999))
     return p | {
         "direction": float(rng.uniform(-3, 3)),
-        "slider": _place(rng),
+        "slider": place(rng),
         "fraction": fraction,
     }, 10.0
 
@@ -319,10 +481,14 @@ FORMULAS = {
     "bouncing-ball": (draw_ball, ball),
     "capsule-coast": (draw_coast, coast),
     "capsule-hold": (draw_held, held),
+    "capsule-hold/stroke": (draw_stroke, stroke),
     "capsule-line": (draw_line, line),
+    "capsule-train": (draw_train, train),
     "incline": (draw_incline, incline),
     "projectile": (draw_projectile, projectile),
     "rod-impact": (draw_rod, rod),
+    "rod-impact/rebounds": (draw_rebounding_rod, rebounding_rod),
     "rolling-ball": (draw_rolling, rolling_ball),
     "servo": (draw_servo, servo),
+    "servo/saturated": (draw_saturating, saturating),
 }

@@ -46,7 +46,9 @@ class PendulumMotion:
     excess: float | None = None
     theta_from_top: float | None = None
     tilt: float = 0.0
-    cancelled: float = 1.0  # times a: the terms of which a is the difference
+    # times a: the terms of which a is the difference, and their roundings
+    cancelled: float = 1.0
+    inertia_roundings: float = 1.0  # units in the last place by which it is uncertain
 
     def __post_init__(self) -> None:
         positive("inertia", self.inertia)
@@ -76,14 +78,15 @@ class PendulumMotion:
 
     def _solve(self, change: float) -> EllipticMotion:
         """The closed form, or one for each relative `change` of a, b, c, inertia, the angle or the
-        speed (or excess), of those that are not zero; of a, of the terms that make it."""
+        speed (or excess), of those that are not zero; of a, of the terms that make it. The inertia
+        changes by `inertia_roundings` times as much."""
         v = self.potential
         from_top = self.theta_from_top
         angle = self.theta if from_top is None else from_top
         last = self.theta_dot if self.excess is None else self.excess
         given = v.a, v.b, v.c, self.inertia, angle, last
         kept = np.flatnonzero([double(x) for x in given])
-        sizes = np.diag([self.cancelled, *np.ones(5)])[:, kept]
+        sizes = np.diag([self.cancelled, 1, 1, self.inertia_roundings, 1, 1])[:, kept]
         changes = quad(change * sizes)[..., None] if change else [0.0] * 6
         changed = zip(given, changes, strict=True)
         return self._solved(*(quad(x) * (1 + quad(part)) for x, part in changed))

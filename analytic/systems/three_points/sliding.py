@@ -21,6 +21,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from plumbob.analytic.numerics.collocation import collocate, linearised
+from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.three_points.equations import (
     IN_TIME,
@@ -107,7 +108,8 @@ def slide(
 
     `departure` gives first guesses of (p_x, p_y, omega) where a support starts from rest: the
     equations define no direction at v_i = 0, and one solution leaves it smoothly. `slipped` is that
-    support. Raises RuntimeError when no element is small enough.
+    support. Raises RuntimeError when no element is small enough, ParameterError when ELEMENTS of
+    them are too few, as for a body that turns hundreds of times before it stops.
     """
     segments: list[SmoothSegment] = []
     size = 0.0
@@ -141,7 +143,8 @@ def slide(
         )
         state = replace(state_at(coefficients, last), time=end)
         departure, slipped = None, -1
-    raise RuntimeError(f"{ELEMENTS} elements did not finish piece {interval.number}")
+    wanted = f"shorter: {ELEMENTS} elements end before the body stops"
+    raise ParameterError("sliding time", state.time, wanted)
 
 
 def at_rest(at: Configuration, state: State, fastest: float) -> tuple[int, ...]:
