@@ -94,7 +94,8 @@ def cone(density: float, height: float, apex_angle: float) -> Body:
     mass = math.pi / 3 * density * height**3 * tan2
     across = 0.15 * mass * height**2 * (4 + tan2)
     along = 0.3 * mass * height**2 * tan2
-    # tan^2 changes by 2 apex_angle/sin(apex_angle) times what the angle does, inertia_x by a part
+    # The relative change of tan^2 is 2 apex_angle/sin(apex_angle) times that of the angle; one of
+    # the two terms of inertia_x is tan^2.
     blunt = 2 * apex_angle / math.sin(apex_angle) * tan2 / (4 + tan2)
     return Body(mass, 0.75 * height, across, across, along, moment_roundings=max(1.0, blunt))
 

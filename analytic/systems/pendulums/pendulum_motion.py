@@ -46,9 +46,9 @@ class PendulumMotion:
     excess: float | None = None
     theta_from_top: float | None = None
     tilt: float = 0.0
-    # times a: the terms of which a is the difference, and their roundings
+    # units in the last place by which a is uncertain: more than 1 if a is a difference
     cancelled: float = 1.0
-    inertia_roundings: float = 1.0  # units in the last place by which it is uncertain
+    inertia_roundings: float = 1.0  # the same for the inertia
 
     def __post_init__(self) -> None:
         positive("inertia", self.inertia)
@@ -77,9 +77,9 @@ class PendulumMotion:
         return self._solve(0.0)
 
     def _solve(self, change: float) -> EllipticMotion:
-        """The closed form, or one for each relative `change` of a, b, c, inertia, the angle or the
-        speed (or excess), of those that are not zero; of a, of the terms that make it. The inertia
-        changes by `inertia_roundings` times as much."""
+        """The closed form. With a relative `change`, one for each of a, b, c, the inertia, the
+        angle, and the speed (or excess) that is not zero: this input alone is changed, a by
+        `cancelled` and the inertia by `inertia_roundings` times as much."""
         v = self.potential
         from_top = self.theta_from_top
         angle = self.theta if from_top is None else from_top

@@ -50,9 +50,8 @@ from plumbob.analytic.systems.three_points.smooth_segment import (
 EVENTS = 500  # in one piece, before giving up
 # a motion less accurate by far, whose difference is the error
 COARSER, COARSER_NODES = 100.0, 6
-JITTER = (
-    8.0  # units in the last place of its inputs: a support that nearly stops multiplies them
-)
+# units in the last place of that motion's inputs: a support that nearly stops multiplies them
+JITTER = 8.0
 LATER = 1e-6  # of what is left of a piece: where a start that grows from nothing is examined
 
 

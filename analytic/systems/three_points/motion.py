@@ -24,10 +24,9 @@ from plumbob.analytic.systems.three_points.smooth_segment import (
 
 Segments = tuple[SmoothSegment, ...]
 ROUNDINGS = 32 * ROUNDOFF  # of a sum over some tens of segments
-OTHERS = 2  # coarser computations: in one, effects of its inputs may cancel
-ROUNDED_ANGLE = (
-    16 * ROUNDOFF
-)  # of an angle, by those of its terms, in each of some hundred nodes
+OTHERS = 2  # coarser computations: in a single one, effects of its inputs may cancel
+# relative rounding of an angle that is summed over some hundred nodes
+ROUNDED_ANGLE = 16 * ROUNDOFF
 
 
 @dataclass(frozen=True)
@@ -102,8 +101,8 @@ class ThreePointMotion(SingleMotion):
     @cached_property
     def error(self) -> Pose:
         """Largest difference from coarser computations, over the whole motion: parts of shape
-        (1, 2) and (1,). Nearly all of it is the error of the coarser ones; round-off is added, also
-        that of the slider's angle, which turns its acceleration in all."""
+        (1, 2) and (1,). Nearly all of it is the error of the coarser ones. Round-off is added, also
+        that of the slider's angle, which all computations have alike."""
         edges = np.append(self.begins, self.begins[-1])
         times = np.unique(np.concatenate([np.linspace(a, b, 5) for a, b in pairwise(edges)]))
         poses = self.at(times)
