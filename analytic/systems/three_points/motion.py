@@ -101,8 +101,7 @@ class ThreePointMotion(SingleMotion):
     @cached_property
     def error(self) -> Pose:
         """Largest difference from coarser computations, over the whole motion: parts of shape
-        (1, 2) and (1,). Nearly all of it is the error of the coarser ones. Round-off is added, also
-        that of the slider's angle, which all computations have alike."""
+        (1, 2) and (1,). Nearly all of it is the error of the coarser ones. Round-off is added."""
         edges = np.append(self.begins, self.begins[-1])
         times = np.unique(np.concatenate([np.linspace(a, b, 5) for a, b in pairwise(edges)]))
         poses = self.at(times)
@@ -113,7 +112,11 @@ class ThreePointMotion(SingleMotion):
             there = np.stack([getattr(other, field.name) for other in others])
             apart = np.abs(here - there).max(axis=0).max(axis=0, keepdims=True)
             parts.append(apart + ROUNDINGS * float(np.abs(here).max()))
-        error = Pose(*parts)
+        return self._with_rounded_angle(Pose(*parts))
+
+    def _with_rounded_angle(self, error: Pose) -> Pose:
+        """The error with the effect of the slider's rounded angle, which turns the slider's
+        acceleration."""
         lost = ROUNDED_ANGLE * self.body.mass_ratio * self.path.angle_times_speed
         moving = sum(s.end - s.start for s in self.segments if s.mode != "rest")
         return replace(

@@ -143,8 +143,13 @@ def slide(
         )
         state = replace(state_at(coefficients, last), time=end)
         departure, slipped = None, -1
+    raise _too_long(state.time)
+
+
+def _too_long(time: float) -> ParameterError:
+    """The refusal of a motion that slides on at a time [s] when all elements are used."""
     wanted = f"shorter: {ELEMENTS} elements end before the body stops"
-    raise ParameterError("sliding time", state.time, wanted)
+    return ParameterError("sliding time", time, wanted)
 
 
 def at_rest(at: Configuration, state: State, fastest: float) -> tuple[int, ...]:
