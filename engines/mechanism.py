@@ -130,7 +130,7 @@ class NotExpressed:
 
 @dataclass(frozen=True)
 class Mechanism:
-    """What an engine is to step. Body 0 is the world, in whose frame gravity is given."""
+    """A whole mechanism. Body 0 is the world, in whose frame gravity is given."""
 
     bodies: tuple[Body, ...]
     joints: tuple[Joint, ...]
