@@ -29,6 +29,7 @@ BEGUN = mpfr(
     "1e-13"
 )  # of a piece of the path: until then velocities grow in proportion to time
 SMALLEST = mpfr("1e-30")  # of a piece: no step is shorter
+STEPS = 150  # at most, from one time to the next: a light body is stiff as it stops
 
 
 def turned(angle):
@@ -289,9 +290,10 @@ class Motion:
         rates = self.body.sliding(piece)
         fastest = max(self._speeds(piece, state))
         step = min(wanted - state[4], state[4] or wanted) / 4
+        left = iter(range(STEPS))
         while state[4] < wanted:
             ahead = min(step, wanted - state[4])
-            if ahead < SMALLEST * wanted:
+            if ahead < SMALLEST * wanted or next(left, None) is None:
                 raise Unknown
             reached, error = extrapolated(rates, state, ahead)
             if not error < AGREED:
