@@ -125,8 +125,8 @@ class SliderPath:
         largest = 0.0
         for piece in self.pieces:
             if isinstance(piece, ArcPiece):
-                (arc,) = piece.track()
-                angle = max(abs(arc.start), abs(arc.end))
+                turns = _turns(piece.rate, piece.acceleration, piece.duration)
+                angle = float(np.abs(piece._angles(turns)).max())
                 rate = max(
                     abs(piece.rate), abs(piece.rate + piece.acceleration * piece.duration)
                 )
