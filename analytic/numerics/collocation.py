@@ -157,11 +157,10 @@ def collocate(
         slopes += correction
         step = float((np.abs(rule.integral @ correction) / scale).max())
         # Newton's method converges quadratically, with an old matrix linearly: the next step is
-        # below step^2/previous.
-        if (
-            step <= CONVERGED
-            or step * step <= CONVERGED * previous
-            or STALLED > step > previous
+        # below step^2/previous. If f depends weakly on other components, the last small part of
+        # the error converges more slowly than the steps until then.
+        if step <= CONVERGED or (
+            step < STALLED and (step > previous or step * step <= CONVERGED * previous)
         ):
             return slopes
         if step > DIVERGED:

@@ -314,11 +314,11 @@ def checked_above(course: Course, limit: Limit, begins: set[int]) -> Limit:
     assert limit.largest_step is not None
     holds_to = None
     step = ABOVE * limit.largest_step
-    while step <= BEYOND * course.model.step and not any(
-        course.lost_along(limit.integrator, step, begin) for begin in begins
-    ):
+    while not any(course.lost_along(limit.integrator, step, begin) for begin in begins):
         holds_to = step
         step *= SPREAD
+        if step > BEYOND * course.model.step:
+            break
     return replace(limit, confirmed=holds_to is None, holds_to=holds_to)
 
 

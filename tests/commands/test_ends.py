@@ -290,6 +290,6 @@ def test_an_error_without_words_says_where_it_was_raised():
         def __str__(self):
             raise self
 
-    assert one_line(Silent()) == "Silent: no words"
+    assert one_line(Silent()) == "Silent: no message"
     with pytest.raises(Refused, match="Silent: raised in test_an_error_without"), border():
         raise Silent

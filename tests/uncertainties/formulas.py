@@ -254,7 +254,7 @@ def stroke(p, time):
     return at_rest(p, p["length"] + xi, rate, w)
 
 
-def repeated_line(p, time):
+def repeated_lines(p, time):
     """Line manoeuvres, each with a slow return and a pause (Chernousko 2020, eqs. 17-22)."""
     total = p["body_mass"] + p["slider_mass"]
     mu = p["slider_mass"] / total
@@ -434,7 +434,7 @@ def draw_line(rng):
     return p, 1.3 * t1 * (w1 + w2) / w2
 
 
-def draw_repeated_line(rng):
+def draw_repeated_lines(rng):
     """Two to forty manoeuvres, at rest in between or not."""
     p, last = draw_line(rng)
     p["count"] = int(rng.integers(2, 40))
@@ -483,7 +483,7 @@ FORMULAS = {
     "capsule-hold": (draw_held, held),
     "capsule-hold/stroke": (draw_stroke, stroke),
     "capsule-line": (draw_line, line),
-    "capsule-train": (draw_repeated_line, repeated_line),
+    "capsule-train": (draw_repeated_lines, repeated_lines),
     "incline": (draw_incline, incline),
     "projectile": (draw_projectile, projectile),
     "rod-impact": (draw_rod, rod),

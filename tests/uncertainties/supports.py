@@ -29,6 +29,7 @@ BEGUN = mpfr(
     "1e-13"
 )  # of a piece of the path: until then velocities grow in proportion to time
 SMALLEST = mpfr("1e-30")  # of a piece: no step is shorter
+STEPS = 150  # at most, from one time to the next: a light body is stiff as it stops
 
 
 def turned(angle):
@@ -289,9 +290,10 @@ class Motion:
         rates = self.body.sliding(piece)
         fastest = max(self._speeds(piece, state))
         step = min(wanted - state[4], state[4] or wanted) / 4
+        left = iter(range(STEPS))
         while state[4] < wanted:
             ahead = min(step, wanted - state[4])
-            if ahead < SMALLEST * wanted:
+            if ahead < SMALLEST * wanted or next(left, None) is None:
                 raise Unknown
             reached, error = extrapolated(rates, state, ahead)
             if not error < AGREED:
@@ -315,6 +317,8 @@ class Motion:
         while state[4] < wanted:
             spin = rates(state)[1]
             ahead = min(step, wanted - state[4])
+            if ahead < SMALLEST * wanted:
+                raise Unknown
             if spin * mode[1] < 0:  # Newton's method for the time at which the turning ends
                 ahead = min(ahead, -state[1] / spin)
             reached, error = extrapolated(rates, state, ahead)
@@ -376,7 +380,9 @@ def draw_coast(rng):
     p = body(rng)
     speeds = {"velocity_x": either(rng, 1e-2, 10), "velocity_y": either(rng, 1e-2, 10)}
     speed = float(np.hypot(*speeds.values()))
-    spin = speed * either(rng, 0.1, 100)
+    # at most some ten turns until the body stops
+    slowing = p["friction"] * p["gravity"]
+    spin = min(speed * log(rng, 0.1, 100), 10 * slowing**0.5) * float(rng.choice([-1, 1]))
     p |= {"slider": place(rng), **speeds, "heading_rate": spin}
     return p, 1.3 * (speed + 0.2 * abs(spin)) / p["friction"] / p["gravity"]
 
