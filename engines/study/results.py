@@ -110,6 +110,24 @@ class Study:
         return None
 
 
+def coherent(study: Study) -> Study:
+    """A study whose parts belong together; raises ValueError for another, which a file may hold."""
+    scenes = [scene.name for scene in study.scenes]
+    methods = [method.name for method in study.methods]
+    names = {scene: {o.name for o in study.observed.get(scene, ())} for scene in scenes}
+    about = {scene: {q.observable for q in study.interest.get(scene, ())} for scene in scenes}
+    if not scenes or not all(about[scene] and about[scene] <= names[scene] for scene in scenes):
+        raise ValueError("its scenes are not about their observables")
+    for series in study.convergence:
+        runs = (*series.measurements, *filter(None, [series.drawn]))
+        observed = names.get(series.scene, set())
+        if series.method not in methods or not all(set(run.errors) <= observed for run in runs):
+            raise ValueError(
+                f"{series.method} on {series.scene} is not of its scenes and methods"
+            )
+    return study
+
+
 def assembled(head: Study, results: Iterable[TaskResult]) -> Study:
     """A study with these results, its costs in the time of one reference step."""
     parts = tuple(results)
