@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
+from types import NoneType
 from typing import Any
 
 from plumbob.engines.method import Method
@@ -118,6 +119,8 @@ def coherent(study: Study) -> Study:
     about = {scene: {q.observable for q in study.interest.get(scene, ())} for scene in scenes}
     if not scenes or not all(about[scene] and about[scene] <= names[scene] for scene in scenes):
         raise ValueError("its scenes are not about their observables")
+    if not all(isinstance(a.numbers, (Mapping, NoneType)) for a in study.analyses):
+        raise ValueError("an analysis has no numbers by name")
     for series in study.convergence:
         runs = (*series.measurements, *filter(None, [series.drawn]))
         observed = names.get(series.scene, set())

@@ -1,4 +1,4 @@
-"""A command line in a process of its own, which has loaded what this one has."""
+"""How a command line ends in a process of its own, which has loaded what this one has."""
 
 import gc
 import os
@@ -44,10 +44,13 @@ def _run(words, folder, limit, out, err):
     code = 99
     try:
         gc.freeze()
+        sys.modules["__main__"].__spec__ = None  # its own processes need nothing of the tests
+        vars(sys.modules["__main__"]).pop("__file__", None)
         os.setpgid(0, 0)
         os.dup2(out, 1)
         os.dup2(err, 2)
-        sys.stdout, sys.stderr = (open(n, "w", encoding="utf-8", closefd=False) for n in (1, 2))
+        sys.stdout = open(1, "w", encoding="utf-8", closefd=False)  # noqa: SIM115 as long as it runs
+        sys.stderr = open(2, "w", encoding="utf-8", closefd=False)  # noqa: SIM115 likewise
         os.chdir(folder)
         (Path(folder).parent / "defects").mkdir(exist_ok=True)
         tempfile.tempdir = str(Path(folder).parent / "defects")  # where a traceback is left
