@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -14,6 +15,10 @@ from plumbob.analytic.reference import Array, NoAnswer, answering
 from plumbob.models.registry import case_of, system_of
 from plumbob.models.registry import scene as find_scene
 from plumbob.models.scene import Case
+
+LONGEST = (
+    10.0  # [s] of processor time that the exact motion at a place may take to be integrated
+)
 
 
 @dataclass(frozen=True)
@@ -61,14 +66,29 @@ class Box:
 
     def case(self, place: Sequence[float]) -> Case:
         """The case at a place; raises NoAnswer where the equations, or double precision, have
-        none."""
+        none, or it takes longer than `LONGEST`."""
         try:
             with answering():
                 case = case_of(find_scene(self.scene, self.parameters(place)))
+                _integrated(case)
                 case.reference.observe(np.array([case.scene.duration]))  # known to its end
                 return case
         except ParameterError as error:
             raise NoAnswer(f"{error.name} must be {error.requirement}") from error
+
+
+def _integrated(case: Case) -> None:
+    """Integrate the exact motion of a case to its end, where it is known by integration alone;
+    raises NoAnswer where that takes too long."""
+    begin = time.process_time()
+
+    def watch(reached: float) -> None:
+        if time.process_time() - begin > LONGEST:
+            known = f"certified up to {reached:.3g} s of {case.scene.duration:g} s"
+            raise NoAnswer(f"the exact motion is {known} within its budget, {LONGEST:g} s")
+
+    if integrate := getattr(case.reference, "certify", None):
+        integrate(case.scene.duration, watch)
 
 
 def box(scene: str, changes: Mapping[str, Any], sides: Sequence[Side]) -> Box:

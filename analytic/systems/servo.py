@@ -14,7 +14,7 @@ the motion in second order only.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import islice
@@ -199,8 +199,6 @@ class Piece:
     @property
     def following(self) -> Piece | None:
         """The next one; None after the last."""
-        from scipy.optimize import brentq
-
         scale = 1.0 / math.sqrt(self.servo.started.gravity)
         first = 0.0
         last = scale if self.side else self.peak
@@ -212,12 +210,22 @@ class Piece:
         if not self.side:
             if not last or beyond(last) <= 0.0:
                 return None
-            last = brentq(beyond, 0.0, last) if beyond(0.0) < 0.0 else 0.0
+            last = _root(beyond, 0.0, last) if beyond(0.0) < 0.0 else 0.0
         else:
             while beyond(last) > 0.0:
                 last *= 2.0
             if side * self.slope(0.0) > 0.0:
-                first = brentq(self.slope, 0.0, last)
-            last = brentq(beyond, first, last)
+                first = _root(self.slope, 0.0, last)
+            last = _root(beyond, first, last)
         x, v = map(float, self.states(last))
         return replace(self, begin=self.begin + last, x=x, v=v, side=0.0 if self.side else side)
+
+
+def _root(function: Callable[[float], float], low: float, high: float) -> float:
+    """The zero of a function between two places; raises ArithmeticError where rounding leaves no
+    change of sign there."""
+    from scipy.optimize import brentq
+
+    if not function(low) * function(high) <= 0.0:
+        raise ArithmeticError("no change of sign")
+    return float(brentq(function, low, high))

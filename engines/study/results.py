@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
+from types import NoneType
 from typing import Any
 
 from plumbob.engines.method import Method
@@ -108,6 +109,26 @@ class Study:
                 limit = min(search.limits, key=lambda limit: limit.largest)
                 return KnownLimit(limit.kind, limit.largest, limit.measured, limit.why)
         return None
+
+
+def coherent(study: Study) -> Study:
+    """A study whose parts belong together; raises ValueError for another, which a file may hold."""
+    scenes = [scene.name for scene in study.scenes]
+    methods = [method.name for method in study.methods]
+    names = {scene: {o.name for o in study.observed.get(scene, ())} for scene in scenes}
+    about = {scene: {q.observable for q in study.interest.get(scene, ())} for scene in scenes}
+    if not scenes or not all(about[scene] and about[scene] <= names[scene] for scene in scenes):
+        raise ValueError("its scenes are not about their observables")
+    if not all(isinstance(a.numbers, (Mapping, NoneType)) for a in study.analyses):
+        raise ValueError("an analysis has no numbers by name")
+    for series in study.convergence:
+        runs = (*series.measurements, *filter(None, [series.drawn]))
+        observed = names.get(series.scene, set())
+        if series.method not in methods or not all(set(run.errors) <= observed for run in runs):
+            raise ValueError(
+                f"{series.method} on {series.scene} is not of its scenes and methods"
+            )
+    return study
 
 
 def assembled(head: Study, results: Iterable[TaskResult]) -> Study:

@@ -17,7 +17,7 @@ from sqlite3 import Connection
 from typing import Any, TypeVar
 
 from plumbob.engines.study.codec import from_json, to_json
-from plumbob.engines.study.results import Analysed, Study, TaskResult, assembled
+from plumbob.engines.study.results import Analysed, Study, TaskResult, assembled, coherent
 from plumbob.engines.study.store_file import (
     FILE,
     SCHEMA,
@@ -30,6 +30,8 @@ __all__ = ["FILE", "SCHEMA", "load"]
 T = TypeVar("T")
 ANALYSIS = "analysis "  # of keys
 STUDY, PLAN = "study", "plan"  # keys of what is no result
+# SQLite keeps in a column what it is given: a number of a study may be a text, or have no next one.
+NUMBERED = "typeof(study) = 'integer' and study between 1 and 1000000000000"
 
 
 @dataclass(frozen=True)
@@ -44,10 +46,10 @@ def begun(store: Connection, plan: str) -> tuple[int, bool]:
     """The number of the study of this plan that is to go on, or else of a new one, and whether it
     was there before."""
     with transaction(store):
-        query = "select study from result where key = ? and body = ?"
+        query = f"select study from result where key = ? and body = ? and {NUMBERED}"
         if found := store.execute(query, (PLAN, plan)).fetchone():
             return int(found[0]), True
-        (last,) = store.execute("select max(study) from result").fetchone()
+        (last,) = store.execute(f"select max(study) from result where {NUMBERED}").fetchone()
         number = (last or 0) + 1
         _write(store, number, PLAN, plan)
     return number, False
@@ -121,15 +123,16 @@ def _intact(store: Connection, number: int, key: str) -> str | None:
     stored."""
     query = "select body, digest from result where study = ? and key = ?"
     row = store.execute(query, (number, key)).fetchone()
-    same = row is not None and row[1] == _digest(number, key, row[0])
-    return row[0] if same else None
+    if row is None or not isinstance(row[0], str) or row[1] != _digest(number, key, row[0]):
+        return None
+    return row[0]
 
 
 def _numbers(store: Connection) -> list[int]:
     """The numbers of the complete studies, the newest first. A study with neither a list nor a plan
     was complete, and has lost its list."""
-    query = """select study from result group by study having max(key = ?) or not max(key = ?)
-        order by study desc"""
+    query = f"""select study from result where {NUMBERED} group by study
+        having max(key = ?) or not max(key = ?) order by study desc"""
     return [number for (number,) in store.execute(query, (STUDY, PLAN)).fetchall()]
 
 
@@ -190,7 +193,8 @@ def in_any_study(file: Path, keys: Collection[str]) -> dict[str, TaskResult]:
     up; raises as above."""
     found: dict[str, TaskResult] = {}
     with reading(file) as store:
-        rows = store.execute("select distinct study from result order by study desc").fetchall()
+        query = f"select distinct study from result where {NUMBERED} order by study desc"
+        rows = store.execute(query).fetchall()
         for (number,) in rows:
             there = results(
                 store, number, [key for key in keys if key not in found], TaskResult
@@ -202,4 +206,5 @@ def in_any_study(file: Path, keys: Collection[str]) -> dict[str, TaskResult]:
 def _loaded(store: Connection, number: int, listed: Listed) -> Study:
     found = results(store, number, (key for key, _ in listed.results), TaskResult)
     _all_there(listed, number, found)
-    return assembled(listed.study, found.values())
+    with decoding():
+        return coherent(assembled(listed.study, found.values()))

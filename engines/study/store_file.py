@@ -15,6 +15,7 @@ from pathlib import Path
 from urllib.parse import quote
 
 from plumbob.analytic.parameters import ParameterError
+from plumbob.models.border import border
 
 FILE = "studies.sqlite3"  # its name in a folder of results
 SCHEMA = 10  # of the table and of the JSON in it; 9 had a field for each kind of result
@@ -133,12 +134,8 @@ def _one_line(file: Path) -> Iterator[None]:
 @contextmanager
 def decoding() -> Iterator[None]:
     """A row that cannot be read back is what a damaged file is to SQLite."""
-    try:
+    with border(sqlite3.DatabaseError, ParameterError, sqlite3.DatabaseError):
         yield
-    except ParameterError:
-        raise
-    except (ValueError, RecursionError) as error:
-        raise sqlite3.DatabaseError(str(error)) from None
 
 
 def _needed(error: sqlite3.DatabaseError) -> str:

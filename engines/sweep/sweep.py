@@ -23,7 +23,7 @@ from plumbob.models.scene import Case
 
 CHUNK_RUNS = 200  # in one chunk: a second or few
 LONGEST = 1800.0  # [s] that a chunk may take: far more than one with a long scene does
-MOST_POINTS = 100_000_000
+MOST_RUNS = 1_000_000  # of all methods and steps: some hours
 NUMBER = re.compile(r"(?<![\w.^])[-+]?\d+\.?\d*(e[-+]?\d+)?(?![\w.])")
 
 
@@ -95,9 +95,11 @@ def sweep_of(
             ", ".join(m.name for m in methods),
             "all with steps, or all with tolerances",
         )
-    if math.prod(counts) > MOST_POINTS:
-        raise ParameterError("vary", math.prod(counts), f"at most {MOST_POINTS} points in all")
-    chunk = max(CHUNK_RUNS // (len(methods) * len(steps)), 1)
+    each = len(methods) * len(steps)
+    if math.prod(counts) * each > MOST_RUNS:
+        most = MOST_RUNS // each
+        raise ParameterError("vary", math.prod(counts), f"at most {most} points in all")
+    chunk = max(CHUNK_RUNS // each, 1)
     return Sweep(box, tuple(counts), tuple(methods), tuple(steps), chunk)
 
 

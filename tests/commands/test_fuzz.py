@@ -42,6 +42,12 @@ SLOW = [
 def folder(tmp_path_factory):
     """A folder with files of all kinds, and a small stored study."""
     made = tmp_path_factory.mktemp("files")
+    filled(made)
+    return made
+
+
+def filled(made):
+    """Fill a folder with files of all kinds, and a small stored study."""
     (made / "there.xml").write_text(
         "<mujoco><worldbody><body><joint type='hinge' axis='0 1 0'/>"
         "<geom size='0.1' pos='0 0 -1'/></body></worldbody></mujoco>"
@@ -55,7 +61,6 @@ def folder(tmp_path_factory):
     (made / "store.sqlite3").write_bytes(b"SQLite format 3\0" + b"\0" * 200)
     wanted = ["--scenes", STORED, "--methods", "ode/dop853,mujoco/rk4", "--jobs", "1"]
     assert main(["validate", *wanted, "--out", str(made / "out")]) == 0
-    return made
 
 
 @cache
@@ -85,8 +90,8 @@ def _value(action, chosen, command):
     return ODD.get(value, value)
 
 
-def _words(command, chosen):
-    """A command line."""
+def random_words(command, chosen):
+    """A random command line of a command."""
     words = [command]
     for action in _actions()[command]:
         likely = 0.95 if not action.option_strings else 1.0 if action.required else 0.25
@@ -134,7 +139,7 @@ def _code(words):
 @given(command=st.sampled_from(COMMANDS), seed=st.integers(0, 2**32))
 def test_no_command_line_is_a_defect(command, seed, folder, monkeypatch, capsys):
     monkeypatch.chdir(folder)
-    words = _words(command, random.Random(seed))
+    words = random_words(command, random.Random(seed))
     code = _code(words)
     said = capsys.readouterr()
     assert code in (0, 1, 2, 3), f"{words}: {said.err}"

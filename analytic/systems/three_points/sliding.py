@@ -21,7 +21,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from plumbob.analytic.numerics.collocation import collocate, linearised
-from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.three_points.equations import (
     IN_TIME,
@@ -108,8 +107,8 @@ def slide(
 
     `departure` gives first guesses of (p_x, p_y, omega) where a support starts from rest: the
     equations define no direction at v_i = 0, and one solution leaves it smoothly. `slipped` is that
-    support. Raises RuntimeError when no element is small enough, ParameterError when ELEMENTS of
-    them are too few, as for a body that turns hundreds of times before it stops.
+    support. Raises RuntimeError when no element is small enough, or when ELEMENTS of them
+    are too few, as for a body that turns hundreds of times before it stops.
     """
     segments: list[SmoothSegment] = []
     size = 0.0
@@ -143,13 +142,7 @@ def slide(
         )
         state = replace(state_at(coefficients, last), time=end)
         departure, slipped = None, -1
-    raise _too_long(state.time)
-
-
-def _too_long(time: float) -> ParameterError:
-    """The refusal of a motion that slides on at a time [s] when all elements are used."""
-    wanted = f"shorter: {ELEMENTS} elements end before the body stops"
-    return ParameterError("sliding time", time, wanted)
+    raise RuntimeError(f"{ELEMENTS} elements did not finish piece {interval.number}")
 
 
 def at_rest(at: Configuration, state: State, fastest: float) -> tuple[int, ...]:

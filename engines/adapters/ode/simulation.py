@@ -33,6 +33,7 @@ SMALLEST = 100 * ULP  # relative tolerance below which scipy refuses
 SOLVERS: Mapping[str, type[Any]] = MappingProxyType(
     {"DOP853": DOP853, "Radau": Radau, "LSODA": LSODA}
 )
+MOST_EVALUATIONS = 1_000_000  # of a run by a solver that chooses its steps: some ten seconds
 HUGE = 1e10  # a coordinate or rate (SI) beyond which a run has diverged
 
 
@@ -80,7 +81,7 @@ def adaptive(
 
         with warnings.catch_warnings(record=True) as caught:
             warnings.simplefilter("always")
-            failure = _follow(begin, equation, rtol, times, states)
+            failure = _follow(begin, slope, rtol, times, states)
         # Its own steps: interpolants are less accurate.
         kept = sampling.sampled(len(times) - 1, samples)
         parts = [_parts(equation, states[k]) for k in kept]
@@ -96,13 +97,14 @@ def adaptive(
 
 def _follow(
     begin: Callable[[], Any],
-    equation: Equation,
+    slope: _Slope,
     rtol: float,
     times: list[float],
     states: list[list[float]],
 ) -> str:
     """Add a solver's own steps until it ends, and return why it gave up, if so. After an impact
     another one begins, or a rest, where the next flight is lower than its tolerance."""
+    equation = slope.equation
     try:
         solver = begin()
         while solver.status == "running" and sum(map(abs, states[-1])) < HUGE:
@@ -110,6 +112,8 @@ def _follow(
                 return str(failure)
             times.append(float(solver.t))
             states.append(solver.y.tolist())
+            if slope.evaluated > MOST_EVALUATIONS:
+                return f"given up after its budget of {MOST_EVALUATIONS} evaluations"
             if equation.restitution is not None and solver.y[0] < 0.0:
                 times[-1], speed = _impact(solver, times[-2], states[-2][1])
                 speed *= -equation.restitution
