@@ -29,6 +29,7 @@ test: .venv/.develop  ## run the tests but those that take seconds (those too: A
 
 test-long: .venv/.develop  ## mutations, the full profile, and a longer search by hypothesis: hours
 	$(BIN)/python -m plumbob.tests.validation.mutations
+	$(ALONE) $(BIN)/python -m plumbob.tests.commands.hostile
 	$(BIN)/python -m pytest --numprocesses auto --profile full \
 	  tests/validation tests/site tests/replay tests/closed_forms tests/three_points $(ARGS)
 	@$(PIP) --editable '.[robots]'

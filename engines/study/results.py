@@ -117,7 +117,7 @@ def coherent(study: Study) -> Study:
     methods = [method.name for method in study.methods]
     names = {scene: {o.name for o in study.observed.get(scene, ())} for scene in scenes}
     about = {scene: {q.observable for q in study.interest.get(scene, ())} for scene in scenes}
-    if not scenes or not all(about[scene] and about[scene] <= names[scene] for scene in scenes):
+    if not all(about[scene] and about[scene] <= names[scene] for scene in scenes):
         raise ValueError("its scenes are not about their observables")
     if not all(isinstance(a.numbers, (Mapping, NoneType)) for a in study.analyses):
         raise ValueError("an analysis has no numbers by name")

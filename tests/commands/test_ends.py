@@ -65,6 +65,11 @@ MODELS = MappingProxyType(
         ),
         "replicated.xml": ("", f"<replicate count='200000'>{BODY}</replicate>", ""),
         "flexible.xml": ("", GRID.format("a", "60 60 60"), ""),
+        "nan_of_many.xml": (
+            "",
+            f"<replicate count='2'>{BODY.replace('0 0 1', '0 0 nan', 1)}</replicate>",
+            "",
+        ),
         "twice.xml": ("", GRID.format("a", "4 4 4") + GRID.format("b", "4 4 4"), ""),
     }
 )

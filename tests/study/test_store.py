@@ -211,8 +211,10 @@ def test_a_recording_comes_back_as_it_was():
 def test_every_kind_of_float_comes_back(study, tmp_path):
     found = study.convergence[0]
     odd = (math.nan, math.inf, -math.inf, 5e-324, 0.1 + 0.2, -0.0, 1.7976931348623157e308)
-    errors = {str(x): ObservedError(x, x, 0.0, 1.0, {"a reason": x}) for x in odd}
-    strange = replace(found, measurements=(replace(found.measurements[0], errors=errors),))
+    one = found.measurements[0]
+    (name, *_) = one.errors  # a store whose errors are of no observable is refused
+    errors = ({name: ObservedError(x, x, 0.0, 1.0, {"a reason": x})} for x in odd)
+    strange = replace(found, measurements=tuple(replace(one, errors=of) for of in errors))
     kept = replace(study, convergence=(strange,))
     assert repr(_kept(kept, tmp_path / "new").convergence) == repr(kept.convergence)
 

@@ -17,6 +17,7 @@ from xml.etree.ElementTree import Element
 
 import mujoco
 
+from plumbob.engines.adapters.mujoco.options import collected
 from plumbob.engines.workers import Workers
 from plumbob.models.border import regular
 
@@ -79,7 +80,7 @@ def _compiled(path: str) -> None:
         return
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
     resource.setrlimit(resource.RLIMIT_CPU, (SECONDS, SECONDS))
-    with limited_memory():
+    with limited_memory(), collected():
         model = mujoco.MjSpec.from_file(path).compile()
         mujoco.mj_forward(model, mujoco.MjData(model))
 
