@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, fields
 from functools import cached_property
 from itertools import pairwise
 from typing import ClassVar
@@ -115,10 +115,18 @@ class ThreePointMotion(SingleMotion):
             apart = np.abs(here - there).max(axis=0).max(axis=0, keepdims=True)
             parts.append(apart + ROUNDINGS * float(np.abs(here).max()))
         error = Pose(*parts)
-        lost = ROUNDED_ANGLE * self.body.mass_ratio * self.path.angle_times_speed
+        # the slider's acceleration turns, whose moment about C is small in comparison
+        lost = ROUNDED_ANGLE * self.path.angle_times_speed
+        reach = float(np.hypot(*self.path.end))
+        carried = self.body.reduced_mass * reach
+        spun = lost * carried / (self.body.body_inertia + carried * reach)
+        lost = lost * self.body.mass_ratio
         moving = sum(s.end - s.start for s in self.segments if s.mode != "rest")
-        return replace(
-            error, position=error.position + lost * moving, velocity=error.velocity + lost
+        return Pose(
+            error.position + lost * moving,
+            error.heading + spun * moving,
+            error.velocity + lost,
+            error.angular_velocity + spun,
         )
 
     def at(self, times: Array) -> Pose:
