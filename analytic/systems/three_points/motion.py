@@ -121,7 +121,7 @@ class ThreePointMotion(SingleMotion):
         carried = self.body.reduced_mass * reach
         spun = lost * carried / (self.body.body_inertia + carried * reach)
         lost = lost * self.body.mass_ratio
-        spun += lost / float(np.abs(self.body.supports).min())  # friction couples the two
+        spun += lost / float(np.abs(self.body.supports).mean())  # friction couples the two
         moving = sum(s.end - s.start for s in self.segments if s.mode != "rest")
         return Pose(
             error.position + lost * moving,
