@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, fields
 from functools import cached_property
 from itertools import pairwise
 from typing import ClassVar
@@ -116,11 +116,21 @@ class ThreePointMotion(SingleMotion):
 
     def _with_rounded_angle(self, error: Pose) -> Pose:
         """The error with the effect of the slider's rounded angle, which turns the slider's
-        acceleration."""
-        lost = ROUNDED_ANGLE * self.body.mass_ratio * self.path.angle_times_speed
+        acceleration. The body's turning rate gets what the reaction's moment about C and the
+        coupling by friction make of that."""
+        turned = ROUNDED_ANGLE * self.path.angle_times_speed
+        lost = turned * self.body.mass_ratio
+        reach = float(np.hypot(*self.path.end))
+        carried = self.body.reduced_mass * reach
+        by_moment = turned * carried / (self.body.body_inertia + carried * reach)
+        by_friction = lost / float(np.abs(self.body.supports).mean())
+        spun = by_moment + by_friction
         moving = sum(s.end - s.start for s in self.segments if s.mode != "rest")
-        return replace(
-            error, position=error.position + lost * moving, velocity=error.velocity + lost
+        return Pose(
+            error.position + lost * moving,
+            error.heading + spun * moving,
+            error.velocity + lost,
+            error.angular_velocity + spun,
         )
 
     def at(self, times: Array) -> Pose:
