@@ -7,6 +7,7 @@ from itertools import product
 
 import numpy as np
 import pytest
+from mpmath import mp
 
 from plumbob.analytic.systems.capsule import longest_stroke, normal_forces
 from plumbob.analytic.systems.manoeuvres.mean_speed import (
@@ -27,6 +28,23 @@ def test_the_bound_in_rational_arithmetic():
     root = Fraction(math.isqrt(2 * 10**80), 10**40)
     squared = part * (3 - 2 * root) / 8
     assert fastest_speed(CHECK, STROKE) ** 2 == pytest.approx(float(squared), rel=1e-14)
+
+
+@pytest.mark.parametrize(("push", "brake", "fraction"), [(3.0, 0.8, 1.0), (1.1, 0.3, 0.2)])
+def test_a_manoeuvre_and_a_return_in_40_digits(push, brake, fraction):
+    """The way over the time: t_1 from the stroke (Chernousko 2020, eq. 18), t_2 (17), the way of
+    the body (22), and a return that gains and loses speed at a fraction of f g/mu."""
+    with mp.workdps(40):
+        part, pull = mp.mpf(CHECK.slider_mass), mp.mpf(CHECK.friction) * mp.mpf(CHECK.gravity)
+        mu = part / (part + mp.mpf(CHECK.body_mass))
+        w1, w2 = mp.mpf(push * LIMIT), mp.mpf(brake * LIMIT)
+        t1 = mp.sqrt(2 * w2 * mp.mpf(STROKE) / (w1 * (w1 + w2)))
+        there = t1 * (w1 + w2) / w2
+        back = 2 * mp.sqrt(mp.mpf(STROKE) / (mp.mpf(fraction) * pull / mu))
+        moved = mu * (w1 + w2) * (mu * w1 - pull) * t1**2 / (2 * (mu * w2 + pull))
+        speed = float(moved / (there + back))
+    found = mean_speed(CHECK, push * LIMIT, brake * LIMIT, STROKE, fraction)
+    assert found == pytest.approx(speed, rel=1e-14)
 
 
 def test_no_point_of_a_grid_is_faster():
