@@ -16,13 +16,15 @@ LIVING = 100_000
 
 def main() -> int:
     """Run the command line; returns its exit code."""
-    # No command opens a window: MuJoCo need not look for a library that does, which takes a process
-    # of its own that an interrupt of the terminal would end with a traceback.
+    # No command opens a window. MuJoCo's search for a graphics library starts a process, which
+    # prints a traceback when the terminal is interrupted.
     os.environ.setdefault("MUJOCO_GL", "disable")
     # OpenBLAS ends a process, as an interrupt would, if memory does not suffice for its threads.
     if resource and resource.getrlimit(resource.RLIMIT_AS)[0] != resource.RLIM_INFINITY:
         os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-    gc.set_threshold(LIVING)  # a study's records stay to the end: 700 takes a tenth of a report
+    # A study keeps its records to the end: with Python's own threshold of 700 objects, looking for
+    # garbage takes a tenth of the time of a report.
+    gc.set_threshold(LIVING)
     try:
         from plumbob.reports.cli import main as run
 

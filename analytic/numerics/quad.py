@@ -18,7 +18,7 @@ Quad = Any
 
 
 def _arithmetic() -> ModuleType:
-    """The module that computes."""
+    """The module of 34-digit numbers: numpy-quaddtype's if it is installed, else gmpy2's."""
     try:
         from plumbob.analytic.numerics import quaddtype_numbers
     except ImportError:

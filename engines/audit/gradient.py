@@ -124,7 +124,7 @@ class Gradients:
 
     @property
     def why(self) -> str:
-        """Why there is no horizon; empty where there is one."""
+        """Why there is no time from which on the derivative means nothing; empty if there is."""
         if self.horizon is not None:
             return ""
         if self.along is None:

@@ -112,9 +112,9 @@ class StateErrors:
 def compared(
     model: OwnModel, script: Script, reference: Certificate, allowance: Allowance
 ) -> Compared:
-    """Run the model's integrators at its own step, twice it where the control allows, and halves of
-    it, and hold each against the reference: beside each other in an executor, if there is one;
-    costs are measured alone."""
+    """Run each of the model's integrators at the model's step, at twice that step if the control
+    period allows, and at halves of it, and hold each run against the reference. In an executor the
+    integrators run beside each other; costs are measured afterwards, alone."""
     names = model.integrators
     groups = [names] if allowance.executor is None else [(name,) for name in names]
     runs = [

@@ -25,6 +25,7 @@ def fill(spec: Any, problem: SimplePendulum) -> None:
     if pendulum.linear:
         stiffness = pendulum.mass * pendulum.gravity * length
         joint.stiffness = first_coefficient(joint.stiffness, stiffness)
+    # the control is an angular acceleration [rad/s^2]
     spec.actuator("forcing").gear[0] = moment
     spec.geom("rod").fromto = [0.0, 0.0, -length, 0.0, 0.0, 0.0]
     spec.geom("bob").pos = [0.0, 0.0, -length]

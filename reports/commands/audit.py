@@ -128,7 +128,7 @@ def _pages(chosen: argparse.Namespace, models: Sequence[Path]) -> dict[str, str]
 
 
 def _note_skipped(others: Sequence[Path]) -> None:
-    """Say in one line how many files of a folder are no models."""
+    """Say in one line how many files of a folder are not models."""
     from plumbob.reports.commands.validate import noted
 
     if others:

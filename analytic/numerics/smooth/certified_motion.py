@@ -160,7 +160,8 @@ def _fastest(system: SmoothSystem, time: float, state: Array) -> float:
 
 
 def _extended(system: SmoothSystem, track: _Track, watch: Callable[[float], None]) -> _Track:
-    """The motion with up to BLOCK more steps of the first method, and what certifies them."""
+    """The track, longer by up to BLOCK steps of collocation, with the bound on the error at each
+    new time, which a second, independent integration gives."""
     block, step, why = _collocated(system, track, watch)
     if block is None:
         return replace(track, until=min(track.until, track.reached), why=why)
@@ -300,8 +301,8 @@ def _shot(system: SmoothSystem, block: Response) -> Array:
 
 
 def _carried(response: Array, block: Response, shots: Array) -> tuple[Array, Array]:
-    """The response of a track at all known times of a block, shape (m, d, inputs + 1), and at its
-    end."""
+    """Derivatives of the state by the inputs at the m known times of a block, shape (m, d, inputs +
+    1), and at the block's end. The last column is the accumulated difference of the two methods."""
     size = len(response)
     rows = []
     for across, lacking in zip(_flow(shots), _missed(block, shots), strict=True):

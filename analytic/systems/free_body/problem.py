@@ -127,9 +127,10 @@ class FreeBody:
         return dict(zip((*RATES, *ATTITUDE), moved, strict=True))
 
     def _rounded(self, times: Array, rates: Array) -> Array:
-        """Effect of rounded times and of the closed form's arithmetic on the angular velocity
-        [rad/s], which is `rates`, shape (3, n), and on the attitude, shape (7, n) together."""
-        late = ULP * np.abs(times)
+        """Bound on the effect of rounded times and of the closed form's arithmetic, shape (7, n).
+        Three rows are of the angular velocity [rad/s], which is `rates`, shape (3, n), and four of
+        the attitude's quaternion."""
+        late = ULP * np.abs(times)  # [s] rounding of the times
         moved = np.zeros((7, len(times)))
         moved[3:] = ROUNDED * ULP + late * np.sqrt((rates**2).sum(axis=0)) / 2
         if (turning := self.rotation.turning) is None:

@@ -161,7 +161,8 @@ class DrakeModel:
 
 
 def user_model(path: Path, layout: Layout, step: float) -> PeerModel:
-    """The model of a file; raises NotRead."""
+    """The model of a file in Drake, stepped by `step` [s], and where its joints are in Drake's
+    state; raises NotRead."""
     model = DrakeModel(path, layout, step)
     hinges = []
     free = []

@@ -12,7 +12,7 @@ from plumbob.models.bouncing_ball.model import fill
 
 
 def build(mjcf: Path, problem: Any, method: Method, step: float) -> Translation:
-    """Translate a BouncingBall; z counts from the height at which the ball touches."""
+    """Translate a BouncingBall; z [m] is the height of the ball's lowest point above the floor."""
     spec = filled(mjcf, fill, problem)
     impact = soft_impact(problem.restitution, step)
     ball = spec.geom("ball")

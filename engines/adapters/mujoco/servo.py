@@ -17,9 +17,10 @@ DROPPED = math.sqrt(mujoco.mjMINVAL)  # [N m]: `discrete` leaves out forces of a
 
 
 def build(mjcf: Path, problem: Any, method: Method, step: float) -> Translation:
-    """Translate a Servo; the hinge's angle is that from the target."""
+    """Translate a Servo; the hinge's angle [rad] is measured from the target."""
     spec = bare(filled(mjcf, fill, problem))
-    # A run that reaches a limit which the motion does not has too large a step, and is to diverge.
+    # If the exact motion never saturates, the motor has no limit: a run whose step is too large
+    # then diverges visibly.
     spec.actuator("motor").forcelimited = int(problem.saturates)
     return at_start(spec, of_hinge)
 

@@ -124,7 +124,9 @@ class HiddenTouches:
     def within(self, time: float, dense: Callable[[], Motion]) -> Touch | None:
         """Returns a touch that the step up to `time` [s] passes over, or None. `dense` returns the
         motion within the step. After a touch the step is to be repeated in parts; after None the
-        next step begins at `time`. Raises NotCertifiable if geoms pass too close to tell."""
+        next step begins at `time`. The distance of a pair is computed again only once its two
+        surfaces have travelled as far together as they were apart. Raises NotCertifiable if geoms
+        pass so close that nobody can tell whether they touch."""
         if not self.limits.size:
             return None
         last, now = self.last, self._speeds(self.current, time)
@@ -148,14 +150,15 @@ class HiddenTouches:
         now: Speeds,
         dense: Callable[[], Motion],
     ) -> Touch | None:
-        """Returns the touch of the first of these pairs that touches in the step up to `now`, at
-        whose end `distances` [m] are left; None if there is no touch."""
+        """Returns the touch of the first row, in the order given, whose pair touches in the step up
+        to `now`; `distances` [m] are those at the end of the step. None if no pair touches."""
         start, end = self.last.time, now.time
         turns = (end - start) * max(self.last.spin, now.spin) > TURNED
         motion: Motion | None = None
         for row, distance in zip(rows, distances, strict=True):
             if distance <= SHALLOW or self.touching[row]:
-                # An end of the step shows this touch: only a step that turns far may hide another.
+                # The pair touches at an end of the step, where the integration sees it. In a step
+                # that turns far, a second touch may be hidden.
                 middle = (start + end) / 2.0
                 touch = Touch(middle, middle) if turns else None
             else:
