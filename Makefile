@@ -30,8 +30,9 @@ test: .venv/.develop  ## run the tests but those that take seconds (those too: A
 test-long: .venv/.develop  ## mutations, the full profile, and a longer search by hypothesis: hours
 	$(BIN)/python -m plumbob.tests.validation.mutations
 	$(ALONE) $(BIN)/python -m plumbob.tests.commands.hostile
-	$(BIN)/python -m pytest --numprocesses auto --profile full \
-	  tests/validation tests/site tests/replay tests/closed_forms tests/three_points $(ARGS)
+	$(BIN)/python -m pytest --numprocesses auto --profile full --seed $$(date -u +%Y%m%d) \
+	  tests/validation tests/site tests/replay tests/closed_forms tests/three_points \
+	  tests/commands/test_ends.py $(ARGS)
 	@$(PIP) --editable '.[robots]'
 	@$(PIP) --no-deps 'dm_control>=1.0'  # its model files: nothing of it is imported
 	$(BIN)/python -m pytest --numprocesses auto tests/audit --profile full $(ARGS)

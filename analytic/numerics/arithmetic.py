@@ -43,19 +43,6 @@ def varied(given: Any, part: float) -> Iterator[Any]:
         yield given * (1.0 - part)
 
 
-def jittered(given: Any, ulps: float, rng: np.random.Generator) -> Any:
-    """A dataclass, tuple or float, with every float in it made larger or smaller, at random, by
-    `ulps` units in the last place."""
-    if is_dataclass(given) and not isinstance(given, type):
-        numbers = {field.name: getattr(given, field.name) for field in fields(given)}
-        return replace(given, **{n: jittered(value, ulps, rng) for n, value in numbers.items()})
-    if isinstance(given, tuple):
-        return tuple(jittered(value, ulps, rng) for value in given)
-    if isinstance(given, float):
-        return given * (1.0 + rng.choice((-1.0, 1.0)) * ulps * ULP)
-    return given
-
-
 def rounded_inputs(
     problem: Any, observe: Callable[[Any], Signals], roundings: float
 ) -> dict[str, Array]:

@@ -145,6 +145,7 @@ def collocate(
     """
     slopes = guess.copy()
     previous = 0.0
+    last = False
     newton = None
     for _ in range(ITERATIONS):
         fresh = newton is None
@@ -156,13 +157,12 @@ def collocate(
         correction = newton(value - slopes)
         slopes += correction
         step = float((np.abs(rule.integral @ correction) / scale).max())
-        # Newton's method converges quadratically, with an old matrix linearly: the next step is
-        # below step^2/previous. If f depends weakly on other components, the last small part of
-        # the error converges more slowly than the steps until then.
-        if step <= CONVERGED or (
-            step < STALLED and (step > previous or step * step <= CONVERGED * previous)
-        ):
+        if step <= CONVERGED or STALLED > step > previous or last:
             return slopes
+        # Newton's method converges quadratically, with an old matrix linearly: the next step is
+        # below step^2/previous. It is taken all the same: if f depends weakly on other components,
+        # a small part of the error converges more slowly than the steps until then.
+        last = step * step <= CONVERGED * previous
         if step > DIVERGED:
             return None
         if step > FACTORED or (not fresh and step > SLOW * previous):

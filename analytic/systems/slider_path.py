@@ -82,24 +82,8 @@ class ArcPiece:
 
     def track(self) -> Path:
         """The places that it covers."""
-        angles = self._turning_angles
+        angles = self._angles(_turns(self.rate, self.acceleration, self.duration))
         return (Arc(self.radius, float(angles.min()), float(angles.max())),)
-
-    @property
-    def largest_angle(self) -> float:
-        """Largest magnitude of the angle [rad]."""
-        return float(np.abs(self._turning_angles).max())
-
-    @property
-    def largest_speed(self) -> float:
-        """Largest speed along the arc [m/s]."""
-        ends = (self.rate, self.rate + self.acceleration * self.duration)
-        return self.radius * max(map(abs, ends))
-
-    @property
-    def _turning_angles(self) -> Array:
-        """The angles [rad] at both ends, and where the slider turns back."""
-        return self._angles(_turns(self.rate, self.acceleration, self.duration))
 
     def _angles(self, times: Array) -> Array:
         return self.angle + times * (self.rate + 0.5 * self.acceleration * times)
@@ -133,13 +117,6 @@ class SliderPath:
     def duration(self) -> float:
         """Time from which the slider rests in the body [s]."""
         return float(self.breakpoints[-1])
-
-    @property
-    def angle_times_speed(self) -> float:
-        """Largest angle on an arc [rad] times the largest speed on it [m/s], 0 without arcs: a
-        rounded angle turns the velocity by so many times the rounding."""
-        arcs = [piece for piece in self.pieces if isinstance(piece, ArcPiece)]
-        return max((arc.largest_angle * arc.largest_speed for arc in arcs), default=0.0)
 
     @property
     def end(self) -> Point:

@@ -28,6 +28,9 @@ FALLS = 0.4
 # Of the error at a step four times as large: where the errors of all integrators fall by less, and
 # the reference resolves them, they level off at how far the reference is from their own limit.
 LEVEL = 0.7
+# Times the error of the coarsest steps: errors at contacts scatter by less, and a contact that is
+# passed over changes a motion by more.
+RISES = 10.0
 MOSTLY = 0.8  # of the periods so far must tend: contacts make single ones irregular
 
 
@@ -218,11 +221,11 @@ def _by_integrator(steps: Sequence[StepError]) -> list[list[StepError]]:
 
 
 def _rising(steps: Sequence[StepError], floor: Array) -> Any:
-    """Whether at each time an integrator's finest steps are further from the reference than its
-    coarsest ones, and the reference resolves that, shape (n,). Coarse steps may be near because
+    """Whether at each time an integrator's finest steps are much further from the reference than
+    its coarsest ones, and the reference resolves that, shape (n,). Coarse steps may be near because
     they pass over a contact that the reference passes over, too."""
     rises = [
-        runs[-1].errors > np.maximum(runs[0].errors, RESOLVED * floor)
+        runs[-1].errors > np.maximum(RISES * runs[0].errors, RESOLVED * floor)
         for runs in _by_integrator(steps)
     ]
     return np.any(rises, axis=0)

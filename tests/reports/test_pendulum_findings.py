@@ -136,7 +136,7 @@ def test_every_case_has_its_plots():
 
 @pytest.mark.long
 def test_a_held_control_costs_orders():
-    ran = measured(orders.FORCED_LARGE, orders.READ, 2e-2, 1e-2, 5e-3, 2.5e-3)
+    ran = measured(orders.FORCED_LARGE, orders.READ, 2e-2, 1e-2, 5e-3, 3e-3)
     found = orders.held_control(ran).by_method
     slopes = {name: of.order.slope for name, of in found.items() if of.order}
     predicted = {name: of.predicted.slope for name, of in found.items() if of.predicted}

@@ -13,7 +13,6 @@ from functools import lru_cache, partial
 
 import numpy as np
 
-from plumbob.analytic.numerics.arithmetic import jittered
 from plumbob.analytic.numerics.collocation import radau_collocation
 from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.reference import Array
@@ -50,8 +49,6 @@ from plumbob.analytic.systems.three_points.smooth_segment import (
 EVENTS = 500  # in one piece, before giving up
 # a motion less accurate by far, whose difference is the error
 COARSER, COARSER_NODES = 100.0, 6
-# units in the last place of that motion's inputs: a support that nearly stops multiplies them
-JITTER = 8.0
 LATER = 1e-6  # of what is left of a piece: where a start that grows from nothing is examined
 
 
@@ -96,13 +93,12 @@ def three_point_motion(
     body = mechanics(capsule)
     accuracy = Accuracy(radau_collocation(nodes), tolerance)
 
-    def coarser(seed: int) -> ThreePointMotion:
-        return three_point_motion(
-            *jittered((capsule, path, start), JITTER, np.random.default_rng(seed)),
-            nodes=nodes - COARSER_NODES,
-            tolerance=COARSER * tolerance,
-        )
-
+    coarser = partial(
+        three_point_motion,
+        *(capsule, path, start),
+        nodes=nodes - COARSER_NODES,
+        tolerance=COARSER * tolerance,
+    )
     integrated = partial(_integrate, body, path, start, accuracy)
     return ThreePointMotion(capsule, path, body, integrated, coarser)
 

@@ -24,9 +24,6 @@ from plumbob.analytic.systems.three_points.smooth_segment import (
 
 Segments = tuple[SmoothSegment, ...]
 ROUNDINGS = 32 * ROUNDOFF  # of a sum over some tens of segments
-OTHERS = 2  # coarser computations: in a single one, effects of its inputs may cancel
-# relative rounding of an angle that is summed over some hundred nodes
-ROUNDED_ANGLE = 16 * ROUNDOFF
 
 
 @dataclass(frozen=True)
@@ -54,15 +51,15 @@ class Pose:
 class ThreePointMotion(SingleMotion):
     """An exact motion, in segments of one mode each, and the events between them.
 
-    `integrated` gives the segments; `coarser` computes the motion with fewer nodes, a larger
-    tolerance and inputs that differ in their last places, by a seed, for `error`.
+    `integrated` gives the segments; `coarser` computes the motion with fewer nodes and a larger
+    tolerance, for `error`.
     """
 
     capsule: Capsule
     path: SliderPath
     body: Mechanics
     integrated: Callable[[], Segments]
-    coarser: Callable[[int], ThreePointMotion]
+    coarser: Callable[[], ThreePointMotion]
     kind: ClassVar[MotionKind] = "plane"
 
     @cached_property
@@ -100,38 +97,19 @@ class ThreePointMotion(SingleMotion):
 
     @cached_property
     def error(self) -> Pose:
-        """Largest difference from coarser computations, over the whole motion: parts of shape
-        (1, 2) and (1,). Nearly all of it is the error of the coarser ones. Round-off is added."""
+        """Largest difference from a coarser computation, over the whole motion: parts of shape
+        (1, 2) and (1,). Nearly all of it is the error of the coarser one; round-off is added."""
         edges = np.append(self.begins, self.begins[-1])
         times = np.unique(np.concatenate([np.linspace(a, b, 5) for a, b in pairwise(edges)]))
         poses = self.at(times)
-        others = [self.coarser(seed).at(times) for seed in range(OTHERS)]
+        other = self.coarser().at(times)
         parts = []
         for field in fields(Pose):
             here = getattr(poses, field.name)
-            there = np.stack([getattr(other, field.name) for other in others])
-            apart = np.abs(here - there).max(axis=0).max(axis=0, keepdims=True)
-            parts.append(apart + ROUNDINGS * float(np.abs(here).max()))
-        return self._with_rounded_angle(Pose(*parts))
-
-    def _with_rounded_angle(self, error: Pose) -> Pose:
-        """The error with the effect of the slider's rounded angle, which turns the slider's
-        acceleration. The body's turning rate gets what the reaction's moment about C and the
-        coupling by friction make of that."""
-        turned = ROUNDED_ANGLE * self.path.angle_times_speed
-        lost = turned * self.body.mass_ratio
-        reach = float(np.hypot(*self.path.end))
-        carried = self.body.reduced_mass * reach
-        by_moment = turned * carried / (self.body.body_inertia + carried * reach)
-        by_friction = lost / float(np.abs(self.body.supports).mean())
-        spun = by_moment + by_friction
-        moving = sum(s.end - s.start for s in self.segments if s.mode != "rest")
-        return Pose(
-            error.position + lost * moving,
-            error.heading + spun * moving,
-            error.velocity + lost,
-            error.angular_velocity + spun,
-        )
+            there = getattr(other, field.name)
+            size = float(np.abs(here).max())
+            parts.append(np.abs(here - there).max(axis=0, keepdims=True) + ROUNDINGS * size)
+        return Pose(*parts)
 
     def at(self, times: Array) -> Pose:
         """Pose and velocity of the body at `times` [s], shape (n,)."""

@@ -107,8 +107,7 @@ def slide(
 
     `departure` gives first guesses of (p_x, p_y, omega) where a support starts from rest: the
     equations define no direction at v_i = 0, and one solution leaves it smoothly. `slipped` is that
-    support. Raises RuntimeError when no element is small enough, or when ELEMENTS of them
-    are too few, as for a body that turns hundreds of times before it stops.
+    support. Raises RuntimeError when no element is small enough.
     """
     segments: list[SmoothSegment] = []
     size = 0.0
