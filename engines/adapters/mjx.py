@@ -30,6 +30,7 @@ from plumbob.engines.adapters.ported import (
 from plumbob.engines.adapters.stepping import Built, SteppedSimulation
 from plumbob.engines.method import Engine, Method, Unsupported
 from plumbob.engines.peer_model import RefusedFile
+from plumbob.engines.processor_time import processor_time
 from plumbob.engines.trajectory import ByName, Trajectory
 from plumbob.models.border import border
 from plumbob.models.scene import Case, later
@@ -144,7 +145,7 @@ def prepare(case: Case, method: Method, step: float) -> MjxSimulation:
         raise Unsupported(f"MJX refuses the model: {error}") from None
     seconds = time.perf_counter() - begin
     return MjxSimulation(
-        build, steps, step, seconds, samples=case.samples, clock="process_time"
+        build, steps, step, seconds, samples=case.samples, clock=processor_time
     )
 
 

@@ -16,6 +16,7 @@ import numpy as np
 from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.abilities import Batches
 from plumbob.engines.method import Method, Stepping, Unsupported
+from plumbob.engines.processor_time import processor_time
 from plumbob.engines.registry import engine_of, installed
 from plumbob.engines.study.measurement import Measurement
 from plumbob.engines.trajectory import Timed
@@ -225,9 +226,9 @@ def _run_and_claim(
     then the time [s] and number of steps that `stepped` claims for that run."""
     short = case.lasting(fraction * case.scene.duration, samples=2)
     simulation = engine_of(method).prepare(short, method, step)
-    begin = time.process_time()
+    begin = processor_time()
     run = simulation.run()
-    taken = time.process_time() - begin
+    taken = processor_time() - begin
     claim = simulation.stepped(1.0)
     return taken, run.steps, claim.seconds, claim.steps
 

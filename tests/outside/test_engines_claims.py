@@ -128,7 +128,9 @@ def test_a_study_cuts_a_run_short_whose_cost_is_false(tmp_path):
 
 
 @pytest.mark.long(keep=1)
-@pytest.mark.parametrize("command", ["check-engine tiny --scenes {}"])
+@pytest.mark.parametrize(
+    "command", ["check-engine tiny --scenes {}", "run {} tiny/euler --step 1e-3"]
+)
 def test_a_false_cost_is_refused_with_one_line(command, tmp_path, capsys):
     claiming(tmp_path / "site", seconds="timed.seconds / 10")
     with seen(tmp_path / "site"):
