@@ -44,6 +44,11 @@ class Built:
     """Of all that was read, the observables and channels, shape (samples,) each."""
 
 
+def thread_time() -> float:
+    """Processor time [s] that this thread has taken."""
+    return time.thread_time()
+
+
 @dataclass
 class SteppedSimulation:
     """A scene that is rebuilt for every run, and steps of one length."""
@@ -55,7 +60,7 @@ class SteppedSimulation:
     broken: tuple[type[Exception], ...] = OVERFLOW
     """The engine's exceptions when its numbers are no longer finite."""
     samples: int = sampling.SAMPLES
-    clock: Callable[[], float] = time.thread_time  # [s], for the cost of steps
+    clock: Callable[[], float] = thread_time  # [s], for the cost of steps
 
     @DIVERGING
     def run(self) -> Trajectory:
