@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -12,6 +11,7 @@ import numpy as np
 
 from plumbob.analytic.parameters import ParameterError, known
 from plumbob.analytic.reference import Array, NoAnswer, answering
+from plumbob.engines.exact_budget import integrated
 from plumbob.models.registry import case_of, system_of
 from plumbob.models.registry import scene as find_scene
 from plumbob.models.scene import Case
@@ -80,15 +80,11 @@ class Box:
 def _integrated(case: Case) -> None:
     """Integrate the exact motion of a case to its end, where it is known by integration alone;
     raises NoAnswer where that takes too long."""
-    begin = time.process_time()
-
-    def watch(reached: float) -> None:
-        if time.process_time() - begin > LONGEST:
-            known = f"certified up to {reached:.3g} s of {case.scene.duration:g} s"
-            raise NoAnswer(f"the exact motion is {known} within its budget, {LONGEST:g} s")
-
-    if integrate := getattr(case.reference, "certify", None):
-        integrate(case.scene.duration, watch)
+    duration = case.scene.duration
+    until = integrated(case, duration, LONGEST, lambda reached, spent: None)
+    if until < duration:
+        known = f"certified up to {until:.3g} s of {duration:g} s"
+        raise NoAnswer(f"the exact motion is {known} within its budget, {LONGEST:g} s")
 
 
 def box(scene: str, changes: Mapping[str, Any], sides: Sequence[Side]) -> Box:

@@ -249,9 +249,8 @@ def _level(steps: Sequence[StepError], as_is: StepError, floor: Array) -> Any:
     """Where the errors of every integrator level off above `floor` [m], shape (n,); three steps up
     to the model's own are needed to tell."""
     levels = []
-    for name in {s.integrator for s in steps}:
-        these = [s for s in steps if s.integrator == name and s.parts >= as_is.parts]
-        errors = [s.errors for s in sorted(these, key=lambda s: s.parts)]
+    for runs in _by_integrator(steps):
+        errors = [s.errors for s in runs if s.parts >= as_is.parts]
         if len(errors) > 2:
             fine = np.minimum(errors[-1], errors[-2])
             level = fine > np.maximum(LEVEL * errors[-3], floor)

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import time
-
 from plumbob.analytic.parameters import ParameterError
+from plumbob.engines.exact_budget import integrated
 from plumbob.models.scene import Case
 
 
@@ -14,18 +13,16 @@ def certify(case: Case, last: float, seconds: float) -> None:
     processor time."""
     from plumbob.reports.commands.validate import progress
 
-    integrate = getattr(case.reference, "certify", None)
-    if integrate is None:
-        return
-    begin = time.process_time()
+    def known(reached: float) -> str:
+        return f"certified up to t = {reached:.4g} of {last:.4g} s"
+
     with progress() as show:
-
-        def watch(reached: float) -> None:
-            spent = time.process_time() - begin
-            known = f"certified up to t = {reached:.4g} of {last:.4g} s"
-            if spent > seconds:
-                wanted = f"more: the exact motion is {known} within {seconds:g} s"
-                raise ParameterError("budget", seconds, f"{wanted} of processor time")
-            show(known, int(spent), int(seconds))
-
-        integrate(last, watch)
+        until = integrated(
+            case,
+            last,
+            seconds,
+            lambda reached, spent: show(known(reached), int(spent), int(seconds)),
+        )
+    if until < last:
+        wanted = f"more: the exact motion is {known(until)} within {seconds:g} s"
+        raise ParameterError("budget", seconds, f"{wanted} of processor time")

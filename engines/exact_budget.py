@@ -1,0 +1,38 @@
+"""The integration of an exact motion within a budget of processor time."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+
+from plumbob.models.scene import Case
+
+
+class _OutOfTime(Exception):
+    """The budget is spent."""
+
+
+def integrated(
+    case: Case, last: float, seconds: float, progress: Callable[[float, float], None]
+) -> float:
+    """Integrates the exact motion of a case up to `last` [s], if it is known by integration alone;
+    the motion is kept for later use. Returns the time [s] until which it is certified: it is less
+    than `last` if `seconds` of processor time did not suffice. Before each step `progress` is
+    called with that time and the processor time spent [s]."""
+    begin = time.process_time()
+    until = last
+
+    def watch(reached: float) -> None:
+        nonlocal until
+        spent = time.process_time() - begin
+        if spent > seconds:
+            until = reached
+            raise _OutOfTime
+        progress(reached, spent)
+
+    try:
+        if integrate := getattr(case.reference, "certify", None):
+            integrate(last, watch)
+    except _OutOfTime:
+        pass
+    return until
