@@ -35,6 +35,7 @@ from pathlib import Path
 from typing import Any
 
 from plumbob.analytic.parameters import ParameterError
+from plumbob.models.memory import UNMAPPED
 
 TRIES = 2  # of a task whose worker dies or hangs
 STARTS = 3  # workers in a row that may end before they are ready
@@ -49,9 +50,6 @@ FAR = 20.0
 MOST = 1e8  # [s]: the longest time that a timer takes
 AHEAD = 3  # tasks for each worker of a cluster that are handed out at a time
 OUT_OF_MEMORY = "out of memory"
-UNMAPPED = (
-    "failed to map segment"  # in the ImportError of a library that memory does not suffice for
-)
 
 
 @dataclass(frozen=True)

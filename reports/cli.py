@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import errno
 import importlib
 import io
 import os
@@ -16,6 +17,7 @@ from types import FrameType
 from typing import Any, NoReturn
 
 import plumbob
+from plumbob.models.memory import UNMAPPED
 
 MOST_SHOWN = 300  # characters of a word in a message: the rest is left out
 USAGE, INCOMPLETE, DEFECT, INTERRUPTED = 2, 3, 4, 130
@@ -80,11 +82,11 @@ def _outcome(argv: Sequence[str] | None, interrupts: Sequence[int]) -> int:
             return _said(INTERRUPTED, "interrupted", error)
         if isinstance(error, ParameterError):
             return _said(USAGE, str(error), error)
+        if _lacks_memory(error):
+            return _said(INCOMPLETE, "out of memory", error)
         if isinstance(error, OSError):
             where = f"{error.filename}: " if error.filename else ""
             return _said(USAGE, f"{where}{error.strerror or error}", error)
-        if isinstance(error, MemoryError) or _lacks_memory(error):
-            return _said(INCOMPLETE, "out of memory", error)
         return _said(DEFECT, f"a defect of plumbob itself: {_described(error)}", error)
 
 
@@ -103,10 +105,10 @@ def _command(argv: Sequence[str] | None) -> int:
 
 
 def _lacks_memory(error: BaseException) -> bool:
-    """Whether an error says that memory did not suffice to load a library."""
-    from plumbob.engines.workers import UNMAPPED
-
-    return isinstance(error, ImportError) and UNMAPPED in str(error)
+    """Whether memory did not suffice, to load a library for one. Nothing is imported for it."""
+    unmapped = isinstance(error, ImportError) and UNMAPPED in str(error)
+    refused = isinstance(error, OSError) and error.errno == errno.ENOMEM
+    return unmapped or refused or isinstance(error, MemoryError)
 
 
 def _said(code: int, message: str, error: BaseException | None = None) -> int:
