@@ -134,14 +134,21 @@ def evaluate(coefficients: Array, places: Array) -> Array:
 
 
 def collocate(
-    rule: Collocation, right_hand_side: RightHandSide, start: Array, guess: Array, scale: Array
+    rule: Collocation,
+    right_hand_side: RightHandSide,
+    start: Array,
+    guess: Array,
+    scale: Array,
+    *,
+    all_derivatives: bool = True,
 ) -> Array | None:
     """Slopes dz/dc at the nodes, shape (n, d), of the polynomial that solves dz/dc = f(z) there, or
     None if Newton's iteration does not converge.
 
     `right_hand_side` maps states (n, d) to slopes (n, d) and, if asked, their derivatives (n, d, k)
-    by the first k components of the state; f may depend weakly on the others. `start` (d,) is the
-    state at c = 0, `guess` (n, d) the first slopes, `scale` (d,) the size of the state.
+    by the first k components of the state; f may depend weakly on the others, or in other ways on
+    the first k: then `all_derivatives` is False. `start` (d,) is the state at c = 0, `guess` (n, d)
+    the first slopes, `scale` (d,) the size of the state.
     """
     slopes = guess.copy()
     previous = 0.0
@@ -157,12 +164,13 @@ def collocate(
         correction = newton(value - slopes)
         slopes += correction
         step = float((np.abs(rule.integral @ correction) / scale).max())
-        if step <= CONVERGED or STALLED > step > previous or last:
-            return slopes
         # Newton's method converges quadratically, with an old matrix linearly: the next step is
-        # below step^2/previous. It is taken all the same: if f depends weakly on other components,
-        # a small part of the error converges more slowly than the steps until then.
-        last = step * step <= CONVERGED * previous
+        # below step^2/previous. Where derivatives are left out, that step is taken all the same: a
+        # small part of the error converges more slowly than the steps until then.
+        ends = step * step <= CONVERGED * previous
+        if step <= CONVERGED or STALLED > step > previous or last or (ends and all_derivatives):
+            return slopes
+        last = ends
         if step > DIVERGED:
             return None
         if step > FACTORED or (not fresh and step > SLOW * previous):

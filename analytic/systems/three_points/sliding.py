@@ -97,7 +97,8 @@ class ElementPlan:
             return size * rates, size * derivative
 
         with np.errstate(all="ignore"):
-            return collocate(rule, right_hand_side, self.state.row, guess, scale)
+            start = self.state.row
+            return collocate(rule, right_hand_side, start, guess, scale, all_derivatives=False)
 
 
 def slide(
