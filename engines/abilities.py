@@ -18,6 +18,7 @@ if TYPE_CHECKING:  # what an engine takes of a user's own model
     from plumbob.engines.own_contacts import ContactModel
     from plumbob.engines.own_motion import Change, OwnModel, Start
     from plumbob.engines.peer_model import Layout, PeerModel
+    from plumbob.engines.stepper import SceneMechanism
     from plumbob.models.gradient import Number
 
     Derivatives = Callable[[Number, Method, float], Mapping[str, float]]
@@ -198,3 +199,12 @@ class OwnFit:
 
     way: str
     of: Callable[[Callable[[Array], Array], Array], Array]
+
+
+@dataclass(frozen=True)
+class CompilesScenes:
+    """Compiles the model files of systems, for engines that build mechanisms and for ports."""
+
+    mechanism: Callable[[Case], SceneMechanism]  # raises Unsupported and ParameterError
+    translation: Callable[[Case, Method, float], Any]
+    """A case at a step [s] in the engine's own terms; raises Unsupported and ParameterError."""

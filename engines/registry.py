@@ -143,9 +143,15 @@ def engine_of(method: Method) -> Engine:
 
 
 def find_builder(engine: str, system: System) -> ModuleType:
-    """The module that builds `system` in an engine, `adapters/<engine>/<family>.py` or what the
-    system names, or of smooth degrees of freedom the one for all; raises Unsupported when there is
-    none."""
+    """The module that builds `system` in an engine; raises Unsupported when there is none."""
+    if (module := builder(engine, system)) is None:
+        raise Unsupported(f"{engine} has no builder for {system.name}")
+    return module
+
+
+def builder(engine: str, system: System) -> ModuleType | None:
+    """The module of an engine for `system`, `adapters/<engine>/<family>.py` or what the system
+    names, or of smooth degrees of freedom the one for all; None when there is none."""
     every = (system.family, "smooth_system") if system.kind == SMOOTH else (system.family,)
     names = [f"{_ADAPTERS}.{engine}.{module}" for module in every]
     for name in (system.builders[engine],) if engine in system.builders else names:
@@ -154,14 +160,17 @@ def find_builder(engine: str, system: System) -> ModuleType:
         except ModuleNotFoundError as error:
             if error.name != name:
                 raise
-    raise Unsupported(f"{engine} has no builder for {system.name}")
+    return None
 
 
 def model_error(case: Case, method: Method, step: float, engine: str = "") -> ModelError:
     """Bounds on what a builder's model adds to each observable, by reason, in the method's engine
-    unless another is named: none where it has no `model_error`; raises Unsupported."""
-    builder = find_builder(engine or method.engine, case.system)
-    if (of_builder := getattr(builder, "model_error", None)) is None:
+    unless another is named: none where it has no `model_error`; raises Unsupported where the
+    engine has neither a builder for the system nor a mechanism to build."""
+    module = builder(engine or method.engine, case.system)
+    if module is None and case.system.model_file is None:
+        raise Unsupported(f"{engine or method.engine} has no builder for {case.system.name}")
+    if (of_builder := getattr(module, "model_error", None)) is None:
         return {}
     bounds: ModelError = of_builder(case.problem, case.scene.duration, method, step)
     return bounds

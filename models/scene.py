@@ -15,7 +15,7 @@ import numpy as np
 from plumbob.analytic.reference import Array, Reference, Signals
 from plumbob.analytic.stability import StabilityTheory
 from plumbob.analytic.theory import ErrorTheory, no_theory
-from plumbob.models.idealisations import NONE, Idealisations
+from plumbob.models.model_file import ModelFile
 
 if TYPE_CHECKING:
     from plumbob.analytic.sensitivities.neighbours import Neighbours, Sensitivity
@@ -172,10 +172,8 @@ class System:
     """Exact answers of a problem with the angle [rad], shape (n,), as the parameter."""
     builders: Mapping[str, str] = field(default_factory=dict)
     """{engine: the module that builds it there}, where the family does not name it."""
-    fill: Callable[[Any, Any], None] = lambda spec, problem: None
-    """Writes the numbers of a problem into an MjSpec of the file `mjcf`, in place."""
-    ideal: Callable[[Any], Idealisations] = lambda problem: NONE
-    """The idealisations of a problem, which its model file cannot state."""
+    model_file: ModelFile | None = None
+    """How a problem stands in the file `mjcf`; None: no engine makes a mechanism of the file."""
     distribution: str = ""  # the package that adds it, where that is not plumbob
 
     def quantities(self, case: Case) -> tuple[Quantity, ...]:

@@ -35,20 +35,6 @@ class Link:
     or [kg]; 0 of others."""
 
 
-@dataclass(frozen=True)
-class Pose:
-    """Where a chain is: the place of its first body and that one's heading in the world, and their
-    rates, and the place and rate of its last joint, from its start; numbers, or shape (n,) each.
-    Places and velocities are x + iy."""
-
-    place: Any  # [m]
-    velocity: Any  # [m/s]
-    heading: Any  # [rad], of any turn
-    heading_rate: Any  # [rad/s]
-    joint: Any = 0.0  # [m] or [rad]
-    joint_rate: Any = 0.0  # [m/s] or [rad/s]
-
-
 def by_step(
     rows: Callable[[Array, float], Array], step: float, count: int = FEW
 ) -> Iterator[Any]:

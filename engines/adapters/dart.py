@@ -18,7 +18,7 @@ from plumbob.analytic.reference import Array
 from plumbob.analytic.schemes import EULER, Scheme
 from plumbob.analytic.systems.capsule_setup import CapsuleSetup
 from plumbob.engines.abilities import Fields, ModelReader, RunsFiles, SchemeOfCase
-from plumbob.engines.adapters.chain import HINGE, SLIDE, Link, Pose, Vector, by_step
+from plumbob.engines.adapters.chain import HINGE, SLIDE, Link, Vector, by_step
 from plumbob.engines.adapters.hinged_body import PENDULUMS, model_error
 from plumbob.engines.adapters.stepping import Built, stepped
 from plumbob.engines.adapters.three_feet import (
@@ -28,7 +28,6 @@ from plumbob.engines.adapters.three_feet import (
     ThreeFeet,
     bodies,
     scheme,
-    start_velocity,
 )
 from plumbob.engines.method import Engine, Method, Simulation
 from plumbob.engines.peer_model import (
@@ -42,6 +41,7 @@ from plumbob.engines.peer_model import (
 )
 from plumbob.models.border import border
 from plumbob.models.scene import Case
+from plumbob.models.tripod_capsule.observed import Pose, start_velocity
 
 EULER_STEP = Scheme(EULER, "start", implicit_damping=True, implicit_spring=True)
 METHODS = (

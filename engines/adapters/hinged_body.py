@@ -10,13 +10,14 @@ import numpy as np
 
 from plumbob.analytic.parameters import finite
 from plumbob.analytic.reference import Array
-from plumbob.engines.adapters.chain import Link, Pose, Vector
-from plumbob.engines.adapters.divergence import limits
+from plumbob.engines.adapters.chain import Link, Vector
 from plumbob.engines.adapters.stepping import Built, TakeSteps
 from plumbob.engines.method import Method, ModelError, Unsupported
 from plumbob.engines.trajectory import ByName
 from plumbob.models.cone_pendulum.model import holding_inertia, moments_about_centre
+from plumbob.models.largest import rates_of_a_pendulum
 from plumbob.models.scene import ONE_SMOOTH, Case
+from plumbob.models.tripod_capsule.observed import Pose
 
 PENDULUMS = (ONE_SMOOTH,)
 _POINTS = ("simple_pendulum", "servo")  # families of a point on a rod, or like one
@@ -150,7 +151,7 @@ def _point(problem: Any) -> HingedBody:
         damping=problem.damping_rate * moment,
         stiffness=problem.mass * problem.gravity * problem.length if problem.linear else 0.0,
         forcing=push if problem.forcing_amplitude else None,
-        limits=limits(problem),
+        limits=rates_of_a_pendulum(problem),
     )
 
 
@@ -169,6 +170,6 @@ def on_a_platform(problem: Any) -> HingedBody:
         damping=0.0,
         stiffness=0.0,
         forcing=None,
-        limits=limits(problem),
+        limits=rates_of_a_pendulum(problem),
         platform_inertia=holding_inertia(problem),
     )

@@ -12,7 +12,7 @@ import numpy as np
 
 from plumbob.analytic.schemes import EULER, Scheme
 from plumbob.engines.abilities import Fields, ModelReader, RunsFiles
-from plumbob.engines.adapters.chain import Pose, by_step
+from plumbob.engines.adapters.chain import by_step
 from plumbob.engines.adapters.hinged_body import HingedBody, hinged_body, model_error
 from plumbob.engines.adapters.mjwarp import WarpPort, start_warp
 from plumbob.engines.adapters.ported import PORTED, SINGLE, SMOOTH
@@ -21,6 +21,7 @@ from plumbob.engines.method import Engine, Method, Simulation
 from plumbob.engines.peer_model import Layout, NotRead, PeerModel, RefusedFile
 from plumbob.models.border import border
 from plumbob.models.scene import Case, later
+from plumbob.models.tripod_capsule.observed import Pose
 
 FIELDS = "plumbob.engines.adapters.mujoco.model_fields.fields_in"  # which imports MuJoCo
 FAR = 1e9  # more than the gains and gears of two actuators differ by

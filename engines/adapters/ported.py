@@ -13,9 +13,10 @@ import numpy as np
 
 from plumbob.analytic.schemes import EULER, RK4, Scheme
 from plumbob.engines import registry
+from plumbob.engines.abilities import CompilesScenes
 from plumbob.engines.adapters.stepping import Built
 from plumbob.engines.method import Method, Unsupported
-from plumbob.engines.registry import find_builder
+from plumbob.engines.registry import find_engine
 from plumbob.models.scene import Case
 
 STEPS = MappingProxyType(
@@ -47,9 +48,9 @@ def compiled(case: Case, method: Method, step: float) -> tuple[Any, Any]:
     import mujoco
 
     plain = replace(method, settings={n: v for n, v in method.settings.items() if n not in OWN})
-    translation = find_builder("mujoco", case.system).build(
-        case.system.mjcf, case.problem, plain, step
-    )
+    compiles = find_engine("mujoco").ability(CompilesScenes)
+    assert compiles is not None
+    translation = compiles.translation(case, plain, step)
     if translation.control is not None:
         raise Unsupported("no control changes while a port of MuJoCo takes its steps")
     option = translation.spec.option
@@ -80,7 +81,7 @@ def built(port: Any, translation: Any) -> Built:
 
     def observed(states: Sequence[tuple[Any, Any]]) -> Any:
         qpos, qvel = (np.array(values, float) for values in zip(*states, strict=True))
-        return translation.observe(qpos, qvel)
+        return translation.observed(qpos, qvel)
 
     def advance(first: int, last: int) -> None:
         port.steps(last - first)

@@ -19,7 +19,7 @@ import numpy as np
 
 from plumbob.analytic.schemes import EULER, Scheme
 from plumbob.engines.abilities import Fields, ModelReader, RunsFiles, SchemeOfCase
-from plumbob.engines.adapters.chain import HINGE, SLIDE, Link, Pose, Vector, by_step
+from plumbob.engines.adapters.chain import HINGE, SLIDE, Link, Vector, by_step
 from plumbob.engines.adapters.hinged_body import PENDULUMS, HingedBody, model_error
 from plumbob.engines.adapters.stepping import Built, stepped
 from plumbob.engines.adapters.three_feet import (
@@ -28,13 +28,13 @@ from plumbob.engines.adapters.three_feet import (
     ThreeFeet,
     bodies,
     scheme,
-    start_velocity,
 )
 from plumbob.engines.method import Engine, Method, Options, Simulation, Unsupported
 from plumbob.engines.peer_model import RefusedFile
 from plumbob.models.border import border
 from plumbob.models.entry_points import captured
 from plumbob.models.scene import Case, later
+from plumbob.models.tripod_capsule.observed import Pose, start_velocity
 
 EULER_STEP = Scheme(EULER, "start")
 OTHERWISE = Scheme("euler with damping, motors or contacts")  # without a theory here

@@ -2,24 +2,28 @@
 
 from __future__ import annotations
 
-import cmath
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
 from plumbob.analytic.reference import Array
 from plumbob.analytic.schemes import Scheme
 from plumbob.analytic.systems.capsule_setup import CapsuleSetup
-from plumbob.engines.adapters.chain import FREE, ORIGIN, SLIDE, WELD, Link, Pose, Vector
+from plumbob.engines.adapters.chain import FREE, ORIGIN, SLIDE, WELD, Link, Vector
 from plumbob.engines.adapters.hinged_body import HingedBody, hinged_body
 from plumbob.engines.adapters.stepping import Built, TakeSteps
 from plumbob.engines.method import Method
 from plumbob.engines.trajectory import ByName
 from plumbob.models.scene import Case
 from plumbob.models.tripod_capsule.model import gravity
+from plumbob.models.tripod_capsule.observed import (
+    Pose,
+    limits,
+    nearest_turn,
+    observed,
+)
 
 CAPSULE = "capsule"  # the family of systems that have its model
 CAPSULES = (  # what tells contact models apart, and of plans the shortest ones
@@ -37,7 +41,6 @@ ONE_LINE = (
 CONTACTS = Scheme("euler with contacts")  # without a theory here
 POINT = 1e-14  # [kg m^2], [kg]: what engines want of bodies that have no size, or no mass
 FOOT_RADIUS = 0.01  # [m] of the spheres that stand on the plane
-FAR = 1e3  # of the capsule's own size: no body that only slides gets there
 SLIDER_RATIO = 1e8  # of the inertia that imposes the slider's motion to the capsule's mass
 
 
@@ -122,58 +125,6 @@ class ThreeFeet:
         return Built(advance, read, limits(self.setup))
 
 
-def start_velocity(setup: CapsuleSetup) -> tuple[float, float]:
-    """Of C, in the world [m/s]."""
-    velocity = complex(*setup.velocity) * cmath.rect(1.0, setup.heading)
-    return velocity.real, velocity.imag
-
-
-def limits(setup: CapsuleSetup) -> ByName:
-    """Magnitudes of observables that only a diverged run exceeds."""
-    size = float(np.abs(setup.capsule.supports).max())
-    return dict.fromkeys(("displacement", "x", "y"), FAR * size)
-
-
-def observed(setup: CapsuleSetup, pose: Pose) -> dict[str, Any]:
-    """The observables that the pose shows: all but the forces."""
-    axis = setup.heading + (0.0 if setup.in_plane else setup.direction)
-    back = cmath.rect(1.0, -axis)
-    place = pose.place * back
-    velocity = pose.velocity * back
-    if setup.in_plane:
-        return {
-            "x": place.real,
-            "y": place.imag,
-            "velocity_x": velocity.real,
-            "velocity_y": velocity.imag,
-            "heading": pose.heading,
-            "heading_rate": pose.heading_rate,
-            "body_angle": pose.heading - setup.heading,
-        }
-    return {
-        "displacement": place.real,
-        "velocity": velocity.real,
-        "stroke": pose.joint,
-        "stroke_rate": pose.joint_rate,
-        "heading": pose.heading,
-        "sideways": place.imag,
-    }
-
-
-def observed_on_a_line(
-    setup: CapsuleSetup, place: Any, velocity: Any, slid: Any, slid_rate: Any
-) -> dict[str, Any]:
-    """The same of a model that keeps to the line, by the place of C on it [m], its velocity [m/s],
-    and those of the slider from its start: heading and way across are the model's own."""
-    if not setup.in_plane:
-        names = ("displacement", "velocity", "stroke", "stroke_rate")
-        return dict(zip(names, (place, velocity, slid, slid_rate), strict=True))
-    x = math.cos(setup.direction)
-    y = math.sin(setup.direction)
-    places = {"x": x * place, "y": y * place}
-    return {**places, "velocity_x": x * velocity, "velocity_y": y * velocity}
-
-
 def scheme(case: Case, method: Method) -> Scheme:
     """The method's own where there are no contacts."""
     return CONTACTS if case.system.family == CAPSULE else method.scheme
@@ -198,8 +149,3 @@ def bodies(case: Case) -> Bodies:
     if case.system.family == CAPSULE:
         return on_three_feet(case.problem.setup)
     return hinged_body(case)
-
-
-def nearest_turn(angle: float, before: float) -> float:
-    """The angle [rad], which is known to a whole turn, that is nearest to `before` [rad]."""
-    return angle + 2.0 * math.pi * float(np.rint((before - angle) / (2.0 * math.pi)))

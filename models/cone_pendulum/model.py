@@ -8,9 +8,12 @@ from typing import Any
 import numpy as np
 
 from plumbob.analytic.parameters import finite
-from plumbob.analytic.reference import Array
+from plumbob.analytic.reference import Array, Signals
 from plumbob.analytic.systems.cone_pendulum import Body, ConePendulum
 from plumbob.models.idealisations import Idealisations
+from plumbob.models.largest import rates_of_a_pendulum
+from plumbob.models.model_file import ModelFile
+from plumbob.models.simple_pendulum.model import of_hinge
 
 PLATFORM_RATIO = 1e15  # the platform's moment of inertia over its load's
 
@@ -59,3 +62,13 @@ def ideal(problem: ConePendulum) -> Idealisations:
     """The platform turns at a prescribed rate."""
     rate = problem.platform_rate
     return Idealisations(velocities={"platform": lambda times: np.full(len(times), rate)})
+
+
+def observe(problem: ConePendulum, qpos: Array, qvel: Array) -> Signals:
+    """The cone's angle and its rate."""
+    return of_hinge(qpos, qvel)
+
+
+MODEL = ModelFile(
+    fill, observe, ideal, largest=lambda problem: rates_of_a_pendulum(problem.started)
+)

@@ -8,7 +8,7 @@ from typing import Any
 
 from plumbob.analytic.systems.four_bar import FourBar
 from plumbob.models.field_systems import energy_at_start, field_values, smooth_system
-from plumbob.models.four_bar.model import fill, ideal
+from plumbob.models.four_bar.model import MODEL
 from plumbob.models.scene import Case, Observable, Quantity, scene_of, step_sizes
 
 REACTION = tuple(Observable(f"rocker_axis_{x}", "N") for x in "xy")
@@ -34,8 +34,7 @@ _scene = partial(
 SYSTEMS = (
     smooth_system(
         FourBar,
-        fill=fill,
-        ideal=ideal,
+        model_file=MODEL,
         name="four-bar",
         title="Four-bar linkage",
         observables=(

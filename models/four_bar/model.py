@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from typing import Any
 
+from plumbob.analytic.reference import Array, Signals
 from plumbob.analytic.systems.four_bar import FourBar
 from plumbob.models.idealisations import Idealisations
+from plumbob.models.model_file import ModelFile
 from plumbob.models.n_pendulum import model as n_pendulum
 
 
@@ -20,3 +22,11 @@ def fill(spec: Any, bars: FourBar) -> None:
 def ideal(bars: FourBar) -> Idealisations:
     """The pin of the rocker is rigid."""
     return Idealisations(rigid_loops=("pin",))
+
+
+def observe(bars: FourBar, qpos: Array, qvel: Array) -> Signals:
+    """The crank's angle and rate and the coupler's place."""
+    return n_pendulum.of_chain(bars.opened, qpos, qvel)
+
+
+MODEL = ModelFile(fill, observe, ideal)

@@ -4,7 +4,11 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
+
+from plumbob.analytic.reference import Array, Signals
 from plumbob.analytic.systems.heavy_top import HeavyTop
+from plumbob.models.model_file import ModelFile
 
 
 def fill(spec: Any, top: HeavyTop) -> None:
@@ -18,3 +22,11 @@ def fill(spec: Any, top: HeavyTop) -> None:
     body.inertia = [across, across, top.inertia_axis]
     start.qpos = top.motion.system.position
     start.qvel = top.motion.system.rate
+
+
+def observe(top: HeavyTop, qpos: Array, qvel: Array) -> Signals:
+    """Euler's angles, their rates and what follows from them."""
+    return top.motion.system.observed(np.concatenate([qpos, qvel], axis=1).T)
+
+
+MODEL = ModelFile(fill, observe)

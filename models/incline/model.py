@@ -5,7 +5,9 @@ from __future__ import annotations
 import math
 from typing import Any
 
+from plumbob.analytic.reference import Array, Signals
 from plumbob.analytic.systems.incline import Incline
+from plumbob.models.model_file import ModelFile
 
 
 def fill(spec: Any, problem: Incline) -> None:
@@ -25,3 +27,11 @@ def fill(spec: Any, problem: Incline) -> None:
     pair.friction[:2] = [problem.friction] * 2
     pair.condim = 3 if problem.friction else 1
     spec.key("start").qvel = [problem.speed, 0.0, 0.0]
+
+
+def observe(problem: Incline, qpos: Array, qvel: Array) -> Signals:
+    """The way down the plane and the speed."""
+    return {"x": qpos[:, 0], "speed": qvel[:, 0]}
+
+
+MODEL = ModelFile(fill, observe)

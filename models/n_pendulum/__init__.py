@@ -7,7 +7,7 @@ from types import MappingProxyType
 
 from plumbob.analytic.systems.n_pendulum import NPendulum
 from plumbob.models.field_systems import energy_at_start, smooth_system
-from plumbob.models.n_pendulum.model import fill
+from plumbob.models.n_pendulum.model import MODEL
 from plumbob.models.scene import Case, Observable, Quantity, scene_of, step_sizes
 
 
@@ -30,7 +30,7 @@ _triple = partial(
 SYSTEMS = (
     smooth_system(
         NPendulum,
-        fill=fill,
+        model_file=MODEL,
         name="n-pendulum",
         title="Pendulum of n rods",
         observables=(Observable("tip_x", "m"), Observable("tip_z", "m")),

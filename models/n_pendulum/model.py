@@ -6,7 +6,10 @@ from typing import Any
 
 import numpy as np
 
+from plumbob.analytic.numerics.smooth.smooth_system import SmoothSystem
+from plumbob.analytic.reference import Array, Signals
 from plumbob.analytic.systems.n_pendulum import NPendulum
+from plumbob.models.model_file import ModelFile
 
 
 def fill(spec: Any, chain: NPendulum) -> None:
@@ -38,3 +41,18 @@ def _added(above: Any, number: int) -> Any:
     rod.add_geom(type=above.first_geom().type, size=[0.015, 0.0, 0.0], mass=0.0)
     rod.explicitinertial = True
     return rod
+
+
+def observe(chain: NPendulum, qpos: Array, qvel: Array) -> Signals:
+    """The angles of the rods from the vertical, their rates and the tip's place."""
+    return of_chain(chain.motion.system, qpos, qvel)
+
+
+def of_chain(system: SmoothSystem, qpos: Array, qvel: Array) -> Signals:
+    """The observables of a chain. Each hinge of the file has the angle from the rod above, and each
+    coordinate of the system the angle from the vertical."""
+    states = np.concatenate([np.cumsum(qpos, axis=1), np.cumsum(qvel, axis=1)], axis=1)
+    return system.observed(states.T)
+
+
+MODEL = ModelFile(fill, observe)

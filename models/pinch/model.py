@@ -4,7 +4,11 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
+
+from plumbob.analytic.reference import Array, Signals
 from plumbob.analytic.systems.pinch import Pinch
+from plumbob.models.model_file import Controls, ModelFile
 
 TIPS = ("left", "right")
 
@@ -28,3 +32,20 @@ def fill(spec: Any, problem: Pinch) -> None:
         spec.body(tip).pos = [0.0, side * (half + radius), 0.0]
         spec.pair(tip).friction[:2] = [problem.friction] * 2
     spec.key("start").ctrl = [problem.normal_force] * 2
+
+
+def observe(problem: Pinch, qpos: Array, qvel: Array) -> Signals:
+    """The slip of the cube along the load, and the slip's rate."""
+    down, across = problem.pull / problem.load
+    return {
+        "slip": across * qpos[:, 0] - down * qpos[:, 2],
+        "speed": across * qvel[:, 0] - down * qvel[:, 2],
+    }
+
+
+def controls(problem: Pinch) -> Controls:
+    """The forces of the fingers [N]."""
+    return lambda times: np.full((len(times), 2), float(problem.normal_force))
+
+
+MODEL = ModelFile(fill, observe, controls=controls)

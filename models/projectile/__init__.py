@@ -6,7 +6,7 @@ from functools import partial
 
 from plumbob.analytic.systems.projectile import Projectile
 from plumbob.models.field_systems import field_values, smooth_system
-from plumbob.models.projectile.model import fill
+from plumbob.models.projectile.model import MODEL
 from plumbob.models.scene import Case, Observable, Quantity, scene_of, step_sizes
 
 
@@ -28,7 +28,7 @@ _scene = partial(
 SYSTEMS = (
     smooth_system(
         Projectile,
-        fill=fill,
+        model_file=MODEL,
         name="projectile",
         title="Projectile",
         observables=(Observable("z", "m"), Observable("x", "m"), Observable("angle", "rad")),

@@ -9,7 +9,7 @@ from typing import Any
 from plumbob.analytic.numerics.point_impact import LAWS
 from plumbob.analytic.systems.rod_impact import RodImpact
 from plumbob.models.field_systems import contact_system, field_values
-from plumbob.models.rod_impact.model import fill, ideal
+from plumbob.models.rod_impact.model import MODEL
 from plumbob.models.scene import Case, Observable, Quantity, scene_of, step_sizes
 
 NEWTON, POISSON, ENERGETIC = LAWS
@@ -47,8 +47,7 @@ SYSTEMS = (
     contact_system(
         RodImpact,
         theory="errors.contact_models.rod_steps.rod_errors",
-        fill=fill,
-        ideal=ideal,
+        model_file=MODEL,
         name="rod-impact",
         title="Rod that strikes the floor",
         observables=(Observable("x", "m"), Observable("z", "m"), Observable("angle", "rad")),

@@ -6,8 +6,10 @@ from typing import Any
 
 import numpy as np
 
+from plumbob.analytic.reference import Array, Signals
 from plumbob.analytic.systems.rod_impact import RodImpact
 from plumbob.models.idealisations import Idealisations
+from plumbob.models.model_file import ModelFile
 
 
 def fill(spec: Any, problem: RodImpact) -> None:
@@ -32,3 +34,11 @@ def fill(spec: Any, problem: RodImpact) -> None:
 def ideal(problem: RodImpact) -> Idealisations:
     """Both ends bounce."""
     return Idealisations(restitution={"low": problem.restitution, "high": problem.restitution})
+
+
+def observe(problem: RodImpact, qpos: Array, qvel: Array) -> Signals:
+    """The place of the centre and the angle."""
+    return dict(zip(("x", "z", "angle"), qpos.T, strict=True))
+
+
+MODEL = ModelFile(fill, observe, ideal)

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
+from plumbob.analytic.reference import Array, Signals
 from plumbob.analytic.systems.rolling_ball import RollingBall
+from plumbob.models.model_file import ModelFile
 
 
 def fill(spec: Any, problem: RollingBall) -> None:
@@ -28,3 +30,11 @@ def fill(spec: Any, problem: RollingBall) -> None:
     elif not problem.friction:
         pair.condim = 1
     spec.key("start").qvel = [problem.speed, 0.0, problem.spin]
+
+
+def observe(problem: RollingBall, qpos: Array, qvel: Array) -> Signals:
+    """The way, the speed and the spin."""
+    return {"x": qpos[:, 0], "speed": qvel[:, 0], "spin": qvel[:, 2]}
+
+
+MODEL = ModelFile(fill, observe)

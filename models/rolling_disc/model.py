@@ -6,7 +6,9 @@ from typing import Any
 
 import numpy as np
 
+from plumbob.analytic.reference import Array, Signals
 from plumbob.analytic.systems.rolling_disc import RollingDisc
+from plumbob.models.model_file import ModelFile
 
 
 def fill(spec: Any, problem: RollingDisc) -> None:
@@ -24,3 +26,13 @@ def fill(spec: Any, problem: RollingDisc) -> None:
     start.qpos = [0.0, 0.0, radius * np.sin(problem.tilt), *system.position]
     held = rolling(problem, np.array(system.position))[:, 3:] @ system.rate
     start.qvel = [*-held, *system.rate]
+
+
+def observe(problem: RollingDisc, qpos: Array, qvel: Array) -> Signals:
+    """Euler's angles, their rates and what follows from them; three slides come before the
+    hinges."""
+    states = np.concatenate([qpos[:, 3:], qvel[:, 3:]], axis=1)
+    return problem.motion.system.observed(states.T)
+
+
+MODEL = ModelFile(fill, observe)

@@ -4,8 +4,11 @@ from __future__ import annotations
 
 from typing import Any
 
+from plumbob.analytic.reference import Array, Signals
 from plumbob.analytic.systems.servo import Servo
-from plumbob.models.simple_pendulum.model import first_coefficient
+from plumbob.models.largest import rates_of_a_pendulum
+from plumbob.models.model_file import ModelFile
+from plumbob.models.simple_pendulum.model import first_coefficient, of_hinge
 
 
 def fill(spec: Any, servo: Servo) -> None:
@@ -20,5 +23,16 @@ def fill(spec: Any, servo: Servo) -> None:
     motor.gainprm[0] = servo.kp
     motor.biasprm[1:3] = [-servo.kp, -servo.kv]
     motor.forcerange = [-servo.force_limit, servo.force_limit]
+    # If the exact motion never saturates, the motor has no limit: a run whose step is too large
+    # then diverges visibly.
+    motor.forcelimited = int(servo.saturates)
     start.qpos = [servo.theta]
     start.qvel = [servo.theta_dot]
+
+
+def observe(servo: Servo, qpos: Array, qvel: Array) -> Signals:
+    """The angle from the target, and the angle's rate."""
+    return of_hinge(qpos, qvel)
+
+
+MODEL = ModelFile(fill, observe, largest=lambda servo: rates_of_a_pendulum(servo.started))

@@ -27,7 +27,7 @@ from plumbob.models.scene import (
     scene_of,
     step_sizes,
 )
-from plumbob.models.simple_pendulum.model import fill, ideal
+from plumbob.models.simple_pendulum.model import MODEL
 
 SOURCE = (
     "Pêndulo Simples, course notebook: the simple pendulum, linear and non-linear, free, damped "
@@ -366,8 +366,7 @@ def _system(name: str, title: str, observables: tuple[Observable, ...], linear: 
         start=("theta", "theta_dot"),
         invariants=invariants,
         facts=facts,
-        fill=fill,
-        ideal=ideal,
+        model_file=MODEL,
         mjcf=Path(__file__).parent / "simple_pendulum.xml",
         family="simple_pendulum",
         kind=ONE_SMOOTH,

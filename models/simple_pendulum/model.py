@@ -6,8 +6,11 @@ from typing import Any
 
 import numpy as np
 
+from plumbob.analytic.reference import Array, Signals
 from plumbob.analytic.systems.simple_pendulum import SimplePendulum
 from plumbob.models.idealisations import Idealisations
+from plumbob.models.largest import rates_of_a_pendulum
+from plumbob.models.model_file import Controls, ModelFile
 
 
 def fill(spec: Any, problem: SimplePendulum) -> None:
@@ -45,3 +48,25 @@ def first_coefficient(template: Any, value: float) -> Any:
 def ideal(problem: SimplePendulum) -> Idealisations:
     """The bob is a point."""
     return Idealisations(points=("bob",))
+
+
+def observe(problem: SimplePendulum, qpos: Array, qvel: Array) -> Signals:
+    """The angle and its rate."""
+    return of_hinge(qpos, qvel)
+
+
+def of_hinge(qpos: Array, qvel: Array) -> Signals:
+    """The angle of a model's last joint, a hinge, and the angle's rate."""
+    return {"theta": qpos[:, -1], "theta_dot": qvel[:, -1]}
+
+
+def controls(problem: SimplePendulum) -> Controls | None:
+    """The angular acceleration by the forcing [rad/s^2]."""
+    if problem.forcing_amplitude == 0.0:
+        return None
+    return lambda times: problem.started.rotor.forcing(times)[:, None]
+
+
+MODEL = ModelFile(
+    fill, observe, ideal, controls, lambda problem: rates_of_a_pendulum(problem.started)
+)

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from typing import Any
 
+from plumbob.analytic.reference import Array, Signals
 from plumbob.analytic.systems.slider_crank import SliderCrank
 from plumbob.models.idealisations import Idealisations
+from plumbob.models.model_file import ModelFile
 
 
 def fill(spec: Any, mechanism: SliderCrank) -> None:
@@ -38,3 +40,12 @@ def _set_link(spec: Any, name: str, length: float, mass: float) -> None:
 def ideal(mechanism: SliderCrank) -> Idealisations:
     """The pin between rod and slider is rigid."""
     return Idealisations(rigid_loops=("pin",))
+
+
+def observe(mechanism: SliderCrank, qpos: Array, qvel: Array) -> Signals:
+    """The crank's angle and rate and the slider's place from the crank's axis."""
+    stretched = mechanism.crank + mechanism.rod
+    return {"angle": qpos[:, 0], "angle_dot": qvel[:, 0], "slider": stretched + qpos[:, 2]}
+
+
+MODEL = ModelFile(fill, observe, ideal)

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
+from plumbob.analytic.reference import Array, Signals
 from plumbob.analytic.systems.stack import Stack
+from plumbob.models.model_file import ModelFile
 
 
 def fill(spec: Any, stack: Stack) -> None:
@@ -30,3 +32,11 @@ def fill(spec: Any, stack: Stack) -> None:
         spec.add_pair(geomname1=below, geomname2=name, condim=1)
         below = name
     spec.add_key(name="start", qpos=[0.0] * stack.count)
+
+
+def observe(stack: Stack, qpos: Array, qvel: Array) -> Signals:
+    """The height of the top cube over where the file draws it."""
+    return {"top": qpos[:, -1]}
+
+
+MODEL = ModelFile(fill, observe)

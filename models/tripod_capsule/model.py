@@ -9,7 +9,9 @@ import numpy as np
 
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.capsule_setup import CapsuleProblem, CapsuleSetup
-from plumbob.models.idealisations import Idealisations
+from plumbob.models.idealisations import Idealisations, Velocity
+from plumbob.models.model_file import ModelFile
+from plumbob.models.tripod_capsule.observed import limits, observe, start_velocity
 
 ARMATURE_RATIO = 1e10  # least ratio of the slider's armature to its mass
 PLACES = 2001  # samples of the slider's path, for the maximum of a smooth function
@@ -18,8 +20,8 @@ POINT = 1e-14  # [kg m^2] the slider's moments of inertia: MuJoCo wants more tha
 
 def fill(spec: Any, problem: CapsuleProblem) -> None:
     """Write the numbers of a capsule into an MjSpec of tripod_capsule.xml, or of turning.xml if the
-    slider leaves its line. The springs of the contacts depend on the step, and the start on these:
-    neither is written, and the file's keyframe is deleted."""
+    slider leaves its line. The springs of the contacts depend on the step and are not written: the
+    start is that of rigid contacts."""
     setup = problem.setup
     capsule = setup.capsule
     across = tilt_inertia(problem)
@@ -40,6 +42,21 @@ def fill(spec: Any, problem: CapsuleProblem) -> None:
     if setup.plane_velocity is None:
         spec.joint("slider").axis = [math.cos(setup.direction), math.sin(setup.direction), 0.0]
     set_slider(spec, setup)
+    _add_start(spec, setup)
+
+
+def _add_start(spec: Any, setup: CapsuleSetup) -> None:
+    """Add the keyframe of the start: C at the origin, turned by the heading, and the slider at its
+    place."""
+    half = setup.heading / 2.0
+    moves = [float(velocity(np.zeros(1))[0]) for velocity in _velocities(setup).values()]
+    attitude = [math.cos(half), 0.0, 0.0, math.sin(half)]
+    turning = [0.0, 0.0, setup.heading_rate]
+    spec.add_key(
+        name="start",
+        qpos=[0.0, 0.0, 0.0, *attitude, *[0.0] * len(moves)],
+        qvel=[*start_velocity(setup), 0.0, *turning, *moves],
+    )
 
 
 def set_slider(spec: Any, setup: CapsuleSetup) -> None:
@@ -68,15 +85,25 @@ def driven_joints(setup: CapsuleSetup) -> tuple[str, ...]:
 
 def ideal(problem: CapsuleProblem) -> Idealisations:
     """The slider is a point, whose velocity in the body is prescribed."""
-    setup = problem.setup
-    along, across = setup.relative_velocity, setup.plane_velocity
-    velocities = {}
+    return Idealisations(velocities=_velocities(problem.setup), points=("slider",))
+
+
+def _velocities(setup: CapsuleSetup) -> dict[str, Velocity]:
+    """The prescribed velocity of each joint that moves the slider."""
+    along, plane = setup.relative_velocity, setup.plane_velocity
     if along is not None:
-        velocities["slider"] = along
-    elif across is not None:
-        velocities["slider_x"] = lambda times: across(times)[:, 0]
-        velocities["slider_y"] = lambda times: across(times)[:, 1]
-    return Idealisations(velocities=velocities, points=("slider",))
+        return {"slider": along}
+    if plane is None:
+        return {}
+    return {
+        "slider_x": lambda times: plane(times)[:, 0],
+        "slider_y": lambda times: plane(times)[:, 1],
+    }
+
+
+def variant(problem: CapsuleProblem) -> str:
+    """The file whose slider has two joints, where it leaves its line."""
+    return "" if problem.setup.plane_velocity is None else "turning.xml"
 
 
 def gravity(setup: CapsuleSetup) -> Array:
@@ -106,3 +133,12 @@ def tilt_inertia(problem: CapsuleProblem) -> float:
     least = max((capsule.body_mass + capsule.slider_mass) / 3 * spread, capsule.inertia / 2)
     unit = 10.0 ** (math.floor(math.log10(least)) - 1)
     return float(f"{math.ceil(least / unit * (1 - 1e-12)) * unit:.1e}")
+
+
+MODEL = ModelFile(
+    fill,
+    observe,
+    ideal,
+    largest=lambda problem: limits(problem.setup),
+    variant=variant,
+)

@@ -144,7 +144,7 @@ def test_a_prescribed_joint_has_its_velocity_in_place_of_armature_and_motor():
     case = case_of(scene("capsule-line/heading-030"))
     mechanism = compiled_mechanism(compiled(case, EULER, 1e-3).model)
     assert mechanism.joints[-1].armature[0] > 1e9
-    ideal = idealised(mechanism, case.system.ideal(case.problem))
+    ideal = idealised(mechanism, case.system.model_file.ideal(case.problem))
     assert ideal.joints[-1].armature[0] == 0.0
     assert not ideal.actuators
     assert ideal.bodies[-1].point
@@ -161,7 +161,7 @@ def test_what_is_ideal_of_a_system_is_in_its_mechanism(name, of):
     system = built_in()[name]
     case = case_of(scene(f"{name}/{system.default}"))
     mechanism = compiled_mechanism(compiled(case, EULER, 1e-3).model)
-    (part,) = getattr(idealised(mechanism, system.ideal(case.problem)), of)
+    (part,) = getattr(idealised(mechanism, system.model_file.ideal(case.problem)), of)
     assert part.rigid if of == "loops" else part.restitution == case.problem.restitution
 
 

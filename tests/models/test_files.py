@@ -25,7 +25,7 @@ OTHERS = ("_", "key_", "name", "geom_rgba", "pair_solref")
 def test_rebuilt_at_the_default_parameters_it_is_the_file(system):
     file = mujoco.MjModel.from_xml_path(str(system.mjcf))
     case = case_of(scene(f"{system.name}/{system.default}"))
-    rebuilt = filled(system.mjcf, system.fill, case.problem).compile()
+    rebuilt = filled(system.mjcf, system.model_file, case.problem).compile()
     fields = {n: getattr(file, n) for n in dir(file) if not n.startswith(OTHERS)}
     arrays = {
         n: v for n, v in fields.items() if isinstance(v, np.ndarray) and v.dtype.kind in "fiu"

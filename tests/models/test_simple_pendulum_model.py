@@ -10,7 +10,7 @@ from plumbob.analytic.systems.simple_pendulum import SimplePendulum
 from plumbob.engines.adapters.mujoco.translation import filled
 from plumbob.models.registry import scene as find_scene
 from plumbob.models.registry import system_of, systems
-from plumbob.models.simple_pendulum.model import fill
+from plumbob.models.simple_pendulum.model import MODEL
 
 MJCF = systems()["simple-pendulum"].mjcf
 
@@ -35,7 +35,7 @@ def test_every_parameter_reaches_the_model():
     }
     moment = MASS * 2.5**2
     for name, spring in (("simple-pendulum", 0.0), ("linear-pendulum", MASS * 3.7 * 2.5)):
-        model = filled(MJCF, fill, problem(name, **given)).compile()
+        model = filled(MJCF, MODEL, problem(name, **given)).compile()
         assert model.body("bob").ipos[2] == -2.5
         assert model.opt.gravity[2] == (0.0 if spring else -3.7)
         assert model.dof_damping[0] == pytest.approx(0.3 * moment, rel=1e-15)

@@ -13,7 +13,7 @@ from plumbob.engines.adapters.mujoco.simulation import compiled
 from plumbob.engines.adapters.mujoco.translation import filled
 from plumbob.engines.adapters.mujoco.trimming import trimming
 from plumbob.engines.registry import method as find_method
-from plumbob.models.cone_pendulum.model import fill
+from plumbob.models.cone_pendulum.model import MODEL
 from plumbob.models.registry import case_of
 from plumbob.models.registry import scene as find_scene
 from plumbob.tests.support.cone_scene import DEFAULT, MJCF, SYSTEM, scene
@@ -35,7 +35,7 @@ def test_armature_has_the_error_that_theory_gives_it(armature, pivot_x):
     problem = replace(DEFAULT, pivot_x=pivot_x)
     simulation = compiled(SYSTEM.case(scene(pivot_x=pivot_x)), RK4, 5e-5)
     firm = simulation.run().observables["theta"]
-    spec = filled(MJCF, fill, problem)
+    spec = filled(MJCF, MODEL, problem)
     spec.joint("platform").armature = armature
     simulation.model = spec.compile()
     simulation.model.opt.timestep = 5e-5

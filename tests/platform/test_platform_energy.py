@@ -10,7 +10,7 @@ import pytest
 from plumbob.analytic.systems.cone_pendulum import ConePendulum, cone
 from plumbob.analytic.systems.platform_energy import drive_torque, energies
 from plumbob.engines.adapters.mujoco.translation import filled
-from plumbob.models.cone_pendulum.model import fill
+from plumbob.models.cone_pendulum.model import MODEL
 from plumbob.tests.support.cone_scene import MJCF
 
 STEEL = cone(8000.0, 0.3, math.radians(30.0))
@@ -27,7 +27,7 @@ TIMES = np.linspace(0.0, 0.7, 401)
 
 @pytest.mark.parametrize("pendulum", [TURNING, SKEW])
 def test_kinetic_and_potential_energy_are_mujoco_s(pendulum):
-    spec = filled(MJCF, fill, pendulum)
+    spec = filled(MJCF, MODEL, pendulum)
     spec.joint("platform").armature = 1e-9
     model = spec.compile()
     data = mujoco.MjData(model)

@@ -121,7 +121,7 @@ def test_the_axis_pulls_as_newton_and_euler_say_with_40_digits(angle):
 def test_mujoco_s_constraint_force_is_that_reaction(name, step, error):
     """At 0.5 s with RK4, within a third of what the README says."""
     case = case_of(scene(name))
-    spec = filled(case.system.mjcf, case.system.fill, case.problem)
+    spec = filled(case.system.mjcf, case.system.model_file, case.problem)
     spec.option.timestep = step
     spec.option.integrator = mujoco.mjtIntegrator.mjINT_RK4
     model = spec.compile()

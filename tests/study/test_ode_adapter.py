@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
-from plumbob.engines.adapters.divergence import fastest
 from plumbob.engines.adapters.ode import ENGINE
 from plumbob.engines.adapters.ode.simulation import adaptive
 from plumbob.engines.registry import find_builder
+from plumbob.models.largest import fastest
 from plumbob.tests.support.cone_scene import DEFAULT, SYSTEM, THETA, scene
 
 METHODS = {method.name: method for method in ENGINE.methods}

@@ -30,7 +30,7 @@ from pydrake.trajectories import PiecewisePolynomial
 
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.capsule import Capsule
-from plumbob.engines.adapters.chain import FREE, HINGE, WELD, Link, Pose, Vector
+from plumbob.engines.adapters.chain import FREE, HINGE, WELD, Link, Vector
 from plumbob.engines.adapters.stepping import (
     Built,
     Followed,
@@ -44,11 +44,11 @@ from plumbob.engines.adapters.three_feet import (
     Bodies,
     ThreeFeet,
     bodies,
-    start_velocity,
 )
 from plumbob.engines.method import Method, Options, Simulation
 from plumbob.engines.sampling import step_count
 from plumbob.models.scene import Case
+from plumbob.models.tripod_capsule.observed import Pose, start_velocity
 
 BROKEN = (OverflowError, ValueError, RuntimeError)  # raised where numbers are no longer finite
 GROUND = 100.0  # [m] of a block whose top is the plane

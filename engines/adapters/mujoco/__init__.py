@@ -10,6 +10,7 @@ from dataclasses import replace
 from plumbob.analytic.schemes import Scheme
 from plumbob.engines.abilities import (
     Ablation,
+    CompilesScenes,
     FileChecks,
     ModelReader,
     OwnDerivative,
@@ -22,7 +23,7 @@ from plumbob.engines.abilities import (
 )
 from plumbob.engines.adapters.mujoco.methods import METHODS
 from plumbob.engines.method import Engine, Method
-from plumbob.engines.registry import find_builder, model_error
+from plumbob.engines.registry import builder, model_error
 from plumbob.models.scene import FREE_ROTATION, ON_PLANE, SMOOTH, Case, later
 
 prepare = later(f"{__name__}.simulation.compiled")
@@ -34,7 +35,7 @@ def scheme(case: Case, method: Method) -> Scheme:
     too, and covered by no theory here. Builders of bodies that turn freely, of loops, and of bodies
     that touch know schemes of their own. Euler's step leaves a motor's damping explicit."""
     if case.system.kind in (FREE_ROTATION, SMOOTH, ON_PLANE):
-        of_its_own = getattr(find_builder("mujoco", case.system), "scheme", None)
+        of_its_own = getattr(builder("mujoco", case.system), "scheme", None)
         return method.scheme if of_its_own is None else of_its_own(method)
     if case.system.name == "servo" and method.settings.get("integrator") == "Euler":
         return replace(method.scheme, implicit_damping=case.problem.joint_part)
@@ -54,6 +55,10 @@ ENGINE = Engine(
         UserSettings(later(f"{__name__}.user_file.user_method")),
         Ablation(later(f"{__name__}.trimming.trimming")),
         SettingsToPaste(later(f"{__name__}.settings_to_paste.settings")),
+        CompilesScenes(
+            later(f"{__name__}.scene_mechanism.scene_mechanism"),
+            later(f"{__name__}.translation.translated"),
+        ),
         FileChecks(later(f"{__name__}.file_check.check")),
         StepsOfFiles(later(f"{__name__}.settings_to_paste.rewritten")),
         ModelReader(later(f"{__name__}.model_fields.model_fields")),

@@ -8,17 +8,14 @@ from typing import Any
 from plumbob.analytic.errors.contact_models.impacts import IMPEDANCE, soft_impact
 from plumbob.engines.adapters.mujoco.translation import Translation, at_start, filled
 from plumbob.engines.method import Method
-from plumbob.models.bouncing_ball.model import fill
+from plumbob.models.bouncing_ball.model import MODEL
 
 
 def build(mjcf: Path, problem: Any, method: Method, step: float) -> Translation:
     """Translate a BouncingBall; z [m] is the height of the ball's lowest point above the floor."""
-    spec = filled(mjcf, fill, problem)
+    spec = filled(mjcf, MODEL, problem)
     impact = soft_impact(problem.restitution, step)
     ball = spec.geom("ball")
     ball.solref = impact.solref
     ball.solimp[:2] = [IMPEDANCE, IMPEDANCE]
-    radius = ball.size[0]
-    return at_start(
-        spec, lambda qpos, qvel: ({"z": qpos[:, 0] - radius}, {}), whole=spec.copy()
-    )
+    return at_start(spec, whole=spec.copy())

@@ -10,7 +10,6 @@ import mujoco
 import numpy as np
 
 from plumbob.analytic.reference import Array
-from plumbob.engines.adapters.divergence import limits
 from plumbob.engines.adapters.hinged_body import platform_errors
 from plumbob.engines.adapters.mujoco.translation import (
     Observed,
@@ -20,7 +19,7 @@ from plumbob.engines.adapters.mujoco.translation import (
     filled,
 )
 from plumbob.engines.method import Method, ModelError
-from plumbob.models.cone_pendulum.model import fill
+from plumbob.models.cone_pendulum.model import MODEL
 
 
 def build(mjcf: Path, problem: Any, method: Method, step: float) -> Translation:
@@ -30,7 +29,7 @@ def build(mjcf: Path, problem: Any, method: Method, step: float) -> Translation:
     prescribed, and `reads_energy`, for MuJoCo's own energies."""
     problem = problem.started
     settings = method.settings
-    spec = filled(mjcf, fill, problem)
+    spec = filled(mjcf, MODEL, problem)
     if "platform_armature" in settings:
         spec.joint("platform").armature = settings["platform_armature"]
     control = (
@@ -38,8 +37,7 @@ def build(mjcf: Path, problem: Any, method: Method, step: float) -> Translation:
     )
     return at_start(
         bare(spec),
-        _observe,
-        limits=limits(problem),
+        channels=lambda qpos, qvel: {"platform_rate": qvel[:, 0]},
         control=control,
         sensors=_named_energies if settings.get("reads_energy") else None,
         probe=_energies,
@@ -67,10 +65,6 @@ def model_error(problem: Any, duration: float, method: Method, step: float) -> M
     """Errors from the platform's finite armature over `duration` [s]: it does not quite keep its
     rate."""
     return platform_errors(problem.started, duration)
-
-
-def _observe(qpos: Array, qvel: Array) -> Observed:
-    return {"theta": qpos[:, 1], "theta_dot": qvel[:, 1]}, {"platform_rate": qvel[:, 0]}
 
 
 def _named_energies(energies: Array) -> Observed:

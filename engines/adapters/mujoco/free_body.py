@@ -5,19 +5,15 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from plumbob.analytic.reference import Array
 from plumbob.analytic.schemes import EULER, LINEARLY_IMPLICIT, RK4_ADDED_RATES, Scheme
-from plumbob.analytic.systems.free_body.rotation import ATTITUDE, RATES
-from plumbob.engines.adapters.divergence import BEYOND
 from plumbob.engines.adapters.mujoco.translation import (
-    Observed,
     Translation,
     at_start,
     bare,
     filled,
 )
 from plumbob.engines.method import Method, Unsupported
-from plumbob.models.free_body.model import fill
+from plumbob.models.free_body.model import MODEL
 
 SMALLEST = 1e-15  # [kg m^2]: the least moment of inertia that MuJoCo takes
 
@@ -36,10 +32,4 @@ def build(mjcf: Path, problem: Any, method: Method, step: float) -> Translation:
     """Translate a free body; `problem` is a FreeBody. Raises Unsupported."""
     if min(problem.inertia) < SMALLEST:
         raise Unsupported(f"MuJoCo takes moments of inertia from {SMALLEST:g} kg m^2 on")
-    limits = dict.fromkeys(RATES, BEYOND * problem.fastest or 1.0)
-    return at_start(bare(filled(mjcf, fill, problem)), _observe, limits=limits)
-
-
-def _observe(qpos: Array, qvel: Array) -> Observed:
-    observed = dict(zip(ATTITUDE, qpos[:, 3:7].T, strict=True))
-    return observed | dict(zip(RATES, qvel[:, 3:6].T, strict=True)), {}
+    return at_start(bare(filled(mjcf, MODEL, problem)))

@@ -11,7 +11,7 @@ from plumbob.analytic.errors.contact_models.held_bodies import corner
 from plumbob.engines.adapters.mujoco import contacts
 from plumbob.engines.adapters.mujoco.translation import Translation, filled, with_contacts
 from plumbob.engines.method import Method, ModelError
-from plumbob.models.incline.model import fill
+from plumbob.models.incline.model import MODEL
 
 scheme = contacts.scheme
 DIRECTIONS = 3  # in which the cube moves
@@ -20,7 +20,7 @@ DIRECTIONS = 3  # in which the cube moves
 def build(mjcf: Path, problem: Any, method: Method, step: float) -> Translation:
     """Translate an Incline at the static depth of its contacts. The plane is level and gravity is
     inclined, along `heading`; the contacts' axes are those of the plane."""
-    spec = filled(mjcf, fill, problem)
+    spec = filled(mjcf, MODEL, problem)
     profile = contacts.profile(method.settings, plane=True)
     tune = with_contacts(spec, profile, step)
     depth = profile.depth(corner(problem), step)
@@ -28,7 +28,6 @@ def build(mjcf: Path, problem: Any, method: Method, step: float) -> Translation:
         spec,
         np.array([0.0, 0.0, -depth]),
         np.array(spec.key("start").qvel),
-        lambda qpos, qvel: ({"x": qpos[:, 0], "speed": qvel[:, 0]}, {}),
         tune=tune,
     )
 

@@ -12,7 +12,7 @@ from plumbob.engines.adapters.mujoco import contacts
 from plumbob.engines.adapters.mujoco.incline import DIRECTIONS
 from plumbob.engines.adapters.mujoco.translation import Translation, filled, with_contacts
 from plumbob.engines.method import Method, ModelError, Unsupported
-from plumbob.models.pinch.model import fill
+from plumbob.models.pinch.model import MODEL
 
 scheme = contacts.scheme
 
@@ -20,10 +20,9 @@ scheme = contacts.scheme
 def build(mjcf: Path, problem: Any, method: Method, step: float) -> Translation:
     """Translate a Pinch, in the frame of its hand, at the static depth of its contacts; the push is
     gravity's, for the fingers do not move along it."""
-    spec = filled(mjcf, fill, problem)
+    spec = filled(mjcf, MODEL, problem)
     profile = contacts.profile(method.settings, plane=True)
     tune = with_contacts(spec, profile, step)
-    down, across = problem.pull / problem.load
     depth = profile.depth(fingertip(problem), step)
     if profile.convergent and depth > TIP * problem.size:
         raise Unsupported("at this step the contacts are too deep")
@@ -31,14 +30,6 @@ def build(mjcf: Path, problem: Any, method: Method, step: float) -> Translation:
         spec,
         np.array([0.0, 0.0, 0.0, depth, depth]),
         np.zeros(5),
-        lambda qpos, qvel: (
-            {
-                "slip": across * qpos[:, 0] - down * qpos[:, 2],
-                "speed": across * qvel[:, 0] - down * qvel[:, 2],
-            },
-            {},
-        ),
-        control=lambda times: np.full((len(times), 2), float(problem.normal_force)),
         tune=tune,
     )
 

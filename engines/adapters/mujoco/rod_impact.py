@@ -16,7 +16,7 @@ from plumbob.engines.adapters.mujoco.translation import (
     with_contacts,
 )
 from plumbob.engines.method import Method, ModelError
-from plumbob.models.rod_impact.model import fill
+from plumbob.models.rod_impact.model import MODEL
 
 scheme = contacts.scheme
 NAMES = ("x", "z", "angle")
@@ -25,7 +25,7 @@ NAMES = ("x", "z", "angle")
 def build(mjcf: Path, problem: Any, method: Method, step: float) -> Translation:
     """Translate a RodImpact. A convergent profile keeps its friction, and has the normal's spring
     and damper on the mass that the end has at the impact."""
-    spec = filled(mjcf, fill, problem)
+    spec = filled(mjcf, MODEL, problem)
     for pair in spec.pairs:
         pair.solref = soft_impact(problem.restitution, step).solref
         pair.solimp[:2] = [IMPEDANCE] * 2
@@ -41,7 +41,6 @@ def build(mjcf: Path, problem: Any, method: Method, step: float) -> Translation:
         pair.solref = solref * profile.softening * (1 - contacts.IMPEDANCE * profile.convergent)
     return at_start(
         spec,
-        lambda qpos, qvel: (dict(zip(NAMES, qpos.T, strict=True)), {}),
         tune=tune,
         whole=spec.copy(),
     )

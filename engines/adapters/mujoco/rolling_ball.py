@@ -9,17 +9,15 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from plumbob.analytic.reference import Array
 from plumbob.engines.adapters.mujoco import contacts
 from plumbob.engines.adapters.mujoco.translation import (
-    Observed,
     Translation,
     at_rest,
     filled,
     with_contacts,
 )
 from plumbob.engines.method import Method, ModelError
-from plumbob.models.rolling_ball.model import fill
+from plumbob.models.rolling_ball.model import MODEL
 
 SETTLING = 5000  # steps, of which a contact of 0.02 s needs 1000 at SLOW, others fewer
 SLOW = 1e-3  # [s]
@@ -28,21 +26,16 @@ SLOW = 1e-3  # [s]
 def build(mjcf: Path, problem: Any, method: Method, step: float) -> Translation:
     """Translate a RollingBall at the static penetration of its contact. MuJoCo's contacts are half
     of it above the plane: the geom is larger by that half, so that the arm is the radius."""
-    spec = filled(mjcf, fill, problem)
+    spec = filled(mjcf, MODEL, problem)
     profile = contacts.profile(method.settings, plane=True)
     tune = with_contacts(spec, profile, step)
     start = spec.key("start")
     if not profile.convergent:  # for `settled`: the default contact is the same at every step
         spec.option.timestep = max(step, SLOW)
 
-    def observe(qpos: Array, qvel: Array) -> Observed:
-        return {"x": qpos[:, 0], "speed": qvel[:, 0], "spin": qvel[:, 2]}, {}
-
     depth = settled(spec, tune) / 2.0
     spec.geom("ball").size[0] += depth
-    return Translation(
-        spec, np.array([0.0, -depth, 0.0]), np.array(start.qvel), observe, tune=tune
-    )
+    return Translation(spec, np.array([0.0, -depth, 0.0]), np.array(start.qvel), tune=tune)
 
 
 def model_error(problem: Any, duration: float, method: Method, step: float) -> ModelError:

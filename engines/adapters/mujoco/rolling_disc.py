@@ -6,21 +6,17 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from plumbob.analytic.errors.contact_models.disc_steps import ROLLS
-from plumbob.analytic.reference import Array
 from plumbob.analytic.schemes import Scheme
 from plumbob.engines.adapters.mujoco import contacts
 from plumbob.engines.adapters.mujoco.translation import (
-    Observed,
     Translation,
     at_start,
     filled,
     with_contacts,
 )
 from plumbob.engines.method import Method
-from plumbob.models.rolling_disc.model import fill
+from plumbob.models.rolling_disc.model import MODEL
 
 
 def scheme(method: Method) -> Scheme:
@@ -31,15 +27,11 @@ def scheme(method: Method) -> Scheme:
 
 def build(mjcf: Path, problem: Any, method: Method, step: float) -> Translation:
     """Translate a RollingDisc at about the depth that its weight makes."""
-    spec = filled(mjcf, fill, problem)
+    spec = filled(mjcf, MODEL, problem)
     profile = contacts.profile(method.settings, plane=True)
     tune = with_contacts(spec, profile, step)
     if profile.convergent:
         spec.pair("contact").solref = spec.pair("contact").solref * (1.0 - contacts.IMPEDANCE)
         spec.key("start").qpos[2] -= problem.gravity * (step / contacts.STIFFNESS) ** 2
 
-    def observe(qpos: Array, qvel: Array) -> Observed:
-        states = np.concatenate([qpos[:, 3:], qvel[:, 3:]], axis=1)
-        return problem.motion.system.observed(states.T), {}
-
-    return at_start(spec, observe, tune=tune)
+    return at_start(spec, tune=tune)

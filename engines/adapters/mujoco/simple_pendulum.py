@@ -11,7 +11,6 @@ from typing import Any
 import mujoco
 
 from plumbob.analytic.reference import Array
-from plumbob.engines.adapters.divergence import limits
 from plumbob.engines.adapters.hinged_body import bob_errors
 from plumbob.engines.adapters.mujoco.translation import (
     Observed,
@@ -21,16 +20,15 @@ from plumbob.engines.adapters.mujoco.translation import (
     filled,
 )
 from plumbob.engines.method import Method, ModelError
-from plumbob.models.simple_pendulum.model import fill
+from plumbob.models.simple_pendulum.model import MODEL
 
 
 def build(mjcf: Path, problem: Any, method: Method, step: float) -> Translation:
     """Translate a pendulum; `problem` is a SimplePendulum. The setting `reads_acceleration` puts an
     accelerometer at the bob of one with a rod."""
     problem = problem.started
-    spec = bare(filled(mjcf, fill, problem))
-    driven = problem.forcing_amplitude != 0.0
-    if not driven:
+    spec = bare(filled(mjcf, MODEL, problem))
+    if problem.forcing_amplitude == 0.0:
         spec.delete(spec.actuator("forcing"))
     if problem.linear:
         spec.delete(spec.sensor("rod"))
@@ -38,9 +36,6 @@ def build(mjcf: Path, problem: Any, method: Method, step: float) -> Translation:
         _add_accelerometer(spec, problem.length)
     return at_start(
         spec,
-        of_hinge,
-        limits=limits(problem),
-        control=(lambda times: problem.rotor.forcing(times)[:, None]) if driven else None,
         control_at=float(method.settings.get("control_at", 0.0)),
         sensors=None if problem.linear else _readings,
     )
@@ -65,8 +60,3 @@ def _readings(sensors: Array) -> Observed:
         return {"tension": sensors[:, 2]}, {}
     readings = {"acceleration_across": sensors[:, 3], "acceleration_along": sensors[:, 5]}
     return {"tension": sensors[:, 2]}, readings
-
-
-def of_hinge(qpos: Array, qvel: Array) -> Observed:
-    """The observables of one hinge."""
-    return {"theta": qpos[:, 0], "theta_dot": qvel[:, 0]}, {}

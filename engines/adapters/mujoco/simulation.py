@@ -15,10 +15,9 @@ from plumbob.analytic.reference import Array
 from plumbob.engines import sampling
 from plumbob.engines.adapters.chain import by_step
 from plumbob.engines.adapters.mujoco import options
-from plumbob.engines.adapters.mujoco.translation import Observed, Translation
+from plumbob.engines.adapters.mujoco.translation import Observed, Translation, translated
 from plumbob.engines.adapters.stepping import Built, SteppedSimulation
 from plumbob.engines.method import Method, Stepping, Unsupported
-from plumbob.engines.registry import find_builder
 from plumbob.engines.trajectory import Trajectory
 from plumbob.models.scene import Case
 
@@ -89,7 +88,7 @@ class MujocoSimulation(SteppedSimulation):
         nq = self.model.nq
         nv = self.model.nv
         _, qpos, qvel, _ = np.split(np.array(states), (1, 1 + nq, 1 + nq + nv), axis=1)
-        observables, channels = self.translation.observe(qpos, qvel)
+        observables, channels = self.translation.observed(qpos, qvel)
         if self.translation.sensors is not None:
             more = self.translation.sensors(self.readings(states))
             observables = {**observables, **more[0]}
@@ -131,9 +130,7 @@ def compiled(case: Case, method: Method, step: float) -> MujocoSimulation:
     ParameterError."""
     steps = sampling.step_count(case.scene.duration, step)
     with options.collected() as logged:
-        translation: Translation = find_builder("mujoco", case.system).build(
-            case.system.mjcf, case.problem, method, step
-        )
+        translation = translated(case, method, step)
         if translation.control is None and "control_at" in method.settings:
             same = method.name.partition("+")[0]
             raise Unsupported(f"nothing is controlled in {case.scene.name}: the same as {same}")

@@ -13,14 +13,14 @@ from plumbob.analytic.errors.contact_models.soft_friction import rates
 from plumbob.engines.adapters.mujoco import contacts
 from plumbob.engines.adapters.mujoco.translation import Translation, filled, with_contacts
 from plumbob.engines.method import Method, ModelError
-from plumbob.models.stack.model import fill
+from plumbob.models.stack.model import MODEL
 
 scheme = contacts.scheme
 
 
 def build(mjcf: Path, problem: Any, method: Method, step: float) -> Translation:
     """Translate a Stack at the static depths of its contacts."""
-    spec = filled(mjcf, fill, problem)
+    spec = filled(mjcf, MODEL, problem)
     profile = contacts.profile(method.settings)
     tune = with_contacts(spec, profile, step)
     depths = np.cumsum([profile.depth(held, step) for held in corners(problem)])
@@ -28,7 +28,6 @@ def build(mjcf: Path, problem: Any, method: Method, step: float) -> Translation:
         spec,
         -depths,
         np.zeros(len(depths)),
-        lambda qpos, qvel: ({"top": qpos[:, -1]}, {}),
         tune=tune,
     )
 

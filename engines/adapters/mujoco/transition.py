@@ -92,7 +92,7 @@ class Sides:
         def observe(place: float, rate: float, run: MujocoSimulation = here) -> Signals:
             end = shifted(model, state, along * np.repeat([place, rate, 0.0], sizes))[None]
             qpos, qvel, _ = np.split(end, (model.nq, model.nq + model.nv), axis=1)
-            return run.translation.observe(qpos, qvel)[0]
+            return run.translation.observed(qpos, qvel)[0]
 
         less, more = (observe(0.0, 0.0, run) for run in (low, high))
         return {

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
@@ -13,14 +13,17 @@ import numpy as np
 
 from plumbob.analytic.numerics.arithmetic import ULP
 from plumbob.analytic.numerics.smooth.certified_motion import CertifiedMotion
-from plumbob.analytic.numerics.smooth.smooth_system import SmoothSystem
 from plumbob.analytic.parameters import ParameterError
-from plumbob.analytic.reference import Array
+from plumbob.analytic.reference import Array, Signals
 from plumbob.analytic.schemes import SoftLoop
 from plumbob.engines.adapters.mujoco import options
 from plumbob.engines.adapters.mujoco.contacts import ContactProfile
 from plumbob.engines.adapters.stepping import Observed as Observed
+from plumbob.engines.method import Method, Unsupported
+from plumbob.engines.registry import builder
 from plumbob.engines.trajectory import ByName
+from plumbob.models.model_file import ModelFile
+from plumbob.models.scene import Case
 
 LARGEST = 1e10  # above it MuJoCo itself calls a number huge
 
@@ -37,12 +40,15 @@ class Translation:
     spec: mujoco.MjSpec
     qpos: Array  # at the start, shape (nq,)
     qvel: Array  # at the start, shape (nv,)
-    observe: Callable[[Array, Array], Observed]
-    """qpos, shape (n, nq), and qvel, shape (n, nv) -> the observables and the extra channels."""
+    observe: Callable[[Array, Array], Observed] | None = None
+    """qpos, shape (n, nq), and qvel, shape (n, nv) -> the observables and channels beside them;
+    None where the system's model file has these coordinates."""
+    channels: Callable[[Array, Array], Signals] = lambda qpos, qvel: {}
+    """More channels by qpos and qvel, beside the observables of the system's model file."""
     limits: ByName = field(default_factory=dict)
-    """Magnitudes of observables that only a diverged run exceeds."""
+    """Magnitudes of observables that only a diverged run exceeds, beside the system's."""
     control: Callable[[Array], Array] | None = None
-    """Times [s], shape (n,) -> ctrl, shape (n, nu), held over each step."""
+    """Times [s], shape (n,) -> ctrl, shape (n, nu), held over each step; None for the system's."""
     control_at: float = 0.0  # where in its step the control is read: 0 start, 0.5 middle
     sensors: Callable[[Array], Observed] | None = None
     """Readings at the samples, shape (n, k) -> observables and channels that states do not hold."""
@@ -53,13 +59,41 @@ class Translation:
     tune: Callable[[mujoco.MjModel], None] = lambda model: None
     """Changes that only the compiled model takes."""
 
+    def observed(self, qpos: Array, qvel: Array) -> Observed:
+        """The observables and channels of coordinates, shape (n, nq) and (n, nv)."""
+        assert self.observe is not None  # of whatever `translated` returns
+        return self.observe(qpos, qvel)
 
-def at_start(
-    spec: mujoco.MjSpec, observe: Callable[[Array, Array], Observed], **more: Any
-) -> Translation:
+
+def translated(case: Case, method: Method, step: float) -> Translation:
+    """The translation of a case: by the builder of its system, or its model file as it is, without
+    what is only shown; raises Unsupported and ParameterError."""
+    system, problem = case.system, case.problem
+    build = getattr(builder("mujoco", system), "build", None)
+    if build is not None:
+        built: Translation = build(system.mjcf, problem, method, step)
+    elif system.model_file is not None:
+        built = at_start(bare(filled(system.mjcf, system.model_file, problem)))
+    else:
+        raise Unsupported(f"mujoco has no builder for {system.name}")
+    model = system.model_file
+    if model is None:
+        return built
+    return replace(
+        built,
+        observe=built.observe
+        or (
+            lambda qpos, qvel: (model.observe(problem, qpos, qvel), built.channels(qpos, qvel))
+        ),
+        limits={**model.largest(problem), **built.limits},
+        control=built.control or model.controls(problem),
+    )
+
+
+def at_start(spec: mujoco.MjSpec, **more: Any) -> Translation:
     """The translation of a model from its keyframe."""
     start = spec.key("start")
-    return Translation(spec, np.array(start.qpos), np.array(start.qvel), observe, **more)
+    return Translation(spec, np.array(start.qpos), np.array(start.qvel), **more)
 
 
 def bare(spec: mujoco.MjSpec) -> mujoco.MjSpec:
@@ -67,21 +101,6 @@ def bare(spec: mujoco.MjSpec) -> mujoco.MjSpec:
     for shown in (*spec.geoms, *spec.meshes):
         spec.delete(shown)
     return spec
-
-
-def of_system(
-    spec: mujoco.MjSpec,
-    system: SmoothSystem,
-    coordinates: Callable[[Array], Array] = lambda joints: joints,
-) -> Translation:
-    """The translation of a smooth system's model from its keyframe, without what is only shown;
-    `coordinates` are the system's, shape (n, nq), by those of the joints."""
-
-    def observe(qpos: Array, qvel: Array) -> Observed:
-        states = np.concatenate([coordinates(qpos), coordinates(qvel)], axis=1)
-        return system.observed(states.T), {}
-
-    return at_start(bare(spec), observe)
 
 
 def solved_loop(motion: CertifiedMotion, loop: SoftLoop, duration: float) -> ByName:
@@ -128,11 +147,12 @@ def _ended(model: bytes, steps: int) -> tuple[float, ...]:
     return tuple(data.qpos.tolist())
 
 
-def filled(mjcf: Path, fill: Callable[[Any, Any], None], problem: Any) -> mujoco.MjSpec:
-    """The model in the file `mjcf` with the numbers of `problem`, visual parts included; raises
-    ParameterError where the file holds no model."""
-    spec = read(mjcf)
-    fill(spec, problem)
+def filled(mjcf: Path, model: ModelFile, problem: Any) -> mujoco.MjSpec:
+    """The model in the file `mjcf`, or the file beside it that has a problem's bodies, with the
+    numbers of `problem`, visual parts included; raises ParameterError where the file holds no
+    model."""
+    spec = read(mjcf.with_name(model.variant(problem) or mjcf.name))
+    model.fill(spec, problem)
     return spec
 
 

@@ -28,7 +28,10 @@ def trimming(
     trimmed = simulation.model
     translation = simulation.translation
     system = case.system
-    untrimmed = translation.whole or filled(system.mjcf, system.fill, case.problem)
+    untrimmed = translation.whole
+    if untrimmed is None:
+        assert system.model_file is not None  # builders of other systems give the whole model
+        untrimmed = filled(system.mjcf, system.model_file, case.problem)
     options.apply(untrimmed, method.settings, step)
     every_stage = untrimmed.compile()
     translation.tune(every_stage)

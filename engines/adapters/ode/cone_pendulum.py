@@ -6,9 +6,9 @@ import math
 from typing import Any
 
 from plumbob.analytic.parameters import finite
-from plumbob.engines.adapters.divergence import fastest, limits
 from plumbob.engines.adapters.equation import Equation
 from plumbob.engines.method import Method
+from plumbob.models.largest import fastest, rates_of_a_pendulum
 
 
 def build(problem: Any, method: Method) -> Equation:
@@ -39,5 +39,5 @@ def build(problem: Any, method: Method) -> Equation:
         finite("theta_dot", problem.theta_dot),
         fastest(problem, 0.0),
         damping_rate=0.0,
-        limits=limits(problem),
+        limits=rates_of_a_pendulum(problem),
     )

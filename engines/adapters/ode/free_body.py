@@ -8,9 +8,9 @@ import numpy as np
 
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.free_body.rotation import ATTITUDE, RATES
-from plumbob.engines.adapters.divergence import BEYOND
 from plumbob.engines.adapters.ode.turning import TurningEquation
 from plumbob.engines.method import Method
+from plumbob.models.largest import BEYOND
 
 
 def build(problem: Any, method: Method) -> TurningEquation:

@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from plumbob.engines.adapters.divergence import fastest, limits
 from plumbob.engines.adapters.equation import Equation
 from plumbob.engines.method import Method
+from plumbob.models.largest import fastest, rates_of_a_pendulum
 
 
 def build(problem: Any, method: Method) -> Equation:
@@ -36,5 +36,5 @@ def build(problem: Any, method: Method) -> Equation:
         problem.theta_dot,
         speed=fastest(problem, 0.0),
         damping_rate=damping,
-        limits=limits(problem),
+        limits=rates_of_a_pendulum(problem),
     )

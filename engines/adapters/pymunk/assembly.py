@@ -10,9 +10,9 @@ import numpy as np
 import pymunk
 
 from plumbob.analytic.systems.capsule_setup import CapsuleSetup
-from plumbob.engines.adapters.chain import Pose
 from plumbob.engines.adapters.pymunk.simulation import vector
 from plumbob.engines.trajectory import ByName
+from plumbob.models.tripod_capsule.observed import Pose
 
 SETTLING_ITERATIONS = 1000  # of the solver, which starts without impulses of a step before
 NO_TURNING = float("inf")  # moment of inertia of a body that does not turn

@@ -32,9 +32,10 @@ from plumbob.engines.adapters.pymunk.capsule_side import (
 )
 from plumbob.engines.adapters.pymunk.simulation import Translation, settle
 from plumbob.engines.adapters.pymunk.slider_drive import driven, targets
-from plumbob.engines.adapters.three_feet import limits, on_three_feet
+from plumbob.engines.adapters.three_feet import on_three_feet
 from plumbob.engines.method import Method, Unsupported
 from plumbob.engines.trajectory import ByName
+from plumbob.models.tripod_capsule.observed import limits
 
 PLACES = 65  # of a slider that does not keep to one line, to find its largest factor
 Read = Callable[[], ByName]

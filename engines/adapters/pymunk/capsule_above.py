@@ -38,7 +38,7 @@ from plumbob.engines.adapters.pymunk.assembly import (
     place_part,
 )
 from plumbob.engines.adapters.pymunk.simulation import vector
-from plumbob.engines.adapters.three_feet import observed
+from plumbob.models.tripod_capsule.observed import observed
 
 FOOT_FRACTION = 0.1  # of the body's mass in each foot: with lighter feet the solver is slower
 LEAST_INERTIA = 0.25  # fraction of the body's inertia that the feet leave to it

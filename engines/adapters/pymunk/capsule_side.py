@@ -25,8 +25,8 @@ from plumbob.engines.adapters.pymunk.assembly import (
     pin_joint,
 )
 from plumbob.engines.adapters.pymunk.simulation import touching, vector
-from plumbob.engines.adapters.three_feet import observed_on_a_line
 from plumbob.engines.trajectory import ByName
+from plumbob.models.tripod_capsule.observed import observed_on_a_line
 
 FOOT = 1.0  # [m] radius of a foot: the larger, the less a rounded contact tilts its normal
 DEPTH = 1e-9  # [m] overlap of feet and ground: only what overlaps is in contact

@@ -9,10 +9,10 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from plumbob.engines.adapters.divergence import limits
 from plumbob.engines.adapters.pymunk.simulation import Translation
 from plumbob.engines.adapters.pymunk.wheel import wheel
 from plumbob.engines.method import Method
+from plumbob.models.largest import rates_of_a_pendulum
 
 
 def build(problem: Any, method: Method, step: float) -> Translation:
@@ -32,4 +32,4 @@ def build(problem: Any, method: Method, step: float) -> Translation:
         cosine = math.cos(theta)
         return (spread * sine + lever) * cosine - weight * sine + product * math.cos(2 * theta)
 
-    return wheel(problem, body.inertia_x, limits(problem), torque=torque)
+    return wheel(problem, body.inertia_x, rates_of_a_pendulum(problem), torque=torque)

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from typing import Any
 
-from plumbob.engines.adapters.divergence import limits
 from plumbob.engines.adapters.pymunk import simple_pendulum
 from plumbob.engines.adapters.pymunk.simulation import Translation
 from plumbob.engines.adapters.pymunk.wheel import wheel
 from plumbob.engines.method import Method
+from plumbob.models.largest import rates_of_a_pendulum
 
 
 def build(problem: Any, method: Method, step: float) -> Translation:
@@ -25,7 +25,7 @@ def build(problem: Any, method: Method, step: float) -> Translation:
     return wheel(
         problem,
         problem.inertia + problem.armature,
-        limits(problem.started),
+        rates_of_a_pendulum(problem.started),
         torque=torque,
         push=lambda time, rate: -problem.damping * rate,
     )

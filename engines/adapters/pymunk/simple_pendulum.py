@@ -10,13 +10,13 @@ from typing import Any
 import pymunk
 
 from plumbob.analytic.errors.contact_models.sequential_impulse import opening_error
-from plumbob.engines.adapters.divergence import fastest, limits
 from plumbob.engines.adapters.pymunk.linkage import joined
 from plumbob.engines.adapters.pymunk.methods import CLOSING_RATE, MOMENT
 from plumbob.engines.adapters.pymunk.simulation import Translation, vector
 from plumbob.engines.adapters.pymunk.wheel import Torque, wheel
 from plumbob.engines.method import Method, ModelError
 from plumbob.engines.trajectory import ByName
+from plumbob.models.largest import fastest, rates_of_a_pendulum
 
 
 def build(problem: Any, method: Method, step: float) -> Translation:
@@ -35,7 +35,7 @@ def build(problem: Any, method: Method, step: float) -> Translation:
     if not problem.linear:
         return _on_a_rod(problem, method, step, drive)
     stiffness = problem.mass * problem.gravity * problem.length
-    return wheel(problem, moment, limits(problem), stiffness=stiffness, push=drive)
+    return wheel(problem, moment, rates_of_a_pendulum(problem), stiffness=stiffness, push=drive)
 
 
 def model_error(problem: Any, duration: float, method: Method, step: float) -> ModelError:
@@ -87,7 +87,11 @@ def _on_a_rod(problem: Any, method: Method, step: float, push: Torque | None) ->
         return {"theta": theta, "theta_dot": theta_dot, "tension": rod}
 
     return Translation(
-        space, read, act if push else None, limits=limits(problem), before_sample=before
+        space,
+        read,
+        act if push else None,
+        limits=rates_of_a_pendulum(problem),
+        before_sample=before,
     )
 
 

@@ -22,8 +22,6 @@ from plumbob.engines.adapters.mujoco.capsule import reduced
 from plumbob.engines.adapters.mujoco.capsule.readings import (
     add_sensors,
     control,
-    heading,
-    observing,
     reading,
     scale_tolerance,
     start,
@@ -40,11 +38,10 @@ from plumbob.engines.adapters.mujoco.translation import (
     filled,
     with_contacts,
 )
-from plumbob.engines.adapters.three_feet import limits
 from plumbob.engines.method import Method, ModelError, Options, Unsupported
-from plumbob.models.tripod_capsule.model import fill
+from plumbob.models.tripod_capsule.model import MODEL
+from plumbob.models.tripod_capsule.observed import heading
 
-TURNING = "turning.xml"  # two sliding joints for the slider, along the axes of the body
 PAIR = ("solimp", "solref", "solreffriction")
 OPTIONS = ("cone", "impratio", "noslip_iterations", "tolerance", "noslip_tolerance")
 # One body on one plane: there are no islands of contacts to search for.
@@ -86,8 +83,7 @@ def build(mjcf: Path, problem: CapsuleProblem, method: Method, step: float) -> T
         spec,
         qpos=qpos,
         qvel=qvel,
-        observe=observing(setup, rest_qpos),
-        limits=limits(setup),
+        channels=lambda qpos, qvel: {"vertical_displacement": qpos[:, 2] - rest_qpos[2]},
         control=control(setup, step),
         whole=visual,
         sensors=reading(setup),
@@ -110,7 +106,7 @@ def whole(
     settings: Options | None = None,
     step: float = 1e-4,
 ) -> mujoco.MjSpec:
-    """The model in the file `mjcf`, or beside it in TURNING where the slider leaves its line, with
+    """The model in the file `mjcf`, or in the one beside it where the slider leaves its line, with
     the numbers of `problem`, visual parts included, and the contacts that `settings` name at `step`
     [s]: by default those that converge.
 
@@ -121,9 +117,7 @@ def whole(
     chosen = settings or {"contact": "coulomb"}
     setup = problem.setup
     height = float(chosen.get("height", 0.0))
-    spec = filled(
-        mjcf if setup.plane_velocity is None else mjcf.with_name(TURNING), fill, problem
-    )
+    spec = filled(mjcf, MODEL, problem)
     set_contacts(spec, contacts(problem, chosen), step)
     scale_tolerance(spec, setup)
     spec.body("body").pos = [0.0, 0.0, height]

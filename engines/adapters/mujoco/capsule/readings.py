@@ -11,17 +11,11 @@ import numpy as np
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.capsule import by_support
 from plumbob.analytic.systems.capsule_setup import CapsuleSetup
-from plumbob.engines.adapters.chain import Pose
 from plumbob.engines.adapters.mujoco.translation import Observed
-from plumbob.engines.adapters.three_feet import (
-    nearest_turn,
-    observed,
-    on_three_feet,
-    start_velocity,
-)
+from plumbob.engines.adapters.three_feet import on_three_feet
 from plumbob.models.tripod_capsule.model import armature, driven_joints
+from plumbob.models.tripod_capsule.observed import start_velocity
 
-Observe = Callable[[Array, Array], Observed]
 BODY = mujoco.mjtObj.mjOBJ_BODY
 SENSOR = mujoco.mjtSensor
 DATA = mujoco.mjtConDataField
@@ -67,28 +61,6 @@ def start(setup: CapsuleSetup, rest_qpos: Array) -> tuple[Array, Array]:
     # about the vertical, in the axes of a body that leans
     mujoco.mju_rotVecQuat(turn, turn.copy(), qpos[3:7] * [1.0, -1.0, -1.0, -1.0])
     return qpos, np.array([*start_velocity(setup), 0.0, *turn, *np.zeros(len(qpos) - 7)])
-
-
-def observing(setup: CapsuleSetup, rest_qpos: Array) -> Observe:
-    """The observables that coordinates and rates show."""
-
-    def observe(qpos: Array, qvel: Array) -> Observed:
-        slid = np.zeros((2, len(qpos)))
-        if setup.relative_velocity is not None:
-            slid[:] = qpos[:, -1], qvel[:, -1]
-        place, velocity = (plane[:, :2] @ np.array([1.0, 1.0j]) for plane in (qpos, qvel))
-        angles = np.unwrap(heading(qpos[:, 3:7]))  # an attitude has them up to whole turns
-        facing = angles + (nearest_turn(angles[0], setup.heading) - angles[0])
-        pose = Pose(place, velocity, facing, qvel[:, 5], *slid)
-        return observed(setup, pose), {"vertical_displacement": qpos[:, 2] - rest_qpos[2]}
-
-    return observe
-
-
-def heading(attitude: Array) -> Array:
-    """Angle about the vertical [rad] of quaternions, shape (..., 4): shape (...)."""
-    w, x, y, z = np.moveaxis(np.asarray(attitude, dtype=np.float64), -1, 0)
-    return np.asarray(np.arctan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z)))
 
 
 def turned(attitude: Array, angle: float) -> Array:

@@ -13,9 +13,9 @@ from plumbob.analytic.systems.capsule_setup import CapsuleProblem, CapsuleSetup
 from plumbob.engines.adapters.mujoco.capsule.readings import control, scale_tolerance
 from plumbob.engines.adapters.mujoco.contacts import JOINT_HARDENING, JOINT_IMPEDANCE
 from plumbob.engines.adapters.mujoco.translation import Observed, Translation, read
-from plumbob.engines.adapters.three_feet import observed_on_a_line
 from plumbob.engines.method import Unsupported
 from plumbob.models.tripod_capsule.model import set_slider
+from plumbob.models.tripod_capsule.observed import observed_on_a_line
 
 
 def build(mjcf: Path, problem: CapsuleProblem, step: float) -> Translation:
