@@ -71,11 +71,8 @@ class MujocoSimulation(SteppedSimulation):
         stepper.put(State(translation.qpos, translation.qvel))
 
         def advance(first: int, last: int) -> None:
-            controls = None
-            if translation.control is not None:
-                steps = np.arange(first, last, dtype=np.float64)
-                controls = self.held_controls(steps, self.step)
-            stepper.advance(controls, last - first)
+            steps = np.arange(first, last, dtype=np.float64)
+            stepper.advance(translation.held_controls(steps, self.step), last - first)
 
         return Built(advance, stepper.physics, translation.limits, gather=self._observed)
 
@@ -108,9 +105,8 @@ class MujocoSimulation(SteppedSimulation):
 
     def held_controls(self, steps: Array, step: float) -> Array:
         """Controls held over each of the steps of `step` [s] with these indices, shape (n, nu)."""
-        if self.translation.control is None:
-            return np.zeros((len(steps), self.model.nu))
-        return self.translation.control((steps + self.translation.control_at) * step)
+        controls = self.translation.held_controls(steps, step)
+        return np.zeros((len(steps), self.model.nu)) if controls is None else controls
 
 
 BROKEN = (Diverged, mujoco.FatalError)
