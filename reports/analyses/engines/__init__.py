@@ -1,13 +1,17 @@
-"""The page's section on engines side by side, which belongs to no system: the largest steps that
-hold, derivatives, for how long methods are right, and what readers take from a model file."""
+"""The page's section on engines side by side, which belongs to no system: errors and costs, the
+largest steps that hold, derivatives, for how long methods are right, and what readers take from a
+model file."""
 
 from __future__ import annotations
 
 from plumbob.reports.analyses.analysis import Section
+from plumbob.reports.analyses.engines.errors_and_costs import ERRORS_AND_COSTS
 from plumbob.reports.analyses.engines.gradients import GRADIENTS
 from plumbob.reports.analyses.engines.largest_steps import LARGEST_STEPS
 from plumbob.reports.analyses.engines.long_runs import LONG_RUNS
 from plumbob.reports.analyses.engines.readers import READERS
 from plumbob.reports.analyses.engines.through_contact import THROUGH_CONTACT
 
-SECTION = Section((LARGEST_STEPS, THROUGH_CONTACT, GRADIENTS, LONG_RUNS, READERS))
+SECTION = Section(
+    (ERRORS_AND_COSTS, LARGEST_STEPS, THROUGH_CONTACT, GRADIENTS, LONG_RUNS, READERS)
+)
