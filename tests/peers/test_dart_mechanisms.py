@@ -228,7 +228,8 @@ def nsgs():
 
 
 CASES = [(default(name), None) for name in SYSTEMS]
-CASES += [(f"capsule-{name}", nsgs) for name in ("turn/heading-030", "coast/translation")]
+# There a solver that begins with the impulses of its last step is off by 6e-10 m/s.
+CASES.append(("capsule-line/heading-030", nsgs))
 
 
 @pytest.mark.parametrize(("name", "solver"), CASES)
@@ -236,9 +237,9 @@ def test_put_and_step_equals_fresh_and_step_to_the_bit(name, solver):
     parts = scene_mechanism(name)
     used = stepper(parts.mechanism, parts.start, solver)
     fresh = stepper(parts.mechanism, parts.start, solver)
-    between = stepped(used, parts, 40)
-    stepped(used, parts, 40, 40)
-    for state, time in ((between, 40 * STEP), (parts.start, 0.0)):
+    between = stepped(used, parts, 100)
+    stepped(used, parts, 50, 100)
+    for state, time in ((between, 100 * STEP), (parts.start, 0.0)):
         for made in (used, fresh):
             made.put(state, time)
         after, expected = (
@@ -342,3 +343,50 @@ def test_a_welded_pair_keeps_its_relative_pose():
     for now, then in zip(relative(), before, strict=True):
         # Velocities are constrained: the pose drifts by less than step^2 times rates^2 a step.
         np.testing.assert_allclose(now, then, atol=1e-4)
+
+
+def test_an_armature_adds_no_damping():
+    """A free rotor of twice the inertia keeps its velocity, and a torque moves it half as fast."""
+    xml = """<mujoco><worldbody><body><joint name="a" armature="{}"/>
+      <inertial pos="0 0 0" mass="1" diaginertia="1 1 {}"/></body></worldbody>
+      <actuator><motor joint="a"/></actuator></mujoco>"""
+    velocities = []
+    for armature, moment in ((1.0, 1.0), (0.0, 2.0)):
+        model = mujoco.MjModel.from_xml_string(xml.format(armature, moment))
+        made = stepper(compiled_mechanism(model), State(np.zeros(1), np.array([3.0])))
+        made.advance(None, 100)
+        assert made.state().qvel == pytest.approx(3.0, rel=1e-13)
+        made.advance(np.full((100, 1), 5.0), 100)
+        velocities.append(made.state().qvel[0])
+    # Each step rounds a damper's force 1000 times as large as the torque.
+    assert velocities == pytest.approx([3.0 + 5.0 / 2.0 * 100 * STEP] * 2, rel=1e-11)
+
+
+def fallen(restitution):
+    parts = scene_mechanism("bouncing-ball/half")
+    touching = tuple(replace(x, restitution=restitution) for x in parts.mechanism.touching)
+    mechanism = replace(parts.mechanism, touching=touching, gravity=np.zeros(3))
+    made = stepper(mechanism, State(np.array([0.101]), np.array([-2.0])))
+    made.advance(None, 2)
+    return made.state().qvel[0]
+
+
+@pytest.mark.parametrize("restitution", [0.0, 0.36, 1.0])
+def test_a_ball_bounces_with_the_restitution_of_its_pair(restitution):
+    # A contact is found up to 2 mm deep, and pushes 1 % of that out in a step: up to 0.02 m/s.
+    assert fallen(restitution) == pytest.approx(2.0 * restitution, abs=2e-2)
+
+
+def test_each_pair_has_its_friction():
+    """Two balls slide on a floor, each with a friction of its own, and pass through each other."""
+    body = """<body name="{0}"><joint type="slide" axis="1 0 0"/><joint type="slide" axis="0 0 1"/>
+      <geom name="{0}" size="0.1" mass="1" contype="0" conaffinity="0" pos="0 0 0.1"/></body>"""
+    pair = '<pair geom1="p" geom2="{}" friction="{} {}"/>'
+    model = mujoco.MjModel.from_xml_string(
+        f"<mujoco><worldbody>{FLOOR.format('')}{body.format('a')}{body.format('b')}</worldbody>"
+        f"<contact>{pair.format('a', 0.1, 0.1)}{pair.format('b', 0.5, 0.5)}</contact></mujoco>"
+    )
+    made = stepper(compiled_mechanism(model), State(np.zeros(4), np.array([2.0, 0, -2.0, 0])))
+    made.advance(None, 100)
+    slowed = 9.81 * 100 * STEP * np.array([0.1, -0.5])
+    np.testing.assert_allclose(made.state().qvel[[0, 2]], [2.0, -2.0] - slowed, atol=1e-4)

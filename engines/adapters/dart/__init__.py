@@ -17,7 +17,6 @@ from plumbob.engines.adapters.three_feet import CAPSULES
 from plumbob.engines.method import Engine, Method, ModelError
 from plumbob.models.idealisations import NONE
 from plumbob.models.scene import (
-    FREE_ROTATION,
     ON_PLANE,
     ON_SUPPORTS,
     ONE_SMOOTH,
@@ -34,8 +33,9 @@ METHODS = (
         "dart/default",
         EULER_STEP,
         1,
-        systems=(*CAPSULES, "capsule-train/ten"),
-        kinds=(ONE_SMOOTH, SMOOTH, FREE_ROTATION, ON_PLANE),
+        # of free bodies two that have a theory at most of their steps
+        systems=(*CAPSULES, "capsule-train/ten", "free-body/flip", "free-body/symmetric"),
+        kinds=(ONE_SMOOTH, SMOOTH, ON_PLANE),
     ),
     Method(
         "dart/nsgs",
