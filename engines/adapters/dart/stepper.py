@@ -17,7 +17,7 @@ import numpy as np
 
 from plumbob.analytic.reference import Array
 from plumbob.engines.adapters.dart.builder import Built, build, close_loops
-from plumbob.engines.mechanism import Actuator, Joint, Mechanism
+from plumbob.engines.mechanism import Actuator, Mechanism
 from plumbob.engines.peer_model import rotation
 from plumbob.engines.stepper import Forces, State
 
@@ -30,27 +30,27 @@ class Motor:
     """All forces that a joint with one degree of freedom gets as a step begins."""
 
     joint: Any  # DART's
-    record: Joint
     actuators: tuple[Actuator, ...]
+    force_range: tuple[float, float] | None  # of all of them together [N m] or [N]
+    drawn: float  # the coordinate in the drawing, where DART's is 0 [rad] or [m]
     rotor: float  # armature over the step [N m s/rad] or [N s/m]
-
-    @property
-    def alone(self) -> bool:
-        """Whether it acts where all controls are 0."""
-        return bool(self.rotor) or any(any(actuator.bias) for actuator in self.actuators)
+    alone: bool  # whether a force may act where all controls are 0
 
     def force(self, controls: Sequence[float]) -> float:
         """The force [N m] or [N]. DART has no armature: a damper of armature/step, implicit in
         DART's step, and the same damper's force at the velocity before the step are one."""
-        place = self.joint.getPosition(0) + float(self.record.reference[0])
-        rate = float(self.joint.getVelocity(0))
+        place: float = 0.0
+        rate: float = 0.0
+        if self.alone:
+            place = self.joint.getPosition(0) + self.drawn
+            rate = self.joint.getVelocity(0)
         total = 0.0
         for motor in self.actuators:
             control = _within(controls[motor.control] if controls else 0.0, motor.control_range)
             force = motor.gain * control + motor.bias[0]
             force += motor.gear * (motor.bias[1] * place + motor.bias[2] * rate)
             total += motor.gear * _within(force, motor.force_range)
-        return _within(total, self.record.force_range) + self.rotor * rate
+        return _within(total, self.force_range) + self.rotor * rate
 
 
 def _within(value: float, limits: tuple[float, float] | None) -> float:
@@ -130,12 +130,13 @@ class DartStepper:
         moved = [np.diff(velocity(times)) / self.step for _, velocity in self._driven]
         # with a step's mean acceleration the velocity is right at every grid time
         moves = np.array(moved).reshape(len(moved), steps).T.tolist()
+        drive = [made.setCommand for made, _ in self._driven]
         rows = [()] * steps if controls is None else controls.tolist()
         motors = [x for x in self.motors if controls is not None or x.alone]
         move = self.built.world.step
         for row, accelerations in zip(rows, moves, strict=True):
-            for (made, _), acceleration in zip(self._driven, accelerations, strict=True):
-                made.setCommand(0, acceleration)
+            for command, acceleration in zip(drive, accelerations, strict=True):
+                command(0, acceleration)
             for motor in motors:
                 motor.joint.setCommand(0, motor.force(row))
             move()
@@ -163,7 +164,9 @@ def _motors(mechanism: Mechanism, built: Built, step: float) -> Iterator[Motor]:
         rotor = float(joint.armature[0]) / step
         if actuators or rotor:
             made.setDampingCoefficient(0, float(joint.damping[0]) + rotor)
-            yield Motor(made, joint, actuators, rotor)
+            alone = bool(rotor) or any(any(actuator.bias) for actuator in actuators)
+            drawn = float(joint.reference[0])
+            yield Motor(made, actuators, joint.force_range, drawn, rotor, alone)
 
 
 def quaternion(turn: Array) -> Array:
