@@ -316,6 +316,29 @@ def test_contact_forces_of_a_step_carry_the_bodies():
         np.testing.assert_allclose(force, [0.0, 0.0, carried], atol=1e-4 * weight)
 
 
+def test_the_rod_of_a_pendulum_pulls_with_its_tension():
+    """The tension of a step is that of the state before it, of a point mass to the last digits."""
+    parts = scene_mechanism("simple-pendulum/free-large")
+    made = stepper(parts.mechanism, parts.start)
+    stepped(made, parts, 200)
+    ((angle,), (rate,)) = made.state().qpos, made.state().qvel
+    stepped(made, parts, 1)
+    after = made.state()
+    length = np.linalg.norm(parts.mechanism.bodies[1].centre)
+    tension = 9.8 * np.cos(angle) + length * rate**2
+    # the bob hangs at -z, and the hinge turns about -y
+    towards = np.array([-np.sin(angle), 0.0, np.cos(angle)])
+    np.testing.assert_allclose(made.forces().joints, [tension * towards], rtol=1e-9, atol=1e-9)
+    np.testing.assert_array_equal(made.state().qpos, after.qpos)
+    unasked = stepper(parts.mechanism, parts.start)
+    stepped(unasked, parts, 201)
+    assert stepped(unasked, parts, 50).qpos == stepped(made, parts, 50).qpos
+    loop = scene_mechanism("four-bar/crank-rocker")
+    closed = stepper(loop.mechanism, loop.start)
+    stepped(closed, loop, 1)
+    assert np.isnan(closed.forces().joints).all()
+
+
 def test_a_welded_pair_keeps_its_relative_pose():
     bodies = "".join(
         f'<body name="{name}" pos="{pos}" quat="{quat}"><freejoint/>'

@@ -46,6 +46,7 @@ class Built:
     nodes: tuple[Any, ...]  # of each body; None of the world
     joints: tuple[Any, ...]  # of each joint
     touching: Touching
+    smooth: bool  # nothing acts by impulses: contacts, loops, limits, dry friction
 
 
 def build(mechanism: Mechanism, step: float) -> Built:
@@ -66,7 +67,9 @@ def build(mechanism: Mechanism, step: float) -> Built:
     touching = _shapes(mechanism, world, nodes)
     for skeleton in skeletons:
         world.addSkeleton(skeleton)
-    return Built(world, tuple(skeletons), nodes, joints, touching)
+    unilateral = any(map(acts_by_impulses, mechanism.joints))
+    smooth = not (mechanism.loops or mechanism.touching or unilateral)
+    return Built(world, tuple(skeletons), nodes, joints, touching, smooth)
 
 
 def refused(mechanism: Mechanism) -> Iterator[str]:
@@ -90,11 +93,16 @@ def refused(mechanism: Mechanism) -> Iterator[str]:
             yield f"friction of {names}, {NO_FRICTION} or less"
 
 
+def acts_by_impulses(joint: Joint) -> bool:
+    """Whether a joint has limits or dry friction, which DART's solver of constraints works out."""
+    return joint.limits is not None or bool(np.any(joint.friction_loss))
+
+
 def _refused_of(joint: Joint, mechanism: Mechanism) -> Iterator[str]:
     """The names of features of a joint that are not expressed."""
     name = joint.name or f"of body {mechanism.bodies[joint.body].name}"
     turning = joint.kind in ("ball", "free")
-    unilateral = bool(joint.limits) or bool(np.any(joint.friction_loss))
+    unilateral = acts_by_impulses(joint)
     if turning and (joint.stiffness or unilateral):
         yield f"spring, limit or dry friction of joint {name}, which is a {joint.kind} joint"
     # Impulses of DART's constraints leave out dampers, by which an armature is made.

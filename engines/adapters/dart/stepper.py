@@ -78,6 +78,7 @@ class DartStepper:
         ]
         self._attitudes = dict[int, Array]()
         self._begun, self._taken = 0.0, 0
+        self._before = list[Array]()  # positions of the skeletons before the last step
         self._solver = solver
         self.put(start)
         close_loops(mechanism, self.built)
@@ -134,27 +135,49 @@ class DartStepper:
         rows = [()] * steps if controls is None else controls.tolist()
         motors = [x for x in self.motors if controls is not None or x.alone]
         move = self.built.world.step
-        for row, accelerations in zip(rows, moves, strict=True):
+        for number, (row, accelerations) in enumerate(zip(rows, moves, strict=True)):
             for command, acceleration in zip(drive, accelerations, strict=True):
                 command(0, acceleration)
             for motor in motors:
                 motor.joint.setCommand(0, motor.force(row))
+            if number == steps - 1:
+                self._before = [skeleton.getPositions() for skeleton in self.built.skeletons]
             move()
         self._taken += steps
 
     def forces(self) -> Forces:
-        """Contact forces of the last step; DART's forces of joints lack those of contacts and
-        loops, and are not given."""
+        """The forces of the last step. Those that DART tells of joints lack what contacts, loops,
+        limits and dry friction add; where there are such parts they are nan."""
+        joints = np.full((len(self._joints), 3), math.nan)
         touching = np.full((self._pairs, 3), math.nan)
-        if self._taken:
-            touching[:] = 0.0
-            for contact in self.built.world.getLastCollisionResult().getContacts():
-                shapes = (contact.collisionObject1, contact.collisionObject2)
-                first, second = (x.getShapeFrame().asShapeNode().getName() for x in shapes)
-                # DART's force acts on the first object.
-                number, sign = self.built.touching[second, first]
-                touching[number] += sign * contact.force.ravel()
-        return Forces(np.full((len(self._joints), 3), math.nan), touching)
+        if not self._taken:
+            return Forces(joints, touching)
+        touching[:] = 0.0
+        for contact in self.built.world.getLastCollisionResult().getContacts():
+            shapes = (contact.collisionObject1, contact.collisionObject2)
+            first, second = (x.getShapeFrame().asShapeNode().getName() for x in shapes)
+            # DART's force acts on the first object.
+            number, sign = self.built.touching[second, first]
+            touching[number] += sign * contact.force.ravel()
+        if self.built.smooth:
+            joints[:] = self._reactions()
+        return Forces(joints, touching)
+
+    def _reactions(self) -> list[Array]:
+        """Forces of joints on the bodies that they move. DART has them along the axes of a node as
+        the step began, with the sign of the other body's."""
+        made = self.built.joints
+        forces = [joint.getWrenchToChildBodyNode().ravel()[3:] for joint in made]
+        now = [skeleton.getPositions() for skeleton in self.built.skeletons]
+        self._place(self._before)
+        turns = [joint.getChildBodyNode().getWorldTransform().rotation() for joint in made]
+        self._place(now)
+        return [-turn @ force for turn, force in zip(turns, forces, strict=True)]
+
+    def _place(self, positions: Sequence[Array]) -> None:
+        """Set the positions of the skeletons."""
+        for skeleton, values in zip(self.built.skeletons, positions, strict=True):
+            skeleton.setPositions(values)
 
 
 def _motors(mechanism: Mechanism, built: Built, step: float) -> Iterator[Motor]:
