@@ -31,6 +31,7 @@ def dart():
 CLOSE = 1e-9
 STEP = 1e-3  # [s]
 SYSTEMS = sorted(built_in())
+AT_REST = State(np.zeros(1), np.zeros(1))
 ALL_JOINTS = """<mujoco><compiler angle="radian"/>
   <option gravity="0.3 0.2 -9.81"/>
   <worldbody>
@@ -383,6 +384,31 @@ def test_an_armature_adds_no_damping():
         velocities.append(made.state().qvel[0])
     # Each step rounds a damper's force 1000 times as large as the torque.
     assert velocities == pytest.approx([3.0 + 5.0 / 2.0 * 100 * STEP] * 2, rel=1e-11)
+
+
+@pytest.mark.parametrize(
+    ("torque", "rate"), [(5.0, 3.0), (1.0, 0.0), (-1.5, 0.0), (-4.0, -2.0)]
+)
+def test_dry_friction_takes_its_largest_torque_or_holds(torque, rate):
+    xml = """<mujoco><worldbody><body><joint name="a" frictionloss="2"/>
+      <inertial pos="0 0 0" mass="1" diaginertia="1 1 0.1"/></body></worldbody>
+      <actuator><motor joint="a"/></actuator></mujoco>"""
+    made = stepper(compiled_mechanism(mujoco.MjModel.from_xml_string(xml)), AT_REST)
+    made.advance(np.full((100, 1), torque), 100)
+    # Constraints of DART are softer than rigid ones by 1e-9 and less.
+    assert made.state().qvel == pytest.approx(rate, abs=1e-6)
+
+
+def test_a_limit_stops_a_joint_of_which_the_drawing_has_another_coordinate():
+    xml = """<mujoco><worldbody><body><inertial pos="0 0 0" mass="1" diaginertia="1 1 1"/>
+      <joint type="slide" axis="0 0 -1" limited="true" range="0.3 0.5" ref="0.4"/></body>
+      </worldbody></mujoco>"""
+    made = stepper(compiled_mechanism(mujoco.MjModel.from_xml_string(xml)), AT_REST)
+    made.put(State(np.array([0.4]), np.zeros(1)))
+    made.advance(None, 300)
+    # It passes the limit by a step of its speed of 1.4 m/s at most.
+    assert made.state().qpos == pytest.approx(0.5, abs=2e-3)
+    assert made.state().qvel == pytest.approx(0.0, abs=1e-2)
 
 
 def fallen(restitution):

@@ -96,7 +96,7 @@ class DartStepper:
             v = state.qvel[degree : degree + RATES.get(joint.kind, 1)]
             first, degree = first + len(q), degree + len(v)
             if joint.kind in POSITIONS:
-                self._attitudes[number] = q[-4:]
+                self._attitudes[number] = q[-4:].copy()
                 turned = rotation_vector(q[-4:])
                 if joint.kind == "free":  # DART's rates are along the world's axes, turn first
                     v = np.concatenate([rotation(q[-4:]) @ v[3:], v[:3]])
