@@ -26,9 +26,8 @@ def dart():
     needed("dart/default")
 
 
-# Sums of tens of products in double precision, which cancel by a factor of a thousand at most; and
-# where a free body's attitude is nearer than 1e-3 to the drawing, DART's sine is (1e-3)^3/6 off.
-CLOSE = 1e-9
+# Sums of tens of products in double precision, which cancel by a factor of a thousand at most.
+CLOSE = 1e-12
 STEP = 1e-3  # [s]
 SYSTEMS = sorted(built_in())
 AT_REST = State(np.zeros(1), np.zeros(1))
@@ -199,14 +198,14 @@ def test_a_mechanism_in_dart_has_mujoco_s_mass_matrix_and_forces(name):
 @pytest.mark.parametrize(
     ("part", "field", "factor"),
     [
-        ("bodies", "mass", 1.0 + 1e-7),
-        ("bodies", "place", 1.0 + 1e-7),
-        ("joints", "stiffness", 1.0 + 1e-7),
-        ("joints", "armature", 1.0 + 1e-7),
-        ("actuators", "gain", 1.0 + 1e-7),
+        ("bodies", "mass", 1.0 + 1e-9),
+        ("bodies", "place", 1.0 + 1e-9),
+        ("joints", "stiffness", 1.0 + 1e-9),
+        ("joints", "armature", 1.0 + 1e-9),
+        ("actuators", "gain", 1.0 + 1e-9),
     ],
 )
-def test_a_number_that_is_wrong_by_1e_7_is_noticed(part, field, factor):
+def test_a_number_that_is_wrong_by_1e_9_is_noticed(part, field, factor):
     def change(mechanism):
         parts = getattr(mechanism, part)
         changed = [replace(x, **{field: factor * getattr(x, field)}) for x in parts]
