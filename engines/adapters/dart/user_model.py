@@ -1,35 +1,14 @@
-"""DART as an engine: articulated bodies in double precision, semi-implicit Euler, and a slider that
-its acceleration actuator drives as prescribed.
-
-Contacts are exact complementarity. By default friction is a box, of which the axes lie along the
-world's; the manual's NSGS solver, with its law of Coulomb and a small tolerance, has cones.
-"""
+"""Model files of users in DART: what its importer reads of them, and runs of it."""
 
 from __future__ import annotations
 
-import math
-from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from plumbob.analytic.reference import Array
-from plumbob.analytic.schemes import EULER, Scheme
-from plumbob.analytic.systems.capsule_setup import CapsuleSetup
-from plumbob.engines.abilities import Fields, ModelReader, RunsFiles, SchemeOfCase
-from plumbob.engines.adapters.chain import HINGE, SLIDE, Link, Vector, by_step
-from plumbob.engines.adapters.hinged_body import PENDULUMS, model_error
-from plumbob.engines.adapters.stepping import Built, stepped
-from plumbob.engines.adapters.three_feet import (
-    CAPSULES,
-    FOOT_RADIUS,
-    Bodies,
-    ThreeFeet,
-    bodies,
-    scheme,
-)
-from plumbob.engines.method import Engine, Method, Simulation
+from plumbob.engines.abilities import Fields
 from plumbob.engines.peer_model import (
     FREE,
     Frame,
@@ -40,131 +19,8 @@ from plumbob.engines.peer_model import (
     Translated,
 )
 from plumbob.models.border import border
-from plumbob.models.scene import Case
-from plumbob.models.tripod_capsule.observed import Pose, start_velocity
 
-EULER_STEP = Scheme(EULER, "start", implicit_damping=True, implicit_spring=True)
-METHODS = (
-    Method("dart/default", EULER_STEP, 1, systems=CAPSULES, kinds=PENDULUMS),
-    Method(
-        "dart/nsgs",
-        EULER_STEP,
-        1,
-        settings={"tolerance": 1e-8},
-        systems=(*CAPSULES, "!*/heavy-slider"),  # whose iterations take minutes
-    ),
-)
 OF_WORLD = "__geom_skel__"  # begins the name of a skeleton that is a geom of the world
-DEPTH = 1e-9  # [m] that the feet start in the plane: contacts are found where bodies overlap
-
-
-def prepare(case: Case, method: Method, step: float) -> Simulation:
-    """Build `case` for `method` at `step` [s]; raises Unsupported and ParameterError."""
-    return stepped(case, step, partial(_built, bodies(case), method, step))
-
-
-def _built(body: Bodies, method: Method, step: float) -> Built:
-    import dartpy
-
-    world = dartpy.simulation.World()
-    skeleton = dartpy.dynamics.Skeleton()
-    world.setTimeStep(step)
-    world.setGravity(body.pull)
-    if method.settings:
-        solver = dartpy.constraint.NsgsFrictionSolver()
-        chosen = solver.getOptions()
-        chosen.tolerance = method.settings["tolerance"]
-        solver.setOptions(chosen)
-        world.getConstraintSolver().setBoxedLcpSolver(solver)
-        awake = dartpy.simulation.DeactivationOptions()
-        awake.mEnabled = False
-        world.setDeactivationOptions(awake)
-    pairs = _jointed(skeleton, body.links)
-    if isinstance(body, ThreeFeet):
-        _on_plane(world, *pairs[0], body.setup)
-    world.addSkeleton(skeleton)
-    joints = [joint for joint, _ in pairs]
-    driven = joints[len(joints) - body.driven :]
-    move = world.step
-    controls = by_step(body.controls, step)
-
-    def advance(first: int, last: int) -> None:
-        for _ in range(first, last):
-            # Accelerations of joints where these are prescribed, else torques.
-            for joint, value in zip(driven, next(controls) if driven else (), strict=True):
-                joint.setCommand(0, value)
-            move()
-
-    return body.built(advance, partial(_pose, pairs[0][1], joints[-1]))
-
-
-def _moved(place: Vector) -> Any:
-    import dartpy
-
-    transform = dartpy.math.Isometry3()
-    transform.set_translation(place)
-    return transform
-
-
-def _jointed(skeleton: Any, links: tuple[Link, ...]) -> list[tuple[Any, Any]]:
-    """The joints of a chain at its start, each with its body."""
-    import dartpy
-
-    pairs: list[tuple[Any, Any]] = []
-    for link in links:
-        make = getattr(skeleton, f"create{link.joint.title()}JointAndBodyNodePair")
-        joint, node = make(*(pairs[-1][1:] if pairs else ()))
-        joint.setTransformFromParentBodyNode(_moved(link.place))
-        node.setInertia(dartpy.dynamics.Inertia(link.mass, link.centre, link.moments))
-        if link.joint in (HINGE, SLIDE):
-            joint.setAxis(link.axis)
-            joint.setDampingCoefficient(0, link.damping)
-            joint.setSpringStiffness(0, link.stiffness)
-            joint.setPosition(0, link.position)
-            joint.setVelocity(0, link.rate)
-        if link.hold:
-            joint.setActuatorType(dartpy.dynamics.ActuatorType.ACCELERATION)
-        pairs.append((joint, node))
-    return pairs
-
-
-def _on_plane(world: Any, free: Any, shell: Any, setup: CapsuleSetup) -> None:
-    """Put the plane into a world, and a capsule onto it at its start."""
-    import dartpy
-
-    ground = dartpy.dynamics.Skeleton()
-    _, plane = ground.createWeldJointAndBodyNodePair()
-    _touching(plane, dartpy.dynamics.PlaneShape([0.0, 0.0, 1.0], 0.0), setup.capsule.friction)
-    for x, y in setup.capsule.supports:
-        foot = _touching(
-            shell, dartpy.dynamics.SphereShape(FOOT_RADIUS), setup.capsule.friction
-        )
-        foot.setRelativeTransform(_moved((x, y, FOOT_RADIUS)))
-    free.setPositions([0.0, 0.0, setup.heading, 0.0, 0.0, -DEPTH])
-    # DART's free joint has its rates in the world's axes
-    free.setVelocities([0.0, 0.0, setup.heading_rate, *start_velocity(setup), 0.0])
-    world.addSkeleton(ground)
-
-
-def _touching(node: Any, shape: Any, friction: float) -> Any:
-    shape_node = node.createShapeNode(shape)
-    shape_node.createCollisionAspect()
-    shape_node.createDynamicsAspect().setFrictionCoeff(friction)
-    return shape_node
-
-
-def _pose(first: Any, joint: Any) -> Pose:
-    transform = first.getWorldTransform()
-    (x, y, _) = transform.translation().ravel()
-    turned = transform.rotation()
-    vx, vy, _ = first.getLinearVelocity().ravel()
-    return Pose(
-        complex(x, y),
-        complex(vx, vy),
-        math.atan2(turned[1, 0], turned[0, 0]),
-        float(first.getAngularVelocity().ravel()[2]),
-        *((joint.getPosition(0), joint.getVelocity(0)) if joint.getNumDofs() else ()),
-    )
 
 
 def _read(path: Path) -> Any:
@@ -300,14 +156,3 @@ def user_model(path: Path, layout: Layout, step: float) -> PeerModel:
             elif joint.getNumDofs() == FREE:
                 free.append((at, at, _frame(joint)))
     return Translated(model, layout, hinges, free, displaced=True)
-
-
-ENGINE = Engine(
-    "dart",
-    "dartpy",
-    METHODS,
-    prepare,
-    model_error,
-    optional=True,
-    abilities=(SchemeOfCase(scheme), ModelReader(model_fields), RunsFiles(user_model)),
-)

@@ -1,0 +1,86 @@
+"""DART as an engine: articulated bodies in double precision, semi-implicit Euler, joints whose
+motion an acceleration actuator prescribes, loops of velocity constraints.
+
+Contacts are exact complementarity. By default friction is a box, of which the axes lie along the
+world's; the manual's NSGS solver, with its law of Coulomb and a small tolerance, has cones.
+Every module imports DART when it is called.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from plumbob.analytic.schemes import EULER, Scheme
+from plumbob.engines.abilities import ModelReader, RunsFiles, SchemeOfCase
+from plumbob.engines.adapters.hinged_body import bob_errors
+from plumbob.engines.adapters.three_feet import CAPSULES
+from plumbob.engines.method import Engine, Method, ModelError
+from plumbob.models.idealisations import NONE
+from plumbob.models.scene import (
+    ON_PLANE,
+    ON_SUPPORTS,
+    ONE_SMOOTH,
+    SMOOTH,
+    Case,
+    later,
+)
+
+EULER_STEP = Scheme(EULER, "start", implicit_damping=True, implicit_spring=True)
+CONSTRAINED = Scheme("euler with constraints")  # of velocities: without a theory here
+DISC = "rolling-disc"  # a smooth system whose body touches the ground
+METHODS = (
+    Method(
+        "dart/default",
+        EULER_STEP,
+        1,
+        # of free bodies two that have a theory at most of their steps
+        systems=(*CAPSULES, "capsule-train/ten", "free-body/flip", "free-body/symmetric"),
+        kinds=(ONE_SMOOTH, SMOOTH, ON_PLANE),
+    ),
+    Method(
+        "dart/nsgs",
+        EULER_STEP,
+        1,
+        settings={"tolerance": 1e-8},
+        # iterations with a heavy slider take minutes
+        systems=(*CAPSULES, "!*/heavy-slider", "rod-impact"),
+    ),
+)
+
+
+def scheme(case: Case, method: Method) -> Scheme:
+    """The scheme of `method` on this case; none with a theory if bodies touch or a loop is closed.
+
+    A free body turns by the exponential of the new angular velocity, as in MuJoCo; that its rates
+    are along the world's axes makes no difference to a step. A motor's force is explicit."""
+    system = case.system
+    ideal = NONE if system.model_file is None else system.model_file.ideal(case.problem)
+    if ideal.rigid_loops or system.kind in (ON_PLANE, ON_SUPPORTS) or system.name == DISC:
+        return CONSTRAINED
+    if system.name == "servo":
+        part = case.problem.joint_part
+        return replace(method.scheme, implicit_damping=part, implicit_spring=False)
+    return replace(method.scheme, implicit_spring=system.kind == ONE_SMOOTH)
+
+
+def model_error(case: Case, method: Method, step: float) -> ModelError:
+    """Bounds on the model's error of each observable, by reason: the moment of inertia of a bob
+    that should be a point."""
+    if case.system.family != "simple_pendulum":
+        return {}
+    return bob_errors(case.problem.started, case.scene.duration)
+
+
+ENGINE = Engine(
+    "dart",
+    "dartpy",
+    METHODS,
+    later(f"{__name__}.simulation.prepare"),
+    model_error,
+    optional=True,
+    abilities=(
+        SchemeOfCase(scheme),
+        ModelReader(later(f"{__name__}.user_model.model_fields")),
+        RunsFiles(later(f"{__name__}.user_model.user_model")),
+    ),
+)
