@@ -17,7 +17,7 @@ from plumbob.engines.adapters.stepping import (
 from plumbob.engines.mechanism import Mechanism
 from plumbob.engines.method import Unsupported
 from plumbob.engines.registry import find_engine
-from plumbob.engines.stepper import SceneMechanism, State, Stepper
+from plumbob.engines.stepper import Forces, SceneMechanism, State, Stepper, TellsForces
 from plumbob.models.model_file import ModelFile
 from plumbob.models.scene import Case
 
@@ -60,10 +60,23 @@ def _begun(case: Case, scene: SceneMechanism, step: float, build: Build) -> Buil
         )
         stepper.advance(rows, last - first)
 
-    def gather(states: Sequence[State]) -> Observed:
+    tells = stepper.forces if isinstance(stepper, TellsForces) and file.forces else None
+
+    def read() -> tuple[State, Forces | None]:
+        return stepper.state(), tells() if tells else None
+
+    def gather(samples: Sequence[tuple[State, Forces | None]]) -> Observed:
+        states, told = zip(*samples, strict=True)
         qpos, qvel = (
             np.array([getattr(state, part) for state in states]) for part in ("qpos", "qvel")
         )
-        return file.observe(case.problem, qpos, qvel), {}
+        observed = dict(file.observe(case.problem, qpos, qvel))
+        if tells and file.forces:
+            joints, touching = (
+                np.array([getattr(forces, part) for forces in told])
+                for part in ("joints", "touching")
+            )
+            observed |= file.forces(case.problem, qpos, qvel, joints, touching)
+        return observed, {}
 
-    return Built(advance, stepper.state, file.largest(case.problem), gather)
+    return Built(advance, read, file.largest(case.problem), gather)

@@ -1,0 +1,98 @@
+"""Moments and forces of joints: springs, dampers, actuators, and a platform that turns."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from plumbob.engines.adapters.pymunk.links import Link, Links
+from plumbob.engines.adapters.pymunk.plane import CLOSE
+from plumbob.engines.mechanism import Actuator, Joint, Mechanism
+from plumbob.engines.method import Unsupported
+
+Effort = Callable[[float, float, Sequence[float]], float]
+"""The force of a joint's actuators and of its spring and damper [N] or [N m] by its coordinate,
+its velocity and the controls."""
+# Times [s] at which a platform is asked whether it keeps its rate.
+TIMES = np.concatenate([[0.0], 2.0 ** np.arange(-10.0, 11.0)])
+
+
+def effort(joint: Joint, actuators: Sequence[Actuator]) -> Effort:
+    """The force of these actuators and of a joint's spring and damper."""
+    damping = float(joint.damping[0])
+    stiffness = joint.stiffness
+    rest = float(joint.rest[0])
+    if not actuators:
+        return lambda q, rate, controls: -stiffness * (q - rest) - damping * rate
+
+    def force(q: float, rate: float, controls: Sequence[float]) -> float:
+        total = -stiffness * (q - rest) - damping * rate
+        for a in actuators:
+            control = _within(controls[a.control], a.control_range)
+            stretch = a.bias[0] + a.gear * (a.bias[1] * q + a.bias[2] * rate)
+            total += a.gear * _within(a.gain * control + stretch, a.force_range)
+        return total
+
+    return force
+
+
+def _within(value: float, limits: tuple[float, float] | None) -> float:
+    return value if limits is None else min(max(value, limits[0]), limits[1])
+
+
+def turning_rate(mechanism: Mechanism, links: Links) -> float | None:
+    """The rate [rad/s] at which the plane turns about its upward direction: that of the joint whose
+    motion is prescribed, None without one. Raises Unsupported."""
+    platforms = [joint for joint in mechanism.joints if joint.velocity is not None]
+    if not platforms:
+        return None
+    platform = platforms[0]
+    assert platform.velocity is not None
+    rates = platform.velocity(TIMES)
+    alone = len(platforms) == 1 and mechanism.bodies[platform.body].parent == 0
+    upright = abs(links.plane.across(links.drawn.axis(platform))) < CLOSE
+    if not (alone and upright and np.all(rates == rates[0])):
+        raise Unsupported(f"pymunk has no platform that moves as {platform.name} does")
+    if np.linalg.norm(np.cross(mechanism.gravity, links.plane.up)) > CLOSE * np.linalg.norm(
+        mechanism.gravity
+    ):
+        raise Unsupported("pymunk has no gravity across the axis of a platform that turns")
+    return float(rates[0])
+
+
+def moment_on_platform(
+    mechanism: Mechanism, links: Links, link: Link, rate: float
+) -> Callable[[float], float]:
+    """The moment of the weight and of the centrifugal forces about the hinge of a body [N m], by
+    its angle, in a plane that turns about its upward direction at a rate [rad/s].
+
+    The centrifugal moment of a body whose centre is (y, z) from a hinge at p from the axis is
+    (I_yz - m z (p + y)) rate^2, and the turned I_yz is I_yz cos 2a + (I_yy - I_zz) sin 2a / 2 with
+    moments of inertia about the centre. Coriolis forces are across the plane.
+    """
+    assert link.hinge is not None
+    platform = next(joint for joint in mechanism.joints if joint.velocity is not None)
+    axis = links.plane.flat(links.drawn.point(platform.body, platform.place))
+    turn = links.drawn.turns[link.body]
+    body = mechanism.bodies[link.body]
+    right, up = links.plane.right, links.plane.up
+    inertia = turn @ body.inertia @ turn.T
+    y, z = link.arm.real, link.arm.imag
+    square = rate**2
+    weight = body.mass * float(up @ mechanism.gravity)
+    lever = body.mass * (link.hinge.place - axis).real * square
+    spread = (
+        float(right @ inertia @ right - up @ inertia @ up) + body.mass * (z**2 - y**2)
+    ) * square
+    product = (float(right @ inertia @ up) - body.mass * y * z) * square
+    even = weight * y - lever * z
+    odd = weight * z + lever * y
+
+    def moment(angle: float) -> float:
+        sine = math.sin(angle)
+        cosine = math.cos(angle)
+        return (spread * sine + even) * cosine - odd * sine + product * math.cos(2.0 * angle)
+
+    return moment
