@@ -13,6 +13,7 @@ from plumbob.analytic.errors.contact_models.impacts import SLOP
 from plumbob.analytic.errors.contact_models.rod_steps import TIP
 from plumbob.engines.adapters.pymunk.links import WORLD, Links, Pose
 from plumbob.engines.adapters.pymunk.methods import FLOOR_TIME
+from plumbob.engines.adapters.pymunk.plane import CLOSE
 from plumbob.engines.adapters.pymunk.simulation import vector
 from plumbob.engines.mechanism import Mechanism, Shape, Touch
 from plumbob.engines.method import Unsupported
@@ -113,10 +114,11 @@ class Surfaces:
     def _shape(self, surface: Surface, body: pymunk.Body) -> pymunk.Shape:
         if len(surface.points) > 1:
             middle = sum(surface.points) / len(surface.points)
-            # Its cores must overlap too: a radius would leave the direction of a contact to rounding.
+            # Not by a radius: polygons that overlap by their radii alone have contacts in a
+            # direction that rounding decides.
             grown = 1.0 + 2.0 * self.skin / surface.size
             corners = [middle + grown * (point - middle) for point in surface.points]
-            return pymunk.Poly(body, [vector(corner) for corner in corners])
+            return _polygon(body, corners)
         (place,) = surface.points
         if not surface.normal:
             return pymunk.Circle(body, surface.radius, vector(place))
@@ -186,7 +188,7 @@ def _corners(
     the plane."""
     across = [abs(links.plane.across(axis)) for axis in axes.T]
     along = int(np.argmin(across))
-    if across[along] > 1e-9:
+    if across[along] > CLOSE:
         raise Unsupported(f"pymunk has no box that leans out of the plane: {shape.name}")
     first = links.plane.flat(axes[:, along])
     second = 1j * first
@@ -197,12 +199,24 @@ def _corners(
         for half, lean in zip(np.delete(shape.size, along), leans, strict=True)
         if lean
     )
-    sides = ((1, -1), (1, 1), (-1, 1), (-1, -1))
-    corners = [a * width * first + b * height * second for a, b in sides]
-    # pymunk keeps the impulses of a step for the next by the numbers of two corners, and takes one
-    # contact of two boxes for the other if corners are counted from another one than in its boxes.
-    start = int(np.argmax([corner.real - corner.imag for corner in corners]))
-    return tuple(place + corner for corner in corners[start:] + corners[:start])
+    sides = ((-1, -1), (1, -1), (1, 1), (-1, 1))
+    return tuple(place + a * width * first + b * height * second for a, b in sides)
+
+
+def _polygon(body: pymunk.Body, corners: Sequence[complex]) -> pymunk.Shape:
+    """A polygon with these corners [m]; pymunk's own box if its edges are those of the axes.
+
+    pymunk keeps the impulses of a step for the next by the numbers of corners. It numbers those of
+    a polygon of its caller's from another corner than those of a box, and then takes the one
+    contact of two boxes for the other: stacks sink.
+    """
+    left, right = (choose(corner.real for corner in corners) for choose in (min, max))
+    bottom, top = (choose(corner.imag for corner in corners) for choose in (min, max))
+    limits = complex(left, bottom), complex(right, top)
+    close = CLOSE * abs(limits[1] - limits[0])
+    if all(min(abs(corner - limit) for limit in limits) < close for corner in corners[::2]):
+        return pymunk.Poly.create_box_bb(body, pymunk.BB(left, bottom, right, top))
+    return pymunk.Poly(body, [vector(corner) for corner in corners])
 
 
 def _gap(first: Surface, second: Surface) -> float:
