@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import cache
 
 import numpy as np
 
@@ -42,14 +43,14 @@ def simulated(
     compiles = find_engine("mujoco").ability(CompilesScenes)
     assert compiles is not None
     scene = compiles.mechanism(case)
-    return stepped(case, step, lambda: _begun(case, scene, step, build), broken)
+    stepper = cache(lambda: build(scene.mechanism, scene.start))
+    return stepped(case, step, lambda: _begun(case, scene, step, stepper()), broken)
 
 
-def _begun(case: Case, scene: SceneMechanism, step: float, build: Build) -> Built:
+def _begun(case: Case, scene: SceneMechanism, step: float, stepper: Stepper) -> Built:
     """A case at its start in an engine."""
     file = _model_file(case)
     controls = scene.controls
-    stepper = build(scene.mechanism, scene.start)
     stepper.put(scene.start)
 
     def advance(first: int, last: int) -> None:

@@ -5,6 +5,8 @@ from __future__ import annotations
 import cmath
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
@@ -49,12 +51,12 @@ class Link:
     slides: tuple[Slide, ...]
     hinge: Hinge | None
 
-    @property
+    @cached_property
     def free(self) -> bool:
         """Whether its slides let it move anywhere in the plane."""
         return sum(abs(slide.along) ** 2 for slide in self.slides) > 1.5
 
-    @property
+    @cached_property
     def arm(self) -> complex:
         """From the hinge to the centre in the drawing [m]; 0 without a hinge."""
         return self.centre - self.hinge.place if self.hinge else 0j
@@ -65,8 +67,7 @@ def turned_by(angle: float, arm: complex) -> complex:
     return abs(arm) * cmath.exp(1j * (angle + cmath.phase(arm)))
 
 
-@dataclass
-class Pose:
+class Pose(NamedTuple):
     """Where the centre of a link is and how the link is turned, with their rates."""
 
     place: complex  # [m]
@@ -121,30 +122,45 @@ class Links:
             poses.append(Pose(place + turned, angle, velocity + 1j * rate * turned, rate))
         return poses
 
-    def coordinates(self, poses: Sequence[Pose], begun: State) -> State:
-        """The state of links in these poses; coordinates that do not show in the plane are those of
-        the state that they `begun` from."""
-        qpos, qvel = begun.qpos.copy(), begun.qvel.copy()
-        for link, pose in zip(self.all, poses, strict=True):
-            place, velocity = pose.place - link.centre, pose.velocity
-            if hinge := link.hinge:
-                above = poses[link.parent] if link.parent != WORLD else Pose(0j, 0.0, 0j, 0.0)
-                turn, rate = pose.angle - above.angle, pose.rate - above.rate
-                qpos[hinge.joint] = hinge.sense * turn + hinge.reference
-                qvel[hinge.joint] = hinge.sense * rate
-                place, velocity = pose.at(-link.arm)
-                place -= hinge.place
+    def hidden(self, begun: State) -> list[tuple[float, float]]:
+        """Of each joint, the parts of a state's coordinate and velocity that are not seen in the
+        plane: of a slide that is not wholly in it."""
+        hidden = [(0.0, 0.0)] * len(begun.qpos)
+        for link in self.all:
+            place = _shift(link, begun.qpos)
+            velocity = _shift(link, begun.qvel, rates=True)
             for slide in link.slides:
-                number = slide.joint
                 back = slide.along.conjugate()
-                hidden = _shift(link, begun.qpos), _shift(link, begun.qvel, rates=True)
-                qpos[number] = (back * place).real + (
-                    begun.qpos[number] - (back * hidden[0]).real
+                hidden[slide.joint] = (
+                    float(begun.qpos[slide.joint]) - (back * place).real,
+                    float(begun.qvel[slide.joint]) - (back * velocity).real,
                 )
-                qvel[number] = (back * velocity).real + (
-                    begun.qvel[number] - (back * hidden[1]).real
-                )
-        return State(qpos, qvel)
+        return hidden
+
+    def coordinates(
+        self, poses: Sequence[Pose], hidden: Sequence[tuple[float, float]]
+    ) -> tuple[list[float], list[float]]:
+        """The coordinates of links in these poses, and their velocities, in the order of joints."""
+        qpos = [position for position, _ in hidden]
+        qvel = [velocity for _, velocity in hidden]
+        for link, pose in zip(self.all, poses, strict=True):
+            if hinge := link.hinge:
+                turn, rate = pose.angle, pose.rate
+                if link.parent != WORLD:
+                    turn -= poses[link.parent].angle
+                    rate -= poses[link.parent].rate
+                qpos[hinge.joint] += hinge.sense * turn + hinge.reference
+                qvel[hinge.joint] += hinge.sense * rate
+            if link.slides:
+                place, velocity = pose.place - link.centre, pose.velocity
+                if hinge and link.arm:
+                    place, velocity = pose.at(-link.arm)
+                    place -= hinge.place
+                for slide in link.slides:
+                    back = slide.along.conjugate()
+                    qpos[slide.joint] += (back * place).real
+                    qvel[slide.joint] += (back * velocity).real
+        return qpos, qvel
 
 
 def _shift(link: Link, values: Array, rates: bool = False) -> complex:

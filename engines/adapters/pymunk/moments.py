@@ -24,22 +24,38 @@ def effort(joint: Joint, actuators: Sequence[Actuator]) -> Effort:
     damping = float(joint.damping[0])
     stiffness = joint.stiffness
     rest = float(joint.rest[0])
-    if not actuators:
+    forces = list(map(_force, actuators))
+    if not forces:
         return lambda q, rate, controls: -stiffness * (q - rest) - damping * rate
+    if len(forces) == 1 and not (stiffness or damping):
+        return forces[0]
 
     def force(q: float, rate: float, controls: Sequence[float]) -> float:
         total = -stiffness * (q - rest) - damping * rate
-        for a in actuators:
-            control = _within(controls[a.control], a.control_range)
-            stretch = a.bias[0] + a.gear * (a.bias[1] * q + a.bias[2] * rate)
-            total += a.gear * _within(a.gain * control + stretch, a.force_range)
+        for of_actuator in forces:
+            total += of_actuator(q, rate, controls)
         return total
 
     return force
 
 
-def _within(value: float, limits: tuple[float, float] | None) -> float:
-    return value if limits is None else min(max(value, limits[0]), limits[1])
+def _force(actuator: Actuator) -> Effort:
+    """The force of an actuator on its joint."""
+    gear = actuator.gear
+    gain = actuator.gain
+    control = actuator.control
+    constant, by_place, by_rate = actuator.bias
+    low, high = actuator.force_range or (-math.inf, math.inf)
+    least, most = actuator.control_range or (-math.inf, math.inf)
+    by_place, by_rate = gear * by_place, gear * by_rate
+
+    def force(q: float, rate: float, controls: Sequence[float]) -> float:
+        bent = constant + by_place * q + by_rate * rate
+        return gear * min(
+            max(gain * min(max(controls[control], least), most) + bent, low), high
+        )
+
+    return force
 
 
 def turning_rate(mechanism: Mechanism, links: Links) -> float | None:

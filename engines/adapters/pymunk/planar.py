@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import pymunk
 
@@ -50,7 +51,7 @@ class Planar:
     rate: float | None  # [rad/s], of a plane that turns about its upward direction
     wheels: bool  # whether all links turn about hinges that no force pushes them off
 
-    @property
+    @cached_property
     def gravity(self) -> complex:
         """In the plane [m/s^2]."""
         return self.links.plane.flat(self.mechanism.gravity)
@@ -293,8 +294,16 @@ def _spring(
     if any(a.gain for a in servos):
         _add_push(made, lambda controls: held.__setitem__(slice(None), controls), False)
 
+    damping = float(joint.damping[0])
+    rest = sense * (float(joint.rest[0]) - reference)
+    if link.parent == WORLD and not servos:
+        return lambda spring, angle: (
+            joint.stiffness * (angle - rest) + damping * body.angular_velocity
+        )
+    still = link.parent == WORLD
+
     def against(spring: pymunk.DampedRotarySpring, angle: float) -> float:
-        rate = body.angular_velocity - carrier.angular_velocity
+        rate = body.angular_velocity - (0.0 if still else carrier.angular_velocity)
         return -sense * exerted(sense * angle + reference, sense * rate, held)
 
     return against

@@ -20,15 +20,12 @@ CLOSE = 1e-9
 
 @dataclass(frozen=True)
 class Plane:
-    """A plane in the world with a direction to the right and one up, unit vectors, shape (3,)."""
+    """A plane in the world: unit vectors to the right, up, and along the normal, about which angles
+    in the plane count, shape (3,) each."""
 
     right: Array
     up: Array
-
-    @property
-    def normal(self) -> Array:
-        """The direction about which an angle in the plane counts, shape (3,)."""
-        return np.cross(self.right, self.up)
+    normal: Array
 
     def flat(self, vector: Array) -> complex:
         """The part of a vector in the plane: right + i up."""
@@ -78,15 +75,17 @@ def plane_of(mechanism: Mechanism, start: State, drawn: Drawing) -> Plane:
         up = lines[0] / np.linalg.norm(lines[0])
         right = next(filter(None.__ne__, (_perpendicular(line, up) for line in lines)))
         assert right is not None
-        return Plane(right, up)
+        return Plane(right, up, np.cross(right, up))
     normal = drawn.axis(hinges[0])
     for hinge in hinges:
-        if np.linalg.norm(np.cross(drawn.axis(hinge), normal)) > CLOSE:
+        axis = drawn.axis(hinge)
+        if np.abs(axis - (axis @ normal) * normal).max() > CLOSE:
             raise Unsupported(f"pymunk moves in a plane, and {hinge.name} turns out of it")
     up = next(filter(None.__ne__, (_perpendicular(line, normal) for line in lines)))
     assert up is not None
     right = np.cross(up, normal)
-    return Plane(right * np.sign(right[np.argmax(np.abs(right))]), up)
+    sign = np.sign(right[np.argmax(np.abs(right))])
+    return Plane(sign * right, up, sign * normal)
 
 
 def _perpendicular(line: Array, axis: Array) -> Array | None:

@@ -27,10 +27,13 @@ class PlanarStepper:
     """A planar mechanism in pymunk. Each state that it is put into gets a new space, so that
     nothing of earlier steps is kept."""
 
-    def __init__(self, planar: Planar, step: float, start: State) -> None:
+    def __init__(self, planar: Planar, step: float) -> None:
         self._planar = planar
         self._step = step
-        self.put(start)
+        controls = [actuator.control for actuator in planar.mechanism.actuators]
+        self._idle = [0.0] * (1 + max(controls, default=0))  # controls that are zero
+        prescribed = [joint.velocity is not None for joint in planar.mechanism.joints]
+        self._platform = prescribed.index(True) if any(prescribed) else None
 
     @property
     def step(self) -> float:
@@ -39,21 +42,24 @@ class PlanarStepper:
 
     def put(self, state: State, time: float = 0.0) -> None:
         """Set the state; the time has no effect."""
-        self._begun = state
+        self._hidden = self._planar.links.hidden(state)
+        self._started = state
         self._steps = 0
         self._made = assembled(self._planar, self._planar.links.poses(state))
-        self._before: list[tuple[complex, complex]] = []
-        """Of each body, its velocity before the last step and the force exerted in that step."""
+        # Of each body, its velocity before the last step and the force exerted in that step.
+        self._before: list[pymunk.Vec2d] = []
+        self._exerted: list[pymunk.Vec2d] = []
         if not self._planar.mechanism.actuators:
             self._begin(self._idle)
 
     def state(self) -> State:
         """The state now."""
-        state = self._planar.links.coordinates(self._poses(), self._begun)
-        for number, joint in enumerate(self._planar.mechanism.joints):
-            if (rate := self._planar.rate) is not None and joint.velocity is not None:
-                state.qpos[number] += rate * self._step * self._steps
-        return state
+        qpos, qvel = self._planar.links.coordinates(self._poses(), self._hidden)
+        if (number := self._platform) is not None and (rate := self._planar.rate) is not None:
+            time = self._step * self._steps
+            qpos[number] = float(self._started.qpos[number]) + rate * time
+            qvel[number] = rate
+        return State(np.array(qpos), np.array(qvel))
 
     def advance(self, controls: Array | None, steps: int) -> None:
         """Take `steps` steps under controls, shape (steps, controls)."""
@@ -65,16 +71,10 @@ class PlanarStepper:
         self._take(rows and rows[:-1], steps - 1)
         for push in self._made.always if rows is None else self._made.pushes:
             push(rows[-1] if rows else self._idle)
-        self._before = [(complex(*b.velocity), complex(*b.force)) for b in self._made.bodies]
+        self._before = [body.velocity for body in self._made.bodies]
+        self._exerted = [body.force for body in self._made.bodies]
         self._made.space.step(self._step)
         self._steps += steps
-
-    @property
-    def _idle(self) -> list[float]:
-        """Controls that are zero."""
-        return [0.0] * (
-            1 + max((a.control for a in self._planar.mechanism.actuators), default=0)
-        )
 
     def _take(self, rows: Sequence[Sequence[float]] | None, steps: int) -> None:
         """Take steps under these rows of controls."""
@@ -91,10 +91,17 @@ class PlanarStepper:
             move(step)
 
     def _poses(self) -> list[Pose]:
-        return [
-            Pose(complex(*b.position), b.angle, complex(*b.velocity), b.angular_velocity)
-            for b in self._made.bodies
-        ]
+        """The poses of the links, as far as coordinates are read off them."""
+        poses = list[Pose]()
+        for link, body in zip(self._planar.links.all, self._made.bodies, strict=True):
+            place = velocity = 0j
+            angle = rate = 0.0
+            if link.slides:
+                place, velocity = complex(*body.position), complex(*body.velocity)
+            if link.hinge:
+                angle, rate = body.angle, body.angular_velocity
+            poses.append(Pose(place, angle, velocity, rate))
+        return poses
 
     def _begin(self, controls: Sequence[float]) -> None:
         """Give a start what the step before would have left: the opening of a joint that closes in
@@ -142,14 +149,14 @@ class PlanarStepper:
         touching = np.full((len(pairs), 3), np.nan)
         if not self._before:
             return Forces(joints, touching)
-        impulses = self._impulses()
-        forces = [plane.lifted(impulses.get(pair, 0j) / self._step) for pair in pairs]
-        touching[:] = np.reshape(forces, (-1, 3))
+        impulses = self._impulses() if pairs else {}
+        for number, pair in enumerate(pairs):
+            touching[number] = plane.lifted(impulses.get(pair, 0j) / self._step)
         for link, force in zip(planar.links.all, self._carried(impulses), strict=True):
-            numbers = [slide.joint for slide in link.slides]
-            numbers += [link.hinge.joint] if link.hinge else []
-            if len(numbers) == 1 and not planar.wheels:
-                joints[numbers[0]] = plane.lifted(force)
+            if planar.wheels or len(link.slides) + (link.hinge is not None) > 1:
+                continue
+            joint = link.hinge or link.slides[0]
+            joints[joint.joint] = plane.lifted(force)
         return Forces(joints, touching)
 
     def _impulses(self) -> dict[tuple[int, int], complex]:
@@ -196,6 +203,6 @@ class PlanarStepper:
 def planar_stepper(
     mechanism: Mechanism, start: State, method: Method, step: float
 ) -> PlanarStepper:
-    """A mechanism with a method at a step [s], put into the state in which it starts; raises
-    Unsupported, which names the part that pymunk cannot have."""
-    return PlanarStepper(planar_of(mechanism, start, method), step, start)
+    """A mechanism that starts in a state, with a method at a step [s], before it is put into any
+    state; raises Unsupported, which names the part that pymunk cannot have."""
+    return PlanarStepper(planar_of(mechanism, start, method), step)
