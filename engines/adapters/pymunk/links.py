@@ -50,6 +50,7 @@ class Link:
     centre: complex  # of mass, in the drawing [m]
     slides: tuple[Slide, ...]
     hinge: Hinge | None
+    length: float = 0.0  # from the hinge to the centre of the mechanism's body [m]
 
     @cached_property
     def free(self) -> bool:
@@ -215,15 +216,17 @@ def _link(
     if slides and parent != WORLD:
         raise Unsupported(f"pymunk has no slide on a body that moves: {body.name}")
     inertia = drawn.turns[number] @ body.inertia @ drawn.turns[number].T
+    centre = plane.flat(drawn.point(number, body.centre))
     return Link(
         number,
         parent,
         body.mass,
         0.0 if body.point else plane.across(inertia @ plane.normal),
         body.point,
-        plane.flat(drawn.point(number, body.centre)),
+        centre,
         tuple(slides),
         hinge,
+        abs(centre - hinge.place) if hinge else 0.0,
     )
 
 

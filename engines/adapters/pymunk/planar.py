@@ -89,7 +89,9 @@ def planar_of(mechanism: Mechanism, start: State, method: Method) -> Planar:
         raise Unsupported("pymunk has no platform that turns under more than one hinge")
     wheels = alone and (weightless or rate is not None)
     bodies = [_as_body(mechanism, link, wheels) for link in links.all]
-    return Planar(mechanism, method, replace(links, all=bodies), surfaces, rate, wheels)
+    planar = Planar(mechanism, method, replace(links, all=bodies), surfaces, rate, wheels)
+    assembled(planar, planar.links.poses(start))  # what cannot be is refused here, not later
+    return planar
 
 
 def _as_body(mechanism: Mechanism, link: Link, wheel: bool) -> Link:
@@ -98,7 +100,7 @@ def _as_body(mechanism: Mechanism, link: Link, wheel: bool) -> Link:
         return replace(link, moment=math.inf)
     joint = mechanism.joints[link.hinge.joint]
     armature = float(joint.armature[0])
-    length = abs(link.arm)
+    length = link.length
     if wheel:
         return replace(link, moment=link.moment + link.mass * length**2 + armature)
     if armature:
@@ -322,8 +324,7 @@ def _push_point(made: Assembly, number: int, hinge: Hinge) -> None:
         raise Unsupported(f"pymunk has no moment on a point that hangs on a body: {joint.name}")
     exerted = effort(joint, motors)
     body = made.bodies[number]
-    length = point_length(link)
-    across = 1j * hinge.sense * link.arm / abs(link.arm) / length
+    across = 1j * hinge.sense * link.arm / abs(link.arm) / link.length
 
     def push(controls: Sequence[float]) -> None:
         force = exerted(0.0, hinge.sense * body.angular_velocity, controls)
@@ -331,8 +332,3 @@ def _push_point(made: Assembly, number: int, hinge: Hinge) -> None:
         body.force = vector(force * across * complex(x, y))
 
     _add_push(made, push, damped)
-
-
-def point_length(link: Link) -> float:
-    """The distance from a hinge on the world to the point that a body is meant as [m]."""
-    return (link.moment / link.mass + abs(link.arm) ** 2) / abs(link.arm)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -73,26 +73,28 @@ def plane_of(mechanism: Mechanism, start: State, drawn: Drawing) -> Plane:
     lines = [line for line in _lines(mechanism, start, drawn) if np.linalg.norm(line) > CLOSE]
     if not hinges:
         up = lines[0] / np.linalg.norm(lines[0])
-        right = next(filter(None.__ne__, (_perpendicular(line, up) for line in lines)))
-        assert right is not None
+        right = _perpendicular(lines, up)
         return Plane(right, up, np.cross(right, up))
     normal = drawn.axis(hinges[0])
     for hinge in hinges:
         axis = drawn.axis(hinge)
         if np.abs(axis - (axis @ normal) * normal).max() > CLOSE:
             raise Unsupported(f"pymunk moves in a plane, and {hinge.name} turns out of it")
-    up = next(filter(None.__ne__, (_perpendicular(line, normal) for line in lines)))
-    assert up is not None
+    up = _perpendicular(lines, normal)
     right = np.cross(up, normal)
     sign = np.sign(right[np.argmax(np.abs(right))])
     return Plane(sign * right, up, sign * normal)
 
 
-def _perpendicular(line: Array, axis: Array) -> Array | None:
-    """The unit vector of a line's part perpendicular to a unit vector; None where there is none."""
-    part = line - (line @ axis) * axis
-    length = float(np.linalg.norm(part))
-    return part / length if length > CLOSE * float(np.linalg.norm(line)) else None
+def _perpendicular(lines: Sequence[Array], axis: Array) -> Array:
+    """The direction of the first of these lines that is not along an axis, as far as the line is
+    perpendicular to the axis: a unit vector."""
+    for line in lines:
+        part = line - (line @ axis) * axis
+        length = float(np.linalg.norm(part))
+        if length > CLOSE * float(np.linalg.norm(line)):
+            return np.asarray(part / length)
+    raise AssertionError("the axes of the world are among the lines")
 
 
 def _lines(mechanism: Mechanism, start: State, drawn: Drawing) -> Iterator[Array]:
@@ -104,7 +106,11 @@ def _lines(mechanism: Mechanism, start: State, drawn: Drawing) -> Iterator[Array
     yield from (drawn.axis(j) for j in mechanism.joints if j.velocity is not None)
     yield -mechanism.gravity
     slides = [(n, j) for n, j in enumerate(mechanism.joints) if j.kind == "slide"]
-    yield from (drawn.axis(joint) * start.qvel[number] for number, joint in slides)
+    for body in range(len(mechanism.bodies)):
+        moving = [
+            drawn.axis(joint) * start.qvel[n] for n, joint in slides if joint.body == body
+        ]
+        yield np.sum(moving, axis=0) if moving else np.zeros(3)
     carrying = [joint.body for joint in mechanism.joints]
     yield from (drawn.axis(j) for _, j in slides if carrying.count(j.body) == 1)
     yield from (drawn.axis(joint) for _, joint in slides)

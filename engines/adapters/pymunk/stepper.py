@@ -181,19 +181,19 @@ class PlanarStepper:
         planar = self._planar
         links = planar.links.all
         forces = list[complex]()
-        for link, pose, (before, exerted) in zip(
-            links, self._poses(), self._before, strict=True
+        for link, body, before, exerted in zip(
+            links, self._made.bodies, self._before, self._exerted, strict=True
         ):
             looped = any(link.body in loop.bodies for loop in planar.mechanism.loops)
-            gained = link.mass * ((pose.velocity - before) / self._step - planar.gravity)
-            forces.append(complex(np.nan, np.nan) if looped else gained - exerted)
+            faster = complex(*(body.velocity - before)) / self._step
+            gained = link.mass * (faster - planar.gravity) - complex(*exerted)
+            forces.append(complex(np.nan, np.nan) if looped else gained)
         for pair in planar.surfaces.pairs:
             impulse = impulses.get(pair.surfaces, 0j) / self._step
-            for link, force in zip(
-                planar.surfaces.links(pair), (-impulse, impulse), strict=True
-            ):
-                if link != WORLD:
-                    forces[link] -= force
+            touched = zip(planar.surfaces.links(pair), (-impulse, impulse), strict=True)
+            for number, force in touched:
+                if number != WORLD:
+                    forces[number] -= force
         for number in reversed(range(len(links))):
             if links[number].parent != WORLD:
                 forces[links[number].parent] += forces[number]
