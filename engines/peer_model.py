@@ -73,8 +73,6 @@ class RefusedFile(NotRead):
 
 def rotation(attitude: Array) -> Array:
     """The matrix of a quaternion [w, x, y, z], shape (3, 3)."""
-    if attitude[0] == 1.0 and not np.any(attitude[1:]):
-        return np.eye(3)
     from scipy.spatial.transform import (
         Rotation,  # not above: this module is loaded at each start
     )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from functools import cache
+from functools import cache, partial
 
 import numpy as np
 
@@ -61,23 +61,26 @@ def _begun(case: Case, scene: SceneMechanism, step: float, stepper: Stepper) -> 
         )
         stepper.advance(rows, last - first)
 
-    tells = stepper.forces if isinstance(stepper, TellsForces) and file.forces else None
+    forced = file.forces and any(observable.force for observable in case.system.observables)
+    forces = stepper.forces if forced and isinstance(stepper, TellsForces) else None
 
     def read() -> tuple[State, Forces | None]:
-        return stepper.state(), tells() if tells else None
+        return stepper.state(), forces() if forces else None
 
-    def gather(samples: Sequence[tuple[State, Forces | None]]) -> Observed:
-        states, told = zip(*samples, strict=True)
-        qpos, qvel = (
-            np.array([getattr(state, part) for state in states]) for part in ("qpos", "qvel")
-        )
-        observed = dict(file.observe(case.problem, qpos, qvel))
-        if tells and file.forces:
-            joints, touching = (
-                np.array([getattr(forces, part) for forces in told])
-                for part in ("joints", "touching")
-            )
-            observed |= file.forces(case.problem, qpos, qvel, joints, touching)
-        return observed, {}
+    return Built(advance, read, file.largest(case.problem), partial(_observed, case, file))
 
-    return Built(advance, read, file.largest(case.problem), gather)
+
+def _observed(
+    case: Case, file: ModelFile, samples: Sequence[tuple[State, Forces | None]]
+) -> Observed:
+    """What states of a case, and an engine's forces if there are any, show; no channels."""
+    states = [state for state, _ in samples]
+    forces = [force for _, force in samples if force is not None]
+    qpos = np.array([state.qpos for state in states])
+    qvel = np.array([state.qvel for state in states])
+    observed = dict(file.observe(case.problem, qpos, qvel))
+    if forces and file.forces:
+        joints = np.array([force.joints for force in forces])
+        touching = np.array([force.touching for force in forces])
+        observed |= file.forces(case.problem, qpos, qvel, joints, touching)
+    return observed, {}

@@ -76,9 +76,9 @@ def forces(
         return {}
     theta = qpos[:, 0]
     inwards = np.stack([-np.sin(theta), np.zeros(len(theta)), np.cos(theta)], axis=1)
-    told = (joints[:, 0] * inwards).sum(axis=1)
+    pull = (joints[:, 0] * inwards).sum(axis=1)
     rigid = problem.length * qvel[:, 0] ** 2 + problem.gravity * np.cos(theta)
-    return {"tension": np.where(np.isnan(told), problem.mass * rigid, told)}
+    return {"tension": np.where(np.isnan(pull), problem.mass * rigid, pull)}
 
 
 MODEL = ModelFile(

@@ -91,20 +91,12 @@ def moment_on_platform(
     assert link.hinge is not None
     platform = next(joint for joint in mechanism.joints if joint.velocity is not None)
     axis = links.plane.flat(links.drawn.point(platform.body, platform.place))
-    turn = links.drawn.turns[link.body]
-    body = mechanism.bodies[link.body]
-    right, up = links.plane.right, links.plane.up
-    inertia = turn @ body.inertia @ turn.T
-    y, z = link.arm.real, link.arm.imag
-    square = rate**2
-    weight = body.mass * float(up @ mechanism.gravity)
-    lever = body.mass * (link.hinge.place - axis).real * square
-    spread = (
-        float(right @ inertia @ right - up @ inertia @ up) + body.mass * (z**2 - y**2)
-    ) * square
-    product = (float(right @ inertia @ up) - body.mass * y * z) * square
-    even = weight * y - lever * z
-    odd = weight * z + lever * y
+    arm = link.arm
+    weight = link.mass * float(links.plane.up @ mechanism.gravity)
+    lever = link.mass * (link.hinge.place - axis).real * rate**2
+    even = weight * arm.real - lever * arm.imag
+    odd = weight * arm.imag + lever * arm.real
+    spread, product = _inertia(mechanism, links, link, rate**2)
 
     def moment(angle: float) -> float:
         sine = math.sin(angle)
@@ -112,3 +104,18 @@ def moment_on_platform(
         return (spread * sine + even) * cosine - odd * sine + product * math.cos(2.0 * angle)
 
     return moment
+
+
+def _inertia(
+    mechanism: Mechanism, links: Links, link: Link, square: float
+) -> tuple[float, float]:
+    """The difference of a body's moments of inertia about a hinge, along the plane's directions to
+    the right and up, and their product of inertia [kg m^2], times a `square` of a rate."""
+    turn = links.drawn.turns[link.body]
+    inertia = turn @ mechanism.bodies[link.body].inertia @ turn.T
+    right, up = links.plane.right, links.plane.up
+    y, z = link.arm.real, link.arm.imag
+    difference = float(right @ inertia @ right - up @ inertia @ up)
+    spread = difference + link.mass * (z**2 - y**2)
+    product = float(right @ inertia @ up) - link.mass * y * z
+    return spread * square, product * square

@@ -263,8 +263,9 @@ def _turn(made: Assembly, number: int, hinge: Hinge) -> None:
 
         def push(controls: Sequence[float]) -> None:
             moment = sense * exerted(0.0, 0.0, controls)
-            body.torque += moment
-            carrier.torque -= moment
+            body.torque = moment  # motors of bodies that it carries come after it
+            if link.parent != WORLD:
+                carrier.torque -= moment
 
         _add_push(made, push, without_controls=False)
     if planar.rate is not None or joint.stiffness or joint.damping[0] or servos:

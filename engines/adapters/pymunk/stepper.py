@@ -180,24 +180,29 @@ class PlanarStepper:
         nan if a loop holds one of them."""
         planar = self._planar
         links = planar.links.all
-        forces = list[complex]()
-        for link, body, before, exerted in zip(
-            links, self._made.bodies, self._before, self._exerted, strict=True
-        ):
-            looped = any(link.body in loop.bodies for loop in planar.mechanism.loops)
-            faster = complex(*(body.velocity - before)) / self._step
-            gained = link.mass * (faster - planar.gravity) - complex(*exerted)
-            forces.append(complex(np.nan, np.nan) if looped else gained)
+        forces = [self._gained(number) for number in range(len(links))]
         for pair in planar.surfaces.pairs:
-            impulse = impulses.get(pair.surfaces, 0j) / self._step
-            touched = zip(planar.surfaces.links(pair), (-impulse, impulse), strict=True)
-            for number, force in touched:
-                if number != WORLD:
-                    forces[number] -= force
+            force = impulses.get(pair.surfaces, 0j) / self._step
+            first, second = planar.surfaces.links(pair)
+            if first != WORLD:
+                forces[first] += force
+            if second != WORLD:
+                forces[second] -= force
+        for loop in planar.mechanism.loops:
+            for body in loop.bodies:
+                if (number := planar.links.numbers.get(body)) is not None:
+                    forces[number] = complex(np.nan, np.nan)
         for number in reversed(range(len(links))):
             if links[number].parent != WORLD:
                 forces[links[number].parent] += forces[number]
         return forces
+
+    def _gained(self, number: int) -> complex:
+        """The momentum that a link gained in the last step over the step, beside its weight and
+        what is exerted on it [N]."""
+        faster = complex(*(self._made.bodies[number].velocity - self._before[number]))
+        gained = faster / self._step - self._planar.gravity
+        return self._planar.links.all[number].mass * gained - complex(*self._exerted[number])
 
 
 def planar_stepper(

@@ -208,7 +208,7 @@ def _polygon(body: pymunk.Body, corners: Sequence[complex]) -> pymunk.Shape:
 
     pymunk keeps the impulses of a step for the next by the numbers of corners. It numbers those of
     a polygon of its caller's from another corner than those of a box, and then takes the one
-    contact of two boxes for the other: stacks sink.
+    contact of two boxes for the other: stacks collapse.
     """
     left, right = (choose(corner.real for corner in corners) for choose in (min, max))
     bottom, top = (choose(corner.imag for corner in corners) for choose in (min, max))
@@ -224,19 +224,21 @@ def _gap(first: Surface, second: Surface) -> float:
     if second.normal:
         first, second = second, first
     if first.normal:
-        heights = [
-            ((p - first.points[0]) * first.normal.conjugate()).real for p in second.points
-        ]
-        return min(heights) - second.radius
-    middles = [sum(s.points) / len(s.points) for s in (first, second)]
+        return _lowest(second, first.normal) - _lowest(first, first.normal)
     sides = [b - a for s in (first, second) for a, b in itertools.pairwise(s.points)]
-    normals = [-1j * side / abs(side) for side in sides] or [middles[1] - middles[0]]
-    apart = []
-    for normal in (sign * n / abs(n) for n in normals for sign in (1, -1)):
-        top = max((p * normal.conjugate()).real for p in first.points) + first.radius
-        bottom = min((p * normal.conjugate()).real for p in second.points) - second.radius
-        apart.append(bottom - top)
-    return max(apart)
+    middles = [sum(surface.points) / len(surface.points) for surface in (first, second)]
+    normals = [-1j * side for side in sides] or [middles[1] - middles[0]]
+    return max(
+        _lowest(second, sign * normal) + _lowest(first, -sign * normal)
+        for normal in normals
+        for sign in (1.0, -1.0)
+    )
+
+
+def _lowest(surface: Surface, direction: complex) -> float:
+    """How far along a direction a surface begins [m]."""
+    along = direction.conjugate() / abs(direction)
+    return min((point * along).real for point in surface.points) - surface.radius
 
 
 def _sliding(touch: Touch) -> float:
