@@ -103,6 +103,14 @@ def test_any_state_of_a_tree_is_read_as_it_was_put():
         assert stepper.state().qvel == pytest.approx(state.qvel, abs=ROUNDED)
 
 
+def test_slides_out_of_the_plane_keep_their_place():
+    stepper = stepper_of("incline/stops", 1e-3)
+    for aside in (0.3, -0.2):
+        stepper.put(State(np.array([0.1, aside, 0.0]), np.array([1.0, 0.0, 0.0])))
+        stepper.advance(None, 10)
+        assert stepper.state().qpos[1] == pytest.approx(aside, abs=ROUNDED)
+
+
 def test_springs_dampers_and_actuators_of_a_tree_move_it_as_in_mujoco():
     mechanism, model, start = mechanism_of(CART)
     data = mujoco.MjData(model)
