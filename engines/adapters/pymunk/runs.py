@@ -39,7 +39,6 @@ def _built(scene: Translation, step: float) -> Built:
     move = scene.space.step
     act = scene.act
     following = scene.following
-    before = scene.before_sample
     sample: dict[str, float] = {}  # the latest
     taken = 0
 
@@ -58,10 +57,6 @@ def _built(scene: Translation, step: float) -> Built:
         if following is not None:
             follow(first)
             middle = first + 1
-        elif before is not None:
-            middle = last - 1
-            take(first, middle)
-            before(middle * step)
         take(middle, last)
 
     def follow(first: int) -> None:

@@ -22,8 +22,6 @@ class Translation:
     """Magnitudes of observables that only a diverged run exceeds."""
     following: Callable[[], ByName] | None = None
     """Observables of the step that begins at a sample: read when it is done."""
-    before_sample: Callable[[float], None] | None = None
-    """Called with the time [s] before the step that ends at a sample."""
 
 
 def vector(value: complex) -> tuple[float, float]:
