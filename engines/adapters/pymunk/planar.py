@@ -62,16 +62,14 @@ class Planar:
         centres = [abs(link.centre) for link in self.links.all]
         return max([*centres, *(surface.size for surface in self.surfaces.all)])
 
-    def guided(self, number: int) -> bool:
+    def guided(self, slide: Slide) -> bool:
         """Whether a link on one slide needs a joint that keeps it there: something may push it
         across the slide."""
-        link = self.links.all[number]
-        surfaces = self.surfaces
-        rubbed = any(pair.friction for pair in surfaces.pairs if number in surfaces.links(pair))
-        looped = any(link.body in loop.bodies for loop in self.mechanism.loops)
-        carries = any(other.parent == number for other in self.links.all)
-        weight = abs((self.gravity * link.slides[0].along.conjugate()).imag)
-        return rubbed or looped or carries or weight > CLOSE * abs(self.gravity)
+        rubbed = any(pair.friction for pair in self.surfaces.pairs)
+        carries = any(link.parent != WORLD for link in self.links.all)
+        weight = abs((self.gravity * slide.along.conjugate()).imag)
+        across = weight > CLOSE * abs(self.gravity)
+        return rubbed or carries or across or bool(self.mechanism.loops)
 
 
 def planar_of(mechanism: Mechanism, start: State, method: Method) -> Planar:
@@ -184,7 +182,7 @@ def _hold(made: Assembly, number: int) -> None:
     """Join a link to what carries it, where something may push it off."""
     link = made.planar.links.all[number]
     if link.slides:
-        if not link.free and made.planar.guided(number):
+        if not link.free and made.planar.guided(link.slides[0]):
             place = link.hinge.place if link.hinge else link.centre
             far = FAR * made.planar.size * link.slides[0].along
             ends = vector(place - far), vector(place + far)

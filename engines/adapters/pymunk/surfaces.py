@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import itertools
+import cmath
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
@@ -29,25 +29,30 @@ POINT = 1e-6
 # Lengths that a floor below a point extends to either side and down, so that no step passes it.
 DEEP = 1e2
 BITS = 32  # of pymunk's masks
+AXES = (1 + 0j, -1 + 0j, 1j, -1j)
 
 
 @dataclass(frozen=True)
 class Surface:
-    """A shape in the plane: points with a radius about them, or a floor."""
+    """A circle or a box in the plane, or a floor."""
 
     link: int  # or WORLD
-    points: tuple[complex, ...]  # from the link's centre, or on the floor [m]
+    place: complex  # of its middle from the link's centre, or of a point of a floor [m]
     radius: float  # [m]
     size: float  # [m], the radius of a circle or the longest edge of a box
+    half: complex = 0j  # half sizes of a box to the right and up, in the drawing [m]
     normal: complex = 0j  # of a floor, away from it
     point: bool = False  # a circle so small that a point is meant
 
-    def placed(self, poses: Sequence[Pose]) -> Surface:
-        """The same surface with its points in the plane."""
-        if self.link == WORLD:
-            return self
-        points = tuple(poses[self.link].at(arm)[0] for arm in self.points)
-        return Surface(WORLD, points, self.radius, self.size)
+    def begins(self, poses: Sequence[Pose], direction: complex) -> float:
+        """How far along a direction it begins, where its link is in one of the `poses` [m]."""
+        place = self.place
+        own = direction
+        if self.link != WORLD:
+            place, _ = poses[self.link].at(place)
+            own *= cmath.exp(-1j * poses[self.link].angle)
+        extent = abs(self.half.real * own.real) + abs(self.half.imag * own.imag)
+        return (place * direction.conjugate()).real - self.radius - extent
 
 
 @dataclass(frozen=True)
@@ -73,7 +78,7 @@ class Surfaces:
     pairs: tuple[Pair, ...]
     friction: tuple[float, ...]  # of each surface: pymunk gives a pair their product
     restitution: tuple[float, ...]  # likewise
-    skin: float  # by which floors and boxes are thicker [m], the shorter edge of a box by less
+    skin: float  # by which floors and boxes are thicker [m]
     slop: float  # depth that is not closed [m]
     reach: float  # of a floor to either side [m]
 
@@ -112,14 +117,15 @@ class Surfaces:
         return made
 
     def _shape(self, surface: Surface, body: pymunk.Body) -> pymunk.Shape:
-        if len(surface.points) > 1:
-            middle = sum(surface.points) / len(surface.points)
-            # Not by a radius: polygons that overlap by their radii alone have contacts in a
-            # direction that rounding decides.
-            grown = 1.0 + 2.0 * self.skin / surface.size
-            corners = [middle + grown * (point - middle) for point in surface.points]
-            return _polygon(body, corners)
-        (place,) = surface.points
+        place = surface.place
+        if surface.half:
+            # pymunk's own box: it keeps impulses for the next step by the numbers of corners, and
+            # takes the one contact of two boxes for the other if these are polygons of a caller's,
+            # so that stacks collapse. Nor has it a radius: where boxes overlap by their radii
+            # alone, rounding decides the direction of a contact.
+            corner = surface.half + complex(self.skin, self.skin)
+            box = pymunk.BB(*vector(place - corner), *vector(place + corner))
+            return pymunk.Poly.create_box_bb(body, box)
         if not surface.normal:
             return pymunk.Circle(body, surface.radius, vector(place))
         thickness = self.skin
@@ -134,8 +140,8 @@ class Surfaces:
 def surfaces_of(mechanism: Mechanism, links: Links, start: State) -> Surfaces:
     """The surfaces of a mechanism that starts in a state; raises Unsupported."""
     found = tuple(_surface(mechanism, links, shape) for shape in mechanism.shapes)
-    placed = [surface.placed(links.poses(start)) for surface in found]
-    gaps = [_gap(*(placed[number] for number in t.shapes)) for t in mechanism.touching]
+    poses = links.poses(start)
+    gaps = [_gap(poses, *(found[number] for number in t.shapes)) for t in mechanism.touching]
     size = max((surface.size for surface in found), default=0.0)
     pairs = tuple(
         Pair(touch.shapes, _sliding(touch), touch.restitution, gap < TOUCHING * size)
@@ -166,79 +172,34 @@ def _surface(mechanism: Mechanism, links: Links, shape: Shape) -> Surface:
     link, place = links.arm(shape.body, shape.place)
     axes = links.drawn.turns[shape.body] @ rotation(shape.attitude)
     if shape.kind == "plane" and shape.body == 0:
-        return Surface(WORLD, (place,), 0.0, 0.0, plane.flat(axes[:, 2]))
+        return Surface(WORLD, place, 0.0, 0.0, normal=plane.flat(axes[:, 2]))
     if shape.kind == "sphere":
         radius = float(shape.size[0])
         if radius < POINT * abs(place):
             length = 2.0 * abs(place)
-            return Surface(link, (place,), TIP * length, length, point=True)
-        return Surface(link, (place,), radius, radius)
-    if shape.kind == "box":
-        return Surface(
-            link, _corners(links, axes, shape, place), 0.0, 2.0 * float(shape.size.max())
-        )
-    name = mechanism.bodies[shape.body].name
-    raise Unsupported(f"pymunk has no {shape.kind} that touches: {shape.name or name}")
-
-
-def _corners(
-    links: Links, axes: np.ndarray, shape: Shape, place: complex
-) -> tuple[complex, ...]:
-    """The corners of a box's section in the plane; raises Unsupported if no axis of the box is in
-    the plane."""
-    across = [abs(links.plane.across(axis)) for axis in axes.T]
-    along = int(np.argmin(across))
-    if across[along] > CLOSE:
-        raise Unsupported(f"pymunk has no box that leans out of the plane: {shape.name}")
-    first = links.plane.flat(axes[:, along])
-    second = 1j * first
-    leans = np.abs(links.plane.lifted(second) @ np.delete(axes, along, axis=1))
-    width = float(shape.size[along])
-    height = min(
-        half / lean
-        for half, lean in zip(np.delete(shape.size, along), leans, strict=True)
-        if lean
+            return Surface(link, place, TIP * length, length, point=True)
+        return Surface(link, place, radius, radius)
+    name = shape.name or mechanism.bodies[shape.body].name
+    if shape.kind != "box":
+        raise Unsupported(f"pymunk has no {shape.kind} that touches: {name}")
+    directions = plane.right, plane.up
+    leans = np.abs(np.array(directions) @ axes)
+    if leans.max() < 1.0 - CLOSE:
+        raise Unsupported(f"pymunk has no box that leans in the drawing: {name}")
+    # Of a box on one of its edges only the height counts, up to where its faces are.
+    right, up = (
+        min(half / lean for half, lean in zip(shape.size, row, strict=True) if lean > CLOSE)
+        for row in leans
     )
-    sides = ((-1, -1), (1, -1), (1, 1), (-1, 1))
-    return tuple(place + a * width * first + b * height * second for a, b in sides)
+    half = complex(right, up)
+    return Surface(link, place, 0.0, 2.0 * float(shape.size.max()), half)
 
 
-def _polygon(body: pymunk.Body, corners: Sequence[complex]) -> pymunk.Shape:
-    """A polygon with these corners [m]; pymunk's own box if its edges are those of the axes.
-
-    pymunk keeps the impulses of a step for the next by the numbers of corners. It numbers those of
-    a polygon of its caller's from another corner than those of a box, and then takes the one
-    contact of two boxes for the other: stacks collapse.
-    """
-    left, right = (choose(corner.real for corner in corners) for choose in (min, max))
-    bottom, top = (choose(corner.imag for corner in corners) for choose in (min, max))
-    limits = complex(left, bottom), complex(right, top)
-    close = CLOSE * abs(limits[1] - limits[0])
-    if all(min(abs(corner - limit) for limit in limits) < close for corner in corners[::2]):
-        return pymunk.Poly.create_box_bb(body, pymunk.BB(left, bottom, right, top))
-    return pymunk.Poly(body, [vector(corner) for corner in corners])
-
-
-def _gap(first: Surface, second: Surface) -> float:
-    """The gap [m] between two surfaces in the plane, which is negative where they overlap."""
-    if second.normal:
-        first, second = second, first
-    if first.normal:
-        return _lowest(second, first.normal) - _lowest(first, first.normal)
-    sides = [b - a for s in (first, second) for a, b in itertools.pairwise(s.points)]
-    middles = [sum(surface.points) / len(surface.points) for surface in (first, second)]
-    normals = [-1j * side for side in sides] or [middles[1] - middles[0]]
-    return max(
-        _lowest(second, sign * normal) + _lowest(first, -sign * normal)
-        for normal in normals
-        for sign in (1.0, -1.0)
-    )
-
-
-def _lowest(surface: Surface, direction: complex) -> float:
-    """How far along a direction a surface begins [m]."""
-    along = direction.conjugate() / abs(direction)
-    return min((point * along).real for point in surface.points) - surface.radius
+def _gap(poses: Sequence[Pose], first: Surface, second: Surface) -> float:
+    """The gap [m] between two surfaces, or between the boxes to the right and up around them; it is
+    negative where these overlap."""
+    directions = [first.normal or -second.normal] if first.normal or second.normal else AXES
+    return max(first.begins(poses, -d) + second.begins(poses, d) for d in directions)
 
 
 def _sliding(touch: Touch) -> float:
