@@ -37,7 +37,7 @@ def first_joint(**changes):
     return lambda m: replace(m, joints=(replace(m.joints[0], **changes), *m.joints[1:]))
 
 
-def first_shape(**changes):
+def last_shape(**changes):
     return lambda m: replace(m, shapes=(*m.shapes[:-1], replace(m.shapes[-1], **changes)))
 
 
@@ -70,8 +70,13 @@ def pushed_across(mechanism):
         ("stack/equal", first_joint(stiffness=1.0), "no spring along slide z_0"),
         ("stack/equal", first_joint(armature=np.ones(1)), "no inertia of slide z_0"),
         ("stack/equal", first_joint(body=2), "no weld: cube_0"),
-        ("stack/equal", first_shape(kind="capsule"), "no capsule that touches: cube_4"),
+        ("stack/equal", last_shape(kind="capsule"), "no capsule that touches: cube_4"),
         ("stack/equal", first_touch(sliding=(0.1, 0.2)), "depends on the direction"),
+        (
+            "pinch/0.5",
+            last_shape(place=np.array([0.01, 0.0, 0.0])),
+            "no shapes beside one another: left, right",
+        ),
         ("incline/stops", pushed_across, "cube is pushed out of it"),
         (
             "simple-pendulum/free-large",

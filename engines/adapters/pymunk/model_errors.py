@@ -17,7 +17,8 @@ from plumbob.models.scene import Case
 
 def model_error(case: Case, method: Method, step: float) -> ModelError:
     """Bounds on what the model adds to each observable, by reason; raises Unsupported."""
-    if (of_family := FAMILIES.get(case.system.family)) is None:
+    of_family = FAMILIES.get(case.system.family)
+    if of_family is None or "pymunk" in case.system.builders:
         return registry.model_error(case, method, step)
     return of_family(case.problem, case.scene.duration, method, step)
 

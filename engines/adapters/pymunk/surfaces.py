@@ -144,7 +144,12 @@ def surfaces_of(mechanism: Mechanism, links: Links, start: State) -> Surfaces:
     gaps = [_gap(poses, *(found[number] for number in t.shapes)) for t in mechanism.touching]
     size = max((surface.size for surface in found), default=0.0)
     pairs = tuple(
-        Pair(touch.shapes, _sliding(touch), touch.restitution, gap < TOUCHING * size)
+        Pair(
+            touch.shapes,
+            _sliding(mechanism, links, touch),
+            touch.restitution,
+            gap < TOUCHING * size,
+        )
         for touch, gap in zip(mechanism.touching, gaps, strict=True)
     )
     skin = 0.0
@@ -202,12 +207,20 @@ def _gap(poses: Sequence[Pose], first: Surface, second: Surface) -> float:
     return max(first.begins(poses, -d) + second.begins(poses, d) for d in directions)
 
 
-def _sliding(touch: Touch) -> float:
-    """The coefficient of friction in the plane; raises Unsupported."""
+def _sliding(mechanism: Mechanism, links: Links, touch: Touch) -> float:
+    """The coefficient of friction of a pair in the plane; raises Unsupported."""
     if any(touch.rolling):
         raise Unsupported("pymunk has no rolling friction")
     if touch.sliding[0] != touch.sliding[1]:
         raise Unsupported("pymunk has no friction that depends on the direction")
+    first, second = (mechanism.shapes[number] for number in touch.shapes)
+    points = [links.drawn.point(shape.body, shape.place) for shape in (first, second)]
+    apart = points[1] - points[0]
+    bounded = "plane" not in (first.kind, second.kind)
+    if bounded and abs(links.plane.across(apart)) > CLOSE * np.linalg.norm(apart):
+        raise Unsupported(
+            f"pymunk has no shapes beside one another: {first.name}, {second.name}"
+        )
     return touch.sliding[0]
 
 
