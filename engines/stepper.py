@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 
@@ -60,6 +60,7 @@ class Stepper(Protocol):
         None where the mechanism has no actuator that is used."""
 
 
+@runtime_checkable
 class TellsForces(Protocol):
     """A stepper of an engine that tells forces."""
 

@@ -30,6 +30,11 @@ class ModelFile:
     """The controls of a problem; None where they stay zero."""
     largest: Callable[[Any], Mapping[str, float]] = lambda problem: {}
     """Magnitudes of observables that only a diverged run exceeds."""
+    forces: Callable[[Any, Array, Array, Array, Array], Signals] | None = None
+    """The observables of a problem that are forces, shape (n,) each, by positions, velocities, and
+    an engine's forces [N] along the world's axes: of each joint on the body that it moves, shape
+    (n, joints, 3), and of the first shape of each pair that touches on the second, shape
+    (n, pairs, 3). They are of the step that ends at a sample, and nan at the start."""
     variant: Callable[[Any], str] = lambda problem: ""
     """The name of the file beside the system's that has a problem's bodies; empty where the
     system's own file has them."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import cache, partial
 
 import numpy as np
 
@@ -17,7 +18,7 @@ from plumbob.engines.adapters.stepping import (
 from plumbob.engines.mechanism import Mechanism
 from plumbob.engines.method import Unsupported
 from plumbob.engines.registry import find_engine
-from plumbob.engines.stepper import SceneMechanism, State, Stepper
+from plumbob.engines.stepper import Forces, SceneMechanism, State, Stepper, TellsForces
 from plumbob.models.model_file import ModelFile
 from plumbob.models.scene import Case
 
@@ -42,14 +43,14 @@ def simulated(
     compiles = find_engine("mujoco").ability(CompilesScenes)
     assert compiles is not None
     scene = compiles.mechanism(case)
-    return stepped(case, step, lambda: _begun(case, scene, step, build), broken)
+    stepper = cache(lambda: build(scene.mechanism, scene.start))
+    return stepped(case, step, lambda: _begun(case, scene, step, stepper()), broken)
 
 
-def _begun(case: Case, scene: SceneMechanism, step: float, build: Build) -> Built:
+def _begun(case: Case, scene: SceneMechanism, step: float, stepper: Stepper) -> Built:
     """A case at its start in an engine."""
     file = _model_file(case)
     controls = scene.controls
-    stepper = build(scene.mechanism, scene.start)
     stepper.put(scene.start)
 
     def advance(first: int, last: int) -> None:
@@ -60,10 +61,26 @@ def _begun(case: Case, scene: SceneMechanism, step: float, build: Build) -> Buil
         )
         stepper.advance(rows, last - first)
 
-    def gather(states: Sequence[State]) -> Observed:
-        qpos, qvel = (
-            np.array([getattr(state, part) for state in states]) for part in ("qpos", "qvel")
-        )
-        return file.observe(case.problem, qpos, qvel), {}
+    forced = file.forces and any(observable.force for observable in case.system.observables)
+    forces = stepper.forces if forced and isinstance(stepper, TellsForces) else None
 
-    return Built(advance, stepper.state, file.largest(case.problem), gather)
+    def read() -> tuple[State, Forces | None]:
+        return stepper.state(), forces() if forces else None
+
+    return Built(advance, read, file.largest(case.problem), partial(_observed, case, file))
+
+
+def _observed(
+    case: Case, file: ModelFile, samples: Sequence[tuple[State, Forces | None]]
+) -> Observed:
+    """What states of a case, and an engine's forces if there are any, show; no channels."""
+    states = [state for state, _ in samples]
+    forces = [force for _, force in samples if force is not None]
+    qpos = np.array([state.qpos for state in states])
+    qvel = np.array([state.qvel for state in states])
+    observed = dict(file.observe(case.problem, qpos, qvel))
+    if forces and file.forces:
+        joints = np.array([force.joints for force in forces])
+        touching = np.array([force.touching for force in forces])
+        observed |= file.forces(case.problem, qpos, qvel, joints, touching)
+    return observed, {}

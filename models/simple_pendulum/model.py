@@ -67,6 +67,25 @@ def controls(problem: SimplePendulum) -> Controls | None:
     return lambda times: problem.started.rotor.forcing(times)[:, None]
 
 
+def forces(
+    problem: SimplePendulum, qpos: Array, qvel: Array, joints: Array, touching: Array
+) -> Signals:
+    """The tension of the rod, with which the hinge pulls the bob; at the start that of a rigid
+    rod."""
+    if problem.linear:
+        return {}
+    theta = qpos[:, 0]
+    inwards = np.stack([-np.sin(theta), np.zeros(len(theta)), np.cos(theta)], axis=1)
+    pull = (joints[:, 0] * inwards).sum(axis=1)
+    rigid = problem.length * qvel[:, 0] ** 2 + problem.gravity * np.cos(theta)
+    return {"tension": np.where(np.isnan(pull), problem.mass * rigid, pull)}
+
+
 MODEL = ModelFile(
-    fill, observe, ideal, controls, lambda problem: rates_of_a_pendulum(problem.started)
+    fill,
+    observe,
+    ideal,
+    controls,
+    lambda problem: rates_of_a_pendulum(problem.started),
+    forces,
 )

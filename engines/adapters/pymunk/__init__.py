@@ -5,10 +5,10 @@ from __future__ import annotations
 from plumbob.engines.abilities import SettingsToPaste
 from plumbob.engines.adapters.pymunk.methods import METHODS
 from plumbob.engines.method import Engine
-from plumbob.engines.registry import model_error
 from plumbob.models.scene import later
 
-prepare = later(f"{__name__}.simulation.prepared")
+prepare = later(f"{__name__}.runs.prepared")
+model_error = later(f"{__name__}.model_errors.model_error")
 ENGINE = Engine(
     "pymunk",
     "pymunk",

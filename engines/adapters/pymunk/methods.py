@@ -22,6 +22,8 @@ SYSTEMS = ("simple-pendulum", "slider-crank", "n-pendulum", "four-bar")
 # shows in the swing, but the joint's equations lose as many digits as it is small: at 1e-12, and
 # one iteration of the solver, the bob flies off.
 MOMENT = 1e-7
+# [s], of a run that ends on the floor, whose ends are as far as a body may get in it.
+FLOOR_TIME = 60.0
 JOINTED = replace(EULER_STEP, joint_closing_rate=CLOSING_RATE, jointed_moment=MOMENT)
 ABOVE = "seen from above: statics gives the support forces, and no contact"
 SIDE = "seen from the side: a body that moves along a line"

@@ -1,4 +1,4 @@
-"""A scene built for one pymunk method and step, and its runs."""
+"""A scene as a space of pymunk, and what its builders share."""
 
 from __future__ import annotations
 
@@ -7,17 +7,7 @@ from dataclasses import dataclass, field
 
 import pymunk
 
-from plumbob.engines.adapters.stepping import (
-    Built,
-    Observed,
-    SteppedSimulation,
-    by_name,
-    stepped,
-)
-from plumbob.engines.method import Method
-from plumbob.engines.registry import find_builder
 from plumbob.engines.trajectory import ByName
-from plumbob.models.scene import Case
 
 
 @dataclass(frozen=True)
@@ -32,8 +22,6 @@ class Translation:
     """Magnitudes of observables that only a diverged run exceeds."""
     following: Callable[[], ByName] | None = None
     """Observables of the step that begins at a sample: read when it is done."""
-    before_sample: Callable[[float], None] | None = None
-    """Called with the time [s] before the step that ends at a sample."""
 
 
 def vector(value: complex) -> tuple[float, float]:
@@ -65,56 +53,3 @@ def settle(space: pymunk.Space, step: float, iterations: int) -> None:
     space.iterations = usual
     for body, state in zip(bodies, start, strict=True):
         body.position, body.velocity, body.angle, body.angular_velocity = state
-
-
-def prepared(case: Case, method: Method, step: float) -> SteppedSimulation:
-    """Build `case` for `method` at `step` [s]; raises Unsupported and ParameterError."""
-    build = find_builder("pymunk", case.system).build
-    return stepped(case, step, lambda: _built(build(case.problem, method, step), step))
-
-
-def _built(scene: Translation, step: float) -> Built:
-    move = scene.space.step
-    act = scene.act
-    following = scene.following
-    before = scene.before_sample
-    sample: dict[str, float] = {}  # the latest
-    taken = 0
-
-    def take(first: int, last: int) -> None:
-        if act is None:
-            for _ in range(first, last):
-                move(step)
-        else:
-            for n in range(first, last):
-                act(n * step)
-                move(step)
-
-    def advance(first: int, last: int) -> None:
-        nonlocal taken
-        taken, middle = last, first
-        if following is not None:
-            follow(first)
-            middle = first + 1
-        elif before is not None:
-            middle = last - 1
-            take(first, middle)
-            before(middle * step)
-        take(middle, last)
-
-    def follow(first: int) -> None:
-        take(first, first + 1)
-        assert following is not None
-        sample.update(following())
-
-    def read() -> ByName:
-        nonlocal sample
-        sample = {**scene.read()}
-        return sample
-
-    def gather(rows: Sequence[ByName]) -> Observed:
-        if following is not None:
-            follow(taken)
-        return by_name(rows)
-
-    return Built(advance, read, scene.limits, gather)

@@ -1,0 +1,53 @@
+"""What pymunk's models add to the observables of a system, apart from the step."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from types import MappingProxyType
+from typing import Any
+
+from plumbob.analytic.errors.contact_models.sequential_impulse import opening_error
+from plumbob.analytic.numerics.arithmetic import ULP
+from plumbob.engines import registry
+from plumbob.engines.adapters.pymunk.methods import CLOSING_RATE, FLOOR_TIME, MOMENT
+from plumbob.engines.method import Method, ModelError
+from plumbob.models.largest import fastest
+from plumbob.models.scene import Case
+
+
+def model_error(case: Case, method: Method, step: float) -> ModelError:
+    """Bounds on what the model adds to each observable, by reason; raises Unsupported."""
+    of_family = FAMILIES.get(case.system.family)
+    if of_family is None or "pymunk" in case.system.builders:
+        return registry.model_error(case, method, step)
+    return of_family(case.problem, case.scene.duration, method, step)
+
+
+def rolling_ball(problem: Any, duration: float, method: Method, step: float) -> ModelError:
+    """The nearest point of a long segment is rounded, and tilts the normal by that over a radius,
+    by which gravity acts along the line, and friction on the normal force and that on friction."""
+    far = FLOOR_TIME * problem.scale + problem.radius
+    tilt = 4.0 * ULP * far / problem.radius * (1.0 + problem.friction) ** 2
+    speed = tilt * problem.gravity * duration
+    errors = {"x": speed * duration, "speed": speed, "spin": 2.5 * speed / problem.radius}
+    return {name: {"a rounded normal": error} for name, error in errors.items()}
+
+
+def simple_pendulum(problem: Any, duration: float, method: Method, step: float) -> ModelError:
+    """Tension: what the bob's moment of inertia adds, whose centre is nearer to the pivot and pulls
+    less, and what the rounding of the joint's opening makes, across the rod that of the rate. On
+    the spring nothing: the body's moment of inertia is that of the bob about the axis."""
+    if problem.started.linear:
+        return {}
+    moment = MOMENT * problem.mass * problem.length * fastest(problem, duration) ** 2
+    closing = 1 / step if method.settings.get("error_bias") == 0.0 else CLOSING_RATE
+    rounding = opening_error(problem.mass, problem.length, closing, step)
+    return {
+        "theta_dot": {"rounded opening": rounding * step / (problem.mass * problem.length)},
+        "tension": {"moment of the bob": moment, "rounded opening": rounding},
+    }
+
+
+FAMILIES: Mapping[str, Callable[[Any, float, Method, float], ModelError]] = MappingProxyType(
+    {"rolling_ball": rolling_ball, "simple_pendulum": simple_pendulum}
+)

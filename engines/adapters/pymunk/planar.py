@@ -1,0 +1,333 @@
+"""A planar mechanism as bodies and joints of pymunk."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+
+import pymunk
+
+from plumbob.engines.adapters.pymunk.links import (
+    WORLD,
+    Hinge,
+    Link,
+    Links,
+    Pose,
+    Slide,
+    links_of,
+)
+from plumbob.engines.adapters.pymunk.methods import MOMENT
+from plumbob.engines.adapters.pymunk.moments import (
+    effort,
+    moment_on_platform,
+    turning_rate,
+)
+from plumbob.engines.adapters.pymunk.plane import CLOSE
+from plumbob.engines.adapters.pymunk.simulation import vector
+from plumbob.engines.adapters.pymunk.surfaces import Surfaces, surfaces_of
+from plumbob.engines.mechanism import Actuator, Mechanism
+from plumbob.engines.method import Method, Unsupported
+from plumbob.engines.stepper import State
+
+# Iterations of the solver. With one joint or contact pymunk's own number is more than enough; a
+# body hears of a joint after as many as there are joints between.
+SEVERAL, PILED = 50, 20
+FAR = 1e3  # sizes of a mechanism that a slide extends to either side
+Push = Callable[[Sequence[float]], None]
+"""Exerts forces in the step that begins, by the controls."""
+
+
+@dataclass(frozen=True)
+class Planar:
+    """What is built of a mechanism with a method. The links have the moments of inertia and the
+    centres of pymunk's bodies."""
+
+    mechanism: Mechanism
+    method: Method
+    links: Links
+    surfaces: Surfaces
+    rate: float | None  # [rad/s], of a plane that turns about its upward direction
+    wheels: bool  # whether all links turn about hinges that no force pushes them off
+
+    @cached_property
+    def gravity(self) -> complex:
+        """In the plane [m/s^2]."""
+        return self.links.plane.flat(self.mechanism.gravity)
+
+    @property
+    def size(self) -> float:
+        """The largest length of the drawing [m]."""
+        centres = [abs(link.centre) for link in self.links.all]
+        return max([*centres, *(surface.size for surface in self.surfaces.all)])
+
+    def guided(self, slide: Slide) -> bool:
+        """Whether a link on one slide needs a joint that keeps it there: something may push it
+        across the slide."""
+        rubbed = any(pair.friction for pair in self.surfaces.pairs)
+        carries = any(link.parent != WORLD for link in self.links.all)
+        weight = abs((self.gravity * slide.along.conjugate()).imag)
+        across = weight > CLOSE * abs(self.gravity)
+        return rubbed or carries or across or bool(self.mechanism.loops)
+
+
+def planar_of(mechanism: Mechanism, start: State, method: Method) -> Planar:
+    """What is built of a mechanism that starts in a state; raises Unsupported, which names the part
+    that pymunk cannot have."""
+    links = links_of(mechanism, start)
+    surfaces = surfaces_of(mechanism, links, start)
+    rate = turning_rate(mechanism, links)
+    on_world = all(
+        link.hinge and not link.slides and link.parent == WORLD for link in links.all
+    )
+    weightless = abs(links.plane.flat(mechanism.gravity)) == 0.0
+    alone = on_world and not mechanism.loops and not mechanism.touching
+    if rate is not None and not alone:
+        raise Unsupported("pymunk has no platform that turns under more than one hinge")
+    wheels = alone and (weightless or rate is not None)
+    bodies = [_as_body(mechanism, link, wheels) for link in links.all]
+    planar = Planar(mechanism, method, replace(links, all=bodies), surfaces, rate, wheels)
+    assembled(planar, planar.links.poses(start))  # what cannot be is refused here, not later
+    return planar
+
+
+def _as_body(mechanism: Mechanism, link: Link, wheel: bool) -> Link:
+    """A link with the moment of inertia and the centre of its body in pymunk."""
+    if link.hinge is None:
+        return replace(link, moment=math.inf)
+    joint = mechanism.joints[link.hinge.joint]
+    armature = float(joint.armature[0])
+    length = link.length
+    if wheel:
+        return replace(link, moment=link.moment + link.mass * length**2 + armature)
+    if armature:
+        raise Unsupported(f"pymunk has no inertia of a joint beside its bodies': {joint.name}")
+    if not link.point:
+        return link
+    # pymunk wants a moment of inertia, I. About a hinge on the world (I + m a^2) / (m a) = L makes
+    # a point at L of a body at a.
+    moment = MOMENT * link.mass * length**2
+    arm = length
+    if link.parent == WORLD and not link.slides:
+        arm = (length + math.sqrt(length**2 - 4.0 * moment / link.mass)) / 2.0
+    return replace(link, moment=moment, centre=link.hinge.place + arm * (link.arm / length))
+
+
+@dataclass
+class Assembly:
+    """A mechanism in a space of pymunk."""
+
+    planar: Planar
+    space: pymunk.Space
+    bodies: list[pymunk.Body] = field(default_factory=list)  # of the links
+    shapes: list[pymunk.Shape] = field(default_factory=list)  # of the surfaces
+    pushes: list[Push] = field(default_factory=list)  # where controls are given
+    always: list[Push] = field(default_factory=list)  # those of them that need no controls
+
+    def body(self, link: int) -> pymunk.Body:
+        """The body of a link, or of the world."""
+        return self.space.static_body if link == WORLD else self.bodies[link]
+
+    def pin(self, first: tuple[int, complex], second: tuple[int, complex]) -> None:
+        """Join two links at a point of each [m], from its centre in the drawing."""
+        (a, place), (b, other) = first, second
+        self.join(pymunk.PivotJoint(self.body(a), self.body(b), vector(place), vector(other)))
+
+    def join(self, joint: pymunk.Constraint) -> None:
+        """Add a joint that closes as the method says."""
+        joint.error_bias = float(
+            self.planar.method.settings.get("error_bias", joint.error_bias)
+        )
+        self.space.add(joint)
+
+
+def assembled(planar: Planar, poses: Sequence[Pose]) -> Assembly:
+    """The mechanism in a new space, with its links in these poses."""
+    made = Assembly(planar, pymunk.Space())
+    space = made.space
+    if not planar.wheels:
+        space.gravity = vector(planar.gravity)
+    for number, (link, pose) in enumerate(zip(planar.links.all, poses, strict=True)):
+        body = pymunk.Body(link.mass, link.moment)
+        body.angle, body.angular_velocity = pose.angle, pose.rate
+        if not planar.wheels:
+            body.position, body.velocity = vector(pose.place), vector(pose.velocity)
+        made.bodies.append(body)
+        space.add(body)
+        _hold(made, number)
+        for slide in link.slides:
+            _push_along(made, number, slide)
+        if link.hinge is not None:
+            _turn(made, number, link.hinge)
+    for loop in planar.mechanism.loops:
+        made.pin(*map(planar.links.arm, loop.bodies, loop.places))
+    made.shapes = planar.surfaces.add(space, made.bodies)
+    space.iterations = _iterations(planar, len(space.constraints))
+    return made
+
+
+def _iterations(planar: Planar, joints: int) -> int:
+    """Iterations of the solver in a step."""
+    surfaces = planar.surfaces
+    usual = pymunk.Space().iterations
+    if surfaces.piled:
+        usual = PILED
+    elif joints + len(surfaces.pairs) > 1:
+        usual = SEVERAL
+    return int(planar.method.settings.get("iterations", usual))
+
+
+def _hold(made: Assembly, number: int) -> None:
+    """Join a link to what carries it, where something may push it off."""
+    link = made.planar.links.all[number]
+    if link.slides:
+        if not link.free and made.planar.guided(link.slides[0]):
+            place = link.hinge.place if link.hinge else link.centre
+            far = FAR * made.planar.size * link.slides[0].along
+            ends = vector(place - far), vector(place + far)
+            body = made.bodies[number]
+            rail = pymunk.GrooveJoint(made.space.static_body, body, *ends, vector(-link.arm))
+            made.join(rail)
+    elif link.hinge and not made.planar.wheels:
+        place = link.hinge.place
+        if link.parent != WORLD:
+            place -= made.planar.links.all[link.parent].centre
+        made.pin((link.parent, place), (number, -link.arm))
+
+
+def _push_along(made: Assembly, number: int, slide: Slide) -> None:
+    """Exert the forces of a slide's damper and actuators in each step."""
+    joint = made.planar.mechanism.joints[slide.joint]
+    actuators = _actuators(made.planar, slide.joint)
+    damped = bool(joint.damping[0]) or any(any(a.bias) for a in actuators)
+    if not (damped or actuators):
+        return
+    if abs(abs(slide.along) - 1.0) > CLOSE:
+        raise Unsupported(f"pymunk moves in a plane, and {joint.name} pushes out of it")
+    body = made.bodies[number]
+    exerted = effort(joint, actuators)
+    along = vector(slide.along)
+    drawn = made.planar.links.all[number].centre * slide.along.conjugate()
+    shift = slide.reference - drawn.real
+
+    def push(controls: Sequence[float]) -> None:
+        q = rate = 0.0
+        if damped:
+            q = body.position.dot(along) + shift
+            rate = body.velocity.dot(along)
+        force = exerted(q, rate, controls)
+        body.apply_force_at_world_point((force * along[0], force * along[1]), body.position)
+
+    _add_push(made, push, damped)
+
+
+def _actuators(planar: Planar, joint: int) -> list[Actuator]:
+    return [a for a in planar.mechanism.actuators if a.joint == joint]
+
+
+def _add_push(made: Assembly, push: Push, without_controls: bool) -> None:
+    made.pushes.append(push)
+    if without_controls:
+        made.always.append(push)
+
+
+def _turn(made: Assembly, number: int, hinge: Hinge) -> None:
+    """Exert the moments of a hinge's spring, damper and actuators, and on a platform that turns
+    those of weight and centrifugal forces.
+
+    pymunk moves bodies before it changes their velocities. A moment set before a step is that of
+    the old angle: Euler's explicit rule, which gains energy. The moment of a spring is evaluated
+    with the new angle, and makes the step semi-implicit; so moments by the angle act as springs,
+    and those by the time and the rate alone are set before a step.
+    """
+    planar = made.planar
+    link = planar.links.all[number]
+    joint = planar.mechanism.joints[hinge.joint]
+    actuators = _actuators(planar, hinge.joint)
+    motors = [a for a in actuators if not any(a.bias)]
+    servos = [a for a in actuators if any(a.bias)]
+    sense = hinge.sense
+    body = made.bodies[number]
+    carrier = made.body(link.parent)
+    if link.point and not planar.wheels:
+        if joint.stiffness or servos:
+            raise Unsupported(f"pymunk has no spring that turns a point: {joint.name}")
+        _push_point(made, number, hinge)
+        return
+    if motors:
+        bare = replace(joint, stiffness=0.0, damping=0.0 * joint.damping)
+        exerted = effort(bare, motors)
+
+        def push(controls: Sequence[float]) -> None:
+            moment = sense * exerted(0.0, 0.0, controls)
+            body.torque = moment  # motors of bodies that it carries come after it
+            if link.parent != WORLD:
+                carrier.torque -= moment
+
+        _add_push(made, push, without_controls=False)
+    if planar.rate is not None or joint.stiffness or joint.damping[0] or servos:
+        rest = sense * (float(joint.rest[0]) - hinge.reference)
+        spring = pymunk.DampedRotarySpring(body, carrier, rest, joint.stiffness, 0.0)
+        made.space.add(spring)
+        if planar.rate is not None or joint.damping[0] or servos:
+            spring.torque_func = _spring(made, number, hinge, servos)
+
+
+def _spring(
+    made: Assembly, number: int, hinge: Hinge, servos: Sequence[Actuator]
+) -> Callable[[pymunk.DampedRotarySpring, float], float]:
+    """The moment against a hinge [N m] by its angle, as pymunk asks for it."""
+    planar = made.planar
+    link = planar.links.all[number]
+    joint = planar.mechanism.joints[hinge.joint]
+    body = made.bodies[number]
+    carrier = made.body(link.parent)
+    sense = hinge.sense
+    reference = hinge.reference
+    exerted = effort(joint, servos)
+    if planar.rate is not None:
+        moment = moment_on_platform(planar.mechanism, planar.links, link, planar.rate)
+        if not (joint.stiffness or joint.damping[0] or servos):
+            return lambda spring, angle: -moment(angle)
+        raise Unsupported(f"pymunk has no spring on a platform that turns: {joint.name}")
+    held = [0.0] * (1 + max((a.control for a in servos), default=0))
+    if any(a.gain for a in servos):
+        _add_push(made, lambda controls: held.__setitem__(slice(None), controls), False)
+
+    damping = float(joint.damping[0])
+    rest = sense * (float(joint.rest[0]) - reference)
+    if link.parent == WORLD and not servos:
+        return lambda spring, angle: (
+            joint.stiffness * (angle - rest) + damping * body.angular_velocity
+        )
+    still = link.parent == WORLD
+
+    def against(spring: pymunk.DampedRotarySpring, angle: float) -> float:
+        rate = body.angular_velocity - (0.0 if still else carrier.angular_velocity)
+        return -sense * exerted(sense * angle + reference, sense * rate, held)
+
+    return against
+
+
+def _push_point(made: Assembly, number: int, hinge: Hinge) -> None:
+    """Exert the moment of a hinge's damper and motors on a point as a force across its arm: a body
+    with next to no moment of inertia would lose the digits of a torque."""
+    link = made.planar.links.all[number]
+    joint = made.planar.mechanism.joints[hinge.joint]
+    motors = _actuators(made.planar, hinge.joint)
+    damped = bool(joint.damping[0])
+    if not (damped or motors):
+        return
+    if link.parent != WORLD:
+        raise Unsupported(f"pymunk has no moment on a point that hangs on a body: {joint.name}")
+    exerted = effort(joint, motors)
+    body = made.bodies[number]
+    across = 1j * hinge.sense * link.arm / abs(link.arm) / link.length
+
+    def push(controls: Sequence[float]) -> None:
+        force = exerted(0.0, hinge.sense * body.angular_velocity, controls)
+        x, y = body.rotation_vector
+        body.force = vector(force * across * complex(x, y))
+
+    _add_push(made, push, damped)

@@ -1,0 +1,117 @@
+"""The plane in which a mechanism moves, and its drawing there."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from plumbob.analytic.reference import Array
+from plumbob.engines.mechanism import Joint, Mechanism
+from plumbob.engines.method import Unsupported
+from plumbob.engines.peer_model import rotation
+from plumbob.engines.stepper import State
+
+# Directions and points that differ by less, relative to a unit vector or in metres, coincide: a
+# quaternion's rounding is 1e-16, and no mechanism is meant to be out of its plane by so little.
+CLOSE = 1e-9
+
+
+@dataclass(frozen=True)
+class Plane:
+    """A plane in the world: unit vectors to the right, up, and along the normal, about which angles
+    in the plane count, shape (3,) each."""
+
+    right: Array
+    up: Array
+    normal: Array
+
+    def flat(self, vector: Array) -> complex:
+        """The part of a vector in the plane: right + i up."""
+        return complex(self.right @ vector, self.up @ vector)
+
+    def across(self, vector: Array) -> float:
+        """The part of a vector along the normal."""
+        return float(self.normal @ vector)
+
+    def lifted(self, value: complex) -> Array:
+        """A vector of the plane in the world, shape (3,)."""
+        return value.real * self.right + value.imag * self.up
+
+
+@dataclass(frozen=True)
+class Drawing:
+    """Frames of the bodies in the world where every joint has its reference coordinates."""
+
+    places: list[Array]  # of each body [m], shape (3,) each
+    turns: list[Array]  # of each body, rotation matrices, shape (3, 3) each
+
+    def point(self, body: int, place: Array) -> Array:
+        """A point of a body in the world [m], shape (3,)."""
+        return np.asarray(self.places[body] + self.turns[body] @ place)
+
+    def axis(self, joint: Joint) -> Array:
+        """The axis of a joint in the world, shape (3,)."""
+        return np.asarray(self.turns[joint.body] @ joint.axis)
+
+
+def drawing(mechanism: Mechanism) -> Drawing:
+    """The frames of a mechanism's bodies in the world."""
+    drawn = Drawing([np.zeros(3)], [np.eye(3)])
+    for body in mechanism.bodies[1:]:
+        drawn.places.append(drawn.point(body.parent, body.place))
+        drawn.turns.append(drawn.turns[body.parent] @ rotation(body.attitude))
+    return drawn
+
+
+def plane_of(mechanism: Mechanism, start: State, drawn: Drawing) -> Plane:
+    """The plane of a mechanism's motion. Its normal is the axis of the hinges. Without hinges the
+    plane contains the normal of a floor, gravity, the velocities of the start and the slides that
+    guide a body, in this order. Raises Unsupported if a hinge turns out of the plane."""
+    hinges = [j for j in mechanism.joints if j.kind == "hinge" and j.velocity is None]
+    lines = [line for line in _lines(mechanism, start, drawn) if np.linalg.norm(line) > CLOSE]
+    if not hinges:
+        up = lines[0] / np.linalg.norm(lines[0])
+        right = _perpendicular(lines, up)
+        return Plane(right, up, np.cross(right, up))
+    normal = drawn.axis(hinges[0])
+    for hinge in hinges:
+        axis = drawn.axis(hinge)
+        if np.abs(axis - (axis @ normal) * normal).max() > CLOSE:
+            raise Unsupported(f"pymunk moves in a plane, and {hinge.name} turns out of it")
+    up = _perpendicular(lines, normal)
+    right = np.cross(up, normal)
+    sign = np.sign(right[np.argmax(np.abs(right))])
+    return Plane(sign * right, up, sign * normal)
+
+
+def _perpendicular(lines: Sequence[Array], axis: Array) -> Array:
+    """The direction of the first of these lines that is not along an axis, as far as the line is
+    perpendicular to the axis: a unit vector."""
+    for line in lines:
+        part = line - (line @ axis) * axis
+        length = float(np.linalg.norm(part))
+        if length > CLOSE * float(np.linalg.norm(line)):
+            return np.asarray(part / length)
+    raise AssertionError("the axes of the world are among the lines")
+
+
+def _lines(mechanism: Mechanism, start: State, drawn: Drawing) -> Iterator[Array]:
+    """Directions in which something acts or moves, the first of which become up and right."""
+    for touch in mechanism.touching:
+        for shape in (mechanism.shapes[number] for number in touch.shapes):
+            if shape.kind == "plane":
+                yield drawn.turns[shape.body] @ rotation(shape.attitude)[:, 2]
+    yield from (drawn.axis(j) for j in mechanism.joints if j.velocity is not None)
+    yield -mechanism.gravity
+    slides = [(n, j) for n, j in enumerate(mechanism.joints) if j.kind == "slide"]
+    for body in range(len(mechanism.bodies)):
+        moving = [
+            drawn.axis(joint) * start.qvel[n] for n, joint in slides if joint.body == body
+        ]
+        yield np.sum(moving, axis=0) if moving else np.zeros(3)
+    carrying = [joint.body for joint in mechanism.joints]
+    yield from (drawn.axis(j) for _, j in slides if carrying.count(j.body) == 1)
+    yield from (drawn.axis(joint) for _, joint in slides)
+    yield from np.eye(3)[[2, 0, 1]]

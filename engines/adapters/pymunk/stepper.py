@@ -1,0 +1,213 @@
+"""A planar mechanism stepped by pymunk: put into a state, stepped, and read."""
+
+from __future__ import annotations
+
+import cmath
+from collections.abc import Sequence
+from itertools import repeat
+
+import numpy as np
+import pymunk
+
+from plumbob.analytic.reference import Array
+from plumbob.engines.adapters.pymunk.links import WORLD, Pose, turned_by
+from plumbob.engines.adapters.pymunk.planar import Planar, assembled, planar_of
+from plumbob.engines.adapters.pymunk.simulation import settle, vector
+from plumbob.engines.mechanism import Mechanism
+from plumbob.engines.method import Method
+from plumbob.engines.stepper import Forces, State
+
+# Iterations of the first step, for each time that bodies in contact differ in mass and the square
+# of their number: one of them leaves exp(-1/that) to the next.
+SETTLING = 40.0
+MOST = 1_000_000
+
+
+class PlanarStepper:
+    """A planar mechanism in pymunk. Each state that it is put into gets a new space, so that
+    nothing of earlier steps is kept."""
+
+    def __init__(self, planar: Planar, step: float) -> None:
+        self._planar = planar
+        self._step = step
+        controls = [actuator.control for actuator in planar.mechanism.actuators]
+        self._idle = [0.0] * (1 + max(controls, default=0))  # controls that are zero
+        prescribed = [joint.velocity is not None for joint in planar.mechanism.joints]
+        self._platform = prescribed.index(True) if any(prescribed) else None
+
+    @property
+    def step(self) -> float:
+        """[s]"""
+        return self._step
+
+    def put(self, state: State, time: float = 0.0) -> None:
+        """Set the state; the time has no effect."""
+        self._hidden = self._planar.links.hidden(state)
+        self._started = state
+        self._steps = 0
+        self._made = assembled(self._planar, self._planar.links.poses(state))
+        # Of each body, its velocity before the last step and the force exerted in that step.
+        self._before: list[pymunk.Vec2d] = []
+        self._exerted: list[pymunk.Vec2d] = []
+        if not self._planar.mechanism.actuators:
+            self._begin(self._idle)
+
+    def state(self) -> State:
+        """The state now."""
+        qpos, qvel = self._planar.links.coordinates(self._poses(), self._hidden)
+        if (number := self._platform) is not None and (rate := self._planar.rate) is not None:
+            time = self._step * self._steps
+            qpos[number] = float(self._started.qpos[number]) + rate * time
+            qvel[number] = rate
+        return State(np.array(qpos), np.array(qvel))
+
+    def advance(self, controls: Array | None, steps: int) -> None:
+        """Take `steps` steps under controls, shape (steps, controls)."""
+        if not steps:
+            return
+        rows = None if controls is None else controls.tolist()
+        if self._steps == 0 and self._planar.mechanism.actuators:
+            self._begin(rows[0] if rows else self._idle)
+        self._take(rows and rows[:-1], steps - 1)
+        for push in self._made.always if rows is None else self._made.pushes:
+            push(rows[-1] if rows else self._idle)
+        self._before = [body.velocity for body in self._made.bodies]
+        self._exerted = [body.force for body in self._made.bodies]
+        self._made.space.step(self._step)
+        self._steps += steps
+
+    def _take(self, rows: Sequence[Sequence[float]] | None, steps: int) -> None:
+        """Take steps under these rows of controls."""
+        move = self._made.space.step
+        step = self._step
+        pushes = self._made.always if rows is None else self._made.pushes
+        if not pushes:
+            for _ in range(steps):
+                move(step)
+            return
+        for row in repeat(self._idle, steps) if rows is None else rows:
+            for push in pushes:
+                push(row)
+            move(step)
+
+    def _poses(self) -> list[Pose]:
+        """The poses of the links, as far as coordinates are read off them."""
+        poses = list[Pose]()
+        for link, body in zip(self._planar.links.all, self._made.bodies, strict=True):
+            place = velocity = 0j
+            angle = rate = 0.0
+            if link.slides:
+                place, velocity = complex(*body.position), complex(*body.velocity)
+            if link.hinge:
+                angle, rate = body.angle, body.angular_velocity
+            poses.append(Pose(place, angle, velocity, rate))
+        return poses
+
+    def _begin(self, controls: Sequence[float]) -> None:
+        """Give a start what the step before would have left: the opening of a joint that closes in
+        one step, and the impulses of bodies that touch one another."""
+        made = self._made
+        (*rest, joint) = made.space.constraints or [None]
+        if joint is not None and not rest and joint.error_bias == 0.0:
+            self._open(controls)
+        if piled := self._planar.surfaces.piled:
+            for push in made.pushes:
+                push(controls)
+            masses = [self._planar.links.all[number].mass for number in piled]
+            uneven = max(masses) / min(masses) * len(masses) ** 2
+            usual = made.space.iterations
+            settle(made.space, self._step, min(round(SETTLING * uneven) + usual, MOST))
+
+    def _open(self, controls: Sequence[float]) -> None:
+        """Put the only body, which hangs on a hinge, where it is when the step before has opened
+        the hinge: if that started closed, it would open with a jerk, which its first impulse would
+        show."""
+        (link,) = self._planar.links.all
+        (body,) = self._made.bodies
+        if link.hinge is None or link.slides:
+            return
+        for push in self._made.pushes:
+            push(controls)
+        arm = turned_by(body.angle, link.arm)
+        force = link.mass * self._planar.gravity + complex(*body.force)
+        inertia = link.moment + link.mass * abs(arm) ** 2
+        acceleration = ((force * arm.conjugate()).imag + body.torque) / inertia
+        body.force, body.torque = (0.0, 0.0), 0.0
+        turn = 1j * self._step * (body.angular_velocity - self._step * acceleration)
+        opening = cmath.exp(-turn) * (1 + turn) - 1
+        speed = 1j * body.angular_velocity - opening / self._step
+        body.position = vector(link.hinge.place + arm * (1 + opening))
+        body.velocity = vector(arm * speed)
+
+    def forces(self) -> Forces:
+        """The forces of the last step: those of the joints of trees, in the plane, and those of
+        shapes that touch. A joint in a loop, or a platform that turns, is nan."""
+        planar = self._planar
+        plane = planar.links.plane
+        pairs = [pair.surfaces for pair in planar.surfaces.pairs]
+        joints = np.full((len(planar.mechanism.joints), 3), np.nan)
+        touching = np.full((len(pairs), 3), np.nan)
+        if not self._before:
+            return Forces(joints, touching)
+        impulses = self._impulses() if pairs else {}
+        for number, pair in enumerate(pairs):
+            touching[number] = plane.lifted(impulses.get(pair, 0j) / self._step)
+        for link, force in zip(planar.links.all, self._carried(impulses), strict=True):
+            if planar.wheels or len(link.slides) + (link.hinge is not None) > 1:
+                continue
+            joint = link.hinge or link.slides[0]
+            joints[joint.joint] = plane.lifted(force)
+        return Forces(joints, touching)
+
+    def _impulses(self) -> dict[tuple[int, int], complex]:
+        """Impulses of the last step [N s] on the second surface of each pair that touches."""
+        numbers = {shape: number for number, shape in enumerate(self._made.shapes)}
+        found = dict[tuple[int, int], complex]()
+
+        def read(arbiter: pymunk.Arbiter) -> None:
+            first, second = (numbers[shape] for shape in arbiter.shapes)
+            impulse = complex(*arbiter.total_impulse)  # on the first
+            found[first, second] = -impulse
+            found[second, first] = impulse
+
+        for body in self._made.bodies:
+            body.each_arbiter(read)
+        return found
+
+    def _carried(self, impulses: dict[tuple[int, int], complex]) -> list[complex]:
+        """The force [N] on each link from what carries it: what its momentum and that of the links
+        that it carries gain, beside their weight, what is exerted on them and what touches them;
+        nan if a loop holds one of them."""
+        planar = self._planar
+        links = planar.links.all
+        forces = [self._gained(number) for number in range(len(links))]
+        for pair in planar.surfaces.pairs:
+            force = impulses.get(pair.surfaces, 0j) / self._step
+            first, second = planar.surfaces.links(pair)
+            if first != WORLD:
+                forces[first] += force
+            if second != WORLD:
+                forces[second] -= force
+        for loop in planar.mechanism.loops:
+            for body in loop.bodies:
+                if (number := planar.links.numbers.get(body)) is not None:
+                    forces[number] = complex(np.nan, np.nan)
+        for number in reversed(range(len(links))):
+            if links[number].parent != WORLD:
+                forces[links[number].parent] += forces[number]
+        return forces
+
+    def _gained(self, number: int) -> complex:
+        """The momentum that a link gained in the last step over the step, beside its weight and
+        what is exerted on it [N]."""
+        faster = complex(*(self._made.bodies[number].velocity - self._before[number]))
+        gained = faster / self._step - self._planar.gravity
+        return self._planar.links.all[number].mass * gained - complex(*self._exerted[number])
+
+
+def planar_stepper(
+    mechanism: Mechanism, start: State, method: Method, step: float
+) -> PlanarStepper:
+    """A mechanism that starts in a state, with a method at a step [s], before it is put into any
+    state; raises Unsupported, which names the part that pymunk cannot have."""
+    return PlanarStepper(planar_of(mechanism, start, method), step)

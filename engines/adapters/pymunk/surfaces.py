@@ -1,0 +1,249 @@
+"""Shapes that touch, as pymunk has them: circles, boxes, and floors of thick lines."""
+
+from __future__ import annotations
+
+import cmath
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import pymunk
+
+from plumbob.analytic.errors.contact_models.impacts import SLOP
+from plumbob.analytic.errors.contact_models.rod_steps import TIP
+from plumbob.engines.adapters.pymunk.links import WORLD, Links, Pose
+from plumbob.engines.adapters.pymunk.methods import FLOOR_TIME
+from plumbob.engines.adapters.pymunk.plane import CLOSE
+from plumbob.engines.adapters.pymunk.simulation import vector
+from plumbob.engines.mechanism import Mechanism, Shape, Touch
+from plumbob.engines.method import Unsupported
+from plumbob.engines.peer_model import rotation
+from plumbob.engines.stepper import State
+
+# Of a size: shapes that touch at the start overlap by as much, or by half of it where one of them
+# is a circle, or they would touch by rounding alone.
+DEPTH = 1e-6
+TOUCHING = 1e-9  # of a size: shapes that are closer touch, since positions are rounded
+# Of its distance from the centre of mass: the radius of a circle that is meant as a point.
+POINT = 1e-6
+# Lengths that a floor below a point extends to either side and down, so that no step passes it.
+DEEP = 1e2
+BITS = 32  # of pymunk's masks
+AXES = (1 + 0j, -1 + 0j, 1j, -1j)
+
+
+@dataclass(frozen=True)
+class Surface:
+    """A circle or a box in the plane, or a floor."""
+
+    link: int  # or WORLD
+    place: complex  # of its middle from the link's centre, or of a point of a floor [m]
+    radius: float  # [m]
+    size: float  # [m], the radius of a circle or the longest edge of a box
+    half: complex = 0j  # half sizes of a box to the right and up, in the drawing [m]
+    normal: complex = 0j  # of a floor, away from it
+    point: bool = False  # a circle so small that a point is meant
+
+    def begins(self, poses: Sequence[Pose], direction: complex) -> float:
+        """How far along a direction it begins, where its link is in one of the `poses` [m]."""
+        place = self.place
+        own = direction
+        if self.link != WORLD:
+            place, _ = poses[self.link].at(place)
+            own *= cmath.exp(-1j * poses[self.link].angle)
+        extent = abs(self.half.real * own.real) + abs(self.half.imag * own.imag)
+        return (place * direction.conjugate()).real - self.radius - extent
+
+
+@dataclass(frozen=True)
+class Pair:
+    """Two surfaces that may touch."""
+
+    surfaces: tuple[int, int]
+    friction: float
+    restitution: float
+    touches: bool  # at the start
+
+    def rub(self, arbiter: pymunk.Arbiter, space: pymunk.Space, data: object) -> None:
+        """Give a contact of the pair its friction and restitution."""
+        arbiter.friction = self.friction
+        arbiter.restitution = self.restitution
+
+
+@dataclass(frozen=True)
+class Surfaces:
+    """The surfaces of a mechanism, which pairs of them touch, and how."""
+
+    all: tuple[Surface, ...]
+    pairs: tuple[Pair, ...]
+    friction: tuple[float, ...]  # of each surface: pymunk gives a pair their product
+    restitution: tuple[float, ...]  # likewise
+    skin: float  # by which floors and boxes are thicker [m]
+    slop: float  # depth that is not closed [m]
+    reach: float  # of a floor to either side [m]
+
+    def links(self, pair: Pair) -> tuple[int, int]:
+        """The links of a pair's surfaces."""
+        first, second = pair.surfaces
+        return self.all[first].link, self.all[second].link
+
+    @property
+    def piled(self) -> set[int]:
+        """The links that touch one another at the start."""
+        links = [self.links(pair) for pair in self.pairs if pair.touches]
+        return {link for both in links for link in both if WORLD not in both}
+
+    def add(self, space: pymunk.Space, bodies: Sequence[pymunk.Body]) -> list[pymunk.Shape]:
+        """Shapes of pymunk on the bodies of the links and on the space's own, in the space."""
+        made = list[pymunk.Shape]()
+        for number, surface in enumerate(self.all):
+            body = space.static_body if surface.link == WORLD else bodies[surface.link]
+            shape = self._shape(surface, body)
+            pairs = [pair.surfaces for pair in self.pairs if number in pair.surfaces]
+            mask = sum({1 << p % BITS for pair in pairs for p in pair if p != number})
+            shape.filter = pymunk.ShapeFilter(categories=1 << number % BITS, mask=mask)
+            shape.collision_type = number
+            shape.friction = self.friction[number]
+            shape.elasticity = self.restitution[number]
+            made.append(shape)
+        for pair in self.pairs:
+            first, second = pair.surfaces
+            product = self.friction[first] * self.friction[second]
+            bounce = self.restitution[first] * self.restitution[second]
+            if (product, bounce) != (pair.friction, pair.restitution):
+                space.on_collision(first, second, pre_solve=pair.rub)
+        space.add(*made)
+        space.collision_slop = self.slop
+        return made
+
+    def _shape(self, surface: Surface, body: pymunk.Body) -> pymunk.Shape:
+        place = surface.place
+        if surface.half:
+            # pymunk's own box: it keeps impulses for the next step by the numbers of corners, and
+            # takes the one contact of two boxes for the other if these are polygons of a caller's,
+            # so that stacks collapse. Nor has it a radius: where boxes overlap by their radii
+            # alone, rounding decides the direction of a contact.
+            corner = surface.half + complex(self.skin, self.skin)
+            box = pymunk.BB(*vector(place - corner), *vector(place + corner))
+            return pymunk.Poly.create_box_bb(body, box)
+        if not surface.normal:
+            return pymunk.Circle(body, surface.radius, vector(place))
+        thickness = self.skin
+        reach = self.reach
+        if depth := DEEP * max((s.size for s in self.all if s.point), default=0.0):
+            place -= depth * surface.normal
+            thickness = reach = depth
+        along = -1j * reach * surface.normal
+        return pymunk.Segment(body, vector(place - along), vector(place + along), thickness)
+
+
+def surfaces_of(mechanism: Mechanism, links: Links, start: State) -> Surfaces:
+    """The surfaces of a mechanism that starts in a state; raises Unsupported."""
+    found = tuple(_surface(mechanism, links, shape) for shape in mechanism.shapes)
+    poses = links.poses(start)
+    gaps = [_gap(poses, *(found[number] for number in t.shapes)) for t in mechanism.touching]
+    size = max((surface.size for surface in found), default=0.0)
+    pairs = tuple(
+        Pair(
+            touch.shapes,
+            _sliding(mechanism, links, touch),
+            touch.restitution,
+            gap < TOUCHING * size,
+        )
+        for touch, gap in zip(mechanism.touching, gaps, strict=True)
+    )
+    skin = 0.0
+    slop = SLOP * max(gaps, default=0.0)
+    if any(surface.point for surface in found):
+        slop = DEEP * size  # no depth is closed beside the steps
+    elif any(pair.touches for pair in pairs):
+        skin = DEPTH * size / 2.0
+        slop = 2.0 * DEPTH * size
+    nearest = sorted(pairs, key=lambda pair: not pair.touches)
+    return Surfaces(
+        found,
+        pairs,
+        _factors(len(found), {pair.surfaces: pair.friction for pair in nearest}),
+        _factors(len(found), {pair.surfaces: pair.restitution for pair in nearest}),
+        skin,
+        slop,
+        _reach(mechanism, links, start, found, size),
+    )
+
+
+def _surface(mechanism: Mechanism, links: Links, shape: Shape) -> Surface:
+    """A shape in the plane."""
+    plane = links.plane
+    link, place = links.arm(shape.body, shape.place)
+    axes = links.drawn.turns[shape.body] @ rotation(shape.attitude)
+    if shape.kind == "plane" and shape.body == 0:
+        return Surface(WORLD, place, 0.0, 0.0, normal=plane.flat(axes[:, 2]))
+    if shape.kind == "sphere":
+        radius = float(shape.size[0])
+        if radius < POINT * abs(place):
+            length = 2.0 * abs(place)
+            return Surface(link, place, TIP * length, length, point=True)
+        return Surface(link, place, radius, radius)
+    name = shape.name or mechanism.bodies[shape.body].name
+    if shape.kind != "box":
+        raise Unsupported(f"pymunk has no {shape.kind} that touches: {name}")
+    directions = plane.right, plane.up
+    leans = np.abs(np.array(directions) @ axes)
+    if leans.max() < 1.0 - CLOSE:
+        raise Unsupported(f"pymunk has no box that leans in the drawing: {name}")
+    # Of a box on one of its edges only the height counts, up to where its faces are.
+    right, up = (
+        min(half / lean for half, lean in zip(shape.size, row, strict=True) if lean > CLOSE)
+        for row in leans
+    )
+    half = complex(right, up)
+    return Surface(link, place, 0.0, 2.0 * float(shape.size.max()), half)
+
+
+def _gap(poses: Sequence[Pose], first: Surface, second: Surface) -> float:
+    """The gap [m] between two surfaces, or between the boxes to the right and up around them; it is
+    negative where these overlap."""
+    directions = [first.normal or -second.normal] if first.normal or second.normal else AXES
+    return max(first.begins(poses, -d) + second.begins(poses, d) for d in directions)
+
+
+def _sliding(mechanism: Mechanism, links: Links, touch: Touch) -> float:
+    """The coefficient of friction of a pair in the plane; raises Unsupported."""
+    if any(touch.rolling):
+        raise Unsupported("pymunk has no rolling friction")
+    if touch.sliding[0] != touch.sliding[1]:
+        raise Unsupported("pymunk has no friction that depends on the direction")
+    first, second = (mechanism.shapes[number] for number in touch.shapes)
+    points = [links.drawn.point(shape.body, shape.place) for shape in (first, second)]
+    apart = points[1] - points[0]
+    bounded = "plane" not in (first.kind, second.kind)
+    if bounded and abs(links.plane.across(apart)) > CLOSE * np.linalg.norm(apart):
+        raise Unsupported(
+            f"pymunk has no shapes beside one another: {first.name}, {second.name}"
+        )
+    return touch.sliding[0]
+
+
+def _factors(count: int, products: Mapping[tuple[int, int], float]) -> tuple[float, ...]:
+    """A factor for each surface, so that pairs have their products, as far as that can be, the
+    first ones first. The surface in the first pairs that is in most of them has 1."""
+    factors = dict[int, float]()
+    for pair, value in products.items():
+        first, second = pair if pair[0] in factors else pair[::-1]
+        if first not in factors:
+            first, second = sorted(pair, key=lambda n: -sum(n in other for other in products))
+        known = factors.setdefault(first, 1.0)
+        factors.setdefault(second, value / known if known else 1.0)
+    return tuple(factors.get(number, 1.0) for number in range(count))
+
+
+def _reach(
+    mechanism: Mechanism, links: Links, start: State, found: Sequence[Surface], size: float
+) -> float:
+    """How far a floor extends to either side [m]: no body gets further within FLOOR_TIME."""
+    rates = [mechanism.joints[n].kind == "hinge" for n in range(len(start.qvel))]
+    speed = float(np.sum(np.abs(start.qvel) * np.where(rates, size, 1.0)))
+    floors = [surface.normal for surface in found if surface.normal]
+    gravity = links.plane.flat(mechanism.gravity)
+    pull = max((abs((gravity * floor.conjugate()).imag) for floor in floors), default=0.0)
+    return FLOOR_TIME * speed + 0.5 * pull * FLOOR_TIME**2 + size
