@@ -134,7 +134,7 @@ def test_a_ball_that_grazes_an_edge_within_rounding_meets_nothing():
 
 
 @pytest.mark.parametrize(("bound", "value"), [("LOOKS", 4), ("FAR", 1e-3)])
-def test_bounds_that_are_too_small_cannot_tell_what_can_be_told(monkeypatch, bound, value):
+def test_bounds_that_are_too_small_refuse_a_motion_that_is_clear(monkeypatch, bound, value):
     """Too few states, and a distance that is not measured beyond a millimetre. The search ends
     after as many states as LOOKS says, of a fifth of a millisecond each."""
     monkeypatch.setattr(hidden_touches, bound, value)

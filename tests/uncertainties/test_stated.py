@@ -36,8 +36,8 @@ AT_REST = {"pinch", "stack"}
 OF_PARTS = {"capsule-plan"}
 # The last place of a blunt apex angle: 0.85 is used where only its moments' own are counted.
 BLUNT = 57
-# Of motions on three supports. Newton's method had ended too early, by ten times what was stated; a
-# coarser computation is as exact as the motion; the heading feels the roundings of velocities.
+# Of motions on three supports. Newton's method had ended too early, by ten times what was stated;
+# the error of a coarser computation is no larger; the heading feels the roundings of velocities.
 HARD = {"capsule-turn": (6, 21), "capsule-coast/spin": (6, 26)}
 
 

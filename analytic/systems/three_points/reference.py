@@ -17,8 +17,8 @@ from plumbob.analytic.systems.capsule import (
 from plumbob.analytic.systems.three_points.friction import Start
 
 ROUNDINGS = 8 * ROUNDOFF  # of parameters and times, and of the change to the axes of the start
-# Times the difference from a coarser computation. In one motion of sixty this is by chance as exact
-# as the finer one; the difference at some times is then no larger than the error at others.
+# Times the difference from a coarser computation. In one motion of sixty the errors of both happen
+# to be alike; the difference at some times is then no larger than the error at others.
 SURE = 2.0
 
 
