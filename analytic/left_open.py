@@ -3,7 +3,7 @@ series, rounding, and what a second run shows of a solver that controls its loca
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -16,8 +16,17 @@ SURE = 2.0
 def by_series(terms: Sequence[Array]) -> Array:
     """The remainder of a series in the step after its `terms`, shape (n,) each and of rising power:
     less than its last two (near-symmetric schemes can have tiny alternate terms), at their largest
-    so far. What is nonlinear in the error is in its coefficients."""
+    so far. Its coefficients hold what is nonlinear in the error, but for the part that
+    `nonlinear_part` bounds."""
     return np.maximum.accumulate(np.abs(terms[-2:]).sum(axis=0))
+
+
+def nonlinear_part(terms: Mapping[int, float], nonlinearity: float) -> float:
+    """The part of an error that is added by the lowest degree in the error of which a series keeps
+    nothing; its `terms` are {p: largest |C_p| step^p}. With a leading power p, a term of degree j
+    begins at the power j p and is nonlinearity^(j - 1) of the error (THEORY.md, eq. 1.3)."""
+    leading = max(terms, key=lambda power: terms[power])
+    return min(1.0, nonlinearity) ** (max(terms) // leading)
 
 
 def by_rounding(doubt: Array, steps: int) -> Array:

@@ -14,8 +14,9 @@ Coefficients = Mapping[int, Signals]
 
 
 TRUST = 0.1  # chosen: how much of a series its last two terms may be
-# Calibrated: how nonlinear the motion's response may be, for those terms to hold what follows. At
-# 0.09 (RK4 next to a separatrix) they hold two thirds of it; up to 0.03, more than all.
+# Calibrated: how nonlinear the motion's response may be, for those terms and the first nonlinear
+# one that is left out (`left_open.nonlinear_part`) to hold what follows. At 0.09 (RK4 next to a
+# separatrix) those terms alone hold two thirds of it.
 LINEAR = 0.03
 
 

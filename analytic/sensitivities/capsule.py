@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import partial
 from itertools import compress, pairwise
 from typing import Any
@@ -12,8 +13,9 @@ import numpy as np
 from plumbob.analytic.reference import Array
 from plumbob.analytic.sensitivities.neighbours import Neighbours, Sensitivity
 from plumbob.analytic.sensitivities.phases import Phased, phased_gradients
-from plumbob.analytic.systems.capsule_setup import CapsuleProblem
+from plumbob.analytic.systems.capsule_setup import CapsuleProblem, InWorld
 from plumbob.analytic.systems.three_points.motion import ThreePointMotion
+from plumbob.analytic.systems.three_points.reference import PlaneReference
 
 # Relative difference of lengths of phases, beyond which a stencil is not accurate: nearer
 # neighbours than that have the motion's own uncertainty over a smaller difference.
@@ -35,11 +37,15 @@ def phased(problem: CapsuleProblem, together: bool = False) -> Phased:
     the end, for a time that is small in the difference."""
     motion = problem.motion
     single = problem.motion.single
+    own = problem.reference
+    if isinstance(own, PlaneReference):
+        own = replace(own, sure=1.0)
+    in_world = InWorld(own, problem.setup.heading)
     if isinstance(single, ThreePointMotion) and not together:
-        return Phased(problem.in_world, _repeated(motion, _phases(single)[1]))
+        return Phased(in_world, _repeated(motion, _phases(single)[1]))
     stops = _repeated(motion, np.array([single.sliding_time]))
     switches = np.append(motion.path.breakpoints, stops[np.isfinite(stops)])
-    return Phased(problem.in_world, np.sort(switches))
+    return Phased(in_world, np.sort(switches))
 
 
 def alike(problem: CapsuleProblem, near: CapsuleProblem) -> bool:

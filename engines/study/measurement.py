@@ -13,7 +13,13 @@ from typing import Literal
 import numpy as np
 
 from plumbob.analytic.answer_cache import Same, as_stepped, exactly, expected
-from plumbob.analytic.left_open import by_rounding, by_second_run, by_series, roundings
+from plumbob.analytic.left_open import (
+    by_rounding,
+    by_second_run,
+    by_series,
+    nonlinear_part,
+    roundings,
+)
 from plumbob.analytic.reference import Array, NoAnswer, Reference, Signals, answering
 from plumbob.analytic.schemes import ADAPTIVE, Scheme
 from plumbob.analytic.theory import SteppedErrors, reaches
@@ -261,8 +267,9 @@ def _predictions(
     predicted = {}
     for name in errors.keys() & total.keys():
         series = {power: parts[name] for power, parts in sorted(powers.items())}
-        left = by_series(list(series.values())) + by_rounding(doubt[name], run.steps)
         terms = {power: float(np.abs(parts).max()) for power, parts in series.items()}
+        left = by_series(list(series.values())) + by_rounding(doubt[name], run.steps)
+        left += nonlinear_part(terms, nonlinear) * np.maximum.accumulate(np.abs(total[name]))
         predicted[name] = _held(total[name], errors[name], left, terms, nonlinear)
     reaching = (reaches(p.terms, p.largest, p.nonlinearity) for p in predicted.values())
     if method.control == "step" and not (predicted and all(reaching)):

@@ -13,7 +13,7 @@ import numpy as np
 
 from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.reference import Array, NoAnswer, answering
-from plumbob.engines.box import Box
+from plumbob.engines.box import LONGEST, Box
 from plumbob.engines.method import Method, Unsupported, meant
 from plumbob.engines.registry import engine_of, installed
 from plumbob.engines.study.measurement import measure, relative_error
@@ -22,7 +22,9 @@ from plumbob.models.registry import scene as find_scene
 from plumbob.models.scene import Case
 
 CHUNK_RUNS = 200  # in one chunk: a second or few
-LONGEST = 1800.0  # [s] that a chunk may take: far more than one with a long scene does
+# [s] that a chunk may take: at each of its places the exact motion may be given up, and as long
+# again is left for the runs.
+LONGEST_CHUNK = 2.0 * CHUNK_RUNS * LONGEST
 MOST_RUNS = 1_000_000  # of all methods and steps: some hours
 NUMBER = re.compile(r"(?<![\w.^])[-+]?\d+\.?\d*(e[-+]?\d+)?(?![\w.])")
 
@@ -145,7 +147,7 @@ def sweep(
     for number, found in there.items():
         placed(number, found)
     tasks = [
-        Task(number, chunk_of, (asked, number), LONGEST)
+        Task(number, chunk_of, (asked, number), LONGEST_CHUNK)
         for number in range(asked.chunks)
         if number not in there
     ]

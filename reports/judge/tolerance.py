@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from fnmatch import fnmatchcase
 from sys import float_info
 
+from plumbob.analytic.left_open import nonlinear_part
 from plumbob.analytic.schemes import ADAPTIVE
 from plumbob.analytic.theory import reaches
 from plumbob.engines.method import Method
@@ -174,6 +175,7 @@ def _expansion(error: ObservedError, step: float) -> tuple[Term, ...] | None:
     if not reaches(predicted.terms, predicted.largest, predicted.nonlinearity):
         return None
     last = sum(predicted.terms[p] for p in sorted(predicted.terms)[-2:])
+    nonlinear = nonlinear_part(predicted.terms, predicted.nonlinearity) * predicted.largest
     powers = " + ".join(f"C{p} h^{p}" for p in sorted(predicted.terms))
     return (
         Term(
@@ -183,8 +185,9 @@ def _expansion(error: ObservedError, step: float) -> tuple[Term, ...] | None:
         ),
         Term(
             "discretisation: remainder",
-            last,
-            "what follows in the series is less than its last two terms",
+            last + nonlinear,
+            "what follows in the series is less than its last two terms and the first "
+            "nonlinear term that the series leaves out",
         ),
     )
 

@@ -2,6 +2,7 @@
 
 import copy
 import math
+import time
 
 import mujoco
 import pytest
@@ -100,19 +101,46 @@ def swing(wall):
     return SWING.format(wall=wall + 0.01, stiffness=RATE**2, rate=0.1 * RATE)
 
 
-@pytest.mark.parametrize(("wall", "met"), [(0.10999, True), (0.11001, False)])
+@pytest.mark.parametrize(
+    ("wall", "met"), [(0.10999, True), (0.11 - 1e-8, True), (0.11001, False)]
+)
 def test_a_wall_at_which_a_motion_turns_back_is_met(wall, met):
-    """By 10 µm: the tolerance of 1e-10 is far below that."""
+    """By 10 µm, or by 10 nm: the tolerance of 1e-10 is far below that."""
     assert bool(course(swing(wall), "DOP853", 1e-10).events) == met
 
 
 @pytest.mark.parametrize(
     ("bound", "value", "text"),
-    [("PATH", 0.5, card()), ("CURVED", 0.0, swing(0.10999))],
+    [
+        ("PATH", 0.5, card()),
+        ("CURVED", 0.0, swing(0.10999)),
+        ("SHALLOW", 1e-7, swing(0.11 - 1e-8)),
+    ],
 )
 def test_bounds_that_are_too_low_pass_over_a_contact(monkeypatch, bound, value, text):
     monkeypatch.setattr(hidden_touches, bound, value)
     assert not course(text, "DOP853", 1e-10).events
+
+
+# The ball's surface is as high as the upper edge of the card.
+GRAZING = card(height=0.503)
+
+
+def test_a_ball_that_grazes_an_edge_within_rounding_meets_nothing():
+    """If a touch of no depth counted, it would be met again and again."""
+    found = course(GRAZING)
+    assert not found.events
+    assert not found.why
+
+
+@pytest.mark.parametrize(("bound", "value"), [("LOOKS", 4), ("FAR", 1e-3)])
+def test_bounds_that_are_too_small_refuse_a_motion_that_is_clear(monkeypatch, bound, value):
+    """Too few states, and a distance that is not measured beyond a millimetre. The search ends
+    after as many states as LOOKS says, of a fifth of a millisecond each."""
+    monkeypatch.setattr(hidden_touches, bound, value)
+    begun = time.process_time()
+    assert "pass too close to tell whether they touch" in course(GRAZING).why
+    assert time.process_time() - begun < 5.0  # [s]
 
 
 # A rod that turns several times in a control period, at a constant rate: its angle is a line, and a
@@ -128,6 +156,21 @@ ROD = """
 @pytest.mark.parametrize(("peg", "met"), [("", True), ('contype="0" conaffinity="0"', False)])
 def test_a_rod_meets_a_peg_that_it_passes_within_a_step(peg, met):
     assert bool(course(ROD.format(peg=peg)).events) == met
+
+
+def test_bounds_that_hold_for_half_a_radian_let_steps_be_long(monkeypatch):
+    """Two bodies in contact that turn: with a hundredth of that angle the audit takes three times
+    as many steps, with a thousandth 27 times."""
+    steps = []
+    good = hidden_touches.HiddenTouches.within
+
+    def counted(search, *given):
+        steps.append(given)
+        return good(search, *given)
+
+    monkeypatch.setattr(hidden_touches.HiddenTouches, "within", counted)
+    assert computed(*audited(3), "RK45", 1e-8, BUDGET).events
+    assert len(steps) < 150  # 67
 
 
 PAIRS = """

@@ -8,6 +8,7 @@ import mpmath as mp
 import numpy as np
 import pytest
 
+from plumbob.analytic.numerics.linear_flow import Response
 from plumbob.analytic.numerics.smooth import certified_motion
 from plumbob.analytic.numerics.smooth.certified_motion import CertifiedMotion
 from plumbob.analytic.numerics.smooth.smooth_system import SmoothSystem
@@ -95,6 +96,27 @@ def test_a_fault_in_either_integration_shows(faulty, monkeypatch):
     apart = stacked(motion.uncertainty(times))
     assert (apart > 100 * small).all()
     assert (np.abs(stacked(motion.observe(times)) - exact) <= 1.01 * apart + 1e-13).all()
+
+
+def test_a_fault_between_the_steps_shows(monkeypatch):
+    """Of the first method's polynomials, which are right at both ends of a step."""
+    system = double_pendulum()
+    times = np.linspace(0.01, 2.0, 100)
+    exact = stacked(CertifiedMotion(system).observe(times))
+    good = Response.at
+
+    def wrong(response, times):
+        step = response.orbit.locate(times)
+        edges = response.orbit.breakpoints
+        part = (times - edges[step]) / np.diff(edges)[step]
+        return good(response, times) + 1e-9 * (part * (1.0 - part))[:, None]
+
+    monkeypatch.setattr(Response, "at", wrong)
+    motion = CertifiedMotion(system)
+    off = np.abs(stacked(motion.observe(times)) - exact)
+    assert off.max() > 2e-10
+    # the second method's states are a 24th of a step apart
+    assert (off <= 1.01 * stacked(motion.uncertainty(times))).all()
 
 
 @pytest.mark.long

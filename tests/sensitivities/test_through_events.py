@@ -28,7 +28,7 @@ def by_richardson(case, parameter, times, names):
     """Derivatives of the observables `names`, and their errors: what the last extrapolation changes
     and the motion's own uncertainty makes; the best of several, of those that pass no switch."""
     number = case.scene.parameters[parameter]
-    unsure = case.reference.uncertainty(times)
+    unsure = phased(case.problem).reference.uncertainty(times)
     doubt = np.array([unsure[name] for name in names])
     best = np.zeros(doubt.shape)
     errors = np.full(doubt.shape, np.inf)

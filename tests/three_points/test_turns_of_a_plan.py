@@ -3,7 +3,7 @@
 import pytest
 
 from plumbob.analytic.parameters import ParameterError
-from plumbob.analytic.systems.planner import turns
+from plumbob.analytic.systems.planner import construction, turns
 from plumbob.analytic.systems.planner.construction import plan
 from plumbob.analytic.systems.planner.problem import FULL_CIRCLE, Limits, RestPose
 from plumbob.analytic.systems.planner.tracks import ROUND, Track
@@ -39,3 +39,20 @@ def test_a_plan_that_misses_its_pose_is_refused_by_name(monkeypatch):
         ParameterError, match=r"to = .* a pose that a plan reaches: .* rad away"
     ):
         plan(CHECK, RestPose(0.001, 0.0, 0.01))
+
+
+@pytest.mark.parametrize(("off", "taken"), [(1e-7, False), (1e-10, True)])
+def test_a_plan_that_ends_a_tenth_of_a_micrometre_off_is_refused(off, taken, monkeypatch):
+    """An ångström off it is taken: the errors of the motion are below that."""
+    arranged = construction._arranged
+
+    def beside(track, start, goal):
+        return arranged(track, start, RestPose(goal.x + off, goal.y, goal.heading))
+
+    monkeypatch.setattr(construction, "_arranged", beside)
+    goal = RestPose(0.001, 0.0, 0.0)
+    if taken:
+        assert plan(CHECK, goal).error[0] == pytest.approx(off, rel=1e-3)
+        return
+    with pytest.raises(ParameterError, match=r"the one found ends 1e-07 m and \S+ rad away"):
+        plan(CHECK, goal)

@@ -36,8 +36,9 @@ AT_REST = {"pinch", "stack"}
 OF_PARTS = {"capsule-plan"}
 # The last place of a blunt apex angle: 0.85 is used where only its moments' own are counted.
 BLUNT = 57
-# Newton's method had ended too early, by ten times what was stated.
-NOT_SOLVED = 6
+# Of motions on three supports. Newton's method had ended too early, by ten times what was stated;
+# the error of a coarser computation is no larger; the heading feels the roundings of velocities.
+HARD = {"capsule-turn": (6, 21), "capsule-coast/spin": (6, 26)}
 
 
 def _drawn(name, rng):
@@ -143,7 +144,7 @@ def test_smooth_motions(name):
 @pytest.mark.long(keep=1)
 @pytest.mark.parametrize("name", ON_SUPPORTS)
 def test_motions_on_three_supports(name):
-    _within(name, (0, 1, NOT_SOLVED))
+    _within(name, (0, 1, *HARD[name]))
 
 
 def test_a_blunt_cone():
