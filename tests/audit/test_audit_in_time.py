@@ -8,6 +8,7 @@ import mujoco
 import numpy as np
 import pytest
 
+from plumbob.engines.adapters.mujoco.own_model.field import ContinuousField
 from plumbob.engines.adapters.mujoco.own_model.model import own_model
 from plumbob.engines.adapters.mujoco.own_model.tangent import TangentMaps
 from plumbob.engines.audit import reference as reference_module
@@ -17,6 +18,7 @@ from plumbob.engines.audit.controls import script
 from plumbob.engines.audit.reference import certified
 from plumbob.engines.audit.step_errors import halved
 from plumbob.engines.own_motion import NotCertifiable, Start
+from plumbob.reports.audit_from_python import audit
 from plumbob.reports.cli import main
 from plumbob.tests.audit.scenes_as_models import PENDULUM, ball, compiled, pendulum
 
@@ -66,6 +68,18 @@ def test_a_jacobian_that_is_beyond_its_time_is_given_up_at_once(allowed, least, 
         with pytest.raises(NotCertifiable):
             maps("Euler", 1e-3, 1e-6)
     assert least <= SECOND * (time.process_time() - begin) <= most
+
+
+def test_a_model_whose_evaluations_are_refused_has_no_reference(monkeypatch):
+    """The first one, which tells how long an evaluation takes, is refused too."""
+
+    def refused(*_):
+        raise NotCertifiable("no solution")
+
+    monkeypatch.setattr(ContinuousField, "__call__", refused)
+    found = audit(compiled(PENDULUM.format(integrator="Euler")), duration=0.1, budget=1.0)
+    assert found.until == 0.0
+    assert found.reference.why.startswith("no solution")
 
 
 @pytest.mark.parametrize("asked", [[], ["--json"]])
