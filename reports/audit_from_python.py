@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
+
+import numpy as np
 
 from plumbob.analytic.parameters import ParameterError, counting, positive
 from plumbob.analytic.reference import Array
@@ -21,6 +25,9 @@ from plumbob.engines.workers import Workers
 from plumbob.reports.view.audit.results import ContactResult, MotionResult
 
 BUDGET = 60.0  # [s] of processor time
+FEWEST = 10  # evaluations of a model for any answer
+BRIEF = 0.05  # [s] of processor time: an evaluation that the audit of any budget has time for
+BESIDE = 1e-9  # [m, rad, ...] by which that evaluation is beside the start
 RECORDED = "policy, recorded at the model's own step"
 
 
@@ -49,15 +56,15 @@ def audit(
     of those, if given.
 
     `control` is "rest", "zero", "sines" or values of shape (periods, actuators), held for `period`
-    [s]; the motion lasts `duration` [s]; the whole takes about `budget` [s] of
-    processor time. With more `jobs` integrators run in as many processes; costs are measured alone.
-    A `policy`, called with time, qpos and qvel at the beginning of each period, by default of one
-    step, takes the control's place: what it gives at the model's own step is replayed by the
-    reference and all steps. That of an environment is called with its observations, and the
-    environment is stepped, so that the rollout is its own; a control is held as it holds an action.
-    A `gradient` certifies derivatives of the end by controls and start, too, in as much time again,
-    and each of `engines`, by name, runs the file, in as much. `begun` gets the audit before that.
-    Raises ParameterError for bad input, and for a model that no reference can be certified for.
+    [s]; the motion lasts `duration` [s]; the whole takes about `budget` [s] of processor time. With
+    more `jobs` integrators run in as many processes; costs are measured alone. A `policy`, called
+    with time, qpos and qvel at the beginning of each period, by default of one step, takes the
+    control's place: what it gives at the model's own step is replayed by the reference and all
+    steps. That of an environment is called with its observations, and the environment is stepped,
+    so that the rollout is its own; a control is held as it holds an action. A `gradient` certifies
+    derivatives of the end by controls and start, too, in as much time again, and each of `engines`,
+    by name, runs the file, in as much. `begun` gets the audit before that. Raises ParameterError
+    for bad input, and for a model that no reference can be certified for.
 
     >>> import mujoco
     >>> rod = '''<mujoco><worldbody><body><joint axis="0 1 0"/>
@@ -78,7 +85,7 @@ def audit(
         if policy is not None:
             control, policy = rollout(environment, policy, _lasting(duration)), None
             duration = None
-    user_model, moved = _moved(model, start, control, policy, duration, period)
+    user_model, moved = _moved(model, start, control, policy, duration, period, budget)
     with Workers(jobs) as workers:
         beside = Allowance(budget, executor=workers if jobs > 1 else None, progress=progress)
         answer = audited(user_model, moved, named, beside, begun)
@@ -102,8 +109,10 @@ def _moved(
     policy: Policy | None,
     duration: float | None,
     period: float | None,
+    budget: float,
 ) -> tuple[OwnModel, Script]:
-    """A user's model, and its motion, which a policy records; raises ParameterError."""
+    """A user's model, and its motion, which a policy records; raises ParameterError, also where the
+    budget [s] is too small."""
     name = str(model) if isinstance(model, (str, Path)) else "model"
     try:
         user_model = user_models().model(model, start)
@@ -111,11 +120,30 @@ def _moved(
             held = user_model.step if period is None else positive("ctrl period", period)
             control = user_model.recorded(policy, held, _lasting(duration))
             period, duration = held, None
-        return user_model, script(user_model, control, duration, period)
+        moved = script(user_model, control, duration, period)
     except NotCertifiable as why:
         raise ParameterError(
             "model", name, f"one that has a continuous motion; {why}"
         ) from None
+    _affordable(user_model, moved, budget)
+    return user_model, moved
+
+
+def _affordable(user_model: OwnModel, moved: Script, budget: float) -> None:
+    """Raises ParameterError if the budget [s] suffices for so few evaluations of a model that no
+    reference can come of them: nothing ends an evaluation that has begun. The state is beside the
+    start, where constraints may be met without an iteration of the solver."""
+    field = user_model.field()
+    field.hold(moved.controls[0], 0.0, moved.start)
+    beside = moved.start + np.resize((BESIDE, -BESIDE), moved.start.shape)
+    begin = time.process_time()
+    # The reference says why a motion ends at once, or has no bounds.
+    with suppress(NotCertifiable), np.errstate(all="ignore"):
+        field(0.0, beside)
+    spent = time.process_time() - begin
+    if spent > max(budget / FEWEST, BRIEF):
+        what = f"{FEWEST * spent:.2g} or more: one evaluation of the model takes {spent:.2g} s"
+        raise ParameterError("budget", budget, what)
 
 
 def _lasting(duration: float | None) -> float:

@@ -32,7 +32,9 @@ if TYPE_CHECKING:
     from plumbob.engines.audit.engines import EngineError
 
 REFERENCE, TRIMS, STABLE = 0.6, 0.1, 0.05  # of the budget
-LEAST_STABLE = 5.0  # [s] for the largest steps, whatever the budget: most take less than two
+# For the largest steps, of which most take less than two seconds: so many seconds at least, but no
+# more than so many times the budget.
+LEAST_STABLE, MOST_STABLE = 5.0, 3.0
 AFTER = TRIMS + STABLE
 
 
@@ -212,7 +214,8 @@ def audited(
             trims=left_out,
         )
     progress("the largest step that holds")
-    steady = allowance.part(max(STABLE, LEAST_STABLE / allowance.seconds))
+    least = min(LEAST_STABLE / allowance.seconds, MOST_STABLE)
+    steady = allowance.part(max(STABLE, least))
     largest = stability(model, script, reference.states, steady)
     return replace(audit, stability=largest, seconds=time.perf_counter() - began)
 

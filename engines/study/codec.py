@@ -8,7 +8,7 @@ import zlib
 from collections.abc import Mapping
 from functools import cache
 from importlib import import_module
-from types import MappingProxyType
+from types import MappingProxyType, NoneType
 from typing import Any, TypeVar, get_origin
 
 import cattrs
@@ -17,6 +17,7 @@ from cattrs.gen import make_dict_structure_fn, make_dict_unstructure_fn, overrid
 
 from plumbob.analytic.reference import Array
 from plumbob.engines.study.results import Study, TaskResult
+from plumbob.models.border import shortened
 
 T = TypeVar("T")
 DOUBLES = np.dtype("<f8")
@@ -91,6 +92,9 @@ def _converter() -> cattrs.Converter:
     made.register_structure_hook_func(
         lambda kind: kind == tuple[float, ...], lambda values, _: tuple(map(float, values))
     )
+    # cattrs calls a field's own type: str() and bool() take anything, int() and float() do not.
+    for kind in (str, bool):
+        made.register_structure_hook(kind, _as_declared)
     made.register_unstructure_hook_func(_is_array, _packed)
     made.register_structure_hook_func(_is_array, lambda value, _: _unpacked(value))
     apart: dict[str, Any] = dict.fromkeys(("convergence", "costs", "extras", "analyses"), APART)
@@ -106,11 +110,24 @@ def _converter() -> cattrs.Converter:
     def of_kinds(held: Mapping[str, Any], _: type[TaskResult]) -> TaskResult:
         names = held["kinds"].items()
         parts = {part: made.structure(held[part], named(name)) for part, name in names}
-        return TaskResult(**{key: v for key, v in held.items() if key != "kinds"} | parts)
+        texts: dict[str, Any] = {
+            name: made.structure(held[name], str) for name in ("scene", "label", "lost")
+        }
+        result = TaskResult(**parts, **texts)
+        if result.request and not isinstance(result.answer, (result.request.kind(), NoneType)):
+            raise TypeError(f"a {type(result.answer).__name__} answers {result.request}")
+        return result
 
     made.register_unstructure_hook(TaskResult, with_kinds)
     made.register_structure_hook(TaskResult, of_kinds)
     return made
+
+
+def _as_declared(value: Any, kind: type[T]) -> T:
+    """Returns a value that is of this kind; raises TypeError for others."""
+    if type(value) is not kind:
+        raise TypeError(f"{shortened(repr(value))} is no {kind.__name__}")
+    return value
 
 
 def _name(kind: type[Any]) -> str:

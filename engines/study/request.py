@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any, ClassVar, Generic, TypeVar
+from typing import Any, ClassVar, Generic, TypeVar, cast, get_args
 
 from plumbob.analytic.parameters import known
 from plumbob.engines.method import Method, Unsupported, meant
@@ -25,6 +25,13 @@ class Request(ABC, Generic[Answer]):
     """A request for an answer of one kind."""
 
     timed: ClassVar[bool] = False  # made alone, for its time counts
+
+    @classmethod
+    def kind(cls) -> type[Any]:
+        """The class of its answers, which its base names: `Request[Answer]`."""
+        bases: tuple[Any, ...] = vars(cls)["__orig_bases__"]
+        (kind,) = get_args(bases[0])
+        return cast("type[Any]", kind)
 
 
 class RunRequest(Request[Answer]):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
@@ -45,6 +46,15 @@ class TaskResult:
     scene: str = ""  # that it is read with, where one scene of a study is
     label: str = ""
     lost: str = ""
+
+    @property
+    def subject(self) -> Any:
+        """What the result is about: its request, or a scene and a method, or else an analysis. No
+        two results of a study are about the same."""
+        of = self.answer
+        if isinstance(of, Analysed):
+            return of.template, of.place, of.system, of.scene
+        return self.request or (getattr(of, "scene", self.scene), getattr(of, "method", ""))
 
 
 @dataclass(frozen=True)
@@ -115,6 +125,8 @@ def coherent(study: Study) -> Study:
     """A study whose parts belong together; raises ValueError for another, which a file may hold."""
     scenes = [scene.name for scene in study.scenes]
     methods = [method.name for method in study.methods]
+    posed = [(scene.duration, scene.steps, dict(scene.parameters)) for scene in study.scenes]
+    json.dumps(posed, allow_nan=False)  # raises ValueError
     names = {scene: {o.name for o in study.observed.get(scene, ())} for scene in scenes}
     about = {scene: {q.observable for q in study.interest.get(scene, ())} for scene in scenes}
     if not all(about[scene] and about[scene] <= names[scene] for scene in scenes):

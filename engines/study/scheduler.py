@@ -64,8 +64,11 @@ def worked_out(
     progress: Progress,
     count: int = 1,
 ) -> dict[str, TaskResult]:
-    """The results of tasks by their keys, in this order."""
-    found = kept.there([task.key for task in tasks])
+    """The results of tasks by their keys, in this order. A kept result that is about something else
+    than the task of its key is not taken."""
+    about = {task.key: task.instead("").subject for task in tasks}
+    there = kept.there(list(about))
+    found = {key: result for key, result in there.items() if result.subject == about[key]}
     missing = _in_order([task for task in tasks if task.key not in found])
 
     def begun(task: Task) -> None:

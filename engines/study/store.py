@@ -207,4 +207,8 @@ def _loaded(store: Connection, number: int, listed: Listed) -> Study:
     found = results(store, number, (key for key, _ in listed.results), TaskResult)
     _all_there(listed, number, found)
     with decoding():
+        subjects = {result.subject for result in found.values()}
+        scenes = tuple((key, found[key].scene) for key, _ in listed.results)
+        if len(subjects) < len(found) or scenes != listed.results:
+            raise ValueError("a result stands under the key of another")
         return coherent(assembled(listed.study, found.values()))

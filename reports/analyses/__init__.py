@@ -14,7 +14,7 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
-from plumbob.engines.study.codec import plain
+from plumbob.engines.study.codec import plain, to_json
 from plumbob.engines.study.extra_runs import StudyPlan
 from plumbob.engines.study.request import Request
 from plumbob.engines.study.results import Analysed, Study
@@ -78,6 +78,19 @@ def analyses_of(
     return (*every, Analysed("", STUDY, "", "", plain(about)))
 
 
+def follow(study: Study) -> bool:
+    """Whether the numbers of findings and galleries that a study holds follow from its runs, all of
+    which that its pages need are there. It takes as long as the analyses do."""
+    needed = requests(StudyPlan(study.profile, study.scenes, study.methods))
+    if not set(needed) <= set(study.extras):
+        return False
+    judged = judge_study(study)
+    systems = dict.fromkeys((*(scene.system for scene in study.scenes), OF_ENGINES))
+    made = [a for name in systems for a in _analysed(study, judged, ("system", name))]
+    stored = [a for a in study.analyses if a.place not in (SCENE, STUDY)]
+    return to_json(made) == to_json(stored)
+
+
 def _analysed(study: Study, judged: Judgements, part: Part) -> tuple[Analysed, ...]:
     kind, name = part
     if kind == "scene":
@@ -85,8 +98,7 @@ def _analysed(study: Study, judged: Judgements, part: Part) -> tuple[Analysed, .
         record = page_numbers.scene_record(study, judged, scene)
         return (Analysed("", SCENE, scene.system, name, plain(record)),)
     of = section(name)
-    assert of
-    return analysed(study, of, name, judged)
+    return analysed(study, of, name, judged) if of else ()
 
 
 def _side_by_side(

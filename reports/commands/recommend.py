@@ -11,6 +11,8 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from plumbob.analytic.parameters import ParameterError, nearest
 from plumbob.engines.method import USER_METHOD, Method
 from plumbob.engines.registry import engine_of, engines, installed
@@ -19,7 +21,7 @@ from plumbob.engines.study import store
 from plumbob.engines.study.provenance import changed_since
 from plumbob.engines.study.results import Observables, Study
 from plumbob.models.registry import case_of, system_of
-from plumbob.models.scene import Scene
+from plumbob.models.scene import Quantity, Scene
 from plumbob.reports.commands.arguments import values
 from plumbob.reports.commands.budget import certify
 
@@ -30,6 +32,8 @@ if TYPE_CHECKING:
     from plumbob.reports.advice.advice import Answer, Run
     from plumbob.reports.advice.user_settings import UserResult
 
+SAMPLES = 100  # of the exact motion, to see how large it is
+ROUNDING = 2.0**-53  # relative, of a double
 FILE = "recommend.sqlite3"  # what this command has run, beside the studies of `validate`
 
 
@@ -53,6 +57,9 @@ def command(chosen: argparse.Namespace) -> int:
         with values.representable(chosen.changes, chosen):
             for scene in scenes:
                 certify(case_of(scene), scene.duration, chosen.budget)
+    if not chosen.stored:
+        for scene in scenes:
+            _reachable(chosen, scene)
     measured = _stored if chosen.stored else _run
     with measured(chosen, scenes) as (study, run):
         _check(chosen.observable, study.observables(study.scenes[0].name))
@@ -84,6 +91,26 @@ def _check(observable: str | None, observables: Observables) -> None:
         raise ParameterError(
             "observable", observable, f"one of {nearest(str(observable), names)}"
         )
+
+
+def _reachable(chosen: argparse.Namespace, scene: Scene) -> None:
+    """Raises ParameterError if the wanted error is less than what rounding alone makes of the exact
+    motion of a scene: no method and no step reaches it."""
+    case = case_of(scene)
+    if case.system.distribution:  # its exact motion may be a defect, which the study tells
+        return
+    about = case.system.quantities(case)
+    if chosen.error is None:
+        name = chosen.observable or about[0].observable
+        of_interest = (q for q in about if q.observable == name)
+        about = (replace(next(of_interest, Quantity(name, 1.0)), scale=1.0),)
+    exact = case.reference.observe(np.linspace(0.0, scene.duration, SAMPLES))
+    counted = {q: exact[q.observable][-1 if q.when == "end" else 0 :] for q in about}
+    least = max(ROUNDING * float(np.abs(v).max()) / q.scale for q, v in counted.items())
+    option, wanted = ("error", chosen.error) if chosen.error else ("absolute", chosen.absolute)
+    if 0.0 < wanted < least:
+        what = f"at least {least:.2g}: rounding alone makes such an error on {scene.name}"
+        raise ParameterError(option, wanted, what)
 
 
 @contextmanager
@@ -143,19 +170,24 @@ def _run(chosen: argparse.Namespace, scenes: Sequence[Scene]) -> Iterator[tuple[
 def _one_more(kept: Checkpoint, show: Progress) -> Run:
     """A run of a scene with a method at a step, taken where it is kept, and else kept."""
     from plumbob.engines.study.checkpoint import key_of
-    from plumbob.engines.study.measurement import measure
+    from plumbob.engines.study.measurement import Measurement, measure
     from plumbob.engines.study.provenance import versions_of
     from plumbob.engines.study.results import TaskResult
 
     def run(scene: Scene, method: Method, step: float) -> Measurement:
         key = key_of("run", scene, method, step, versions_of(method))
-        if not (there := kept.there([key])):
-            show(f"{scene.name} {method.name} at {step:.3g}", 0, 0)
-            measurement, _ = measure(case_of(scene), method, step, theory=False)
-            there = {key: TaskResult(measurement)}
-            kept.keep(there)
-        kept_run: Measurement = there[key].answer
-        return kept_run
+        there = kept.there([key])
+        stored = there[key].answer if there else None
+        asked = scene.name, method.name, step
+        if (
+            isinstance(stored, Measurement)
+            and (stored.scene, stored.method, stored.step) == asked
+        ):
+            return stored
+        show(f"{scene.name} {method.name} at {step:.3g}", 0, 0)
+        measurement, _ = measure(case_of(scene), method, step, theory=False)
+        kept.keep({key: TaskResult(measurement)})
+        return measurement
 
     return run
 

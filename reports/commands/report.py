@@ -10,6 +10,7 @@ from pathlib import Path
 
 from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.study import store
+from plumbob.engines.study.results import Study
 
 FILES = ("--out", "--junitxml", "--like")  # options of `validate` that take a file or a folder
 
@@ -32,19 +33,38 @@ def command(chosen: argparse.Namespace) -> int:
         raise ParameterError("OUT", chosen.out, "where `plumbob validate` has stored a study")
     if study is None:
         raise ParameterError("study", chosen.study, f"the number of a study in {chosen.out}")
+    try:
+        print(_drawn(study, Path(chosen.out), single, public))
+    except (ParameterError, OSError, MemoryError):
+        raise
+    except Exception:
+        # No check of types finds every changed number that a template fails on: lists of other
+        # lengths, names of nothing. A template that fails on the right numbers has a defect.
+        from plumbob.reports.analyses import follow
+
+        if follow(study):
+            raise
+        what = f"a study whose numbers follow from its runs (that of {study.provenance.date})"
+        raise ParameterError("OUT", chosen.out, what) from None
+    return 0
+
+
+def _drawn(study: Study, out: Path, single: Path | None, public: Path | None) -> Path:
+    """Write the pages of a study into `out`, into the file `single`, or to publish into `public`;
+    returns the path of the first page."""
     from plumbob.reports.view.page import written
     from plumbob.reports.view.site.writing import content, one_file, write_page
 
     if single:
-        print(written(one_file(content(study)), single.parent, single.name))
-        return 0
-    if public:
-        command_line = without_folders(study.provenance.command)
-        study = replace(study, provenance=replace(study.provenance, command=command_line))
-    print(write_page(study, public or Path(chosen.out)))
-    if public:
-        written("", public, ".nojekyll")  # GitHub Pages then serves the files as they are
-    return 0
+        return written(one_file(content(study)), single.parent, single.name)
+    if not public:
+        return write_page(study, out)
+    command_line = without_folders(study.provenance.command)
+    page = write_page(
+        replace(study, provenance=replace(study.provenance, command=command_line)), public
+    )
+    written("", public, ".nojekyll")  # GitHub Pages then serves the files as they are
+    return page
 
 
 def without_folders(command: str) -> str:

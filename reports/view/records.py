@@ -152,6 +152,9 @@ def records_of(study: Study) -> Records:
         (about,) = (a.numbers for a in study.analyses if a.place == STUDY)
         pages = {a.scene: a.numbers for a in study.analyses if a.place == SCENE}
         scenes = {s.name: restored(pages[s.name], SceneRecord) for s in study.scenes}
+        judged = {(name, method) for name, of in scenes.items() for method in of.verdicts}
+        if judged != {(c.scene, c.method) for c in study.convergence}:
+            raise ValueError("other pairs are judged than were measured")
         return Records(restored(about, StudyRecord), scenes)
     except (KeyError, ValueError):
         raise ParameterError(

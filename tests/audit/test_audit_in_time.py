@@ -4,17 +4,21 @@ import time
 from contextlib import redirect_stdout
 from itertools import count
 
+import mujoco
 import numpy as np
 import pytest
 
+from plumbob.engines.adapters.mujoco.own_model.field import ContinuousField
 from plumbob.engines.adapters.mujoco.own_model.model import own_model
+from plumbob.engines.adapters.mujoco.own_model.tangent import TangentMaps
 from plumbob.engines.audit import reference as reference_module
 from plumbob.engines.audit.allowance import Allowance
 from plumbob.engines.audit.audit import audited
 from plumbob.engines.audit.controls import script
 from plumbob.engines.audit.reference import certified
 from plumbob.engines.audit.step_errors import halved
-from plumbob.engines.own_motion import Start
+from plumbob.engines.own_motion import NotCertifiable, Start
+from plumbob.reports.audit_from_python import audit
 from plumbob.reports.cli import main
 from plumbob.tests.audit.scenes_as_models import PENDULUM, ball, compiled, pendulum
 
@@ -39,6 +43,43 @@ def test_what_is_certified_when_time_runs_out_is_kept(budget, least, monkeypatch
     assert least <= found.until < 0.4
     assert np.isfinite(found.uncertainty[: round(found.until / 0.02) + 1]).all()
     assert "the time given for it ended" in found.why
+
+
+@pytest.mark.usefixtures("clock")
+@pytest.mark.parametrize(
+    ("allowed", "least", "most"),
+    [
+        (0.05, 0, 10),  # a twentieth of what all differences take: given up after the first one
+        (0.5, 450, 550),  # half of it: they go on, as later ones may be faster
+        (2.0, 950, 1100),
+    ],
+)
+def test_a_jacobian_that_is_beyond_its_time_is_given_up_at_once(allowed, least, most):
+    """Of 500 differences each takes two steps, before which the clock is read."""
+    masses = "<body><joint type='slide'/><geom size='.1'/></body>" * 250
+    model = mujoco.MjModel.from_xml_string(f"<mujoco><worldbody>{masses}</worldbody></mujoco>")
+    data = mujoco.MjData(model)
+    begin = time.process_time()
+    ends = begin + 1000 * allowed / SECOND
+    maps = TangentMaps(model, data, np.zeros(500), np.zeros(0), ends)
+    if allowed > 1.0:
+        assert maps("Euler", 1e-3, 1e-6).shape == (500, 500)
+    else:
+        with pytest.raises(NotCertifiable):
+            maps("Euler", 1e-3, 1e-6)
+    assert least <= SECOND * (time.process_time() - begin) <= most
+
+
+def test_a_model_whose_evaluations_are_refused_has_no_reference(monkeypatch):
+    """The first one, which tells how long an evaluation takes, is refused too."""
+
+    def refused(*_):
+        raise NotCertifiable("no solution")
+
+    monkeypatch.setattr(ContinuousField, "__call__", refused)
+    found = audit(compiled(PENDULUM.format(integrator="Euler")), duration=0.1, budget=1.0)
+    assert found.until == 0.0
+    assert found.reference.why.startswith("no solution")
 
 
 @pytest.mark.parametrize("asked", [[], ["--json"]])

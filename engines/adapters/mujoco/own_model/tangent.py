@@ -26,6 +26,7 @@ from plumbob.engines.own_motion import OUT_OF_TIME, Change, NotCertifiable, Plac
 # [m, rad, ...] of the state, along a direction by chance. An unstable contact chatters: a
 # nudge's growth ends where it opens, at some 1e-5 m, which is to be more than a thousandfold.
 NUDGE = 1e-9
+SURELY = 10.0  # times faster than the first one, no later difference of a Jacobian is
 LAST = 10  # one in so many steps of a run is at its end
 AT_REST = 1e-9  # [m, rad, m/s, ...] by which a state at rest changes in a step
 DIFFERENCE = 1e-7  # [m, rad, ...] of the Jacobians that find it
@@ -48,9 +49,10 @@ def diverged(data: Any) -> bool:
     return warned or not np.isfinite(data.qpos).all()
 
 
-def in_time(ends: float) -> None:
-    """Raise NotCertifiable from the processor time `ends` [s] on."""
-    if time.process_time() > ends:
+def in_time(ends: float, least: float = 0.0) -> None:
+    """Raise NotCertifiable if what takes at least so many seconds more of processor time ends after
+    the processor time `ends` [s]."""
+    if time.process_time() + least > ends:
         raise NotCertifiable(OUT_OF_TIME)
 
 
@@ -77,14 +79,21 @@ class TangentMaps:
         self, integrator: str, step: float, difference: float, directions: Array | None = None
     ) -> Array:
         """The Jacobian of one step [s] by central differences of a size [m, rad, ...], shape (n,
-        n); times `directions`, shape (n, k), if given."""
-        wanted = difference * (np.eye(self.size) if directions is None else directions.T)
-        rows = [
-            apart(
-                self.model, *(self._stepped(integrator, step, side) for side in (shift, -shift))
-            )
-            for shift in wanted
-        ]
+        n); times `directions`, shape (n, k), if given. Raises NotCertifiable after the first
+        difference where the others would take far too long."""
+        count = self.size if directions is None else directions.shape[1]
+        begin = time.process_time()
+        rows = list[Array]()
+        for k in range(count):
+            shift = np.zeros(self.size)
+            if directions is None:
+                shift[k] = difference
+            else:
+                shift[:] = difference * directions[:, k]
+            sides = (self._stepped(integrator, step, side) for side in (shift, -shift))
+            rows.append(apart(self.model, *sides))
+            if k == 0:
+                in_time(self.ends, (count - 1) * (time.process_time() - begin) / SURELY)
         return np.transpose(rows) / (2.0 * difference)
 
     def _stepped(self, integrator: str, step: float, shift: Array) -> Array:
