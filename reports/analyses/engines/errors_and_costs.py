@@ -26,7 +26,7 @@ def numbers(study: Study) -> Record | None:
         return None
     systems = dict.fromkeys(scene.system for scene in study.scenes)
     rows = [
-        _row(study, _most_told(system, by_scene), engines)
+        _row(study, _of_most_engines(system, by_scene), engines)
         for system in systems
         if any(name.partition("/")[0] == system for name in by_scene)
     ]
@@ -37,7 +37,7 @@ def _engine(series: ConvergenceStudy) -> str:
     return series.method.partition("/")[0]
 
 
-def _most_told(
+def _of_most_engines(
     system: str, by_scene: dict[str, list[ConvergenceStudy]]
 ) -> list[ConvergenceStudy]:
     """The studies of the scene of a system that the most engines run; the first of several."""
