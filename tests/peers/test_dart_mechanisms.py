@@ -228,7 +228,7 @@ def nsgs():
 
 
 CASES = [(default(name), None) for name in SYSTEMS]
-# There a solver that begins with the impulses of its last step is off by 6e-10 m/s.
+# A solver that begins with the impulses of its last step changes velocities by 6e-10 m/s there.
 CASES.append(("capsule-line/heading-030", nsgs))
 
 
