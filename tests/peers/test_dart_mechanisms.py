@@ -228,7 +228,7 @@ def nsgs():
 
 
 CASES = [(default(name), None) for name in SYSTEMS]
-# A solver that begins with the impulses of its last step has an error of 6e-10 m/s there.
+# A solver that begins with the impulses of its last step changes velocities by 6e-10 m/s there.
 CASES.append(("capsule-line/heading-030", nsgs))
 
 
