@@ -62,7 +62,7 @@ def command(chosen: argparse.Namespace) -> int:
     if chosen.changes:
         with values.representable(chosen.changes, chosen):
             for scene in scenes:
-                certify(case_of(scene), scene.duration, EXACT * chosen.budget)
+                certify(case_of(scene), scene.duration, chosen.budget, EXACT)
     if not chosen.stored:
         for scene in scenes:
             _reachable(chosen, scene)
