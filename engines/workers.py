@@ -263,6 +263,13 @@ def _finished(running: dict[Future[Any], Task]) -> Iterator[tuple[Task, Any]]:
         yield running.pop(future), future.result()
 
 
+def spent() -> float:
+    """The processor time [s] that this process and its children, living and ended, have used."""
+    used = os.times()
+    living = (_processor_time(child.pid) or 0.0 for child in multiprocessing.active_children())
+    return used.user + used.system + used.children_user + used.children_system + sum(living)
+
+
 def _processor_time(process: int | None) -> float | None:
     """The processor time [s] that a process has used; None if the system does not tell."""
     try:

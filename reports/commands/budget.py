@@ -7,11 +7,13 @@ from plumbob.engines.exact_budget import integrated
 from plumbob.models.scene import Case
 
 
-def certify(case: Case, last: float, seconds: float) -> None:
+def certify(case: Case, last: float, budget: float, fraction: float = 1.0) -> None:
     """Integrate the exact motion of a `case` up to `last` [s], if it is known by integration alone:
-    the motion is kept for later use. Raises ParameterError if that takes more than `seconds` of
-    processor time."""
+    the motion is kept for later use. Raises ParameterError if that takes more than a `fraction` of
+    the `budget` [s] of processor time."""
     from plumbob.reports.commands.validate import progress
+
+    seconds = fraction * budget
 
     def known(reached: float) -> str:
         return f"certified up to t = {reached:.4g} of {last:.4g} s"
@@ -25,4 +27,4 @@ def certify(case: Case, last: float, seconds: float) -> None:
         )
     if until < last:
         wanted = f"more: the exact motion is {known(until)} within {seconds:g} s"
-        raise ParameterError("budget", seconds, f"{wanted} of processor time")
+        raise ParameterError("budget", budget, f"{wanted} of processor time")

@@ -20,6 +20,7 @@ from plumbob.engines.registry import methods as find_methods
 from plumbob.engines.study import store
 from plumbob.engines.study.provenance import changed_since
 from plumbob.engines.study.results import Observables, Study
+from plumbob.engines.workers import spent
 from plumbob.models.registry import case_of, system_of
 from plumbob.models.scene import Quantity, Scene
 from plumbob.reports.commands.arguments import values
@@ -34,13 +35,18 @@ if TYPE_CHECKING:
 
 SAMPLES = 100  # of the exact motion, to see how large it is
 ROUNDING = 2.0**-53  # relative, of a double
+EXACT = 0.1  # of the budget: the exact motion, where it is integrated
+INCOMPLETE = 3
 FILE = "recommend.sqlite3"  # what this command has run, beside the studies of `validate`
+
+
+class _OutOfTime(Exception):
+    """The budget is spent."""
 
 
 def command(chosen: argparse.Namespace) -> int:
     """Answer from what is stored of the scenes, and run what is missing. 0 where a method reaches
-    the error, 1 where none does."""
-    from plumbob.reports.advice.advice import Question, advise
+    the error, 1 where none does, 3 where the budget ends before."""
     from plumbob.reports.commands.arguments.like import own_method
 
     if chosen.absolute is None and chosen.observable is not None:
@@ -56,10 +62,23 @@ def command(chosen: argparse.Namespace) -> int:
     if chosen.changes:
         with values.representable(chosen.changes, chosen):
             for scene in scenes:
-                certify(case_of(scene), scene.duration, chosen.budget)
+                certify(case_of(scene), scene.duration, chosen.budget, EXACT)
     if not chosen.stored:
         for scene in scenes:
             _reachable(chosen, scene)
+    try:
+        return _answered(chosen, scenes, user_method)
+    except _OutOfTime as stopped:
+        print(f"plumbob: {stopped}", file=sys.stderr)
+        return INCOMPLETE
+
+
+def _answered(
+    chosen: argparse.Namespace, scenes: Sequence[Scene], user_method: Method | None
+) -> int:
+    """Answer the question about these scenes, or the one that is named; raises _OutOfTime."""
+    from plumbob.reports.advice.advice import Question, advise
+
     measured = _stored if chosen.stored else _run
     with measured(chosen, scenes) as (study, run):
         _check(chosen.observable, study.observables(study.scenes[0].name))
@@ -154,7 +173,8 @@ def _run(chosen: argparse.Namespace, scenes: Sequence[Scene]) -> Iterator[tuple[
     except ParameterError as error:
         file = None
         noted(f"the runs are not stored: {error}")
-    with shared_results(file, out / store.FILE, noted) as kept, progress() as show:
+    with shared_results(file, out / store.FILE, noted) as kept, progress() as shown:
+        show = _within(chosen.budget, shown)
         study = run_study(
             scenes,
             methods,
@@ -165,6 +185,22 @@ def _run(chosen: argparse.Namespace, scenes: Sequence[Scene]) -> Iterator[tuple[
             kept=kept,
         )
         yield study, _one_more(kept, show)
+
+
+def _within(seconds: float, show: Progress) -> Progress:
+    """The progress `show`, which raises _OutOfTime after so many seconds of processor time."""
+    begin = spent()
+
+    def within(what: str, done: int, total: int) -> None:
+        if spent() - begin > seconds:
+            there = f"{done} of {total} results are" if total else "the study is"
+            raise _OutOfTime(
+                f"the runs took more than {seconds:g} s of processor time (--budget): {there} "
+                f"there, next is {what}; the same command goes on"
+            )
+        show(what, done, total)
+
+    return within
 
 
 def _one_more(kept: Checkpoint, show: Progress) -> Run:

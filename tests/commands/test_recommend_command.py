@@ -56,6 +56,23 @@ def test_what_is_not_stored_is_run_once(tmp_path, capsys):
     assert (choice(), choice("--set", "platform_rate=0")) == (first, slow)
 
 
+@pytest.mark.usefixtures("few")
+def test_a_budget_that_is_spent_is_told_and_the_runs_are_kept(tmp_path, capsys):
+    words = [
+        "recommend",
+        "linear-pendulum/overdamped",
+        "--error",
+        "1e-3",
+        "--out",
+        str(tmp_path),
+    ]
+    assert main([*words, "--budget", "1e-9"]) == 3
+    out, err = capsys.readouterr()
+    assert (out, err.count("\n")) == ("", 1)
+    assert "more than 1e-09 s of processor time (--budget): 0 of " in err
+    assert main(words) == 0
+
+
 @pytest.mark.long
 @pytest.mark.usefixtures("few")
 def test_a_family_of_lines_takes_a_full_model_that_converges(tmp_path, capsys):
