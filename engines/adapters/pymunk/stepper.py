@@ -32,6 +32,10 @@ class PlanarStepper:
         self._step = step
         controls = [actuator.control for actuator in planar.mechanism.actuators]
         self._idle = [0.0] * (1 + max(controls, default=0))  # controls that are zero
+        self._untold = Forces(
+            np.full((len(planar.mechanism.joints), 3), np.nan),
+            np.full((len(planar.surfaces.pairs), 3), np.nan),
+        )
         prescribed = [joint.velocity is not None for joint in planar.mechanism.joints]
         self._platform = prescribed.index(True) if any(prescribed) else None
 
@@ -145,8 +149,7 @@ class PlanarStepper:
         planar = self._planar
         plane = planar.links.plane
         pairs = [pair.surfaces for pair in planar.surfaces.pairs]
-        joints = np.full((len(planar.mechanism.joints), 3), np.nan)
-        touching = np.full((len(pairs), 3), np.nan)
+        joints, touching = self._untold.joints.copy(), self._untold.touching.copy()
         if not self._before:
             return Forces(joints, touching)
         impulses = self._impulses() if pairs else {}
