@@ -57,7 +57,7 @@ def test_what_is_not_stored_is_run_once(tmp_path, capsys):
 
 
 @pytest.mark.usefixtures("few")
-def test_a_budget_that_is_spent_is_told_and_the_runs_are_kept(tmp_path, capsys):
+def test_a_budget_that_is_spent_ends_in_one_line(tmp_path, capsys):
     words = [
         "recommend",
         "linear-pendulum/overdamped",
