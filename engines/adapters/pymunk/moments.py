@@ -78,11 +78,12 @@ def turning_rate(mechanism: Mechanism, links: Links) -> float | None:
     return float(rates[0])
 
 
-def moment_on_platform(
+def platform_spring(
     mechanism: Mechanism, links: Links, link: Link, rate: float
-) -> Callable[[float], float]:
-    """The moment of the weight and of the centrifugal forces about the hinge of a body [N m], by
-    its angle, in a plane that turns about its upward direction at a rate [rad/s].
+) -> Callable[[object, float], float]:
+    """The moment of the weight and of the centrifugal forces against the hinge of a body [N m], by
+    a spring of pymunk, which has no effect, and the body's angle, in a plane that turns about its
+    upward direction at a rate [rad/s].
 
     The centrifugal moment of a body whose centre is (y, z) from a hinge at p from the axis is
     (I_yz - m z (p + y)) rate^2, and the turned I_yz is I_yz cos 2a + (I_yy - I_zz) sin 2a / 2 with
@@ -98,12 +99,14 @@ def moment_on_platform(
     odd = weight * arm.imag + lever * arm.real
     spread, product = _inertia(mechanism, links, link, rate**2)
 
-    def moment(angle: float) -> float:
+    def against(spring: object, angle: float) -> float:
         sine = math.sin(angle)
-        cosine = math.cos(angle)
-        return (spread * sine + even) * cosine - odd * sine + product * math.cos(2.0 * angle)
+        return odd * sine - (spread * sine + even) * math.cos(angle)
 
-    return moment
+    def unevenly(spring: object, angle: float) -> float:
+        return against(spring, angle) - product * math.cos(2.0 * angle)
+
+    return unevenly if product else against
 
 
 def _inertia(

@@ -21,7 +21,7 @@ from plumbob.engines.adapters.pymunk.links import (
 from plumbob.engines.adapters.pymunk.methods import MOMENT
 from plumbob.engines.adapters.pymunk.moments import (
     effort,
-    moment_on_platform,
+    platform_spring,
     turning_rate,
 )
 from plumbob.engines.adapters.pymunk.plane import CLOSE
@@ -287,10 +287,9 @@ def _spring(
     reference = hinge.reference
     exerted = effort(joint, servos)
     if planar.rate is not None:
-        moment = moment_on_platform(planar.mechanism, planar.links, link, planar.rate)
-        if not (joint.stiffness or joint.damping[0] or servos):
-            return lambda spring, angle: -moment(angle)
-        raise Unsupported(f"pymunk has no spring on a platform that turns: {joint.name}")
+        if joint.stiffness or joint.damping[0] or servos:
+            raise Unsupported(f"pymunk has no spring on a platform that turns: {joint.name}")
+        return platform_spring(planar.mechanism, planar.links, link, planar.rate)
     held = [0.0] * (1 + max((a.control for a in servos), default=0))
     if any(a.gain for a in servos):
         _add_push(made, lambda controls: held.__setitem__(slice(None), controls), False)

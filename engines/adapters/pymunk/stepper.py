@@ -32,6 +32,7 @@ class PlanarStepper:
         self._step = step
         controls = [actuator.control for actuator in planar.mechanism.actuators]
         self._idle = [0.0] * (1 + max(controls, default=0))  # controls that are zero
+        self._none = [pymunk.Vec2d.zero()] * len(planar.links.all)  # forces on bodies
         self._untold = Forces(
             np.full((len(planar.mechanism.joints), 3), np.nan),
             np.full((len(planar.surfaces.pairs), 3), np.nan),
@@ -52,7 +53,7 @@ class PlanarStepper:
         self._made = assembled(self._planar, self._planar.links.poses(state))
         # Of each body, its velocity before the last step and the force exerted in that step.
         self._before: list[pymunk.Vec2d] = []
-        self._exerted: list[pymunk.Vec2d] = []
+        self._exerted = self._none
         if not self._planar.mechanism.actuators:
             self._begin(self._idle)
 
@@ -72,12 +73,17 @@ class PlanarStepper:
         rows = None if controls is None else controls.tolist()
         if self._steps == 0 and self._planar.mechanism.actuators:
             self._begin(rows[0] if rows else self._idle)
-        self._take(rows and rows[:-1], steps - 1)
-        for push in self._made.always if rows is None else self._made.pushes:
-            push(rows[-1] if rows else self._idle)
-        self._before = [body.velocity for body in self._made.bodies]
-        self._exerted = [body.force for body in self._made.bodies]
-        self._made.space.step(self._step)
+        made = self._made
+        if steps > 1:
+            self._take(rows and rows[:-1], steps - 1)
+        if pushes := made.always if rows is None else made.pushes:
+            for push in pushes:
+                push(rows[-1] if rows else self._idle)
+            self._exerted = [body.force for body in made.bodies]
+        else:
+            self._exerted = self._none
+        self._before = [body.velocity for body in made.bodies]
+        made.space.step(self._step)
         self._steps += steps
 
     def _take(self, rows: Sequence[Sequence[float]] | None, steps: int) -> None:
