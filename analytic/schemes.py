@@ -48,6 +48,7 @@ class SoftLoop:
 
     time_constant: float
     impedance: float
+    curved: bool = True  # whether J' q', the change of the constraint's direction, is counted
 
 
 @dataclass(frozen=True)

@@ -11,16 +11,20 @@ from typing import Any
 import numpy as np
 
 from plumbob.analytic.reference import Array
-from plumbob.engines.abilities import Batches, RunsFiles
+from plumbob.engines.abilities import Batches, RunsFiles, SchemeOfCase
 from plumbob.engines.adapters.ported import (
+    EVERY,
     LOADED,
     PORTED,
+    SMOOTH,
     built,
     compiled,
     model_error,
     ported,
+    scheme,
     started,
     timed,
+    uncontrolled,
 )
 from plumbob.engines.adapters.stepping import stepped
 from plumbob.engines.method import Engine, Method, Simulation
@@ -29,7 +33,10 @@ from plumbob.models.border import border
 from plumbob.models.entry_points import captured
 from plumbob.models.scene import Case, later
 
-METHODS = (ported("mjwarp/default", "EULER"), ported("mjwarp/rk4", "RK4"))
+METHODS = (
+    ported("mjwarp/default", "Euler", EVERY),
+    ported("mjwarp/rk4", "RK4", SMOOTH),
+)
 
 
 def start_warp() -> None:
@@ -83,6 +90,16 @@ class WarpPort:
             warp.capture_launch(self._step)
         warp.synchronize()
 
+    def controlled(self, controls: Array) -> None:
+        """Take a step under each of the controls, shape (steps, nu)."""
+        import warp
+
+        held = self.data.ctrl
+        for control in controls.astype("f4"):
+            held.assign(np.broadcast_to(control, held.shape))
+            warp.capture_launch(self._step)
+        warp.synchronize()
+
     def state(self) -> tuple[Array, Array]:
         """Positions and velocities of a world: copies, as Warp's arrays on the processor are
         views."""
@@ -99,7 +116,9 @@ def prepare(case: Case, method: Method, step: float) -> Simulation:
     """Compile `case` for `method` at `step` [s]; raises Unsupported and ParameterError."""
     translation, model = compiled(case, method, step)
     return stepped(
-        case, step, lambda: built(started(WarpPort(model), translation, model), translation)
+        case,
+        step,
+        lambda: built(started(WarpPort(model), translation, model), translation, step),
     )
 
 
@@ -110,6 +129,7 @@ def batch(
     import warp
 
     translation, model = compiled(case, method, step)
+    uncontrolled(translation)
     port = started(WarpPort(model, worlds), translation, model)
     return warp.get_device().name, partial(timed, port)
 
@@ -122,6 +142,7 @@ ENGINE = Engine(
     model_error,
     optional=True,
     abilities=(
+        SchemeOfCase(scheme),
         RunsFiles(partial(later(PORTED), WarpPort), 2.0**-24),
         Batches(batch),
     ),

@@ -14,19 +14,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from plumbob.analytic.reference import Array
+from plumbob.analytic.schemes import Scheme
 from plumbob.engines import sampling
-from plumbob.engines.abilities import Batches, OwnDerivative, RunsFiles
+from plumbob.engines.abilities import Batches, OwnDerivative, RunsFiles, SchemeOfCase
+from plumbob.engines.adapters import ported
 from plumbob.engines.adapters.own_derivatives import moved, nudged
-from plumbob.engines.adapters.ported import (
-    LOADED,
-    PORTED,
-    built,
-    compiled,
-    model_error,
-    ported,
-    started,
-    timed,
-)
+from plumbob.engines.adapters.ported import EVERY, LOADED, PORTED, SMOOTH
 from plumbob.engines.adapters.stepping import Built, SteppedSimulation
 from plumbob.engines.method import Engine, Method, Unsupported
 from plumbob.engines.peer_model import RefusedFile
@@ -39,12 +32,13 @@ if TYPE_CHECKING:
     from plumbob.models.gradient import Number
 
 METHODS = (
-    ported("mjx/default", "EULER"),
-    ported("mjx/euler+float64", "EULER", float64=True),
-    ported("mjx/rk4+float64", "RK4", float64=True),
+    ported.ported("mjx/default", "Euler", SMOOTH),
+    ported.ported("mjx/euler+float64", "Euler", EVERY, float64=True),
+    ported.ported("mjx/rk4+float64", "RK4", SMOOTH, float64=True),
 )
 
 
+BLOCK = 64  # rows of controls: for each length of a block the loop would be compiled anew
 Pair = tuple[Any, Any]
 """A model and its data, or positions and velocities."""
 
@@ -84,6 +78,19 @@ class MjxPort:
         with self.precision():
             self.data = jax.block_until_ready(self.take(self.model, self.data, count))
 
+    def controlled(self, controls: Array) -> None:
+        """Take a step under each of the controls, shape (steps, nu). The loop is compiled for BLOCK
+        rows, of which those beyond the last step are not used."""
+        import jax
+
+        rows = np.zeros((BLOCK, controls.shape[1]), self.data.ctrl.dtype)
+        with self.precision():
+            for first in range(0, len(controls), BLOCK):
+                part = controls[first : first + BLOCK]
+                rows[: len(part)] = part
+                self.data = _controlled_loop()(self.model, self.data, rows.copy(), len(part))
+            jax.block_until_ready(self.data)
+
     @property
     def numbers(self) -> Pair:
         """The model, and where it is."""
@@ -108,6 +115,20 @@ def _loop() -> Callable[[Any, Any, int], Any]:
     return jax.jit(_steps)  # type: ignore[no-any-return]
 
 
+@cache
+def _controlled_loop() -> Callable[[Any, Any, Array, int], Any]:
+    """The compiled loop under controls: model, data, controls, and how many steps."""
+    import jax
+    from mujoco import mjx
+
+    def steps(model: Any, data: Any, controls: Any, count: Any) -> Any:
+        return jax.lax.fori_loop(
+            0, count, lambda n, data: mjx.step(model, data.replace(ctrl=controls[n])), data
+        )
+
+    return jax.jit(steps)  # type: ignore[no-any-return]
+
+
 def _steps(model: Any, data: Any, count: Any) -> Any:
     import jax
     from mujoco import mjx
@@ -125,19 +146,30 @@ class MjxSimulation(SteppedSimulation):
         return replace(done, seconds=self.stepped(done.steps / self.steps).seconds)
 
 
+def scheme(case: Case, method: Method) -> Scheme:
+    """The scheme of a method on a case: MuJoCo's own with this integrator, but for a loop, whose
+    reference acceleration leaves out the change of the constraint's direction."""
+    chosen = ported.scheme(case, method)
+    if chosen.loop is None:
+        return chosen
+    return replace(chosen, loop=replace(chosen.loop, curved=False))
+
+
 def prepare(case: Case, method: Method, step: float) -> MjxSimulation:
     """Compile `case` for `method` at `step` [s]; raises Unsupported and ParameterError. JAX steps
     on other threads, so that the time is that of the process."""
     steps = sampling.step_count(case.scene.duration, step)
+    stride = sampling.stride(steps, case.samples)
     begin = time.perf_counter()
-    translation, model = compiled(case, method, step)
+    translation, model = ported.compiled(case, method, step)
 
     def build() -> Built:
         port = _started(translation, model, _double(method))
         start = port.data
-        port.steps(1)  # compiles
+        scene = ported.built(port, translation, step)
+        scene.advance(0, stride)  # compiles
         port.data = start
-        return built(port, translation)
+        return scene
 
     try:
         _started(translation, model, _double(method))
@@ -155,7 +187,7 @@ def _double(method: Method) -> bool:
 
 def _started(translation: Any, model: Any, double: bool) -> MjxPort:
     """A port at the start of a scene."""
-    port: MjxPort = started(MjxPort(model, double), translation, model)
+    port: MjxPort = ported.started(MjxPort(model, double), translation, model)
     return port
 
 
@@ -165,13 +197,15 @@ def batch(
     """So many worlds from the start on, by JAX's vmap."""
     import jax
 
-    port = _started(*compiled(case, method, step), _double(method))
+    translation, model = ported.compiled(case, method, step)
+    ported.uncontrolled(translation)
+    port = _started(translation, model, _double(method))
     port.take = jax.jit(jax.vmap(_steps, (None, 0, None)))
     with port.precision():
         port.data = jax.tree.map(
             lambda x: jax.numpy.broadcast_to(x, (worlds, *x.shape)), port.data
         )
-    return jax.devices()[0].device_kind, partial(timed, port)
+    return jax.devices()[0].device_kind, partial(ported.timed, port)
 
 
 def derivatives(way: str, number: Number, method: Method, step: float) -> ByName:
@@ -180,7 +214,8 @@ def derivatives(way: str, number: Number, method: Method, step: float) -> ByName
     import jax
 
     cases, apart = nudged(number)
-    sides = tuple(compiled(case, method, step) for case in cases)
+    sides = tuple(ported.compiled(case, method, step) for case in cases)
+    ported.uncontrolled(sides[1][0])
     slopes = _slopes(sides[0], sides[2], apart)
     port = _started(*sides[1], _double(method))
     with port.precision():
@@ -189,7 +224,7 @@ def derivatives(way: str, number: Number, method: Method, step: float) -> ByName
         slope, state = jax.jit(getattr(jax, way)(end, has_aux=True))(0.0)
     qpos, qvel, by_qpos, by_qvel = (np.array(x, np.float64)[None] for x in (*state, *slope))
     return moved(
-        lambda q, v: sides[1][0].observe(qpos + q * by_qpos, qvel + v * by_qvel)[0],
+        lambda q, v: sides[1][0].observed(qpos + q * by_qpos, qvel + v * by_qvel)[0],
         by_qpos,
         by_qvel,
     )
@@ -224,10 +259,11 @@ ENGINE = Engine(
     "mujoco.mjx",
     METHODS,
     prepare,
-    model_error,
+    ported.model_error,
     optional=True,
     abilities=(
         *(OwnDerivative(way, partial(derivatives, way), 1e-15) for way in ("jacfwd", "jacrev")),
+        SchemeOfCase(scheme),
         RunsFiles(partial(later(PORTED), MjxPort), 2.0**-24),
         Batches(batch),
     ),

@@ -13,7 +13,7 @@ import numpy as np
 
 from plumbob.analytic.schemes import EULER, RK4, Scheme
 from plumbob.engines import registry
-from plumbob.engines.abilities import CompilesScenes
+from plumbob.engines.abilities import CompilesScenes, SchemeOfCase
 from plumbob.engines.adapters.stepping import Built
 from plumbob.engines.method import Method, Unsupported
 from plumbob.engines.registry import find_engine
@@ -21,25 +21,45 @@ from plumbob.models.scene import Case
 
 STEPS = MappingProxyType(
     {
-        "EULER": (Scheme(EULER, "start", implicit_damping=True), 1),
+        "Euler": (Scheme(EULER, "start", implicit_damping=True), 1),
         "RK4": (Scheme(RK4, "start"), 4),
     }
 )  # with their orders
 SINGLE = 2.0**29  # single precision has 29 bits fewer
-# Compiling takes seconds: one scene of each system, and none with contacts.
+# In single precision an armature of 1e10 times the slider's mass leaves no digits for the body.
+SLIDER_RATIO = 1e4
+# Compiling takes seconds: one or two scenes of each system.
 SMOOTH = ("simple-pendulum/free-large", "cone-pendulum/rotating-base")
-OWN = ("integrator", "float64")  # settings that the MuJoCo adapter's builders do not read
+EVERY = (
+    *SMOOTH,
+    *("linear-pendulum/overdamped", "servo/motor-damped", "free-body/flip"),
+    *("heavy-top/nutating", "n-pendulum/triple", "projectile/thrown", "four-bar/crank-rocker"),
+    *("slider-crank/turning", "rolling-disc/wobbling", "bouncing-ball/half", "incline/stops"),
+    *("pinch/0.5", "rod-impact/sticks", "rolling-ball/slide-to-roll", "stack/equal"),
+    *("capsule-coast/translation", "capsule-hold/0.999", "capsule-line/ca1"),
+    *("capsule-line/heading-030", "capsule-train/ten", "capsule-turn/0.3"),
+    "capsule-plan/near-free",
+)
 model_error = partial(registry.model_error, engine="mujoco")
 LOADED = ("qpos", "qvel", "act", "ctrl", "qfrc_applied", "qacc_warmstart")  # of an mjData
 PORTED = "plumbob.engines.adapters.mujoco.terms.PortedModel"  # which imports MuJoCo
 
 
-def ported(name: str, integrator: str, **settings: Any) -> Method:
+def ported(name: str, integrator: str, systems: tuple[str, ...], **settings: Any) -> Method:
     """A method of a port: one of MuJoCo's integrators, in single precision unless `float64`."""
     scheme, order = STEPS[integrator]
-    scheme = scheme if settings.get("float64") else replace(scheme, unit=SINGLE)
     settings = {"integrator": integrator, **settings}
-    return Method(name, scheme, order, settings=settings, systems=SMOOTH)
+    if not settings.get("float64"):
+        scheme = replace(scheme, unit=SINGLE)
+        settings["slider_ratio"] = SLIDER_RATIO
+    return Method(name, scheme, order, settings=settings, systems=systems)
+
+
+def scheme(case: Case, method: Method) -> Scheme:
+    """The scheme of a port's method on a case: MuJoCo's own with this integrator."""
+    of_mujoco = find_engine("mujoco").ability(SchemeOfCase)
+    assert of_mujoco is not None
+    return of_mujoco.of(case, method)
 
 
 def compiled(case: Case, method: Method, step: float) -> tuple[Any, Any]:
@@ -47,15 +67,12 @@ def compiled(case: Case, method: Method, step: float) -> tuple[Any, Any]:
     ParameterError."""
     import mujoco
 
-    plain = replace(method, settings={n: v for n, v in method.settings.items() if n not in OWN})
     compiles = find_engine("mujoco").ability(CompilesScenes)
     assert compiles is not None
-    translation = compiles.translation(case, plain, step)
-    if translation.control is not None:
-        raise Unsupported("no control changes while a port of MuJoCo takes its steps")
+    translation = compiles.translation(case, method, step)
     option = translation.spec.option
     option.timestep = step
-    name = "mjINT_" + str(method.settings["integrator"])
+    name = "mjINT_" + str(method.settings["integrator"]).upper()
     option.integrator = mujoco.mjtIntegrator.__members__[name]
     for start in translation.spec.keys:  # no step reads it, and MJX compiles anew for another
         translation.spec.delete(start)
@@ -76,15 +93,26 @@ def started(port: Any, translation: Any, model: Any) -> Any:
     return port
 
 
-def built(port: Any, translation: Any) -> Built:
-    """A scene at its start in a port."""
+def uncontrolled(translation: Any) -> None:
+    """Raises Unsupported where a control changes from step to step."""
+    if translation.control is not None:
+        raise Unsupported("no control changes while a port of MuJoCo takes all its steps")
+
+
+def built(port: Any, translation: Any, step: float) -> Built:
+    """A scene at its start in a port, in steps of `step` [s]."""
 
     def observed(states: Sequence[tuple[Any, Any]]) -> Any:
         qpos, qvel = (np.array(values, float) for values in zip(*states, strict=True))
         return translation.observed(qpos, qvel)
 
     def advance(first: int, last: int) -> None:
-        port.steps(last - first)
+        steps = np.arange(first, last, dtype=np.float64)
+        controls = translation.held_controls(steps, step)
+        if controls is None:
+            port.steps(last - first)
+        else:
+            port.controlled(controls)
 
     return Built(advance, port.state, translation.limits, gather=observed)
 

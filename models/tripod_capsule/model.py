@@ -63,15 +63,18 @@ def set_slider(spec: Any, setup: CapsuleSetup) -> None:
     """Set the slider's mass, and the armature by which its one or two joints impose its motion. A
     slider without imposed motion loses its joint: it is fixed in the body. The file's keyframe is
     deleted: the start is the scene's, at rest on contacts that have settled."""
-    capsule = setup.capsule
-    hold = armature(setup)
-    spec.body("slider").mass = capsule.slider_mass
+    spec.body("slider").mass = setup.capsule.slider_mass
     for key in tuple(spec.keys):
         spec.delete(key)
     if not driven_joints(setup):
         spec.delete(spec.actuator("slider"))
         spec.delete(spec.joint("slider"))
         return
+    impose(spec, armature(setup))
+
+
+def impose(spec: Any, hold: float) -> None:
+    """Set the armature [kg] by which the slider's joints impose its motion."""
     for motor in spec.actuators:
         spec.joint(motor.target).armature = motor.gear[0] = hold
 
@@ -112,10 +115,10 @@ def gravity(setup: CapsuleSetup) -> Array:
     return np.array([setup.pull * math.cos(line), setup.pull * math.sin(line), -setup.press])
 
 
-def armature(setup: CapsuleSetup) -> float:
-    """Armature of the slider's joint [kg]: a power of ten, ARMATURE_RATIO times the slider's mass
-    or more."""
-    return float(10.0 ** math.ceil(math.log10(ARMATURE_RATIO * setup.capsule.slider_mass)))
+def armature(setup: CapsuleSetup, ratio: float = ARMATURE_RATIO) -> float:
+    """Armature of the slider's joint [kg]: a power of ten, `ratio` times the slider's mass or
+    more."""
+    return float(10.0 ** math.ceil(math.log10(ratio * setup.capsule.slider_mass)))
 
 
 def tilt_inertia(problem: CapsuleProblem) -> float:

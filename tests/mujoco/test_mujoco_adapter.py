@@ -2,7 +2,6 @@
 
 from dataclasses import replace
 
-import mujoco
 import numpy as np
 import pytest
 
@@ -10,6 +9,7 @@ from plumbob.analytic.errors.contact_models.added_inertia import platform_error
 from plumbob.engines.adapters.hinged_body import on_a_platform
 from plumbob.engines.adapters.mujoco import ENGINE
 from plumbob.engines.adapters.mujoco.simulation import compiled
+from plumbob.engines.adapters.mujoco.stepper import MujocoStepper
 from plumbob.engines.adapters.mujoco.translation import filled
 from plumbob.engines.adapters.mujoco.trimming import trimming
 from plumbob.engines.registry import method as find_method
@@ -37,9 +37,9 @@ def test_armature_has_the_error_that_theory_gives_it(armature, pivot_x):
     firm = simulation.run().observables["theta"]
     spec = filled(MJCF, MODEL, problem)
     spec.joint("platform").armature = armature
-    simulation.model = spec.compile()
-    simulation.model.opt.timestep = 5e-5
-    simulation.data = mujoco.MjData(simulation.model)
+    model = spec.compile()
+    model.opt.timestep = 5e-5
+    simulation.stepper = MujocoStepper(model)
     moved = np.abs(simulation.run().observables["theta"] - firm).max()
     assert moved == pytest.approx(
         platform_error(problem, 0.5, armature)[0], rel=1e-3, abs=5e-13

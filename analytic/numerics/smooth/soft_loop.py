@@ -3,7 +3,8 @@
     M q'' = f + J^T l,   (J M^-1 J^T + R) l = -b J q' - k r - (J M^-1 f + J' q')                (1)
 
 with k = 1/(d T^2), b = 2/(d T) and R = w (1 - d)/d, T the time constant, d the impedance, and w the
-inverse mass that a constraint sees (MuJoCo's documentation, Computation, "Constraint model").
+inverse mass that a constraint sees (MuJoCo's documentation, Computation, "Constraint model"). MJX
+leaves out J' q'.
 """
 
 from __future__ import annotations
@@ -33,7 +34,8 @@ def softened(
     soft = inverse_mass * (1 - loop.impedance) / loop.impedance
 
     def forces(p: Any, time: Any, q: Any, v: Any) -> Any:
-        free, across, pull = _pulled(tree, gaps, (p, time, q, v), damping, stiffness, soft)
+        at = (p, time, q, v)
+        free, across, pull = _pulled(tree, gaps, at, damping, stiffness, soft, loop.curved)
         return (free + across.T @ pull).tolist()
 
     return replace(tree, forces=forces)
@@ -52,12 +54,16 @@ def _pulled(
     damping: float = 0.0,
     stiffness: float = 0.0,
     soft: float = 0.0,
+    curved: bool = True,
 ) -> tuple[Array, Array, Array]:
-    """f, J and l of eq. 1 with these b, k and R, `at` p, t, q and q'."""
+    """f, J and l of eq. 1 with these b, k and R, `at` p, t, q and q', and without J' q' unless the
+    loop is `curved`."""
     p, _, q, v = at
     mass: Array = np.array(tree.mass_matrix(p, q))
     free: Array = np.array(tree.forces(*at))
     gap, across, bent = (np.array(part) for part in gaps(p, q, v))
     light = np.linalg.solve(mass, across.T)
-    wanted = -damping * (across @ np.array(v)) - stiffness * gap - light.T @ free - bent
+    wanted = -damping * (across @ np.array(v)) - stiffness * gap - light.T @ free
+    if curved:
+        wanted = wanted - bent
     return free, across, np.linalg.solve(across @ light + soft * np.eye(len(gap)), wanted)

@@ -6,22 +6,20 @@ import time
 from collections.abc import Sequence
 from copy import copy
 from dataclasses import replace
-from itertools import islice
 
 import mujoco
 import numpy as np
 
 from plumbob.analytic.reference import Array
 from plumbob.engines import sampling
-from plumbob.engines.adapters.chain import by_step
 from plumbob.engines.adapters.mujoco import options
+from plumbob.engines.adapters.mujoco.stepper import PHYSICS, Diverged, MujocoStepper
 from plumbob.engines.adapters.mujoco.translation import Observed, Translation, translated
 from plumbob.engines.adapters.stepping import Built, SteppedSimulation
 from plumbob.engines.method import Method, Stepping, Unsupported
+from plumbob.engines.stepper import State
 from plumbob.engines.trajectory import Trajectory
 from plumbob.models.scene import Case
-
-STATE = int(mujoco.mjtState.mjSTATE_FULLPHYSICS)  # time, qpos, qvel and so on
 
 # no stage of a step: read at the samples alone
 SENSOR = int(mujoco.mjtDisableBit.mjDSBL_SENSOR)
@@ -42,8 +40,18 @@ class MujocoSimulation(SteppedSimulation):
     ) -> None:
         """`logged` are messages of the compiler."""
         super().__init__(self._begun, steps, step, compile_seconds, BROKEN, samples)
-        self.translation, self.model, self.logged = translation, model, logged
-        self.data = mujoco.MjData(model)
+        self.translation, self.logged = translation, logged
+        self.stepper = MujocoStepper(model)
+
+    @property
+    def model(self) -> mujoco.MjModel:
+        """The model that is stepped."""
+        return self.stepper.model
+
+    @property
+    def data(self) -> mujoco.MjData:
+        """Where the run is."""
+        return self.stepper.data
 
     def run(self) -> Trajectory:
         """Run from the start to the end, or until the run diverges."""
@@ -58,31 +66,15 @@ class MujocoSimulation(SteppedSimulation):
             return super().stepped(fraction)
 
     def _begun(self) -> Built:
-        model = self.model
-        data = self.data
+        stepper = self.stepper
         translation = self.translation
-        mujoco.mj_resetData(model, data)
-        data.qpos[:] = translation.qpos
-        data.qvel[:] = translation.qvel
-        controls = by_step(self.held_controls, self.step)
+        stepper.put(State(translation.qpos, translation.qvel))
 
         def advance(first: int, last: int) -> None:
-            if translation.control is None:
-                mujoco.mj_step(model, data, last - first)
-            else:
-                for control in islice(controls, last - first):
-                    data.ctrl[:] = control
-                    mujoco.mj_step(model, data)
-            # A state that is none is reset, as the engine's warnings show.
-            if data.warning.number.any():
-                raise Diverged
+            steps = np.arange(first, last, dtype=np.float64)
+            stepper.advance(translation.held_controls(steps, self.step), last - first)
 
-        return Built(advance, self._state, translation.limits, gather=self._observed)
-
-    def _state(self) -> Array:
-        state = np.empty(mujoco.mj_stateSize(self.model, STATE))
-        mujoco.mj_getState(self.model, self.data, state, STATE)
-        return state
+        return Built(advance, stepper.physics, translation.limits, gather=self._observed)
 
     def _observed(self, states: Sequence[Array]) -> Observed:
         nq = self.model.nq
@@ -105,7 +97,7 @@ class MujocoSimulation(SteppedSimulation):
         model.opt.integrator = mujoco.mjtIntegrator.mjINT_EULER
         marks = sampling.sampled(self.steps, self.samples)[: len(states)].astype(np.float64)
         for state, control in zip(states, self.held_controls(marks, self.step), strict=True):
-            mujoco.mj_setState(model, data, state, STATE)
+            mujoco.mj_setState(model, data, state, PHYSICS)
             data.ctrl[:] = control
             mujoco.mj_forward(model, data)
             rows.append(self.translation.probe(model, data))
@@ -113,13 +105,8 @@ class MujocoSimulation(SteppedSimulation):
 
     def held_controls(self, steps: Array, step: float) -> Array:
         """Controls held over each of the steps of `step` [s] with these indices, shape (n, nu)."""
-        if self.translation.control is None:
-            return np.zeros((len(steps), self.model.nu))
-        return self.translation.control((steps + self.translation.control_at) * step)
-
-
-class Diverged(Exception):
-    """The engine's own alarm, of which its log tells."""
+        controls = self.translation.held_controls(steps, step)
+        return np.zeros((len(steps), self.model.nu)) if controls is None else controls
 
 
 BROKEN = (Diverged, mujoco.FatalError)

@@ -26,7 +26,6 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from functools import partial
 from types import MappingProxyType
-from typing import Any
 
 import mujoco
 import numpy as np
@@ -34,6 +33,7 @@ import numpy as np
 from plumbob.analytic.reference import Array, Signals
 from plumbob.engines.adapters.mujoco import options
 from plumbob.engines.adapters.mujoco.simulation import MujocoSimulation, compiled
+from plumbob.engines.adapters.mujoco.stepper import MujocoStepper
 from plumbob.engines.adapters.mujoco.terms import apart, put, shifted, state_of
 from plumbob.engines.adapters.own_derivatives import NUDGE, moved, nudged
 from plumbob.engines.method import Method, Unsupported
@@ -117,23 +117,23 @@ def transition(number: Number, method: Method, step: float, beside: bool = False
     if beside:
         nudge *= BESIDE[nudge]
     with options.collected():  # warnings are those of the run itself
-        *_, along = advanced(run.model, run.data, along, *sides.controls, nudge)
+        *_, along = advanced(run.stepper, along, *sides.controls, nudge)
         return sides.read(along)
 
 
 def advanced(
-    model: Any, data: Any, along: Array, controls: Array, changes: Iterable[Array], nudge: float
+    stepper: MujocoStepper,
+    along: Array,
+    controls: Array,
+    changes: Iterable[Array],
+    nudge: float,
 ) -> Iterator[Array]:
-    """Eq. 1: the derivative `along` of the state of `data` after each step under `controls`, which
-    change by `changes`."""
-    size = 2 * model.nv + model.na
-    by_state = np.zeros((size, size))
-    by_control = np.zeros((size, model.nu))
+    """Eq. 1: the derivative `along` of the state after each step under `controls`, which change by
+    `changes`."""
     for control, change in zip(controls, changes, strict=False):
-        data.ctrl[:] = control
-        mujoco.mjd_transitionFD(model, data, nudge, True, by_state, by_control, None, None)
+        by_state, by_control = stepper.derivatives(control, nudge)
         along = by_state @ along + by_control @ change
-        mujoco.mj_step(model, data)
+        mujoco.mj_step(stepper.model, stepper.data)
         yield along
 
 

@@ -59,6 +59,13 @@ class Translation:
     tune: Callable[[mujoco.MjModel], None] = lambda model: None
     """Changes that only the compiled model takes."""
 
+    def held_controls(self, steps: Array, step: float) -> Array | None:
+        """Controls held over each of the steps of `step` [s] with these indices, shape (n, nu);
+        None where nothing is controlled."""
+        if self.control is None:
+            return None
+        return self.control((steps + self.control_at) * step)
+
     def observed(self, qpos: Array, qvel: Array) -> Observed:
         """The observables and channels of coordinates, shape (n, nq) and (n, nv)."""
         assert self.observe is not None  # of whatever `translated` returns

@@ -39,7 +39,7 @@ from plumbob.engines.adapters.mujoco.translation import (
     with_contacts,
 )
 from plumbob.engines.method import Method, ModelError, Options, Unsupported
-from plumbob.models.tripod_capsule.model import MODEL
+from plumbob.models.tripod_capsule.model import ARMATURE_RATIO, MODEL, armature, impose
 from plumbob.models.tripod_capsule.observed import heading
 
 PAIR = ("solimp", "solref", "solreffriction")
@@ -113,13 +113,16 @@ def whole(
     The height of C and of the slider above the plane is `settings["height"]` [m]; zero, as in the
     source, unless given. The slider starts `settings["slider_ahead"]` [m] further along its line
     than in the problem, which may be where no reference goes: beyond an edge the body tips over.
+    Its armature is `settings["slider_ratio"]` times its mass or more, if that is given.
     """
-    chosen = settings or {"contact": "coulomb"}
+    chosen = {"contact": "coulomb"} if settings is None else settings
     setup = problem.setup
     height = float(chosen.get("height", 0.0))
     spec = filled(mjcf, MODEL, problem)
     set_contacts(spec, contacts(problem, chosen), step)
-    scale_tolerance(spec, setup)
+    hold = armature(setup, float(chosen.get("slider_ratio", ARMATURE_RATIO)))
+    impose(spec, hold)
+    scale_tolerance(spec, setup, hold)
     spec.body("body").pos = [0.0, 0.0, height]
     for number in (1, 2, 3):
         spec.geom(f"support_{number}").pos[2] -= height

@@ -13,7 +13,7 @@ from plumbob.analytic.systems.capsule import by_support
 from plumbob.analytic.systems.capsule_setup import CapsuleSetup
 from plumbob.engines.adapters.mujoco.translation import Observed
 from plumbob.engines.adapters.three_feet import on_three_feet
-from plumbob.models.tripod_capsule.model import armature, driven_joints
+from plumbob.models.tripod_capsule.model import driven_joints
 from plumbob.models.tripod_capsule.observed import start_velocity
 
 BODY = mujoco.mjtObj.mjOBJ_BODY
@@ -31,11 +31,12 @@ CONTACT = sum(
 """The fields read of a contact: whether it is there, then force, normal and tangent, 10 numbers."""
 
 
-def scale_tolerance(spec: mujoco.MjSpec, setup: CapsuleSetup) -> None:
-    """Scale the solver's tolerance with the slider's armature. The criterion is relative to the
-    trace of the mass matrix, which the armature inflates: a nominal 1e-8 would act as 1e2."""
+def scale_tolerance(spec: mujoco.MjSpec, setup: CapsuleSetup, hold: float) -> None:
+    """Scale the solver's tolerance with the slider's armature, `hold` [kg]. The criterion is
+    relative to the trace of the mass matrix, which the armature inflates: a nominal 1e-8 would act
+    as 1e2."""
     if driven_joints(setup):
-        scale = (setup.capsule.body_mass + setup.capsule.slider_mass) / armature(setup)
+        scale = (setup.capsule.body_mass + setup.capsule.slider_mass) / hold
         spec.option.tolerance *= scale
         spec.option.noslip_tolerance *= scale
 

@@ -14,7 +14,7 @@ from plumbob.engines.adapters.mujoco.capsule.readings import control, scale_tole
 from plumbob.engines.adapters.mujoco.contacts import JOINT_HARDENING, JOINT_IMPEDANCE
 from plumbob.engines.adapters.mujoco.translation import Observed, Translation, read
 from plumbob.engines.method import Unsupported
-from plumbob.models.tripod_capsule.model import set_slider
+from plumbob.models.tripod_capsule.model import armature, set_slider
 from plumbob.models.tripod_capsule.observed import observed_on_a_line
 
 
@@ -32,7 +32,7 @@ def build(mjcf: Path, problem: CapsuleProblem, step: float) -> Translation:
     spec.option.gravity = [setup.pull, 0.0, -setup.press]
     spec.body("body").mass = capsule.body_mass
     set_slider(spec, setup)
-    scale_tolerance(spec, setup)
+    scale_tolerance(spec, setup, armature(setup))
     joint = spec.joint("body")
     weight = (capsule.body_mass + capsule.slider_mass) * setup.press
     joint.frictionloss = capsule.friction * weight

@@ -15,6 +15,7 @@ from plumbob.analytic.reference import Array
 from plumbob.engines.adapters.mujoco.model_fields import name_of
 from plumbob.engines.adapters.mujoco.own_model.readings import control_names
 from plumbob.engines.adapters.mujoco.own_model.tangent import diverged
+from plumbob.engines.adapters.mujoco.stepper import MujocoStepper
 from plumbob.engines.adapters.mujoco.terms import put
 from plumbob.engines.adapters.mujoco.transition import advanced, difference
 from plumbob.engines.own_motion import NotCertifiable, Script
@@ -44,6 +45,7 @@ def product(model: Any, data: Any, script: Script) -> Array:
     NotCertifiable where there are none. `data` is one of `model`, at its own step."""
     if model.opt.integrator == mujoco.mjtIntegrator.mjINT_RK4:
         raise NotCertifiable("mjd_transitionFD refuses RK4")
+    stepper = MujocoStepper(model, data)
     put(data, script.start)
     nv = model.nv
     size = 2 * model.nv + model.na
@@ -53,7 +55,7 @@ def product(model: Any, data: Any, script: Script) -> Array:
     ends = np.full((len(script.controls) + 1, *along[:nv].shape), np.nan)
     ends[0] = along[:nv]
     controls = np.repeat(script.controls, parts, axis=0)
-    steps = advanced(model, data, along, controls, repeat(added), difference(model))
+    steps = advanced(stepper, along, controls, repeat(added), difference(model))
     for k, along in enumerate(steps, 1):
         if diverged(data):
             raise NotCertifiable(f"its run diverges within {k * model.opt.timestep:g} s")
