@@ -18,12 +18,11 @@ from plumbob.engines.abilities import (
     SchemeOfCase,
     SecondRun,
 )
+from plumbob.engines.adapters.constrained import CONSTRAINED, constrained
 from plumbob.engines.adapters.hinged_body import model_error_on_platform
 from plumbob.engines.method import Engine, Method, Simulation
-from plumbob.models.idealisations import NONE
 from plumbob.models.scene import (
     ON_PLANE,
-    ON_SUPPORTS,
     ONE_SMOOTH,
     SMOOTH,
     Case,
@@ -45,10 +44,6 @@ LINE_AND_COAST = (
     "capsule-coast/edge",
     "capsule-hold/unloading",
 )
-
-
-CONSTRAINED = Scheme("euler with constraints")  # without a theory here
-DISC = "rolling-disc"  # a smooth system whose body touches the ground
 
 
 def _discrete(
@@ -96,8 +91,7 @@ def scheme(case: Case, method: Method) -> Scheme:
     A quaternion's step along its tangent turns a free body by 2 atan(w h/2) about the new angular
     velocity w. A motor's force is explicit."""
     system = case.system
-    ideal = NONE if system.model_file is None else system.model_file.ideal(case.problem)
-    if ideal.rigid_loops or system.kind in (ON_PLANE, ON_SUPPORTS) or system.name == DISC:
+    if constrained(case):
         return CONSTRAINED
     if system.name == "servo":
         return replace(method.scheme, implicit_damping=case.problem.joint_part)
