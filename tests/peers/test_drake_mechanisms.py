@@ -357,3 +357,36 @@ def test_a_limit_stops_a_joint():
     made.advance(None, 200)
     # A limit yields by what a body moves in a step or two.
     assert made.state().qpos[0] == pytest.approx(0.3, abs=4e-3)
+
+
+def drift(settings):
+    """How far a cube that friction holds on an incline moves in 50 ms, from rest on it."""
+    from plumbob.engines.adapters.drake.scenes import settled
+
+    parts = settled(scene_mechanism("incline/rest"), settings)
+    made = stepper(parts.mechanism, settings)
+    made.put(parts.start)
+    return stepped(made, parts, 50).qpos[0] - parts.start.qpos[0]
+
+
+def test_a_body_that_should_stick_drifts_in_proportion_to_the_stiction_tolerance():
+    coarse, fine = (drift({"stiction_tolerance": speed}) for speed in (1e-3, 1e-4))
+    # Friction is v/sqrt(v^2 + s^2) of what it may be, s the tolerance: 0.9 of that at 2.06 s, which
+    # the cube has after 2 ms.
+    assert coarse == pytest.approx(0.9 / 0.19**0.5 * 1e-3 * 50 * STEP, rel=0.05)
+    assert coarse / fine == pytest.approx(10.0, rel=0.05)
+
+
+def test_bodies_that_stand_on_a_plane_start_at_rest_on_their_contacts():
+    """A stack sinks by the weights over 5e5 N/m a contact; a disc that leans, and would fall,
+    starts as it is."""
+    from plumbob.engines.adapters.drake.scenes import settled
+
+    parts = scene_mechanism("stack/equal")
+    sunk = (parts.start.qpos - settled(parts, {}).start.qpos).tolist()
+    masses = np.array([body.mass for body in parts.mechanism.bodies[1:]])
+    carried = 9.81 * np.cumsum(masses[::-1])[::-1]
+    # The depth of two boxes in each other is found to 1e-11 m or so.
+    assert sunk == pytest.approx(np.cumsum(carried / 5e5).tolist(), abs=1e-10)
+    falling = scene_mechanism("rolling-disc/circle")
+    assert settled(falling, {}) is falling

@@ -33,6 +33,7 @@ CONTROL = 1e-3  # [s] for which forces of a source are held in a continuous plan
 
 
 SETTLING, SETTLING_STEP = 1000, 1e-3  # steps, and [s], in which bodies come to rest on contacts
+LOOKED_AT = 20  # steps after which bodies that fall are seen to
 AT_REST = 1e-3  # [m], [rad] by which a body that stands on a plane settles at most
 
 
@@ -62,10 +63,12 @@ def settled(scene: SceneMechanism, settings: Options) -> SceneMechanism:
     settling = {**settings, "time_step": SETTLING_STEP}
     stepper = DrakeStepper(pressed, settling, SETTLING_STEP)
     stepper.put(State(start.qpos, np.zeros_like(start.qvel)))
-    stepper.advance(None, SETTLING)
-    now = stepper.state().qpos
-    if np.abs(now - start.qpos).max() > AT_REST:
-        return scene
+    now = start.qpos
+    for _ in range(SETTLING // LOOKED_AT):
+        stepper.advance(None, LOOKED_AT)
+        now = stepper.state().qpos
+        if np.abs(now - start.qpos).max() > AT_REST:  # they fall
+            return scene
     return replace(scene, start=State(now, start.qvel))
 
 
