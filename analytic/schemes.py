@@ -77,6 +77,9 @@ class Scheme:
     implicit_damping: float = False  # the part that acts on the velocity after the step (EULER)
     implicit_spring: bool = False  # and a spring on the position after it (EULER)
     position_first: bool = False  # the position moves before the velocity does (EULER)
+    tangent_turn: bool = False
+    """Whether an attitude q moves along its tangent, by q h w/2, and not along the sphere of
+    quaternions (EULER)."""
     joint_closing_rate: float | None = None
     """[1/s] at which a joint solved for velocities closes what it has opened, infinite where it
     closes in one step; None where coordinates keep every joint closed (EULER, position first)."""
@@ -99,6 +102,7 @@ class Scheme:
             ("implicit_spring", True, self.implicit_spring and damped != 1),
             ("position_first", True, self.position_first and not euler),
             ("position_first", True, self.position_first and damped),
+            ("tangent_turn", True, self.tangent_turn and not euler),
             ("joint_closing_rate", rate, rate is not None and not self.position_first),
             ("joint_closing_rate", rate, rate is not None and not rate > 0.0),
             (

@@ -27,7 +27,7 @@ Build = Callable[[Mechanism, State], Stepper]
 shapes touch or not. Raises Unsupported, which names the part that the engine does not express."""
 
 
-def _model_file(case: Case) -> ModelFile:
+def model_file(case: Case) -> ModelFile:
     """How the problem of a case stands in a model file; raises Unsupported."""
     if case.system.model_file is None:
         raise Unsupported(f"{case.system.name} has no model file to make a mechanism of")
@@ -40,16 +40,22 @@ def simulated(
     """The simulation of a case at `step` [s] in an engine that builds its mechanism; `broken` are
     the engine's exceptions if its numbers are no longer finite. Raises Unsupported and
     ParameterError."""
+    scene = compiled_scene(case)
+    stepper = cache(lambda: build(scene.mechanism, scene.start))
+    return stepped(case, step, lambda: begun(case, scene, step, stepper()), broken)
+
+
+def compiled_scene(case: Case) -> SceneMechanism:
+    """The mechanism of a case with its start and its controls; raises Unsupported and
+    ParameterError."""
     compiles = find_engine("mujoco").ability(CompilesScenes)
     assert compiles is not None
-    scene = compiles.mechanism(case)
-    stepper = cache(lambda: build(scene.mechanism, scene.start))
-    return stepped(case, step, lambda: _begun(case, scene, step, stepper()), broken)
+    return compiles.mechanism(case)
 
 
-def _begun(case: Case, scene: SceneMechanism, step: float, stepper: Stepper) -> Built:
-    """A case at its start in an engine."""
-    file = _model_file(case)
+def begun(case: Case, scene: SceneMechanism, step: float, stepper: Stepper) -> Built:
+    """A case at its start in an engine; raises Unsupported."""
+    file = model_file(case)
     controls = scene.controls
     stepper.put(scene.start)
 

@@ -53,9 +53,22 @@ def at_end(name, step):
     return np.array([run.observables[n][-1] - exact[n][0] for n in NAMES])
 
 
+def along_tangent(step):
+    """Error of each observable after two seconds of steps in which the attitude moves along its
+    tangent and the angular velocity along the world's axes, shape (7,)."""
+    inertia, w, q = np.array(BODY.inertia), np.array(BODY.angular_velocity), np.eye(4)[0]
+    for _ in range(round(2.0 / step)):
+        faster = w + step * np.cross(inertia * w, w) / inertia
+        q = q + step / 2 * composed(q[:, None], np.array([0.0, *faster])[:, None])[:, 0]
+        w = faster  # a turn about the angular velocity keeps it
+    exact = case().reference.observe(np.array([2.0]))
+    end = [*w, *(q / np.linalg.norm(q))]
+    return np.array([x - exact[n][0] for x, n in zip(end, NAMES, strict=True)])
+
+
 def coefficients(scheme):
     """Coefficients after two seconds, shape (7,) each."""
-    found = free_body_errors(BODY).series(Scheme(scheme), np.array([2.0]))
+    found = free_body_errors(BODY).series(scheme, np.array([2.0]))
     return {p: np.array([terms[n][0] for n in NAMES]) for p, terms in found.items()}
 
 
@@ -63,9 +76,21 @@ def coefficients(scheme):
 def test_each_term_takes_its_order_off_the_error(name):
     scheme, order = ORDERS[name]
     assert scheme_of(case(), method(name)).integrator == scheme
-    terms = coefficients(scheme)
+    terms = coefficients(Scheme(scheme))
     assert min(terms) == order
-    coarse, fine = (at_end(name, h) for h in (0.05, 0.025))
+    _fall(terms, *(at_end(name, h) for h in (0.05, 0.025)))
+
+
+def test_each_term_of_a_turn_along_the_tangent_takes_its_order_off_the_error():
+    terms = coefficients(Scheme(EULER, tangent_turn=True))
+    errors = [along_tangent(h) for h in (0.05, 0.025)]
+    _fall(terms, *errors)
+    with pytest.raises(AssertionError):  # of second order the turns differ
+        _fall(coefficients(Scheme(EULER)), *errors)
+
+
+def _fall(terms, coarse, fine):
+    """Each term takes its order off the errors of steps of 50 and 25 ms."""
     for p, term in terms.items():
         coarse = coarse - term * 0.05**p
         fine = fine - term * 0.025**p
@@ -88,11 +113,11 @@ def test_why_mujoco_s_rk4_is_of_second_order():
     behind = turned(attitude, np.cross(rates, acceleration, axis=0)) @ weights / 12
     exact = BODY.rotation.state(np.array([2.0]))[3:]
     predicted = composed(np.concatenate([[0.0], -behind / 2])[:, None], exact)[:, 0]
-    found = coefficients(RK4_ADDED_RATES)
+    found = coefficients(Scheme(RK4_ADDED_RATES))
     np.testing.assert_allclose(found[2][3:], predicted, 0, 1e-10)
     assert not found[2][:3].any()
     assert not found[3].any()  # no term of third order either
-    np.testing.assert_allclose(found[4][:3], coefficients(RK4)[4][:3], 0, 1e-9)
+    np.testing.assert_allclose(found[4][:3], coefficients(Scheme(RK4))[4][:3], 0, 1e-9)
     for h in (0.02, 0.01):  # from both sides: 1 % of the term, and less than it by far
         measured = at_end("mujoco/rk4", h)[3:] / h**2
         np.testing.assert_allclose(measured, predicted, 0, 0.01 * np.abs(predicted).max())

@@ -70,7 +70,8 @@ def stepped(body: FreeBody, scheme: Scheme, step: Any) -> Advance:
 
         return added
     plain = Scheme(EULER) if integrator == LINEARLY_IMPLICIT else scheme
-    take = advance(plain, Equations(forces, 3, None, _turned), step)
+    turned = _turned_along_tangent if scheme.tangent_turn else _turned
+    take = advance(plain, Equations(forces, 3, None, turned), step)
 
     def advanced(time: Any, state: Parts) -> Parts:
         after = take(time, [*state[3:], *state[:3]])
@@ -99,6 +100,19 @@ def _turned(q: Parts, w: Parts, step: Any) -> Parts:
         term = [x / k for x in product(term, half)]
         total = moved(total, term, 1.0)
     return product(q, total)
+
+
+def _turned_along_tangent(q: Parts, w: Parts, step: Any) -> Parts:
+    """q (1 + h w/2), of length 1: series, a turn by 2 atan(|w| h/2)."""
+    if not len(q):
+        return q
+    half = [step * x / 2 for x in w]
+    square = half[0] * half[0] + half[1] * half[1] + half[2] * half[2]
+    total = term = 1.0 + 0.0 * square
+    for k in range(1, len(square.terms) // 2 + 1):  # of 1/sqrt(1 + square)
+        term = term * square * (0.5 / k - 1.0)
+        total = total + term
+    return product(q, [total, *(total * x for x in half)])
 
 
 def free_body_errors(body: FreeBody) -> ErrorSeries:

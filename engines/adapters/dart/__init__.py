@@ -12,13 +12,12 @@ from dataclasses import replace
 
 from plumbob.analytic.schemes import EULER, Scheme
 from plumbob.engines.abilities import ModelReader, RunsFiles, SchemeOfCase
+from plumbob.engines.adapters.constrained import CONSTRAINED, constrained
 from plumbob.engines.adapters.hinged_body import bob_errors
 from plumbob.engines.adapters.three_feet import CAPSULES
 from plumbob.engines.method import Engine, Method, ModelError
-from plumbob.models.idealisations import NONE
 from plumbob.models.scene import (
     ON_PLANE,
-    ON_SUPPORTS,
     ONE_SMOOTH,
     SMOOTH,
     Case,
@@ -26,8 +25,6 @@ from plumbob.models.scene import (
 )
 
 EULER_STEP = Scheme(EULER, "start", implicit_damping=True, implicit_spring=True)
-CONSTRAINED = Scheme("euler with constraints")  # of velocities: without a theory here
-DISC = "rolling-disc"  # a smooth system whose body touches the ground
 METHODS = (
     Method(
         "dart/default",
@@ -54,8 +51,7 @@ def scheme(case: Case, method: Method) -> Scheme:
     A free body turns by the exponential of the new angular velocity, as in MuJoCo; that its rates
     are along the world's axes makes no difference to a step. A motor's force is explicit."""
     system = case.system
-    ideal = NONE if system.model_file is None else system.model_file.ideal(case.problem)
-    if ideal.rigid_loops or system.kind in (ON_PLANE, ON_SUPPORTS) or system.name == DISC:
+    if constrained(case):
         return CONSTRAINED
     if system.name == "servo":
         part = case.problem.joint_part

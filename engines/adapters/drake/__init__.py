@@ -18,16 +18,26 @@ from plumbob.engines.abilities import (
     SchemeOfCase,
     SecondRun,
 )
-from plumbob.engines.adapters.hinged_body import PENDULUMS, model_error_on_platform
-from plumbob.engines.adapters.three_feet import scheme
+from plumbob.engines.adapters.constrained import CONSTRAINED, constrained
+from plumbob.engines.adapters.hinged_body import model_error_on_platform
 from plumbob.engines.method import Engine, Method, Simulation
-from plumbob.models.scene import Case, later
+from plumbob.models.scene import (
+    ON_PLANE,
+    ONE_SMOOTH,
+    SMOOTH,
+    Case,
+    later,
+)
 
-EULER_STEP = Scheme(EULER, "start", implicit_damping=True)
+EULER_STEP = Scheme(EULER, "start", implicit_damping=True, tangent_turn=True)
 TOLERANCES = tuple(float(f"1e-{digits}") for digits in range(3, 8))
 RK3 = "runge_kutta3"
 SMALLEST = 1e-9  # accuracy of the integrators
 SOLVERS = ("capsule-line/heading-030",)  # enough to tell contact solvers apart
+OTHERS = (  # a representative of each system that is of no kind below, and free bodies with theory
+    *("free-body/flip", "free-body/symmetric", "capsule-plan/heading-030"),
+    *("capsule-turn/0.3", "capsule-train/ten"),
+)
 LINE_AND_COAST = (
     *SOLVERS,
     "capsule-coast/spin",
@@ -40,13 +50,13 @@ def _discrete(
     name: str, approximation: str | None, systems: tuple[str, ...] = (), **settings: Any
 ) -> Method:
     chosen = {"discrete_contact_approximation": approximation} if approximation else {}
-    kinds = () if systems else PENDULUMS
+    kinds = () if systems else (ONE_SMOOTH, SMOOTH, ON_PLANE)
     return Method(
         f"drake/{name}",
         EULER_STEP,
         1,
         settings={**chosen, **settings},
-        systems=systems or LINE_AND_COAST,
+        systems=systems or (*LINE_AND_COAST, *OTHERS),
         kinds=kinds,
     )
 
@@ -73,6 +83,19 @@ METHODS = (
     _adaptive("rk3", RK3),
     _adaptive("cenic", "cenic", *SOLVERS, "capsule-coast/spin"),
 )
+
+
+def scheme(case: Case, method: Method) -> Scheme:
+    """The scheme of `method` on this case; none with a theory if bodies touch or a loop is closed.
+
+    A quaternion's step along its tangent turns a free body by 2 atan(w h/2) about the new angular
+    velocity w. A motor's force is explicit."""
+    system = case.system
+    if constrained(case):
+        return CONSTRAINED
+    if system.name == "servo":
+        return replace(method.scheme, implicit_damping=case.problem.joint_part)
+    return method.scheme
 
 
 def prepare(case: Case, method: Method, step: float) -> Simulation:

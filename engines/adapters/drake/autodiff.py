@@ -1,5 +1,5 @@
-"""Derivatives of a pendulum's run by Drake's AutoDiffXd: the discrete plant stepped with numbers
-that carry their derivative, from a context in which state and parameters have it."""
+"""Derivatives of a run by Drake's AutoDiffXd: the discrete plant stepped with numbers that carry
+their derivative, from a context in which state and parameters have it."""
 
 from __future__ import annotations
 
@@ -9,35 +9,72 @@ import numpy as np
 from pydrake.autodiffutils import AutoDiffXd
 from pydrake.systems.analysis import Simulator_
 
-from plumbob.analytic.reference import Array
-from plumbob.engines.adapters.drake.scenes import advancing, assembled
-from plumbob.engines.adapters.hinged_body import hinged_body
-from plumbob.engines.adapters.own_derivatives import nudged
+from plumbob.analytic.reference import Array, Signals
+from plumbob.engines.adapters.drake.stepper import DrakeStepper, advance
+from plumbob.engines.adapters.own_derivatives import moved, nudged
+from plumbob.engines.adapters.stepped_mechanism import compiled_scene, model_file
 from plumbob.engines.method import Method, Unsupported
 from plumbob.engines.sampling import step_count
 from plumbob.engines.trajectory import ByName
 from plumbob.models.gradient import Number
+from plumbob.models.scene import Case
 
 
 def derivatives(number: Number, method: Method, step: float) -> ByName:
-    """Derivatives of the angle and its rate at the end; raises Unsupported."""
-    cases, apart = nudged(number)
-    low, here, high = (hinged_body(case) for case in cases)
+    """Derivatives of the observables at the end; raises Unsupported."""
     if method.control == "tolerance":
         raise Unsupported("AutoDiffXd is stepped in discrete plants alone here")
-    if (low.forcing, low.gravity) != (high.forcing, high.gravity):
+    case = number.case
+    cases, apart = nudged(number)
+    steps = step_count(case.scene.duration, step)
+    sides, fixed = zip(*(_started(each, method, step, steps) for each in cases), strict=True)
+    low, here, high = (side.simulator.get_context() for side in sides)
+    if not all(map(np.array_equal, fixed[0], fixed[2])):
         raise Unsupported(f"{number.name} is no parameter in a context of Drake's")
-    plants = [assembled(body, {"time_step": step}, body.pull) for body in (low, here, high)]
-    diagram = plants[1].diagram.ToAutoDiffXd()
+    built = sides[1].built
+    diagram = built.diagram.ToAutoDiffXd()
     context = diagram.CreateDefaultContext()
-    context.SetTimeStateAndParametersFrom(plants[1].start())
-    _move(context, [plants[0].start(), plants[2].start()], apart)
+    context.SetTimeStateAndParametersFrom(here)
+    _move(context, [low, high], apart)
     simulator = Simulator_[AutoDiffXd](diagram, context)
     simulator.Initialize()
-    advancing(simulator, step)(0, step_count(number.case.scene.duration, step))
+    advance(simulator, steps, step)
     end = simulator.get_context().get_discrete_state_vector().CopyToVector()
-    last = {"theta": end[len(end) // 2 - 1], "theta_dot": end[-1]}
-    return {name: float(value.derivatives()[0]) for name, value in last.items()}
+    values = np.array([x.value() for x in end])
+    slopes = np.array([float(x.derivatives()[0]) for x in end])
+    places = [joint.position_start() for joint in built.joints]
+    rates = [built.plant.num_positions() + joint.velocity_start() for joint in built.joints]
+    drawn = np.concatenate([joint.reference for joint in sides[1].mechanism.joints])
+
+    def observe(place: float, rate: float) -> Signals:
+        qpos = values[places] + drawn + place * slopes[places]
+        qvel = values[rates] + rate * slopes[rates]
+        return model_file(case).observe(case.problem, qpos[None], qvel[None])
+
+    return moved(observe, slopes[places], slopes[rates])
+
+
+def _started(
+    case: Case, method: Method, step: float, steps: int
+) -> tuple[DrakeStepper, tuple[Array, ...]]:
+    """A case at its start, its source's numbers told for so many steps, and the numbers of its
+    diagram that no context has: gravity, the gains of actuators, and what the source tells. Raises
+    Unsupported if it is no tree of hinges and slides."""
+    scene = compiled_scene(case)
+    mechanism = scene.mechanism
+    kinds = {joint.kind for joint in mechanism.joints}
+    if mechanism.touching or mechanism.loops or kinds - {"hinge", "slide"}:
+        raise Unsupported("AutoDiffXd is stepped in trees of hinges and slides alone here")
+    stepper = DrakeStepper(mechanism, {**method.settings, "time_step": step}, step)
+    stepper.put(scene.start)
+    times = step * np.arange(steps + 1, dtype=np.float64)
+    controls = None if scene.controls is None else scene.controls(times[:-1])
+    stepper.drive(controls, steps)
+    motors = stepper.built.motors
+    gears = np.array([x.gear for x in mechanism.actuators] + [1.0] * len(motors.held))
+    gains = [x.gear**2 * np.array(x.bias[1:]) for x in mechanism.actuators]
+    forces = gears * motors.forces(controls, times)
+    return stepper, (mechanism.gravity, np.ravel(gains), forces)
 
 
 def _move(context: Any, starts: list[Any], apart: float) -> None:

@@ -13,7 +13,7 @@ from pydrake.systems.framework import DiagramBuilder
 
 from plumbob.analytic.reference import Array
 from plumbob.engines.abilities import Fields
-from plumbob.engines.adapters.drake.scenes import simulator_of
+from plumbob.engines.adapters.drake.stepper import simulator_of
 from plumbob.engines.peer_model import (
     FREE,
     Frame,

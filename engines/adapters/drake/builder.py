@@ -1,0 +1,253 @@
+"""The Drake diagram of a mechanism: a multibody plant with its geometry, and the sources of its
+motors.
+
+A joint of Drake moves one body. Of a body with several joints the last one moves that body, and
+each joint before it moves a body without mass.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+from pydrake import geometry
+from pydrake.math import RigidTransform, RotationMatrix
+from pydrake.multibody import tree
+from pydrake.multibody.plant import (
+    AddMultibodyPlant,
+    CoulombFriction,
+    MultibodyPlantConfig,
+)
+from pydrake.systems.framework import DiagramBuilder
+
+from plumbob.analytic.reference import Array
+from plumbob.engines.adapters.drake.motors import Motors, connected, motors
+from plumbob.engines.mechanism import Body, Joint, Mechanism, Shape
+from plumbob.engines.method import Options, Unsupported
+from plumbob.engines.peer_model import rotation
+
+KINDS = MappingProxyType(
+    {
+        "hinge": tree.RevoluteJoint,
+        "slide": tree.PrismaticJoint,
+        "ball": tree.BallRpyJoint,
+        "free": tree.QuaternionFloatingJoint,
+    }
+)
+SPRINGS = MappingProxyType({"hinge": tree.RevoluteSpring, "slide": tree.PrismaticSpring})
+GROUND = 100.0  # [m] of a block whose top is a plane
+WITHOUT_LOOPS = "tamsi"  # the solver of contacts that knows no loops
+Surface = tuple[int, float]
+"""A shape, and a coefficient of friction of its copy."""
+Touching = dict[tuple[Any, Any], tuple[int, float]]
+"""{identifiers of two geometries: number of the pair of shapes, and 1, or -1 in reverse order}."""
+
+
+@dataclass(frozen=True)
+class Built:
+    """A mechanism in a Drake diagram."""
+
+    diagram: Any
+    plant: Any
+    joints: tuple[Any, ...]  # of each joint
+    motors: Motors
+    touching: Touching
+
+    def within(self, context: Any) -> Any:
+        """The plant's own part of a context of the diagram, which can be written to."""
+        return self.plant.GetMyMutableContextFromRoot(context)
+
+
+def build(mechanism: Mechanism, settings: Options, control: float = 0.0) -> Built:
+    """The diagram of a mechanism in a plant with these settings; where the plant is continuous, the
+    forces of sources are held for `control` [s]. Raises Unsupported."""
+    approximation = settings.get("discrete_contact_approximation", "")
+    for feature in refused(mechanism, approximation):
+        raise Unsupported(f"feature {feature}")
+    builder = DiagramBuilder()
+    plant, scene = AddMultibodyPlant(MultibodyPlantConfig(**settings), builder)
+    plant.mutable_gravity_field().set_gravity_vector(mechanism.gravity)
+    bodies, joints = _trees(mechanism, plant)
+    driven = motors(mechanism, plant, joints)
+    _close_loops(mechanism, plant, bodies)
+    touching = _shapes(mechanism, plant, bodies)
+    plant.Finalize()
+    if touching:
+        _keep_apart(scene, touching)
+    made = connected(builder, plant, driven, joints, control)
+    return Built(builder.Build(), plant, joints, made, touching)
+
+
+def refused(mechanism: Mechanism, approximation: str = "") -> Iterator[str]:
+    """The names of features of a mechanism that Drake, or this builder, cannot express."""
+    yield from (part.name for part in mechanism.not_expressed)
+    for body in mechanism.bodies:
+        if body.carried not in (0.0, 1.0):
+            yield f"partly carried weight of body {body.name}"
+    for joint in mechanism.joints:
+        yield from _refused_of(joint, mechanism)
+    if approximation == WITHOUT_LOOPS:
+        yield from (f"loop {x.name}, which TAMSI has not" for x in mechanism.loops)
+    yield from (f"hull {shape.name}" for shape in mechanism.shapes if shape.kind == "hull")
+    for touch in mechanism.touching:
+        names = " and ".join(mechanism.shapes[i].name for i in touch.shapes)
+        if touch.restitution:
+            yield f"restitution of {names}"
+        if touch.torsional or any(touch.rolling):
+            yield f"torsional or rolling friction of {names}"
+        if touch.sliding[0] != touch.sliding[1]:
+            yield f"friction of {names}, different along two directions"
+
+
+def _refused_of(joint: Joint, mechanism: Mechanism) -> Iterator[str]:
+    """The names of features of a joint that are not expressed."""
+    name = joint.name or f"of body {mechanism.bodies[joint.body].name}"
+    if np.any(joint.friction_loss):
+        yield f"dry friction of joint {name}"
+    if joint.kind in KINDS.keys() - SPRINGS.keys():
+        if joint.stiffness or joint.limits or np.any(joint.armature):
+            yield f"spring, limit or armature of joint {name}, which is a {joint.kind} joint"
+        if any(np.ptp(part) for part in np.split(joint.damping, len(joint.damping) // 3)):
+            yield f"damping of joint {name}, different along its axes"
+
+
+def _trees(mechanism: Mechanism, plant: Any) -> tuple[tuple[Any, ...], tuple[Any, ...]]:
+    """Drake's body of each body, and its joint of each joint."""
+    weightless = plant.AddModelInstance("weightless")
+    plant.set_gravity_enabled(weightless, False)
+    heavy = plant.AddModelInstance("heavy")
+    bodies = [plant.world_body()]
+    joints: dict[int, Any] = {}
+    for number, body in enumerate(mechanism.bodies[1:], start=1):
+        instance = weightless if body.carried else heavy
+        made = plant.AddRigidBody(f"body_{number}", instance, _inertia(body))
+        own = [i for i, joint in enumerate(mechanism.joints) if joint.body == number]
+        above = bodies[body.parent].body_frame()
+        drawn = placed(body.place, body.attitude)
+        for i in own:
+            moved = made
+            if i != own[-1]:
+                none = tree.SpatialInertia.Zero()
+                moved = plant.AddRigidBody(f"before_{i}", heavy, none)
+            joints[i] = _jointed(plant, i, mechanism.joints[i], above, drawn, moved)
+            above, drawn = moved.body_frame(), RigidTransform()
+        if not own:
+            plant.WeldFrames(above, made.body_frame(), drawn)
+        bodies.append(made)
+    return tuple(bodies), tuple(joints[i] for i in range(len(mechanism.joints)))
+
+
+def _inertia(body: Body) -> Any:
+    (xx, yy, zz) = np.diag(body.inertia)
+    (xy, xz, yz) = body.inertia[np.triu_indices(3, 1)]
+    about = tree.RotationalInertia(xx, yy, zz, xy, xz, yz)
+    return tree.SpatialInertia.MakeFromCentralInertia(body.mass, body.centre, about)
+
+
+def placed(place: Array, attitude: Array | None = None) -> Any:
+    """A transform of Drake: a place [m], and an attitude, a quaternion, or none."""
+    if attitude is None:
+        return RigidTransform(place)
+    return RigidTransform(RotationMatrix(rotation(attitude)), place)
+
+
+def _jointed(plant: Any, number: int, joint: Joint, above: Any, drawn: Any, moved: Any) -> Any:
+    """Drake's joint of a joint, between the frame `above`, in which the moved body is drawn at a
+    transform, and the moved body, with its spring and its limits."""
+    kind = KINDS[joint.kind]
+    name = f"joint_{number}"
+    if joint.kind == "free":  # its coordinates are those of its frame in the world
+        turning, moving = joint.damping[3], joint.damping[0]
+        free = kind(name, above, moved.body_frame(), turning, moving)
+        return plant.AddJoint(free)
+    at = placed(joint.place)
+    fixed = tree.FixedOffsetFrame(f"before_{name}", above, drawn.multiply(at))
+    held = tree.FixedOffsetFrame(f"after_{name}", moved.body_frame(), at)
+    frames = (plant.AddFrame(fixed), plant.AddFrame(held))
+    damping = float(joint.damping[0])
+    if joint.kind == "ball":
+        return plant.AddJoint(kind(name, *frames, damping))
+    made = plant.AddJoint(kind(name, *frames, joint.axis, damping=damping))
+    drawn_at = float(joint.reference[0])  # Drake's coordinate is 0 in the drawing
+    if joint.stiffness:
+        rest = float(joint.rest[0]) - drawn_at
+        plant.AddForceElement(SPRINGS[joint.kind](made, rest, joint.stiffness))
+    if joint.limits is not None:
+        made.set_position_limits(*([x - drawn_at] for x in joint.limits))
+    return made
+
+
+def _close_loops(mechanism: Mechanism, plant: Any, bodies: Sequence[Any]) -> None:
+    """Give a plant the loops of a mechanism. A constraint to the body of the world ends the process
+    in a plant without contacts, one to a body that is welded to the world does not."""
+    if any(0 in loop.bodies for loop in mechanism.loops):
+        none = tree.SpatialInertia.Zero()
+        ground = plant.AddRigidBody("ground", tree.default_model_instance(), none)
+        plant.WeldFrames(plant.world_frame(), ground.body_frame())
+        bodies = [ground, *bodies[1:]]
+    for loop in mechanism.loops:
+        (one, other), (here, there) = (bodies[i] for i in loop.bodies), loop.places
+        if loop.kind == "connect":
+            plant.AddBallConstraint(one, here, other, there)
+        else:
+            frame = placed(here, loop.attitude)
+            plant.AddWeldConstraint(one, frame, other, placed(there))
+
+
+def _shapes(mechanism: Mechanism, plant: Any, bodies: Sequence[Any]) -> Touching:
+    """Give the bodies their shapes.
+
+    A shape of Drake has one coefficient of friction, and a pair has 2 m n/(m + n) of two. A shape
+    that has different friction with others has a copy for each coefficient.
+    """
+    made: dict[Surface, Any] = {}
+    touching: Touching = {}
+    for number, touch in enumerate(mechanism.touching):
+        pair = [(i, touch.sliding[0]) for i in touch.shapes]
+        for i, friction in pair:
+            if (i, friction) not in made:
+                body = bodies[mechanism.shapes[i].body]
+                made[i, friction] = _add_shape(plant, body, mechanism.shapes[i], friction)
+        first, second = (made[surface] for surface in pair)
+        touching[first, second] = (number, 1.0)
+        touching[second, first] = (number, -1.0)
+    return touching
+
+
+def _add_shape(plant: Any, body: Any, shape: Shape, friction: float) -> Any:
+    """Add a shape with its coefficient to a body; returns its identifier."""
+    number = plant.num_collision_geometries()
+    place = placed(shape.place, shape.attitude)
+    if shape.kind == "plane":
+        place = place.multiply(placed(np.array([0.0, 0.0, -0.5 * GROUND])))
+    law = CoulombFriction(friction, friction)
+    return plant.RegisterCollisionGeometry(body, place, _made(shape), f"shape_{number}", law)
+
+
+def _made(shape: Shape) -> Any:
+    """Drake's shape; a block for a plane, since with each half space Drake prints a warning."""
+    sizes = shape.size.tolist()
+    match shape.kind:
+        case "plane":
+            return geometry.Box(GROUND, GROUND, GROUND)
+        case "sphere":
+            return geometry.Sphere(*sizes)
+        case "capsule":
+            return geometry.Capsule(sizes[0], 2.0 * sizes[1])
+        case "cylinder":
+            return geometry.Cylinder(sizes[0], 2.0 * sizes[1])
+        case "box":
+            return geometry.Box(*(2.0 * half for half in sizes))
+    return geometry.Ellipsoid(*sizes)
+
+
+def _keep_apart(scene: Any, touching: Touching) -> None:
+    """Let no geometries collide but the pairs that can touch."""
+    every = geometry.GeometrySet(list(dict.fromkeys(one for one, _ in touching)))
+    declared = geometry.CollisionFilterDeclaration().ExcludeWithin(every)
+    for one, other in touching:
+        declared.AllowBetween(geometry.GeometrySet(one), geometry.GeometrySet(other))
+    scene.collision_filter_manager().Apply(declared)

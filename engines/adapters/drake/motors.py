@@ -1,0 +1,161 @@
+"""Motors of a mechanism in a Drake diagram: forces that follow a source and, where an actuator has
+gains of the joint's coordinate and rate, the plant's state, all computed as a step begins."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from pydrake.systems.primitives import (
+    Adder,
+    MatrixGain,
+    Saturation,
+    TrajectorySource,
+    ZeroOrderHold,
+)
+from pydrake.trajectories import PiecewisePolynomial
+
+from plumbob.analytic.reference import Array
+from plumbob.engines.mechanism import Actuator, Joint, Mechanism
+
+# By how much the inertia of a rotor that imposes a motion is larger than all that it moves: so much
+# that its velocity is right to the last bit; beside contacts as much as their solvers take.
+HOLDING, HOLDING_BESIDE_CONTACTS = 1e15, 1e8
+
+
+Range = tuple[float, float] | None
+
+
+@dataclass(frozen=True)
+class Motors:
+    """The motors of a diagram, one on each joint that is driven or has an armature."""
+
+    actuators: tuple[Actuator, ...]
+    joints: Mapping[int, Joint]  # {number: joint} of each motor
+    held: Mapping[int, float]
+    """{number: inertia} of the rotors of joints whose motion is prescribed [kg m^2] or [kg]."""
+    source: Any = None  # of the diagram; None where nothing drives it
+
+    @property
+    def inputs(self) -> int:
+        """How many numbers the source tells: one of each actuator, and one of each joint whose
+        motion is prescribed."""
+        return len(self.actuators) + len(self.held)
+
+    def forces(self, controls: Array | None, times: Array) -> Array:
+        """The source's numbers for steps between these `times` [s], shape (steps, inputs), under
+        controls, shape (steps, controls): those parts of the forces of actuators that the state
+        does not change [N m] or [N] over gear, and forces by which a prescribed velocity is right
+        at every grid time, wherever the acceleration jumps."""
+        steps = len(times) - 1
+        rows = np.empty((steps, self.inputs))
+        for column, motor in enumerate(self.actuators):
+            control = np.zeros(steps) if controls is None else controls[:, motor.control]
+            force = motor.gain * np.clip(control, *_ends(motor.control_range)) + motor.bias[0]
+            # Drake's coordinate is 0 in the drawing.
+            drawn = motor.gear * float(self.joints[motor.joint].reference[0])
+            rows[:, column] = force + motor.bias[1] * drawn
+        for column, (number, inertia) in enumerate(self.held.items(), len(self.actuators)):
+            velocity = self.joints[number].velocity
+            assert velocity is not None
+            rows[:, column] = inertia * np.diff(velocity(times)) / np.diff(times)
+        return rows
+
+
+def _ends(limits: Range) -> tuple[float, float]:
+    return limits or (-math.inf, math.inf)
+
+
+def motors(mechanism: Mechanism, plant: Any, joints: Sequence[Any]) -> Motors:
+    """Add the motors of a mechanism to its plant, each with a rotor as heavy as its joint's
+    armature, or so heavy that it imposes the joint's motion."""
+    driven = {actuator.joint for actuator in mechanism.actuators}
+    moved = dict[int, Joint]()
+    held = dict[int, float]()
+    for number, joint in enumerate(mechanism.joints):
+        inertia = float(joint.armature[0])
+        if joint.velocity is not None:
+            inertia = held[number] = _holding(mechanism, joint)
+        if number in driven or inertia:
+            moved[number] = joint
+            motor = plant.AddJointActuator(f"motor_{number}", joints[number])
+            motor.set_default_rotor_inertia(inertia)
+            motor.set_default_gear_ratio(1.0)
+    return Motors(mechanism.actuators, moved, held)
+
+
+def _holding(mechanism: Mechanism, joint: Joint) -> float:
+    """The inertia of a rotor that imposes a joint's motion [kg m^2] or [kg]."""
+    ratio = HOLDING_BESIDE_CONTACTS if mechanism.touching else HOLDING
+    masses = np.array([body.mass for body in mechanism.bodies])
+    if joint.kind == "slide":
+        return ratio * float(masses.sum())
+    reach = [0.0]  # the largest distance of each frame from the world's
+    for body in mechanism.bodies[1:]:
+        reach.append(reach[body.parent] + float(np.linalg.norm(body.place)))
+    arms = reach + np.linalg.norm([body.centre for body in mechanism.bodies], axis=1)
+    spread = sum(float(np.trace(body.inertia)) for body in mechanism.bodies)
+    return ratio * (float(masses @ np.square(arms)) + spread)
+
+
+def connected(
+    builder: Any, plant: Any, driven: Motors, joints: Sequence[Any], control: float
+) -> Motors:
+    """The motors with a source that is connected to a finished plant; where the plant is
+    continuous, the source's numbers are held for `control` [s], at whose ends its steps end."""
+    if not driven.inputs:
+        return driven
+    source = builder.AddSystem(
+        TrajectorySource(held_forces(np.zeros((1, driven.inputs)), [0, 1]))
+    )
+    forces = source.get_output_port()
+    if driven.held and not plant.time_step():
+        forces = _after(builder, forces, ZeroOrderHold(control, driven.inputs))
+    gains = np.zeros((driven.inputs, plant.num_multibody_states()))
+    for row, motor in enumerate(driven.actuators):
+        joint = joints[motor.joint]
+        gains[row, joint.position_start()] = motor.gear * motor.bias[1]
+        rate = plant.num_positions() + joint.velocity_start()
+        gains[row, rate] = motor.gear * motor.bias[2]
+    if gains.any():
+        told = _after(builder, plant.get_state_output_port(), MatrixGain(gains))
+        adder = builder.AddSystem(Adder(2, driven.inputs))
+        builder.Connect(forces, adder.get_input_port(0))
+        builder.Connect(told, adder.get_input_port(1))
+        forces = adder.get_output_port()
+    ranges: list[Range] = [x.force_range for x in driven.actuators]
+    forces = _within(builder, forces, [*ranges, *[None] * len(driven.held)])
+    numbers = list(driven.joints)
+    on_joints = np.zeros((len(numbers), driven.inputs))
+    for column, motor in enumerate(driven.actuators):
+        on_joints[numbers.index(motor.joint), column] = motor.gear
+    for column, number in enumerate(driven.held, start=len(driven.actuators)):
+        on_joints[numbers.index(number), column] = 1.0
+    if not np.array_equal(on_joints, np.eye(len(on_joints))):
+        forces = _after(builder, forces, MatrixGain(on_joints))
+    forces = _within(builder, forces, [x.force_range for x in driven.joints.values()])
+    builder.Connect(forces, plant.get_actuation_input_port())
+    return replace(driven, source=source)
+
+
+def _after(builder: Any, port: Any, system: Any) -> Any:
+    """The output of a system that is added behind a port."""
+    added = builder.AddSystem(system)
+    builder.Connect(port, added.get_input_port(0))
+    return added.get_output_port(0)
+
+
+def _within(builder: Any, port: Any, limits: Sequence[Range]) -> Any:
+    """A port whose numbers are kept within limits; the port itself where there are none."""
+    if not any(limits):
+        return port
+    low, high = np.array([_ends(pair) for pair in limits]).T
+    return _after(builder, port, Saturation(low, high))
+
+
+def held_forces(rows: Array, times: Sequence[float] | Array) -> Any:
+    """A trajectory of which each row is held between two of the `times` [s]."""
+    return PiecewisePolynomial.ZeroOrderHold(times, np.vstack([rows, rows[-1:]]).T)
