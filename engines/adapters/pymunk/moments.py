@@ -25,6 +25,8 @@ def effort(joint: Joint, actuators: Sequence[Actuator]) -> Effort:
     stiffness = joint.stiffness
     rest = float(joint.rest[0])
     forces = list(map(_force, actuators))
+    if not (forces or stiffness):
+        return lambda q, rate, controls: -damping * rate
     if not forces:
         return lambda q, rate, controls: -stiffness * (q - rest) - damping * rate
     if len(forces) == 1 and not (stiffness or damping):

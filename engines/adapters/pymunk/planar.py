@@ -20,6 +20,7 @@ from plumbob.engines.adapters.pymunk.links import (
 )
 from plumbob.engines.adapters.pymunk.methods import MOMENT
 from plumbob.engines.adapters.pymunk.moments import (
+    Effort,
     effort,
     platform_spring,
     turning_rate,
@@ -320,13 +321,18 @@ def _push_point(made: Assembly, number: int, hinge: Hinge) -> None:
         return
     if link.parent != WORLD:
         raise Unsupported(f"pymunk has no moment on a point that hangs on a body: {joint.name}")
-    exerted = effort(joint, motors)
     body = made.bodies[number]
-    across = 1j * hinge.sense * link.arm / abs(link.arm) / link.length
+    length = link.length
+    x, y = vector(1j * hinge.sense * link.arm / abs(link.arm))
 
-    def push(controls: Sequence[float]) -> None:
-        force = exerted(0.0, hinge.sense * body.angular_velocity, controls)
-        x, y = body.rotation_vector
-        body.force = vector(force * across * complex(x, y))
+    def pushing(exerted: Effort) -> Push:
+        def push(controls: Sequence[float]) -> None:
+            force = exerted(0.0, hinge.sense * body.angular_velocity, controls) / length
+            cosine, sine = body.rotation_vector
+            body.force = force * (x * cosine - y * sine), force * (x * sine + y * cosine)
 
-    _add_push(made, push, damped)
+        return push
+
+    made.pushes.append(pushing(effort(joint, motors)))
+    if damped:
+        made.always.append(pushing(effort(joint, [])))
