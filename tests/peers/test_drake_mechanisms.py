@@ -378,15 +378,15 @@ def test_a_body_that_should_stick_drifts_in_proportion_to_the_stiction_tolerance
 
 
 def test_bodies_that_stand_on_a_plane_start_at_rest_on_their_contacts():
-    """A stack sinks by the weights over 5e5 N/m a contact; a disc that leans, and would fall,
-    starts as it is."""
+    """The static penetration of a stack is the weights over 5e5 N/m a contact; a disc that leans,
+    and would fall, starts as it is."""
     from plumbob.engines.adapters.drake.scenes import settled
 
     parts = scene_mechanism("stack/equal")
-    sunk = (parts.start.qpos - settled(parts, {}).start.qpos).tolist()
+    lower = (parts.start.qpos - settled(parts, {}).start.qpos).tolist()
     masses = np.array([body.mass for body in parts.mechanism.bodies[1:]])
     carried = 9.81 * np.cumsum(masses[::-1])[::-1]
     # The depth of two boxes in each other is found to 1e-11 m or so.
-    assert sunk == pytest.approx(np.cumsum(carried / 5e5).tolist(), abs=1e-10)
+    assert lower == pytest.approx(np.cumsum(carried / 5e5).tolist(), abs=1e-10)
     falling = scene_mechanism("rolling-disc/circle")
     assert settled(falling, {}) is falling

@@ -57,7 +57,7 @@ def derivatives(number: Number, method: Method, step: float) -> ByName:
 def _started(
     case: Case, method: Method, step: float, steps: int
 ) -> tuple[DrakeStepper, tuple[Array, ...]]:
-    """A case at its start, its source's numbers told for so many steps, and the numbers of its
+    """A case at its start, its source set for so many steps, and the numbers of its
     diagram that no context has: gravity, the gains of actuators, and what the source tells. Raises
     Unsupported if it is no tree of hinges and slides."""
     scene = compiled_scene(case)

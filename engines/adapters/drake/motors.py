@@ -121,10 +121,10 @@ def connected(
         rate = plant.num_positions() + joint.velocity_start()
         gains[row, rate] = motor.gear * motor.bias[2]
     if gains.any():
-        told = _after(builder, plant.get_state_output_port(), MatrixGain(gains))
+        feedback = _after(builder, plant.get_state_output_port(), MatrixGain(gains))
         adder = builder.AddSystem(Adder(2, driven.inputs))
         builder.Connect(forces, adder.get_input_port(0))
-        builder.Connect(told, adder.get_input_port(1))
+        builder.Connect(feedback, adder.get_input_port(1))
         forces = adder.get_output_port()
     ranges: list[Range] = [x.force_range for x in driven.actuators]
     forces = _within(builder, forces, [*ranges, *[None] * len(driven.held)])

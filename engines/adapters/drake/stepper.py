@@ -51,7 +51,7 @@ class DrakeStepper:
 
     def state(self) -> State:
         """The state now; a quaternion has the sign that is nearer to the last one."""
-        self._latest = told(self.mechanism, self.built, self._within, self._latest)
+        self._latest = state_of(self.mechanism, self.built, self._within, self._latest)
         return self._latest
 
     def advance(self, controls: Array | None, steps: int) -> None:
@@ -71,7 +71,7 @@ class DrakeStepper:
             motors.source.UpdateTrajectory(held_forces(rows, self.step * (marks - 0.5)))
 
     def forces(self) -> Forces:
-        """Contact forces of the last step; forces of joints are not told."""
+        """Contact forces of the last step; forces of joints are not given."""
         touching = np.full((len(self.mechanism.touching), 3), math.nan)
         if self._taken:
             touching[:] = 0.0
@@ -125,7 +125,7 @@ def put(mechanism: Mechanism, built: Built, within: Any, state: State) -> None:
     built.plant.SetVelocities(within, v)
 
 
-def told(mechanism: Mechanism, built: Built, within: Any, latest: State) -> State:
+def state_of(mechanism: Mechanism, built: Built, within: Any, latest: State) -> State:
     """The state of a plant in its context, with each quaternion's sign as in the `latest`."""
     q, v = built.plant.GetPositions(within), built.plant.GetVelocities(within)
     places, rates = list[Array](), list[Array]()
