@@ -228,7 +228,7 @@ def nsgs():
 
 
 CASES = [(default(name), None) for name in SYSTEMS]
-# There a solver that begins with the impulses of its last step errs by 6e-10 m/s.
+# There a solver that begins with the impulses of its last step has 6e-10 m/s too much.
 CASES.append(("capsule-line/heading-030", nsgs))
 
 
