@@ -3,6 +3,7 @@ their derivative, from a context in which state and parameters have it."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -28,30 +29,40 @@ def derivatives(number: Number, method: Method, step: float) -> ByName:
     cases, apart = nudged(number)
     steps = step_count(case.scene.duration, step)
     sides, fixed = zip(*(_started(each, method, step, steps) for each in cases), strict=True)
-    low, here, high = (side.simulator.get_context() for side in sides)
     if not all(map(np.array_equal, fixed[0], fixed[2])):
         raise Unsupported(f"{number.name} is no parameter in a context of Drake's")
-    built = sides[1].built
-    diagram = built.diagram.ToAutoDiffXd()
+    end = _end(sides, apart, steps, step)
+    qpos, qvel = _of_joints(sides[1], np.array([x.value() for x in end]))
+    by_qpos, by_qvel = _of_joints(sides[1], np.array([float(x.derivatives()[0]) for x in end]))
+    qpos = qpos + np.concatenate([joint.reference for joint in sides[1].mechanism.joints])
+
+    def observe(place: float, rate: float) -> Signals:
+        state = (qpos + place * by_qpos)[None], (qvel + rate * by_qvel)[None]
+        return model_file(case).observe(case.problem, *state)
+
+    return moved(observe, by_qpos, by_qvel)
+
+
+def _end(sides: Sequence[DrakeStepper], apart: float, steps: int, step: float) -> Any:
+    """The state after so many steps of `step` [s] from the start of the middle one of three
+    steppers, with its derivatives: numbers of the outer ones are `apart`."""
+    low, here, high = (side.simulator.get_context() for side in sides)
+    diagram = sides[1].built.diagram.ToAutoDiffXd()
     context = diagram.CreateDefaultContext()
     context.SetTimeStateAndParametersFrom(here)
     _move(context, [low, high], apart)
     simulator = Simulator_[AutoDiffXd](diagram, context)
     simulator.Initialize()
     advance(simulator, steps, step)
-    end = simulator.get_context().get_discrete_state_vector().CopyToVector()
-    values = np.array([x.value() for x in end])
-    slopes = np.array([float(x.derivatives()[0]) for x in end])
-    places = [joint.position_start() for joint in built.joints]
-    rates = [built.plant.num_positions() + joint.velocity_start() for joint in built.joints]
-    drawn = np.concatenate([joint.reference for joint in sides[1].mechanism.joints])
+    return simulator.get_context().get_discrete_state_vector().CopyToVector()
 
-    def observe(place: float, rate: float) -> Signals:
-        qpos = values[places] + drawn + place * slopes[places]
-        qvel = values[rates] + rate * slopes[rates]
-        return model_file(case).observe(case.problem, qpos[None], qvel[None])
 
-    return moved(observe, slopes[places], slopes[rates])
+def _of_joints(stepper: DrakeStepper, values: Array) -> tuple[Array, Array]:
+    """Numbers of the coordinates and of the rates of a tree of hinges and slides, joint by joint,
+    among those of Drake's state."""
+    joints, first = stepper.built.joints, stepper.built.plant.num_positions()
+    places = values[[joint.position_start() for joint in joints]]
+    return places, values[[first + joint.velocity_start() for joint in joints]]
 
 
 def _started(

@@ -111,14 +111,9 @@ def continuous(case: Case, method: Method, accuracy: float, smallest: float) -> 
     )
     scene = settled(compiled_scene(case), {})
 
-    def started(step: float) -> tuple[ContinuousStepper, Built]:
-        stepper = ContinuousStepper(scene, step, lasting, chosen)
-        moved = replace(scene, controls=None)
-        return stepper, begun(case, moved, step, stepper)
-
     def follow(duration: float, samples: int) -> Followed:
         step = duration / samples
-        stepper, built = started(step)
+        stepper, built = _started(case, scene, step, chosen)
         rows = [built.read()]
         why = list[str]()
         try:
@@ -133,10 +128,19 @@ def continuous(case: Case, method: Method, accuracy: float, smallest: float) -> 
         return Followed(times, observed, evaluations, not why, tuple(why))
 
     begin = time.perf_counter()
-    limits = started(lasting)[1].limits
+    limits = _started(case, scene, lasting, chosen)[1].limits
     return FollowedSimulation(
         follow, dict, lasting, time.perf_counter() - begin, limits, case.samples
     )
+
+
+def _started(
+    case: Case, scene: SceneMechanism, step: float, chosen: Any
+) -> tuple[ContinuousStepper, Built]:
+    """A case at its start in a continuous plant, with what reads it off."""
+    stepper = ContinuousStepper(scene, step, case.scene.duration, chosen)
+    driven = replace(scene, controls=None)  # by the plant's own source
+    return stepper, begun(case, driven, step, stepper)
 
 
 def _evaluations(simulator: Any) -> int:
