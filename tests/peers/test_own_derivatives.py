@@ -32,6 +32,13 @@ def test_an_own_way_has_the_error_of_its_step(name, how, by, way, why):
     assert why in judged.why
 
 
+def test_drake_s_way_reaches_a_tree_with_three_joints_of_one_body():
+    needed("drake/default")
+    by = ("heavy-top/nutating", "drake/default", "precession", "tilt", "autodiff")
+    judged = judged_way(*by, at=0.1)
+    assert judged.verdict == "predicted", judged.why
+
+
 def test_all_runs_of_mjx_share_a_compiled_loop():
     needed("mjx/default")
     before = _loop()._cache_size()

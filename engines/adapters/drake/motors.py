@@ -22,8 +22,8 @@ from plumbob.analytic.reference import Array
 from plumbob.engines.mechanism import Actuator, Joint, Mechanism
 
 # By how much the inertia of a rotor that imposes a motion is larger than all that it moves: so much
-# that its velocity is right to the last bit; beside contacts as much as their solvers take.
-HOLDING, HOLDING_BESIDE_CONTACTS = 1e15, 1e8
+# that its velocity is right to the last bit; beside contacts and loops as much as solvers take.
+HOLDING, HOLDING_BESIDE_CONSTRAINTS = 1e15, 1e8
 
 
 Range = tuple[float, float] | None
@@ -89,7 +89,7 @@ def motors(mechanism: Mechanism, plant: Any, joints: Sequence[Any]) -> Motors:
 
 def _holding(mechanism: Mechanism, joint: Joint) -> float:
     """The inertia of a rotor that imposes a joint's motion [kg m^2] or [kg]."""
-    ratio = HOLDING_BESIDE_CONTACTS if mechanism.touching else HOLDING
+    ratio = HOLDING_BESIDE_CONSTRAINTS if mechanism.touching or mechanism.loops else HOLDING
     masses = np.array([body.mass for body in mechanism.bodies])
     if joint.kind == "slide":
         return ratio * float(masses.sum())
