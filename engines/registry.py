@@ -150,8 +150,9 @@ def find_builder(engine: str, system: System) -> ModuleType:
 
 
 def builder(engine: str, system: System) -> ModuleType | None:
-    """The module of an engine for `system`, `adapters/<engine>/<family>.py` or what the system
-    names, or of smooth degrees of freedom the one for all; None when there is none."""
+    """The module that builds `system` in an engine: the one that the system names for the engine,
+    if it names one; else `adapters/<engine>/<family>.py`; else, for a smooth system,
+    `adapters/<engine>/smooth_system.py`. None when there is none."""
     every = (system.family, "smooth_system") if system.kind == SMOOTH else (system.family,)
     names = [f"{_ADAPTERS}.{engine}.{module}" for module in every]
     for name in (system.builders[engine],) if engine in system.builders else names:

@@ -130,14 +130,15 @@ def _moved(
 
 
 def _affordable(user_model: OwnModel, moved: Script, budget: float) -> None:
-    """Raises ParameterError if the budget [s] suffices for so few evaluations of a model that no
-    reference can come of them: nothing ends an evaluation that has begun. The state is beside the
-    start, where constraints may be met without an iteration of the solver."""
+    """Raises ParameterError if the budget [s] is less than FEWEST evaluations of a model take,
+    which every reference needs. It is looked at first, since an evaluation that has begun cannot be
+    ended. One evaluation is timed beside the start, and not at it, where the solver of constraints
+    may need no iteration."""
     field = user_model.field()
     field.hold(moved.controls[0], 0.0, moved.start)
     beside = moved.start + np.resize((BESIDE, -BESIDE), moved.start.shape)
     begin = time.process_time()
-    # The reference says why a motion ends at once, or has no bounds.
+    # If the model fails here, the reference says why, later.
     with suppress(NotCertifiable), np.errstate(all="ignore"):
         field(0.0, beside)
     spent = time.process_time() - begin

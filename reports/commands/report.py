@@ -38,8 +38,9 @@ def command(chosen: argparse.Namespace) -> int:
     except (ParameterError, OSError, MemoryError):
         raise
     except Exception:
-        # No check of types finds every changed number that a template fails on: lists of other
-        # lengths, names of nothing. A template that fails on the right numbers has a defect.
+        # Numbers that somebody has changed may be of the right types and still break a template: a
+        # list of another length, a name that nothing has. If the study's numbers follow from its
+        # runs, the template has a defect.
         from plumbob.reports.analyses import follow
 
         if follow(study):

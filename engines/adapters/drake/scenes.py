@@ -144,8 +144,8 @@ def _started(
 
 
 def _evaluations(simulator: Any) -> int:
-    """How often a simulator has evaluated derivatives; of CENIC, which counts none, its solutions
-    of a step: three each, rejected ones too."""
+    """How often a simulator has evaluated derivatives. CENIC does not count them: then three for
+    each step that it tried, rejected ones included."""
     integrator = simulator.get_integrator()
     if counted := integrator.get_num_derivative_evaluations():
         return int(counted)

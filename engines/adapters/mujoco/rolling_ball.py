@@ -24,8 +24,9 @@ SLOW = 1e-3  # [s]
 
 
 def build(mjcf: Path, problem: Any, method: Method, step: float) -> Translation:
-    """Translate a RollingBall at the static penetration of its contact. MuJoCo's contacts are half
-    of it above the plane: the geom is larger by that half, so that the arm is the radius."""
+    """Translate a RollingBall at the static penetration of its contact. MuJoCo has
+    a contact in the middle between the two surfaces: the geom is larger by half of the penetration
+    and its centre lower by as much, so that the contact is one radius below the centre."""
     spec = filled(mjcf, MODEL, problem)
     profile = contacts.profile(method.settings, plane=True)
     tune = with_contacts(spec, profile, step)

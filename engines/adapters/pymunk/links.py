@@ -251,8 +251,9 @@ def _refuse(mechanism: Mechanism) -> None:
 
 
 def _check_across(mechanism: Mechanism, links: Links, start: State) -> None:
-    """Raises Unsupported if the slides of the last link let it leave the plane, and something
-    moves it so; or if they are not perpendicular to each other."""
+    """Raises Unsupported if the slides of the last link are not perpendicular to each other; if
+    one is oblique to the plane; or if one is across the plane, and the start's velocity or gravity
+    acts along it."""
     link = links.all[-1]
     plane = links.plane
     axes = [links.drawn.axis(mechanism.joints[slide.joint]) for slide in link.slides]
@@ -261,8 +262,9 @@ def _check_across(mechanism: Mechanism, links: Links, start: State) -> None:
         return
     if np.abs(np.array(axes) @ np.transpose(axes) - np.eye(len(axes))).max() > CLOSE:
         raise Unsupported(f"pymunk has no oblique slides: {name}")
-    size = sum(abs(slide.along) ** 2 for slide in link.slides)
-    if abs(size - (2.0 if link.free else 1.0)) > CLOSE:
+    # the squared length of each slide's part in the plane: 1 for each slide that is in it
+    in_plane = sum(abs(slide.along) ** 2 for slide in link.slides)
+    if abs(in_plane - (2.0 if link.free else 1.0)) > CLOSE:
         raise Unsupported(f"pymunk moves in a plane, and {name} slides out of it")
     across = [plane.across(axis) for axis in axes]
     velocity = sum(a * start.qvel[s.joint] for a, s in zip(across, link.slides, strict=True))

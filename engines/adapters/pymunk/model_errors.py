@@ -24,8 +24,10 @@ def model_error(case: Case, method: Method, step: float) -> ModelError:
 
 
 def rolling_ball(problem: Any, duration: float, method: Method, step: float) -> ModelError:
-    """The nearest point of a long segment is rounded, and tilts the normal by that over a radius,
-    by which gravity acts along the line, and friction on the normal force and that on friction."""
+    """The error of the direction of the normal. pymunk rounds the nearest point of the long segment
+    to some units in the last place of the segment's length, which tilts the normal by this error
+    over the radius. A part of gravity then acts along the line; two factors 1 + friction bound what
+    friction adds."""
     far = FLOOR_TIME * problem.scale + problem.radius
     tilt = 4.0 * ULP * far / problem.radius * (1.0 + problem.friction) ** 2
     speed = tilt * problem.gravity * duration

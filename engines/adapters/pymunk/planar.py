@@ -86,6 +86,8 @@ def planar_of(mechanism: Mechanism, start: State, method: Method) -> Planar:
     alone = on_world and not mechanism.loops and not mechanism.touching
     if rate is not None and not alone:
         raise Unsupported("pymunk has no platform that turns under more than one hinge")
+    # Wheels: bodies that only turn, about hinges on the world, and that no weight pulls off them.
+    # They are built without a joint, with their moments of inertia about the hinges.
     wheels = alone and (weightless or rate is not None)
     bodies = [_as_body(mechanism, link, wheels) for link in links.all]
     planar = Planar(mechanism, method, replace(links, all=bodies), surfaces, rate, wheels)

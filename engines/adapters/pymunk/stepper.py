@@ -184,9 +184,10 @@ class PlanarStepper:
         return found
 
     def _carried(self, impulses: dict[tuple[int, int], complex]) -> list[complex]:
-        """The force [N] on each link from what carries it: what its momentum and that of the links
-        that it carries gain, beside their weight, what is exerted on them and what touches them;
-        nan if a loop holds one of them."""
+        """The force [N] on each link from its parent in the last step: the gain of momentum of the
+        link and of all that it carries, per time, less their weight, the forces exerted on them and
+        those of contacts. It is nan where one of them is part of a loop. An impulse is that of the
+        first surface of a pair on the second."""
         planar = self._planar
         links = planar.links.all
         forces = [self._gained(number) for number in range(len(links))]

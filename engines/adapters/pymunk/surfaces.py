@@ -152,19 +152,22 @@ def surfaces_of(mechanism: Mechanism, links: Links, start: State) -> Surfaces:
         )
         for touch, gap in zip(mechanism.touching, gaps, strict=True)
     )
+    # A body that falls onto another: in proportion to the way that it falls.
     skin = 0.0
     slop = SLOP * max(gaps, default=0.0)
     if any(surface.point for surface in found):
-        slop = DEEP * size  # no depth is closed beside the steps
+        # so large that pymunk never pushes a point out of what it has entered
+        slop = DEEP * size
     elif any(pair.touches for pair in pairs):
+        # shapes that touch at the start overlap by what pymunk leaves alone
         skin = DEPTH * size / 2.0
         slop = 2.0 * DEPTH * size
-    nearest = sorted(pairs, key=lambda pair: not pair.touches)
+    touching_first = sorted(pairs, key=lambda pair: not pair.touches)
     return Surfaces(
         found,
         pairs,
-        _factors(len(found), {pair.surfaces: pair.friction for pair in nearest}),
-        _factors(len(found), {pair.surfaces: pair.restitution for pair in nearest}),
+        _factors(len(found), {pair.surfaces: pair.friction for pair in touching_first}),
+        _factors(len(found), {pair.surfaces: pair.restitution for pair in touching_first}),
         skin,
         slop,
         _reach(mechanism, links, start, found, size),

@@ -65,12 +65,14 @@ def build(mjcf: Path, problem: CapsuleProblem, method: Method, step: float) -> T
     spec.option.disableflags |= ISLANDS
 
     def tune(compiled: mujoco.MjModel) -> None:
-        weight = compiled.body_invweight0[compiled.body("body").id]
-        weight *= chosen.softening
+        inverse_mass = compiled.body_invweight0[compiled.body("body").id]
+        inverse_mass *= chosen.softening
         if chosen.convergent:
-            # MuJoCo's own is of a force at C, which also turns a body with its slider elsewhere:
-            # with m/M = 1e3 the contacts would be 80 times softer than they are meant to be.
-            weight[0] = chosen.softening / (setup.capsule.body_mass + setup.capsule.slider_mass)
+            # MuJoCo's own inverse mass is that of a force at C. Where the slider is elsewhere, that
+            # force also turns the body, which makes the inverse mass larger: with m/M = 1e3 the
+            # contacts would be 80 times softer than they are meant to be.
+            mass = setup.capsule.body_mass + setup.capsule.slider_mass
+            inverse_mass[0] = chosen.softening / mass
 
     if chosen.convergent:
         deflected = statics(setup, spec.body("slider").pos[:2], chosen.compliance(step))
