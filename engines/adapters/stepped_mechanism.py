@@ -35,14 +35,21 @@ def model_file(case: Case) -> ModelFile:
 
 
 def simulated(
-    case: Case, step: float, build: Build, broken: tuple[type[Exception], ...] = OVERFLOW
+    case: Case,
+    step: float,
+    build: Build,
+    broken: tuple[type[Exception], ...] = OVERFLOW,
+    *,
+    reads_forces: bool = False,
 ) -> SteppedSimulation:
     """The simulation of a case at `step` [s] in an engine that builds its mechanism; `broken` are
-    the engine's exceptions if its numbers are no longer finite. Raises Unsupported and
-    ParameterError."""
+    the engine's exceptions if its numbers are no longer finite. If the adapter `reads_forces`, the
+    forces of the step that ends at a sample are observed. Raises Unsupported and ParameterError."""
     scene = compiled_scene(case)
     stepper = cache(lambda: build(scene.mechanism, scene.start))
-    return stepped(case, step, lambda: begun(case, scene, step, stepper()), broken)
+    return stepped(
+        case, step, lambda: begun(case, scene, step, stepper(), reads_forces), broken
+    )
 
 
 def compiled_scene(case: Case) -> SceneMechanism:
@@ -53,7 +60,13 @@ def compiled_scene(case: Case) -> SceneMechanism:
     return compiles.mechanism(case)
 
 
-def begun(case: Case, scene: SceneMechanism, step: float, stepper: Stepper) -> Built:
+def begun(
+    case: Case,
+    scene: SceneMechanism,
+    step: float,
+    stepper: Stepper,
+    reads_forces: bool = False,
+) -> Built:
     """A case at its start in an engine; raises Unsupported."""
     file = model_file(case)
     controls = scene.controls
@@ -67,7 +80,11 @@ def begun(case: Case, scene: SceneMechanism, step: float, stepper: Stepper) -> B
         )
         stepper.advance(rows, last - first)
 
-    forced = file.forces and any(observable.force for observable in case.system.observables)
+    forced = (
+        reads_forces
+        and file.forces
+        and any(observable.force for observable in case.system.observables)
+    )
     forces = stepper.forces if forced and isinstance(stepper, TellsForces) else None
 
     def read() -> tuple[State, Forces | None]:

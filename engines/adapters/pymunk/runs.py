@@ -32,7 +32,7 @@ def prepared(case: Case, method: Method, step: float) -> SteppedSimulation:
     def begun(mechanism: Mechanism, start: State) -> Stepper:
         return planar_stepper(mechanism, start, method, step)
 
-    return simulated(case, step, begun)
+    return simulated(case, step, begun, reads_forces=True)
 
 
 def _built(scene: Translation, step: float) -> Built:
