@@ -9,7 +9,7 @@ from dataclasses import replace
 from plumbob.analytic.schemes import EULER, Scheme
 from plumbob.engines.adapters.three_feet import ONE_LINE
 from plumbob.engines.method import Method
-from plumbob.models.scene import ON_PLANE, ON_SUPPORTS
+from plumbob.models.scene import ON_PLANE, ON_SUPPORTS, SMOOTH
 
 # Moves first, then solves the velocities. With default settings a joint closes at a rate of 6.3/s:
 # it stays open by some h w^2 L / 13, which lengthens the rod and takes energy. With error_bias 0 it
@@ -17,7 +17,8 @@ from plumbob.models.scene import ON_PLANE, ON_SUPPORTS
 EULER_STEP = Scheme(EULER, position_first=True)
 CLOSING_RATE = -60.0 * math.log(0.899999976158142)  # [1/s], default error_bias: (1 - 0.1)^60 of
 # single-precision numbers
-SYSTEMS = ("simple-pendulum", "slider-crank", "n-pendulum", "four-bar")
+# Linkages in the plane: of smooth systems all but those in space, and a body without a joint.
+SYSTEMS = ("simple-pendulum", "!heavy-top", "!rolling-disc", "!projectile")
 # Of m L^2: pymunk wants a moment of inertia, a point has none. Taken off the rod's length it hardly
 # shows in the swing, but the joint's equations lose as many digits as it is small: at 1e-12, and
 # one iteration of the solver, the bob flies off.
@@ -28,13 +29,14 @@ JOINTED = replace(EULER_STEP, joint_closing_rate=CLOSING_RATE, jointed_moment=MO
 ABOVE = "seen from above: statics gives the support forces, and no contact"
 SIDE = "seen from the side: a body that moves along a line"
 METHODS = (
-    Method("pymunk/default", JOINTED, 1, systems=SYSTEMS),
+    Method("pymunk/default", JOINTED, 1, systems=SYSTEMS, kinds=(SMOOTH,)),
     Method(
         "pymunk/tight",
         replace(JOINTED, joint_closing_rate=math.inf),
         1,
         settings={"error_bias": 0.0},
         systems=SYSTEMS,
+        kinds=(SMOOTH,),
     ),
     # The linear pendulum is a body on a spring, without a joint: Euler's step and no more.
     Method("pymunk/spring", EULER_STEP, 1, systems=("linear-pendulum", "servo")),
