@@ -70,8 +70,8 @@ def test_with_the_present_factors_runs_pass_and_bounds_are_not_loose(run):
 
 @pytest.mark.long(keep=1)
 @pytest.mark.parametrize("run", HEAVY)
-def test_a_third_of_the_quasi_static_factor_is_refuted(run, monkeypatch):
-    monkeypatch.setattr(soft_contact, QUASI_STATIC, soft_contact.QUASI_STATIC_FACTOR / 3)
+def test_a_quarter_of_the_quasi_static_factor_is_refuted(run, monkeypatch):
+    monkeypatch.setattr(soft_contact, QUASI_STATIC, soft_contact.QUASI_STATIC_FACTOR / 4)
     assert verdict(run) == "off-prediction"
 
 

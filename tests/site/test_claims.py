@@ -63,6 +63,7 @@ MEASURED = (
     "bouncing-ball-restitution",
     "gradients",
     "gradients-through-contact",
+    "errors-and-costs",
     "largest-steps",
     "long-runs",
     "model-readers",

@@ -55,8 +55,8 @@ def test_a_study_goes_on_after_a_signal(number, moment, out, undisturbed, capsys
     # measured or predicted, and the search of a derivative.
     assert len(counts) == 12
     assert disturbed.figures(out) == disturbed.figures(undisturbed)
-    # with three analyses, what a scene's page takes, and what all pages take
-    assert disturbed.rows(out) == (1, 18)  # and a list
+    # with four analyses, what a scene's page takes, and what all pages take
+    assert disturbed.rows(out) == (1, 19)  # and a list
     assert (out / "index.html").read_text() != OLD
 
 

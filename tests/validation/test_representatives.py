@@ -15,4 +15,5 @@ def test_representatives_miss_no_mechanism():
     assert {one for pair in chosen for one in mechanisms(*pair)} == {
         one for pair in stand for one in mechanisms(*pair)
     }
-    assert len(stand) < 0.25 * len(chosen)
+    # An engine that runs every system brings pairs that stand for themselves.
+    assert len(stand) < 0.3 * len(chosen)
