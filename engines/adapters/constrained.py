@@ -6,7 +6,9 @@ from plumbob.analytic.schemes import Scheme
 from plumbob.models.idealisations import NONE
 from plumbob.models.scene import ON_PLANE, ON_SUPPORTS, Case
 
-CONSTRAINED = Scheme("euler with constraints")  # of velocities: without a theory here
+CONSTRAINED = Scheme(
+    "euler with constraints"
+)  # velocities are constrained, which no theory here covers
 DISC = "rolling-disc"  # a smooth system whose body touches the ground
 
 

@@ -10,7 +10,7 @@ import pytest
 
 from plumbob.engines.abilities import CompilesScenes
 from plumbob.engines.adapters.mujoco.compiled_mechanism import compiled_mechanism
-from plumbob.engines.adapters.mujoco.options import collected, compiled
+from plumbob.engines.adapters.mujoco.options import compiled
 from plumbob.engines.adapters.mujoco.translation import filled
 from plumbob.engines.mechanism import idealised
 from plumbob.engines.method import Unsupported
@@ -18,6 +18,7 @@ from plumbob.engines.registry import find_engine, method
 from plumbob.engines.stepper import State
 from plumbob.models.registry import built_in, case_of, scene
 from plumbob.tests.peers.test_smooth_peers import needed
+from plumbob.tests.support.built_mechanisms import largest_difference_of_terms
 
 
 @pytest.fixture(autouse=True)
@@ -153,41 +154,14 @@ def terms(made, mechanism, qpos, controls):
         rate = motor.joint.getVelocity(0)
         mass[degree, degree] += motor.rotor * made.step
         forces[1][degree] += motor.rotor * rate
-        actuators[degree] = motor.force(controls) - motor.rotor * rate
+        actuators[degree] = motor.force(controls.tolist()) - motor.rotor * rate
     return mass, *forces, actuators
 
 
 def largest_difference(name, change=lambda mechanism: mechanism):
     model, mechanism, start = model_and_mechanism(name)
     made = stepper(change(mechanism), start)
-    data = mujoco.MjData(model)
-    rng = np.random.default_rng(0)
-    worst = 0.0
-    for _ in range(3):
-        data.qpos[:] = model.qpos0
-        mujoco.mj_integratePos(model, data.qpos, rng.normal(size=model.nv), 1.0)
-        data.qvel[:] = rng.normal(size=model.nv)
-        controls = 2.0 * rng.normal(size=model.nu)
-        data.ctrl[:] = controls
-        driven = {a.control for a in mechanism.actuators}
-        data.ctrl[[i for i in range(model.nu) if i not in driven]] = 0.0
-        with collected():
-            mujoco.mj_forward(model, data)
-        made.put(State(data.qpos, data.qvel))
-        state = made.state()
-        np.testing.assert_allclose(state.qpos, data.qpos, atol=1e-14)
-        np.testing.assert_allclose(state.qvel, data.qvel, atol=1e-14)
-        mass = np.zeros((model.nv, model.nv))
-        mujoco.mj_fullM(model, data, mass)
-        # MuJoCo's passive forces carry weights that DART leaves out of its bias.
-        bias, passive = (x - data.qfrc_gravcomp for x in (data.qfrc_bias, data.qfrc_passive))
-        wanted = (mass, bias, passive, data.qfrc_actuator)
-        found = terms(made, mechanism, data.qpos, controls.tolist())
-        moved = np.abs(mass).max() * np.square(data.qvel).max() + np.abs(data.qfrc_bias).max()
-        for got, expected in zip(found, wanted, strict=True):
-            size = max(np.abs(expected).max(), moved if expected is bias else 0.0)
-            worst = max(worst, np.abs(got - expected).max() / (size or 1.0))
-    return worst
+    return largest_difference_of_terms(model, mechanism, made, terms)
 
 
 @pytest.mark.parametrize("name", [*SYSTEMS, "all joints"])

@@ -9,7 +9,6 @@ import pytest
 from scipy.linalg import block_diag
 
 from plumbob.engines.adapters.mujoco.compiled_mechanism import compiled_mechanism
-from plumbob.engines.adapters.mujoco.options import collected
 from plumbob.engines.method import Unsupported
 from plumbob.engines.registry import method
 from plumbob.engines.stepper import State
@@ -24,6 +23,7 @@ from plumbob.tests.peers.test_dart_mechanisms import (
     stepped,
 )
 from plumbob.tests.peers.test_smooth_peers import needed
+from plumbob.tests.support.built_mechanisms import largest_difference_of_terms
 
 pytestmark = pytest.mark.filterwarnings("ignore:The TAMSI solver")
 
@@ -99,34 +99,7 @@ def largest_difference(name, change=lambda mechanism: mechanism):
     model, mechanism, _ = model_and_mechanism(name)
     mechanism = without_rotors(mechanism)
     made = stepper(change(mechanism))
-    data = mujoco.MjData(model)
-    rng = np.random.default_rng(0)
-    worst = 0.0
-    for _ in range(3):
-        data.qpos[:] = model.qpos0
-        mujoco.mj_integratePos(model, data.qpos, rng.normal(size=model.nv), 1.0)
-        data.qvel[:] = rng.normal(size=model.nv)
-        controls = 2.0 * rng.normal(size=model.nu)
-        data.ctrl[:] = controls
-        driven = {a.control for a in mechanism.actuators}
-        data.ctrl[[i for i in range(model.nu) if i not in driven]] = 0.0
-        with collected():
-            mujoco.mj_forward(model, data)
-        made.put(State(data.qpos, data.qvel))
-        state = made.state()
-        np.testing.assert_allclose(state.qpos, data.qpos, atol=1e-14)
-        np.testing.assert_allclose(state.qvel, data.qvel, atol=1e-14)
-        mass = np.zeros((model.nv, model.nv))
-        mujoco.mj_fullM(model, data, mass)
-        # MuJoCo's passive forces carry weights that Drake leaves out of its gravity.
-        bias, passive = (x - data.qfrc_gravcomp for x in (data.qfrc_bias, data.qfrc_passive))
-        wanted = (mass, bias, passive, data.qfrc_actuator)
-        found = terms(made, mechanism, data.qpos, controls)
-        moved = np.abs(mass).max() * np.square(data.qvel).max() + np.abs(data.qfrc_bias).max()
-        for got, expected in zip(found, wanted, strict=True):
-            size = max(np.abs(expected).max(), moved if expected is bias else 0.0)
-            worst = max(worst, np.abs(got - expected).max() / (size or 1.0))
-    return worst
+    return largest_difference_of_terms(model, mechanism, made, terms)
 
 
 @pytest.mark.parametrize("name", [*SYSTEMS, "all joints"])

@@ -109,7 +109,7 @@ def _turned_along_tangent(q: Parts, w: Parts, step: Any) -> Parts:
     half = [step * x / 2 for x in w]
     square = half[0] * half[0] + half[1] * half[1] + half[2] * half[2]
     total = term = 1.0 + 0.0 * square
-    for k in range(1, len(square.terms) // 2 + 1):  # of 1/sqrt(1 + square)
+    for k in range(1, len(square.terms) // 2 + 1):  # terms of 1/sqrt(1 + square)
         term = term * square * (0.5 / k - 1.0)
         total = total + term
     return product(q, [total, *(total * x for x in half)])

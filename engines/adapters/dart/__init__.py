@@ -30,7 +30,7 @@ METHODS = (
         "dart/default",
         EULER_STEP,
         1,
-        # of free bodies two that have a theory at most of their steps
+        # two free bodies: theory reaches most of their steps
         systems=(*CAPSULES, "capsule-train/ten", "free-body/flip", "free-body/symmetric"),
         kinds=(ONE_SMOOTH, SMOOTH, ON_PLANE),
     ),

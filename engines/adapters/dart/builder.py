@@ -18,6 +18,7 @@ import dartpy
 import numpy as np
 
 from plumbob.analytic.reference import Array
+from plumbob.engines.adapters.refusals import refused_friction, refused_parts, refused_shapes
 from plumbob.engines.mechanism import Body, Joint, Mechanism, Shape
 from plumbob.engines.method import Unsupported
 from plumbob.engines.peer_model import rotation
@@ -43,8 +44,8 @@ class Built:
 
     world: Any
     skeletons: tuple[Any, ...]  # one a tree of bodies
-    nodes: tuple[Any, ...]  # of each body; None of the world
-    joints: tuple[Any, ...]  # of each joint
+    nodes: tuple[Any, ...]  # one a body; None for the world
+    joints: tuple[Any, ...]  # one a joint
     touching: Touching
     smooth: bool  # nothing acts by impulses: contacts, loops, limits, dry friction
 
@@ -74,21 +75,15 @@ def build(mechanism: Mechanism, step: float) -> Built:
 
 def refused(mechanism: Mechanism) -> Iterator[str]:
     """The names of features of a mechanism that DART, or this builder, cannot express."""
-    yield from (part.name for part in mechanism.not_expressed)
-    for body in mechanism.bodies:
-        if body.carried not in (0.0, 1.0):
-            yield f"partly carried weight of body {body.name}"
+    yield from refused_parts(mechanism)
     for joint in mechanism.joints:
         yield from _refused_of(joint, mechanism)
     if {"capsule", "ellipsoid"} <= {shape.kind for shape in mechanism.shapes}:
         yield "capsules beside ellipsoids: no collision detector has both"
-    yield from (f"hull {shape.name}" for shape in mechanism.shapes if shape.kind == "hull")
+    yield from refused_shapes(mechanism)
     for touch in mechanism.touching:
         names = " and ".join(mechanism.shapes[i].name for i in touch.shapes)
-        if touch.torsional or any(touch.rolling):
-            yield f"torsional or rolling friction of {names}"
-        if touch.sliding[0] != touch.sliding[1]:
-            yield f"friction of {names}, different along two directions"
+        yield from refused_friction(touch, names)
         if 0.0 < touch.sliding[0] <= NO_FRICTION:
             yield f"friction of {names}, {NO_FRICTION} or less"
 

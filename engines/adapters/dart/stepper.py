@@ -10,7 +10,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -21,8 +20,7 @@ from plumbob.engines.mechanism import Actuator, Mechanism
 from plumbob.engines.peer_model import rotation
 from plumbob.engines.stepper import Forces, State
 
-POSITIONS = MappingProxyType({"ball": 4, "free": 7})  # of other joints 1
-RATES = MappingProxyType({"ball": 3, "free": 6})  # of other joints 1
+TURNING = ("ball", "free")  # kinds of joint with an attitude, a quaternion
 
 
 @dataclass(frozen=True)
@@ -31,7 +29,7 @@ class Motor:
 
     joint: Any  # DART's
     actuators: tuple[Actuator, ...]
-    force_range: tuple[float, float] | None  # of all of them together [N m] or [N]
+    force_range: tuple[float, float] | None  # bounds of their sum [N m] or [N]
     drawn: float  # the coordinate in the drawing, where DART's is 0 [rad] or [m]
     rotor: float  # armature over the step [N m s/rad] or [N s/m]
     alone: bool  # whether a force may act where all controls are 0
@@ -92,10 +90,10 @@ class DartStepper:
             self.built.world.getConstraintSolver().setBoxedLcpSolver(solver)
         first = degree = 0
         for number, (joint, made) in enumerate(self._joints):
-            q = state.qpos[first : first + POSITIONS.get(joint.kind, 1)]
-            v = state.qvel[degree : degree + RATES.get(joint.kind, 1)]
+            q = state.qpos[first : first + len(joint.reference)]
+            v = state.qvel[degree : degree + len(joint.damping)]
             first, degree = first + len(q), degree + len(v)
-            if joint.kind in POSITIONS:
+            if joint.kind in TURNING:
                 self._attitudes[number] = q[-4:].copy()
                 turned = rotation_vector(q[-4:])
                 if joint.kind == "free":  # DART's rates are along the world's axes, turn first
@@ -110,7 +108,7 @@ class DartStepper:
         places, rates = list[Array](), list[Array]()
         for number, (joint, made) in enumerate(self._joints):
             q, v = made.getPositions(), made.getVelocities()
-            if joint.kind in POSITIONS:
+            if joint.kind in TURNING:
                 attitude = quaternion(q[:3])
                 if attitude @ self._attitudes[number] < 0.0:
                     attitude = -attitude

@@ -25,6 +25,7 @@ from pydrake.systems.framework import DiagramBuilder
 
 from plumbob.analytic.reference import Array
 from plumbob.engines.adapters.drake.motors import Motors, connected, motors
+from plumbob.engines.adapters.refusals import refused_friction, refused_parts, refused_shapes
 from plumbob.engines.mechanism import Body, Joint, Mechanism, Shape
 from plumbob.engines.method import Options, Unsupported
 from plumbob.engines.peer_model import rotation
@@ -52,7 +53,7 @@ class Built:
 
     diagram: Any
     plant: Any
-    joints: tuple[Any, ...]  # of each joint
+    joints: tuple[Any, ...]  # one a joint
     motors: Motors
     touching: Touching
 
@@ -83,23 +84,17 @@ def build(mechanism: Mechanism, settings: Options, control: float = 0.0) -> Buil
 
 def refused(mechanism: Mechanism, approximation: str = "") -> Iterator[str]:
     """The names of features of a mechanism that Drake, or this builder, cannot express."""
-    yield from (part.name for part in mechanism.not_expressed)
-    for body in mechanism.bodies:
-        if body.carried not in (0.0, 1.0):
-            yield f"partly carried weight of body {body.name}"
+    yield from refused_parts(mechanism)
     for joint in mechanism.joints:
         yield from _refused_of(joint, mechanism)
     if approximation == WITHOUT_LOOPS:
         yield from (f"loop {x.name}, which TAMSI has not" for x in mechanism.loops)
-    yield from (f"hull {shape.name}" for shape in mechanism.shapes if shape.kind == "hull")
+    yield from refused_shapes(mechanism)
     for touch in mechanism.touching:
         names = " and ".join(mechanism.shapes[i].name for i in touch.shapes)
         if touch.restitution:
             yield f"restitution of {names}"
-        if touch.torsional or any(touch.rolling):
-            yield f"torsional or rolling friction of {names}"
-        if touch.sliding[0] != touch.sliding[1]:
-            yield f"friction of {names}, different along two directions"
+        yield from refused_friction(touch, names)
 
 
 def _refused_of(joint: Joint, mechanism: Mechanism) -> Iterator[str]:

@@ -1,0 +1,29 @@
+"""Features of a mechanism that engines of trees of rigid bodies cannot express, by name."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from plumbob.engines.mechanism import Mechanism, Touch
+
+
+def refused_parts(mechanism: Mechanism) -> Iterator[str]:
+    """The names of parts that a mechanism has no record of, and of bodies whose weight is partly
+    carried."""
+    yield from (part.name for part in mechanism.not_expressed)
+    for body in mechanism.bodies:
+        if body.carried not in (0.0, 1.0):
+            yield f"partly carried weight of body {body.name}"
+
+
+def refused_shapes(mechanism: Mechanism) -> Iterator[str]:
+    """The names of hulls."""
+    yield from (f"hull {shape.name}" for shape in mechanism.shapes if shape.kind == "hull")
+
+
+def refused_friction(touch: Touch, names: str) -> Iterator[str]:
+    """The names of what friction between two shapes, called `names`, has beside one coefficient."""
+    if touch.torsional or any(touch.rolling):
+        yield f"torsional or rolling friction of {names}"
+    if touch.sliding[0] != touch.sliding[1]:
+        yield f"friction of {names}, different along two directions"
