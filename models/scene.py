@@ -15,10 +15,10 @@ import numpy as np
 from plumbob.analytic.reference import Array, Reference, Signals
 from plumbob.analytic.stability import StabilityTheory
 from plumbob.analytic.theory import ErrorTheory, no_theory
-from plumbob.models.model_file import ModelFile
 
 if TYPE_CHECKING:
     from plumbob.analytic.sensitivities.neighbours import Neighbours, Sensitivity
+    from plumbob.models.model_file import ModelFile
 
 Parameters = Mapping[str, Any]
 Answers = Callable[[Any, Array], Mapping["Observable", Array]]
@@ -172,9 +172,18 @@ class System:
     """Exact answers of a problem with the angle [rad], shape (n,), as the parameter."""
     builders: Mapping[str, str] = field(default_factory=dict)
     """{engine: the module that builds it there}, where the family does not name it."""
-    model_file: ModelFile | None = None
-    """How a problem stands in the file `mjcf`; None: no engine makes a mechanism of the file."""
+    model_module: str = ""
+    """The module whose `MODEL`, a ModelFile, says how a problem stands in the file `mjcf`, imported
+    when an engine asks for it; empty: no engine makes a mechanism of the file."""
     distribution: str = ""  # the package that adds it, where that is not plumbob
+
+    @property
+    def model_file(self) -> ModelFile | None:
+        """How a problem stands in the file `mjcf`; None: no engine makes a mechanism of it."""
+        if not self.model_module:
+            return None
+        found: ModelFile = import_module(self.model_module).MODEL
+        return found
 
     def quantities(self, case: Case) -> tuple[Quantity, ...]:
         """The quantities that a case of this system is about, with scales."""

@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 
 from plumbob.analytic.systems.bouncing_ball import BouncingBall
-from plumbob.models.bouncing_ball.model import MODEL
 from plumbob.models.field_systems import contact_system, field_values
 from plumbob.models.scene import Observable, Quantity, scene_of, step_sizes
 
@@ -37,7 +36,7 @@ SYSTEMS = (
     contact_system(
         BouncingBall,
         theory="errors.contact_models.impacts.bouncing_errors",
-        model_file=MODEL,
+        model_module=f"{__name__}.model",
         name="bouncing-ball",
         title="Bouncing ball",
         observables=(Observable("z", "m"),),

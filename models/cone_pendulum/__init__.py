@@ -19,7 +19,6 @@ from plumbob.analytic.stability import StabilityTheory
 from plumbob.analytic.systems.cone_pendulum import Body, ConePendulum, cone
 from plumbob.analytic.systems.pendulums.pendulum_motion import PendulumMotion
 from plumbob.models.cone_pendulum.answers import over_angle, over_time
-from plumbob.models.cone_pendulum.model import MODEL
 from plumbob.models.quantities import RADIAN, swing
 from plumbob.models.scene import (
     ONE_SMOOTH,
@@ -316,7 +315,7 @@ SYSTEMS = (
         start=("theta", "theta_dot"),
         invariants=invariants,
         facts=facts,
-        model_file=MODEL,
+        model_module=f"{__name__}.model",
         mjcf=Path(__file__).parent / "cone_pendulum.xml",
         family="cone_pendulum",
         kind=ONE_SMOOTH,

@@ -8,7 +8,6 @@ from typing import Any
 
 from plumbob.analytic.systems.four_bar import FourBar
 from plumbob.models.field_systems import energy_at_start, field_values, smooth_system
-from plumbob.models.four_bar.model import MODEL
 from plumbob.models.scene import Case, Observable, Quantity, scene_of, step_sizes
 
 REACTION = tuple(Observable(f"rocker_axis_{x}", "N") for x in "xy")
@@ -34,7 +33,7 @@ _scene = partial(
 SYSTEMS = (
     smooth_system(
         FourBar,
-        model_file=MODEL,
+        model_module=f"{__name__}.model",
         name="four-bar",
         title="Four-bar linkage",
         observables=(

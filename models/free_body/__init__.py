@@ -12,7 +12,6 @@ from plumbob.analytic.numerics.quad import double
 from plumbob.analytic.systems.free_body.problem import FreeBody
 from plumbob.analytic.systems.free_body.rotation import ATTITUDE, RATES
 from plumbob.models.field_systems import field_system, field_values
-from plumbob.models.free_body.model import MODEL
 from plumbob.models.scene import (
     FREE_ROTATION,
     Case,
@@ -133,7 +132,7 @@ SYSTEMS = (
     field_system(
         FreeBody,
         Path(__file__).parent / "free_body.xml",
-        model_file=MODEL,
+        model_module=f"{__name__}.model",
         name="free-body",
         title="Free rigid body",
         observables=(

@@ -9,7 +9,6 @@ from typing import Any
 from plumbob.analytic.reference import Signals
 from plumbob.analytic.systems.heavy_top import ANGLES, HeavyTop
 from plumbob.models.field_systems import field_values, smooth_system
-from plumbob.models.heavy_top.model import MODEL
 from plumbob.models.scene import Case, Observable, Quantity, scene_of, step_sizes
 
 
@@ -39,7 +38,7 @@ _scene = partial(
 SYSTEMS = (
     smooth_system(
         HeavyTop,
-        model_file=MODEL,
+        model_module=f"{__name__}.model",
         name="heavy-top",
         title="Heavy top",
         observables=tuple(Observable(name, "rad") for name in ANGLES),

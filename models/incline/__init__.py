@@ -10,7 +10,6 @@ import numpy as np
 
 from plumbob.analytic.systems.incline import Incline
 from plumbob.models.field_systems import contact_system, field_values
-from plumbob.models.incline.model import MODEL
 from plumbob.models.scene import Case, Observable, Quantity, Scene, scene_of, step_sizes
 
 FRICTION = 0.4
@@ -57,7 +56,7 @@ SYSTEMS = (
     contact_system(
         Incline,
         theory="errors.contact_models.held_bodies.incline_errors",
-        model_file=MODEL,
+        model_module=f"{__name__}.model",
         name="incline",
         title="Cube on an incline",
         observables=(Observable("x", "m"), Observable("speed", "m/s")),

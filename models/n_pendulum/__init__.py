@@ -7,7 +7,6 @@ from types import MappingProxyType
 
 from plumbob.analytic.systems.n_pendulum import NPendulum
 from plumbob.models.field_systems import energy_at_start, smooth_system
-from plumbob.models.n_pendulum.model import MODEL
 from plumbob.models.scene import Case, Observable, Quantity, scene_of, step_sizes
 
 
@@ -30,7 +29,7 @@ _triple = partial(
 SYSTEMS = (
     smooth_system(
         NPendulum,
-        model_file=MODEL,
+        model_module=f"{__name__}.model",
         name="n-pendulum",
         title="Pendulum of n rods",
         observables=(Observable("tip_x", "m"), Observable("tip_z", "m")),

@@ -8,7 +8,6 @@ from typing import Any
 
 from plumbob.analytic.systems.pinch import Pinch
 from plumbob.models.field_systems import contact_system, field_values
-from plumbob.models.pinch.model import MODEL
 from plumbob.models.scene import Observable, Quantity, Scene, scene_of, step_sizes
 
 MASS, FRICTION, GRAVITY = 0.2, 0.6, 9.81
@@ -44,7 +43,7 @@ SYSTEMS = (
     contact_system(
         Pinch,
         theory="errors.contact_models.held_bodies.pinch_errors",
-        model_file=MODEL,
+        model_module=f"{__name__}.model",
         name="pinch",
         title="Cube between two fingers",
         observables=(Observable("slip", "m"), Observable("speed", "m/s")),

@@ -6,7 +6,6 @@ from functools import partial
 
 from plumbob.analytic.systems.projectile import Projectile
 from plumbob.models.field_systems import field_values, smooth_system
-from plumbob.models.projectile.model import MODEL
 from plumbob.models.scene import Case, Observable, Quantity, scene_of, step_sizes
 
 
@@ -28,7 +27,7 @@ _scene = partial(
 SYSTEMS = (
     smooth_system(
         Projectile,
-        model_file=MODEL,
+        model_module=f"{__name__}.model",
         name="projectile",
         title="Projectile",
         observables=(Observable("z", "m"), Observable("x", "m"), Observable("angle", "rad")),

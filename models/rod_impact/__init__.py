@@ -9,7 +9,6 @@ from typing import Any
 from plumbob.analytic.numerics.point_impact import LAWS
 from plumbob.analytic.systems.rod_impact import RodImpact
 from plumbob.models.field_systems import contact_system, field_values
-from plumbob.models.rod_impact.model import MODEL
 from plumbob.models.scene import Case, Observable, Quantity, scene_of, step_sizes
 
 NEWTON, POISSON, ENERGETIC = LAWS
@@ -47,7 +46,7 @@ SYSTEMS = (
     contact_system(
         RodImpact,
         theory="errors.contact_models.rod_steps.rod_errors",
-        model_file=MODEL,
+        model_module=f"{__name__}.model",
         name="rod-impact",
         title="Rod that strikes the floor",
         observables=(Observable("x", "m"), Observable("z", "m"), Observable("angle", "rad")),

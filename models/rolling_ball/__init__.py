@@ -9,7 +9,6 @@ from typing import Any
 
 from plumbob.analytic.systems.rolling_ball import RollingBall
 from plumbob.models.field_systems import contact_system, field_values
-from plumbob.models.rolling_ball.model import MODEL
 from plumbob.models.scene import Observable, scene_of, step_sizes
 
 
@@ -39,7 +38,7 @@ SYSTEMS = (
     contact_system(
         RollingBall,
         theory="errors.contact_models.slide_to_roll.rolling_errors",
-        model_file=MODEL,
+        model_module=f"{__name__}.model",
         name="rolling-ball",
         title="Rolling ball",
         observables=(

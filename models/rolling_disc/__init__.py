@@ -11,7 +11,6 @@ from plumbob.analytic.systems.heavy_top import ANGLES
 from plumbob.analytic.systems.rolling_disc import RollingDisc
 from plumbob.models.field_systems import field_values, smooth_system
 from plumbob.models.heavy_top import interest
-from plumbob.models.rolling_disc.model import MODEL
 from plumbob.models.scene import Observable, from_analytic, scene_of, step_sizes
 
 
@@ -39,7 +38,7 @@ _STEADY = RollingDisc(0.1, 9.81, 1.2, 4.0, 0.0, 0.0).steady_spin
 SYSTEMS = (
     smooth_system(
         RollingDisc,
-        model_file=MODEL,
+        model_module=f"{__name__}.model",
         name="rolling-disc",
         title="Rolling disc",
         observables=tuple(Observable(name, "rad") for name in ANGLES),

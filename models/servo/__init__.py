@@ -14,7 +14,6 @@ from plumbob.models import simple_pendulum as linear
 from plumbob.models.field_systems import field_system, field_values
 from plumbob.models.quantities import swing
 from plumbob.models.scene import ONE_SMOOTH, Observable, from_analytic, scene_of, step_sizes
-from plumbob.models.servo.model import MODEL
 
 
 def facts(servo: Servo) -> Mapping[str, Any]:
@@ -52,7 +51,7 @@ _direct = partial(_scene, inertia=1.0, armature=0.0, gear=1.0, steps=step_sizes(
 SYSTEMS = (
     field_system(
         Servo,
-        model_file=MODEL,
+        model_module=f"{__name__}.model",
         name="servo",
         title="Servo",
         observables=(Observable("theta", "rad"), Observable("theta_dot", "rad/s")),

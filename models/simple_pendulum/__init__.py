@@ -27,7 +27,6 @@ from plumbob.models.scene import (
     scene_of,
     step_sizes,
 )
-from plumbob.models.simple_pendulum.model import MODEL
 
 SOURCE = (
     "Pêndulo Simples, course notebook: the simple pendulum, linear and non-linear, free, damped "
@@ -366,7 +365,7 @@ def _system(name: str, title: str, observables: tuple[Observable, ...], linear: 
         start=("theta", "theta_dot"),
         invariants=invariants,
         facts=facts,
-        model_file=MODEL,
+        model_module=f"{__name__}.model",
         mjcf=Path(__file__).parent / "simple_pendulum.xml",
         family="simple_pendulum",
         kind=ONE_SMOOTH,

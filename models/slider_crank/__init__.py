@@ -9,7 +9,6 @@ from typing import Any
 from plumbob.analytic.systems.slider_crank import SliderCrank
 from plumbob.models.field_systems import energy_at_start, field_values, smooth_system
 from plumbob.models.scene import Case, Observable, Quantity, scene_of, step_sizes
-from plumbob.models.slider_crank.model import MODEL
 
 REACTION = tuple(Observable(f"rod_pin_{x}", "N") for x in "xy")
 
@@ -34,7 +33,7 @@ _scene = partial(
 SYSTEMS = (
     smooth_system(
         SliderCrank,
-        model_file=MODEL,
+        model_module=f"{__name__}.model",
         name="slider-crank",
         title="Slider-crank",
         observables=(Observable("angle", "rad"), Observable("slider", "m")),

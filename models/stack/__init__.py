@@ -9,7 +9,6 @@ from typing import Any
 from plumbob.analytic.systems.stack import Stack
 from plumbob.models.field_systems import contact_system, field_values
 from plumbob.models.scene import Observable, Quantity, scene_of, step_sizes
-from plumbob.models.stack.model import MODEL
 
 
 def facts(stack: Stack) -> Mapping[str, Any]:
@@ -32,7 +31,7 @@ SYSTEMS = (
     contact_system(
         Stack,
         theory="errors.contact_models.held_bodies.stack_errors",
-        model_file=MODEL,
+        model_module=f"{__name__}.model",
         name="stack",
         title="Stack of cubes",
         observables=(Observable("top", "m"),),

@@ -23,7 +23,6 @@ from plumbob.models.scene import (
     from_analytic,
     replaced,
 )
-from plumbob.models.tripod_capsule.model import MODEL
 
 SOURCE = (
     "F. L. Chernousko, Plane motions of a body controlled by a movable mass, "
@@ -65,7 +64,7 @@ capsule_system = partial(
     invariants=lambda problem, observed: {},  # friction and the actuator do work
     errors=from_analytic("errors.sliding_motion.sliding_errors.capsule_errors"),
     start=("heading",),
-    model_file=MODEL,
+    model_module="plumbob.models.tripod_capsule.model",
     mjcf=MJCF,
     family="capsule",
     kind=ON_SUPPORTS,

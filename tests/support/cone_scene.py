@@ -5,7 +5,6 @@ from dataclasses import replace
 from pathlib import Path
 
 from plumbob.analytic.systems.cone_pendulum import ConePendulum, cone
-from plumbob.models.cone_pendulum.model import MODEL
 from plumbob.models.scene import Observable, Scene, System
 
 MJCF = Path(__file__).parents[2] / "models" / "cone_pendulum" / "cone_pendulum.xml"
@@ -33,7 +32,7 @@ SYSTEM = System(
     reference=lambda problem: problem.motion,
     invariants=_nothing,
     facts=_nothing,
-    model_file=MODEL,
+    model_module="plumbob.models.cone_pendulum.model",
     mjcf=MJCF,
     family="cone_pendulum",
 )

@@ -16,7 +16,13 @@ import numpy as np
 
 from plumbob.analytic.reference import Array
 from plumbob.engines.adapters.dart.builder import Built, build, close_loops
-from plumbob.engines.mechanism import Actuator, Mechanism
+from plumbob.engines.joint_forces import (
+    JointForce,
+    actuator_force,
+    actuators_of,
+    idle_controls,
+)
+from plumbob.engines.mechanism import Mechanism
 from plumbob.engines.peer_model import rotation
 from plumbob.engines.stepper import Forces, State
 
@@ -25,34 +31,24 @@ TURNING = ("ball", "free")  # kinds of joint with an attitude, a quaternion
 
 @dataclass(frozen=True)
 class Motor:
-    """All forces that a joint with one degree of freedom gets as a step begins."""
+    """The actuators and the armature of a joint with one degree of freedom."""
 
     joint: Any  # DART's
-    actuators: tuple[Actuator, ...]
-    force_range: tuple[float, float] | None  # bounds of their sum [N m] or [N]
+    exerted: JointForce  # by the actuators
     drawn: float  # the coordinate in the drawing, where DART's is 0 [rad] or [m]
     rotor: float  # armature over the step [N m s/rad] or [N s/m]
     alone: bool  # whether a force may act where all controls are 0
 
     def force(self, controls: Sequence[float]) -> float:
-        """The force [N m] or [N]. DART has no armature: a damper of armature/step, implicit in
-        DART's step, and the same damper's force at the velocity before the step are one."""
+        """The force as a step begins [N m] or [N]. DART has no armature: a damper of armature/step,
+        implicit in DART's step, and the same damper's force at the velocity before the step are
+        one."""
         place: float = 0.0
         rate: float = 0.0
         if self.alone:
             place = self.joint.getPosition(0) + self.drawn
             rate = self.joint.getVelocity(0)
-        total = 0.0
-        for motor in self.actuators:
-            control = _within(controls[motor.control] if controls else 0.0, motor.control_range)
-            force = motor.gain * control + motor.bias[0]
-            force += motor.gear * (motor.bias[1] * place + motor.bias[2] * rate)
-            total += motor.gear * _within(force, motor.force_range)
-        return _within(total, self.force_range) + self.rotor * rate
-
-
-def _within(value: float, limits: tuple[float, float] | None) -> float:
-    return value if limits is None else min(max(value, limits[0]), limits[1])
+        return self.exerted(place, rate, controls) + self.rotor * rate
 
 
 class DartStepper:
@@ -74,6 +70,7 @@ class DartStepper:
         self._driven = [
             (made, joint.velocity) for joint, made in self._joints if joint.velocity is not None
         ]
+        self._idle = idle_controls(mechanism)
         self._attitudes = dict[int, Array]()
         self._begun, self._taken = 0.0, 0
         self._before = list[Array]()  # positions of the skeletons before the last step
@@ -130,7 +127,7 @@ class DartStepper:
         # with a step's mean acceleration the velocity is right at every grid time
         moves = np.array(moved).reshape(len(moved), steps).T.tolist()
         drive = [made.setCommand for made, _ in self._driven]
-        rows = [()] * steps if controls is None else controls.tolist()
+        rows = [self._idle] * steps if controls is None else controls.tolist()
         motors = [x for x in self.motors if controls is not None or x.alone]
         move = self.built.world.step
         for number, (row, accelerations) in enumerate(zip(rows, moves, strict=True)):
@@ -181,13 +178,13 @@ class DartStepper:
 def _motors(mechanism: Mechanism, built: Built, step: float) -> Iterator[Motor]:
     """The joints that actuators or an armature act on."""
     for number, (joint, made) in enumerate(zip(mechanism.joints, built.joints, strict=True)):
-        actuators = tuple(a for a in mechanism.actuators if a.joint == number)
+        actuators = actuators_of(mechanism, number)
         rotor = float(joint.armature[0]) / step
         if actuators or rotor:
             made.setDampingCoefficient(0, float(joint.damping[0]) + rotor)
             alone = bool(rotor) or any(any(actuator.bias) for actuator in actuators)
             drawn = float(joint.reference[0])
-            yield Motor(made, actuators, joint.force_range, drawn, rotor, alone)
+            yield Motor(made, actuator_force(joint, actuators), drawn, rotor, alone)
 
 
 def quaternion(turn: Array) -> Array:

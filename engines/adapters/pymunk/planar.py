@@ -19,15 +19,16 @@ from plumbob.engines.adapters.pymunk.links import (
     links_of,
 )
 from plumbob.engines.adapters.pymunk.methods import MOMENT
-from plumbob.engines.adapters.pymunk.moments import (
-    Effort,
-    effort,
-    platform_spring,
-    turning_rate,
-)
+from plumbob.engines.adapters.pymunk.moments import platform_spring, turning_rate
 from plumbob.engines.adapters.pymunk.plane import CLOSE
 from plumbob.engines.adapters.pymunk.simulation import vector
 from plumbob.engines.adapters.pymunk.surfaces import Surfaces, surfaces_of
+from plumbob.engines.joint_forces import (
+    JointForce,
+    actuator_force,
+    actuators_of,
+    passive_and_actuator_force,
+)
 from plumbob.engines.mechanism import Actuator, Mechanism
 from plumbob.engines.method import Method, Unsupported
 from plumbob.engines.stepper import State
@@ -202,14 +203,14 @@ def _hold(made: Assembly, number: int) -> None:
 def _push_along(made: Assembly, number: int, slide: Slide) -> None:
     """Exert the forces of a slide's damper and actuators in each step."""
     joint = made.planar.mechanism.joints[slide.joint]
-    actuators = _actuators(made.planar, slide.joint)
+    actuators = actuators_of(made.planar.mechanism, slide.joint)
     damped = bool(joint.damping[0]) or any(any(a.bias) for a in actuators)
     if not (damped or actuators):
         return
     if abs(abs(slide.along) - 1.0) > CLOSE:
         raise Unsupported(f"pymunk moves in a plane, and {joint.name} pushes out of it")
     body = made.bodies[number]
-    exerted = effort(joint, actuators)
+    exerted = passive_and_actuator_force(joint, actuators)
     along = vector(slide.along)
     drawn = made.planar.links.all[number].centre * slide.along.conjugate()
     shift = slide.reference - drawn.real
@@ -223,10 +224,6 @@ def _push_along(made: Assembly, number: int, slide: Slide) -> None:
         body.apply_force_at_world_point((force * along[0], force * along[1]), body.position)
 
     _add_push(made, push, damped)
-
-
-def _actuators(planar: Planar, joint: int) -> list[Actuator]:
-    return [a for a in planar.mechanism.actuators if a.joint == joint]
 
 
 def _add_push(made: Assembly, push: Push, without_controls: bool) -> None:
@@ -247,7 +244,7 @@ def _turn(made: Assembly, number: int, hinge: Hinge) -> None:
     planar = made.planar
     link = planar.links.all[number]
     joint = planar.mechanism.joints[hinge.joint]
-    actuators = _actuators(planar, hinge.joint)
+    actuators = actuators_of(planar.mechanism, hinge.joint)
     motors = [a for a in actuators if not any(a.bias)]
     servos = [a for a in actuators if any(a.bias)]
     sense = hinge.sense
@@ -259,8 +256,7 @@ def _turn(made: Assembly, number: int, hinge: Hinge) -> None:
         _push_point(made, number, hinge)
         return
     if motors:
-        bare = replace(joint, stiffness=0.0, damping=0.0 * joint.damping)
-        exerted = effort(bare, motors)
+        exerted = actuator_force(joint, motors)
 
         def push(controls: Sequence[float]) -> None:
             moment = sense * exerted(0.0, 0.0, controls)
@@ -288,7 +284,7 @@ def _spring(
     carrier = made.body(link.parent)
     sense = hinge.sense
     reference = hinge.reference
-    exerted = effort(joint, servos)
+    exerted = passive_and_actuator_force(joint, servos)
     if planar.rate is not None:
         if joint.stiffness or joint.damping[0] or servos:
             raise Unsupported(f"pymunk has no spring on a platform that turns: {joint.name}")
@@ -317,7 +313,7 @@ def _push_point(made: Assembly, number: int, hinge: Hinge) -> None:
     with next to no moment of inertia would lose the digits of a torque."""
     link = made.planar.links.all[number]
     joint = made.planar.mechanism.joints[hinge.joint]
-    motors = _actuators(made.planar, hinge.joint)
+    motors = actuators_of(made.planar.mechanism, hinge.joint)
     damped = bool(joint.damping[0])
     if not (damped or motors):
         return
@@ -327,7 +323,7 @@ def _push_point(made: Assembly, number: int, hinge: Hinge) -> None:
     length = link.length
     x, y = vector(1j * hinge.sense * link.arm / abs(link.arm))
 
-    def pushing(exerted: Effort) -> Push:
+    def pushing(exerted: JointForce) -> Push:
         def push(controls: Sequence[float]) -> None:
             force = exerted(0.0, hinge.sense * body.angular_velocity, controls) / length
             cosine, sine = body.rotation_vector
@@ -335,6 +331,6 @@ def _push_point(made: Assembly, number: int, hinge: Hinge) -> None:
 
         return push
 
-    made.pushes.append(pushing(effort(joint, motors)))
+    made.pushes.append(pushing(passive_and_actuator_force(joint, motors)))
     if damped:
-        made.always.append(pushing(effort(joint, [])))
+        made.always.append(pushing(passive_and_actuator_force(joint, [])))

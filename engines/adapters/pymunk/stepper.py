@@ -13,6 +13,7 @@ from plumbob.analytic.reference import Array
 from plumbob.engines.adapters.pymunk.links import WORLD, Pose, turned_by
 from plumbob.engines.adapters.pymunk.planar import Planar, assembled, planar_of
 from plumbob.engines.adapters.pymunk.simulation import settle, vector
+from plumbob.engines.joint_forces import idle_controls
 from plumbob.engines.mechanism import Mechanism
 from plumbob.engines.method import Method
 from plumbob.engines.stepper import Forces, State
@@ -30,8 +31,7 @@ class PlanarStepper:
     def __init__(self, planar: Planar, step: float) -> None:
         self._planar = planar
         self._step = step
-        controls = [actuator.control for actuator in planar.mechanism.actuators]
-        self._idle = [0.0] * (1 + max(controls, default=0))  # controls that are zero
+        self._idle = idle_controls(planar.mechanism)
         self._none = [pymunk.Vec2d.zero()] * len(planar.links.all)  # forces on bodies
         self._untold = Forces(
             np.full((len(planar.mechanism.joints), 3), np.nan),
