@@ -15,10 +15,11 @@ from plumbob.models.scene import Case
 
 if TYPE_CHECKING:  # what an engine takes of a user's own model
     from plumbob.analytic.reference import Array
+    from plumbob.engines.mechanism import Mechanism
     from plumbob.engines.own_contacts import ContactModel
     from plumbob.engines.own_motion import Change, OwnModel, Start
     from plumbob.engines.peer_model import Layout, PeerModel
-    from plumbob.engines.stepper import SceneMechanism
+    from plumbob.engines.stepper import SceneMechanism, State, Stepper
     from plumbob.models.gradient import Number
 
     Derivatives = Callable[[Number, Method, float], Mapping[str, float]]
@@ -162,6 +163,15 @@ class RunsFiles:
 
     load: Callable[[Path, Layout, float], PeerModel]
     precision: float = 2.0**-53  # relative rounding of its numbers
+
+
+@dataclass(frozen=True)
+class BuildsMechanisms:
+    """A mechanism, the state in which it starts, step [s] -> the mechanism in the engine, to be
+    stepped by its default method; raises Unsupported, which names the part of the mechanism that
+    the engine does not express."""
+
+    build: Callable[[Mechanism, State, float], Stepper]
 
 
 @dataclass(frozen=True)

@@ -14,8 +14,9 @@ from typing import Any
 import numpy as np
 
 from plumbob.analytic.reference import Array
-from plumbob.engines.abilities import RunsFiles
+from plumbob.engines.abilities import BuildsMechanisms, RunsFiles
 from plumbob.engines.audit.audit import Audit
+from plumbob.engines.audit.built_mechanism import built_motion
 from plumbob.engines.audit.reference import Certificate, moved
 from plumbob.engines.audit.step_errors import StateErrors, state_errors
 from plumbob.engines.audit.term_differences import (
@@ -72,6 +73,8 @@ class EngineError:
     differences: tuple[Difference, ...] = ()  # the first one first
     first_right: float = math.nan  # [m] error with the first term put right
     all_right: float = math.nan  # [m] with all terms that can be
+    built: float = math.nan  # [m] error of the mechanism as plumbob builds it in the engine
+    not_built: str = ""  # why it is not built, or its run ends early
     rounding: float = math.nan  # [m] predicted of single precision
     apart: float = math.nan  # [m] from MuJoCo's own steps
     state_errors: StateErrors | None = None  # beside `errors`; None where there are none
@@ -97,9 +100,18 @@ class EngineError:
         return self.why or (NOT_RIGHT.get(self.first.term, "") if self.first else "")
 
     @property
+    def left(self) -> float:
+        """[m] the engine's part of the error: its step, its contacts and its precision. Where the
+        mechanism is not built in the engine, what is left with all terms put right."""
+        return self.built if math.isfinite(self.built) else self.all_right
+
+    @property
     def part_explained(self) -> float | None:
-        """The fraction of the error that the first term makes; None where it is not put right."""
-        part = (self.error - self.first_right) / self.error if self.error else math.nan
+        """The fraction of the error that the engine's importer makes. Where the mechanism is not
+        built in the engine, the fraction that the first term makes; None where that is not put
+        right."""
+        without = self.built if math.isfinite(self.built) else self.first_right
+        part = (self.error - without) / self.error if self.error else math.nan
         return part if math.isfinite(part) else None
 
 
@@ -201,7 +213,17 @@ def measured(engine: Engine, held: Held) -> EngineError:
         apart=from_mujoco,
         state_errors=state_errors(held.model, held.states, states),
     )
-    return _put_right(result, looks, peer, held)
+    return _built(_put_right(result, looks, peer, held), engine, held)
+
+
+def _built(result: EngineError, engine: Engine, held: Held) -> EngineError:
+    """With the error of the model's mechanism as plumbob builds it in the engine."""
+    builds = engine.ability(BuildsMechanisms)
+    if builds is None:
+        return replace(result, not_built="plumbob builds no mechanism in it")
+    states, why = built_motion(builds, held)
+    error = math.nan if why else float(held.errors(states)[-1])
+    return replace(result, built=error, not_built=why)
 
 
 def _put_right(

@@ -12,6 +12,7 @@ from typing import Any
 
 from plumbob.analytic.schemes import ADAPTIVE, EULER, Scheme
 from plumbob.engines.abilities import (
+    BuildsMechanisms,
     ModelReader,
     OwnDerivative,
     RunsFiles,
@@ -125,6 +126,7 @@ ENGINE = Engine(
         SecondRun(confirming),
         ModelReader(later(f"{__name__}.user_model.model_fields")),
         RunsFiles(later(f"{__name__}.user_model.user_model")),
+        BuildsMechanisms(later(f"{__name__}.scenes.built")),
         OwnDerivative("autodiff", later(f"{__name__}.autodiff.derivatives"), 1e-12),
     ),
 )

@@ -121,8 +121,7 @@ def _engine(row: EngineError) -> Plain:
         "difference": row.first and (row.first.cause or f"by {row.first.size:.2g} of it"),
         "part_explained": row.part_explained,
         "why": row.reason,
-        "left": row.all_right,
-        **_named(row, "step_error", "apart"),
+        **_named(row, "left", "built", "not_built", "step_error", "apart"),
         "single_precision": row.rounding,
         "terms": row.differences,
     }

@@ -18,6 +18,7 @@ import numpy as np
 from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.reference import Array, Signals
 from plumbob.engines.adapters.mujoco.colliding_pairs import unmeasured
+from plumbob.engines.adapters.mujoco.compiled_mechanism import compiled_mechanism
 from plumbob.engines.adapters.mujoco.model_fields import name_of
 from plumbob.engines.adapters.mujoco.options import collected, disabled
 from plumbob.engines.adapters.mujoco.own_model import derivatives, left_out, urdf
@@ -50,6 +51,7 @@ from plumbob.engines.adapters.mujoco.terms import (
 )
 from plumbob.engines.adapters.mujoco.timed import TimedPeriods
 from plumbob.engines.adapters.mujoco.user_file import user_model
+from plumbob.engines.mechanism import Mechanism
 from plumbob.engines.method import time_step
 from plumbob.engines.own_motion import (
     AS_IT_STANDS,
@@ -210,6 +212,10 @@ class MujocoModel:
         )
         bodies = (model.body(i).name for i in np.flatnonzero(model.body_weldid))
         return Layout(tuple(joints), control_names(model), tuple(filter(None, bodies)))
+
+    def mechanism(self) -> Mechanism:
+        """Its bodies, joints, shapes and actuators, for an engine to build."""
+        return compiled_mechanism(self.effective)
 
     def terms(self) -> MujocoTerms:
         """The terms of its equations of motion, in any state."""
