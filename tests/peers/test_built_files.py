@@ -1,4 +1,4 @@
-"""An audit's engines: what an importer drops is told from what the engine errs by itself.
+"""An audit's engines: what a reader of files drops is no error of the engine.
 
 An engine's reader is given a file that has lost one thing, and plumbob builds the whole model."""
 
@@ -33,7 +33,9 @@ LOSSES = {
     "settotalmass": {"compiler": 'angle="radian"'},
     "stiffness of a joint without a name": {"stiffness": 0},
 }
-NAMED = {"name": 'name="elbow"'}  # readers want a name, which the model that is built does without
+NAMED = {
+    "name": 'name="elbow"'
+}  # readers want a name, which the model that is built does without
 FACTOR = 2.0  # of a step's error in MuJoCo by the same scheme: turns differ in their update
 BUILDERS = [
     name
@@ -55,7 +57,7 @@ def _reading(name, file):
 @pytest.mark.parametrize("loss", LOSSES)
 @pytest.mark.parametrize("name", BUILDERS)
 def test_the_readers_loss_is_not_the_engines(name, loss, tmp_path):
-    """What the engine errs by as built is the error of its step in MuJoCo, to 1 % of what the lost
+    """The error of the engine as built is that of its step in MuJoCo, to 1 % of what the lost
     number moves, and within FACTOR; a loss that stays in the build is a hundred times as large."""
     (whole := tmp_path / "whole.xml").write_text(ARM.format(**WHOLE), "utf-8")
     (read := tmp_path / "read.xml").write_text(
