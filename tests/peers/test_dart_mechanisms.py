@@ -412,3 +412,10 @@ def test_each_pair_has_its_friction():
     made.advance(None, 100)
     slowed = 9.81 * 100 * STEP * np.array([0.1, -0.5])
     np.testing.assert_allclose(made.state().qvel[[0, 2]], [2.0, -2.0] - slowed, atol=1e-4)
+
+
+def test_a_run_that_is_lost_prints_nothing(capfd):
+    """DART prints several lines a step where numbers are not finite: of this run 12,000."""
+    case = case_of(scene("heavy-top/nutating")).lasting(3000.0)
+    find_engine("dart").prepare(case, method("dart/default"), 1.0).run()
+    assert capfd.readouterr() == ("", "")

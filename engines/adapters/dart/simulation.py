@@ -9,9 +9,12 @@ import dartpy
 
 from plumbob.engines.adapters.dart.stepper import DartStepper
 from plumbob.engines.adapters.stepped_mechanism import simulated
+from plumbob.engines.adapters.stepping import SteppedSimulation
 from plumbob.engines.mechanism import Mechanism
 from plumbob.engines.method import Method, Simulation
 from plumbob.engines.stepper import State
+from plumbob.engines.trajectory import Trajectory
+from plumbob.models.entry_points import captured
 from plumbob.models.scene import Case
 
 
@@ -24,7 +27,17 @@ def prepare(case: Case, method: Method, step: float) -> Simulation:
         solver = None if tolerance is None else partial(nsgs, tolerance)
         return DartStepper(mechanism, start, step, solver)
 
-    return simulated(case, step, build)
+    return DartSimulation(**vars(simulated(case, step, build)))
+
+
+class DartSimulation(SteppedSimulation):
+    """A scene in DART. It drops what DART prints, which is several lines a step once numbers are no
+    longer finite."""
+
+    def run(self) -> Trajectory:
+        """Run from the start to the end, or until the run diverges."""
+        with captured():
+            return super().run()
 
 
 def nsgs(tolerance: float) -> Any:
