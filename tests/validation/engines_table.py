@@ -1,0 +1,85 @@
+"""Write the table of engines and systems into engines/README.md, from a stored study.
+
+    plumbob validate --out OUT
+    python -m plumbob.tests.validation.engines_table OUT
+
+The table is that of the page "Engines": the finding "errors-and-costs" of the newest study in the
+folder OUT. It takes the place of the lines between two marks in the README; nothing else changes,
+and nothing is run. Only a study of all systems and of all of plumbob's engines fills it.
+"""
+
+import argparse
+import sys
+from pathlib import Path
+
+from plumbob.analytic.parameters import ParameterError
+from plumbob.engines.registry import engines
+from plumbob.engines.study import store
+from plumbob.engines.study.provenance import version_of
+from plumbob.reports.analyses.engines.errors_and_costs import ERRORS_AND_COSTS, NOT_ENGINES
+from plumbob.reports.view.finding_text import findings_of
+
+README = Path(__file__).parents[2] / "engines" / "README.md"
+BEGIN = "<!-- Written by `python -m plumbob.tests.validation.engines_table OUT`: -->\n"
+END = "<!-- Here ends the table of engines. -->\n"
+
+
+def ours():
+    """The names of plumbob's own engines that simulate, as the table has them."""
+    names = (name for name, of in engines().items() if not of.distribution)
+    return sorted(name for name in names if name not in NOT_ENGINES)
+
+
+def finding_of(study):
+    """The finding of a study that has the table; None without one."""
+    kept = [a for a in study.analyses if a.template == ERRORS_AND_COSTS.template and a.numbers]
+    return findings_of(kept[0])[0] if kept else None
+
+
+def text(finding):
+    """The table of a finding as Markdown: a row a system, in the page's order."""
+    tables = [table for table in finding.tables if table.filtered]
+    heads = tables[0].heads
+    rows = [heads, ("---",) * len(heads)]
+    for row in (row for table in tables for row in table.rows):
+        rows.append(tuple(cell.text.replace("\n", "; ") for cell in row))
+    return "".join(f"| {' | '.join(row)} |\n" for row in rows)
+
+
+def filled(readme, table):
+    """A README's text with another table between its marks; raises ParameterError if it does not
+    have them once each, in their order."""
+    before, begin, rest = readme.partition(BEGIN)
+    _, end, after = rest.partition(END)
+    if not (begin and end) or BEGIN in rest or END in after:
+        raise ParameterError("README", str(README), "a text with the table's two marks, once")
+    return f"{before}{BEGIN}\n{table}\n{END}{after}"
+
+
+def main(arguments):
+    """Write the table; returns an exit code: 2 where the study has none, or not all engines."""
+    parser = argparse.ArgumentParser(description="Writes the table of engines/README.md.")
+    parser.add_argument("out", metavar="OUT", help="a results folder of `plumbob validate`")
+    out = parser.parse_args(arguments).out
+    try:
+        study = store.load(Path(out) / store.FILE)
+        finding = finding_of(study) if study else None
+        if finding is None:
+            raise ParameterError("OUT", out, "a folder with a study of several engines")
+        heads = next(table for table in finding.tables if table.filtered).heads
+        if missing := [name for name in ours() if name not in heads]:
+            wanted = (
+                f"a folder with a study of every engine; {', '.join(missing)} are not in it"
+            )
+            raise ParameterError("OUT", out, wanted)
+        README.write_text(filled(README.read_text("utf-8"), text(finding)), "utf-8")
+    except ParameterError as error:
+        print(f"plumbob: {error}", file=sys.stderr)
+        return 2
+    versions = ", ".join(f"{name} {version_of(engines()[name])}" for name in ours())
+    print(f"written: {README} (installed now: {versions})")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
