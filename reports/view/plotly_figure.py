@@ -134,11 +134,11 @@ def logarithmic(title: str, **more: Any) -> Layout:
 
 
 def roomy(title: str, values: npt.ArrayLike) -> Layout:
-    """A logarithmic axis about positive values: two decades at least, with room for names beside
-    the outermost points."""
+    """A logarithmic axis about positive values, of more than two decades, so that neither end is a
+    power of ten where all values are, with room for names beside the outermost points."""
     powers = np.log10(np.asarray(values, dtype=float))
     middle = 0.5 * float(powers.max() + powers.min())
-    half = max(1.0, 0.65 * float(np.ptp(powers)))
+    half = max(1.1, 0.65 * float(np.ptp(powers)))
     return logarithmic(title, range=(middle - half, middle + half))
 
 

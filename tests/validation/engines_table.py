@@ -15,10 +15,12 @@ from pathlib import Path
 from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.registry import engines
 from plumbob.engines.study import store
-from plumbob.engines.study.provenance import version_of
+from plumbob.engines.study.provenance import ABSENT, PEERS
+from plumbob.models.registry import built_in
 from plumbob.reports.analyses.engines.errors_and_costs import ERRORS_AND_COSTS, NOT_ENGINES
 from plumbob.reports.view.finding_text import findings_of
 
+PACKAGES = ("mujoco", "pymunk", "scipy", "heyoka", *PEERS)  # of engines
 README = Path(__file__).parents[2] / "engines" / "README.md"
 BEGIN = "<!-- Written by `python -m plumbob.tests.validation.engines_table OUT`: -->\n"
 END = "<!-- Here ends the table of engines. -->\n"
@@ -30,10 +32,29 @@ def ours():
     return sorted(name for name in names if name not in NOT_ENGINES)
 
 
+def system_names():
+    """The names of plumbob's own systems."""
+    return sorted(built_in())
+
+
+def system_of_row(row):
+    """The name of the system of a row's scene."""
+    return row[0].text.partition("/")[0]
+
+
 def finding_of(study):
     """The finding of a study that has the table; None without one."""
     kept = [a for a in study.analyses if a.template == ERRORS_AND_COSTS.template and a.numbers]
     return findings_of(kept[0])[0] if kept else None
+
+
+def measured_with(provenance):
+    """A sentence with the versions and the machine that a study was measured with."""
+    versions = provenance.versions
+    packages = [f"{name} {versions[name]}" for name in PACKAGES if name in versions]
+    there = ", ".join(text for text in packages if not text.endswith(ABSENT))
+    machine = provenance.machine
+    return f"Measured with {there}, on {machine.get('processor', 'another machine')}.\n"
 
 
 def text(finding):
@@ -66,18 +87,17 @@ def main(arguments):
         finding = finding_of(study) if study else None
         if finding is None:
             raise ParameterError("OUT", out, "a folder with a study of several engines")
-        heads = next(table for table in finding.tables if table.filtered).heads
-        if missing := [name for name in ours() if name not in heads]:
-            wanted = (
-                f"a folder with a study of every engine; {', '.join(missing)} are not in it"
-            )
-            raise ParameterError("OUT", out, wanted)
-        README.write_text(filled(README.read_text("utf-8"), text(finding)), "utf-8")
+        tables = [table for table in finding.tables if table.filtered]
+        there = {*tables[0].heads, *(system_of_row(r) for table in tables for r in table.rows)}
+        if missing := [name for name in (*ours(), *system_names()) if name not in there]:
+            wanted = "a folder with a study of every engine and system, not one without "
+            raise ParameterError("OUT", out, wanted + ", ".join(missing))
+        written = f"{text(finding)}\n{measured_with(study.provenance)}"
+        README.write_text(filled(README.read_text("utf-8"), written), "utf-8")
     except ParameterError as error:
         print(f"plumbob: {error}", file=sys.stderr)
         return 2
-    versions = ", ".join(f"{name} {version_of(engines()[name])}" for name in ours())
-    print(f"written: {README} (installed now: {versions})")
+    print(f"written: {README}")
     return 0
 
 
