@@ -133,9 +133,9 @@ def logarithmic(title: str, **more: Any) -> Layout:
     return linear(title, **look, **more)
 
 
-def roomy(title: str, values: npt.ArrayLike) -> Layout:
+def spacious(title: str, values: npt.ArrayLike) -> Layout:
     """A logarithmic axis about positive values, of more than two decades, so that neither end is a
-    power of ten where all values are, with room for names beside the outermost points."""
+    power of ten where all values are, with space for names beside the outermost points."""
     powers = np.log10(np.asarray(values, dtype=float))
     middle = 0.5 * float(powers.max() + powers.min())
     half = max(1.1, 0.65 * float(np.ptp(powers)))

@@ -189,7 +189,7 @@ def _functions(parts: Parts) -> dict[str, Any]:
         "heat": plotly_figure.heat,
         "linear": plotly_figure.linear,
         "logarithmic": plotly_figure.logarithmic,
-        "roomy": plotly_figure.roomy,
+        "spacious": plotly_figure.spacious,
         "positive": plotly_figure.positive,
         "colours": palette,  # colours.BLUE, colours.OF_METHODS[name]
     }

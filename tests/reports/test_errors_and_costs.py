@@ -77,7 +77,7 @@ def test_a_cell_without_a_run_names_what_the_engine_lacks(why, text):
     assert (shown["second"].text, shown["second"].hint) == (text, why)
 
 
-def test_what_was_not_asked_diverged_or_is_not_installed_is_told_apart():
+def test_not_asked_diverged_and_not_installed_are_distinct():
     both = study((of("first"), lambda h: h), (of("second"), lambda h: h))
     assert (
         cells(refusing(both, "second/default", "gone", "missing"))["second"].text

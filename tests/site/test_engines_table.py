@@ -37,7 +37,7 @@ def test_it_is_filtered_by_engine_system_and_kind(index, browser):
     assert by_kind["kinds"] == ["Ball or box above a plane"]
     assert by_kind["engines"] == ["drake"]
     assert by_kind["plots"] == by_kind["scenes"] != []
-    assert by_kind["said"] == f"{len(by_kind['scenes'])} scenes, 1 engines"
+    assert by_kind["said"] == f"{len(by_kind['scenes'])} scenes, 1 engine"
     assert [name.partition("/")[0] for name in by_system["scenes"]] == ["four-bar"]
     assert by_system["engines"] == whole["engines"]
     assert by_engine["engines"] == [name for name in whole["engines"] if name != "mujoco"]

@@ -4,6 +4,8 @@
   // in the address after the name of the section, as "#matrix?".
   const STEPS = {"1ms": "at 1 ms", default: "at 2 ms, or a tolerance of 1e-3", "1percent": "at the largest step for 1 % (bold: the cheapest)"};
 
+  const plural = (count, word) => `${count} ${word}${count === 1 ? "" : "s"}`;
+
   const begin = (root) => {
     const controls = root.querySelector(".choices");
     if (!controls) return;
@@ -58,7 +60,7 @@
         across.forEach((name) => counts[1].add(name));
       }
       for (const [plot, name] of plots) plot.hidden = !counts[0].has(name);
-      status.textContent = nothing ? "nothing has this name" : `${counts[0].size} scenes, ${counts[1].size} ${status.dataset.columns}`;
+      status.textContent = nothing ? "nothing has this name" : `${plural(counts[0].size, "scene")}, ${plural(counts[1].size, status.dataset.column)}`;
     };
 
     const keep = () => {
