@@ -33,8 +33,8 @@ Box = tuple[float, float, float, float]  # left, top, right, bottom [px]
 
 
 def named(points: Sequence[tuple[float, float, str]], x: Axis, y: Axis) -> Sequence[Name]:
-    """The names of points (x, y, name) [px] on two axes: beside the point if nothing is there, else in
-    the nearest free row above or below it; if no place is free, beside the point."""
+    """The names of points (x, y, name) [px] on two axes: beside the point if nothing is there, else
+    in the nearest free row above or below it; if no place is free, beside the point."""
     around = (x.start, y.end, x.end, y.start)
     taken = [(a - MARK, b - MARK, a + MARK, b + MARK) for a, b, _ in points]
     names = []

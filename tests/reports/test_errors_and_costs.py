@@ -67,7 +67,8 @@ def test_a_cell_has_the_error_and_the_cost_at_1_ms_and_the_smallest_error():
         ("feature restitution of ground and ball", "no restitution"),
         ("feature hull foot", "no hull foot"),
         ("feature loop rod, which is open at the start", "no loop rod"),
-        ("pymunk has no weld: rod has no joint", "pymunk has no weld"),
+        ("pymunk has no weld: rod has no joint", "no weld"),
+        ("contacts have no restitution: a damper makes it", "no restitution"),
         ("a motor's limit is not carried over", "a motor's limit is not carried over"),
     ],
 )
@@ -123,6 +124,16 @@ def test_engines_of_a_picture_are_named_where_their_runs_are():
     assert figure.title == SCENE
     assert trace["text"] == ["first", "second"]
     assert trace["y"] == [1e-3, 3e-3]
+
+
+def test_the_default_method_is_shown_whatever_the_order_of_the_runs():
+    both = study(
+        (of("first"), lambda h: h),
+        (of("first", "b"), lambda h: h**2),
+        (of("second"), lambda h: h),
+    )
+    turned = replace(both, convergence=both.convergence[::-1])
+    assert cells(turned) == cells(both)
 
 
 def test_one_engine_alone_has_no_table():

@@ -24,7 +24,8 @@ ByEngine = dict[str, list[ConvergenceStudy]]
 def numbers(study: Study) -> Record | None:
     """A row a system and a cell an engine; None where the study has one engine alone."""
     by_scene: dict[str, ByEngine] = {}
-    for series in study.convergence:
+    order = [method.name for method in study.methods]  # an engine's default method is its first
+    for series in sorted(study.convergence, key=lambda series: order.index(series.method)):
         engine = series.method.partition("/")[0]
         if engine not in NOT_ENGINES:
             by_scene.setdefault(series.scene, {}).setdefault(engine, []).append(series)
