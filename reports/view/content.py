@@ -32,6 +32,7 @@ class Table:
     rows: tuple[tuple[Cell, ...], ...]
     note: str = ""
     folded: bool = False  # shown on a click
+    filtered: bool = False  # its rows and columns are chosen by a filter above the tables
 
 
 @dataclass(frozen=True)

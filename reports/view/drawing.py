@@ -13,6 +13,7 @@ from plumbob.analytic.reference import Array
 from plumbob.reports.view.axis import Axis, Ticks
 from plumbob.reports.view.content import Figure, Layout, Trace
 from plumbob.reports.view.plotly_figure import FRONT
+from plumbob.reports.view.point_names import named
 
 WIDTH, WIDE, SQUARE = 560, 860, 400  # [px]
 # margins [px], with a map's scale in place
@@ -50,8 +51,8 @@ class Path:
 
 
 Drawing = SimpleNamespace
-"""A picture of a size [px] with its axes, their ticks, paths in tenths of a pixel, the shades of a
-map with ticks beside them, and the names, colours and dashes of its curves."""
+"""A picture of a size [px] with its axes, their ticks, paths in tenths of a pixel, names of points,
+the shades of a map with ticks beside them, and the names, colours and dashes of its curves."""
 
 
 def drawing(figure: Figure, chosen: Sequence[str] = ()) -> Drawing | None:
@@ -71,8 +72,10 @@ def drawing(figure: Figure, chosen: Sequence[str] = ()) -> Drawing | None:
         return None
     if square:
         x, y = (a.scaled(max(abs(b.scale) for b in (x, y))) for a in (x, y))
-    named = layout.get("showlegend") or any("meta" in t for t in traces)
-    legend = {t["name"]: t for t in traces if named and t["name"] and t.get("showlegend", True)}
+    in_legend = layout.get("showlegend") or any("meta" in t for t in traces)
+    legend = {
+        t["name"]: t for t in traces if in_legend and t["name"] and t.get("showlegend", True)
+    }
     drawn = Drawing(
         width=width,
         height=height,
@@ -82,6 +85,7 @@ def drawing(figure: Figure, chosen: Sequence[str] = ()) -> Drawing | None:
         across=_ticks(layout["xaxis"], x),
         up=_ticks(layout["yaxis"], y),
         paths=[p for t in traces for p in (_map if "z" in t else _marks)(t, x, y)],
+        point_names=named([p for t in traces for p in _named_points(t, x, y)], x, y),
         shades=[],
         scale=[],
         names=[(name, t["line"]["color"], dashes(t)) for name, t in legend.items()],
@@ -160,6 +164,13 @@ def _marks(trace: Trace, x: Axis, y: Axis) -> Iterator[Path]:
             yield Path(dots, "", colour, 13.0)
         else:
             yield Path(dots, colour, colour, 5.0 * size - 24.0)
+
+
+def _named_points(trace: Trace, x: Axis, y: Axis) -> Iterator[tuple[float, float, str]]:
+    """The points [px] of a trace whose texts stand beside them."""
+    if "text" in trace.get("mode", ""):
+        places = zip(x.along(trace["x"]), y.along(trace["y"]), trace["text"], strict=True)
+        yield from ((float(a), float(b), text) for a, b, text in places)
 
 
 def _map(trace: Trace, x: Axis, y: Axis) -> Iterator[Path]:

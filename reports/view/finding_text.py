@@ -10,7 +10,7 @@ blocks, which an empty line separates:
 
     The summary; then further paragraphs, whose lines are joined.
 
-    table: The caption               or `folded table`, which is shown on a click
+    table: The caption               or `folded table` or `filtered table`
     | method | error |               the heads, then the rows
     | {{ method(name) }} | {{ value(error, 2) }} |
     note: What stands below it.
@@ -46,6 +46,7 @@ from plumbob.reports.view.sources import SOURCES
 from plumbob.reports.view.tables import Parts, filled_text, table, table_of
 
 KEY = re.compile(r"([a-z][a-z ]*): ?")
+TABLES = ("table: ", "folded table: ", "filtered table: ")
 
 
 class TextError(ValueError):
@@ -89,7 +90,7 @@ def _filled(empty: Finding, section: str, template: str, parts: Parts) -> Findin
     for block in blocks:
         if block == "statements as a table":
             tables.append(table("statements", statements=statements))
-        elif isinstance(block, str) and block.startswith(("table: ", "folded table: ")):
+        elif isinstance(block, str) and block.startswith(TABLES):
             tables.append(table_of(block, parts))
         elif isinstance(block, str) and not block.startswith("statement: "):
             paragraphs.append(_line(block))

@@ -25,6 +25,7 @@ from plumbob.engines.study.stability import KnownLimit
 from plumbob.models.scene import Quantity, Scene
 from plumbob.reports.advice.recommend import UNTRUSTED
 from plumbob.reports.view import notation
+from plumbob.reports.view.palette import size_class
 from plumbob.reports.view.records import PairVerdict, Records
 
 Meaning = Literal["predicted", "converges", "limit", "unexpected", "unclaimed", "not-run"]
@@ -45,7 +46,6 @@ SIGNS: Mapping[Meaning, tuple[str, str, str]] = MappingProxyType(
 LARGEST_STEP = DEFAULT[1]
 LOOSEST = 1e-3
 PERCENT = 0.01  # relative: the error that the largest step is shown for
-DECADES = 6  # below 1 that have a colour of their own: errors of 1e-6 and less have the first
 
 
 @dataclass(frozen=True)
@@ -70,10 +70,8 @@ class Shown:
 
     @property
     def look(self) -> str:
-        """The classes of its cell: the decade of its error, from 0 to 7, and what stands out."""
-        decade = math.ceil(math.log10(max(self.error, 1e-99)) - 1e-9) if self.error < 1.0 else 0
-        place = DECADES + 1 if self.error > 1.0 else max(DECADES + decade, 0)
-        return f"size-{'abcdefgh'[place]}{' unexpected' * (self.meaning == 'unexpected')}"
+        """The classes of its cell: the decade of its error, and what stands out."""
+        return size_class(self.error) + " unexpected" * (self.meaning == "unexpected")
 
     @property
     def _size(self) -> str:

@@ -8,6 +8,7 @@ and Ito), on a light and on a dark background.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
@@ -58,6 +59,7 @@ ENGINES = (
     ("exact", "star"),
 )
 SHAPES = ("triangle-down", "pentagon", "hexagon")
+DECADES = 6  # below 1 that have a colour of their own: errors of 1e-6 and less have the first
 DASHES = ("solid", "dot", "dash", "dashdot")
 
 
@@ -94,3 +96,11 @@ def styles(names: Iterable[str]) -> Mapping[str, Style]:
             DASHES[dashes[colour] % len(DASHES)],
         )
     return by_method
+
+
+def size_class(error: float) -> str:
+    """The class of a cell by the decade of its relative error, from size-a to size-h; an infinite
+    error has the last."""
+    decade = math.ceil(math.log10(max(error, 1e-99)) - 1e-9) if error < 1.0 else 0
+    place = DECADES + 1 if error > 1.0 else max(DECADES + decade, 0)
+    return f"size-{'abcdefgh'[place]}"

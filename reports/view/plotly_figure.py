@@ -37,18 +37,20 @@ def curve(
     size: float = 0.0,
     hints: Sequence[str] = (),
     hint: str = "",
+    labels: bool = False,
     **more: Any,
 ) -> Trace:
     """A curve, or points: those of `method` follow its style and its place in the legend; `hint`
-    is shown on hover, with a point's %{x}, %{y} and %{text}, its entry of `hints`, in it; `more` as
-    plotly takes it."""
+    is shown on hover, with a point's %{x}, %{y} and %{text}, its entry of `hints`, in it; with
+    `labels` the hints stand beside the points; `more` as plotly takes it."""
     xs = np.ravel(x)
     ys = np.ravel(y)
     kept = np.linspace(0, len(xs) - 1, min(len(xs), MOST)).astype(int)
     colour = colour or style.colour
+    parts = ("lines", lines), ("markers", marks), ("text", labels)
     trace: dict[str, Any] = {
         "type": "scatter",
-        "mode": "+".join(word for word, on in (("lines", lines), ("markers", marks)) if on),
+        "mode": "+".join(word for word, on in parts if on),
         "x": rounded(xs[kept]),
         "y": rounded(ys[kept]),
         "name": name or method,
@@ -61,6 +63,8 @@ def curve(
         trace["meta"] = method  # what the page's legend switches off and on
     if hints:
         trace["text"] = [hints[i] for i in kept]
+    if labels:
+        trace["textposition"] = "top center"
     if hint:
         trace["hovertemplate"] = f"{hint}<extra></extra>"
     return {**trace, **more}
@@ -127,6 +131,15 @@ def logarithmic(title: str, **more: Any) -> Layout:
     """A logarithmic axis, labelled at powers of ten where it is long."""
     look = {"type": "log", "exponentformat": "power", "nticks": 6, "tickfont": {"size": 10.5}}
     return linear(title, **look, **more)
+
+
+def spacious(title: str, values: npt.ArrayLike) -> Layout:
+    """A logarithmic axis about positive values, of more than two decades, so that neither end is a
+    power of ten where all values are, with space for names beside the outermost points."""
+    powers = np.log10(np.asarray(values, dtype=float))
+    middle = 0.5 * float(powers.max() + powers.min())
+    half = max(1.1, 0.65 * float(np.ptp(powers)))
+    return logarithmic(title, range=(middle - half, middle + half))
 
 
 def positive(values: npt.ArrayLike) -> Array:

@@ -1,7 +1,8 @@
 """Tables, and lines for a terminal, as templates of reports/templates write them, with what every
 template may use: filters, and functions that make cells, figures and statements.
 
-    table: The caption               or `folded table`, which is shown on a click
+    table: The caption               or `folded table`, which is shown on a click, or
+                                     `filtered table`, whose rows and columns readers choose
     | method | error |               the heads, then the rows
     | {{ method(name) }} | {{ value(error, 2) }} |
     note: What stands below it.
@@ -85,15 +86,16 @@ def table_of(block: str, parts: Parts) -> Table:
     """A table of a text: its caption, heads, rows and note."""
     lines: list[str] = []
     for line in map(str.strip, block.splitlines()):
-        if line.startswith(("|", "note: ", "table: ", "folded table: ")) or not lines:
+        if line.startswith(("|", "note: ")) or not lines:
             lines.append(line)
         else:
             lines[-1] += f" {line}"
     note = lines.pop()[6:] if lines[-1].startswith("note: ") else ""
     caption = lines[0].partition(": ")[2]
     heads, *rows = [_cells(line, parts.made) for line in lines[1:]]
-    folded = lines[0].startswith("folded")
-    return Table(caption, tuple(cell.text for cell in heads), tuple(rows), note, folded)
+    kind = lines[0].partition("table: ")[0].strip()
+    texts = tuple(cell.text for cell in heads)
+    return Table(caption, texts, tuple(rows), note, kind == "folded", kind == "filtered")
 
 
 def _cells(line: str, made: Mapping[str, Cell | Figure | Statement]) -> tuple[Cell, ...]:
@@ -187,6 +189,7 @@ def _functions(parts: Parts) -> dict[str, Any]:
         "heat": plotly_figure.heat,
         "linear": plotly_figure.linear,
         "logarithmic": plotly_figure.logarithmic,
+        "spacious": plotly_figure.spacious,
         "positive": plotly_figure.positive,
         "colours": palette,  # colours.BLUE, colours.OF_METHODS[name]
     }

@@ -25,7 +25,12 @@ READMES = (  # all indented commands of these run, in this order
     "reports/judge/README.md",
     "reports/analyses/README.md",
 )
-TEXTS = (*READMES, "models/tripod_capsule/README.md", "analytic/errors/THEORY.md")
+TEXTS = (
+    *READMES,
+    "engines/adapters/README.md",
+    "models/tripod_capsule/README.md",
+    "analytic/errors/THEORY.md",
+)
 MOST_LINES = 160  # of README.md
 QUESTION = re.compile(r"^\d[.] [*]{2}.+[?][*]{2}", re.MULTILINE)
 LINK = re.compile(r"\]\(([^):]+)\)")

@@ -1,82 +1,112 @@
 """Every engine of a study on every system: its error and cost at a step of 1 ms, and its smallest
-error at any step."""
+error at any step; or why the engine does not run the system."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Mapping, Sequence
 
 from plumbob.engines.study.convergence import ConvergenceStudy
-from plumbob.engines.study.measurement import relative_error
+from plumbob.engines.study.measurement import (
+    REFERENCE_STEP,
+    Measurement,
+    reference_run,
+    relative_error,
+)
 from plumbob.engines.study.results import Study
 from plumbob.reports.analyses.analysis import Analysis, Record
+from plumbob.reports.judge.expectations import expected
 
-STEP = 1e-3  # [s], at which engines are compared
 NOT_ENGINES = ("exact",)  # closed forms
+ByEngine = dict[str, list[ConvergenceStudy]]
 
 
 def numbers(study: Study) -> Record | None:
     """A row a system and a cell an engine; None where the study has one engine alone."""
-    by_scene: dict[str, list[ConvergenceStudy]] = {}
-    for series in study.convergence:
-        if _engine(series) not in NOT_ENGINES:
-            by_scene.setdefault(series.scene, []).append(series)
-    engines = sorted({_engine(series) for every in by_scene.values() for series in every})
+    by_scene: dict[str, ByEngine] = {}
+    order = [method.name for method in study.methods]  # an engine's default method is its first
+    for series in sorted(study.convergence, key=lambda series: order.index(series.method)):
+        engine = series.method.partition("/")[0]
+        if engine not in NOT_ENGINES:
+            by_scene.setdefault(series.scene, {}).setdefault(engine, []).append(series)
+    engines = sorted({engine for of_scene in by_scene.values() for engine in of_scene})
     if len(engines) < 2:
         return None
-    systems = dict.fromkeys(scene.system for scene in study.scenes)
-    rows = [
-        _row(study, _of_most_engines(system, by_scene), engines)
-        for system in systems
-        if any(name.partition("/")[0] == system for name in by_scene)
-    ]
-    return Record(step=STEP, engines=engines, rows=rows)
+    rows = []
+    for system in dict.fromkeys(scene.system for scene in study.scenes):
+        scenes = [s for s in study.scenes if s.system == system and s.name in by_scene]
+        if scenes:
+            scene = max(scenes, key=lambda scene: _running(by_scene[scene.name]))
+            cells = [
+                _cell(study, scene.name, engine, by_scene[scene.name].get(engine, ()))
+                for engine in engines
+            ]
+            rows.append(Record(scene=scene.name, kind=scene.kind, cells=cells))
+    return Record(step=REFERENCE_STEP, engines=engines, rows=rows)
 
 
-def _engine(series: ConvergenceStudy) -> str:
-    return series.method.partition("/")[0]
+def _running(of_scene: Mapping[str, Sequence[ConvergenceStudy]]) -> int:
+    """The number of engines with a run of a scene that reached its end."""
+    return sum(any(map(_done, of_engine)) for of_engine in of_scene.values())
 
 
-def _of_most_engines(
-    system: str, by_scene: dict[str, list[ConvergenceStudy]]
-) -> list[ConvergenceStudy]:
-    """The studies of the scene of a system that the most engines run; the first of several."""
-    of_system = [every for name, every in by_scene.items() if name.partition("/")[0] == system]
-    return max(of_system, key=lambda every: len({_engine(series) for series in every}))
+def _done(series: ConvergenceStudy) -> list[Measurement]:
+    return [run for run in series.measurements if run.status == "done"]
 
 
-def _row(study: Study, every: Sequence[ConvergenceStudy], engines: Iterable[str]) -> Record:
-    """A scene with each engine's cell, None where an engine does not run it."""
-    cells = {engine: [s for s in every if _engine(s) == engine] for engine in engines}
+def _cell(
+    study: Study, scene: str, engine: str, of_engine: Sequence[ConvergenceStudy]
+) -> Record:
+    """An engine on a scene: the run nearest to the reference step of its first method that runs
+    the scene, the default one, and the smallest error of any method at any step."""
+    ran = [series for series in of_engine if _done(series)]
+    if not ran:
+        return _without_run(study, scene, engine, of_engine)
+    quantities = study.quantities(scene)
+    errors = [(relative_error(run, quantities), run) for series in ran for run in _done(series)]
+    smallest, best = min(errors, key=lambda pair: (math.isnan(pair[0]), pair[0]))
+    method = next(method for method in study.methods if method.name == ran[0].method)
+    shown = reference_run(ran[0].measurements, method)
+    assert shown is not None
+    diverged = any(
+        run.status == "diverged" and math.isclose(run.step, REFERENCE_STEP, rel_tol=1e-9)
+        for run in ran[0].measurements
+    )
+    error = math.nan if diverged else relative_error(shown, quantities)
+    cost = None if diverged else study.costs.get((scene, method.name))
     return Record(
-        scene=every[0].scene,
-        cells=[_cell(study, of_engine) if of_engine else None for of_engine in cells.values()],
+        method=method.name,
+        control=method.control,
+        step=shown.step,
+        error=error if math.isfinite(error) else None,
+        # [ms] of computing for a simulated second
+        cost=1e-6 * shown.steps * cost.ns_per_step / shown.duration if cost else None,
+        smallest=smallest if math.isfinite(smallest) else None,
+        smallest_with=best.method,
+        smallest_at=best.step,
+        diverged=diverged,
+        why="",
     )
 
 
-def _cell(study: Study, of_engine: Sequence[ConvergenceStudy]) -> Record:
-    """The errors of an engine's methods on a scene. At STEP the engine's first method stands, the
-    default one; the smallest error is that of any method at any step."""
-    quantities = study.quantities(of_engine[0].scene)
-    smallest: tuple[float, str, float] = (math.inf, "", math.nan)
-    for series in of_engine:
-        for run in series.measurements:
-            error = relative_error(run, quantities)
-            if error < smallest[0]:
-                smallest = (error, series.method, run.step)
-    first = of_engine[0]
-    at_step = [run for run in first.measurements if math.isclose(run.step, STEP, rel_tol=1e-9)]
-    error = relative_error(at_step[0], quantities) if at_step else math.nan
-    cost = study.costs.get((first.scene, first.method))
+def _without_run(
+    study: Study, scene: str, engine: str, of_engine: Sequence[ConvergenceStudy]
+) -> Record:
+    """An engine without a run of a scene that reached its end: why, as the engine says it, or the
+    declared limit of a method that the study has; empty if the engine was not asked."""
+    runs = [run for series in of_engine for run in series.measurements]
+    limits = [
+        expected(scene, method.name) for method in study.methods if method.engine == engine
+    ]
+    reasons = [run.reason for run in runs if run.status == "unsupported"]
+    reasons += [limit.reason for limit in limits if limit.verdict == "unsupported"]
     return Record(
-        method=first.method,
-        error=error if math.isfinite(error) else None,
-        diverged=math.isinf(error),
-        # [ms] of computing for a simulated second
-        cost=None if cost is None else cost.ns_per_step * 1e-6 / STEP,
-        smallest=smallest[0] if math.isfinite(smallest[0]) else None,
-        smallest_with=smallest[1],
-        smallest_at=smallest[2],
+        method="",
+        error=None,
+        cost=None,
+        diverged=any(run.status == "diverged" for run in runs),
+        missing=any(run.status == "missing" for run in runs),
+        why=reasons[0] if reasons else "",
     )
 
 
