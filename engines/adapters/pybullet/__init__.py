@@ -1,5 +1,5 @@
-"""PyBullet as an engine: Bullet's multibodies in double precision, semi-implicit Euler; motors, loops
-and contacts by sequential impulses.
+"""PyBullet as an engine: Bullet's multibodies in double precision, semi-implicit Euler; motors,
+loops and contacts by sequential impulses.
 
 By default every body's velocity is damped, and the solver stops after 50 iterations or at a
 residual of 1e-7; the best that the manual allows has neither. A prescribed motion is a velocity
@@ -15,7 +15,7 @@ from plumbob.engines.abilities import ModelReader, RunsFiles, SchemeOfCase
 from plumbob.engines.adapters.constrained import CONSTRAINED, constrained
 from plumbob.engines.adapters.hinged_body import model_error
 from plumbob.engines.method import Engine, Method
-from plumbob.models.scene import ONE_SMOOTH, ON_PLANE, SMOOTH, Case, later
+from plumbob.models.scene import ON_PLANE, ONE_SMOOTH, SMOOTH, Case, later
 
 EULER_STEP = Scheme(EULER, "start")
 OTHERWISE = Scheme("euler with damping, motors or contacts")  # without a theory here
@@ -37,6 +37,15 @@ ITERATED = MappingProxyType(
         "maxJointVelocity": 1e9,
     }
 )
+HARD = MappingProxyType(
+    {
+        # Shapes touch where they overlap, not before; a gap of 10 micrometres is no depth that
+        # they may have; and a depth that they have is not pushed out by a velocity.
+        "contactBreakingThreshold": 1e-12,  # [m]
+        "contactSlop": 0.0,  # [m]
+        "contactERP": 0.0,
+    }
+)
 METHODS = (
     Method("pybullet/default", OTHERWISE, 1, systems=DAMPED),
     Method(
@@ -46,6 +55,14 @@ METHODS = (
         settings=ITERATED,
         systems=(*LINES, *OTHERS),
         kinds=(ONE_SMOOTH, SMOOTH, ON_PLANE),
+    ),
+    Method(
+        "pybullet/undamped+hard",
+        EULER_STEP,
+        1,
+        settings={**ITERATED, **HARD},
+        systems=("capsule-line/heading-030",),
+        kinds=(ON_PLANE,),
     ),
     Method(
         "pybullet/undamped+pyramid",

@@ -34,7 +34,9 @@ KINDS = MappingProxyType(
 )
 OF_BODIES = ("linearDamping", "angularDamping", "maxJointVelocity")  # settings
 UNLIMITED = 1e12  # [N] or [N m] of motors, limits and loops
-FLAT = 1e-6  # the largest thickness of an ellipsoid over its radius that is taken for a cylinder
+FLAT = (
+    1e-6  # the largest thickness of an ellipsoid over its radius that is taken for a cylinder
+)
 EDGE = 1e-3  # radius of a cylinder's edge over its smallest size
 UNTURNED = np.array([1.0, 0.0, 0.0, 0.0])
 ORIGIN = np.zeros(3)
@@ -145,9 +147,9 @@ def refused(mechanism: Mechanism) -> Iterator[str]:
 def _refused_of(joint: Joint, mechanism: Mechanism) -> Iterator[str]:
     """The names of features of a joint that are not expressed."""
     name = joint.name or f"of body {mechanism.bodies[joint.body].name}"
-    if joint.kind in ("ball", "free"):
-        if joint.stiffness or joint.limits is not None or np.any(joint.friction_loss):
-            yield f"spring, limit or dry friction of joint {name}, which is a {joint.kind} joint"
+    bound = joint.stiffness or joint.limits is not None or np.any(joint.friction_loss)
+    if joint.kind in ("ball", "free") and bound:
+        yield f"spring, limit or dry friction of joint {name}, which is a {joint.kind} joint"
     if joint.kind == "free" and np.any(joint.damping):
         yield f"damping of joint {name}, which is a free joint"
     alone = joint.kind == "hinge" and not _turned(joint, mechanism)
@@ -216,7 +218,9 @@ def _jointed(mechanism: Mechanism, i: int, body: Body, above: Placed, first: boo
     if first:
         place, attitude = body.place + rotation(body.attitude) @ joint.place, body.attitude
     rotor = float(joint.armature[0]) * np.outer(joint.axis, joint.axis)
-    return Link(joint.kind, above.link, place - above.origin, attitude, joint.axis, inertia=rotor)
+    return Link(
+        joint.kind, above.link, place - above.origin, attitude, joint.axis, inertia=rotor
+    )
 
 
 def _pairs(

@@ -7,19 +7,22 @@ moves by the exponential of the new angular velocity.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
 from plumbob.analytic.reference import Array
-from plumbob.engines.adapters.joint_forces import JointForces, joint_forces
-from plumbob.engines.adapters.pybullet.builder import BASE, UNLIMITED, At, build
+from plumbob.engines.adapters.pybullet.builder import BASE, UNLIMITED, At, Built, build
 from plumbob.engines.adapters.pybullet.simulation import new_client
-from plumbob.engines.mechanism import Joint, Mechanism
+from plumbob.engines.joint_forces import (
+    JointForce,
+    actuators_of,
+    idle_controls,
+    passive_and_actuator_force,
+)
+from plumbob.engines.mechanism import Mechanism
 from plumbob.engines.method import Options
 from plumbob.engines.stepper import State
 
@@ -28,23 +31,13 @@ TURNING = ("ball", "free")  # kinds of joint with an attitude, a quaternion
 
 @dataclass(frozen=True)
 class Loaded:
-    """A joint that a spring, a damper or actuators act on, by a force that is computed as a step
-    begins."""
+    """A hinge or a slide that a spring, a damper or actuators act on, by a force that is computed
+    as a step begins."""
 
     at: At
-    joint: Joint
-    actuators: JointForces
-
-    @property
-    def alone(self) -> bool:
-        """Whether a force may act where all controls are 0."""
-        return bool(self.joint.stiffness or np.any(self.joint.damping) or self.actuators.alone)
-
-    def force(self, controls: Sequence[float], place: float, rate: float) -> float:
-        """The force [N m] or [N] of a joint with one degree of freedom in a state."""
-        joint = self.joint
-        passive = joint.stiffness * (place - float(joint.rest[0])) + float(joint.damping[0]) * rate
-        return self.actuators.total(controls, place, rate) - passive
+    exerted: JointForce
+    drawn: float  # the coordinate in the drawing, where Bullet's is 0 [rad] or [m]
+    alone: bool  # whether a force may act where all controls are 0
 
 
 class BulletStepper:
@@ -58,16 +51,20 @@ class BulletStepper:
         self._attitudes = dict[int, Array]()
         self._begun, self._taken = 0.0, 0
         self._renew()
-        self.loaded = tuple(self._loaded())
+        self._idle = idle_controls(mechanism)
+        self._loaded = tuple(_loaded(mechanism, self.built))
         self._driven = [
-            (*at, joint.velocity)
-            for joint, at in self._joints
-            if joint.velocity is not None
+            (*at, joint.velocity) for joint, at in self._joints if joint.velocity is not None
         ]
         self._carried = [
             (at, body.mass * mechanism.gravity)
             for body, at in zip(mechanism.bodies[1:], self.built.bodies, strict=True)
             if body.carried
+        ]
+        self._damped = [
+            (at, joint.damping)
+            for joint, at in self._joints
+            if joint.kind == "ball" and np.any(joint.damping)
         ]
 
     def _renew(self) -> None:
@@ -156,14 +153,20 @@ class BulletStepper:
         times = self._begun + self.step * numbers
         moves = np.array([velocity(times) for *_, velocity in self._driven])
         ends = moves.reshape(len(moves), steps).T.tolist()  # the velocities that steps end with
-        rows = [()] * steps if controls is None else controls.tolist()
-        loaded = [x for x in self.loaded if controls is not None or x.alone]
-        motor, kind, move = client.setJointMotorControl2, client.VELOCITY_CONTROL, client.stepSimulation
+        rows = [self._idle] * steps if controls is None else controls.tolist()
+        loaded = [x for x in self._loaded if controls is not None or x.alone]
+        motor, kind, move = (
+            client.setJointMotorControl2,
+            client.VELOCITY_CONTROL,
+            client.stepSimulation,
+        )
         for row, velocities in zip(rows, ends, strict=True):
             for (tree, link, _), velocity in zip(self._driven, velocities, strict=True):
                 motor(tree, link, kind, targetVelocity=velocity, force=UNLIMITED)
             for part in loaded:
                 self._load(part, row)
+            for at, damping in self._damped:
+                self._damp(at, damping)
             for at, weight in self._carried:
                 self._carry(at, weight)
             move()
@@ -172,18 +175,18 @@ class BulletStepper:
 
     def _load(self, part: Loaded, controls: Sequence[float]) -> None:
         """Let a joint's force act in the next step."""
-        client = self._client
-        if part.joint.kind == "ball":
-            rate = np.array(client.getJointStateMultiDof(*part.at)[1])
-            axes = Rotation.from_quat(self.built.inertial[part.at][1])
-            torque = -axes.inv().apply(part.joint.damping * axes.apply(rate))
-            client.setJointMotorControlMultiDof(
-                *part.at, client.TORQUE_CONTROL, force=torque.tolist()
-            )
-            return
-        q, v = client.getJointState(*part.at)[:2]
-        force = part.force(controls, q + float(part.joint.reference[0]), v)
-        client.setJointMotorControl2(*part.at, client.TORQUE_CONTROL, force=force)
+        q, v = self._client.getJointState(*part.at)[:2]
+        force = part.exerted(q + part.drawn, v, controls)
+        self._client.setJointMotorControl2(*part.at, self._client.TORQUE_CONTROL, force=force)
+
+    def _damp(self, at: At, damping: Array) -> None:
+        """Let the damper of a ball joint act in the next step."""
+        rate = self._ball(at)[2]
+        axes = Rotation.from_quat(self.built.inertial[at][1])
+        torque = axes.inv().apply(-damping * rate).tolist()
+        self._client.setJointMotorControlMultiDof(
+            *at, self._client.TORQUE_CONTROL, force=torque
+        )
 
     def _carry(self, at: At, weight: Array) -> None:
         """Let an upward force carry a body's weight in the next step."""
@@ -194,9 +197,12 @@ class BulletStepper:
             centre = client.getLinkState(*at, computeForwardKinematics=1)[0]
         client.applyExternalForce(*at, (-weight).tolist(), centre, client.WORLD_FRAME)
 
-    def _loaded(self) -> Iterator[Loaded]:
-        """The joints with a spring, a damper or actuators."""
-        for joint, at in self._joints:
-            part = Loaded(at, joint, joint_forces(self.mechanism, joint))
-            if part.alone or part.actuators.actuators:
-                yield part
+
+def _loaded(mechanism: Mechanism, built: Built) -> Iterator[Loaded]:
+    """The hinges and slides with a spring, a damper or actuators."""
+    for number, (joint, at) in enumerate(zip(mechanism.joints, built.joints, strict=True)):
+        actuators = actuators_of(mechanism, number)
+        alone = bool(joint.stiffness or joint.damping[0]) or any(any(a.bias) for a in actuators)
+        if joint.kind not in TURNING and (alone or actuators):
+            exerted = passive_and_actuator_force(joint, actuators)
+            yield Loaded(at, exerted, float(joint.reference[0]), alone)
