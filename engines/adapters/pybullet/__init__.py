@@ -28,6 +28,9 @@ OTHERS = (  # a representative of each system that is of no kind below
     *("capsule-coast", "capsule-turn/light-slider", "capsule-plan/heading-030"),
     *("capsule-hold/unloading", "capsule-train/ten", "free-body/flip", "free-body/symmetric"),
 )
+# A body that is held does not move by a bit at large steps, and at small ones it slides for the
+# millisecond in which shapes sink by the solver's slop: such errors have no order.
+HELD = ("!incline/rest", "!incline/just-held", "!pinch/0.*")
 ITERATED = MappingProxyType(
     {
         "numSolverIterations": 200,
@@ -53,7 +56,7 @@ METHODS = (
         EULER_STEP,
         1,
         settings=ITERATED,
-        systems=(*LINES, *OTHERS),
+        systems=(*LINES, *OTHERS, *HELD),
         kinds=(ONE_SMOOTH, SMOOTH, ON_PLANE),
     ),
     Method(

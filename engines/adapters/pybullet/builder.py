@@ -257,7 +257,8 @@ def _pairs(
 
 def last_scalar(attitude: Array) -> list[float]:
     """A quaternion as Bullet has it, scalar last."""
-    return np.roll(attitude, -1).tolist()
+    rolled: list[float] = np.roll(attitude, -1).tolist()
+    return rolled
 
 
 def _made(client: Any, links: list[Link], settings: Options) -> int:

@@ -15,7 +15,7 @@ from scipy.spatial.transform import Rotation
 
 from plumbob.analytic.reference import Array
 from plumbob.engines.adapters.pybullet.builder import BASE, UNLIMITED, At, Built, build
-from plumbob.engines.adapters.pybullet.simulation import new_client
+from plumbob.engines.adapters.pybullet.client import new_client
 from plumbob.engines.joint_forces import (
     JointForce,
     actuators_of,

@@ -11,7 +11,7 @@ import numpy as np
 
 from plumbob.analytic.reference import Array
 from plumbob.engines.abilities import Fields
-from plumbob.engines.adapters.pybullet.simulation import new_client
+from plumbob.engines.adapters.pybullet.client import new_client
 from plumbob.engines.peer_model import (
     FREE,
     Frame,
