@@ -257,6 +257,23 @@ def test_a_welded_pair_keeps_its_relative_pose():
         np.testing.assert_allclose(now, then, atol=1e-4)
 
 
+@pytest.mark.parametrize("kind", ["weld", "connect"])
+def test_a_loop_holds_a_body_to_the_world_beside_bodies_that_fall(kind):
+    body = """<body name="{0}" pos="0 0 1"><freejoint/>
+    <inertial pos="0.1 0 0.2" mass="1" diaginertia="0.1 0.2 0.15"/></body>"""
+    anchor = 'anchor="0.1 0 0.2"' if kind == "connect" else ""
+    made = made_of(
+        f"<worldbody>{body.format('held')}{body.format('free')}</worldbody>"
+        f'<equality><{kind} body1="held" {anchor}/></equality>',
+        [0.0, 0, 1, 1, 0, 0, 0] * 2,
+        np.zeros(12),
+    )
+    made.advance(None, 200)
+    held, fallen = made.state().qpos[[2, 9]]
+    assert held == pytest.approx(1.0, abs=1e-4)  # within what is open and closed again
+    assert fallen == pytest.approx(1.0 - 9.81 * 0.2**2 / 2, abs=1e-2)  # half a step's, too
+
+
 def error(name, how, step=STEP, changes=(), **settings):
     """The relative error of a scene with some parameters times a factor."""
     run = method(how)

@@ -34,15 +34,13 @@ KINDS = MappingProxyType(
 )
 OF_BODIES = ("linearDamping", "angularDamping", "maxJointVelocity")  # settings
 UNLIMITED = 1e12  # [N] or [N m] of motors, limits and loops
-FLAT = (
-    1e-6  # the largest thickness of an ellipsoid over its radius that is taken for a cylinder
-)
+FLAT = 1e-6  # the thickness over the radius up to which an ellipsoid is taken for a cylinder
 EDGE = 1e-3  # radius of a cylinder's edge over its smallest size
 UNTURNED = np.array([1.0, 0.0, 0.0, 0.0])
 ORIGIN = np.zeros(3)
 NO_INERTIA = np.zeros((3, 3))
 BASE = -1  # the number of a multibody's base among its links
-NONE = -1  # the tree of the world
+NONE = -1  # the tree of the world, for which Bullet has no number either
 WELD = -1  # in place of the number of a joint
 At = tuple[int, int]
 """A multibody, and the number of one of its links."""
@@ -93,8 +91,8 @@ class Built:
     joints: tuple[At, ...]  # the link that each joint moves
     bodies: tuple[At, ...]  # the link of each body but the world
     inertial: Mapping[At, tuple[Array, Array]]
-    """Of each link: the place [m] and the axes, a quaternion, scalar last, of its inertia in the
-    link's frame."""
+    """The place [m] and the axes, a quaternion, scalar last, of each link's inertia in the link's
+    frame."""
 
 
 def build(client: Any, mechanism: Mechanism, settings: Options, step: float) -> Built:
@@ -120,7 +118,7 @@ def build(client: Any, mechanism: Mechanism, settings: Options, step: float) -> 
         for tree, links in zip(made, trees, strict=True)
         for number, link in enumerate(links, start=BASE)
     }
-    homes = [replace(body, tree=made[body.tree]) for body in bodies]
+    homes = [bodies[0], *(replace(body, tree=made[body.tree]) for body in bodies[1:])]
     _close_loops(client, mechanism, homes, inertial)
     return Built(
         client,
@@ -158,13 +156,13 @@ def _refused_of(joint: Joint, mechanism: Mechanism) -> Iterator[str]:
 
 
 def _turned(joint: Joint, mechanism: Mechanism) -> bool:
-    """Whether a joint's axis is turned by other joints."""
+    """Whether other joints turn the axis of a hinge."""
     carriers = {joint.body}
     for number in range(joint.body, 0, -1):
         if number in carriers:
             carriers.add(mechanism.bodies[number].parent)
     turning = [x for x in mechanism.joints if x.body in carriers and x.kind != "slide"]
-    return turning[:1] != [joint]
+    return turning[0] is not joint
 
 
 def _is_disc(shape: Shape) -> bool:
