@@ -304,11 +304,11 @@ def test_a_pyramid_of_friction_is_wrong_whatever_the_inertia():
         )
 
 
-def test_shapes_sink_by_the_slop():
+def test_contacts_have_a_static_penetration_of_the_slop():
     """Five cubes of 0.2 m stand 10 micrometres in each other and in the ground: 2.5e-4 of one."""
     errors = [error("stack/equal", ITERATED, contactSlop=slop) for slop in (4e-5, 1e-5)]
     assert errors[0] / errors[1] == pytest.approx(4.0, rel=0.4)
-    # A cube that is held slides for as long as it sinks.
+    # A cube that is held slides until its contact has that.
     assert error("incline/rest", HARD) < 1e-9 < 1e-5 < error("incline/rest", ITERATED)
 
 

@@ -29,7 +29,7 @@ OTHERS = (  # a representative of each system that is of no kind below
     *("capsule-hold/unloading", "capsule-train/ten", "free-body/flip", "free-body/symmetric"),
 )
 # A body that is held does not move by a bit at large steps, and at small ones it slides for the
-# millisecond in which shapes sink by the solver's slop: such errors have no order.
+# millisecond before shapes have their static penetration: such errors have no order.
 HELD = ("!incline/rest", "!incline/just-held", "!pinch/0.*")
 ITERATED = MappingProxyType(
     {

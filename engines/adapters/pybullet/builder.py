@@ -100,32 +100,36 @@ def build(client: Any, mechanism: Mechanism, settings: Options, step: float) -> 
     Unsupported."""
     for feature in refused(mechanism):
         raise Unsupported(f"feature {feature}")
-    of_world = {name: value for name, value in settings.items() if name not in OF_BODIES}
-    client.setGravity(*mechanism.gravity)
-    client.setPhysicsEngineParameter(
-        fixedTimeStep=step, deterministicOverlappingPairs=1, **of_world
-    )
+    _set_up_world(client, mechanism, settings, step)
     trees, bodies, joints = _trees(mechanism)
     pairs = list(_pairs(mechanism, trees, bodies))
     made = [_made(client, links, settings) for links in trees]
     for (one, here), (other, there) in pairs:
         client.setCollisionFilterPair(made[one], made[other], here, there, 1)
-    for joint, (tree, link) in zip(mechanism.joints, joints, strict=True):
-        if link != BASE:
-            _set_up(client, made[tree], link, joint)
-    inertial = {
-        (tree, number): (link.centre, link.principal[1])
-        for tree, links in zip(made, trees, strict=True)
-        for number, link in enumerate(links, start=BASE)
-    }
+    moved = tuple((made[tree], link) for tree, link in joints)
+    _set_up_joints(client, mechanism.joints, moved)
     homes = [bodies[0], *(replace(body, tree=made[body.tree]) for body in bodies[1:])]
+    inertial = dict(_inertial(made, trees))
     _close_loops(client, mechanism, homes, inertial)
-    return Built(
-        client,
-        tuple((made[tree], link) for tree, link in joints),
-        tuple((home.tree, home.link) for home in homes[1:]),
-        inertial,
+    return Built(client, moved, tuple((home.tree, home.link) for home in homes[1:]), inertial)
+
+
+def _set_up_world(client: Any, mechanism: Mechanism, settings: Options, step: float) -> None:
+    """Give a world its gravity, its time step [s] and its settings."""
+    of_world = {name: value for name, value in settings.items() if name not in OF_BODIES}
+    client.setGravity(*mechanism.gravity)
+    client.setPhysicsEngineParameter(
+        fixedTimeStep=step, deterministicOverlappingPairs=1, **of_world
     )
+
+
+def _inertial(
+    made: Sequence[int], trees: Sequence[Sequence[Link]]
+) -> Iterator[tuple[At, tuple[Array, Array]]]:
+    """Each link of the trees that were made, with the frame of its inertia."""
+    for tree, links in zip(made, trees, strict=True):
+        for number, link in enumerate(links, start=BASE):
+            yield (tree, number), (link.centre, link.principal[1])
 
 
 def refused(mechanism: Mechanism) -> Iterator[str]:
@@ -332,21 +336,22 @@ def _shape(client: Any, shape: Shape | None) -> int:
     return int(made)
 
 
-def _set_up(client: Any, tree: int, link: int, joint: Joint) -> None:
-    """Give a joint its limits and its dry friction, a motor that stops it with no more than that
-    force; without one it has no motor."""
-    loss = float(joint.friction_loss[0])
-    if joint.kind == "ball":
-        client.setJointMotorControlMultiDof(
-            tree, link, client.POSITION_CONTROL, targetPosition=[0, 0, 0, 1], force=[0, 0, 0]
-        )
-        return
-    client.setJointMotorControl2(tree, link, client.VELOCITY_CONTROL, force=loss)
-    if joint.limits is not None:
-        low, high = (limit - float(joint.reference[0]) for limit in joint.limits)
-        client.changeDynamics(
-            tree, link, jointLowerLimit=low, jointUpperLimit=high, jointLimitForce=UNLIMITED
-        )
+def _set_up_joints(client: Any, joints: Sequence[Joint], moved: Sequence[At]) -> None:
+    """Give joints their limits and their dry friction, a motor that stops a joint with no more than
+    that force; without one a joint has no motor."""
+    for joint, at in zip(joints, moved, strict=True):
+        if joint.kind == "free":
+            continue
+        if joint.kind == "ball":
+            start = {"targetPosition": [0, 0, 0, 1], "force": [0, 0, 0]}
+            client.setJointMotorControlMultiDof(*at, client.POSITION_CONTROL, **start)
+            continue
+        loss = float(joint.friction_loss[0])
+        client.setJointMotorControl2(*at, client.VELOCITY_CONTROL, force=loss)
+        if joint.limits is not None:
+            low, high = (limit - float(joint.reference[0]) for limit in joint.limits)
+            limits = {"jointLowerLimit": low, "jointUpperLimit": high}
+            client.changeDynamics(*at, **limits, jointLimitForce=UNLIMITED)
 
 
 def _close_loops(

@@ -148,30 +148,28 @@ class BulletStepper:
 
     def advance(self, controls: Array | None, steps: int) -> None:
         """Take `steps` steps under controls, shape (steps, controls)."""
-        client = self._client
         numbers = np.arange(self._taken + 1, self._taken + steps + 1, dtype=np.float64)
         times = self._begun + self.step * numbers
         moves = np.array([velocity(times) for *_, velocity in self._driven])
         ends = moves.reshape(len(moves), steps).T.tolist()  # the velocities that steps end with
         rows = [self._idle] * steps if controls is None else controls.tolist()
         loaded = [x for x in self._loaded if controls is not None or x.alone]
-        motor, kind, move = (
-            client.setJointMotorControl2,
-            client.VELOCITY_CONTROL,
-            client.stepSimulation,
-        )
+        move = self._client.stepSimulation
         for row, velocities in zip(rows, ends, strict=True):
-            for (tree, link, _), velocity in zip(self._driven, velocities, strict=True):
-                motor(tree, link, kind, targetVelocity=velocity, force=UNLIMITED)
+            self._drive(velocities)
             for part in loaded:
                 self._load(part, row)
-            for at, damping in self._damped:
-                self._damp(at, damping)
-            for at, weight in self._carried:
-                self._carry(at, weight)
+            self._damp()
+            self._carry()
             move()
         self._taken += steps
         self._fresh = self._fresh and not steps
+
+    def _drive(self, velocities: Sequence[float]) -> None:
+        """Let the joints whose motion is prescribed have these velocities after the next step."""
+        motor, kind = self._client.setJointMotorControl2, self._client.VELOCITY_CONTROL
+        for (tree, link, _), velocity in zip(self._driven, velocities, strict=True):
+            motor(tree, link, kind, targetVelocity=velocity, force=UNLIMITED)
 
     def _load(self, part: Loaded, controls: Sequence[float]) -> None:
         """Let a joint's force act in the next step."""
@@ -179,23 +177,23 @@ class BulletStepper:
         force = part.exerted(q + part.drawn, v, controls)
         self._client.setJointMotorControl2(*part.at, self._client.TORQUE_CONTROL, force=force)
 
-    def _damp(self, at: At, damping: Array) -> None:
-        """Let the damper of a ball joint act in the next step."""
-        rate = self._ball(at)[2]
-        axes = Rotation.from_quat(self.built.inertial[at][1])
-        torque = axes.inv().apply(-damping * rate).tolist()
-        self._client.setJointMotorControlMultiDof(
-            *at, self._client.TORQUE_CONTROL, force=torque
-        )
-
-    def _carry(self, at: At, weight: Array) -> None:
-        """Let an upward force carry a body's weight in the next step."""
+    def _damp(self) -> None:
+        """Let the dampers of ball joints act in the next step."""
         client = self._client
-        if at[1] == BASE:
-            centre = client.getBasePositionAndOrientation(at[0])[0]
-        else:
-            centre = client.getLinkState(*at, computeForwardKinematics=1)[0]
-        client.applyExternalForce(*at, (-weight).tolist(), centre, client.WORLD_FRAME)
+        for at, damping in self._damped:
+            axes = Rotation.from_quat(self.built.inertial[at][1])
+            torque = axes.inv().apply(-damping * self._ball(at)[2]).tolist()
+            client.setJointMotorControlMultiDof(*at, client.TORQUE_CONTROL, force=torque)
+
+    def _carry(self) -> None:
+        """Let upward forces carry the weights of bodies in the next step."""
+        client = self._client
+        for at, weight in self._carried:
+            if at[1] == BASE:
+                centre = client.getBasePositionAndOrientation(at[0])[0]
+            else:
+                centre = client.getLinkState(*at, computeForwardKinematics=1)[0]
+            client.applyExternalForce(*at, (-weight).tolist(), centre, client.WORLD_FRAME)
 
 
 def _loaded(mechanism: Mechanism, built: Built) -> Iterator[Loaded]:
