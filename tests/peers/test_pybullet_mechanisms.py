@@ -141,6 +141,21 @@ def test_put_and_step_equals_fresh_and_step_to_the_bit(name):
         np.testing.assert_array_equal(after.qvel, expected.qvel)
 
 
+def test_a_world_keeps_its_settings_beside_a_world_with_others():
+    """Bullet has one distance of contact for all worlds of a process."""
+    parts = scene_mechanism("bouncing-ball/half")
+    found = []
+    for others in ((), (HARD,)):
+        made = stepper(parts.mechanism)
+        made.put(parts.start)
+        for name in others:
+            other = stepper(parts.mechanism, name=name)
+            other.put(parts.start)
+            stepped(other, parts, 10)
+        found.append(stepped(made, parts, 1000).qpos)
+    np.testing.assert_array_equal(*found)
+
+
 ONE = '<body><joint name="d" {}/><geom size="1"/></body>'
 FEATURES = {
     "partly carried weight of body b": (

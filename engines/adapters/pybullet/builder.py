@@ -9,7 +9,7 @@ without mass, which is fixed to the body's link.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 from typing import Any
@@ -89,7 +89,7 @@ class Built:
 
     client: Any
     joints: tuple[At, ...]  # the link that each joint moves
-    bodies: tuple[At, ...]  # the link of each body but the world
+    bodies: tuple[Placed, ...]  # the link of each body; of the world one of no multibody
     inertial: Mapping[At, tuple[Array, Array]]
     """The place [m] and the axes, a quaternion, scalar last, of each link's inertia in the link's
     frame."""
@@ -104,14 +104,19 @@ def build(client: Any, mechanism: Mechanism, settings: Options, step: float) -> 
     trees, bodies, joints = _trees(mechanism)
     pairs = list(_pairs(mechanism, trees, bodies))
     made = [_made(client, links, settings) for links in trees]
-    for (one, here), (other, there) in pairs:
-        client.setCollisionFilterPair(made[one], made[other], here, there, 1)
-    moved = tuple((made[tree], link) for tree, link in joints)
+    _let_collide(client, made, pairs)
+    moved = tuple((made[at[0]], at[1]) for at in joints)
     _set_up_joints(client, mechanism.joints, moved)
-    homes = [bodies[0], *(replace(body, tree=made[body.tree]) for body in bodies[1:])]
+    homes = (bodies[0], *(replace(body, tree=made[body.tree]) for body in bodies[1:]))
     inertial = dict(_inertial(made, trees))
     _close_loops(client, mechanism, homes, inertial)
-    return Built(client, moved, tuple((home.tree, home.link) for home in homes[1:]), inertial)
+    return Built(client, moved, homes, inertial)
+
+
+def _let_collide(client: Any, made: Sequence[int], pairs: Iterable[tuple[At, At]]) -> None:
+    """Let the links of these pairs collide, by the numbers of their trees."""
+    for (one, here), (other, there) in pairs:
+        client.setCollisionFilterPair(made[one], made[other], here, there, 1)
 
 
 def _set_up_world(client: Any, mechanism: Mechanism, settings: Options, step: float) -> None:

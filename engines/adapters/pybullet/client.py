@@ -6,6 +6,8 @@ from typing import Any
 
 from plumbob.models.entry_points import captured
 
+TOUCHES = 0.02  # [m]: Bullet's default distance of contacts, one for all worlds of a process
+
 
 def new_client() -> Any:
     """A client of a simulation of its own, which ends with the last reference to it."""
@@ -13,4 +15,6 @@ def new_client() -> Any:
         import pybullet
         from pybullet_utils.bullet_client import BulletClient
 
-        return BulletClient(connection_mode=pybullet.DIRECT)
+        client = BulletClient(connection_mode=pybullet.DIRECT)
+    client.setPhysicsEngineParameter(contactBreakingThreshold=TOUCHES)
+    return client

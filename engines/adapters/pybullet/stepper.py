@@ -15,7 +15,7 @@ from scipy.spatial.transform import Rotation
 
 from plumbob.analytic.reference import Array
 from plumbob.engines.adapters.pybullet.builder import BASE, UNLIMITED, At, Built, build
-from plumbob.engines.adapters.pybullet.client import new_client
+from plumbob.engines.adapters.pybullet.client import TOUCHES, new_client
 from plumbob.engines.joint_forces import (
     JointForce,
     actuators_of,
@@ -47,6 +47,7 @@ class BulletStepper:
         self.step = step
         self.mechanism = mechanism
         self._settings = settings
+        self._touches = settings.get("contactBreakingThreshold", TOUCHES)
         self._client = new_client()
         self._attitudes = dict[int, Array]()
         self._begun, self._taken = 0.0, 0
@@ -57,8 +58,8 @@ class BulletStepper:
             (*at, joint.velocity) for joint, at in self._joints if joint.velocity is not None
         ]
         self._carried = [
-            (at, body.mass * mechanism.gravity)
-            for body, at in zip(mechanism.bodies[1:], self.built.bodies, strict=True)
+            ((home.tree, home.link), body.mass * mechanism.gravity)
+            for body, home in zip(mechanism.bodies, self.built.bodies, strict=True)
             if body.carried
         ]
         self._damped = [
@@ -154,6 +155,8 @@ class BulletStepper:
         ends = moves.reshape(len(moves), steps).T.tolist()  # the velocities that steps end with
         rows = [self._idle] * steps if controls is None else controls.tolist()
         loaded = [x for x in self._loaded if controls is not None or x.alone]
+        if self.mechanism.touching:  # another world may have changed it
+            self._client.setPhysicsEngineParameter(contactBreakingThreshold=self._touches)
         move = self._client.stepSimulation
         for row, velocities in zip(rows, ends, strict=True):
             self._drive(velocities)
