@@ -42,6 +42,8 @@ def convergence(runs: Sequence[Measurement], quantities: Sequence[Quantity]) -> 
     octaves = _octaves(steps, errors)
     above = octaves[resolved[octaves]]
     if len(octaves) < OCTAVES:
+        if len(steps) >= PER_OCTAVE and not resolved.any():  # which ends a study early
+            return Convergence("converges", f"within {ROUND_OFFS:g} round-offs at every step")
         return Convergence(None, f"{len(octaves)} octaves of steps, and {OCTAVES} are needed")
     least = f"the smallest error resolved is {errors[octaves].min():.2g}, relative"
     if not len(above):

@@ -52,6 +52,13 @@ def test_errors_at_the_round_off_level_converge():
     assert verdict(lambda h: 1e-12 * saw(h))[0] == "not-converging"  # far above it
 
 
+def test_runs_that_end_early_since_all_are_at_the_round_off_level_converge():
+    """A study ends two steps after its error is at the floor, on fewer octaves than are needed."""
+    assert verdict(lambda h: 0.0, STEPS[:3])[0] == "converges"
+    assert verdict(lambda h: 0.0, STEPS[:2])[0] is None
+    assert verdict(lambda h: 1e-12 if h == STEPS[0] else 0.0, STEPS[:3])[0] is None
+
+
 def test_steps_between():
     octaves = np.log2(np.array(between((1e-2, 1e-3), 10.0, own=False)) / 1e-3)
     assert octaves.max() == pytest.approx(5.0)  # coarser than those given

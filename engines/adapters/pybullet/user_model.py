@@ -10,7 +10,8 @@ from typing import Any
 import numpy as np
 
 from plumbob.analytic.reference import Array
-from plumbob.engines.adapters.pybullet import new_client
+from plumbob.engines.abilities import Fields
+from plumbob.engines.adapters.pybullet.client import new_client
 from plumbob.engines.peer_model import (
     FREE,
     Frame,
@@ -26,6 +27,32 @@ from plumbob.models.border import border
 PROBE = 1e-6  # [s] of the step that shows accelerations
 DAMPED = "springs and damping dropped; velocities of links damped by Bullet's default"
 WIDE = 1e10  # limits of joints that act on nothing
+
+
+def model_fields(path: Path) -> Fields:
+    """The numbers that Bullet reads from a model file; it knows friction by the body, not the geom.
+    Raises RefusedFile."""
+    client = new_client()
+    with border(RefusedFile):
+        bodies = client.loadMJCF(str(path))
+    options = client.getPhysicsEngineParameters()
+    yield "gravity", "", [options[f"gravityAcceleration{axis}"] for axis in "XYZ"]
+    yield "timestep", "", options["fixedTimeStep"]
+    for body in bodies:
+        for link in range(-1, client.getNumJoints(body)):
+            if link < 0:
+                name = client.getBodyInfo(body)[0].decode()
+            else:
+                joint = client.getJointInfo(body, link)
+                if joint[2] != client.JOINT_FIXED:
+                    yield "damping", joint[1].decode(), joint[6]
+                    yield "frictionloss", joint[1].decode(), joint[7]
+                name = joint[12].decode()
+            mass, friction, moments, *_ = client.getDynamicsInfo(body, link)
+            if mass > 0.0:  # bodies between joints have none
+                yield "mass", name, mass
+                yield "inertia", name, sorted(moments)
+            yield "friction", name, friction
 
 
 class World:
