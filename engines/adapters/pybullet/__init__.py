@@ -11,7 +11,7 @@ from __future__ import annotations
 from types import MappingProxyType
 
 from plumbob.analytic.schemes import EULER, Scheme
-from plumbob.engines.abilities import ModelReader, RunsFiles, SchemeOfCase
+from plumbob.engines.abilities import BuildsMechanisms, ModelReader, RunsFiles, SchemeOfCase
 from plumbob.engines.adapters.constrained import CONSTRAINED, constrained
 from plumbob.engines.adapters.hinged_body import model_error
 from plumbob.engines.method import Engine, Method
@@ -95,5 +95,6 @@ ENGINE = Engine(
         SchemeOfCase(scheme),
         ModelReader(later(f"{__name__}.user_model.model_fields")),
         RunsFiles(later(f"{__name__}.user_model.user_model")),
+        BuildsMechanisms(later(f"{__name__}.simulation.built")),
     ),
 )

@@ -19,3 +19,9 @@ def prepare(case: Case, method: Method, step: float) -> Simulation:
 
     broken = (OverflowError, ValueError, new_client().error)
     return simulated(case, step, build, broken)
+
+
+def built(mechanism: Mechanism, start: State, step: float) -> BulletStepper:
+    """A mechanism at `step` [s] with Bullet's default settings, but without the damping that Bullet
+    gives the velocities of all bodies by default; raises Unsupported."""
+    return BulletStepper(mechanism, {"damping": 0.0}, step)
