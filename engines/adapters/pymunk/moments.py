@@ -1,63 +1,19 @@
-"""Moments and forces of joints: springs, dampers, actuators, and a platform that turns."""
+"""The moments on a body on a platform that turns."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 
 import numpy as np
 
 from plumbob.engines.adapters.pymunk.links import Link, Links
 from plumbob.engines.adapters.pymunk.plane import CLOSE
-from plumbob.engines.mechanism import Actuator, Joint, Mechanism
+from plumbob.engines.mechanism import Mechanism
 from plumbob.engines.method import Unsupported
 
-Effort = Callable[[float, float, Sequence[float]], float]
-"""The force of a joint's actuators and of its spring and damper [N] or [N m] by its coordinate,
-its velocity and the controls."""
 # Times [s] at which a platform is asked whether it keeps its rate.
 TIMES = np.concatenate([[0.0], 2.0 ** np.arange(-10.0, 11.0)])
-
-
-def effort(joint: Joint, actuators: Sequence[Actuator]) -> Effort:
-    """The force of these actuators and of a joint's spring and damper."""
-    damping = float(joint.damping[0])
-    stiffness = joint.stiffness
-    rest = float(joint.rest[0])
-    forces = list(map(_force, actuators))
-    if not (forces or stiffness):
-        return lambda q, rate, controls: -damping * rate
-    if not forces:
-        return lambda q, rate, controls: -stiffness * (q - rest) - damping * rate
-    if len(forces) == 1 and not (stiffness or damping):
-        return forces[0]
-
-    def force(q: float, rate: float, controls: Sequence[float]) -> float:
-        total = -stiffness * (q - rest) - damping * rate
-        for of_actuator in forces:
-            total += of_actuator(q, rate, controls)
-        return total
-
-    return force
-
-
-def _force(actuator: Actuator) -> Effort:
-    """The force of an actuator on its joint."""
-    gear = actuator.gear
-    gain = actuator.gain
-    control = actuator.control
-    constant, by_place, by_rate = actuator.bias
-    low, high = actuator.force_range or (-math.inf, math.inf)
-    least, most = actuator.control_range or (-math.inf, math.inf)
-    by_place, by_rate = gear * by_place, gear * by_rate
-
-    def force(q: float, rate: float, controls: Sequence[float]) -> float:
-        bent = constant + by_place * q + by_rate * rate
-        return gear * min(
-            max(gain * min(max(controls[control], least), most) + bent, low), high
-        )
-
-    return force
 
 
 def turning_rate(mechanism: Mechanism, links: Links) -> float | None:

@@ -9,6 +9,7 @@ from functools import cached_property
 
 import pymunk
 
+from plumbob.engines.adapters.joint_forces import Effort, effort
 from plumbob.engines.adapters.pymunk.links import (
     WORLD,
     Hinge,
@@ -19,12 +20,7 @@ from plumbob.engines.adapters.pymunk.links import (
     links_of,
 )
 from plumbob.engines.adapters.pymunk.methods import MOMENT
-from plumbob.engines.adapters.pymunk.moments import (
-    Effort,
-    effort,
-    platform_spring,
-    turning_rate,
-)
+from plumbob.engines.adapters.pymunk.moments import platform_spring, turning_rate
 from plumbob.engines.adapters.pymunk.plane import CLOSE
 from plumbob.engines.adapters.pymunk.simulation import vector
 from plumbob.engines.adapters.pymunk.surfaces import Surfaces, surfaces_of
