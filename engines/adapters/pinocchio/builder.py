@@ -80,7 +80,7 @@ class Dynamics:
         for first, _ in self.attitudes:
             attitude = q[first : first + 4]
             attitude /= math.sqrt(attitude @ attitude)
-        return q[self.order]
+        return np.asarray(q[self.order])
 
     def acceleration(self, time: float, qpos: Array, qvel: Array, controls: Any) -> Array:
         """The rates of the rates of a state at a time [s] under controls."""
@@ -122,7 +122,7 @@ class Dynamics:
     def inertia(self, q: Array) -> Array:
         """The mass matrix of the rates whose motion is not prescribed."""
         upper = np.triu(pinocchio.crba(self.model, self.data, q))
-        return (upper + np.triu(upper, 1).T)[np.ix_(self.free, self.free)]
+        return np.asarray((upper + np.triu(upper, 1).T)[np.ix_(self.free, self.free)])
 
 
 def numbered(mechanism: Mechanism) -> Iterator[tuple[Joint, int, int]]:
@@ -176,7 +176,7 @@ def _attitudes(mechanism: Mechanism) -> Iterator[tuple[int, int]]:
 
 def _coordinates(
     mechanism: Mechanism, attitudes: Sequence[tuple[int, int]]
-) -> tuple[Array, Array]:
+) -> tuple[Array, Any]:
     """The coordinates at which Pinocchio's are 0, and the number of each of Pinocchio's coordinates
     among the mechanism's."""
     drawn = [
