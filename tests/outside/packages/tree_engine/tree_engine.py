@@ -7,13 +7,13 @@ Save this file as `tree_engine.py` in an empty folder, and beside it a `pyprojec
     version = "1.0"
     entry-points."plumbob.engines".tree = "tree_engine:ENGINE"
 
-After `pip install .` there, `plumbob validate --methods tree` runs the systems named at the end.
-
-An engine is given a Mechanism: bodies, joints and actuators, whose fields `plumbob/engines/
-mechanism.py` explains, and gives back a stepper, here a Tree. Its states have, joint after joint, a
-hinge's or slide's position and rate; a ball's quaternion (w, x, y, z), and its angular velocity in
-the body's axes; a free body's place and quaternion, and its velocity in the world before that.
-"""
+After `pip install .` there, where plumbob is installed, `plumbob validate --methods tree` runs the
+scenes that are named at the end: every error is to be as predicted. plumbob makes a Mechanism of a
+scene, records of bodies, joints and actuators in SI units, which `pydoc plumbob.engines.mechanism`
+explains, and asks for a stepper of it: an object with `step`, `put`, `state` and `advance` as Tree
+has them. Its positions and rates are those of one joint after another: a hinge or slide has one of
+each, a ball a quaternion (w, x, y, z) and its angular velocity in the body's axes, a free body its
+place and a quaternion, and its velocity in the world and its angular velocity as a ball's."""
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -33,8 +33,9 @@ def cross(a):
     return np.array([[0.0, -a[2], a[1]], [a[2], 0.0, -a[0]], [-a[1], a[0], 0.0]])
 
 
-def turn(quaternion):
-    return Rotation.from_quat(quaternion, scalar_first=True)
+def turn(q):
+    """The rotation of a quaternion (w, x, y, z), or of a rotation vector [rad]."""
+    return Rotation.from_quat(q, scalar_first=True) if len(q) == 4 else Rotation.from_rotvec(q)
 
 
 class Tree:
@@ -65,7 +66,7 @@ class Tree:
             for _, kind, places, rates in self.joints:  # positions move at the new rates
                 q, moved = self.qpos[places], self.step * self.qvel[rates]
                 if kind == "ball":
-                    q[:] = (turn(q) * Rotation.from_rotvec(moved)).as_quat(scalar_first=True)
+                    q[:] = (turn(q) * turn(moved)).as_quat(scalar_first=True)
                 else:
                     q += moved
             self.time += self.step
@@ -85,14 +86,13 @@ class Tree:
         return force
 
     def accelerations(self, force):
-        """How the rates change, by Kane's equations: `by` times the rates is a body's angular
-        velocity, and the velocity of its point at the world's origin; along all columns of it the
-        forces on all bodies and mass times acceleration are equal."""
+        """How the rates change, by Kane's equations. `by` times the rates is a body's angular
+        velocity, and the velocity of its point at the world's origin."""
         qvel = self.qvel
         mass = np.diag(np.concatenate([joint.armature for joint in self.mechanism.joints]))
         frames = [(np.zeros(3), np.eye(3), np.zeros((6, len(qvel))), np.zeros(6))]
         for number, body in enumerate(self.mechanism.bodies[1:], start=1):
-            place, axes, by, drift = map(np.copy, frames[body.parent])  # drift: by' @ qvel
+            place, axes, by, drift = map(np.copy, frames[body.parent])  # drift: by' times them
             place, axes = place + axes @ body.place, axes @ turn(body.attitude).as_matrix()
             for joint, kind, places, rates in self.joints:
                 if joint.body == number:
@@ -128,10 +128,8 @@ def behind(joint, kind, q, place, axes):
     if kind == "slide":
         return place + axis @ (q - joint.reference), axes, np.vstack([0.0 * axis, axis])
     centre = place + axes @ joint.place
-    hinge = kind == "hinge"
-    turned = Rotation.from_rotvec(joint.axis * (q - joint.reference)) if hinge else turn(q)
-    axes = axes @ turned.as_matrix()
-    about = axis if hinge else axes
+    axes = axes @ turn(q if kind == "ball" else joint.axis * (q - joint.reference)).as_matrix()
+    about = axes if kind == "ball" else axis
     return centre - axes @ joint.place, axes, np.vstack([about, cross(centre) @ about])
 
 
@@ -139,11 +137,13 @@ def prepare(case, method, step):
     return simulated(case, step, lambda mechanism, start: Tree(mechanism, step))
 
 
-SYSTEMS = ("projectile", "*-pendulum", "heavy-top", "servo", "free-body")
+SCENES = """projectile/thrown servo/motor-damped heavy-top/nutating n-pendulum/triple
+simple-pendulum/near-top-1e-6 linear-pendulum/overdamped cone-pendulum/equal-wells-short
+free-body/symmetric"""
 ENGINE = Engine(
     name="tree",
     package="numpy",  # what has to be installed for it
-    methods=(Method("tree/euler", Scheme(EULER, "start"), 1, systems=SYSTEMS),),
+    methods=(Method("tree/euler", Scheme(EULER, "start"), 1, systems=tuple(SCENES.split())),),
     prepare=prepare,
     model_error=lambda case, method, step: {},  # what the model adds, whatever the step
     not_read={"tension": "no force of a hinge is read"},
