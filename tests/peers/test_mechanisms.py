@@ -182,6 +182,21 @@ def test_a_prescribed_joint_keeps_its_course(subject):
     assert made.state().qvel[0] == pytest.approx(rate, abs=1e-9)
 
 
+def test_the_range_of_forces_of_a_joint_holds_for_its_motors_together(subject):
+    """Two motors of 3 N m each on a joint that takes 4 N m, beside a damper that it does not
+    count: a body of 1 kg m^2, which 2 rad/s of a damper of 0.5 N m s slow down."""
+    xml = """<mujoco><worldbody><body><joint name="j" damping="0.5" actuatorfrcrange="-4 4"/>
+      <inertial pos="0 0 0" mass="1" diaginertia="1 1 1"/></body></worldbody>
+      <actuator><motor joint="j"/><motor joint="j"/></actuator></mujoco>"""
+    mechanism = compiled_mechanism(mujoco.MjModel.from_xml_string(xml))
+    made = subject.stepper(mechanism, None)
+    made.put(State(np.zeros(1), np.array([2.0])))
+    made.advance(np.full((1, 2), 3.0), 1)
+    # RK4's step: v' = 4 - 0.5 v.
+    exact = 8.0 - 6.0 * np.exp(-0.5 * STEP)
+    assert made.state().qvel[0] == pytest.approx(exact, rel=1e-14)
+
+
 @pytest.mark.parametrize("kind", ["weld", "connect"])
 def test_a_loop_keeps_two_free_bodies_together(subject, kind):
     """A pair that turns in free space: a weld keeps the relative pose, a ball joint the point."""
