@@ -8,12 +8,12 @@ Save this file as `tree_engine.py` in an empty folder, and beside it a `pyprojec
     entry-points."plumbob.engines".tree = "tree_engine:ENGINE"
 
 After `pip install .` there, where plumbob is installed, `plumbob validate --methods tree` runs the
-scenes that are named at the end: every error is to be as predicted. plumbob makes a Mechanism of a
-scene, records of bodies, joints and actuators in SI units, which `pydoc plumbob.engines.mechanism`
-explains, and asks for a stepper of it: an object with `step`, `put`, `state` and `advance` as Tree
-has them. Its positions and rates are those of one joint after another: a hinge or slide has one of
-each, a ball a quaternion (w, x, y, z) and its angular velocity in the body's axes, a free body its
-place and a quaternion, and its velocity in the world and its angular velocity as a ball's."""
+scenes named at the end: every error is to be as predicted. plumbob makes a Mechanism of a scene,
+records of bodies, joints and actuators in SI units, explained by the comments in the file that
+`python -c "import plumbob.engines.mechanism as m; print(m.__file__)"` names, and wants a stepper:
+`step`, `put`, `state` and `advance` as Tree has them. Its positions and rates are, joint after
+joint: one each of a hinge or slide; of a ball a quaternion (w, x, y, z) and its angular velocity in
+the body's axes; of a free body its place, then a ball's, and its velocity in the world likewise."""
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -24,7 +24,7 @@ from plumbob.engines.method import Engine, Method, Unsupported
 from plumbob.engines.stepper import State
 
 BALL = {"ball": (4, 3)}  # numbers of positions and rates; a hinge or a slide has one each
-PARTS = {"ball": BALL, "free": {"move": (3, 3)} | BALL}
+PARTS = {"ball": BALL, "free": {"move": (3, 3)} | BALL}  # it moves, then turns as a ball does
 ANY = (-np.inf, np.inf)
 
 
@@ -86,13 +86,13 @@ class Tree:
         return force
 
     def accelerations(self, force):
-        """How the rates change, by Kane's equations. `by` times the rates is a body's angular
-        velocity, and the velocity of its point at the world's origin."""
+        """How qvel changes, by Kane's equations. by @ qvel is a body's angular velocity and the
+        velocity of its point at the world's origin, drift their changes while qvel is constant."""
         qvel = self.qvel
         mass = np.diag(np.concatenate([joint.armature for joint in self.mechanism.joints]))
         frames = [(np.zeros(3), np.eye(3), np.zeros((6, len(qvel))), np.zeros(6))]
         for number, body in enumerate(self.mechanism.bodies[1:], start=1):
-            place, axes, by, drift = map(np.copy, frames[body.parent])  # drift: by' times them
+            place, axes, by, drift = map(np.copy, frames[body.parent])
             place, axes = place + axes @ body.place, axes @ turn(body.attitude).as_matrix()
             for joint, kind, places, rates in self.joints:
                 if joint.body == number:
@@ -103,17 +103,17 @@ class Tree:
                     by[:, rates] = own
             frames.append((place, axes, by, drift))
             arm = cross(place + axes @ body.centre)
-            about, along = by[:3], by[3:] - arm @ by[:3]  # times the rates: of the centre
+            about, along = by[:3], by[3:] - arm @ by[:3]  # the turn and the centre
             spin, moments = about @ qvel, axes @ body.inertia @ axes.T
             torque = -moments @ drift[:3] - cross(spin) @ moments @ spin
             pull = (1.0 - body.carried) * self.mechanism.gravity - cross(spin) @ along @ qvel
-            pull += arm @ drift[:3] - drift[3:]
+            pull += arm @ drift[:3] - drift[3:]  # less the centre's acceleration: it is inertia
             force = force + about.T @ torque + body.mass * along.T @ pull
             mass += about.T @ moments @ about + body.mass * along.T @ along
         change, free = np.zeros(len(qvel)), np.ones(len(qvel), dtype=bool)
         ends = self.time + np.array([0.0, self.step])
         for joint, _, _, rates in self.joints:
-            if joint.velocity is not None:  # it is prescribed: what it changes by in the step
+            if joint.velocity is not None:  # prescribed: by its mean change over the step
                 free[rates] = False
                 change[rates] = np.diff(joint.velocity(ends)) / self.step
         change[free] = np.linalg.solve(mass[free][:, free], (force - mass @ change)[free])
