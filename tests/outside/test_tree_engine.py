@@ -1,5 +1,5 @@
-"""The engine of engines/README.md, which is one file: what it says of itself is all that is needed,
-and it runs eight systems with the errors that theory predicts."""
+"""The engine of engines/README.md, which is one file: its first lines say all that is needed to
+install it, and it runs eight systems with the errors that theory predicts."""
 
 import importlib.util
 import tomllib

@@ -197,21 +197,12 @@ def _trees(mechanism: Mechanism, model: Any, carried: Any) -> list[tuple[int, An
     frames = [(0, placed(np.zeros(3)))]
     for each in (model, carried):
         each.gravity.linear = mechanism.gravity
-    joints = list(enumerate(mechanism.joints))
     for number, body in enumerate(mechanism.bodies[1:], start=1):
         above, frame = frames[body.parent]
         frame = frame * placed(body.place, body.attitude)
-        for i, joint in joints:
-            if joint.body != number:
-                continue
-            if joint.kind == "free":  # its coordinates are those of its frame in the world
-                frame = placed(np.zeros(3))
-            at = frame * placed(joint.place)
-            for part, moves in enumerate(_moves(joint)):
-                for each in (model, carried):
-                    moved = each.addJoint(above, moves, at, f"{i} {part}")
-                above, at = moved, placed(np.zeros(3))
-            frame = placed(-joint.place)
+        for i, joint in enumerate(mechanism.joints):
+            if joint.body == number:
+                above, frame = _jointed((model, carried), i, joint, above, frame)
         moments = np.zeros((3, 3)) if body.point else body.inertia
         inertia = pinocchio.Inertia(body.mass, body.centre, moments)
         model.appendBodyToJoint(above, inertia, frame)
@@ -219,6 +210,20 @@ def _trees(mechanism: Mechanism, model: Any, carried: Any) -> list[tuple[int, An
         carried.appendBodyToJoint(above, weight, frame)
         frames.append((above, frame))
     return frames
+
+
+def _jointed(
+    models: Sequence[Any], number: int, joint: Joint, above: int, frame: Any
+) -> tuple[int, Any]:
+    """Give models a joint, by its number, between the joint `above`, in whose frame the body's is
+    drawn, and the body; the number of the joint that moves the body, and the body's frame in it."""
+    if joint.kind == "free":  # its coordinates are those of its frame in the world
+        frame = placed(np.zeros(3))
+    at = frame * placed(joint.place)
+    for part, moves in enumerate(_moves(joint)):
+        (above, *_) = [each.addJoint(above, moves, at, f"{number} {part}") for each in models]
+        at = placed(np.zeros(3))
+    return above, placed(-joint.place)
 
 
 def _moves(joint: Joint) -> tuple[Any, ...]:

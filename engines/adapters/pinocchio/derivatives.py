@@ -26,25 +26,19 @@ def derivatives(number: Number, method: Method, step: float) -> ByName:
     scenes = [compiled_scene(case) for case in cases]
     variation = Variation(scenes, apart)
     low, here, high = (scene.start for scene in scenes)
-    position = [here.qpos, (high.qpos - low.qpos) / apart]
-    rate = [here.qvel, (high.qvel - low.qvel) / apart]
     count = len(here.qpos)
     equation = Equation(
         variation.acceleration,
-        np.concatenate(position),
-        np.concatenate(rate),
+        np.concatenate([here.qpos, (high.qpos - low.qpos) / apart]),
+        np.concatenate([here.qvel, (high.qvel - low.qvel) / apart]),
         1.0,
         names=tuple(f"q{i}" for i in range(2 * count)),
         rate_names=tuple(f"v{i}" for i in range(2 * count)),
     )
     duration = number.case.scene.duration
-    end = fixed_steps(equation, method.scheme.integrator, duration, step).run().observables
-    parts = [
-        np.array([end[f"{kind}{first + i}"][-1] for i in range(count)])
-        for kind in "qv"
-        for first in (0, count)
-    ]
-    return of_end(number.case, *parts)
+    run = fixed_steps(equation, method.scheme.integrator, duration, step).run()
+    end = [run.observables[name][-1] for name in (*equation.names, *equation.rate_names)]
+    return of_end(number.case, *np.split(np.array(end), 4))
 
 
 class Variation:
