@@ -24,21 +24,21 @@ def derivatives(number: Number, method: Method, step: float) -> ByName:
     """Derivatives of the observables at the end; raises Unsupported."""
     cases, apart = nudged(number)
     scenes = [compiled_scene(case) for case in cases]
-    variation = Variation(scenes, apart)
     low, here, high = (scene.start for scene in scenes)
     count = len(here.qpos)
     equation = Equation(
-        variation.acceleration,
+        Variation(scenes, apart).acceleration,
         np.concatenate([here.qpos, (high.qpos - low.qpos) / apart]),
         np.concatenate([here.qvel, (high.qvel - low.qvel) / apart]),
         1.0,
         names=tuple(f"q{i}" for i in range(2 * count)),
         rate_names=tuple(f"v{i}" for i in range(2 * count)),
     )
-    duration = number.case.scene.duration
-    run = fixed_steps(equation, method.scheme.integrator, duration, step).run()
-    end = [run.observables[name][-1] for name in (*equation.names, *equation.rate_names)]
-    return of_end(number.case, *np.split(np.array(end), 4))
+    end = fixed_steps(
+        equation, method.scheme.integrator, number.case.scene.duration, step
+    ).run()
+    parts = [end.observables[name][-1] for name in (*equation.names, *equation.rate_names)]
+    return of_end(number.case, *np.split(np.array(parts), 4))
 
 
 class Variation:
