@@ -126,16 +126,21 @@ def _moved(state: State, weights: Sequence[float], slopes: Sequence[State], h: f
     return x, v
 
 
+def advancing(equation: Equation, integrator: str) -> Advance:
+    """The steps of an equation by the integrator that a `Scheme` names; raises KeyError."""
+    loops = {EULER: semi_implicit_euler, LEAPFROG: leapfrog}
+    if type(equation) is Equation:
+        loops[RK4] = rk4
+    return loops[integrator] if integrator in loops else explicit(TABLEAUX[integrator])
+
+
 def fixed_steps(
     equation: Equation, integrator: str, duration: float, step: float
 ) -> SteppedSimulation:
     """An equation over a duration [s] in steps [s] of the integrator that a `Scheme` names: EULER,
     LEAPFROG or one of TABLEAUX, which alone take coordinates whose rate is not v; raises KeyError
     and ParameterError."""
-    loops = {EULER: semi_implicit_euler, LEAPFROG: leapfrog}
-    if type(equation) is Equation:
-        loops[RK4] = rk4
-    advance = loops[integrator] if integrator in loops else explicit(TABLEAUX[integrator])
+    advance = advancing(equation, integrator)
 
     def build() -> Built:
         state = equation.start

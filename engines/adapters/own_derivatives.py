@@ -10,6 +10,7 @@ import numpy as np
 from plumbob.analytic.numerics.smooth.smooth_system import TINY
 from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.reference import Array, Signals
+from plumbob.engines.adapters.stepped_mechanism import model_file
 from plumbob.engines.method import Unsupported
 from plumbob.engines.trajectory import ByName
 from plumbob.models.scene import Case
@@ -41,3 +42,14 @@ def moved(observe: Callable[..., Signals], *slopes: Array) -> ByName:
             change = float(high[name][0] - low[name][0]) / (2 * length.max())
             total[name] = total.get(name, 0.0) + change
     return total
+
+
+def of_end(case: Case, qpos: Array, by_qpos: Array, qvel: Array, by_qvel: Array) -> ByName:
+    """Derivatives of the observables of a case, whose positions and velocities at the end have
+    these derivatives: a tree of hinges and slides."""
+
+    def observe(place: float, rate: float) -> Signals:
+        state = (qpos + place * by_qpos)[None], (qvel + rate * by_qvel)[None]
+        return model_file(case).observe(case.problem, *state)
+
+    return moved(observe, by_qpos, by_qvel)

@@ -259,7 +259,7 @@ PLANTED = MappingProxyType(
             AUDIT,
         ),
         "another adapter": (
-            "plumbob.engines.adapters.pinocchio",
+            "plumbob.engines.adapters.pinocchio.user_model",
             "Translated",
             f"{AUDIT} --engines pinocchio",
         ),

@@ -1,7 +1,6 @@
 """An engine and a system of other packages take part in everything; what is broken costs a line."""
 
 import json
-from pathlib import Path
 
 import pytest
 
@@ -18,7 +17,6 @@ from plumbob.tests.outside.installed_packages import (
     seen,
 )
 
-ROOT = Path(__file__).parents[2]
 SYSTEM = (PACKAGES / "falling_body" / "falling_body.py").read_text("utf-8")
 SWING, FALL = "simple-pendulum/free-large", "falling-body/from-rest"
 
@@ -36,18 +34,6 @@ def both(site):
     install_folder(site, "falling_body")
     with seen(site):
         yield site
-
-
-def test_the_readme_shows_the_package_of_the_tests():
-    readme = (ROOT / "engines" / "README.md").read_text("utf-8")
-    folder = PACKAGES / "tiny_engine"
-    assert f"```python\n{ENGINE}```" in readme
-    points = (
-        (folder / "pyproject.toml").read_text("utf-8").partition("[project.entry-points")[2]
-    )
-    shown = f"[project.entry-points{points.partition('[tool')[0].rstrip()}"
-    assert f"```toml\n{shown}\n```" in readme
-    assert len(ENGINE.splitlines()) <= 40
 
 
 @pytest.mark.long

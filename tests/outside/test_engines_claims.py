@@ -66,7 +66,7 @@ COSTS = {  # seconds that `stepped` claims of what its steps took, and whether t
 
 
 def claiming(site, run="run", seconds="timed.seconds"):
-    """Install the engine of engines/README.md, with a simulation that says this of its runs."""
+    """Install the small engine of these tests, with a simulation that says this of its runs."""
     text = ENGINE.replace("return stepped(", "return Claiming(stepped(")
     text = text.replace("(case, step, build)", "(case, step, build))")
     points = {entry_points.ENGINES: {"tiny": "theirs:ENGINE"}}

@@ -6,8 +6,6 @@ from plumbob.engines.adapters.mjx import _loop
 from plumbob.tests.peers.test_smooth_peers import CONE, DAMPED, FORCED, SWING, needed
 from plumbob.tests.support.derivatives import judged_way
 
-NO_STATE = "is a parameter of the model"
-
 
 @pytest.mark.parametrize(
     ("name", "how", "by", "way", "why"),
@@ -16,7 +14,8 @@ NO_STATE = "is a parameter of the model"
         (CONE, "pinocchio/aba+euler", "theta", "rnea", ""),
         (DAMPED, "pinocchio/aba+rk4", "damping_rate", "rnea", ""),
         (FORCED, "pinocchio/aba+euler", "forcing_amplitude", "rnea", ""),
-        (SWING, "pinocchio/aba+rk4", "gravity", "rnea", NO_STATE),
+        (SWING, "pinocchio/aba+rk4", "gravity", "rnea", ""),
+        ("servo/saturated", "pinocchio/aba+rk4", "kp", "rnea", "a motor's limit"),
         (CONE, "drake/default", "pivot_y", "autodiff", ""),
         (DAMPED, "drake/default", "length", "autodiff", ""),
         (SWING, "drake/default", "gravity", "autodiff", "no parameter in a context"),
@@ -32,9 +31,12 @@ def test_an_own_way_has_the_error_of_its_step(name, how, by, way, why):
     assert why in judged.why
 
 
-def test_drake_s_way_reaches_a_tree_with_three_joints_of_one_body():
-    needed("drake/default")
-    by = ("heavy-top/nutating", "drake/default", "precession", "tilt", "autodiff")
+@pytest.mark.parametrize(
+    ("how", "way"), [("drake/default", "autodiff"), ("pinocchio/aba+rk4", "rnea")]
+)
+def test_an_own_way_reaches_a_tree_with_three_joints_of_one_body(how, way):
+    needed(how)
+    by = ("heavy-top/nutating", how, "precession", "tilt", way)
     judged = judged_way(*by, at=0.1)
     assert judged.verdict == "predicted", judged.why
 

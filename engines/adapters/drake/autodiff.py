@@ -10,10 +10,10 @@ import numpy as np
 from pydrake.autodiffutils import AutoDiffXd
 from pydrake.systems.analysis import Simulator_
 
-from plumbob.analytic.reference import Array, Signals
+from plumbob.analytic.reference import Array
 from plumbob.engines.adapters.drake.stepper import DrakeStepper, advance
-from plumbob.engines.adapters.own_derivatives import moved, nudged
-from plumbob.engines.adapters.stepped_mechanism import compiled_scene, model_file
+from plumbob.engines.adapters.own_derivatives import nudged, of_end
+from plumbob.engines.adapters.stepped_mechanism import compiled_scene
 from plumbob.engines.method import Method, Unsupported
 from plumbob.engines.sampling import step_count
 from plumbob.engines.trajectory import ByName
@@ -35,12 +35,7 @@ def derivatives(number: Number, method: Method, step: float) -> ByName:
     qpos, qvel = _of_joints(sides[1], np.array([x.value() for x in end]))
     by_qpos, by_qvel = _of_joints(sides[1], np.array([float(x.derivatives()[0]) for x in end]))
     qpos = qpos + np.concatenate([joint.reference for joint in sides[1].mechanism.joints])
-
-    def observe(place: float, rate: float) -> Signals:
-        state = (qpos + place * by_qpos)[None], (qvel + rate * by_qvel)[None]
-        return model_file(case).observe(case.problem, *state)
-
-    return moved(observe, by_qpos, by_qvel)
+    return of_end(case, qpos, by_qpos, qvel, by_qvel)
 
 
 def _end(sides: Sequence[DrakeStepper], apart: float, steps: int, step: float) -> Any:

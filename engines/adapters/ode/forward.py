@@ -17,7 +17,7 @@ from plumbob.analytic.reference import Array
 from plumbob.analytic.sensitivities.neighbours import CENTRAL, Neighbours
 from plumbob.engines.adapters.equation import Equation
 from plumbob.engines.adapters.ode.simulation import of_equation
-from plumbob.engines.adapters.ode.turning import TurningEquation
+from plumbob.engines.adapters.turning import TurningEquation
 from plumbob.engines.method import Method, Unsupported
 from plumbob.engines.registry import find_builder
 from plumbob.engines.trajectory import ByName

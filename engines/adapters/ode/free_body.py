@@ -8,7 +8,7 @@ import numpy as np
 
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.free_body.rotation import ATTITUDE, RATES
-from plumbob.engines.adapters.ode.turning import TurningEquation
+from plumbob.engines.adapters.turning import TurningEquation
 from plumbob.engines.method import Method
 from plumbob.models.largest import BEYOND
 

@@ -1,0 +1,48 @@
+"""Pinocchio as an engine: its articulated-body dynamics of mechanisms, under the integrators of
+this package, since it brings none. It shows the accuracy of an engine's equations of motion alone.
+
+Loops are closed by its proximal constraint dynamics.
+"""
+
+from __future__ import annotations
+
+from plumbob.analytic.schemes import EULER, RK4, Scheme
+from plumbob.engines.abilities import ModelReader, OwnDerivative, RunsFiles, SchemeOfCase
+from plumbob.engines.adapters.constrained import CONSTRAINED, constrained
+from plumbob.engines.adapters.stepping import no_error
+from plumbob.engines.method import Engine, Method
+from plumbob.models.scene import FREE_ROTATION, ONE_SMOOTH, SMOOTH, Case, later
+
+KINDS = (ONE_SMOOTH, SMOOTH, FREE_ROTATION)
+TOUCHING = "!rolling-disc"  # a smooth system whose body touches the ground
+METHODS = (
+    Method("pinocchio/aba+euler", Scheme(EULER), 1, systems=(TOUCHING,), kinds=KINDS),
+    Method(
+        "pinocchio/aba+rk4",
+        Scheme(RK4),
+        4,
+        systems=("capsule-line/heading-030", TOUCHING),
+        kinds=KINDS,
+    ),
+)
+
+
+def scheme(case: Case, method: Method) -> Scheme:
+    """The scheme of `method` on this case; none with a theory if a loop is closed."""
+    return CONSTRAINED if constrained(case) else method.scheme
+
+
+ENGINE = Engine(
+    "pinocchio",
+    "pinocchio",
+    METHODS,
+    later(f"{__name__}.simulation.prepare"),
+    no_error,
+    optional=True,
+    abilities=(
+        SchemeOfCase(scheme),
+        ModelReader(later(f"{__name__}.user_model.model_fields")),
+        OwnDerivative("rnea", later(f"{__name__}.derivatives.derivatives"), 1e-12),
+        RunsFiles(later(f"{__name__}.user_model.user_model")),
+    ),
+)

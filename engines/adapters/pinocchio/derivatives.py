@@ -1,0 +1,90 @@
+"""Derivatives of a run by those of Pinocchio's inverse dynamics, stepped with the motion as its
+variational equation."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pinocchio
+
+from plumbob.analytic.reference import Array
+from plumbob.engines.adapters.equation import Equation
+from plumbob.engines.adapters.integrators import fixed_steps
+from plumbob.engines.adapters.own_derivatives import nudged, of_end
+from plumbob.engines.adapters.pinocchio.builder import HINGED, Dynamics
+from plumbob.engines.adapters.stepped_mechanism import compiled_scene
+from plumbob.engines.method import Method, Unsupported
+from plumbob.engines.stepper import SceneMechanism
+from plumbob.engines.trajectory import ByName
+from plumbob.models.gradient import Number
+
+
+def derivatives(number: Number, method: Method, step: float) -> ByName:
+    """Derivatives of the observables at the end; raises Unsupported."""
+    cases, apart = nudged(number)
+    scenes = [compiled_scene(case) for case in cases]
+    low, here, high = (scene.start for scene in scenes)
+    count = len(here.qpos)
+    equation = Equation(
+        Variation(scenes, apart).acceleration,
+        np.concatenate([here.qpos, (high.qpos - low.qpos) / apart]),
+        np.concatenate([here.qvel, (high.qvel - low.qvel) / apart]),
+        1.0,
+        names=tuple(f"q{i}" for i in range(2 * count)),
+        rate_names=tuple(f"v{i}" for i in range(2 * count)),
+    )
+    end = fixed_steps(
+        equation, method.scheme.integrator, number.case.scene.duration, step
+    ).run()
+    parts = [end.observables[name][-1] for name in (*equation.names, *equation.rate_names)]
+    return of_end(number.case, *np.split(np.array(parts), 4))
+
+
+class Variation:
+    """The acceleration of a mechanism and of its derivative by a number, from the scene with that
+    number a little smaller, as it is, and a little larger, the outer ones `apart`."""
+
+    def __init__(self, scenes: list[SceneMechanism], apart: float) -> None:
+        mechanism = scenes[1].mechanism
+        kinds = {joint.kind for joint in mechanism.joints}
+        if mechanism.loops or kinds - set(HINGED):
+            raise Unsupported(
+                "derivatives are stepped in trees of hinges and slides alone here"
+            )
+        limits = [joint.force_range for joint in mechanism.joints]
+        limits += [x for a in mechanism.actuators for x in (a.force_range, a.control_range)]
+        if any(limits):
+            raise Unsupported("a motor's limit is not differentiated")
+        self.sides = [(Dynamics(scene.mechanism), scene.controls) for scene in scenes]
+        self.apart = apart
+        self.stiffness = np.array([joint.stiffness for joint in mechanism.joints])
+        self.damping = np.concatenate([joint.damping for joint in mechanism.joints])
+        for motor in mechanism.actuators:
+            self.stiffness[motor.joint] -= motor.gear**2 * motor.bias[1]
+            self.damping[motor.joint] -= motor.gear**2 * motor.bias[2]
+
+    def acceleration(self, time: float, position: Array, rate: Array) -> Array:
+        """The acceleration at a time [s], and its derivative, where coordinates and rates come with
+        theirs. Where inverse dynamics gives the forces that act, the derivatives of both are
+        equal."""
+        q, by_q = np.split(position, 2)
+        v, by_v = np.split(rate, 2)
+        low, found, high = (self._side(i, time, q, v) for i in range(3))
+        here = self.sides[1][0]
+        at = here.configured(q)
+        pinocchio.computeRNEADerivatives(here.model, here.data, at, v, found)
+        stiffness = here.data.dtau_dq + np.diag(self.stiffness)
+        damping = here.data.dtau_dv + np.diag(self.damping)
+        forces = -stiffness @ by_q - damping @ by_v
+        slope = (high - low) / self.apart
+        slope[here.free] += np.linalg.solve(here.inertia(at), forces[here.free])
+        return np.concatenate([found, slope])
+
+    def _side(self, side: int, time: float, q: Array, v: Array) -> Any:
+        """The acceleration with one of the numbers."""
+        dynamics, course = self.sides[side]
+        controls = dynamics.uncontrolled
+        if course is not None:
+            controls = course(np.array([time]))[0].tolist()
+        return dynamics.acceleration(time, q, v, controls)

@@ -1,0 +1,21 @@
+"""Scenes in Pinocchio, whose actuators follow their controls within a step."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+
+from plumbob.engines.adapters.pinocchio.stepper import PinocchioStepper
+from plumbob.engines.adapters.stepped_mechanism import begun, compiled_scene
+from plumbob.engines.adapters.stepping import stepped
+from plumbob.engines.method import Method, Simulation
+from plumbob.models.scene import Case
+
+
+def prepare(case: Case, method: Method, step: float) -> Simulation:
+    """Build `case` for `method` at `step` [s]; raises Unsupported and ParameterError."""
+    scene = compiled_scene(case)
+    course, integrator = scene.controls, method.scheme.integrator
+    stepper = cache(lambda: PinocchioStepper(scene.mechanism, integrator, step, course))
+    alone = replace(scene, controls=None)  # the stepper reads them itself
+    return stepped(case, step, lambda: begun(case, alone, step, stepper()))

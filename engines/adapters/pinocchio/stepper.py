@@ -1,0 +1,67 @@
+"""A mechanism in Pinocchio, stepped from any state by an integrator of this package."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from plumbob.analytic.reference import Array
+from plumbob.engines.adapters.equation import Equation
+from plumbob.engines.adapters.integrators import advancing
+from plumbob.engines.adapters.pinocchio.builder import Dynamics
+from plumbob.engines.adapters.turning import TurningEquation
+from plumbob.engines.mechanism import Mechanism
+from plumbob.engines.stepper import State
+from plumbob.models.model_file import Controls
+
+
+class PinocchioStepper:
+    """A mechanism stepped by the integrator that a `Scheme` names. With a `course` of the controls,
+    these are read at the times of the integrator's stages; else they are held for a step."""
+
+    def __init__(
+        self, mechanism: Mechanism, integrator: str, step: float, course: Controls | None = None
+    ) -> None:
+        self.step = step
+        self.dynamics = Dynamics(mechanism)
+        self._course = course
+        self._controls: Sequence[float] = self.dynamics.uncontrolled
+        self._begun, self._taken = 0.0, 0
+        self._state: tuple[Any, Any] = (np.zeros(0), np.zeros(0))
+        turns = self.dynamics.attitudes
+        start = (self._acceleration, *self._state, 1.0)
+        self._equation = TurningEquation(*start, attitudes=turns) if turns else Equation(*start)
+        self._advance = advancing(self._equation, integrator)
+
+    def put(self, state: State, time: float = 0.0) -> None:
+        """Set the state, at a time [s]."""
+        self._begun, self._taken = time, 0
+        self._state = (state.qpos.copy(), state.qvel.copy())
+
+    def state(self) -> State:
+        """The state now."""
+        return State(*self._state)
+
+    def advance(self, controls: Array | None, steps: int) -> None:
+        """Take `steps` steps under controls, shape (steps, controls)."""
+        first, last = self._taken, self._taken + steps
+        self._taken = last
+        if controls is None:
+            self._controls = self.dynamics.uncontrolled
+            self._state = self._advance(self._equation, self._state, first, last, self.step)
+            return
+        for number, row in enumerate(controls.tolist(), start=first):
+            self._controls = row
+            self._state = self._advance(
+                self._equation, self._state, number, number + 1, self.step
+            )
+
+    def _acceleration(self, time: float, qpos: Array, qvel: Array) -> Array:
+        """The rates of the rates at a time since the state was put."""
+        now = self._begun + time
+        controls = self._controls
+        if self._course is not None:
+            controls = self._course(np.array([now]))[0].tolist()
+        return self.dynamics.acceleration(now, qpos, qvel, controls)

@@ -1,0 +1,116 @@
+"""A user's model file as Pinocchio reads it, and its motion."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pinocchio
+
+from plumbob.analytic.reference import Array
+from plumbob.engines.abilities import Fields
+from plumbob.engines.peer_model import (
+    FREE,
+    Frame,
+    Layout,
+    NotRead,
+    PeerModel,
+    RefusedFile,
+    Translated,
+)
+from plumbob.models.border import border
+
+
+def _read(path: Path) -> Any:
+    """The model of a file; raises RefusedFile."""
+    with border(RefusedFile):
+        return pinocchio.buildModelFromMJCF(str(path))
+
+
+def model_fields(path: Path) -> Fields:
+    """The numbers that Pinocchio reads from a model file; its bodies are known by their joints.
+    Raises RefusedFile."""
+    model = _read(path)
+    yield "gravity", "", model.gravity.linear
+    for frame in model.frames:
+        inertia = model.inertias[frame.parentJoint]
+        if frame.type == pinocchio.FrameType.BODY and frame.parentJoint:
+            yield "mass", frame.name, inertia.mass
+            yield "inertia", frame.name, np.linalg.eigvalsh(inertia.inertia)
+    for i in range(1, model.njoints):
+        if model.nvs[i] == 1:
+            dof = model.idx_vs[i]
+            name = model.names[i]
+            yield "armature", name, model.armature[dof]
+            yield "damping", name, model.damping[dof]
+            yield "frictionloss", name, model.upperDryFrictionLimit[dof]
+
+
+class PinocchioModel:
+    """A model of a file, stepped by semi-implicit Euler with the damping of its joints implicit:
+    the model holds the damping, and the forward dynamics leaves it to the caller."""
+
+    def __init__(self, model: Any, step: float) -> None:
+        self.model, self.data, self.step = model, model.createData(), step
+        self.damping = np.array(model.damping)
+        self.implicit = model.copy()
+        self.implicit.armature = model.armature + step * self.damping
+
+    def put(self, q: Array, v: Array) -> None:
+        """Start from these coordinates."""
+        self.q, self.v = q, v
+
+    def terms(self, q: Array, v: Array, control: Array) -> dict[str, Any]:
+        """The terms of the model's equations of motion; it has no springs, actuators or
+        contacts."""
+        inertia = np.array(pinocchio.crba(self.model, self.data, q))
+        weight = np.array(pinocchio.computeGeneralizedGravity(self.model, self.data, q))
+        bias = pinocchio.nonLinearEffects(self.model, self.data, q, v) - weight
+        none = np.zeros(len(v))
+        forces = {
+            "gravity": -weight,
+            "bias": bias,
+            "passive": -self.damping * v,
+            "actuator": none,
+        }
+        upper = np.triu(inertia)
+        inertia = upper + np.triu(upper, 1).T
+        return {"mass matrix": inertia, **forces, "damping": self.damping, "contacts": []}
+
+    def advance(self, control: Array, force: Array, steps: int) -> tuple[Array, Array]:
+        """Take steps."""
+        for _ in range(steps):
+            push = force - self.damping * self.v
+            self.v = self.v + self.step * pinocchio.aba(
+                self.implicit, self.data, self.q, self.v, push
+            )
+            self.q = pinocchio.integrate(self.model, self.q, self.step * self.v)
+        return self.q, self.v
+
+
+FRAME = Frame(
+    lambda place, w: np.concatenate([place, w[1:], w[:1]]),
+    lambda q: (q[:3], np.concatenate([q[6:], q[3:6]])),
+    linear_first=True,
+    linear_in_body=True,
+    angular_in_body=True,
+)
+
+
+def user_model(path: Path, layout: Layout, step: float) -> PeerModel:
+    """The model of a file; joints of one body are one, in their order. Raises NotRead."""
+    model = _read(path)
+    hinges = list[tuple[str, tuple[int, int]]]()
+    free = []
+    for i in range(1, model.njoints):
+        at = (int(model.idx_qs[i]), int(model.idx_vs[i]))
+        count = model.nvs[i]
+        if count == FREE and model.nqs[i] > FREE:
+            free.append((*at, FRAME))
+        elif count != model.nqs[i]:
+            raise NotRead(f"its joint {model.names[i]} is of a kind that is not compared")
+        else:
+            name = model.names[i]
+            hinges += [(name + "+" * k, (at[0] + k, at[1] + k)) for k in range(count)]
+    return Translated(PinocchioModel(model, step), layout, hinges, free)
