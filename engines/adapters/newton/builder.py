@@ -21,7 +21,6 @@ from plumbob.engines.adapters.refusals import (
     refused_directions,
     refused_parts,
     refused_shapes,
-    refused_turning,
 )
 from plumbob.engines.adapters.rotors import moved_inertia
 from plumbob.engines.mechanism import Body, Joint, Mechanism, Shape
@@ -30,10 +29,9 @@ from plumbob.engines.peer_model import rotation
 from plumbob.models.idealisations import Velocity
 
 SolverName = Literal["featherstone", "xpbd", "mujoco"]
-# By how much the inertia of a rotor that imposes a motion is larger than all that it turns. Single
-# precision takes so much where joint coordinates are eliminated one by one, and where MuJoCo Warp
-# iterates 1e4.
-HOLDING, HOLDING_IN_MUJOCO = 1e10, 1e4
+# By how much the inertia of a rotor that imposes a motion is larger than all that it turns: as much
+# as single precision takes where equations are solved directly, and where MuJoCo Warp iterates.
+HOLDING, HOLDING_BESIDE_CONSTRAINTS = 1e10, 1e4
 RIGID = 1e12  # [N/m] or [N m/rad] of a drive by which XPBD imposes a motion
 ONE_AXIS = ("hinge", "slide")
 SIZES = MappingProxyType(
@@ -66,7 +64,9 @@ class Held:
 class Built:
     """A mechanism in a Newton model. The coordinates of its joints come first, in their order."""
 
+    mechanism: Mechanism
     model: Any
+    pipeline: Any  # Newton's, which finds contacts; None where the solver needs none
     centres: tuple[Array, ...]  # of mass, of the body that each joint moves, in its frame [m]
     held: tuple[Held, ...]
 
@@ -76,6 +76,7 @@ def build(mechanism: Mechanism, solver: SolverName) -> Built:
     for feature in refused(mechanism, solver):
         raise Unsupported(f"feature {feature}")
     builder = newton.ModelBuilder(up_axis=newton.Axis.Z)
+    newton.solvers.SolverMuJoCo.register_custom_attributes(builder)
     homes = _trees(mechanism, solver, builder)
     _close_loops(mechanism, homes, builder)
     _shapes(mechanism, homes, builder)
@@ -86,10 +87,12 @@ def build(mechanism: Mechanism, solver: SolverName) -> Built:
     model.set_gravity(mechanism.gravity.tolist())
     made = [homes[joint.body][0] for joint in mechanism.joints]
     centres = tuple(np.array(builder.body_com[number], float) for number in made)
-    return Built(model, centres, tuple(_held(mechanism, model, solver)))
+    finds = bool(mechanism.touching) and solver == "xpbd"
+    pipeline = newton.CollisionPipeline(model) if finds else None
+    return Built(mechanism, model, pipeline, centres, tuple(_held(mechanism, solver)))
 
 
-def _held(mechanism: Mechanism, model: Any, solver: SolverName) -> Iterator[Held]:
+def _held(mechanism: Mechanism, solver: SolverName) -> Iterator[Held]:
     """The joints whose motion is prescribed. A joint of Newton's has several of the mechanism's."""
     place = degree = 0
     for joint in mechanism.joints:
@@ -147,10 +150,8 @@ def _refused_constraints(mechanism: Mechanism, solver: SolverName) -> Iterator[s
     for touch in mechanism.touching:
         names = " and ".join(mechanism.shapes[i].name for i in touch.shapes)
         yield from refused_directions(touch, names)
-        if solver == "mujoco":
-            yield from refused_turning(touch, names)
-            if touch.restitution:
-                yield f"restitution of {names}"
+        if solver == "mujoco" and touch.restitution:
+            yield f"restitution of {names}"
 
 
 def degrees(mechanism: Mechanism) -> list[int]:
@@ -275,7 +276,8 @@ def _rotor(mechanism: Mechanism, joint: Joint, solver: SolverName) -> float:
     """The inertia by which a joint's motion is imposed [kg m^2] or [kg]; 0 where a drive does."""
     if solver == "xpbd":
         return 0.0
-    ratio = HOLDING if solver == "featherstone" else HOLDING_IN_MUJOCO
+    iterated = solver == "mujoco" and (mechanism.touching or mechanism.loops)
+    ratio = HOLDING_BESIDE_CONSTRAINTS if iterated else HOLDING
     return ratio * moved_inertia(mechanism, joint.kind)
 
 
@@ -325,5 +327,19 @@ def _add_shape(builder: Any, home: Home, shape: Shape, surface: Surface) -> int:
     )
     frame = home[1] * placed(shape.place, shape.attitude)
     sizes = dict(zip(SIZES[shape.kind], [*shape.size.tolist(), 0.0, 0.0], strict=False))
+    # MuJoCo's solver alone reads it; without it, a pair without friction makes it diverge
+    dimensions = {"mujoco:condim": _dimensions(surface)}
     add = getattr(builder, f"add_shape_{shape.kind}")
-    return int(add(body=home[0], xform=frame, cfg=config, **sizes))
+    return int(
+        add(body=home[0], xform=frame, cfg=config, custom_attributes=dimensions, **sizes)
+    )
+
+
+def _dimensions(surface: Surface) -> int:
+    """The dimensions of a contact: 1 normal, 3 sliding, 4 torsional, 6 rolling."""
+    sliding, torsional, rolling, _ = surface
+    if rolling:
+        return 6
+    if torsional:
+        return 4
+    return 3 if sliding else 1

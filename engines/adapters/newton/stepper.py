@@ -14,9 +14,8 @@ import numpy as np
 import warp
 
 from plumbob.analytic.reference import Array
-from plumbob.engines.adapters.newton.builder import SolverName, build, degrees
+from plumbob.engines.adapters.newton.builder import Built, degrees
 from plumbob.engines.adapters.newton.coordinates import from_newton, to_newton
-from plumbob.engines.mechanism import Mechanism
 from plumbob.engines.method import Options
 from plumbob.engines.stepper import State
 
@@ -31,37 +30,34 @@ SOLVERS = MappingProxyType(
 
 class NewtonStepper:
     """A mechanism in one of Newton's solvers, named in the settings with its own, at a time step
-    [s]."""
+    [s]. Steppers of one model differ in nothing but their settings and steps."""
 
-    def __init__(self, mechanism: Mechanism, settings: Options, step: float) -> None:
+    def __init__(self, built: Built, settings: Options, step: float) -> None:
         chosen = dict(settings)
-        solver: SolverName = chosen.pop("solver")
+        solver = chosen.pop("solver")
         self.step = step
-        self.built = build(mechanism, solver)
-        self.mechanism = mechanism
-        model = self.built.model
-        self._drawn = np.concatenate([joint.reference for joint in mechanism.joints])
-        self._degrees = degrees(mechanism)
-        self._now, self._then = model.state(), model.state()
-        self._control = model.control()
-        self.solver = SOLVERS[solver](model, **chosen)
+        self.built, self.mechanism = built, built.mechanism
+        joints = self.mechanism.joints
+        self._drawn = np.concatenate([joint.reference for joint in joints])
+        self._degrees = degrees(self.mechanism)
+        self._now, self._then = built.model.state(), built.model.state()
+        self._control = built.model.control()
+        self.solver = SOLVERS[solver](built.model, **chosen)
         self._maximal = solver == "xpbd"  # its state is that of bodies, not of joints
-        self._contacts = None
-        self._graph = self._recorded(mechanism, solver)
+        self._graph = self._recorded()
         self._begun, self._taken = 0.0, 0
         self._forced = False  # whether forces of the last step act on
+        self._imposed = list[float]()  # coordinates that drives have imposed last
         self._latest = State(self._drawn, np.zeros(len(self._drawn)))
 
-    def _recorded(self, mechanism: Mechanism, solver: SolverName) -> Any:
+    def _recorded(self) -> Any:
         """The graph of a step."""
-        pipeline = None
-        if mechanism.touching and solver != "mujoco":
-            pipeline = newton.CollisionPipeline(self.built.model)
-            self._contacts = pipeline.contacts()
+        pipeline = self.built.pipeline
+        contacts = None if pipeline is None else pipeline.contacts()
         with warp.ScopedCapture() as capture:
             if pipeline is not None:
-                pipeline.collide(self._now, self._contacts)
-            self.solver.step(self._now, self._then, self._control, self._contacts, self.step)
+                pipeline.collide(self._now, contacts)
+            self.solver.step(self._now, self._then, self._control, contacts, self.step)
             self._now.assign(self._then)
         return capture.graph
 
@@ -74,7 +70,9 @@ class NewtonStepper:
         self._now.joint_q.assign(_filled(model.joint_q, places))
         self._now.joint_qd.assign(_filled(model.joint_qd, rates))
         newton.eval_fk(model, self._now.joint_q, self._now.joint_qd, self._now)
-        self.solver.reset(self._now)
+        self._control.joint_f.zero_()
+        self._forced = False
+        self.solver.reset(self._now, flags=newton.StateFlags.NONE)
 
     def state(self) -> State:
         """The state now; a quaternion has the sign that is nearer to the last one, and an angle
