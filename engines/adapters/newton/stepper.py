@@ -73,6 +73,10 @@ class NewtonStepper:
         self._control.joint_f.zero_()
         self._forced = False
         self.solver.reset(self._now, flags=newton.StateFlags.NONE)
+        if isinstance(self.solver, newton.solvers.SolverMuJoCo):
+            # A loop's direction changes by velocities of bodies of the step before.
+            self.solver.mjw_data.cvel.zero_()
+            self.solver.mjw_data.cdof_dot.zero_()
 
     def state(self) -> State:
         """The state now; a quaternion has the sign that is nearer to the last one, and an angle
