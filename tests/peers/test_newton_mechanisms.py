@@ -24,8 +24,8 @@ from plumbob.tests.peers.test_dart_mechanisms import (
 from plumbob.tests.peers.test_smooth_peers import needed
 
 STEP = 1e-3  # [s]
-# Single precision rounds by 6e-8, and sums cancel by a factor of a hundred; about the world's origin
-# the projectile's moment of inertia is a hundred times as large as about its centre.
+# Single precision rounds by 6e-8, and sums cancel by a factor of a hundred; about the origin of the
+# world the projectile's moment of inertia is a hundred times as large as about its centre.
 CLOSE, CLOSE_FAR_FROM_THE_ORIGIN = 1e-5, 1e-4
 FEATHERSTONE = {"solver": "featherstone", "angular_damping": 0.0}
 SMOOTH = ("heavy-top", "n-pendulum", "projectile", "servo", "simple-pendulum", "all kinds")
@@ -220,15 +220,26 @@ EQUAL = {"joint_linear_relaxation": 0.5, "joint_angular_relaxation": 0.5}
 
 
 @pytest.mark.long(keep=0)
-def test_unequal_parts_of_a_joint_s_force_and_moment_are_an_error_that_no_step_reduces():
-    coarse, fine = (error("n-pendulum/triple", "newton/xpbd", h) for h in (1e-3, 2.5e-4))
+@pytest.mark.parametrize(
+    ("name", "iterations"), [("n-pendulum/triple", 50), ("capsule-plan/near-free", 4)]
+)
+def test_unequal_parts_of_a_joint_s_force_and_moment_are_an_error_that_no_step_reduces(
+    name, iterations
+):
+    coarse, fine = (error(name, "newton/xpbd", h) for h in (1e-3, 2.5e-4))
     assert fine > 0.8 * coarse > 0.08
-    coarse, fine = (
-        error("n-pendulum/triple", "newton/xpbd+iterated", h, **EQUAL) for h in (1e-3, 2.5e-4)
-    )
+    equal = {**EQUAL, "iterations": iterations}
+    coarse, fine = (error(name, "newton/xpbd", h, **equal) for h in (1e-3, 2.5e-4))
     # a quarter of the step, with an error of first order
     assert coarse < 0.05
     assert fine == pytest.approx(coarse / 4.0, rel=0.1)
+
+
+@pytest.mark.long(keep=0)
+def test_restitution_that_is_enabled_where_nothing_bounces_makes_errors_of_its_own():
+    name, how = "rolling-ball/slide-to-roll", "newton/xpbd"
+    errors = [error(name, how, STEP, enable_restitution=on) for on in (False, True)]
+    assert errors[0] < 3e-4 < 50.0 * errors[0] < errors[1]
 
 
 @pytest.mark.long(keep=0)

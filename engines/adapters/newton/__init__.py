@@ -44,7 +44,7 @@ TOUCHING = (
 )
 BOUNCING = ("bouncing-ball/half", "rod-impact/sticks")
 LOOPS = ("four-bar/crank-rocker", "slider-crank/turning")
-XPBD = MappingProxyType({"solver": "xpbd", "enable_restitution": True})
+XPBD = MappingProxyType({"solver": "xpbd"})
 METHODS = (
     Method(
         "newton/featherstone",

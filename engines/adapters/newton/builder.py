@@ -205,7 +205,7 @@ def _weigh(builder: Any, link: int, parts: Sequence[Body]) -> None:
     """Give a link the mass and the moments of inertia of its parts, as they are: the builder's own
     call raises moments below 1e-6."""
     mass = sum(part.mass for part in parts)
-    centre = sum(part.mass * part.centre for part in parts) / mass
+    centre = np.sum([part.mass * part.centre for part in parts], axis=0) / mass
     inertia = np.zeros((3, 3))
     for part in parts:
         arm = part.centre - centre

@@ -16,6 +16,7 @@ import warp
 from plumbob.analytic.reference import Array
 from plumbob.engines.adapters.newton.builder import Built, degrees
 from plumbob.engines.adapters.newton.coordinates import from_newton, to_newton
+from plumbob.engines.mechanism import Mechanism
 from plumbob.engines.method import Options
 from plumbob.engines.stepper import State
 
@@ -42,6 +43,8 @@ class NewtonStepper:
         self._degrees = degrees(self.mechanism)
         self._now, self._then = built.model.state(), built.model.state()
         self._control = built.model.control()
+        if solver == "xpbd":  # where nothing bounces, it makes errors of its own
+            chosen.setdefault("enable_restitution", bounces(self.mechanism))
         self.solver = SOLVERS[solver](built.model, **chosen)
         self._maximal = solver == "xpbd"  # its state is that of bodies, not of joints
         self._graph = self._recorded()
@@ -92,13 +95,13 @@ class NewtonStepper:
 
     def advance(self, controls: Array | None, steps: int) -> None:
         """Take `steps` steps under controls, shape (steps, controls)."""
-        rows = self._forces(controls, steps)
-        targets = self._targets(steps)
+        control = self._control
+        rows = (control.joint_f, self._forces(controls, steps))
+        targets = (control.joint_target_q, self._targets(steps))
+        written = [(array, x) for array, x in (rows, targets) if x is not None]
         for step in range(steps):
-            if rows is not None:
-                self._control.joint_f.assign(rows[step])
-            if targets is not None:
-                self._control.joint_target_q.assign(targets[step])
+            for array, values in written:
+                array.assign(values[step])
             warp.capture_launch(self._graph)
         warp.synchronize()
         self._taken += steps
@@ -110,8 +113,9 @@ class NewtonStepper:
         if controls is None and not turned:
             return None
         rows = np.zeros((steps, len(self.built.model.joint_qd)))
-        for motor in self.mechanism.actuators if controls is not None else ():
-            control = within(controls[:, motor.control], motor.control_range)
+        for motor in self.mechanism.actuators:
+            control = np.zeros(steps) if controls is None else controls[:, motor.control]
+            control = within(control, motor.control_range)
             force = within(motor.gain * control + motor.bias[0], motor.force_range)
             rows[:, self._degrees[motor.joint]] += motor.gear * force
         times = self._times(steps)
@@ -138,6 +142,11 @@ class NewtonStepper:
         """The grid times of the next steps [s], shape (steps + 1,)."""
         numbers = np.arange(self._taken, self._taken + steps + 1, dtype=np.float64)
         return self._begun + self.step * numbers
+
+
+def bounces(mechanism: Mechanism) -> bool:
+    """Whether a pair of shapes has restitution."""
+    return any(touch.restitution for touch in mechanism.touching)
 
 
 def within(values: Array, limits: tuple[float, float] | None) -> Array:
