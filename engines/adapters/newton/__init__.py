@@ -71,7 +71,7 @@ METHODS = (
             "joint_linear_relaxation": 0.5,
             "joint_angular_relaxation": 0.5,
         },
-        systems=(*LOOPS, "n-pendulum/triple", "pinch/0.5", "stack/equal", "incline/stops"),
+        systems=(*LOOPS, "n-pendulum/triple"),
     ),
     Method(
         "newton/mujoco",
