@@ -23,7 +23,17 @@ def refused_shapes(mechanism: Mechanism) -> Iterator[str]:
 
 def refused_friction(touch: Touch, names: str) -> Iterator[str]:
     """The names of what friction between two shapes, called `names`, has beside one coefficient."""
+    yield from refused_turning(touch, names)
+    yield from refused_directions(touch, names)
+
+
+def refused_turning(touch: Touch, names: str) -> Iterator[str]:
+    """The name of friction between two shapes, called `names`, that resists turns."""
     if touch.torsional or any(touch.rolling):
         yield f"torsional or rolling friction of {names}"
-    if touch.sliding[0] != touch.sliding[1]:
+
+
+def refused_directions(touch: Touch, names: str) -> Iterator[str]:
+    """The name of friction between two shapes, called `names`, that depends on the direction."""
+    if touch.sliding[0] != touch.sliding[1] or touch.rolling[0] != touch.rolling[1]:
         yield f"friction of {names}, different along two directions"

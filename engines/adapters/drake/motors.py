@@ -19,6 +19,7 @@ from pydrake.systems.primitives import (
 from pydrake.trajectories import PiecewisePolynomial
 
 from plumbob.analytic.reference import Array
+from plumbob.engines.adapters.rotors import moved_inertia
 from plumbob.engines.mechanism import Actuator, Joint, Mechanism
 
 # By how much the inertia of a rotor that imposes a motion is larger than all that it moves: so much
@@ -90,15 +91,7 @@ def motors(mechanism: Mechanism, plant: Any, joints: Sequence[Any]) -> Motors:
 def _holding(mechanism: Mechanism, joint: Joint) -> float:
     """The inertia of a rotor that imposes a joint's motion [kg m^2] or [kg]."""
     ratio = HOLDING_BESIDE_CONSTRAINTS if mechanism.touching or mechanism.loops else HOLDING
-    masses = np.array([body.mass for body in mechanism.bodies])
-    if joint.kind == "slide":
-        return ratio * float(masses.sum())
-    reach = [0.0]  # the largest distance of each frame from the world's
-    for body in mechanism.bodies[1:]:
-        reach.append(reach[body.parent] + float(np.linalg.norm(body.place)))
-    arms = reach + np.linalg.norm([body.centre for body in mechanism.bodies], axis=1)
-    spread = sum(float(np.trace(body.inertia)) for body in mechanism.bodies)
-    return ratio * (float(masses @ np.square(arms)) + spread)
+    return ratio * moved_inertia(mechanism, joint.kind)
 
 
 def connected(

@@ -1,0 +1,111 @@
+"""Newton as an engine: Featherstone's algorithm for trees, XPBD for contacts and loops, and MuJoCo
+Warp, in single precision, on the processor or the GPU that Warp chooses.
+
+Newton compiles its kernels when they are first called. Every module but this one imports Newton
+when it is imported.
+"""
+
+from __future__ import annotations
+
+from types import MappingProxyType
+
+from plumbob.analytic.schemes import EULER, Scheme
+from plumbob.engines.abilities import ModelReader, RunsFiles, SchemeOfCase
+from plumbob.engines.adapters.constrained import CONSTRAINED, constrained
+from plumbob.engines.adapters.hinged_body import model_error
+from plumbob.engines.adapters.mjwarp import start_warp
+from plumbob.engines.adapters.ported import SINGLE
+from plumbob.engines.method import Engine, Method, Simulation
+from plumbob.models.scene import Case, later
+
+STEP = Scheme(EULER, "start", tangent_turn=True, unit=SINGLE)
+MUJOCO_STEP = Scheme(EULER, "start", implicit_damping=True, unit=SINGLE)
+# Next to a barrier, and of stiff modes, the rounding of single precision has no theory here.
+PENDULUMS = (
+    *("simple-pendulum/free-large", "simple-pendulum/damped-*", "simple-pendulum/forced-large"),
+    *("linear-pendulum/forced-large", "linear-pendulum/overdamped"),
+    *("cone-pendulum/rotating-base", "servo/joint-damped", "servo/motor-damped"),
+)
+TREES = ("projectile", "n-pendulum", "heavy-top", "free-body")
+ONE_OF_EACH = (
+    *(
+        "simple-pendulum/free-large",
+        "linear-pendulum/overdamped",
+        "cone-pendulum/rotating-base",
+    ),
+    *("servo/motor-damped", "projectile/thrown", "n-pendulum/triple", "heavy-top/nutating"),
+    "free-body/flip",
+)
+TOUCHING = (
+    *("incline/stops", "pinch/0.5", "rolling-ball/slide-to-roll", "rolling-disc/wobbling"),
+    *("stack/equal", "capsule-coast/translation", "capsule-hold/0.999", "capsule-line/ca1"),
+    *("capsule-line/heading-030", "capsule-train/ten", "capsule-turn/0.3"),
+    "capsule-plan/near-free",
+)
+BOUNCING = ("bouncing-ball/half", "rod-impact/sticks")
+LOOPS = ("four-bar/crank-rocker", "slider-crank/turning")
+XPBD = MappingProxyType({"solver": "xpbd"})
+METHODS = (
+    Method(
+        "newton/featherstone",
+        STEP,
+        1,
+        settings={"solver": "featherstone", "angular_damping": 0.0},
+        systems=(*PENDULUMS, *TREES),
+    ),
+    Method(
+        "newton/xpbd",
+        CONSTRAINED,
+        1,
+        settings=XPBD,
+        systems=(*TOUCHING, *BOUNCING, *LOOPS, "n-pendulum/triple"),
+    ),
+    # By default impulses of joints are scaled by two factors, their forces otherwise than moments.
+    Method(
+        "newton/xpbd+iterated",
+        CONSTRAINED,
+        1,
+        settings={
+            **XPBD,
+            "iterations": 50,
+            "joint_linear_relaxation": 0.5,
+            "joint_angular_relaxation": 0.5,
+        },
+        systems=(*LOOPS, "n-pendulum/triple"),
+    ),
+    Method(
+        "newton/mujoco",
+        MUJOCO_STEP,
+        1,
+        settings={"solver": "mujoco"},
+        systems=(*ONE_OF_EACH, *TOUCHING, *LOOPS, "bouncing-ball/plastic"),
+    ),
+)
+
+
+def scheme(case: Case, method: Method) -> Scheme:
+    """The scheme of `method` on this case; none with a theory if bodies touch or a loop is
+    closed."""
+    return CONSTRAINED if constrained(case) else method.scheme
+
+
+def prepare(case: Case, method: Method, step: float) -> Simulation:
+    """Build `case` for `method` at `step` [s]; raises Unsupported and ParameterError."""
+    start_warp()
+    simulation: Simulation = later(f"{__name__}.simulation.prepare")(case, method, step)
+    return simulation
+
+
+ENGINE = Engine(
+    "newton",
+    "newton",
+    METHODS,
+    prepare,
+    model_error,
+    optional=True,
+    abilities=(
+        SchemeOfCase(scheme),
+        ModelReader(later(f"{__name__}.user_model.model_fields")),
+        RunsFiles(later(f"{__name__}.user_model.user_model"), 2.0**-24),
+    ),
+)

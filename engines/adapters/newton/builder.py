@@ -1,0 +1,345 @@
+"""The Newton model of a mechanism, for one of Newton's solvers.
+
+All hinges and slides of a body are one joint of Newton's with up to six axes: no body without mass
+stands between them. Its coordinates are those of MuJoCo less those of the drawing.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from itertools import combinations
+from types import MappingProxyType
+from typing import Any, Literal
+
+import newton
+import numpy as np
+import warp
+
+from plumbob.analytic.reference import Array
+from plumbob.engines.adapters.refusals import (
+    refused_directions,
+    refused_parts,
+    refused_shapes,
+)
+from plumbob.engines.adapters.rotors import moved_inertia
+from plumbob.engines.mechanism import Body, Joint, Mechanism, Shape
+from plumbob.engines.method import Unsupported
+from plumbob.engines.peer_model import rotation
+from plumbob.models.idealisations import Velocity
+
+SolverName = Literal["featherstone", "xpbd", "mujoco"]
+# By how much the inertia of a rotor that imposes a motion is larger than all that it turns: as much
+# as single precision takes where equations are solved directly, and where MuJoCo Warp iterates.
+HOLDING, HOLDING_BESIDE_CONSTRAINTS = 1e10, 1e4
+RIGID = 1e12  # [N/m] or [N m/rad] of a drive by which XPBD imposes a motion
+ONE_AXIS = ("hinge", "slide")
+SIZES = MappingProxyType(
+    {
+        "plane": ("width", "length"),  # without end where both are 0
+        "sphere": ("radius",),
+        "capsule": ("radius", "half_height"),
+        "cylinder": ("radius", "half_height"),
+        "box": ("hx", "hy", "hz"),
+        "ellipsoid": ("rx", "ry", "rz"),
+    }
+)
+Home = tuple[int, Any]
+"""The link that a body belongs to, -1 of the world, and its frame there, Newton's transform."""
+Surface = tuple[float, float, float, float]
+"""Coefficients of friction along the tangents, about the normal and of rolling, and restitution."""
+
+
+@dataclass(frozen=True)
+class Held:
+    """A hinge or a slide whose motion is prescribed: by a rotor, or where that is 0 by a drive."""
+
+    place: int  # number of its coordinate
+    degree: int  # of its degree of freedom
+    rotor: float  # [kg m^2] or [kg]
+    velocity: Velocity
+
+
+@dataclass(frozen=True)
+class Built:
+    """A mechanism in a Newton model. The coordinates of its joints come first, in their order."""
+
+    mechanism: Mechanism
+    model: Any
+    pipeline: Any  # Newton's, which finds contacts; None where the solver needs none
+    centres: tuple[Array, ...]  # of mass, of the body that each joint moves, in its frame [m]
+    held: tuple[Held, ...]
+
+
+def build(mechanism: Mechanism, solver: SolverName) -> Built:
+    """The model of a mechanism for a solver; raises Unsupported."""
+    for feature in refused(mechanism, solver):
+        raise Unsupported(f"feature {feature}")
+    builder = newton.ModelBuilder(up_axis=newton.Axis.Z)
+    newton.solvers.SolverMuJoCo.register_custom_attributes(builder)
+    homes = _trees(mechanism, solver, builder)
+    _close_loops(mechanism, homes, builder)
+    _shapes(mechanism, homes, builder)
+    # its check of inertias gives a point more than it has
+    model = builder.finalize(
+        skip_validation_inertia=True, skip_validation_joints=bool(mechanism.loops)
+    )
+    model.set_gravity(mechanism.gravity.tolist())
+    made = [homes[joint.body][0] for joint in mechanism.joints]
+    centres = tuple(np.array(builder.body_com[number], float) for number in made)
+    finds = bool(mechanism.touching) and solver == "xpbd"
+    pipeline = newton.CollisionPipeline(model) if finds else None
+    return Built(mechanism, model, pipeline, centres, tuple(_held(mechanism, solver)))
+
+
+def _held(mechanism: Mechanism, solver: SolverName) -> Iterator[Held]:
+    """The joints whose motion is prescribed. A joint of Newton's has several of the mechanism's."""
+    place = degree = 0
+    for joint in mechanism.joints:
+        if joint.velocity is not None:
+            rotor = _rotor(mechanism, joint, solver)
+            yield Held(place, degree, rotor, joint.velocity)
+        place, degree = place + len(joint.reference), degree + len(joint.damping)
+
+
+def refused(mechanism: Mechanism, solver: SolverName) -> Iterator[str]:
+    """The names of features of a mechanism that a solver of Newton's, or this builder, cannot
+    express."""
+    yield from refused_parts(mechanism)
+    yield from (f"carried weight of body {x.name}" for x in mechanism.bodies if x.carried)
+    for number in range(1, len(mechanism.bodies)):
+        own = [joint for joint in mechanism.joints if joint.body == number]
+        slides = [joint.kind == "slide" for joint in own]
+        apart = any(np.any(own[0].place != joint.place) for joint in own)
+        if len(own) > 1 and (slides != sorted(slides, reverse=True) or apart):
+            name = mechanism.bodies[number].name
+            yield f"joints of body {name} that are not slides, then hinges through one place"
+    for joint in mechanism.joints:
+        name = joint.name or f"of body {mechanism.bodies[joint.body].name}"
+        yield from (f"{part} of joint {name}" for part in _refused_of(joint, solver))
+    for motor in mechanism.actuators:
+        sprung = any(motor.bias[1:])
+        if sprung and (solver == "xpbd" or motor.force_range):
+            yield f"servo {motor.name} with XPBD, or with a limited force"
+    if any(joint.force_range for joint in mechanism.joints):
+        yield "limit of the sum of forces on a joint"
+    yield from refused_shapes(mechanism)
+    yield from _refused_constraints(mechanism, solver)
+
+
+def _refused_of(joint: Joint, solver: SolverName) -> Iterator[str]:
+    """The parts of a joint that a solver does not express."""
+    sprung = bool(joint.stiffness) or bool(np.any(joint.damping))
+    driven = bool(np.any(joint.armature))
+    if joint.kind not in ONE_AXIS and (joint.stiffness or joint.limits or driven):
+        yield "spring, limit or armature that is not of a hinge or a slide,"
+    if (joint.kind == "free" and sprung) or np.ptp(joint.damping):
+        yield "damping that is of a free joint, or different along its axes,"
+    if solver == "xpbd" and (sprung or driven):
+        yield "spring, damper or armature, which XPBD has not,"
+    if solver != "mujoco" and np.any(joint.friction_loss):
+        yield "dry friction"
+
+
+def _refused_constraints(mechanism: Mechanism, solver: SolverName) -> Iterator[str]:
+    """The names of loops and of properties of contacts that a solver does not express."""
+    if solver == "featherstone":
+        yield from (f"loop {x.name}, which Featherstone has not" for x in mechanism.loops)
+        if mechanism.touching:
+            yield "contacts, which Featherstone's solver makes of springs"
+    for touch in mechanism.touching:
+        names = " and ".join(mechanism.shapes[i].name for i in touch.shapes)
+        yield from refused_directions(touch, names)
+        if solver == "mujoco" and touch.restitution:
+            yield f"restitution of {names}"
+
+
+def degrees(mechanism: Mechanism) -> list[int]:
+    """The number of the first degree of freedom of each joint."""
+    counts = [len(joint.damping) for joint in mechanism.joints]
+    return [0, *np.cumsum(counts).tolist()][: len(counts)]
+
+
+def placed(place: Array, attitude: Array | None = None) -> Any:
+    """A transform of Newton: a place [m], and an attitude, a quaternion, scalar first, or none."""
+    turn = warp.quat_identity() if attitude is None else warp.quat(*np.roll(attitude, -1))
+    return warp.transform(warp.vec3(*place), turn)
+
+
+def _trees(mechanism: Mechanism, solver: SolverName, builder: Any) -> list[Home]:
+    """Add the bodies and the joints; returns where each body of the mechanism is: bodies without a
+    joint are one with their parents."""
+    homes = [(-1, placed(np.zeros(3)))]
+    links = dict[int, list[Body]]()  # the bodies of each link, in its frame
+    roots = list[int]()
+    trees = dict[int, list[int]]()
+    for number, body in enumerate(mechanism.bodies[1:], start=1):
+        parent, frame = homes[body.parent]
+        drawn = frame * placed(body.place, body.attitude)
+        own = [joint for joint in mechanism.joints if joint.body == number]
+        if own:
+            link = builder.add_link(lock_inertia=True)
+            roots.append(roots[parent] if parent >= 0 else link)
+            made = _jointed(mechanism, own, solver, builder, (parent, link, drawn))
+            trees.setdefault(roots[link], []).append(made)
+            parent, drawn = link, placed(np.zeros(3))
+        homes.append((parent, drawn))
+        links.setdefault(parent, []).append(_seen(body, drawn))
+    for joints in trees.values():
+        builder.add_articulation(joints)
+    for link, parts in links.items():
+        if link >= 0:
+            _weigh(builder, link, parts)
+    return homes
+
+
+def _seen(body: Body, at: Any) -> Body:
+    """A body with its centre and its inertia along the axes of the frame in which it is at a
+    transform of Newton."""
+    turn = rotation(np.roll(np.array(at.q, float), 1))
+    centre = np.array(at.p, float) + turn @ body.centre
+    return replace(body, centre=centre, inertia=turn @ body.inertia @ turn.T)
+
+
+def _weigh(builder: Any, link: int, parts: Sequence[Body]) -> None:
+    """Give a link the mass and the moments of inertia of its parts, as they are: the builder's own
+    call raises moments below 1e-6."""
+    mass = sum(part.mass for part in parts)
+    centre = np.sum([part.mass * part.centre for part in parts], axis=0) / mass
+    inertia = np.zeros((3, 3))
+    for part in parts:
+        arm = part.centre - centre
+        inertia += part.inertia + part.mass * (arm @ arm * np.eye(3) - np.outer(arm, arm))
+    builder.body_mass[link], builder.body_inv_mass[link] = mass, 1.0 / mass
+    builder.body_com[link] = warp.vec3(*centre)
+    builder.body_inertia[link] = warp.mat33(inertia)
+    builder.body_inv_inertia[link] = warp.mat33(np.linalg.inv(inertia))
+
+
+def _jointed(
+    mechanism: Mechanism,
+    own: Sequence[Joint],
+    solver: SolverName,
+    builder: Any,
+    ends: tuple[int, int, Any],
+) -> int:
+    """Add the joint of a body: its parent's number, its own, and its place in the parent."""
+    parent, link, drawn = ends
+    first = own[0]
+    if first.kind == "free":
+        return int(builder.add_joint_free(link))
+    at = placed(first.place)
+    frames = {"parent_xform": drawn * at, "child_xform": at}
+    if first.kind == "ball":
+        damping = float(first.damping[0])
+        return int(builder.add_joint_ball(parent, link, damping=damping, **frames))
+    axes: dict[str, list[Any]] = {"slide": [], "hinge": []}
+    for joint in own:
+        axes[joint.kind].append(_axis(mechanism, joint, solver))
+    linear, angular = axes["slide"], axes["hinge"]
+    return int(
+        builder.add_joint_d6(parent, link, linear_axes=linear, angular_axes=angular, **frames)
+    )
+
+
+def _axis(mechanism: Mechanism, joint: Joint, solver: SolverName) -> Any:
+    """Newton's axis of a hinge or a slide, with its spring and its servos."""
+    drawn = float(joint.reference[0])
+    armature = float(joint.armature[0])
+    stiffness, damping = 0.0, 0.0  # of servos
+    for motor in mechanism.actuators:
+        if mechanism.joints[motor.joint] is joint:
+            stiffness -= motor.gear**2 * motor.bias[1]
+            damping -= motor.gear**2 * motor.bias[2]
+    if joint.velocity is not None:
+        armature = _rotor(mechanism, joint, solver)
+        stiffness = RIGID if solver == "xpbd" else 0.0
+    limits = {}
+    if joint.limits is not None:
+        low, high = joint.limits
+        limits = {"limit_lower": low - drawn, "limit_upper": high - drawn}
+    return newton.ModelBuilder.JointDofConfig(
+        axis=warp.vec3(*joint.axis),
+        armature=armature,
+        stiffness=joint.stiffness,
+        rest_q=float(joint.rest[0]) - drawn,
+        damping=float(joint.damping[0]),
+        friction=float(joint.friction_loss[0]),
+        target_q=-drawn if stiffness else 0.0,
+        target_ke=stiffness,
+        target_kd=damping,
+        **limits,
+    )
+
+
+def _rotor(mechanism: Mechanism, joint: Joint, solver: SolverName) -> float:
+    """The inertia by which a joint's motion is imposed [kg m^2] or [kg]; 0 where a drive does."""
+    if solver == "xpbd":
+        return 0.0
+    iterated = solver == "mujoco" and (mechanism.touching or mechanism.loops)
+    ratio = HOLDING_BESIDE_CONSTRAINTS if iterated else HOLDING
+    return ratio * moved_inertia(mechanism, joint.kind)
+
+
+def _close_loops(mechanism: Mechanism, homes: Sequence[Home], builder: Any) -> None:
+    """Close loops by joints that belong to no tree."""
+    for loop in mechanism.loops:
+        (one, other) = (homes[i][0] for i in loop.bodies)
+        turn = None if loop.kind == "connect" else loop.attitude
+        points = placed(loop.places[0], turn), placed(loop.places[1])
+        frames = [homes[i][1] * point for i, point in zip(loop.bodies, points, strict=True)]
+        if other < 0:  # the child of a joint is not the world
+            one, other = other, one
+            frames.reverse()
+        add = builder.add_joint_ball if loop.kind == "connect" else builder.add_joint_fixed
+        add(one, other, parent_xform=frames[0], child_xform=frames[1])
+
+
+def _shapes(mechanism: Mechanism, homes: Sequence[Home], builder: Any) -> None:
+    """Give the bodies their shapes, of which the listed pairs alone collide.
+
+    A pair of shapes has the mean or the larger of two coefficients. A shape that has different
+    friction with others has a copy for each.
+    """
+    made = dict[tuple[int, Surface], int]()
+    touching = set[frozenset[int]]()
+    for touch in mechanism.touching:
+        surface = (touch.sliding[0], touch.torsional, touch.rolling[0], touch.restitution)
+        copies = [(i, surface) for i in touch.shapes]
+        for copy in copies:
+            if copy not in made:
+                shape = mechanism.shapes[copy[0]]
+                made[copy] = _add_shape(builder, homes[shape.body], shape, surface)
+        touching.add(frozenset(made[copy] for copy in copies))
+    for one, other in combinations(made.values(), 2):
+        if frozenset((one, other)) not in touching:
+            builder.add_shape_collision_filter_pair(one, other)
+
+
+def _add_shape(builder: Any, home: Home, shape: Shape, surface: Surface) -> int:
+    """Add a shape with its coefficients where its body is; returns its number."""
+    config = newton.ModelBuilder.ShapeConfig(
+        density=0.0,
+        mu=surface[0],
+        mu_torsional=surface[1],
+        mu_rolling=surface[2],
+        restitution=surface[3],
+    )
+    frame = home[1] * placed(shape.place, shape.attitude)
+    sizes = dict(zip(SIZES[shape.kind], [*shape.size.tolist(), 0.0, 0.0], strict=False))
+    # MuJoCo's solver alone reads it; without it, a pair without friction makes it diverge
+    dimensions = {"mujoco:condim": _dimensions(surface)}
+    add = getattr(builder, f"add_shape_{shape.kind}")
+    return int(
+        add(body=home[0], xform=frame, cfg=config, custom_attributes=dimensions, **sizes)
+    )
+
+
+def _dimensions(surface: Surface) -> int:
+    """The dimensions of a contact: 1 normal, 3 sliding, 4 torsional, 6 rolling."""
+    sliding, torsional, rolling, _ = surface
+    if rolling:
+        return 6
+    if torsional:
+        return 4
+    return 3 if sliding else 1

@@ -1,0 +1,42 @@
+"""Scenes in Newton."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+from plumbob.engines.adapters.newton.builder import Built, SolverName, build
+from plumbob.engines.adapters.newton.stepper import NewtonStepper
+from plumbob.engines.adapters.stepped_mechanism import compiled_scene, simulated
+from plumbob.engines.mechanism import Mechanism
+from plumbob.engines.method import Method, Simulation
+from plumbob.engines.stepper import State
+from plumbob.models.scene import Case
+
+
+def prepare(case: Case, method: Method, step: float) -> Simulation:
+    """Build `case` for `method` at `step` [s]; raises Unsupported and ParameterError."""
+
+    def stepper(mechanism: Mechanism, start: State) -> NewtonStepper:
+        built = _built(_Same(case), method.settings["solver"])
+        return NewtonStepper(built, method.settings, step)
+
+    return simulated(case, step, stepper)
+
+
+class _Same:
+    """A case, equal to itself alone: cases have no hash."""
+
+    def __init__(self, case: Case) -> None:
+        self.case = case
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, _Same) and other.case is self.case
+
+    def __hash__(self) -> int:
+        return id(self.case)
+
+
+@lru_cache(maxsize=1)  # a detector of contacts writes kernels for half a second
+def _built(same: _Same, solver: SolverName) -> Built:
+    """The model of a case, for all its steps."""
+    return build(compiled_scene(same.case).mechanism, solver)

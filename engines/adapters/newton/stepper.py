@@ -1,0 +1,162 @@
+"""A mechanism in a solver of Newton's, stepped from any state.
+
+A step is recorded as a graph, its detection of contacts too. What changes from step to step, forces
+and the coordinates that XPBD's drives impose, is written before each.
+"""
+
+from __future__ import annotations
+
+from types import MappingProxyType
+from typing import Any
+
+import newton
+import numpy as np
+import warp
+
+from plumbob.analytic.reference import Array
+from plumbob.engines.adapters.newton.builder import Built, degrees
+from plumbob.engines.adapters.newton.coordinates import from_newton, to_newton
+from plumbob.engines.mechanism import Mechanism
+from plumbob.engines.method import Options
+from plumbob.engines.stepper import State
+
+SOLVERS = MappingProxyType(
+    {
+        "featherstone": newton.solvers.SolverFeatherstone,
+        "xpbd": newton.solvers.SolverXPBD,
+        "mujoco": newton.solvers.SolverMuJoCo,
+    }
+)
+
+
+class NewtonStepper:
+    """A mechanism in one of Newton's solvers, named in the settings with its own, at a time step
+    [s]. Steppers of one model differ in nothing but their settings and steps."""
+
+    def __init__(self, built: Built, settings: Options, step: float) -> None:
+        chosen = dict(settings)
+        solver = chosen.pop("solver")
+        self.step = step
+        self.built, self.mechanism = built, built.mechanism
+        joints = self.mechanism.joints
+        self._drawn = np.concatenate([joint.reference for joint in joints])
+        self._degrees = degrees(self.mechanism)
+        self._now, self._then = built.model.state(), built.model.state()
+        self._control = built.model.control()
+        if solver == "xpbd":  # where nothing bounces, it makes errors of its own
+            chosen.setdefault("enable_restitution", bounces(self.mechanism))
+        self.solver = SOLVERS[solver](built.model, **chosen)
+        self._maximal = solver == "xpbd"  # its state is that of bodies, not of joints
+        self._graph = self._recorded()
+        self._begun, self._taken = 0.0, 0
+        self._forced = False  # whether forces of the last step act on
+        self._imposed = list[float]()  # coordinates that drives have imposed last
+        self._latest = State(self._drawn, np.zeros(len(self._drawn)))
+
+    def _recorded(self) -> Any:
+        """The graph of a step."""
+        pipeline = self.built.pipeline
+        contacts = None if pipeline is None else pipeline.contacts()
+        with warp.ScopedCapture() as capture:
+            if pipeline is not None:
+                pipeline.collide(self._now, contacts)
+            self.solver.step(self._now, self._then, self._control, contacts, self.step)
+            self._now.assign(self._then)
+        return capture.graph
+
+    def put(self, state: State, time: float = 0.0) -> None:
+        """Set the state, at a time [s]."""
+        self._begun, self._taken, self._latest = time, 0, state
+        self._imposed = [state.qpos[x.place] - self._drawn[x.place] for x in self.built.held]
+        places, rates = to_newton(self.mechanism.joints, self.built.centres, state)
+        model = self.built.model
+        self._now.joint_q.assign(_filled(model.joint_q, places))
+        self._now.joint_qd.assign(_filled(model.joint_qd, rates))
+        newton.eval_fk(model, self._now.joint_q, self._now.joint_qd, self._now)
+        self._control.joint_f.zero_()
+        self._forced = False
+        self.solver.reset(self._now, flags=newton.StateFlags.NONE)
+        if isinstance(self.solver, newton.solvers.SolverMuJoCo):
+            # A loop's direction changes by velocities of bodies of the step before.
+            self.solver.mjw_data.cvel.zero_()
+            self.solver.mjw_data.cdof_dot.zero_()
+
+    def state(self) -> State:
+        """The state now; a quaternion has the sign that is nearer to the last one, and an angle
+        that XPBD's bodies tell up to whole turns is the nearest to the last one."""
+        now = self._now
+        if self._maximal:
+            newton.eval_ik(self.built.model, now, now.joint_q, now.joint_qd)
+        places, rates = (np.array(x.numpy(), float) for x in (now.joint_q, now.joint_qd))
+        self._latest = from_newton(
+            self.mechanism.joints, self.built.centres, (places, rates), self._latest
+        )
+        return self._latest
+
+    def advance(self, controls: Array | None, steps: int) -> None:
+        """Take `steps` steps under controls, shape (steps, controls)."""
+        control = self._control
+        rows = (control.joint_f, self._forces(controls, steps))
+        targets = (control.joint_target_q, self._targets(steps))
+        written = [(array, x) for array, x in (rows, targets) if x is not None]
+        for step in range(steps):
+            for array, values in written:
+                array.assign(values[step])
+            warp.capture_launch(self._graph)
+        warp.synchronize()
+        self._taken += steps
+
+    def _forces(self, controls: Array | None, steps: int) -> Array | None:
+        """Forces on the joints in each of the next steps, shape (steps, degrees of freedom); None
+        where they are 0 and have been."""
+        turned = [held for held in self.built.held if held.rotor]
+        if controls is None and not turned:
+            return None
+        rows = np.zeros((steps, len(self.built.model.joint_qd)))
+        for motor in self.mechanism.actuators:
+            control = np.zeros(steps) if controls is None else controls[:, motor.control]
+            control = within(control, motor.control_range)
+            force = within(motor.gain * control + motor.bias[0], motor.force_range)
+            rows[:, self._degrees[motor.joint]] += motor.gear * force
+        times = self._times(steps)
+        for held in turned:
+            # with a step's mean acceleration the velocity is right at every grid time
+            rows[:, held.degree] += held.rotor * np.diff(held.velocity(times)) / self.step
+        before, self._forced = self._forced, bool(rows[-1].any())
+        return rows if before or rows.any() else None
+
+    def _targets(self, steps: int) -> Array | None:
+        """The coordinates that drives impose at the end of each of the next steps, shape (steps,
+        targets); None where there are none."""
+        if not self._maximal or not self.built.held:
+            return None
+        rows = np.tile(self._control.joint_target_q.numpy(), (steps, 1))
+        ends = self._times(steps)[1:]
+        for number, held in enumerate(self.built.held):
+            course = self._imposed[number] + self.step * np.cumsum(held.velocity(ends))
+            self._imposed[number] = course[-1]
+            rows[:, held.place] = course
+        return rows
+
+    def _times(self, steps: int) -> Array:
+        """The grid times of the next steps [s], shape (steps + 1,)."""
+        numbers = np.arange(self._taken, self._taken + steps + 1, dtype=np.float64)
+        return self._begun + self.step * numbers
+
+
+def bounces(mechanism: Mechanism) -> bool:
+    """Whether a pair of shapes has restitution."""
+    return any(touch.restitution for touch in mechanism.touching)
+
+
+def within(values: Array, limits: tuple[float, float] | None) -> Array:
+    """Values, none of them outside the limits."""
+    return values if limits is None else np.clip(values, *limits)
+
+
+def _filled(array: Any, values: Array) -> Array:
+    """Values for an array of Newton's, which also has the coordinates of joints that close
+    loops."""
+    whole = np.array(array.numpy())
+    whole[: len(values)] = values
+    return whole
