@@ -7,7 +7,13 @@ Loops are closed by its proximal constraint dynamics.
 from __future__ import annotations
 
 from plumbob.analytic.schemes import EULER, RK4, Scheme
-from plumbob.engines.abilities import ModelReader, OwnDerivative, RunsFiles, SchemeOfCase
+from plumbob.engines.abilities import (
+    BuildsMechanisms,
+    ModelReader,
+    OwnDerivative,
+    RunsFiles,
+    SchemeOfCase,
+)
 from plumbob.engines.adapters.constrained import CONSTRAINED, constrained
 from plumbob.engines.adapters.stepping import no_error
 from plumbob.engines.method import Engine, Method
@@ -44,5 +50,6 @@ ENGINE = Engine(
         ModelReader(later(f"{__name__}.user_model.model_fields")),
         OwnDerivative("rnea", later(f"{__name__}.derivatives.derivatives"), 1e-12),
         RunsFiles(later(f"{__name__}.user_model.user_model")),
+        BuildsMechanisms(later(f"{__name__}.simulation.built")),
     ),
 )

@@ -5,10 +5,13 @@ from __future__ import annotations
 from dataclasses import replace
 from functools import cache
 
+from plumbob.analytic.schemes import EULER
 from plumbob.engines.adapters.pinocchio.stepper import PinocchioStepper
 from plumbob.engines.adapters.stepped_mechanism import begun, compiled_scene
 from plumbob.engines.adapters.stepping import stepped
+from plumbob.engines.mechanism import Mechanism
 from plumbob.engines.method import Method, Simulation
+from plumbob.engines.stepper import State
 from plumbob.models.scene import Case
 
 
@@ -19,3 +22,8 @@ def prepare(case: Case, method: Method, step: float) -> Simulation:
     stepper = cache(lambda: PinocchioStepper(scene.mechanism, integrator, step, course))
     alone = replace(scene, controls=None)  # the stepper reads them itself
     return stepped(case, step, lambda: begun(case, alone, step, stepper()))
+
+
+def built(mechanism: Mechanism, start: State, step: float) -> PinocchioStepper:
+    """A mechanism stepped by semi-implicit Euler at `step` [s]; raises Unsupported."""
+    return PinocchioStepper(mechanism, EULER, step)

@@ -31,14 +31,11 @@ OTHERS = (  # a representative of each system that is of no kind below
 # A body that is held does not move by a bit at large steps, and at small ones it slides for the
 # millisecond before shapes have their static penetration: such errors have no order.
 HELD = ("!incline/rest", "!incline/just-held", "!pinch/0.*")
+UNDAMPED = MappingProxyType(
+    {"linearDamping": 0.0, "angularDamping": 0.0, "maxJointVelocity": 1e9}
+)
 ITERATED = MappingProxyType(
-    {
-        "numSolverIterations": 200,
-        "solverResidualThreshold": 0.0,
-        "linearDamping": 0.0,
-        "angularDamping": 0.0,
-        "maxJointVelocity": 1e9,
-    }
+    {"numSolverIterations": 200, "solverResidualThreshold": 0.0, **UNDAMPED}
 )
 HARD = MappingProxyType(
     {
