@@ -9,7 +9,7 @@ from __future__ import annotations
 from plumbob.analytic.schemes import RK4, Scheme
 from plumbob.engines.adapters.stepping import no_error
 from plumbob.engines.method import Engine, Method
-from plumbob.models.scene import ONE_SMOOTH, SMOOTH, later
+from plumbob.models.scene import ON_PLANE, ONE_SMOOTH, SMOOTH, later
 
 # Of order 6, its error is at the round-off level after two or three octaves of steps: scenes that
 # leave four. Elsewhere its verdict would be that nothing is claimed.
@@ -22,8 +22,8 @@ METHODS = (
         Scheme("generalised alpha"),
         2,
         settings={"solver": "GeneralizedAlpha"},
-        systems=(*AWAY_FROM_SADDLES, "capsule-line/heading-030", "free-body/flip", "free-body/symmetric"),
-        kinds=(ONE_SMOOTH, SMOOTH),
+        systems=(*AWAY_FROM_SADDLES, "capsule-*", "free-body/flip", "free-body/symmetric"),
+        kinds=(ONE_SMOOTH, SMOOTH, ON_PLANE),
     ),
     Method(
         "exudyn/alpha+tight",
@@ -34,7 +34,12 @@ METHODS = (
         kinds=(ONE_SMOOTH, SMOOTH),
     ),
     Method(
-        "exudyn/rk44", Scheme(RK4), 4, settings={"solver": "RK44"}, systems=("free-body/flip","free-body/symmetric"),kinds=(ONE_SMOOTH, SMOOTH)
+        "exudyn/rk44",
+        Scheme(RK4),
+        4,
+        settings={"solver": "RK44"},
+        systems=("free-body/flip", "free-body/symmetric"),
+        kinds=(ONE_SMOOTH, SMOOTH),
     ),
     Method(
         "exudyn/rk67",

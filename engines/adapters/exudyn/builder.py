@@ -1,114 +1,46 @@
-"""The Exudyn system of a mechanism: one kinematic tree of hinges and slides, a rigid body for each
-free body that carries no other, and constraints that close loops and prescribe motions.
-
-A link of Exudyn's tree moves about or along the z axis of its own frame. Of a body with several
-joints the last one moves its link; the links before it have no mass.
-"""
+"""The Exudyn system of a mechanism: its tree and its free bodies, what moves and holds the joints,
+constraints that close loops, and contacts."""
 
 from __future__ import annotations
 
-from collections import defaultdict
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Any
 
 import exudyn
+import exudyn.itemInterface as items
 import numpy as np
-from exudyn import itemInterface as items
-from scipy.spatial.transform import Rotation
 
 from plumbob.analytic.reference import Array
+from plumbob.engines.adapters.exudyn.bodies import (
+    AXES,
+    CHAINS,
+    PARALLEL,
+    WORLD,
+    Bodies,
+    Frame,
+    Inertia,
+    drawn,
+    made,
+    movers,
+    turned_to,
+)
+from plumbob.engines.adapters.exudyn.contacts import Contacts, refused_contacts
 from plumbob.engines.adapters.exudyn.motors import joint_forces
 from plumbob.engines.adapters.refusals import refused_parts
-from plumbob.engines.mechanism import Joint, Loop, Mechanism
+from plumbob.engines.mechanism import Loop, Mechanism, Shape
 from plumbob.engines.method import Unsupported
 from plumbob.engines.peer_model import rotation
 from plumbob.models.idealisations import Velocity
 from plumbob.models.model_file import Controls
 
-AXES = np.eye(3)
 TYPES = MappingProxyType(
     {"hinge": exudyn.JointType.RevoluteZ, "slide": exudyn.JointType.PrismaticZ}
-)
-# How a free body that carries others, or a ball, moves in a tree: slides along the world's axes,
-# then hinges about z, y and x of the body: singular where it has turned by a right angle about y.
-TURNS = tuple(("hinge", axis) for axis in AXES[::-1])
-CHAINS = MappingProxyType(
-    {"free": (*(("slide", axis) for axis in AXES), *TURNS), "ball": TURNS}
 )
 # Inertia of a rotor that imposes a constant velocity, over that of all that it moves: no bit of
 # the velocity changes.
 HOLDING = 1e15
-PARALLEL = 1e-12  # by which directions of unit length differ that are the same
-WORLD = -1  # Exudyn's number of the link that the world is
-
-
-@dataclass(frozen=True)
-class Inertia:
-    """The inertia of bodies that are welded together, in the frame of what carries them."""
-
-    mass: float = 0.0  # [kg]
-    centre: Array = field(default_factory=lambda: np.zeros(3))  # of mass [m]
-    moments: Array = field(default_factory=lambda: np.zeros((3, 3)))  # about it [kg m^2]
-
-    def __add__(self, other: Inertia) -> Inertia:
-        if not self.mass:
-            return other
-        mass = self.mass + other.mass
-        apart = other.centre - self.centre
-        spread = self.mass * other.mass / mass * (apart @ apart * AXES - np.outer(apart, apart))
-        centre = self.centre + other.mass / mass * apart
-        return Inertia(mass, centre, self.moments + other.moments + spread)
-
-
-@dataclass(frozen=True)
-class Frame:
-    """A place [m] and an attitude, a matrix, in the frame of what carries it."""
-
-    carrier: int = WORLD  # a link of the tree, the world, or -1 less the number of a free body
-    place: Array = field(default_factory=lambda: np.zeros(3))
-    turn: Array = field(default_factory=lambda: AXES)
-
-    def within(self, place: Array, turn: Array) -> Frame:
-        """The frame at a place in this one, with an attitude in it."""
-        return Frame(self.carrier, self.place + self.turn @ place, self.turn @ turn)
-
-
-@dataclass
-class Links:
-    """The links of a tree, in the order of its coordinates."""
-
-    parents: list[int] = field(default_factory=list)
-    kinds: list[str] = field(default_factory=list)
-    places: list[Array] = field(default_factory=list)  # in the parent's frame [m]
-    turns: list[Array] = field(default_factory=list)  # in the parent's frame
-
-    def moved(self, kind: str, axis: Array, frame: Frame, place: Array) -> Frame:
-        """Add a link that moves about or along an axis through a place, both of a frame; returns
-        that frame as the link moves it."""
-        turn = turned_to(axis)
-        joint = frame.within(place, turn)
-        self.parents.append(joint.carrier)
-        self.kinds.append(kind)
-        self.places.append(joint.place)
-        self.turns.append(joint.turn)
-        return Frame(len(self.parents) - 1, -turn.T @ place, turn.T)
-
-
-def turned_to(axis: Array) -> Array:
-    """A rotation, a matrix, that turns the z axis to an axis of unit length."""
-    return np.asarray(Rotation.align_vectors(axis[None], AXES[2:])[0].as_matrix())
-
-
-@dataclass(frozen=True)
-class Bodies:
-    """The bodies of a mechanism as Exudyn has them."""
-
-    links: Links
-    frames: tuple[Frame, ...]  # one a body
-    inertias: Mapping[int, Inertia]  # {carrier: of all bodies that it carries}
-    places: tuple[slice, ...]  # of the coordinates of each joint in those of the system
 
 
 @dataclass(frozen=True)
@@ -123,16 +55,21 @@ class Built:
 
 
 def build(
-    mechanism: Mechanism, controls: Controls | None, explicit: bool, duration: float
+    mechanism: Mechanism,
+    step: float,
+    duration: float,
+    controls: Controls | None,
+    *,
+    explicit: bool,
 ) -> Built:
-    """The system of a mechanism whose actuators have controls of the time, or controls that stay
-    zero, for runs of a `duration` [s] by an explicit solver or an implicit one; raises Unsupported.
-    """
+    """The system of a mechanism for runs of a `duration` [s] at a time step [s], with controls of
+    the time, or controls that stay zero, by an explicit solver or an implicit one; raises
+    Unsupported."""
     for feature in refused(mechanism, explicit, duration):
         raise Unsupported(f"feature {feature}")
     container = exudyn.SystemContainer()
     system = container.AddSystem()
-    bodies = _bodies(mechanism)
+    bodies = made(mechanism)
     nodes = list[int]()
     carriers = {WORLD: system.AddObject(items.ObjectGround())}
     size = len(bodies.links.parents)
@@ -147,6 +84,7 @@ def build(
         nodes.append(node)
     for loop in mechanism.loops:
         _close(mechanism, system, bodies, carriers, loop)
+    _touch(mechanism, system, bodies, carriers, step)
     system.Assemble()
     alone = tuple(bodies.frames[joint.body].carrier < WORLD for joint in mechanism.joints)
     return Built(container, system, tuple(nodes), bodies.places, alone)
@@ -167,45 +105,17 @@ def refused(mechanism: Mechanism, explicit: bool, duration: float) -> Iterator[s
         if explicit and joint.velocity and not constant(joint.velocity, duration):
             yield f"changing velocity of joint {name}, which explicit solvers do not prescribe"
     if explicit:
-        yield from (f"loop {x.name}, which explicit solvers leave open" for x in mechanism.loops)
-    if mechanism.touching:
-        yield "contacts"
+        yield from (
+            f"loop {x.name}, which explicit solvers leave open" for x in mechanism.loops
+        )
+        if mechanism.touching:
+            yield "contacts, which explicit solvers take as they are when a step begins"
+    yield from refused_contacts(mechanism)
 
 
 def constant(velocity: Velocity, duration: float) -> bool:
     """Whether a velocity is the same throughout a `duration` [s]."""
     return bool(np.ptp(velocity(np.linspace(0.0, duration, 1001))) == 0.0)
-
-
-def _bodies(mechanism: Mechanism) -> Bodies:
-    """The bodies of a mechanism as Exudyn has them."""
-    links, frames = Links(), [Frame()]
-    inertias = defaultdict[int, Inertia](Inertia)
-    places = dict[int, slice]()
-    carrying = {mechanism.bodies[joint.body].parent for joint in mechanism.joints}
-    for number, body in enumerate(mechanism.bodies[1:], start=1):
-        frame = frames[body.parent].within(body.place, rotation(body.attitude))
-        for i, joint in enumerate(mechanism.joints):
-            if joint.body != number:
-                continue
-            begin = len(links.parents)
-            if joint.kind == "free":  # its coordinates are those of its frame in the world
-                frame = Frame(WORLD if number in carrying else WORLD - number)
-            if frame.carrier >= WORLD:
-                for kind, axis in CHAINS.get(joint.kind, ((joint.kind, joint.axis),)):
-                    frame = links.moved(kind, axis, frame, joint.place)
-            places[i] = slice(begin, len(links.parents))
-        frames.append(frame)
-        moments = np.zeros((3, 3)) if body.point else frame.turn @ body.inertia @ frame.turn.T
-        centre = frame.place + frame.turn @ body.centre
-        inertias[frame.carrier] += Inertia(body.mass, centre, moments)
-    first = len(links.parents)
-    for i, joint in enumerate(mechanism.joints):
-        if frames[joint.body].carrier < WORLD:
-            places[i] = slice(first, first + 6)
-            first += 6
-    in_order = tuple(places[i] for i in range(len(mechanism.joints)))
-    return Bodies(links, tuple(frames), inertias, in_order)
 
 
 def _tree(
@@ -259,7 +169,12 @@ def _rigid(system: Any, inertia: Inertia, gravity: Array) -> tuple[int, int]:
 
 
 def _impose(
-    mechanism: Mechanism, system: Any, bodies: Bodies, node: int, explicit: bool, duration: float
+    mechanism: Mechanism,
+    system: Any,
+    bodies: Bodies,
+    node: int,
+    explicit: bool,
+    duration: float,
 ) -> None:
     """Add the armatures of the joints of a tree, and what prescribes their velocities: a
     constraint for an implicit solver, a rotor for an explicit one, which has no constraints."""
@@ -273,13 +188,17 @@ def _impose(
         elif joint.velocity is not None:
             _prescribe(system, node, place.start, joint.velocity, duration)
     if rotors.any():
-        system.AddObject(items.ObjectGenericODE2(nodeNumbers=[node], massMatrix=np.diag(rotors)))
+        system.AddObject(
+            items.ObjectGenericODE2(nodeNumbers=[node], massMatrix=np.diag(rotors))
+        )
 
 
 def _largest_inertia(mechanism: Mechanism) -> float:
     """An inertia that is larger than any that a joint moves [kg m^2] or [kg], for lengths of up to
     a metre or those of the mechanism."""
-    reach = sum(np.linalg.norm(body.place) + np.linalg.norm(body.centre) for body in mechanism.bodies)
+    reach = sum(
+        np.linalg.norm(body.place) + np.linalg.norm(body.centre) for body in mechanism.bodies
+    )
     mass = sum(body.mass for body in mechanism.bodies)
     spread = sum(float(np.trace(body.inertia)) for body in mechanism.bodies)
     return float(mass * max(1.0, reach) ** 2 + spread)
@@ -327,16 +246,25 @@ def _close(
     system.AddObject(items.ObjectJointGeneric(markerNumbers=markers, constrainedAxes=axes))
 
 
+def _touch(
+    mechanism: Mechanism, system: Any, bodies: Bodies, carriers: Mapping[int, int], step: float
+) -> None:
+    """Add the contacts of shapes."""
+
+    def mark(shape: Shape, place: Array) -> int:
+        frame = bodies.frames[shape.body].within(shape.place, rotation(shape.attitude))
+        return add_marker(system, carriers, frame.within(place, AXES))
+
+    contacts = Contacts(system, mechanism, step, mark)
+    for touch in mechanism.touching:
+        contacts.add(touch)
+
+
 def _normal(mechanism: Mechanism, loop: Loop) -> Array | None:
     """The normal, in the frame of the first body of a loop, of the plane in which all joints that
     move the bodies of the loop let them move; None where there is no such plane."""
-    turns = [AXES]
-    movers = [tuple[Joint, ...]()]
-    for number, body in enumerate(mechanism.bodies[1:], start=1):
-        turns.append(turns[body.parent] @ rotation(body.attitude))
-        own = tuple(joint for joint in mechanism.joints if joint.body == number)
-        movers.append(movers[body.parent] + own)
-    joints = [joint for number in loop.bodies for joint in movers[number]]
+    turns = drawn(mechanism)
+    joints = [joint for number in loop.bodies for joint in movers(mechanism, number)]
     axes = {kind: [turns[x.body] @ x.axis for x in joints if x.kind == kind] for kind in TYPES}
     if sum(map(len, axes.values())) < len(joints) or not axes["hinge"]:
         return None

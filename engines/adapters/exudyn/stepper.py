@@ -7,12 +7,14 @@ from collections.abc import Iterator
 from typing import Any
 
 import exudyn
+import exudyn.itemInterface as items
 import numpy as np
-from exudyn import itemInterface as items
 from scipy.spatial.transform import Rotation
 
 from plumbob.analytic.reference import Array
-from plumbob.engines.adapters.exudyn.builder import AXES, CHAINS, build
+from plumbob.engines.adapters.exudyn.bodies import AXES, CHAINS
+from plumbob.engines.adapters.exudyn.builder import build
+from plumbob.engines.adapters.exudyn.contacts import rounding
 from plumbob.engines.mechanism import Joint, Mechanism
 from plumbob.engines.method import Options
 from plumbob.engines.sampling import Indices
@@ -41,7 +43,7 @@ class ExudynStepper:
         self.mechanism = mechanism
         self.settings = settings
         explicit = settings["solver"].startswith(EXPLICIT)
-        self.built = build(mechanism, controls, explicit, duration)
+        self.built = build(mechanism, step, duration, controls, explicit=explicit)
         self._kept = [self._sensors(kind) for kind in QUANTITIES]
         self.built.system.Assemble()
         self._begun, self._latest = 0.0, State(np.zeros(0), np.zeros(0))
@@ -51,7 +53,10 @@ class ExudynStepper:
         return [
             self.built.system.AddSensor(
                 items.SensorNode(
-                    nodeNumber=node, storeInternal=True, writeToFile=False, outputVariableType=kind
+                    nodeNumber=node,
+                    storeInternal=True,
+                    writeToFile=False,
+                    outputVariableType=kind,
                 )
             )
             for node in self.built.nodes
@@ -105,12 +110,18 @@ class ExudynStepper:
         integration.numberOfSteps = steps
         integration.verboseMode = 0
         integration.adaptiveStep = False
+        if self.mechanism.touching:
+            integration.discontinuous.useRecommendedStepSize = False
+            integration.discontinuous.ignoreMaxIterations = True
+            integration.newton.absoluteTolerance = rounding(self.mechanism, self.step)
         tolerance = self.settings.get("relativeTolerance")
         if tolerance is not None:
             integration.newton.relativeTolerance = tolerance
             integration.newton.absoluteTolerance = tolerance
         chosen.solution.file.write = False
-        chosen.solution.sensors.writePeriod = 0.5 * self.step  # every step, in spite of rounding
+        chosen.solution.sensors.writePeriod = (
+            0.5 * self.step
+        )  # every step, in spite of rounding
         return chosen
 
     def taken(self) -> int:
