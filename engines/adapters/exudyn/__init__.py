@@ -1,36 +1,50 @@
 """Exudyn as an engine: kinematic trees and rigid bodies under its implicit generalised-alpha
 solver, which is its default, and two of its explicit Runge-Kutta methods.
 
-Every module imports Exudyn when it is called.
+Loops, changing motions and contacts are the implicit solver's alone. Every module imports Exudyn
+when it is called.
 """
 
 from __future__ import annotations
 
 from plumbob.analytic.schemes import RK4, Scheme
+from plumbob.engines.abilities import SchemeOfCase
 from plumbob.engines.adapters.stepping import no_error
 from plumbob.engines.method import Engine, Method
-from plumbob.models.scene import ON_PLANE, ONE_SMOOTH, SMOOTH, later
+from plumbob.models.scene import ON_PLANE, ONE_SMOOTH, SMOOTH, Case, later
 
+ALPHA = Scheme("generalised alpha")
+RK4_OF_TURNS = Scheme("rk4 of rotation vectors")  # which no theory here covers
 # Of order 6, its error is at the round-off level after two or three octaves of steps: scenes that
 # leave four. Elsewhere its verdict would be that nothing is claimed.
 RESOLVED = ("linear-pendulum/free-large", "linear-pendulum/forced-large")
 # Beside a separatrix no step of a method without theory shows to which side it goes.
 AWAY_FROM_SADDLES = ("!cone-pendulum/*-barrier-*",)
+TURNS = ("free-body/flip", "free-body/symmetric")
+CAPSULES = (  # of each system a scene or two
+    *("capsule-line/heading-030", "capsule-coast/spin", "capsule-coast/edge"),
+    *(
+        "capsule-hold/0.999",
+        "capsule-plan/heading-030",
+        "capsule-turn/0.3",
+        "capsule-train/ten",
+    ),
+)
 METHODS = (
     Method(
         "exudyn/default",
-        Scheme("generalised alpha"),
+        ALPHA,
         2,
         settings={"solver": "GeneralizedAlpha"},
-        systems=(*AWAY_FROM_SADDLES, "capsule-*", "free-body/flip", "free-body/symmetric"),
+        systems=(*AWAY_FROM_SADDLES, *TURNS, *CAPSULES),
         kinds=(ONE_SMOOTH, SMOOTH, ON_PLANE),
     ),
     Method(
         "exudyn/alpha+tight",
-        Scheme("generalised alpha"),
+        ALPHA,
         2,
         settings={"solver": "GeneralizedAlpha", "relativeTolerance": 1e-13},
-        systems=(*AWAY_FROM_SADDLES, "free-body/flip"),
+        systems=(*AWAY_FROM_SADDLES, "!rolling-disc", TURNS[0]),
         kinds=(ONE_SMOOTH, SMOOTH),
     ),
     Method(
@@ -38,7 +52,7 @@ METHODS = (
         Scheme(RK4),
         4,
         settings={"solver": "RK44"},
-        systems=("free-body/flip", "free-body/symmetric"),
+        systems=("!rolling-disc", "!four-bar", "!slider-crank", *TURNS),
         kinds=(ONE_SMOOTH, SMOOTH),
     ),
     Method(
@@ -49,6 +63,15 @@ METHODS = (
         systems=RESOLVED,
     ),
 )
+
+
+def scheme(case: Case, method: Method) -> Scheme:
+    """The scheme of `method` on this case; a free body by itself turns by rotation vectors."""
+    if case.system.name == "free-body" and method.scheme.known:
+        return RK4_OF_TURNS
+    return method.scheme
+
+
 ENGINE = Engine(
     "exudyn",
     "exudyn",
@@ -56,4 +79,5 @@ ENGINE = Engine(
     later(f"{__name__}.simulation.prepare"),
     no_error,
     optional=True,
+    abilities=(SchemeOfCase(scheme),),
 )

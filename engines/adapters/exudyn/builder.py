@@ -9,7 +9,7 @@ from types import MappingProxyType
 from typing import Any
 
 import exudyn
-import exudyn.itemInterface as items
+import exudyn.itemInterface
 import numpy as np
 
 from plumbob.analytic.reference import Array
@@ -38,9 +38,12 @@ from plumbob.models.model_file import Controls
 TYPES = MappingProxyType(
     {"hinge": exudyn.JointType.RevoluteZ, "slide": exudyn.JointType.PrismaticZ}
 )
+
+items = exudyn.itemInterface
 # Inertia of a rotor that imposes a constant velocity, over that of all that it moves: no bit of
 # the velocity changes.
 HOLDING = 1e15
+ON_GRID = 1e-6  # by which rounding moves the end of a step, over the step
 
 
 @dataclass(frozen=True)
@@ -65,7 +68,7 @@ def build(
     """The system of a mechanism for runs of a `duration` [s] at a time step [s], with controls of
     the time, or controls that stay zero, by an explicit solver or an implicit one; raises
     Unsupported."""
-    for feature in refused(mechanism, explicit, duration):
+    for feature in refused(mechanism, explicit, step, duration):
         raise Unsupported(f"feature {feature}")
     container = exudyn.SystemContainer()
     system = container.AddSystem()
@@ -78,7 +81,7 @@ def build(
         node, tree = _tree(system, bodies, mechanism.gravity, forces)
         nodes.append(node)
         carriers |= dict.fromkeys(range(size), tree)
-        _impose(mechanism, system, bodies, node, explicit, duration)
+        _impose(mechanism, system, bodies, node, explicit, step, duration)
     for carrier in (carrier for carrier in bodies.inertias if carrier < WORLD):
         node, carriers[carrier] = _rigid(system, bodies.inertias[carrier], mechanism.gravity)
         nodes.append(node)
@@ -90,7 +93,9 @@ def build(
     return Built(container, system, tuple(nodes), bodies.places, alone)
 
 
-def refused(mechanism: Mechanism, explicit: bool, duration: float) -> Iterator[str]:
+def refused(
+    mechanism: Mechanism, explicit: bool, step: float, duration: float
+) -> Iterator[str]:
     """The names of features of a mechanism that Exudyn, its explicit solvers, or this builder
     cannot express."""
     yield from refused_parts(mechanism)
@@ -102,7 +107,7 @@ def refused(mechanism: Mechanism, explicit: bool, duration: float) -> Iterator[s
         acts = joint.stiffness or np.any(joint.damping) or np.any(joint.armature)
         if joint.kind in CHAINS and acts:
             yield f"spring, damper or armature of joint {name}, which is a {joint.kind} joint"
-        if explicit and joint.velocity and not constant(joint.velocity, duration):
+        if explicit and joint.velocity and np.ptp(course(joint.velocity, step, duration)):
             yield f"changing velocity of joint {name}, which explicit solvers do not prescribe"
     if explicit:
         yield from (
@@ -113,9 +118,9 @@ def refused(mechanism: Mechanism, explicit: bool, duration: float) -> Iterator[s
     yield from refused_contacts(mechanism)
 
 
-def constant(velocity: Velocity, duration: float) -> bool:
-    """Whether a velocity is the same throughout a `duration` [s]."""
-    return bool(np.ptp(velocity(np.linspace(0.0, duration, 1001))) == 0.0)
+def course(velocity: Velocity, step: float, duration: float) -> Array:
+    """A velocity after each step of `step` [s] through a `duration` [s], from 0 on."""
+    return velocity(step * np.arange(round(duration / step) + 1, dtype=np.float64))
 
 
 def _tree(
@@ -174,6 +179,7 @@ def _impose(
     bodies: Bodies,
     node: int,
     explicit: bool,
+    step: float,
     duration: float,
 ) -> None:
     """Add the armatures of the joints of a tree, and what prescribes their velocities: a
@@ -186,7 +192,7 @@ def _impose(
         if joint.velocity is not None and explicit:
             rotors[place] = HOLDING * _largest_inertia(mechanism)
         elif joint.velocity is not None:
-            _prescribe(system, node, place.start, joint.velocity, duration)
+            _prescribe(system, node, place.start, joint.velocity, step, duration)
     if rotors.any():
         system.AddObject(
             items.ObjectGenericODE2(nodeNumbers=[node], massMatrix=np.diag(rotors))
@@ -205,23 +211,27 @@ def _largest_inertia(mechanism: Mechanism) -> float:
 
 
 def _prescribe(
-    system: Any, node: int, coordinate: int, velocity: Velocity, duration: float
+    system: Any, node: int, coordinate: int, velocity: Velocity, step: float, duration: float
 ) -> None:
-    """Constrain the velocity of a coordinate."""
+    """Constrain the velocity of a coordinate, of which a solver asks at the ends of steps."""
     ground = system.AddNode(items.NodePointGround())
     markers = [
         system.AddMarker(items.MarkerNodeCoordinate(nodeNumber=number, coordinate=which))
         for number, which in ((ground, 0), (node, coordinate))
     ]
+    rates = course(velocity, step, duration).tolist()
 
     def at(system: Any, now: float, item: int, offset: float) -> float:
-        return float(velocity(np.array([now]))[0])
+        taken = round(now / step)
+        if taken < len(rates) and abs(now - taken * step) <= ON_GRID * step:
+            return float(rates[taken])
+        return float(velocity(np.array([now]))[0])  # the state was put at another time
 
-    fixed = constant(velocity, duration)
+    fixed = min(rates) == max(rates)
     constraint = items.ObjectConnectorCoordinate(
         markerNumbers=markers,
         velocityLevel=True,
-        offset=at(system, 0.0, 0, 0.0) if fixed else 0.0,
+        offset=rates[0] if fixed else 0.0,
         offsetUserFunction_t=0 if fixed else at,
     )
     system.AddObject(constraint)

@@ -15,7 +15,7 @@ from itertools import product
 from typing import Any
 
 import exudyn
-import exudyn.itemInterface as items
+import exudyn.itemInterface
 import numpy as np
 
 from plumbob.analytic.reference import Array
@@ -24,16 +24,20 @@ from plumbob.engines.adapters.refusals import refused_friction, refused_shapes
 from plumbob.engines.mechanism import Mechanism, Shape, Touch
 from plumbob.engines.peer_model import rotation
 
+items = exudyn.itemInterface
+
 # Rate of a contact that carries the mass of all bodies, times the step: at 1 ms a weight presses it
-# in by a micrometre. It is damped critically.
-RATE = 3.0
+# in by 10 micrometres. It is damped critically.
+RATE = 1.0
 BOUNCE = 20.0  # steps that an impact with restitution lasts, by a stiffness that is less
-SLIP = 2.0  # speed below which friction is in proportion to the slip, over the step [m/s^2]
-POINT = (
-    1e-4  # [m] radius of a sphere that is a point, at most: by less is it elsewhere if it tilts
-)
+# Speed below which friction is in proportion to the slip, over the step [m/s^2]: more than the slip
+# that gravity makes in a step on a slope, or solvers take a body that sticks for one that slips.
+SLIP = 5.0
+# [m] radius of a sphere that is a point, at most: by less is it elsewhere if it tilts
+POINT = 1e-4
 CORNER = 1e-3  # radius of the disc in a corner of a box, over the smallest half size
 FLAT = 1e-3  # thickness of a disc over its diameter, at most
+APART = 1.0  # [m], the gap before the first step, by which a first touch is seen as an impact
 PLANE = 100.0  # [m] from the middle of a plane to its nearest side, for a sphere that bounces
 ROUNDING = 1e3 * sys.float_info.epsilon  # [m], of the depths of contacts
 Mark = Callable[[Shape, Array], int]
@@ -139,7 +143,7 @@ class Contacts:
         self.system.AddObject(
             items.ObjectConnectorRollingDiscPenalty(
                 markerNumbers=[self.mark(plane, np.zeros(3)), self.mark(other, place)],
-                nodeNumber=self._data(3),
+                nodeNumber=self._data(0.0, 0.0, 0.0),
                 discRadius=radius,
                 discAxis=axis,
                 planeNormal=AXES[2],
@@ -156,7 +160,7 @@ class Contacts:
         self.system.AddObject(
             items.ObjectContactSphereTriangle(
                 markerNumbers=[self.mark(shape, np.zeros(3)) for shape in (ball, plane)],
-                nodeNumber=self._data(4),
+                nodeNumber=self._data(APART, 0.0, 0.0, 0.0),
                 sphereRadius=float(ball.size[0]),
                 trianglePoints=exudyn.Vector3DList(list(TRIANGLE)),
                 includeEdges=0,
@@ -166,10 +170,10 @@ class Contacts:
             )
         )
 
-    def _data(self, count: int) -> int:
+    def _data(self, *begin: float) -> int:
         """Add a node of numbers that a contact keeps from step to step; returns its number."""
         node = items.NodeGenericData(
-            initialCoordinates=[0.0] * count, numberOfDataCoordinates=count
+            initialCoordinates=list(begin), numberOfDataCoordinates=len(begin)
         )
         return int(self.system.AddNode(node))
 

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from typing import Any
 
 import exudyn
-import exudyn.itemInterface as items
+import exudyn.itemInterface
 import numpy as np
 from scipy.spatial.transform import Rotation
 
@@ -20,6 +20,8 @@ from plumbob.engines.method import Options
 from plumbob.engines.sampling import Indices
 from plumbob.engines.stepper import State
 from plumbob.models.model_file import Controls
+
+items = exudyn.itemInterface
 
 INITIAL = exudyn.ConfigurationType.Initial
 QUANTITIES = (exudyn.OutputVariableType.Coordinates, exudyn.OutputVariableType.Coordinates_t)
