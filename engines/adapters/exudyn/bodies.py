@@ -96,12 +96,12 @@ class Bodies:
     places: tuple[slice, ...]  # of the coordinates of each joint in those of the system
 
 
-def made(mechanism: Mechanism) -> Bodies:
+def bodies_of(mechanism: Mechanism) -> Bodies:
     """The bodies of a mechanism as Exudyn has them."""
     links, frames = Links(), [Frame()]
     inertias = defaultdict[int, Inertia](Inertia)
     places = dict[int, slice]()
-    carrying = {mechanism.bodies[joint.body].parent for joint in mechanism.joints}
+    carrying = _carrying(mechanism)
     for number, body in enumerate(mechanism.bodies[1:], start=1):
         frame = frames[body.parent].within(body.place, rotation(body.attitude))
         for i, joint in enumerate(mechanism.joints):
@@ -127,6 +127,16 @@ def made(mechanism: Mechanism) -> Bodies:
     return Bodies(links, tuple(frames), inertias, in_order)
 
 
+def _carrying(mechanism: Mechanism) -> set[int]:
+    """The numbers of bodies on which a body with a joint hangs, maybe by others."""
+    moved = {joint.body for joint in mechanism.joints}
+    carrying = set[int]()
+    for number in range(len(mechanism.bodies) - 1, 0, -1):
+        if number in moved | carrying:
+            carrying.add(mechanism.bodies[number].parent)
+    return carrying
+
+
 def drawn(mechanism: Mechanism) -> list[Array]:
     """The attitude of each body in the drawing, a matrix."""
     turns = [AXES]
@@ -139,3 +149,8 @@ def movers(mechanism: Mechanism, number: int) -> list[Joint]:
     """The joints that move a body, those of the bodies that carry it among them."""
     own = [joint for joint in mechanism.joints if joint.body == number]
     return movers(mechanism, mechanism.bodies[number].parent) + own if number else own
+
+
+def norm(vector: Array) -> float:
+    """The length of a vector."""
+    return float(np.linalg.norm(vector))

@@ -21,9 +21,10 @@ from plumbob.engines.adapters.exudyn.bodies import (
     Bodies,
     Frame,
     Inertia,
+    bodies_of,
     drawn,
-    made,
     movers,
+    norm,
     turned_to,
 )
 from plumbob.engines.adapters.exudyn.contacts import Contacts, refused_contacts
@@ -72,7 +73,7 @@ def build(
         raise Unsupported(f"feature {feature}")
     container = exudyn.SystemContainer()
     system = container.AddSystem()
-    bodies = made(mechanism)
+    bodies = bodies_of(mechanism)
     nodes = list[int]()
     carriers = {WORLD: system.AddObject(items.ObjectGround())}
     size = len(bodies.links.parents)
@@ -202,12 +203,10 @@ def _impose(
 def _largest_inertia(mechanism: Mechanism) -> float:
     """An inertia that is larger than any that a joint moves [kg m^2] or [kg], for lengths of up to
     a metre or those of the mechanism."""
-    reach = sum(
-        np.linalg.norm(body.place) + np.linalg.norm(body.centre) for body in mechanism.bodies
-    )
+    reach = sum(norm(body.place) + norm(body.centre) for body in mechanism.bodies)
     mass = sum(body.mass for body in mechanism.bodies)
     spread = sum(float(np.trace(body.inertia)) for body in mechanism.bodies)
-    return float(mass * max(1.0, reach) ** 2 + spread)
+    return mass * max(1.0, reach) ** 2 + spread
 
 
 def _prescribe(
@@ -279,8 +278,8 @@ def _normal(mechanism: Mechanism, loop: Loop) -> Array | None:
     if sum(map(len, axes.values())) < len(joints) or not axes["hinge"]:
         return None
     normal = axes["hinge"][0]
-    across = [np.linalg.norm(np.cross(axis, normal)) for axis in axes["hinge"]]
-    along = [abs(axis @ normal) for axis in axes["slide"]]
+    across = [norm(np.cross(axis, normal)) for axis in axes["hinge"]]
+    along = [abs(float(axis @ normal)) for axis in axes["slide"]]
     return turns[loop.bodies[0]].T @ normal if max(across + along) < PARALLEL else None
 
 

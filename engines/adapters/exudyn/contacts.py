@@ -19,7 +19,7 @@ import exudyn.itemInterface
 import numpy as np
 
 from plumbob.analytic.reference import Array
-from plumbob.engines.adapters.exudyn.bodies import AXES, PARALLEL, drawn, movers
+from plumbob.engines.adapters.exudyn.bodies import AXES, PARALLEL, drawn, movers, norm
 from plumbob.engines.adapters.refusals import refused_friction, refused_shapes
 from plumbob.engines.mechanism import Mechanism, Shape, Touch
 from plumbob.engines.peer_model import rotation
@@ -79,7 +79,7 @@ def _discs(mechanism: Mechanism, plane: Shape, other: Shape) -> list[Disc]:
     normal = turns[plane.body] @ rotation(plane.attitude)[:, 2]
     turn = turns[other.body] @ rotation(other.attitude)
     axis = np.cross(normal, AXES[np.argmin(np.abs(normal))])
-    axis /= np.linalg.norm(axis)
+    axis /= norm(axis)
     if other.kind == "box":
         radius = CORNER * float(other.size.min())
         places = (
@@ -95,7 +95,7 @@ def _discs(mechanism: Mechanism, plane: Shape, other: Shape) -> list[Disc]:
             return []
         about = [turns[joint.body] @ joint.axis for joint in turning]
         axis = about[0] if about else axis
-        apart = [abs(axis @ normal), *(np.linalg.norm(np.cross(x, axis)) for x in about)]
+        apart = [abs(float(axis @ normal)), *(norm(np.cross(x, axis)) for x in about)]
         if max(apart) > PARALLEL:
             return []
     return [(np.zeros(3), radius, turn.T @ axis)]
