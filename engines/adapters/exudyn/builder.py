@@ -29,6 +29,7 @@ from plumbob.engines.adapters.exudyn.bodies import (
 )
 from plumbob.engines.adapters.exudyn.contacts import Contacts, refused_contacts
 from plumbob.engines.adapters.exudyn.motors import joint_forces
+from plumbob.engines.adapters.exudyn.tables import Tabulated
 from plumbob.engines.adapters.refusals import refused_parts
 from plumbob.engines.mechanism import Loop, Mechanism, Shape
 from plumbob.engines.method import Unsupported
@@ -44,7 +45,6 @@ items = exudyn.itemInterface
 # Inertia of a rotor that imposes a constant velocity, over that of all that it moves: no bit of
 # the velocity changes.
 HOLDING = 1e15
-ON_GRID = 1e-6  # by which rounding moves the end of a step, over the step
 
 
 @dataclass(frozen=True)
@@ -69,7 +69,7 @@ def build(
     """The system of a mechanism for runs of a `duration` [s] at a time step [s], with controls of
     the time, or controls that stay zero, by an explicit solver or an implicit one; raises
     Unsupported."""
-    for feature in refused(mechanism, explicit, step, duration):
+    for feature in refused(mechanism, explicit, duration):
         raise Unsupported(f"feature {feature}")
     container = exudyn.SystemContainer()
     system = container.AddSystem()
@@ -78,7 +78,9 @@ def build(
     carriers = {WORLD: system.AddObject(items.ObjectGround())}
     size = len(bodies.links.parents)
     if size:
-        forces = joint_forces(mechanism, bodies.places, size, controls)
+        # Stages of a step are at its ends and, of Kutta's method, in the middle.
+        table = controls and Tabulated(controls, 0.5 * step)
+        forces = joint_forces(mechanism, bodies.places, size, table)
         node, tree = _tree(system, bodies, mechanism.gravity, forces)
         nodes.append(node)
         carriers |= dict.fromkeys(range(size), tree)
@@ -94,9 +96,7 @@ def build(
     return Built(container, system, tuple(nodes), bodies.places, alone)
 
 
-def refused(
-    mechanism: Mechanism, explicit: bool, step: float, duration: float
-) -> Iterator[str]:
+def refused(mechanism: Mechanism, explicit: bool, duration: float) -> Iterator[str]:
     """The names of features of a mechanism that Exudyn, its explicit solvers, or this builder
     cannot express."""
     yield from refused_parts(mechanism)
@@ -108,7 +108,7 @@ def refused(
         acts = joint.stiffness or np.any(joint.damping) or np.any(joint.armature)
         if joint.kind in CHAINS and acts:
             yield f"spring, damper or armature of joint {name}, which is a {joint.kind} joint"
-        if explicit and joint.velocity and np.ptp(course(joint.velocity, step, duration)):
+        if explicit and joint.velocity and not constant(joint.velocity, duration):
             yield f"changing velocity of joint {name}, which explicit solvers do not prescribe"
     if explicit:
         yield from (
@@ -119,9 +119,9 @@ def refused(
     yield from refused_contacts(mechanism)
 
 
-def course(velocity: Velocity, step: float, duration: float) -> Array:
-    """A velocity after each step of `step` [s] through a `duration` [s], from 0 on."""
-    return velocity(step * np.arange(round(duration / step) + 1, dtype=np.float64))
+def constant(velocity: Velocity, duration: float) -> bool:
+    """Whether a velocity is the same throughout a `duration` [s]."""
+    return bool(np.ptp(velocity(np.linspace(0.0, duration, 1001))) == 0.0)
 
 
 def _tree(
@@ -218,19 +218,16 @@ def _prescribe(
         system.AddMarker(items.MarkerNodeCoordinate(nodeNumber=number, coordinate=which))
         for number, which in ((ground, 0), (node, coordinate))
     ]
-    rates = course(velocity, step, duration).tolist()
+    table = Tabulated(velocity, step)
 
     def at(system: Any, now: float, item: int, offset: float) -> float:
-        taken = round(now / step)
-        if taken < len(rates) and abs(now - taken * step) <= ON_GRID * step:
-            return float(rates[taken])
-        return float(velocity(np.array([now]))[0])  # the state was put at another time
+        return float(table(now))
 
-    fixed = min(rates) == max(rates)
+    fixed = constant(velocity, duration)
     constraint = items.ObjectConnectorCoordinate(
         markerNumbers=markers,
         velocityLevel=True,
-        offset=rates[0] if fixed else 0.0,
+        offset=float(table(0.0)) if fixed else 0.0,
         offsetUserFunction_t=0 if fixed else at,
     )
     system.AddObject(constraint)

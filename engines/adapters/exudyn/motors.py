@@ -9,18 +9,18 @@ from typing import Any
 import numpy as np
 
 from plumbob.analytic.reference import Array
+from plumbob.engines.adapters.exudyn.tables import Tabulated
 from plumbob.engines.mechanism import Actuator, Joint, Mechanism
-from plumbob.models.model_file import Controls
 
 Motor = tuple[int, Joint, list[Actuator]]
 """A coordinate of a tree, the joint that it is of, and the actuators of that joint."""
-Force = Callable[[Any, float, int, Array, Array], Array]
+Force = Callable[[Any, float, int, Array, Array], list[float]]
 """The forces on all coordinates of a tree [N m] or [N], by its system, the time [s], the number of
 the tree, its coordinates and their rates."""
 
 
 def joint_forces(
-    mechanism: Mechanism, places: Sequence[slice], size: int, controls: Controls | None
+    mechanism: Mechanism, places: Sequence[slice], size: int, controls: Tabulated | None
 ) -> dict[str, Any]:
     """The arguments of a tree with `size` coordinates for the forces on its joints, which have the
     coordinates at `places`, under controls of the time, or zero."""
@@ -52,18 +52,17 @@ def joint_forces(
     }
 
 
-def _pushing(motors: Iterable[Motor], size: int, controls: Controls | None) -> Force:
+def _pushing(motors: Iterable[Motor], size: int, controls: Tabulated | None) -> Force:
     """The function that gives the forces of motors."""
 
-    def push(system: Any, now: float, tree: int, place: Array, rate: Array) -> Array:
-        forces = np.zeros(size)
-        row = None if controls is None else controls(np.array([now]))[0]
+    def push(system: Any, now: float, tree: int, place: Array, rate: Array) -> list[float]:
+        forces = [0.0] * size
+        row = None if controls is None else controls(now)
         for at, joint, actuators in motors:
-            q = place[at] + float(joint.reference[0])
+            q, v = float(place[at]) + float(joint.reference[0]), float(rate[at])
             for x in actuators:
                 control = 0.0 if row is None else _within(row[x.control], x.control_range)
-                force = x.gain * control + x.bias[0]
-                force += x.gear * (x.bias[1] * q + x.bias[2] * rate[at])
+                force = x.gain * control + x.bias[0] + x.gear * (x.bias[1] * q + x.bias[2] * v)
                 forces[at] += x.gear * _within(force, x.force_range)
             forces[at] = _within(forces[at], joint.force_range)
         return forces
