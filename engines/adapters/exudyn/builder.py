@@ -42,8 +42,8 @@ TYPES = MappingProxyType(
 )
 
 items = exudyn.itemInterface
-# Inertia of a rotor that imposes a constant velocity, over that of all that it moves: no bit of
-# the velocity changes.
+# Inertia of a rotor that imposes a constant velocity, over the mass of all bodies [m^2], or its
+# mass over theirs: no bit of the velocity changes.
 HOLDING = 1e15
 
 
@@ -191,22 +191,13 @@ def _impose(
             continue
         rotors[place] = joint.armature
         if joint.velocity is not None and explicit:
-            rotors[place] = HOLDING * _largest_inertia(mechanism)
+            rotors[place] = HOLDING * sum(body.mass for body in mechanism.bodies)
         elif joint.velocity is not None:
             _prescribe(system, node, place.start, joint.velocity, step, duration)
     if rotors.any():
         system.AddObject(
             items.ObjectGenericODE2(nodeNumbers=[node], massMatrix=np.diag(rotors))
         )
-
-
-def _largest_inertia(mechanism: Mechanism) -> float:
-    """An inertia that is larger than any that a joint moves [kg m^2] or [kg], for lengths of up to
-    a metre or those of the mechanism."""
-    reach = sum(norm(body.place) + norm(body.centre) for body in mechanism.bodies)
-    mass = sum(body.mass for body in mechanism.bodies)
-    spread = sum(float(np.trace(body.inertia)) for body in mechanism.bodies)
-    return mass * max(1.0, reach) ** 2 + spread
 
 
 def _prescribe(
