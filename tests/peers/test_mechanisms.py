@@ -120,8 +120,9 @@ def largest_difference(subject, name, change=lambda mechanism: mechanism):
     return largest_difference_of_terms(model, made.mechanism, made, subject.terms)
 
 
+@pytest.mark.long(keep=4)
 @pytest.mark.parametrize(
-    ("engine", "name"), [*PAIRS, *((engine, "all joints") for engine in ENGINES)]
+    ("engine", "name"), [*((engine, "all joints") for engine in ENGINES), *PAIRS]
 )
 def test_a_mechanism_has_mujoco_s_mass_matrix_and_forces(engine, name):
     assert largest_difference(found(engine), name) <= CLOSE
@@ -146,7 +147,8 @@ def test_a_number_that_is_wrong_by_1e_10_is_noticed(subject, part, field):
     assert largest_difference(subject, "all joints", change) > CLOSE
 
 
-@pytest.mark.parametrize(("engine", "name"), [*PAIRS, *OTHERS])
+@pytest.mark.long(keep=4)
+@pytest.mark.parametrize(("engine", "name"), [*OTHERS, *PAIRS])
 def test_put_and_step_equals_fresh_and_step_to_the_bit(engine, name):
     parts = scene_mechanism(default(name))
     make = found(engine).stepper
@@ -251,6 +253,7 @@ def test_exudyn_prescribes_a_changing_velocity():
         assert made.state().qvel[0] == pytest.approx(rate, abs=1e-9)
 
 
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize("name", LOOPS)
 def test_exudyn_s_loops_stay_closed_and_have_order_2(name):
     needed("exudyn/default")
