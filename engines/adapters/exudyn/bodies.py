@@ -15,7 +15,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from plumbob.analytic.reference import Array
-from plumbob.engines.mechanism import Joint, Mechanism
+from plumbob.engines.mechanism import Body, Joint, Mechanism
 from plumbob.engines.peer_model import rotation
 
 AXES = np.eye(3)
@@ -115,16 +115,19 @@ def bodies_of(mechanism: Mechanism) -> Bodies:
                     frame = links.moved(kind, axis, frame, joint.place)
             places[i] = slice(begin, len(links.parents))
         frames.append(frame)
-        moments = np.zeros((3, 3)) if body.point else frame.turn @ body.inertia @ frame.turn.T
-        centre = frame.place + frame.turn @ body.centre
-        inertias[frame.carrier] += Inertia(body.mass, centre, moments)
+        inertias[frame.carrier] += _inertia(body, frame)
     first = len(links.parents)
     for i, joint in enumerate(mechanism.joints):
         if frames[joint.body].carrier < WORLD:
             places[i] = slice(first, first + 6)
             first += 6
-    in_order = tuple(places[i] for i in range(len(mechanism.joints)))
-    return Bodies(links, tuple(frames), inertias, in_order)
+    return Bodies(links, tuple(frames), inertias, tuple(places[i] for i in sorted(places)))
+
+
+def _inertia(body: Body, frame: Frame) -> Inertia:
+    """The inertia of a body in the frame of what carries it; a point has moments of none."""
+    moments = np.zeros((3, 3)) if body.point else frame.turn @ body.inertia @ frame.turn.T
+    return Inertia(body.mass, frame.place + frame.turn @ body.centre, moments)
 
 
 def _carrying(mechanism: Mechanism) -> set[int]:

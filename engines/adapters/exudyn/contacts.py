@@ -71,34 +71,39 @@ def _discs(mechanism: Mechanism, plane: Shape, other: Shape) -> list[Disc]:
     """The discs that another shape is on a plane; none where that is not expressed."""
     if plane.kind != "plane":
         return []
+    middle = np.zeros(3)
     if other.kind == "ellipsoid":
-        small, middle, large = np.sort(other.size)
-        flat = middle == large and small <= FLAT * large
-        return [(np.zeros(3), float(large), AXES[np.argmin(other.size)])] if flat else []
+        least, between, most = np.sort(other.size).tolist()
+        flat = between == most and least <= FLAT * most
+        return [(middle, most, AXES[np.argmin(other.size)])] if flat else []
     turns = drawn(mechanism)
     normal = turns[plane.body] @ rotation(plane.attitude)[:, 2]
-    turn = turns[other.body] @ rotation(other.attitude)
-    axis = np.cross(normal, AXES[np.argmin(np.abs(normal))])
-    axis /= norm(axis)
+    turn = (turns[other.body] @ rotation(other.attitude)).T
+    across = np.cross(normal, AXES[np.argmin(np.abs(normal))])
     if other.kind == "box":
         radius = CORNER * float(other.size.min())
-        places = (
-            np.array(signs) * (other.size - radius) for signs in product((-1, 1), repeat=3)
-        )
-        return [(place, radius, turn.T @ axis) for place in places]
-    if other.kind != "sphere":
-        return []
-    radius = float(other.size[0])
-    if radius > POINT:
-        turning = [joint for joint in movers(mechanism, other.body) if joint.kind != "slide"]
-        if any(joint.kind != "hinge" for joint in turning):
-            return []
-        about = [turns[joint.body] @ joint.axis for joint in turning]
-        axis = about[0] if about else axis
-        apart = [abs(float(axis @ normal)), *(norm(np.cross(x, axis)) for x in about)]
-        if max(apart) > PARALLEL:
-            return []
-    return [(np.zeros(3), radius, turn.T @ axis)]
+        corners = product((-1, 1), repeat=3)
+        places = (np.array(corner) * (other.size - radius) for corner in corners)
+        return [(place, radius, turn @ across / norm(across)) for place in places]
+    if other.kind == "sphere" and other.size[0] > POINT:
+        axis = _axle(mechanism, other.body, normal)
+        return [] if axis is None else [(middle, float(other.size[0]), turn @ axis)]
+    if other.kind == "sphere":
+        return [(middle, float(other.size[0]), turn @ across / norm(across))]
+    return []
+
+
+def _axle(mechanism: Mechanism, body: int, normal: Array) -> Array | None:
+    """The one axis in the world, along a plane with this normal, about which a body turns; any
+    axis along the plane if it does not turn, and none if it turns otherwise."""
+    turns = drawn(mechanism)
+    turning = [joint for joint in movers(mechanism, body) if joint.kind != "slide"]
+    if any(joint.kind != "hinge" for joint in turning):
+        return None
+    axes = [turns[joint.body] @ joint.axis for joint in turning]
+    axis = axes[0] if axes else np.cross(normal, AXES[np.argmin(np.abs(normal))])
+    off = [abs(float(axis @ normal)), *(norm(np.cross(other, axis)) for other in axes)]
+    return axis / norm(axis) if max(off) <= PARALLEL else None
 
 
 def rounding(mechanism: Mechanism, step: float) -> float:

@@ -38,10 +38,10 @@ def joint_forces(
             motors.append((at, joint, own))
             continue
         for actuator in own:
-            gear, (force, by_place, by_rate) = actuator.gear, actuator.bias
-            constant[at] += gear * (force + by_place * gear * drawn)
-            stiffness[at] -= gear**2 * by_place
-            damping[at] -= gear**2 * by_rate
+            gear, bias = actuator.gear, actuator.bias
+            constant[at] += gear * (bias[0] + bias[1] * gear * drawn)
+            stiffness[at] -= gear**2 * bias[1]
+            damping[at] -= gear**2 * bias[2]
     return {
         "jointForceVector": constant,
         "jointPControlVector": stiffness,

@@ -22,7 +22,6 @@ from plumbob.engines.stepper import State
 from plumbob.models.model_file import Controls
 
 items = exudyn.itemInterface
-
 INITIAL = exudyn.ConfigurationType.Initial
 QUANTITIES = (exudyn.OutputVariableType.Coordinates, exudyn.OutputVariableType.Coordinates_t)
 TURNING = tuple(CHAINS)  # kinds of joint with an attitude, a quaternion
@@ -121,9 +120,8 @@ class ExudynStepper:
             integration.newton.relativeTolerance = tolerance
             integration.newton.absoluteTolerance = tolerance
         chosen.solution.file.write = False
-        chosen.solution.sensors.writePeriod = (
-            0.5 * self.step
-        )  # every step, in spite of rounding
+        # half a step, by which every step is kept in spite of rounding
+        chosen.solution.sensors.writePeriod = 0.5 * self.step
         return chosen
 
     def taken(self) -> int:
@@ -141,13 +139,12 @@ class ExudynStepper:
         for joint, place, alone in self._joints():
             here, moving = of_mujoco(joint, alone, q[:, place], v[:, place])
             if joint.kind in TURNING:
-                last = self._latest.qpos[first : first + len(joint.reference)]
-                here[:, -4:] = _signed(here[:, -4:], last[-4:])
+                latest = self._latest.qpos[first : first + len(joint.reference)]
+                here[:, -4:] = _signed(here[:, -4:], latest[-4:])
             places.append(here)
             rates.append(moving)
             first += len(joint.reference)
-        rows = zip(np.concatenate(places, axis=1), np.concatenate(rates, axis=1), strict=True)
-        return [State(qpos, qvel) for qpos, qvel in rows]
+        return list(map(State, np.concatenate(places, axis=1), np.concatenate(rates, axis=1)))
 
     def _stored(self, sensor: int) -> Array:
         """What a sensor has kept: a row of the time and its numbers for each step."""
