@@ -27,7 +27,7 @@ CAPSULES = (  # of each system a scene or two
     *("capsule-line/heading-030", "capsule-coast/spin", "capsule-coast/edge"),
     *(
         "capsule-hold/0.999",
-        "capsule-plan/heading-030",
+        "capsule-plan/near-free",
         "capsule-turn/0.3",
         "capsule-train/ten",
     ),

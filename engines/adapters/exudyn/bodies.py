@@ -69,11 +69,17 @@ class Links:
     places: list[Array] = field(default_factory=list)  # in the parent's frame [m]
     turns: list[Array] = field(default_factory=list)  # in the parent's frame
 
-    def moved(self, kind: str, axis: Array, frame: Frame, place: Array) -> Frame:
-        """Add a link that moves about or along an axis through a place, both of a frame; returns
-        that frame as the link moves it."""
+    def moved(
+        self, kind: str, axis: Array, frame: Frame, place: Array, reference: float
+    ) -> Frame:
+        """Add a link that moves about or along an axis through a place, both of a frame in the
+        drawing, where its coordinate is the `reference` [rad] or [m]; returns that frame as the
+        link moves it."""
         turn = turned_to(axis)
-        joint = frame.within(place, turn)
+        if kind == "hinge":  # where the coordinate is 0, so that small ones keep their digits
+            joint = frame.within(place, turn @ about_z(-reference))
+        else:
+            joint = frame.within(place - reference * axis, turn)
         self.parents.append(joint.carrier)
         self.kinds.append(kind)
         self.places.append(joint.place)
@@ -84,6 +90,11 @@ class Links:
 def turned_to(axis: Array) -> Array:
     """A rotation, a matrix, that turns the z axis to an axis of unit length."""
     return np.asarray(Rotation.align_vectors(axis[None], AXES[2:])[0].as_matrix())
+
+
+def about_z(angle: float) -> Array:
+    """The rotation by an angle [rad] about the z axis, a matrix."""
+    return np.asarray(Rotation.from_rotvec([0.0, 0.0, angle]).as_matrix())
 
 
 @dataclass(frozen=True)
@@ -111,8 +122,9 @@ def bodies_of(mechanism: Mechanism) -> Bodies:
             if joint.kind == "free":  # its coordinates are those of its frame in the world
                 frame = Frame(WORLD if number in carrying else WORLD - number)
             if frame.carrier >= WORLD:
+                drawn_at = 0.0 if joint.kind in CHAINS else float(joint.reference[0])
                 for kind, axis in CHAINS.get(joint.kind, ((joint.kind, joint.axis),)):
-                    frame = links.moved(kind, axis, frame, joint.place)
+                    frame = links.moved(kind, axis, frame, joint.place, drawn_at)
             places[i] = slice(begin, len(links.parents))
         frames.append(frame)
         inertias[frame.carrier] += _inertia(body, frame)

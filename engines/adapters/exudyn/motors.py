@@ -28,10 +28,10 @@ def joint_forces(
     motors = list[Motor]()
     for number, joint in enumerate(mechanism.joints):
         own = [actuator for actuator in mechanism.actuators if actuator.joint == number]
-        at, drawn = places[number].start, float(joint.reference[0])
+        at = places[number].start
         if joint.kind in ("hinge", "slide"):
             stiffness[at] += joint.stiffness
-            constant[at] += joint.stiffness * (float(joint.rest[0]) - drawn)
+            constant[at] += joint.stiffness * float(joint.rest[0])
             damping[at] += joint.damping[0]
         limited = joint.force_range or any(x.control_range or x.force_range for x in own)
         if own and (limited or controls is not None):
@@ -39,7 +39,7 @@ def joint_forces(
             continue
         for actuator in own:
             gear, bias = actuator.gear, actuator.bias
-            constant[at] += gear * (bias[0] + bias[1] * gear * drawn)
+            constant[at] += gear * bias[0]
             stiffness[at] -= gear**2 * bias[1]
             damping[at] -= gear**2 * bias[2]
     return {
@@ -59,7 +59,7 @@ def _pushing(motors: Iterable[Motor], size: int, controls: Tabulated | None) -> 
         forces = [0.0] * size
         row = None if controls is None else controls(now)
         for at, joint, actuators in motors:
-            q, v = float(place[at]) + float(joint.reference[0]), float(rate[at])
+            q, v = float(place[at]), float(rate[at])
             for x in actuators:
                 control = 0.0 if row is None else _within(row[x.control], x.control_range)
                 force = x.gain * control + x.bias[0] + x.gear * (x.bias[1] * q + x.bias[2] * v)

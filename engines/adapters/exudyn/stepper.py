@@ -158,7 +158,7 @@ class ExudynStepper:
 def of_exudyn(joint: Joint, alone: bool, qpos: Array, qvel: Array) -> tuple[Array, Array]:
     """The coordinates of a joint and their rates in Exudyn, by those of MuJoCo."""
     if joint.kind not in TURNING:
-        return qpos - joint.reference, qvel
+        return qpos, qvel
     attitude = Rotation.from_quat(qpos[-4:], scalar_first=True)
     if alone:
         return np.concatenate([qpos[:-4], attitude.as_rotvec()]), qvel
@@ -171,7 +171,7 @@ def of_mujoco(joint: Joint, alone: bool, q: Array, v: Array) -> tuple[Array, Arr
     """The coordinates of a joint and their rates in MuJoCo, shape (n, ...), by those of Exudyn; a
     quaternion of either sign."""
     if joint.kind not in TURNING:
-        return q + joint.reference, v
+        return q, v
     turn = q[:, -3:]
     attitude = Rotation.from_rotvec(turn) if alone else Rotation.from_euler("ZYX", turn)
     qpos = np.concatenate([q[:, :-3], attitude.as_quat(scalar_first=True)], axis=1)
