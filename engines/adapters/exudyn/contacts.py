@@ -39,7 +39,7 @@ CORNER = 1e-3  # radius of the disc in a corner of a box, over the smallest half
 FLAT = 1e-3  # thickness of a disc over its diameter, at most
 APART = 1.0  # [m], the gap before the first step, by which a first touch is seen as an impact
 PLANE = 100.0  # [m] from the middle of a plane to its nearest side, for a sphere that bounces
-ROUNDING = 20.0 * sys.float_info.epsilon  # [m], of the depths of contacts
+ROUNDING = 2.0 * sys.float_info.epsilon  # [m], of the depths of contacts
 Mark = Callable[[Shape, Array], int]
 """Adds a marker at a place [m] in the frame of a shape; returns its number."""
 Disc = tuple[Array, float, Array]
