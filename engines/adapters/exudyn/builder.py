@@ -1,0 +1,285 @@
+"""The Exudyn system of a mechanism: its tree and its free bodies, what moves and holds the joints,
+constraints that close loops, and contacts."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import Any
+
+import exudyn
+import exudyn.itemInterface
+import numpy as np
+
+from plumbob.analytic.reference import Array
+from plumbob.engines.adapters.exudyn.bodies import (
+    AXES,
+    CHAINS,
+    PARALLEL,
+    WORLD,
+    Bodies,
+    Frame,
+    Inertia,
+    bodies_of,
+    drawn,
+    movers,
+    norm,
+    turned_to,
+)
+from plumbob.engines.adapters.exudyn.contacts import Contacts, refused_contacts
+from plumbob.engines.adapters.exudyn.motors import joint_forces
+from plumbob.engines.adapters.exudyn.tables import Tabulated
+from plumbob.engines.adapters.refusals import refused_parts
+from plumbob.engines.mechanism import Loop, Mechanism, Shape
+from plumbob.engines.method import Unsupported
+from plumbob.engines.peer_model import rotation
+from plumbob.models.idealisations import Velocity
+from plumbob.models.model_file import Controls
+
+TYPES = MappingProxyType(
+    {"hinge": exudyn.JointType.RevoluteZ, "slide": exudyn.JointType.PrismaticZ}
+)
+
+items = exudyn.itemInterface
+# Inertia of a rotor that imposes a constant velocity, over the mass of all bodies [m^2], or its
+# mass over theirs: no bit of the velocity changes.
+HOLDING = 1e15
+
+
+@dataclass(frozen=True)
+class Built:
+    """A mechanism in an Exudyn system."""
+
+    container: Any
+    system: Any
+    nodes: tuple[int, ...]  # of the tree, if there is one, then of each free body by itself
+    places: tuple[slice, ...]  # of the coordinates of each joint in those of the system
+    alone: tuple[bool, ...]  # whether a joint is that of a free body by itself
+
+
+def build(
+    mechanism: Mechanism,
+    step: float,
+    duration: float,
+    controls: Controls | None,
+    *,
+    explicit: bool,
+) -> Built:
+    """The system of a mechanism for runs of a `duration` [s] at a time step [s], with controls of
+    the time, or controls that stay zero, by an explicit solver or an implicit one; raises
+    Unsupported."""
+    for feature in refused(mechanism, explicit, duration):
+        raise Unsupported(f"feature {feature}")
+    container = exudyn.SystemContainer()
+    system = container.AddSystem()
+    bodies = bodies_of(mechanism)
+    nodes = list[int]()
+    carriers = {WORLD: system.AddObject(items.ObjectGround())}
+    size = len(bodies.links.parents)
+    if size:
+        # Stages of a step are at its ends and, of Kutta's method, in the middle.
+        table = controls and Tabulated(controls, 0.5 * step)
+        forces = joint_forces(mechanism, bodies.places, size, table)
+        node, tree = _tree(system, bodies, mechanism.gravity, forces)
+        nodes.append(node)
+        carriers |= dict.fromkeys(range(size), tree)
+        _impose(mechanism, system, bodies, node, explicit, step, duration)
+    for carrier in (carrier for carrier in bodies.inertias if carrier < WORLD):
+        node, carriers[carrier] = _rigid(system, bodies.inertias[carrier], mechanism.gravity)
+        nodes.append(node)
+    for loop in mechanism.loops:
+        _close(mechanism, system, bodies, carriers, loop)
+    _touch(mechanism, system, bodies, carriers, step)
+    system.Assemble()
+    alone = tuple(bodies.frames[joint.body].carrier < WORLD for joint in mechanism.joints)
+    return Built(container, system, tuple(nodes), bodies.places, alone)
+
+
+def refused(mechanism: Mechanism, explicit: bool, duration: float) -> Iterator[str]:
+    """The names of features of a mechanism that Exudyn, its explicit solvers, or this builder
+    cannot express."""
+    yield from refused_parts(mechanism)
+    yield from (f"carried weight of body {x.name}" for x in mechanism.bodies if x.carried)
+    for joint in mechanism.joints:
+        name = joint.name or f"of body {mechanism.bodies[joint.body].name}"
+        if joint.limits or np.any(joint.friction_loss):
+            yield f"limit or dry friction of joint {name}"
+        acts = joint.stiffness or np.any(joint.damping) or np.any(joint.armature)
+        if joint.kind in CHAINS and acts:
+            yield f"spring, damper or armature of joint {name}, which is a {joint.kind} joint"
+        if explicit and joint.velocity and not constant(joint.velocity, duration):
+            yield f"changing velocity of joint {name}, which explicit solvers do not prescribe"
+    if explicit:
+        yield from (
+            f"loop {x.name}, which explicit solvers leave open" for x in mechanism.loops
+        )
+        if mechanism.touching:
+            yield "contacts, which explicit solvers take as they are when a step begins"
+    yield from refused_contacts(mechanism)
+
+
+def constant(velocity: Velocity, duration: float) -> bool:
+    """Whether a velocity is the same throughout a `duration` [s]."""
+    return bool(np.ptp(velocity(np.linspace(0.0, duration, 1001))) == 0.0)
+
+
+def _tree(
+    system: Any, bodies: Bodies, gravity: Array, forces: Mapping[str, Any]
+) -> tuple[int, int]:
+    """Add the tree; returns the numbers of its node and of its object."""
+    links = bodies.links
+    size = len(links.parents)
+    inertias = [bodies.inertias.get(link, Inertia()) for link in range(size)]
+    node = system.AddNode(
+        items.NodeGenericODE2(
+            referenceCoordinates=[0.0] * size,
+            initialCoordinates=[0.0] * size,
+            initialCoordinates_t=[0.0] * size,
+            numberOfODE2Coordinates=size,
+        )
+    )
+    tree = items.ObjectKinematicTree(
+        nodeNumber=node,
+        gravity=gravity.tolist(),
+        jointTypes=[TYPES[kind] for kind in links.kinds],
+        linkParents=links.parents,
+        jointTransformations=exudyn.Matrix3DList(links.turns),
+        jointOffsets=exudyn.Vector3DList(links.places),
+        linkInertiasCOM=exudyn.Matrix3DList([own.moments for own in inertias]),
+        linkCOMs=exudyn.Vector3DList([own.centre for own in inertias]),
+        linkMasses=[own.mass for own in inertias],
+        **forces,
+    )
+    return node, system.AddObject(tree)
+
+
+def _rigid(system: Any, inertia: Inertia, gravity: Array) -> tuple[int, int]:
+    """Add a free body by itself; returns the numbers of its node and of its object. Its
+    coordinates are its place and a rotation vector, on which solvers work as on a group."""
+    node = system.AddNode(items.NodeRigidBodyRotVecLG(referenceCoordinates=[0.0] * 6))
+    arm = inertia.centre
+    about = inertia.moments + inertia.mass * (arm @ arm * AXES - np.outer(arm, arm))
+    body = items.ObjectRigidBody(
+        nodeNumber=node,
+        mass=inertia.mass,
+        centerOfMass=arm,
+        inertia=[*np.diag(about), about[1, 2], about[0, 2], about[0, 1]],
+    )
+    number = system.AddObject(body)
+    if np.any(gravity):
+        marker = system.AddMarker(items.MarkerBodyMass(bodyNumber=number))
+        weight = items.LoadMassProportional(markerNumber=marker, loadVector=gravity)
+        system.AddLoad(weight)
+    return node, number
+
+
+def _impose(
+    mechanism: Mechanism,
+    system: Any,
+    bodies: Bodies,
+    node: int,
+    explicit: bool,
+    step: float,
+    duration: float,
+) -> None:
+    """Add the armatures of the joints of a tree, and what prescribes their velocities: a
+    constraint for an implicit solver, a rotor for an explicit one, which has no constraints."""
+    rotors = np.zeros(len(bodies.links.parents))
+    for joint, place in zip(mechanism.joints, bodies.places, strict=True):
+        if joint.kind in CHAINS:
+            continue
+        rotors[place] = joint.armature
+        if joint.velocity is not None and explicit:
+            rotors[place] = HOLDING * sum(body.mass for body in mechanism.bodies)
+        elif joint.velocity is not None:
+            _prescribe(system, node, place.start, joint.velocity, step, duration)
+    if rotors.any():
+        system.AddObject(
+            items.ObjectGenericODE2(nodeNumbers=[node], massMatrix=np.diag(rotors))
+        )
+
+
+def _prescribe(
+    system: Any, node: int, coordinate: int, velocity: Velocity, step: float, duration: float
+) -> None:
+    """Constrain the velocity of a coordinate, of which a solver asks at the ends of steps."""
+    ground = system.AddNode(items.NodePointGround())
+    markers = [
+        system.AddMarker(items.MarkerNodeCoordinate(nodeNumber=number, coordinate=which))
+        for number, which in ((ground, 0), (node, coordinate))
+    ]
+    table = Tabulated(velocity, step)
+
+    def at(system: Any, now: float, item: int, offset: float) -> float:
+        return float(table(now))
+
+    fixed = constant(velocity, duration)
+    constraint = items.ObjectConnectorCoordinate(
+        markerNumbers=markers,
+        velocityLevel=True,
+        offset=float(table(0.0)) if fixed else 0.0,
+        offsetUserFunction_t=0 if fixed else at,
+    )
+    system.AddObject(constraint)
+
+
+def _close(
+    mechanism: Mechanism, system: Any, bodies: Bodies, carriers: Mapping[int, int], loop: Loop
+) -> None:
+    """Add the constraint that closes a loop. Where all motion is in a plane, points stay in it by
+    themselves: a constraint across it, which would be singular, is left out."""
+    turn, axes = AXES, [1, 1, 1, 0, 0, 0]
+    if loop.kind == "weld":
+        turn, axes = rotation(loop.attitude), [1] * 6
+    elif (normal := _normal(mechanism, loop)) is not None:
+        turn, axes = turned_to(normal), [1, 1, 0, 0, 0, 0]
+    frames = [bodies.frames[number] for number in loop.bodies]
+    first, second = (
+        frame.within(place, own)
+        for frame, place, own in zip(frames, loop.places, (turn, AXES), strict=True)
+    )
+    markers = [add_marker(system, carriers, frame) for frame in (first, second)]
+    system.AddObject(items.ObjectJointGeneric(markerNumbers=markers, constrainedAxes=axes))
+
+
+def _touch(
+    mechanism: Mechanism, system: Any, bodies: Bodies, carriers: Mapping[int, int], step: float
+) -> None:
+    """Add the contacts of shapes."""
+
+    def mark(shape: Shape, place: Array) -> int:
+        frame = bodies.frames[shape.body].within(shape.place, rotation(shape.attitude))
+        return add_marker(system, carriers, frame.within(place, AXES))
+
+    contacts = Contacts(system, mechanism, step, mark)
+    for touch in mechanism.touching:
+        contacts.add(touch)
+
+
+def _normal(mechanism: Mechanism, loop: Loop) -> Array | None:
+    """The normal, in the frame of the first body of a loop, of the plane in which all joints that
+    move the bodies of the loop let them move; None where there is no such plane."""
+    turns = drawn(mechanism)
+    joints = [joint for number in loop.bodies for joint in movers(mechanism, number)]
+    axes = {kind: [turns[x.body] @ x.axis for x in joints if x.kind == kind] for kind in TYPES}
+    if sum(map(len, axes.values())) < len(joints) or not axes["hinge"]:
+        return None
+    normal = axes["hinge"][0]
+    across = [norm(np.cross(axis, normal)) for axis in axes["hinge"]]
+    along = [abs(float(axis @ normal)) for axis in axes["slide"]]
+    return turns[loop.bodies[0]].T @ normal if max(across + along) < PARALLEL else None
+
+
+def add_marker(system: Any, carriers: Mapping[int, int], frame: Frame) -> int:
+    """Add a marker of a frame; returns its number."""
+    at = np.eye(4)
+    at[:3, :3], at[:3, 3] = frame.turn, frame.place
+    number = carriers[frame.carrier]
+    if frame.carrier <= WORLD:
+        marker = items.MarkerBodyRigid(bodyNumber=number, localHT=at)
+    else:
+        marker = items.MarkerKinematicTreeRigid(
+            objectNumber=number, linkNumber=frame.carrier, localHT=at
+        )
+    return int(system.AddMarker(marker))

@@ -1,0 +1,186 @@
+"""Contacts in Exudyn of shapes with a plane, which yield. Each has a friction of its own.
+
+Exudyn's contact that slides and rolls well is that of a disc. A disc is a flat ellipsoid; a sphere
+whose body turns about one axis along the plane; and a point, a corner of a box or a sphere of next
+to no radius, whose disc has any axis along the plane.
+"""
+
+from __future__ import annotations
+
+import math
+import sys
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from itertools import product
+from typing import Any
+
+import exudyn
+import exudyn.itemInterface
+import numpy as np
+
+from plumbob.analytic.reference import Array
+from plumbob.engines.adapters.exudyn.bodies import AXES, PARALLEL, drawn, movers, norm
+from plumbob.engines.adapters.refusals import refused_friction, refused_shapes
+from plumbob.engines.mechanism import Mechanism, Shape, Touch
+from plumbob.engines.peer_model import rotation
+
+items = exudyn.itemInterface
+
+# Rate of a contact that carries the mass of all bodies, times the step: at 1 ms a weight presses it
+# in by 10 micrometres. It is damped critically.
+RATE = 1.0
+BOUNCE = 20.0  # steps that an impact with restitution lasts, by a stiffness that is less
+# Speed below which friction is in proportion to the slip, over the step [m/s^2]: more than the slip
+# that gravity makes in a step on a slope, or solvers take a body that sticks for one that slips.
+SLIP = 5.0
+# [m] radius of a sphere that is a point, at most: by less is it elsewhere if it tilts
+POINT = 1e-4
+CORNER = 1e-3  # radius of the disc in a corner of a box, over the smallest half size
+FLAT = 1e-3  # thickness of a disc over its diameter, at most
+APART = 1.0  # [m], the gap before the first step, by which a first touch is seen as an impact
+PLANE = 100.0  # [m] from the middle of a plane to its nearest side, for a sphere that bounces
+ROUNDING = 2.0 * sys.float_info.epsilon  # [m], of the depths of contacts
+Mark = Callable[[Shape, Array], int]
+"""Adds a marker at a place [m] in the frame of a shape; returns its number."""
+Disc = tuple[Array, float, Array]
+"""The place of a disc's centre [m], its radius [m] and its axis, in the frame of a shape."""
+
+
+def refused_contacts(mechanism: Mechanism) -> Iterator[str]:
+    """The names of shapes whose contact is not expressed, and of what else two shapes that touch
+    have and Exudyn has not."""
+    yield from refused_shapes(mechanism)
+    for touch in mechanism.touching:
+        plane, other = _plane_first(mechanism, touch)
+        names = f"{plane.name} and {other.name}"
+        yield from refused_friction(touch, names)
+        if touch.restitution:
+            if plane.kind != "plane" or other.kind != "sphere" or touch.sliding[0]:
+                yield f"restitution of {names}, with friction or not of a sphere on a plane"
+        elif not _discs(mechanism, plane, other):
+            yield f"contact of {names}"
+
+
+def _plane_first(mechanism: Mechanism, touch: Touch) -> tuple[Shape, Shape]:
+    """The shapes that touch, a plane before another."""
+    first, second = (mechanism.shapes[i] for i in touch.shapes)
+    return (second, first) if second.kind == "plane" else (first, second)
+
+
+def _discs(mechanism: Mechanism, plane: Shape, other: Shape) -> list[Disc]:
+    """The discs that another shape is on a plane; none where that is not expressed."""
+    if plane.kind != "plane":
+        return []
+    middle = np.zeros(3)
+    if other.kind == "ellipsoid":
+        least, between, most = np.sort(other.size).tolist()
+        flat = between == most and least <= FLAT * most
+        return [(middle, most, AXES[np.argmin(other.size)])] if flat else []
+    turns = drawn(mechanism)
+    normal = turns[plane.body] @ rotation(plane.attitude)[:, 2]
+    turn = (turns[other.body] @ rotation(other.attitude)).T
+    across = np.cross(normal, AXES[np.argmin(np.abs(normal))])
+    if other.kind == "box":
+        radius = CORNER * float(other.size.min())
+        corners = product((-1, 1), repeat=3)
+        places = (np.array(corner) * (other.size - radius) for corner in corners)
+        return [(place, radius, turn @ across / norm(across)) for place in places]
+    if other.kind == "sphere" and other.size[0] > POINT:
+        axis = _axle(mechanism, other.body, normal)
+        return [] if axis is None else [(middle, float(other.size[0]), turn @ axis)]
+    if other.kind == "sphere":
+        return [(middle, float(other.size[0]), turn @ across / norm(across))]
+    return []
+
+
+def _axle(mechanism: Mechanism, body: int, normal: Array) -> Array | None:
+    """The one axis in the world, along a plane with this normal, about which a body turns; any
+    axis along the plane if it does not turn, and none if it turns otherwise."""
+    turns = drawn(mechanism)
+    turning = [joint for joint in movers(mechanism, body) if joint.kind != "slide"]
+    if any(joint.kind != "hinge" for joint in turning):
+        return None
+    axes = [turns[joint.body] @ joint.axis for joint in turning]
+    axis = axes[0] if axes else np.cross(normal, AXES[np.argmin(np.abs(normal))])
+    off = [abs(float(axis @ normal)), *(norm(np.cross(other, axis)) for other in axes)]
+    return axis / norm(axis) if max(off) <= PARALLEL else None
+
+
+def rounding(mechanism: Mechanism, step: float) -> float:
+    """What rounding may leave of the forces of contacts at a time step [s] [N]."""
+    mass = sum(body.mass for body in mechanism.bodies)
+    return ROUNDING * mass * (RATE / step) ** 2
+
+
+@dataclass(frozen=True)
+class Contacts:
+    """What contacts are added with to a system."""
+
+    system: Any
+    mechanism: Mechanism
+    step: float  # [s]
+    mark: Mark
+
+    def add(self, touch: Touch) -> None:
+        """Add the contact of two shapes."""
+        plane, other = _plane_first(self.mechanism, touch)
+        if touch.restitution:
+            self._bouncing(plane, other, touch.restitution)
+        else:
+            for disc in _discs(self.mechanism, plane, other):
+                self._rolling(plane, other, disc, touch)
+
+    @property
+    def _law(self) -> tuple[float, float]:
+        """The stiffness [N/m] and the damping [N s/m] of a contact."""
+        rate = RATE / self.step
+        return self._mass * rate**2, 2.0 * self._mass * rate
+
+    @property
+    def _mass(self) -> float:
+        """The mass of all bodies [kg]."""
+        return sum(body.mass for body in self.mechanism.bodies)
+
+    def _rolling(self, plane: Shape, other: Shape, disc: Disc, touch: Touch) -> None:
+        """Add a contact of the rim of a disc of a shape with a plane."""
+        place, radius, axis = disc
+        stiffness, damping = self._law
+        self.system.AddObject(
+            items.ObjectConnectorRollingDiscPenalty(
+                markerNumbers=[self.mark(plane, np.zeros(3)), self.mark(other, place)],
+                nodeNumber=self._data(0.0, 0.0, 0.0),
+                discRadius=radius,
+                discAxis=axis,
+                planeNormal=AXES[2],
+                contactStiffness=stiffness,
+                contactDamping=damping,
+                dryFriction=list(touch.sliding),
+                dryFrictionProportionalZone=SLIP * self.step,
+                useLinearProportionalZone=True,
+            )
+        )
+
+    def _bouncing(self, plane: Shape, ball: Shape, restitution: float) -> None:
+        """Add a contact of a sphere with a plane that gives back a part of the speed."""
+        self.system.AddObject(
+            items.ObjectContactSphereTriangle(
+                markerNumbers=[self.mark(shape, np.zeros(3)) for shape in (ball, plane)],
+                nodeNumber=self._data(APART, 0.0, 0.0, 0.0),
+                sphereRadius=float(ball.size[0]),
+                trianglePoints=exudyn.Vector3DList(list(TRIANGLE)),
+                includeEdges=0,
+                contactStiffness=self._mass * (math.pi / (BOUNCE * self.step)) ** 2,
+                restitutionCoefficient=restitution,
+                impactModel=2,
+            )
+        )
+
+    def _data(self, *begin: float) -> int:
+        """Add a node of numbers that a contact keeps from step to step; returns its number."""
+        node = items.NodeGenericData(
+            initialCoordinates=list(begin), numberOfDataCoordinates=len(begin)
+        )
+        return int(self.system.AddNode(node))
+
+
+TRIANGLE = PLANE * np.array([[-2.0, -1.0, 0.0], [2.0, -1.0, 0.0], [0.0, 2.0, 0.0]])
