@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
@@ -39,6 +40,22 @@ class CapsuleSetup:
     shape (n,); None where it does not move, or along one line only."""
     plane_place: Callable[[Array], Array] | None = None
     """Its place relative to C [m], body axes, shape (n, 2), at the same times."""
+
+    @property
+    def tracks(self) -> tuple[tuple[float, float], ...]:
+        """The directions along which the slider is driven, body axes: its line, or both axes of the
+        body; none where it does not move."""
+        if self.relative_velocity is not None:
+            return ((math.cos(self.direction), math.sin(self.direction)),)
+        return () if self.plane_velocity is None else ((1.0, 0.0), (0.0, 1.0))
+
+    def slider_velocity(self, times: Array) -> Array:
+        """The imposed velocity of a slider that moves along its tracks [m/s] at times [s], shape
+        (n,): shape (n, tracks)."""
+        if self.relative_velocity is not None:
+            return np.asarray(self.relative_velocity(times))[:, None]
+        assert self.plane_velocity is not None
+        return self.plane_velocity(times)
 
 
 @dataclass(frozen=True)

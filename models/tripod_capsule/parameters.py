@@ -57,6 +57,12 @@ ALONG = (
 )
 
 
+# A line turned about stays a line: a model of one need not run every heading.
+ONE_LINE = (
+    *("capsule-line/[!h]*", "capsule-line/heavy-slider", "capsule-hold", "capsule-train"),
+    "capsule-coast/translation",
+)
+
 capsule_system = partial(
     System,
     reference=lambda problem: problem.in_world,

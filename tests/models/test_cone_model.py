@@ -5,7 +5,7 @@ import math
 import mujoco
 import numpy as np
 
-from plumbob.engines.adapters.hinged_body import on_a_platform
+from plumbob.models.cone_pendulum.model import holding_inertia
 from plumbob.tests.support.cone_scene import DEFAULT, MJCF
 
 DENSITY = 8000.0
@@ -67,4 +67,4 @@ def test_numbers_are_those_of_the_formulas():
     np.testing.assert_array_equal(model.joint("theta").axis, [1, 0, 0])
     np.testing.assert_array_equal(model.joint("platform").axis, [0, 0, 1])
     np.testing.assert_array_equal(model.key("start").qpos, 0.0)
-    assert model.joint("platform").armature[0] >= on_a_platform(DEFAULT).platform_inertia
+    assert model.joint("platform").armature[0] >= holding_inertia(DEFAULT)

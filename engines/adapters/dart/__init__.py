@@ -13,8 +13,7 @@ from dataclasses import replace
 from plumbob.analytic.schemes import EULER, Scheme
 from plumbob.engines.abilities import BuildsMechanisms, ModelReader, RunsFiles, SchemeOfCase
 from plumbob.engines.adapters.constrained import CONSTRAINED, constrained
-from plumbob.engines.adapters.hinged_body import bob_errors
-from plumbob.engines.adapters.three_feet import CAPSULES
+from plumbob.engines.adapters.pendulum_errors import bob_errors
 from plumbob.engines.method import Engine, Method, ModelError
 from plumbob.models.scene import (
     ON_PLANE,
@@ -25,6 +24,13 @@ from plumbob.models.scene import (
 )
 
 EULER_STEP = Scheme(EULER, "start", implicit_damping=True, implicit_spring=True)
+CAPSULES = (  # what tells contact models apart, and of plans the shortest ones
+    *("capsule-line/ca1", "capsule-line/heading-000", "capsule-line/heading-030"),
+    *("capsule-line/heading-045", "capsule-line/frictionless", "capsule-hold/0.999"),
+    *("capsule-hold/unloading", "capsule-coast", "capsule-turn/0.3", "capsule-turn/heading-*"),
+    *("capsule-turn/light-slider", "capsule-turn/heavy-slider", "capsule-plan/heading-*"),
+    *("capsule-plan/light-slider", "capsule-plan/heavy-slider"),
+)
 METHODS = (
     Method(
         "dart/default",

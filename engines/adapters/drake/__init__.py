@@ -20,7 +20,7 @@ from plumbob.engines.abilities import (
     SecondRun,
 )
 from plumbob.engines.adapters.constrained import CONSTRAINED, constrained
-from plumbob.engines.adapters.hinged_body import model_error_on_platform
+from plumbob.engines.adapters.pendulum_errors import model_error_on_platform
 from plumbob.engines.method import Engine, Method, Simulation
 from plumbob.models.scene import (
     ON_PLANE,

@@ -10,7 +10,6 @@ import mujoco
 import numpy as np
 
 from plumbob.analytic.reference import Array
-from plumbob.engines.adapters.hinged_body import platform_errors
 from plumbob.engines.adapters.mujoco.translation import (
     Observed,
     Translation,
@@ -18,6 +17,7 @@ from plumbob.engines.adapters.mujoco.translation import (
     bare,
     filled,
 )
+from plumbob.engines.adapters.pendulum_errors import platform_errors
 from plumbob.engines.method import Method, ModelError
 from plumbob.models.cone_pendulum.model import MODEL
 

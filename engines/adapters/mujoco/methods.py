@@ -6,9 +6,9 @@ from dataclasses import replace
 from typing import Any
 
 from plumbob.analytic.schemes import EULER, RK4, Scheme
-from plumbob.engines.adapters.three_feet import ONE_LINE
 from plumbob.engines.method import Method
 from plumbob.models.scene import FREE_ROTATION, ON_PLANE, ON_SUPPORTS, ONE_SMOOTH, SMOOTH
+from plumbob.models.tripod_capsule.parameters import ONE_LINE
 
 UNCOUPLED = (ONE_SMOOTH, FREE_ROTATION)
 EVERY = (*UNCOUPLED, ON_SUPPORTS)

@@ -11,7 +11,6 @@ from typing import Any
 import mujoco
 
 from plumbob.analytic.reference import Array
-from plumbob.engines.adapters.hinged_body import bob_errors
 from plumbob.engines.adapters.mujoco.translation import (
     Observed,
     Translation,
@@ -19,6 +18,7 @@ from plumbob.engines.adapters.mujoco.translation import (
     bare,
     filled,
 )
+from plumbob.engines.adapters.pendulum_errors import bob_errors
 from plumbob.engines.method import Method, ModelError
 from plumbob.models.simple_pendulum.model import MODEL
 

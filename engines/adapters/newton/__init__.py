@@ -12,8 +12,8 @@ from types import MappingProxyType
 from plumbob.analytic.schemes import EULER, Scheme
 from plumbob.engines.abilities import ModelReader, RunsFiles, SchemeOfCase
 from plumbob.engines.adapters.constrained import CONSTRAINED, constrained
-from plumbob.engines.adapters.hinged_body import model_error
 from plumbob.engines.adapters.mjwarp import start_warp
+from plumbob.engines.adapters.pendulum_errors import model_error
 from plumbob.engines.adapters.ported import SINGLE
 from plumbob.engines.method import Engine, Method, Simulation
 from plumbob.models.scene import Case, later

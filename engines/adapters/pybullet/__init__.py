@@ -13,7 +13,7 @@ from types import MappingProxyType
 from plumbob.analytic.schemes import EULER, Scheme
 from plumbob.engines.abilities import BuildsMechanisms, ModelReader, RunsFiles, SchemeOfCase
 from plumbob.engines.adapters.constrained import CONSTRAINED, constrained
-from plumbob.engines.adapters.hinged_body import model_error
+from plumbob.engines.adapters.pendulum_errors import model_error
 from plumbob.engines.method import Engine, Method
 from plumbob.models.scene import ON_PLANE, ONE_SMOOTH, SMOOTH, Case, later
 

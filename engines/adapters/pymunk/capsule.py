@@ -32,7 +32,6 @@ from plumbob.engines.adapters.pymunk.capsule_side import (
 )
 from plumbob.engines.adapters.pymunk.simulation import Translation, settle
 from plumbob.engines.adapters.pymunk.slider_drive import driven, targets
-from plumbob.engines.adapters.three_feet import on_three_feet
 from plumbob.engines.method import Method, Unsupported
 from plumbob.engines.trajectory import ByName
 from plumbob.models.tripod_capsule.observed import limits
@@ -58,7 +57,7 @@ def build(problem: CapsuleProblem, method: Method, step: float) -> Translation:
         raise Unsupported(f"{method.name} has no model of the capsule")
     parts = view.assembly
     parts.space.iterations = described(problem, method, step).iterations
-    if on_three_feet(setup).tracks:
+    if setup.tracks:
         places = targets(problem, parts.line, parts.start, step)
         act = driven(view, places, step, setup.plane_velocity is not None)
     settle(parts.space, step, SETTLING_ITERATIONS)

@@ -7,9 +7,9 @@ import math
 from dataclasses import replace
 
 from plumbob.analytic.schemes import EULER, Scheme
-from plumbob.engines.adapters.three_feet import ONE_LINE
 from plumbob.engines.method import Method
 from plumbob.models.scene import ON_PLANE, ON_SUPPORTS, SMOOTH
+from plumbob.models.tripod_capsule.parameters import ONE_LINE
 
 # Moves first, then solves the velocities. With default settings a joint closes at a rate of 6.3/s:
 # it stays open by some h w^2 L / 13, which lengthens the rod and takes energy. With error_bias 0 it

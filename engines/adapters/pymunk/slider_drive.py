@@ -17,10 +17,11 @@ import numpy as np
 from plumbob.analytic.errors.sliding_motion.position_first import switches_on_grid
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.capsule_setup import CapsuleProblem
-from plumbob.engines.adapters.chain import BLOCK, by_step
 from plumbob.engines.adapters.pymunk.assembly import View
 from plumbob.engines.adapters.pymunk.simulation import vector
-from plumbob.engines.adapters.three_feet import on_three_feet
+
+# Steps whose targets are computed at once: sums of other blocks differ by rounding.
+BLOCK = 4096
 
 
 def targets(
@@ -34,7 +35,7 @@ def targets(
     step of the velocity, which do not drift turn after turn.
     """
     place = problem.setup.plane_place
-    velocity = on_three_feet(problem.setup).slider_velocity
+    velocity = problem.setup.slider_velocity
     axes = np.array([line] if place is None else [1.0, 1.0j])
     if place is not None and switches_on_grid(problem.motion.path, step):
 
@@ -51,7 +52,15 @@ def targets(
             here = summed[-1]
             return np.asarray(summed)
 
-    return by_step(places, step, BLOCK)  # sums of other blocks differ by rounding
+    return _by_step(places, step)
+
+
+def _by_step(rows: Callable[[Array, float], Array], step: float) -> Iterator[Any]:
+    """The rows of steps of `step` [s], given their indices, one by one, without end."""
+    first = 0.0
+    while True:
+        yield from rows(np.arange(first, first + BLOCK), step).tolist()
+        first = first + BLOCK
 
 
 def driven(

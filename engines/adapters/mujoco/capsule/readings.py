@@ -12,7 +12,6 @@ from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.capsule import by_support
 from plumbob.analytic.systems.capsule_setup import CapsuleSetup
 from plumbob.engines.adapters.mujoco.translation import Observed
-from plumbob.engines.adapters.three_feet import on_three_feet
 from plumbob.models.tripod_capsule.model import driven_joints
 from plumbob.models.tripod_capsule.observed import start_velocity
 
@@ -49,8 +48,17 @@ def control(setup: CapsuleSetup, step: float) -> Callable[[Array], Array] | None
     time, whether or not the acceleration switches inside a step; its value at mid-step does the
     manoeuvre of the nearest switch on the grid, an error of first order.
     """
-    feet = on_three_feet(setup)
-    return (lambda times: feet.controls(np.rint(times / step), step)) if feet.tracks else None
+    if not setup.tracks:
+        return None
+
+    def mean_acceleration(times: Array) -> Array:
+        # By index: the velocity that one step ends with is the one that the next begins with.
+        steps = np.rint(times / step)
+        edges = np.concatenate([steps, steps + 1.0]) * step
+        begun, ended = np.split(setup.slider_velocity(edges), 2)
+        return np.asarray((ended - begun) / step)
+
+    return mean_acceleration
 
 
 def start(setup: CapsuleSetup, rest_qpos: Array) -> tuple[Array, Array]:
