@@ -21,6 +21,11 @@ LoopKind = Literal["connect", "weld"]
 ShapeKind = Literal["sphere", "capsule", "box", "cylinder", "ellipsoid", "plane", "hull"]
 Term = Literal["mass matrix", "bias", "passive", "actuator", "constraint"]
 
+# Times [s] at which a prescribed velocity is asked whether it changes.
+TOLD_AT = np.concatenate(
+    [np.linspace(0.0, 1.0, 1000, endpoint=False), np.geomspace(1.0, 1e3, 500)]
+)
+
 
 @dataclass(frozen=True)
 class Body:
@@ -140,6 +145,11 @@ class Mechanism:
     actuators: tuple[Actuator, ...]
     gravity: Array  # [m/s^2], shape (3,)
     not_expressed: tuple[NotExpressed, ...] = ()
+
+
+def is_constant(velocity: Callable[[Array], Array]) -> bool:
+    """Whether a prescribed velocity is the same at all times, as far as many of them tell."""
+    return not np.ptp(velocity(TOLD_AT))
 
 
 def idealised(mechanism: Mechanism, ideal: Idealisations) -> Mechanism:

@@ -34,13 +34,12 @@ TREES = (
 )
 LOOPS = ("four-bar", "slider-crank")
 CAPSULES = ("capsule-plan", "capsule-train", "capsule-turn")
-LASTING = 10.0  # [s], longer than any run here
 
 
 def exudyn(mechanism, start, how="exudyn/default", controls=None):
     from plumbob.engines.adapters.exudyn.stepper import ExudynStepper
 
-    return ExudynStepper(mechanism, find_method(how).settings, STEP, LASTING, controls)
+    return ExudynStepper(mechanism, find_method(how).settings, STEP, controls)
 
 
 def exudyn_s_terms(made, mechanism, qpos, controls):

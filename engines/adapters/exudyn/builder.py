@@ -31,7 +31,7 @@ from plumbob.engines.adapters.exudyn.contacts import Contacts, refused_contacts
 from plumbob.engines.adapters.exudyn.motors import joint_forces
 from plumbob.engines.adapters.exudyn.tables import Tabulated
 from plumbob.engines.adapters.refusals import refused_parts
-from plumbob.engines.mechanism import Loop, Mechanism, Shape
+from plumbob.engines.mechanism import Loop, Mechanism, Shape, is_constant
 from plumbob.engines.method import Unsupported
 from plumbob.engines.peer_model import rotation
 from plumbob.models.idealisations import Velocity
@@ -61,15 +61,13 @@ class Built:
 def build(
     mechanism: Mechanism,
     step: float,
-    duration: float,
     controls: Controls | None,
     *,
     explicit: bool,
 ) -> Built:
-    """The system of a mechanism for runs of a `duration` [s] at a time step [s], with controls of
-    the time, or controls that stay zero, by an explicit solver or an implicit one; raises
-    Unsupported."""
-    for feature in refused(mechanism, explicit, duration):
+    """The system of a mechanism for runs at a time step [s], with controls of the time, or controls
+    that stay zero, by an explicit solver or an implicit one; raises Unsupported."""
+    for feature in refused(mechanism, explicit):
         raise Unsupported(f"feature {feature}")
     container = exudyn.SystemContainer()
     system = container.AddSystem()
@@ -84,7 +82,7 @@ def build(
         node, tree = _tree(system, bodies, mechanism.gravity, forces)
         nodes.append(node)
         carriers |= dict.fromkeys(range(size), tree)
-        _impose(mechanism, system, bodies, node, explicit, step, duration)
+        _impose(mechanism, system, bodies, node, explicit, step)
     for carrier in (carrier for carrier in bodies.inertias if carrier < WORLD):
         node, carriers[carrier] = _rigid(system, bodies.inertias[carrier], mechanism.gravity)
         nodes.append(node)
@@ -96,7 +94,7 @@ def build(
     return Built(container, system, tuple(nodes), bodies.places, alone)
 
 
-def refused(mechanism: Mechanism, explicit: bool, duration: float) -> Iterator[str]:
+def refused(mechanism: Mechanism, explicit: bool) -> Iterator[str]:
     """The names of features of a mechanism that Exudyn, its explicit solvers, or this builder
     cannot express."""
     yield from refused_parts(mechanism)
@@ -108,7 +106,7 @@ def refused(mechanism: Mechanism, explicit: bool, duration: float) -> Iterator[s
         acts = joint.stiffness or np.any(joint.damping) or np.any(joint.armature)
         if joint.kind in CHAINS and acts:
             yield f"spring, damper or armature of joint {name}, which is a {joint.kind} joint"
-        if explicit and joint.velocity and not constant(joint.velocity, duration):
+        if explicit and joint.velocity and not is_constant(joint.velocity):
             yield f"changing velocity of joint {name}, which explicit solvers do not prescribe"
     if explicit:
         yield from (
@@ -117,11 +115,6 @@ def refused(mechanism: Mechanism, explicit: bool, duration: float) -> Iterator[s
         if mechanism.touching:
             yield "contacts, which explicit solvers take as they are when a step begins"
     yield from refused_contacts(mechanism)
-
-
-def constant(velocity: Velocity, duration: float) -> bool:
-    """Whether a velocity is the same throughout a `duration` [s]."""
-    return bool(np.ptp(velocity(np.linspace(0.0, duration, 1001))) == 0.0)
 
 
 def _tree(
@@ -181,7 +174,6 @@ def _impose(
     node: int,
     explicit: bool,
     step: float,
-    duration: float,
 ) -> None:
     """Add the armatures of the joints of a tree, and what prescribes their velocities: a
     constraint for an implicit solver, a rotor for an explicit one, which has no constraints."""
@@ -193,7 +185,7 @@ def _impose(
         if joint.velocity is not None and explicit:
             rotors[place] = HOLDING * sum(body.mass for body in mechanism.bodies)
         elif joint.velocity is not None:
-            _prescribe(system, node, place.start, joint.velocity, step, duration)
+            _prescribe(system, node, place.start, joint.velocity, step)
     if rotors.any():
         system.AddObject(
             items.ObjectGenericODE2(nodeNumbers=[node], massMatrix=np.diag(rotors))
@@ -201,7 +193,7 @@ def _impose(
 
 
 def _prescribe(
-    system: Any, node: int, coordinate: int, velocity: Velocity, step: float, duration: float
+    system: Any, node: int, coordinate: int, velocity: Velocity, step: float
 ) -> None:
     """Constrain the velocity of a coordinate, of which a solver asks at the ends of steps."""
     ground = system.AddNode(items.NodePointGround())
@@ -214,7 +206,7 @@ def _prescribe(
     def at(system: Any, now: float, item: int, offset: float) -> float:
         return float(table(now))
 
-    fixed = constant(velocity, duration)
+    fixed = is_constant(velocity)
     constraint = items.ObjectConnectorCoordinate(
         markerNumbers=markers,
         velocityLevel=True,

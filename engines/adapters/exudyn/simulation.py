@@ -21,7 +21,7 @@ def prepare(case: Case, method: Method, step: float) -> Simulation:
     sampling.step_count(lasting, step)
     scene = compiled_scene(case)
     begin = time.perf_counter()
-    stepper = ExudynStepper(scene.mechanism, method.settings, step, lasting, scene.controls)
+    stepper = ExudynStepper(scene.mechanism, method.settings, step, scene.controls)
     built = begun(case, replace(scene, controls=None), step, stepper)
     seconds = time.perf_counter() - begin
 

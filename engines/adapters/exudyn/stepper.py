@@ -30,21 +30,20 @@ EXPLICIT = "RK"  # begins the names of explicit solvers
 
 class ExudynStepper:
     """A mechanism in Exudyn, under the solver of these settings, with controls of the time, or
-    controls that stay zero, for runs of a `duration` [s] at most."""
+    controls that stay zero."""
 
     def __init__(
         self,
         mechanism: Mechanism,
         settings: Options,
         step: float,
-        duration: float,
         controls: Controls | None = None,
     ) -> None:
         self.step = step
         self.mechanism = mechanism
         self.settings = settings
         explicit = settings["solver"].startswith(EXPLICIT)
-        self.built = build(mechanism, step, duration, controls, explicit=explicit)
+        self.built = build(mechanism, step, controls, explicit=explicit)
         self._kept = [self._sensors(kind) for kind in QUANTITIES]
         self.built.system.Assemble()
         self._begun, self._latest = 0.0, State(np.zeros(0), np.zeros(0))

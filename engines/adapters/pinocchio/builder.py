@@ -18,7 +18,7 @@ import pinocchio
 
 from plumbob.analytic.reference import Array
 from plumbob.engines.joint_forces import JointForce, passive_and_actuator_force
-from plumbob.engines.mechanism import Joint, Mechanism
+from plumbob.engines.mechanism import Joint, Mechanism, is_constant
 from plumbob.engines.method import Unsupported
 from plumbob.engines.peer_model import rotation
 
@@ -61,6 +61,11 @@ class Dynamics:
             for joint, _, degree in numbered(mechanism)
             if joint.velocity is not None
         ]
+        # Platforms turn at a constant rate, of which no difference need be taken in each stage.
+        self.accelerated = [
+            (degree, velocity) for degree, velocity in self.held if not is_constant(velocity)
+        ]
+        self.as_drawn = not (self.attitudes or self.drawn.any())
         self.loops = pinocchio.StdVec_RigidConstraintModel()
         for constraint in _loops(mechanism, self.model, frames):
             self.loops.append(constraint)
@@ -76,6 +81,8 @@ class Dynamics:
 
     def configured(self, qpos: Array) -> Array:
         """Pinocchio's coordinates, whose quaternions have length 1 and their scalar last."""
+        if self.as_drawn:
+            return qpos
         q = qpos - self.drawn
         for first, _ in self.attitudes:
             attitude = q[first : first + 4]
@@ -111,12 +118,16 @@ class Dynamics:
         """The accelerations where those of some joints are prescribed: the others are such that
         inverse dynamics needs no more than their forces."""
         found = np.zeros(self.model.nv)
-        near = np.array([time - NEAR, time + NEAR])
-        for degree, velocity in self.held:
-            before, after = velocity(near).tolist()
+        for degree, velocity in self.accelerated:
+            before, after = velocity(np.array([time - NEAR, time + NEAR])).tolist()
             found[degree] = (after - before) / (2.0 * NEAR)
         lacking = forces - pinocchio.rnea(self.model, self.data, q, v, found)
-        found[self.free] = np.linalg.solve(self.inertia(q), lacking[self.free])
+        if len(self.free) == 1:
+            (free,) = self.free
+            inertia = pinocchio.crba(self.model, self.data, q)[free, free]
+            found[free] = lacking[free] / inertia
+        else:
+            found[self.free] = np.linalg.solve(self.inertia(q), lacking[self.free])
         return found
 
     def inertia(self, q: Array) -> Array:

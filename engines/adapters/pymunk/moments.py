@@ -9,11 +9,8 @@ import numpy as np
 
 from plumbob.engines.adapters.pymunk.links import Link, Links
 from plumbob.engines.adapters.pymunk.plane import CLOSE
-from plumbob.engines.mechanism import Mechanism
+from plumbob.engines.mechanism import Mechanism, is_constant
 from plumbob.engines.method import Unsupported
-
-# Times [s] at which a platform is asked whether it keeps its rate.
-TIMES = np.concatenate([[0.0], 2.0 ** np.arange(-10.0, 11.0)])
 
 
 def turning_rate(mechanism: Mechanism, links: Links) -> float | None:
@@ -24,16 +21,15 @@ def turning_rate(mechanism: Mechanism, links: Links) -> float | None:
         return None
     platform = platforms[0]
     assert platform.velocity is not None
-    rates = platform.velocity(TIMES)
     alone = len(platforms) == 1 and mechanism.bodies[platform.body].parent == 0
     upright = abs(links.plane.across(links.drawn.axis(platform))) < CLOSE
-    if not (alone and upright and np.all(rates == rates[0])):
+    if not (alone and upright and is_constant(platform.velocity)):
         raise Unsupported(f"pymunk has no platform that moves as {platform.name} does")
     if np.linalg.norm(np.cross(mechanism.gravity, links.plane.up)) > CLOSE * np.linalg.norm(
         mechanism.gravity
     ):
         raise Unsupported("pymunk has no gravity across the axis of a platform that turns")
-    return float(rates[0])
+    return float(platform.velocity(np.zeros(1))[0])
 
 
 def platform_spring(
