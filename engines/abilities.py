@@ -58,7 +58,7 @@ class Snippet:
     python: str  # lines to run after the model is compiled or built; may be empty
     error: str  # what is predicted of a stopping distance, or of the motion
     cost: str
-    holds: str  # where it holds
+    holds: str  # the models and motions for which the predicted error is valid
 
 
 @dataclass(frozen=True)

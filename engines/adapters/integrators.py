@@ -81,7 +81,7 @@ def _implicit_leapfrog(
 
 def rk4(equation: Equation, state: State, first: int, last: int, h: float) -> State:
     """State after the steps `first` to `last` - 1 of length `h` [s] of the classical Runge-Kutta
-    method, as in the notebook Pendulo Simples; of coordinates whose rate is v."""
+    method, as in the notebook Pendulo Simples. No coordinate is part of a quaternion: dx/dt = v."""
     f = equation.acceleration
     (x, v) = state
     half = 0.5 * h

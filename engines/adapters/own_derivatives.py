@@ -32,8 +32,13 @@ def nudged(number: Number) -> tuple[tuple[Case, Case, Case], float]:
 
 
 def moved(observe: Callable[..., Signals], *slopes: Array) -> ByName:
-    """Derivatives of what `observe` reads off a state, of how far its places and its rates have
-    moved along their `slopes`: each alone, since what is small is rounded beside what is large."""
+    """Derivatives of the observables that `observe` reads off a state, along the `slopes` of its
+    positions and of its velocities, by central differences.
+
+    `observe` takes how far positions and velocities are moved along their slopes. One of the two is
+    moved at a time, and the derivatives are added: a small slope would be lost in the rounding of a
+    large one.
+    """
     total: dict[str, float] = {}
     for length in np.diag([NUDGE / max(float(abs(slope).max()), TINY) for slope in slopes]):
         low = observe(*-length)

@@ -13,8 +13,9 @@ POINT = 1e-15  # [kg m^2] of a bob that is a point: engines want moments of iner
 
 
 def model_error(case: Case, method: Method, step: float) -> ModelError:
-    """Bounds on the model's error of each observable, by reason: the moment of inertia of a bob
-    that should be a point. Empty for other systems: the rate of a platform is prescribed."""
+    """Bounds on the error that an engine's model makes of each observable, by reason: the bob, a
+    point in the reference, has a moment of inertia in the engine. Empty for other systems, whose
+    bodies have inertia, and where the rate of a platform is prescribed exactly."""
     if case.system.family not in POINTS:
         return {}
     return bob_errors(getattr(case.problem, "started", case.problem), case.scene.duration)

@@ -24,7 +24,8 @@ class TurningEquation(Equation):
     rates; every other coordinate has one rate."""
 
     def slope(self, position: Array, rate: Array) -> Array:
-        """Rate of the coordinates [1/s]."""
+        """The derivatives of the coordinates by the time. They are the velocities `rate`, but for
+        quaternions, whose derivatives follow from their angular velocities."""
         parts, first = list[Array](), 0
         for place, turn in self.attitudes:
             parts.append(rate[first:turn])

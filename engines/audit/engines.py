@@ -43,7 +43,8 @@ from plumbob.engines.study.provenance import version_of
 from plumbob.engines.workers import Lost, Task, Workers
 from plumbob.models.entry_points import captured
 
-# Times what rounding of the state makes, measured up to 5: the arithmetic of a step rounds, too.
+# A difference is more than rounding if it exceeds this many times what rounding of the state
+# makes. Rounding within a step adds to that: up to 5 times were measured.
 BEYOND = 30.0
 MORE = "less than it shows in states, and more than rounding: perhaps the solver, or contacts"
 EXACT = 1e-10  # relative rounding of numbers that are not single
@@ -107,9 +108,9 @@ class EngineError:
 
     @property
     def part_explained(self) -> float | None:
-        """The fraction of the error that the engine's importer makes. Where the mechanism is not
-        built in the engine, the fraction that the first term makes; None where that is not put
-        right."""
+        """The fraction of the error that is gone if the model is built in the engine without the
+        engine's reader of files. If the model cannot be built there, the fraction that is gone with
+        the first wrong term corrected; None if no force corrects it."""
         without = self.built if math.isfinite(self.built) else self.first_right
         part = (self.error - without) / self.error if self.error else math.nan
         return part if math.isfinite(part) else None
@@ -299,9 +300,9 @@ def _run(peer: PeerModel, held: Held, right: Sequence[str] = ()) -> tuple[Array,
 def _force(
     terms: Any, peer: PeerModel, state: Array, control: Array, right: Sequence[str], step: float
 ) -> Array:
-    """The generalised force that makes an engine's step that of the right terms: with mass matrices
-    M_e and M, damping that is implicit D_e and D, and forces f_e and f, it is
-    (M_e + h D_e) (M + h D)^-1 f - f_e."""
+    """The generalised force to add so that an engine's step becomes the one with the file's terms
+    in place of those named in `right`. With the engine's mass matrix M_e, implicit damping D_e and
+    force f_e, and the wanted M, D and f, it is (M_e + h D_e) (M + h D)^-1 f - f_e."""
     theirs = peer.terms(state, control)
     ours = terms(state, control)
     chosen = {**theirs, **{name: ours[name] for name in right}}

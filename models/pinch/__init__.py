@@ -22,6 +22,8 @@ def facts(pinch: Pinch) -> Mapping[str, Any]:
 def _scene(
     case: str, summary: str, fraction: float, push: float = 0.0, lift: float = 0.0, **more: Any
 ) -> Scene:
+    """A scene whose two contacts carry the load at a `fraction` of the largest friction, with a
+    `push` to the side [N] and the hand's acceleration upward, `lift` [m/s^2]."""
     load = math.hypot(MASS * (GRAVITY + lift), push)
     normal_force = load / (2.0 * FRICTION * fraction)
     return scene_of(

@@ -17,8 +17,10 @@ from plumbob.models.scene import ONE_SMOOTH, Observable, from_analytic, scene_of
 
 
 def facts(servo: Servo) -> Mapping[str, Any]:
-    """Natural frequency [rad/s] and damping ratio below the limit, the largest force before the
-    gear [N m], and when the motor first comes to its limit or leaves it [s]."""
+    """Natural frequency [rad/s] and damping ratio while the force is below its limit; the largest
+    force before the gear [N m]; the first six times [s] at which the motor reaches or leaves its
+    limit."""
+    # A servo is a linear pendulum of length 1, whose gravity is the stiffness over the inertia.
     natural = math.sqrt(servo.started.gravity)
     return {
         "natural_frequency": natural,

@@ -17,7 +17,7 @@ from plumbob.engines.study.measurement import Measurement, rounding, worst
 from plumbob.engines.study.order import fit_order
 from plumbob.models.scene import Quantity
 
-PER_OCTAVE = 3  # runs: fewer may all be lucky
+PER_OCTAVE = 3  # least runs in an octave of steps: fewer may all be accurate by chance
 OCTAVES = 4  # over which the envelope has to fall
 SLOWEST = 0.5  # the slope's confidence interval lies above
 ROUND_OFFS = 10.0  # an error within so many round-offs has reached the floor

@@ -82,7 +82,7 @@ class Finding:
     tables: tuple[Table, ...] = ()
     figures: tuple[Figure, ...] = ()
     commands: tuple[str, ...] = ()
-    statements: tuple[Statement, ...] = ()  # of the sources, that it judges
+    statements: tuple[Statement, ...] = ()  # of the sources that this finding judges
     claims: tuple[Claim, ...] = ()  # what its words rest on, of the stored study
 
 

@@ -18,7 +18,7 @@ from plumbob.engines.method import USER_METHOD
 BLUE, RED, GREEN, ORANGE = "#0072b2", "#d55e00", "#009e73", "#e69f00"
 SKY, PINK, GREY = "#56b4e9", "#cc79a7", "#808080"
 PLUM, OLIVE, PERIWINKLE = "#b05a8c", "#6b8e23", "#5a78d2"
-# of what has no own one
+# for curves that have no colour of their own, in this order
 COLOURS = (BLUE, ORANGE, GREEN, PINK, SKY, RED, OLIVE, PERIWINKLE, GREY)
 
 # Fixed places, so that two pages agree whatever was measured; what is not here takes what is left.
@@ -99,8 +99,8 @@ def styles(names: Iterable[str]) -> Mapping[str, Style]:
 
 
 def size_class(error: float) -> str:
-    """The class of a cell by the decade of its relative error, from size-a to size-h; an infinite
-    error has the last."""
+    """The CSS class of a table's cell by the decade of its relative error: size-a for the smallest,
+    size-h for each error above 1, infinite ones included."""
     decade = math.ceil(math.log10(max(error, 1e-99)) - 1e-9) if error < 1.0 else 0
     place = DECADES + 1 if error > 1.0 else max(DECADES + decade, 0)
     return f"size-{'abcdefgh'[place]}"

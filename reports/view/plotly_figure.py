@@ -16,7 +16,7 @@ from plumbob.reports.view.palette import BLUE, GREY, RED, Style
 MOST = 240  # points of a curve: a screen shows no more
 ZERO = 1e-17  # where an error of exactly zero is drawn on a logarithmic axis
 SEEN = "{:.4g}".format  # with as many digits as can be seen
-FRONT = "front"  # in place of a method: the Pareto front of the methods that are shown
+FRONT = "front"  # stands as a method's name for the Pareto front of the methods shown
 DIVERGING = ((0.0, BLUE), (0.5, "#ffffff"), (1.0, RED))
 PLAIN = Style(GREY, "circle", 6.0, "solid")
 
@@ -134,8 +134,8 @@ def logarithmic(title: str, **more: Any) -> Layout:
 
 
 def spacious(title: str, values: npt.ArrayLike) -> Layout:
-    """A logarithmic axis about positive values, of more than two decades, so that neither end is a
-    power of ten where all values are, with space for names beside the outermost points."""
+    """A logarithmic axis for positive values, at least 2.2 decades long, with margins for names
+    beside the outermost points. Values that are powers of ten do not lie on its ends."""
     powers = np.log10(np.asarray(values, dtype=float))
     middle = 0.5 * float(powers.max() + powers.min())
     half = max(1.1, 0.65 * float(np.ptp(powers)))

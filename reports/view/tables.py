@@ -59,7 +59,7 @@ def table_or_none(template: str, **values: Any) -> Table | None:
 
 
 def figures(template: str, **values: Any) -> tuple[Figure, ...]:
-    """The figures that a template writes of values."""
+    """The figures that a template makes of values; the template's text is dropped."""
     parts = Parts()
     filled_text(f"figures/{template}", parts, values)
     return tuple(part for part in parts.made.values() if isinstance(part, Figure))

@@ -75,7 +75,7 @@ class DartStepper:
         self._begun, self._taken = 0.0, 0
         self._before = list[Array]()  # positions of the skeletons before the last step
         self._solver = solver
-        self.put(start)
+        self.put(start)  # DART closes loops as they stand
         close_loops(mechanism, self.built)
 
     def put(self, state: State, time: float = 0.0) -> None:

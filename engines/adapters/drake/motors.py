@@ -47,16 +47,19 @@ class Motors:
         return len(self.actuators) + len(self.held)
 
     def forces(self, controls: Array | None, times: Array) -> Array:
-        """The source's numbers for steps between these `times` [s], shape (steps, inputs), under
-        controls, shape (steps, controls): those parts of the forces of actuators that the state
-        does not change [N m] or [N] over gear, and forces by which a prescribed velocity is right
-        at every grid time, wherever the acceleration jumps."""
+        """The source's numbers for each step between these `times` [s], shape (steps, inputs),
+        under controls, shape (steps, controls).
+
+        First, for each actuator, the part of its force before the gear that the state does not
+        change. Then, for each joint whose velocity is prescribed, the force that takes the joint to
+        exactly that velocity at the step's end, wherever the acceleration jumps.
+        """
         steps = len(times) - 1
         rows = np.empty((steps, self.inputs))
         for column, motor in enumerate(self.actuators):
             control = np.zeros(steps) if controls is None else controls[:, motor.control]
             force = motor.gain * np.clip(control, *_ends(motor.control_range)) + motor.bias[0]
-            # Drake's coordinate is 0 in the drawing.
+            # Drake's coordinate is 0 in the drawing: a gain of the coordinate needs the rest.
             drawn = motor.gear * float(self.joints[motor.joint].reference[0])
             rows[:, column] = force + motor.bias[1] * drawn
         for column, (number, inertia) in enumerate(self.held.items(), len(self.actuators)):

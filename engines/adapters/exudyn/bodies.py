@@ -103,7 +103,7 @@ class Bodies:
 
     links: Links
     frames: tuple[Frame, ...]  # one a body
-    inertias: Mapping[int, Inertia]  # {carrier: of all bodies that it carries}
+    inertias: Mapping[int, Inertia]  # {carrier: inertia of all bodies welded to it}
     places: tuple[slice, ...]  # of the coordinates of each joint in those of the system
 
 

@@ -42,8 +42,8 @@ TYPES = MappingProxyType(
 )
 
 items = exudyn.itemInterface
-# Inertia of a rotor that imposes a constant velocity, over the mass of all bodies [m^2], or its
-# mass over theirs: no bit of the velocity changes.
+# A rotor imposes a constant velocity if its inertia [kg m^2] or its mass is as many times the mass
+# of all bodies: no bit of its velocity changes.
 HOLDING = 1e15
 
 
@@ -175,11 +175,12 @@ def _impose(
     explicit: bool,
     step: float,
 ) -> None:
-    """Add the armatures of the joints of a tree, and what prescribes their velocities: a
-    constraint for an implicit solver, a rotor for an explicit one, which has no constraints."""
+    """Add the armatures of the joints of a tree, and impose prescribed velocities. An implicit
+    solver gets a constraint; an explicit one, which has no constraints, a rotor so heavy that its
+    velocity does not change."""
     rotors = np.zeros(len(bodies.links.parents))
     for joint, place in zip(mechanism.joints, bodies.places, strict=True):
-        if joint.kind in CHAINS:
+        if joint.kind in CHAINS:  # several coordinates; an armature of such joints is refused
             continue
         rotors[place] = joint.armature
         if joint.velocity is not None and explicit:

@@ -94,13 +94,14 @@ def _discs(mechanism: Mechanism, plane: Shape, other: Shape) -> list[Disc]:
 
 
 def _axle(mechanism: Mechanism, body: int, normal: Array) -> Array | None:
-    """The one axis in the world, along a plane with this normal, about which a body turns; any
-    axis along the plane if it does not turn, and none if it turns otherwise."""
-    turns = drawn(mechanism)
+    """The direction in the world of the only axis about which a body can turn, if that axis is
+    parallel to a plane with this normal. If the body cannot turn, any direction in the plane; None
+    if it can turn otherwise."""
+    attitudes = drawn(mechanism)
     turning = [joint for joint in movers(mechanism, body) if joint.kind != "slide"]
     if any(joint.kind != "hinge" for joint in turning):
         return None
-    axes = [turns[joint.body] @ joint.axis for joint in turning]
+    axes = [attitudes[joint.body] @ joint.axis for joint in turning]
     axis = axes[0] if axes else np.cross(normal, AXES[np.argmin(np.abs(normal))])
     off = [abs(float(axis @ normal)), *(norm(np.cross(other, axis)) for other in axes)]
     return axis / norm(axis) if max(off) <= PARALLEL else None

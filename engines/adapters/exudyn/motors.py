@@ -22,8 +22,11 @@ the tree, its coordinates and their rates."""
 def joint_forces(
     mechanism: Mechanism, places: Sequence[slice], size: int, controls: Tabulated | None
 ) -> dict[str, Any]:
-    """The arguments of a tree with `size` coordinates for the forces on its joints, which have the
-    coordinates at `places`, under controls of the time, or zero."""
+    """The keyword arguments of Exudyn's kinematic tree that describe the forces on its joints.
+
+    The tree has `size` coordinates, and each joint those at its place among `places`. Controls
+    follow the time; None stands for controls that stay zero.
+    """
     constant, stiffness, damping = np.zeros((3, size))
     motors = list[Motor]()
     for number, joint in enumerate(mechanism.joints):

@@ -22,7 +22,10 @@ def prepare(case: Case, method: Method, step: float) -> Simulation:
     scene = compiled_scene(case)
     begin = time.perf_counter()
     stepper = ExudynStepper(scene.mechanism, method.settings, step, scene.controls)
-    built = begun(case, replace(scene, controls=None), step, stepper)
+    uncontrolled = replace(
+        scene, controls=None
+    )  # the stepper's solver asks for controls itself
+    built = begun(case, uncontrolled, step, stepper)
     seconds = time.perf_counter() - begin
 
     def follow(duration: float, samples: int) -> Followed:

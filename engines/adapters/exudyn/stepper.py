@@ -190,8 +190,8 @@ def _turning(angles: Array) -> Array:
 
 
 def _signed(attitudes: Array, latest: Array) -> Array:
-    """Quaternions, shape (n, 4), with the sign that is nearer to the one before; the first to the
-    `latest`."""
+    """Quaternions, shape (n, 4), each with the sign that makes it nearer to the one before: q and
+    -q are the same attitude. The first is compared with the `latest`."""
     before = np.concatenate([latest[None], attitudes[:-1]])
     signs = np.where(np.einsum("ni,ni->n", before, attitudes) < 0.0, -1.0, 1.0)
     return attitudes * np.cumprod(signs)[:, None]

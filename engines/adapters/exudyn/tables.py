@@ -11,7 +11,7 @@ import numpy as np
 from plumbob.analytic.reference import Array
 
 COUNT = 1024  # times for which values are worked out at once
-ON_GRID = 1e-6  # by which rounding moves a time off the grid, over its spacing
+ON_GRID = 1e-6  # part of the grid's spacing: a time so near to the grid is on it
 
 
 @dataclass

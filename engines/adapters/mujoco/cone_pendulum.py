@@ -44,9 +44,10 @@ def build(mjcf: Path, problem: Any, method: Method, step: float) -> Translation:
     )
 
 
-def _drive(spec: mujoco.MjSpec, problem: Any, rate: float) -> Callable[[Any], Array]:
-    """A velocity servo on the platform, and its control: the rate prescribed."""
-    gain = rate * spec.joint("platform").armature
+def _drive(spec: mujoco.MjSpec, problem: Any, bandwidth: float) -> Callable[[Any], Array]:
+    """Add a velocity servo to the platform, with a gain of `bandwidth` [1/s] times its armature;
+    returns the servo's control at times [s], shape (n,): the prescribed rate, shape (n, 1)."""
+    gain = bandwidth * spec.joint("platform").armature
     servo = spec.add_actuator(name="drive", target="platform")
     servo.trntype = mujoco.mjtTrn.mjTRN_JOINT
     servo.set_to_velocity(kv=gain)

@@ -85,8 +85,8 @@ def _capsule(
     )
 
 
-# On the capsule the plain methods have MuJoCo's default contacts. Every method's control is its
-# mean over the step there.
+# In scenes of the capsule, methods that name no contacts have MuJoCo's default ones. Every method
+# is given the control's mean over each step there.
 _REDUCED = "a body on a rail: friction is a joint's, and there are no contacts"
 _TALL = "a body of another height"
 METHODS = (

@@ -25,7 +25,7 @@ from plumbob.engines.peer_model import rotation
 HINGED = ("hinge", "slide")  # kinds of joint with one coordinate
 CLOSING = 50.0  # [1/s] at which a loop closes what it has opened, critically damped
 PROXIMAL = (1e-14, 1e-10, 50)  # accuracy, mu and most iterations of the solver for loops
-NEAR = 1e-6  # [s] between which a prescribed velocity is differentiated
+NEAR = 1e-6  # [s] to either side, for the derivative of a prescribed velocity
 
 
 @dataclass(frozen=True)

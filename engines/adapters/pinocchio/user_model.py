@@ -79,7 +79,8 @@ class PinocchioModel:
         return {"mass matrix": inertia, **forces, "damping": self.damping, "contacts": []}
 
     def advance(self, control: Array, force: Array, steps: int) -> tuple[Array, Array]:
-        """Take steps."""
+        """Take steps of semi-implicit Euler under a generalised `force`, which stays the same; the
+        model reads no actuator, and the control has no effect."""
         for _ in range(steps):
             push = force - self.damping * self.v
             self.v = self.v + self.step * pinocchio.aba(

@@ -39,8 +39,8 @@ ITERATED = MappingProxyType(
 )
 HARD = MappingProxyType(
     {
-        # Shapes touch where they overlap, not before; a gap of 10 micrometres is no depth that
-        # they may have; and a depth that they have is not pushed out by a velocity.
+        # Shapes touch where they overlap, and not before. Bullet's default slop, 10 micrometres of
+        # overlap that stay, is off, and so is the velocity that pushes overlapping shapes apart.
         "contactBreakingThreshold": 1e-12,  # [m]
         "contactSlop": 0.0,  # [m]
         "contactERP": 0.0,

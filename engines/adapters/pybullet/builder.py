@@ -40,8 +40,8 @@ UNTURNED = np.array([1.0, 0.0, 0.0, 0.0])
 ORIGIN = np.zeros(3)
 NO_INERTIA = np.zeros((3, 3))
 BASE = -1  # the number of a multibody's base among its links
-NONE = -1  # the tree of the world, for which Bullet has no number either
-WELD = -1  # in place of the number of a joint
+NONE = -1  # stands for the world where a tree's number is: Bullet does not number the world
+WELD = -1  # stands where a joint's number is, for a body that is welded to its parent
 At = tuple[int, int]
 """A multibody, and the number of one of its links."""
 Surface = tuple[int, float, float]
@@ -387,8 +387,8 @@ def _close_loops(
 def _within(
     inertial: Mapping[At, tuple[Array, Array]], home: Placed, place: Array, attitude: Array
 ) -> tuple[list[float], list[float]]:
-    """A frame of a body in the frame of its link's inertia: a place [m] and a quaternion, scalar
-    last."""
+    """A frame of a body, by its place [m] and its attitude, a quaternion, scalar first, as Bullet
+    wants it: in the principal frame of inertia of the body's link, with the scalar last."""
     from scipy.spatial.transform import Rotation
 
     turn = Rotation.from_quat(attitude, scalar_first=True)

@@ -36,7 +36,8 @@ from plumbob.engines.method import Method, Unsupported
 from plumbob.engines.trajectory import ByName
 from plumbob.models.tripod_capsule.observed import limits
 
-PLACES = 65  # of a slider that does not keep to one line, to find its largest factor
+# Places at which a slider that does not keep to one line is looked at for its largest factor.
+PLACES = 65
 Read = Callable[[], ByName]
 
 

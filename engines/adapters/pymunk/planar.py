@@ -183,7 +183,9 @@ def _iterations(planar: Planar, joints: int) -> int:
 
 
 def _hold(made: Assembly, number: int) -> None:
-    """Join a link to what carries it, where something may push it off."""
+    """Add the joint that keeps a link on its parent: a groove along its slide, or a pin at its
+    hinge. A link that may move anywhere in the plane needs none, nor do wheels, nor does a slide
+    that nothing pushes sideways."""
     link = made.planar.links.all[number]
     if link.slides:
         if not link.free and made.planar.guided(link.slides[0]):

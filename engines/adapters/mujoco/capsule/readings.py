@@ -52,7 +52,8 @@ def control(setup: CapsuleSetup, step: float) -> Callable[[Array], Array] | None
         return None
 
     def mean_acceleration(times: Array) -> Array:
-        # By index: the velocity that one step ends with is the one that the next begins with.
+        # Edges are a step's number times the step: one step's end and the next one's beginning
+        # are the same time, to the bit.
         steps = np.rint(times / step)
         edges = np.concatenate([steps, steps + 1.0]) * step
         begun, ended = np.split(setup.slider_velocity(edges), 2)

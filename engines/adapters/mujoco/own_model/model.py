@@ -143,7 +143,7 @@ class MujocoModel:
         return bool(clamped_for(self._as_stepped(), step)[1])
 
     def _as_stepped(self) -> Any:
-        """A copy of the compiled model with refsafe as the file has it."""
+        """A copy of `effective`, which has refsafe off, with refsafe on if the file has it on."""
         model = copy.copy(self.effective)
         if self.refsafe:
             model.opt.disableflags &= ~REFSAFE
@@ -312,6 +312,8 @@ class MujocoModel:
         return replace(self, effective=model)
 
     def _begun(self, model: Any) -> Any:
+        """New data of a model with the mocap poses and the active constraints of the start; its
+        positions and velocities are those of the drawing."""
         data = mujoco.MjData(model)
         start = self.start
         if model.nmocap:
