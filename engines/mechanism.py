@@ -22,7 +22,7 @@ ShapeKind = Literal["sphere", "capsule", "box", "cylinder", "ellipsoid", "plane"
 Term = Literal["mass matrix", "bias", "passive", "actuator", "constraint"]
 
 # Times [s] at which a prescribed velocity is asked whether it changes.
-TOLD_AT = np.concatenate(
+ASKED_AT = np.concatenate(
     [np.linspace(0.0, 1.0, 1000, endpoint=False), np.geomspace(1.0, 1e3, 500)]
 )
 
@@ -148,8 +148,8 @@ class Mechanism:
 
 
 def is_constant(velocity: Callable[[Array], Array]) -> bool:
-    """Whether a prescribed velocity is the same at all times, as far as many of them tell."""
-    return not np.ptp(velocity(TOLD_AT))
+    """Whether a prescribed velocity is the same at all times, as far as many of them show."""
+    return not np.ptp(velocity(ASKED_AT))
 
 
 def idealised(mechanism: Mechanism, ideal: Idealisations) -> Mechanism:

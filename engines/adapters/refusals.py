@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import TYPE_CHECKING
 
-from plumbob.engines.mechanism import Mechanism, Touch
+if TYPE_CHECKING:  # this module is loaded at each start, records of mechanisms are not
+    from plumbob.engines.mechanism import Mechanism, Touch
 
 
 def refused_parts(mechanism: Mechanism) -> Iterator[str]:

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
-from plumbob.engines.mechanism import JointKind, Mechanism
+if TYPE_CHECKING:  # this module is loaded at each start, records of mechanisms are not
+    from plumbob.engines.mechanism import JointKind, Mechanism
 
 
 def moved_inertia(mechanism: Mechanism, kind: JointKind) -> float:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from functools import cache, partial
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -15,14 +16,16 @@ from plumbob.engines.adapters.stepping import (
     SteppedSimulation,
     stepped,
 )
-from plumbob.engines.mechanism import Mechanism
 from plumbob.engines.method import Unsupported
 from plumbob.engines.registry import find_engine
-from plumbob.engines.stepper import Forces, SceneMechanism, State, Stepper, TellsForces
-from plumbob.models.model_file import ModelFile
 from plumbob.models.scene import Case
 
-Build = Callable[[Mechanism, State], Stepper]
+if TYPE_CHECKING:  # this module is loaded at each start, records of mechanisms are not
+    from plumbob.engines.mechanism import Mechanism
+    from plumbob.engines.stepper import Forces, SceneMechanism, State, Stepper
+    from plumbob.models.model_file import ModelFile
+
+Build = Callable[["Mechanism", "State"], "Stepper"]
 """Builds a mechanism, with the state in which it will start: where its loops are closed and its
 shapes touch or not. Raises Unsupported, which names the part that the engine does not express."""
 
@@ -68,6 +71,8 @@ def begun(
     reads_forces: bool = False,
 ) -> Built:
     """A case at its start in an engine; raises Unsupported."""
+    from plumbob.engines.stepper import TellsForces
+
     file = model_file(case)
     controls = scene.controls
     stepper.put(scene.start)
