@@ -178,9 +178,11 @@ def engine_error(name: str, held: Held) -> EngineError:
         with captured():
             return measured(engine, held)
     except RefusedFile as error:
-        return EngineError(name, version_of(engine), f"it refuses the file: {error}")
+        refused = f"it refuses the file: {error}"
     except NotRead as why:
-        return EngineError(name, version_of(engine), str(why))
+        refused = str(why)
+    with captured():
+        return _built(EngineError(name, version_of(engine), refused), engine, held)
 
 
 def measured(engine: Engine, held: Held) -> EngineError:
