@@ -207,10 +207,13 @@ def test_friction_that_depends_on_the_direction_is_refused():
         stepper(compiled_mechanism(model), {"solver": "xpbd"})
 
 
-def error(name, how, step, lasting=None, **settings):
-    """The relative error of a method with more settings."""
+def error(name, how, step, lasting=None, changes=(), **settings):
+    """The relative error of a method with more settings, on a scene with some of its parameters
+    changed."""
     method = find_method(how)
-    case = case_of(find_scene(name))
+    scene = find_scene(name)
+    parameters = case_of(scene).system.change(scene.parameters, dict(changes))
+    case = case_of(replace(scene, parameters=parameters))
     changed = replace(method, settings={**method.settings, **settings}, systems=("*",))
     shorter = case if lasting is None else case.lasting(lasting)
     return relative_error(measure(shorter, changed, step)[0], case.system.quantities(case))
@@ -251,3 +254,25 @@ def test_two_iterations_are_too_few(name, iterations, factor):
         error(name, "newton/xpbd", STEP, 1.0, iterations=count) for count in (2, iterations)
     )
     assert few > factor * many
+
+
+@pytest.mark.long(keep=0)
+def test_rotation_has_a_held_body_drift_whatever_the_number_of_iterations():
+    """An iteration bounds friction by its own part of the normal impulse; rotation has friction
+    take more iterations than the normal force."""
+    name, how = "capsule-hold/0.999", "newton/xpbd"
+    some, many = (error(name, how, STEP, 1.0, iterations=count) for count in (20, 100))
+    assert many == pytest.approx(some, rel=0.01)
+    heavy = error(name, how, STEP, 1.0, {"inertia": 0.2}, iterations=20)
+    assert many > 100.0 * heavy
+
+
+@pytest.mark.long(keep=0)
+def test_a_bouncing_rod_has_a_lasting_error_by_friction_alone():
+    name, how, step = "rod-impact/sticks", "newton/xpbd", 1e-4
+    rough = [error(name, how, step, iterations=count) for count in (2, 50)]
+    assert rough == pytest.approx([0.171, 0.160], rel=0.02)
+    smooth = [error(name, how, h, changes={"friction": 0.0}) for h in (STEP, step)]
+    # a tenth of the step, with an error of first order
+    assert smooth[1] == pytest.approx(smooth[0] / 10.0, rel=0.2)
+    assert smooth[0] < 0.01
