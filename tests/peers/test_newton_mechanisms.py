@@ -114,7 +114,7 @@ def test_a_number_that_is_wrong_by_a_thousandth_is_noticed(part, field):
 
 
 def test_coordinates_of_balls_and_free_bodies_come_back():
-    from plumbob.engines.adapters.newton.coordinates import from_newton, to_newton
+    from plumbob.engines.adapters.newton.coordinates import Coordinates
 
     model = mujoco.MjModel.from_xml_string(
         """<mujoco><worldbody><body><freejoint/>
@@ -127,14 +127,15 @@ def test_coordinates_of_balls_and_free_bodies_come_back():
     joints = compiled_mechanism(model).joints
     centres = (np.array([0.1, 0.2, 0.3]), np.zeros(3))
     state = State(qpos, qvel)
-    places, rates = to_newton(joints, centres, state)
+    coordinates = Coordinates(joints, centres)
+    places, rates = coordinates.to_newton(state)
     data = mujoco.MjData(model)
     data.qpos[:], data.qvel[:] = qpos, qvel
     mujoco.mj_forward(model, data)
     velocity = np.zeros(6)  # of the centre of mass in the world, the angular velocity first
     mujoco.mj_objectVelocity(model, data, mujoco.mjtObj.mjOBJ_BODY, 1, velocity, 0)
     np.testing.assert_allclose(rates[:6], np.roll(velocity, 3), atol=1e-13)
-    back = from_newton(joints, centres, (places, rates), state)
+    back = coordinates.from_newton((places, rates), state)
     np.testing.assert_allclose(back.qpos, qpos, atol=1e-14)
     np.testing.assert_allclose(back.qvel, qvel, atol=1e-14)
 
