@@ -37,8 +37,7 @@ BOUNCING = ("bouncing-ball/half", "rod-impact/sticks")
 LOOPS = ("four-bar/crank-rocker", "slider-crank/turning")
 # MuJoCo Warp with Newton's defaults: one scene of each of them, whatever else it does is MuJoCo's.
 DEFAULTS = (
-    *("linear-pendulum/overdamped", "servo/motor-damped", "n-pendulum/triple", "pinch/0.5"),
-    *("capsule-line/heading-030", "bouncing-ball/plastic"),
+    *("linear-pendulum/overdamped", "servo/motor-damped", "pinch/0.5", "bouncing-ball/plastic"),
 )
 XPBD = MappingProxyType({"solver": "xpbd"})
 METHODS = (
@@ -67,7 +66,7 @@ METHODS = (
             "joint_linear_relaxation": 0.5,
             "joint_angular_relaxation": 0.5,
         },
-        systems=(*LOOPS, "n-pendulum/triple"),
+        systems=("four-bar/crank-rocker", "n-pendulum/triple"),
     ),
     Method(
         "newton/mujoco",
