@@ -114,7 +114,7 @@ def test_a_number_that_is_wrong_by_a_thousandth_is_noticed(part, field):
 
 
 def test_coordinates_of_balls_and_free_bodies_come_back():
-    from plumbob.engines.adapters.newton.coordinates import from_newton, to_newton
+    from plumbob.engines.adapters.newton.coordinates import Coordinates
 
     model = mujoco.MjModel.from_xml_string(
         """<mujoco><worldbody><body><freejoint/>
@@ -127,30 +127,32 @@ def test_coordinates_of_balls_and_free_bodies_come_back():
     joints = compiled_mechanism(model).joints
     centres = (np.array([0.1, 0.2, 0.3]), np.zeros(3))
     state = State(qpos, qvel)
-    places, rates = to_newton(joints, centres, state)
+    coordinates = Coordinates(joints, centres)
+    places, rates = coordinates.to_newton(state)
     data = mujoco.MjData(model)
     data.qpos[:], data.qvel[:] = qpos, qvel
     mujoco.mj_forward(model, data)
     velocity = np.zeros(6)  # of the centre of mass in the world, the angular velocity first
     mujoco.mj_objectVelocity(model, data, mujoco.mjtObj.mjOBJ_BODY, 1, velocity, 0)
     np.testing.assert_allclose(rates[:6], np.roll(velocity, 3), atol=1e-13)
-    back = from_newton(joints, centres, (places, rates), state)
+    back = coordinates.from_newton((places, rates), state)
     np.testing.assert_allclose(back.qpos, qpos, atol=1e-14)
     np.testing.assert_allclose(back.qvel, qvel, atol=1e-14)
 
 
+# The first two load the fewest kernels, which takes most of their time.
 CASES = [
-    ("capsule-turn/0.3", "newton/xpbd"),
-    ("four-bar/crank-rocker", "newton/mujoco"),
+    ("slider-crank/turning", "newton/xpbd"),
     ("cone-pendulum/rotating-base", "newton/featherstone"),
+    ("four-bar/crank-rocker", "newton/mujoco"),
+    ("capsule-turn/0.3", "newton/xpbd"),
     ("pinch/0.5", "newton/mujoco"),
     ("stack/equal", "newton/xpbd"),
-    ("slider-crank/turning", "newton/xpbd"),
     ("capsule-line/heading-030", "newton/mujoco"),
 ]
 
 
-@pytest.mark.long(keep=3)
+@pytest.mark.long(keep=2)
 @pytest.mark.parametrize(("name", "how"), CASES)
 def test_put_and_step_equals_fresh_and_step_to_the_bit(name, how):
     parts = scene_mechanism(name)
@@ -207,10 +209,13 @@ def test_friction_that_depends_on_the_direction_is_refused():
         stepper(compiled_mechanism(model), {"solver": "xpbd"})
 
 
-def error(name, how, step, lasting=None, **settings):
-    """The relative error of a method with more settings."""
+def error(name, how, step, lasting=None, changes=(), **settings):
+    """The relative error of a method with more settings, on a scene with some of its parameters
+    changed."""
     method = find_method(how)
-    case = case_of(find_scene(name))
+    scene = find_scene(name)
+    parameters = case_of(scene).system.change(scene.parameters, dict(changes))
+    case = case_of(replace(scene, parameters=parameters))
     changed = replace(method, settings={**method.settings, **settings}, systems=("*",))
     shorter = case if lasting is None else case.lasting(lasting)
     return relative_error(measure(shorter, changed, step)[0], case.system.quantities(case))
@@ -251,3 +256,27 @@ def test_two_iterations_are_too_few(name, iterations, factor):
         error(name, "newton/xpbd", STEP, 1.0, iterations=count) for count in (2, iterations)
     )
     assert few > factor * many
+
+
+@pytest.mark.long(keep=0)
+def test_rotation_has_a_held_body_drift_whatever_the_number_of_iterations():
+    """An iteration bounds friction by its own part of the normal impulse; rotation has friction
+    take more iterations than the normal force."""
+    name, how = "capsule-hold/0.999", "newton/xpbd"
+    some, many = (error(name, how, STEP, 1.0, iterations=count) for count in (20, 100))
+    # what single precision leaves of a drift of 1.6 mm/s
+    assert many == pytest.approx(some, rel=0.01)
+    heavy = error(name, how, STEP, 1.0, {"inertia": 0.2}, iterations=20)
+    assert many > 100.0 * heavy
+
+
+@pytest.mark.long(keep=0)
+def test_a_bouncing_rod_has_a_lasting_error_by_friction_alone():
+    name, how, step = "rod-impact/sticks", "newton/xpbd", 1e-4
+    rough = [error(name, how, step, iterations=count) for count in (2, 50)]
+    # three digits, which single precision has
+    assert rough == pytest.approx([0.171, 0.160], rel=0.02)
+    smooth = [error(name, how, h, changes={"friction": 0.0}) for h in (STEP, step)]
+    # a tenth of the step, with an error of first order
+    assert smooth[1] == pytest.approx(smooth[0] / 10.0, rel=0.2)
+    assert smooth[0] < 0.01

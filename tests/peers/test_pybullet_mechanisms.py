@@ -123,6 +123,7 @@ def test_a_number_that_is_wrong_by_1e_9_is_noticed(name, part, field):
     assert largest_difference(name, LONG, change) > CLOSE
 
 
+@pytest.mark.long(keep=12)
 @pytest.mark.parametrize("name", SYSTEMS)
 def test_put_and_step_equals_fresh_and_step_to_the_bit(name):
     parts = scene_mechanism(default(name))
@@ -319,6 +320,7 @@ def test_a_pyramid_of_friction_is_wrong_whatever_the_inertia():
         )
 
 
+@pytest.mark.long(keep=0)
 def test_contacts_have_a_static_penetration_of_the_slop():
     """Five cubes of 0.2 m stand 10 micrometres in each other and in the ground: 2.5e-4 of one."""
     errors = [error("stack/equal", ITERATED, contactSlop=slop) for slop in (4e-5, 1e-5)]

@@ -20,49 +20,51 @@ from plumbob.engines.stepper import State
 TURNING = ("ball", "free")  # kinds of joint with an attitude, a quaternion
 
 
-def to_newton(
-    joints: Sequence[Joint], centres: Sequence[Array], state: State
-) -> tuple[Array, Array]:
-    """Newton's coordinates and rates of a state, by the centre of mass of the body that each joint
-    moves [m]."""
-    places, rates = np.array(state.qpos, float), np.array(state.qvel, float)
-    first = degree = 0
-    for joint, centre in zip(joints, centres, strict=True):
-        q = places[first : first + len(joint.reference)]
-        v = rates[degree : degree + len(joint.damping)]
-        first, degree = first + len(q), degree + len(v)
-        if joint.kind not in TURNING:
-            q -= joint.reference
-            continue
-        turn = rotation(q[-4:])
-        v[-3:] = turn @ v[-3:]
-        if joint.kind == "free":
-            v[:3] += np.cross(v[3:], turn @ centre)
-        q[-4:] = np.roll(q[-4:], -1)
-    return places, rates
+class Coordinates:
+    """The coordinates of joints, with the centre of mass of the body that each joint moves [m]."""
 
+    def __init__(self, joints: Sequence[Joint], centres: Sequence[Array]) -> None:
+        turning = np.concatenate([[x.kind in TURNING] * len(x.reference) for x in joints])
+        hinges = np.concatenate([[x.kind == "hinge"] * len(x.reference) for x in joints])
+        drawn = np.concatenate([joint.reference for joint in joints])
+        self._drawn = np.where(turning, 0.0, drawn)
+        self._hinges = np.flatnonzero(hinges)
+        # of each joint with an attitude the first places behind its coordinates and its rates
+        self._turning = list[tuple[int, int, Array | None]]()
+        place = degree = 0
+        for joint, centre in zip(joints, centres, strict=True):
+            place, degree = place + len(joint.reference), degree + len(joint.damping)
+            if joint.kind in TURNING:
+                of_free = centre if joint.kind == "free" else None
+                self._turning.append((place, degree, of_free))
+        self._degrees = degree
 
-def from_newton(
-    joints: Sequence[Joint], centres: Sequence[Array], found: tuple[Array, Array], latest: State
-) -> State:
-    """The state that Newton's coordinates and rates show: of each quaternion the sign that is
-    nearer to the latest state's, of each angle the whole turns."""
-    places, rates = (values.copy() for values in found)
-    first = degree = 0
-    for joint, centre in zip(joints, centres, strict=True):
-        count = len(joint.reference)
-        q, before = places[first : first + count], latest.qpos[first : first + count]
-        v = rates[degree : degree + len(joint.damping)]
-        first, degree = first + count, degree + len(v)
-        if joint.kind not in TURNING:
-            q += joint.reference
-            if joint.kind == "hinge":
-                q += 2.0 * math.pi * np.round((before - q) / (2.0 * math.pi))
-            continue
-        q[-4:] = np.roll(q[-4:], 1)
-        q[-4:] *= math.copysign(1.0, q[-4:] @ before[-4:]) / math.sqrt(q[-4:] @ q[-4:])
-        turn = rotation(q[-4:])
-        if joint.kind == "free":
-            v[:3] -= np.cross(v[3:], turn @ centre)
-        v[-3:] = turn.T @ v[-3:]
-    return State(places[:first], rates[:degree])
+    def to_newton(self, state: State) -> tuple[Array, Array]:
+        """Newton's coordinates and rates of a state."""
+        places, rates = state.qpos - self._drawn, np.array(state.qvel, float)
+        for place, degree, centre in self._turning:
+            q, v = places[place - 4 : place], rates[degree - 3 : degree]
+            turn = rotation(q)
+            v[:] = turn @ v
+            if centre is not None:
+                rates[degree - 6 : degree - 3] += np.cross(v, turn @ centre)
+            q[:] = np.roll(q, -1)
+        return places, rates
+
+    def from_newton(self, found: tuple[Array, Array], latest: State) -> State:
+        """The state that Newton's coordinates and rates show: of each quaternion the sign that is
+        nearer to the latest state's, of each angle the whole turns."""
+        places, rates = found[0][: len(self._drawn)] + self._drawn, found[1][: self._degrees]
+        apart = latest.qpos[self._hinges] - places[self._hinges]
+        places[self._hinges] += 2.0 * math.pi * np.round(apart / (2.0 * math.pi))
+        rates = rates.copy()
+        for place, degree, centre in self._turning:
+            q, v = places[place - 4 : place], rates[degree - 3 : degree]
+            q[:] = np.roll(q, 1)
+            before = latest.qpos[place - 4 : place]
+            q *= math.copysign(1.0, q @ before) / math.sqrt(q @ q)
+            turn = rotation(q)
+            if centre is not None:
+                rates[degree - 6 : degree - 3] -= np.cross(v, turn @ centre)
+            v[:] = turn.T @ v
+        return State(places, rates)

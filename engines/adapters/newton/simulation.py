@@ -36,7 +36,7 @@ class _Same:
         return id(self.case)
 
 
-@lru_cache(maxsize=1)  # a detector of contacts writes kernels for half a second
+@lru_cache(maxsize=4)  # a detector of contacts writes kernels for half a second
 def _built(same: _Same, solver: SolverName) -> Built:
-    """The model of a case, for all its steps."""
+    """The model of a case, for all its steps; a few are kept, since costs are timed in turns."""
     return build(compiled_scene(same.case).mechanism, solver)
