@@ -34,7 +34,7 @@ def _motion(audit: Audit) -> Plain:
 
     def trim(ablation: Trim) -> Plain:
         done = {"left_out": ablation.name, **_named(ablation, "same_bits", "moved")}
-        return {**done, "accepted": ablation.accepted(audit.error), **_spread(ablation.cost)}
+        return {**done, "accepted": ablation.accepted(audit.error), **spread(ablation.cost)}
 
     return {
         "model": audit.name,
@@ -107,7 +107,7 @@ def _steps(found: Compared | None) -> Plain:
         "error_over_time": found.own.errors[: found.index + 1],
         "order": found.order,
         "steps": steps,
-        "cheapest": [{**c.__dict__, **_spread(c.cost)} for c in found.cheapest],
+        "cheapest": [{**c.__dict__, **spread(c.cost)} for c in found.cheapest],
     }
 
 
@@ -179,7 +179,7 @@ def _gradient(known: Gradients | str | None) -> Plain:
     }
 
 
-def _spread(cost: Ratio | None) -> Plain:
+def spread(cost: Ratio | None) -> Plain:
     """A cost in multiples of the model's own, and what its quartiles leave open, as plain data."""
     if cost is None:
         return {"cost": None, "spread": None}

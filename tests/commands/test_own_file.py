@@ -1,0 +1,131 @@
+"""A model file where `run` and `recommend` take a scene: numbers of the audit's own table, engines
+that build the file beside MuJoCo's step of the same scheme, and exit codes."""
+
+import json
+
+import pytest
+
+from plumbob.engines.abilities import BuildsMechanisms
+from plumbob.engines.registry import engines, find_engine, installed
+from plumbob.reports.cli import main
+from plumbob.tests.peers.test_built_files import ARM, WHOLE
+
+# By the engine's method: MuJoCo's of the same scheme, and what the file says of dampers.
+SAME_SCHEME = {
+    "drake/default": ("mujoco/euler", ""),
+    "dart/default": ("mujoco/discrete", ""),
+    "pinocchio/aba+euler": ("mujoco/euler", '<flag eulerdamp="disable"/>'),
+    "pybullet/default": ("mujoco/euler", '<flag eulerdamp="disable"/>'),
+}
+# Relative: the same update of hinges in double precision, over 100 steps. A gear that is 1e-6
+# wrong changes the error by 2e-7 of its size.
+SAME = 1e-9
+MOTION = ("--ctrl", "sines", "--duration", "0.2")
+OPTION = '<option timestep="0.001"'
+MODEL = "plumbob.engines.adapters.mujoco.own_model.model"
+
+
+def answer(capsys, *words, code=0):
+    """What a command prints as JSON about a model file on MOTION."""
+    assert main([*words, *MOTION, "--json"]) == code
+    return json.loads(capsys.readouterr().out)
+
+
+def model(folder, old="", new="", gear=3):
+    """The path of an arm's file, in which one text stands for another."""
+    text = ARM.format(**WHOLE | {"gear": gear})
+    assert old in text
+    (file := folder / "arm.xml").write_text(text.replace(old, new, 1), "utf-8")
+    return str(file)
+
+
+@pytest.fixture(name="table")
+def _table(tmp_path, capsys):
+    """A file, and its audit."""
+    file = model(tmp_path)
+    return file, answer(capsys, "audit", file)
+
+
+def test_run_and_recommend_give_the_numbers_of_the_audit(table, capsys):
+    file, audit = table
+    known = {name: audit[name] for name in ("certified_until", "uncertainty", "control_period")}
+    errors = {(step["integrator"], step["step"]): step["error"] for step in audit["steps"]}
+    own = answer(capsys, "run", file)
+    assert own["method"] == f"mujoco/{audit['integrator']}"
+    assert own["error_over_time"] == audit["error_over_time"]
+    same = ("step", "error", "resolved", "worst_body")
+    assert {name: own[name] for name in same} == {name: audit[name] for name in same}
+    finer = answer(capsys, "run", file, "mujoco/rk4", "--step", "5e-4")
+    assert finer["error"] == errors["rk4", 5e-4]
+    wanted = 0.1 * own["error"]
+    asked = answer(capsys, "recommend", file, "--error", str(wanted))
+    choice = asked["choice"]
+    assert choice["error"] == errors[choice["integrator"], choice["step"]] <= wanted
+    options = {"integrator": "Euler", "timestep": "0.001"} | choice["options"]
+    assert options["integrator"].lower() == choice["integrator"]
+    assert float(options["timestep"]) == choice["step"]
+    for row in (own, finer, asked):
+        assert {name: row[name] for name in known} == known
+
+
+@pytest.mark.long(keep=2)
+@pytest.mark.parametrize("method", SAME_SCHEME)
+def test_an_engine_that_builds_the_file_has_the_error_of_mujocos_scheme(
+    method, tmp_path, capsys
+):
+    if not installed(find_engine(method.partition("/")[0])):
+        pytest.skip("the engine is not installed")
+    other, flag = SAME_SCHEME[method]
+    file = model(tmp_path, f"{OPTION}/>", f"{OPTION}>{flag}</option>")
+    built, same = (
+        answer(capsys, "run", file, name, "--step", "0.002") for name in (method, other)
+    )
+    assert built["error"] == pytest.approx(same["error"], rel=SAME)
+    assert built["worst_body"] == same["worst_body"]
+
+
+def test_a_wrong_gear_shows(tmp_path, capsys):
+    right, wrong = (
+        answer(capsys, "run", model(tmp_path, gear=gear), "mujoco/euler")["error"]
+        for gear in (3, 3.000003)
+    )
+    assert wrong != pytest.approx(right, rel=SAME)
+
+
+def test_each_engine_that_builds_mechanisms_names_a_method_of_its_own():
+    builders = [e for e in engines().values() if e.ability(BuildsMechanisms)]
+    named = {e.ability(BuildsMechanisms).method: [m.name for m in e.methods] for e in builders}
+    assert {*named} == {*SAME_SCHEME}
+    assert all(name in methods for name, methods in named.items())
+
+
+def test_text_says_what_to_paste(tmp_path, capsys):
+    file = model(tmp_path)
+    assert main(["recommend", file, "--error", "1e-4", *MOTION]) == 0
+    first, second = capsys.readouterr().out.splitlines()
+    assert first.startswith(f"{file}, error within 100 µm over 0.2 s: ")
+    assert second.startswith("<option ")
+    assert main(["run", file, "mujoco/implicit", *MOTION]) == 0
+    assert f"{file} with mujoco/implicit at 1 ms: error " in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("words", "code", "says"),
+    [
+        ("recommend --error 1e-15", 3, "not decided"),
+        ("recommend --error 1e-6", 1, "no integrator and step"),
+        ("run drake/default", 3, "pydrake is not installed"),
+        ("run mujoco/euler --step 4e-3", 1, "no error: diverged within"),
+    ],
+)
+def test_exit_codes(words, code, says, tmp_path, capsys, monkeypatch):
+    """An error that cannot be decided or is missed, an engine that is not there, and a run that
+    diverges: of a spring whose frequency is too high for the step."""
+    monkeypatch.setattr("plumbob.reports.commands.run.installed", lambda e: e.name != "drake")
+    monkeypatch.setattr(f"{MODEL}.OFFERED", ("euler",))
+    monkeypatch.setattr("plumbob.engines.audit.step_errors.HALVINGS", 2)
+    command, *more = words.split()
+    file = model(tmp_path, 'stiffness="2"', f'stiffness="{2e4 if code == 1 else 2}"')
+    assert main([command, file, *more, *MOTION]) == code
+    said = capsys.readouterr()
+    assert says in said.out + said.err
