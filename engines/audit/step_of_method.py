@@ -3,6 +3,7 @@ another engine that builds the mechanism of the model."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 from plumbob.analytic.parameters import ParameterError
@@ -17,6 +18,7 @@ from plumbob.engines.registry import engine_of, engines
 from plumbob.engines.workers import Lost, Task, Workers
 from plumbob.models.entry_points import captured
 
+MUJOCO = "mujoco"  # the engine whose files they are
 INTEGRATOR = "integrator"  # the setting that a method of MuJoCo's has, if it has no other
 DISCRETE = "discrete"  # an integrator of MuJoCo's that an audit does not try
 HANGS = 60.0  # [s] beside the run: an engine is loaded
@@ -35,18 +37,27 @@ def parts_of(script: Script, step: float) -> int:
     return parts
 
 
-def integrator_of(method: Method, model: OwnModel) -> str:
+def runs_of(method: Method, model: OwnModel) -> str:
     """The integrator of MuJoCo's that a method is, or the name of a method of an engine that builds
     mechanisms; raises ParameterError for any other method."""
-    if INTEGRATOR not in method.settings or method.engine != "mujoco":
-        builds = engine_of(method).ability(BuildsMechanisms)
-        if builds is None or builds.method != method.name:
-            what = f"of MuJoCo, as mujoco/rk4, or one of {', '.join(_built())}"
-            raise ParameterError("method", method.name, f"{what}, where a model file is run")
-        return method.name
+    if method.engine == MUJOCO:
+        return integrator_of(method, (*model.steppable, DISCRETE))
+    builds = engine_of(method).ability(BuildsMechanisms)
+    if builds is None or builds.method != method.name:
+        what = f"of MuJoCo, as mujoco/rk4, or one of {', '.join(_built())}"
+        raise ParameterError("method", method.name, f"{what}, where a model file is run")
+    return method.name
+
+
+def integrator_of(method: Method, able: Sequence[str]) -> str:
+    """The integrator of MuJoCo's that a method is, one of those that are `able` to step a model;
+    raises ParameterError for any other method."""
+    if method.engine != MUJOCO:
+        raise ParameterError(
+            "method", method.name, "of MuJoCo, as mujoco/rk4, for a model file"
+        )
     others = ", ".join(name for name in method.settings if name != INTEGRATOR)
     integrator = str(method.settings[INTEGRATOR]).lower()
-    able = (*model.steppable, DISCRETE)
     if others:
         what = f"an integrator alone, without {others}: contacts and controls are the file's"
         raise ParameterError("method", method.name, what)
@@ -75,7 +86,7 @@ def method_error(
     would take more than so many `seconds` of processor time, and Unsupported where the engine
     cannot express a part of the model."""
     parts = parts_of(script, step)
-    integrator = integrator_of(method, model)
+    integrator = runs_of(method, model)
     if integrator != method.name:
         _affordable(model, script, integrator, parts, seconds)
         return priced(

@@ -29,14 +29,16 @@ OF_FILES = ("keyframe", "qpos", "qvel", "ctrl", "ctrl_period", "duration")
 LARGEST_CONTROLS = 100_000_000  # [bytes], unpacked: as many periods as may be, of 125 actuators
 
 
-def is_file(chosen: argparse.Namespace, of_scenes: Sequence[str]) -> bool:
+def is_file(
+    chosen: argparse.Namespace, of_scenes: Sequence[str], of_files: Sequence[str] = OF_FILES
+) -> bool:
     """Whether the scene of a command line is a model file, by its ending. Raises ParameterError
-    for options `of_scenes` alone beside a file, and for those of files beside a scene."""
+    for options `of_scenes` alone beside a file, and for those `of_files` beside a scene."""
     file = Path(chosen.scene).suffix.lower() in ENDINGS
     if file:
         values.without(chosen, of_scenes, "left out with a model file")
     else:
-        values.without(chosen, OF_FILES, "given with a model file")
+        values.without(chosen, of_files, "given with a model file")
     return file
 
 

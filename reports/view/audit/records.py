@@ -10,7 +10,7 @@ from plumbob.engines.audit.costs import Ratio
 from plumbob.engines.audit.engines import EngineError
 from plumbob.engines.audit.gradient import Gradients
 from plumbob.engines.audit.reference import MEASURE
-from plumbob.engines.audit.stability import Limit
+from plumbob.engines.audit.stability import Limit, Stability
 from plumbob.engines.audit.step_errors import Compared, StateErrors
 from plumbob.engines.audit.trims import Trim
 from plumbob.reports.advice.json_records import plain
@@ -66,7 +66,7 @@ def _motion(audit: Audit) -> Plain:
         "corners": audit.corners,
         "fields": audit.model.fields,
         "versions": versions(),
-        **_stability(audit),
+        **stability_record(audit.stability),
         **_gradient(audit.gradient),
         **({} if audit.changes is None else {"changes": audit.changes}),
         **({"engines": list(map(_engine, audit.engines))} if audit.engines else {}),
@@ -127,7 +127,7 @@ def _engine(row: EngineError) -> Plain:
     }
 
 
-def _stability(audit: Audit) -> Plain:
+def stability_record(known: Stability | None) -> Plain:
     """The largest steps that hold [s], and what raises the own integrator's, as plain data."""
 
     def limit(largest: Limit) -> Plain:
@@ -143,7 +143,6 @@ def _stability(audit: Audit) -> Plain:
         )
         return _named(largest, *names)
 
-    known = audit.stability
     assert known is not None
     return {
         "stability": list(map(limit, known.limits)),
