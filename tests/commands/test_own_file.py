@@ -1,8 +1,10 @@
-"""A model file where `run`, `recommend` and `stability` take a scene: numbers of the audit, engines
-that build the file beside MuJoCo's step of the same scheme, and exit codes."""
+"""A model file where commands take a scene: numbers of the audit, an engine that builds the file
+beside MuJoCo's step of its scheme, derivatives beside differences, and exit codes."""
 
 import json
 
+import mujoco
+import numpy as np
 import pytest
 
 from plumbob.engines.abilities import BuildsMechanisms
@@ -21,6 +23,11 @@ SAME_SCHEME = {
 # wrong changes the error by 2e-7 of its size.
 SAME = 1e-9
 MOTION = ("--ctrl", "sines", "--duration", "0.2")
+OF = "joint 0 of body lower"  # it has no name
+EPS = 1e-4
+# Relative: what rounding leaves of a difference by 1e-7, the smallest of them, is 2e-9. Derivatives
+# of the continuous motion are 4e-5 and more away.
+APART = 1e-6
 OPTION = '<option timestep="0.001"'
 MODEL = "plumbob.engines.adapters.mujoco.own_model.model"
 
@@ -103,6 +110,37 @@ def test_each_engine_that_builds_mechanisms_names_a_method_of_its_own():
     named = {e.ability(BuildsMechanisms).method: [m.name for m in e.methods] for e in builders}
     assert {*named} == {*SAME_SCHEME}
     assert all(name in methods for name, methods in named.items())
+
+
+def test_derivatives_are_differences_of_mujocos_own_runs(tmp_path, capsys):
+    """Those that are listed first are among those that are asked for by name."""
+    file = model(tmp_path)
+    asked = ["gradient", file, "--duration", "0.2", "--json"]
+    assert main(asked) == 0
+    every = json.loads(capsys.readouterr().out)["gradient"]
+    assert main([*asked, "--of", OF, "--by", "motor,velocity"]) == 0
+    rows = json.loads(capsys.readouterr().out)["gradient"]
+    by = ["control motor", "velocity shoulder", f"velocity {OF}"]
+    assert [row["by"] for row in rows] == [name for name in by for _ in range(3)]
+    listed = [row for row in every if row["of"] == OF and row["by"] in by]
+    assert len(listed) > 2
+    assert all(row in rows for row in listed)
+    differences = [(ended(file, n, EPS) - ended(file, n, -EPS)) / (2.0 * EPS) for n in range(3)]
+    for k, difference in enumerate(differences):
+        for row in rows[3 * k : 3 * k + 3]:
+            assert row["computed"] == pytest.approx(difference, rel=APART)
+
+
+def ended(file, number, by):
+    """The elbow's angle [rad] after 200 steps of MuJoCo's, with one number of a control and two
+    velocities moved by so much."""
+    model = mujoco.MjModel.from_xml_path(file)
+    data = mujoco.MjData(model)
+    shift = by * (np.arange(3) == number)
+    data.ctrl[:], data.qvel[:] = shift[:1], shift[1:]
+    for _ in range(200):
+        mujoco.mj_step(model, data)
+    return data.qpos[1]
 
 
 def test_text_says_what_to_paste(tmp_path, capsys):

@@ -67,7 +67,7 @@ def _motion(audit: Audit) -> Plain:
         "fields": audit.model.fields,
         "versions": versions(),
         **stability_record(audit.stability),
-        **_gradient(audit.gradient),
+        **gradient_record(audit.gradient),
         **({} if audit.changes is None else {"changes": audit.changes}),
         **({"engines": list(map(_engine, audit.engines))} if audit.engines else {}),
         "seconds": audit.seconds,
@@ -154,7 +154,7 @@ def stability_record(known: Stability | None) -> Plain:
     }
 
 
-def _gradient(known: Gradients | str | None) -> Plain:
+def gradient_record(known: Gradients | str | None) -> Plain:
     """Derivatives of the end, their horizon [s] and best eps, as plain data; nothing where they are
     not asked for."""
     if known is None:
