@@ -15,13 +15,11 @@ import numpy as np
 
 from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.reference import Array
-from plumbob.engines.audit.controls import KINDS
-from plumbob.engines.audit.reference import MEASURE, Certificate
-from plumbob.engines.own_motion import Start
 from plumbob.models.border import must_be, regular
 from plumbob.reports.commands.arguments import values
 
 if TYPE_CHECKING:
+    from plumbob.engines.audit.reference import Certificate
     from plumbob.engines.own_motion import OwnModel, Script
 
 ENDINGS = (".xml", ".mjcf", ".urdf", ".mjb")  # of model files: no scene's name ends so
@@ -44,6 +42,8 @@ def is_file(
 
 def motion(chosen: argparse.Namespace) -> tuple[OwnModel, Script]:
     """The model of the file that was chosen, and its motion; raises ParameterError."""
+    from plumbob.engines.audit.controls import KINDS
+    from plumbob.engines.own_motion import Start
     from plumbob.reports.audit_from_python import user_motion
 
     return user_motion(
@@ -61,6 +61,9 @@ def described(
 ) -> dict[str, Any]:
     """The motion of a file and how well it is known up to the end of a control period, as plain
     data."""
+    from plumbob.engines.audit.controls import KINDS
+    from plumbob.engines.audit.reference import MEASURE
+
     return {
         "model": chosen.scene,
         "control": chosen.ctrl if chosen.ctrl in KINDS else Path(chosen.ctrl).name,
@@ -76,6 +79,8 @@ def described(
 def controls_of(file: Path) -> Array:
     """Controls from a .csv file, a row for each period, or the array `ctrl` of a .npz file; raises
     ParameterError."""
+    from plumbob.engines.audit.controls import KINDS
+
     what = f"{', '.join(KINDS)}, or a .csv or .npz file of controls"
     if file.suffix not in (".csv", ".npz"):
         raise ParameterError("ctrl", str(file), what)
