@@ -168,10 +168,11 @@ class RunsFiles:
 @dataclass(frozen=True)
 class BuildsMechanisms:
     """A mechanism, the state in which it starts, step [s] -> the mechanism in the engine, to be
-    stepped by its default method; raises Unsupported, which names the part of the mechanism that
+    stepped by one method of its own; raises Unsupported, which names the part of the mechanism that
     the engine does not express."""
 
     build: Callable[[Mechanism, State, float], Stepper]
+    method: str  # its name, "engine/name"
 
 
 @dataclass(frozen=True)

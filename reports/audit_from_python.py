@@ -85,7 +85,7 @@ def audit(
         if policy is not None:
             control, policy = rollout(environment, policy, _lasting(duration)), None
             duration = None
-    user_model, moved = _moved(model, start, control, policy, duration, period, budget)
+    user_model, moved = user_motion(model, start, control, policy, duration, period, budget)
     with Workers(jobs) as workers:
         beside = Allowance(budget, executor=workers if jobs > 1 else None, progress=progress)
         answer = audited(user_model, moved, named, beside, begun)
@@ -102,14 +102,14 @@ def _known(engines: Sequence[str], model: Any) -> None:
         raise ParameterError("engines", ",".join(engines), "left out, but with an MJCF file")
 
 
-def _moved(
+def user_motion(
     model: Any,
     start: Start,
-    control: str | Array,
-    policy: Policy | None,
-    duration: float | None,
-    period: float | None,
-    budget: float,
+    control: str | Array = "rest",
+    policy: Policy | None = None,
+    duration: float | None = None,
+    period: float | None = None,
+    budget: float = BUDGET,
 ) -> tuple[OwnModel, Script]:
     """A user's model, and its motion, which a policy records; raises ParameterError, also where the
     budget [s] is too small."""

@@ -189,16 +189,7 @@ def audited(
         model,
     )
     begun(audit)
-    progress("the continuous motion, by two methods")
-    reference = certified(model, script, allowance.part(REFERENCE))
-    result = None
-    if reference.known:
-        progress("the model's own steps")
-        left = max(1.0 - AFTER - allowance.spent / allowance.seconds, AFTER)
-        result = compared(model, script, reference, allowance.part(left))
-        if result.index < reference.known:
-            reference = replace(reference, why=unlike(result, reference, script))
-        result = result if result.index else None
+    reference, result = held_to_reference(model, script, allowance)
     audit = replace(audit, reference=reference, found=result)
     if result is not None and math.isfinite(audit.error):
         progress("what can be left out")
@@ -218,6 +209,23 @@ def audited(
     steady = allowance.part(max(STABLE, least))
     largest = stability(model, script, reference.states, steady)
     return replace(audit, stability=largest, seconds=time.perf_counter() - began)
+
+
+def held_to_reference(
+    model: OwnModel, script: Script, allowance: Allowance
+) -> tuple[Certificate, Compared | None]:
+    """The certified motion that `script` makes of a model, and the steps of its integrators held
+    against it; None where there is no reference, or no step tends to it."""
+    allowance.progress("the continuous motion, by two methods")
+    reference = certified(model, script, allowance.part(REFERENCE))
+    if not reference.known:
+        return reference, None
+    allowance.progress("the model's own steps")
+    left = max(1.0 - AFTER - allowance.spent / allowance.seconds, AFTER)
+    result = compared(model, script, reference, allowance.part(left))
+    if result.index < reference.known:
+        reference = replace(reference, why=unlike(result, reference, script))
+    return reference, result if result.index else None
 
 
 def with_gradient(audit: Audit, allowance: Allowance) -> Audit:

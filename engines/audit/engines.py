@@ -35,7 +35,7 @@ from plumbob.engines.audit.term_differences import (
     looks_at,
     of_step,
 )
-from plumbob.engines.method import Engine
+from plumbob.engines.method import Engine, Unsupported
 from plumbob.engines.own_motion import OwnModel, Script
 from plumbob.engines.peer_model import NotRead, PeerModel, RefusedFile
 from plumbob.engines.registry import engines, find_engine, installed
@@ -224,9 +224,12 @@ def _built(result: EngineError, engine: Engine, held: Held) -> EngineError:
     builds = engine.ability(BuildsMechanisms)
     if builds is None:
         return replace(result, not_built="plumbob builds no mechanism in it")
-    states, why = built_motion(builds, held)
-    error = math.nan if why else float(held.errors(states)[-1])
-    return replace(result, built=error, not_built=why)
+    try:
+        run = built_motion(builds, held.model, held.script, held.parts, held.seconds)
+    except Unsupported as why:
+        return replace(result, not_built=str(why))
+    error = math.nan if run.why else float(held.errors(run.states)[-1])
+    return replace(result, built=error, not_built=run.why)
 
 
 def _put_right(

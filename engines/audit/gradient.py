@@ -16,7 +16,7 @@ to the least at
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache, cached_property
 from itertools import groupby, product
@@ -154,7 +154,14 @@ class Gradients:
     def entries(self) -> tuple[Entry, ...]:
         """Of each way the norm of all, then the largest entries."""
         sizes = np.nan_to_num(np.abs(self.exact[-1]))
-        places = [None, *np.argsort(-sizes, axis=None)[:LARGEST].tolist()]
+        return self._entries([None, *np.argsort(-sizes, axis=None)[:LARGEST].tolist()])
+
+    def between(self, of: Sequence[str], by: Sequence[str]) -> tuple[Entry, ...]:
+        """Of each way the derivatives of these coordinates by these numbers."""
+        both = product(map(self.of.index, of), map(self.by.index, by))
+        return self._entries([len(self.by) * row + column for row, column in both])
+
+    def _entries(self, places: Sequence[int | None]) -> tuple[Entry, ...]:
         return tuple(self._entry(way, place) for place in places for way in self.ways)
 
     def _entry(self, way: Way, place: int | None) -> Entry:
@@ -207,7 +214,7 @@ def gradients(
     rounding *= max(1.0, float(np.abs(exact[..., known]).max()))
     return Gradients(
         model.names["position"],
-        _numbers(model),
+        numbers_of(model),
         exact,
         uncertainty,
         script.times,
@@ -217,7 +224,9 @@ def gradients(
     )
 
 
-def _numbers(model: OwnModel) -> tuple[str, ...]:
+def numbers_of(model: OwnModel) -> tuple[str, ...]:
+    """Names of the numbers that derivatives are by: a kind, and the name of a joint, an activation
+    or an actuator."""
     return tuple(f"{kind} {name}" for kind, names in model.names.items() for name in names)
 
 
@@ -225,7 +234,7 @@ def _certified(
     model: OwnModel, script: Script, allowance: Allowance
 ) -> tuple[Array, Array, float, tuple[str, ...]]:
     """The derivatives and uncertainty of `Gradients`, the largest C, and what is left out."""
-    by = _numbers(model)
+    by = numbers_of(model)
     count = len(model.names["position"])
     exact = np.full((len(script.times), count, len(by)), np.nan)
     uncertainty = np.full((len(exact), len(by)), math.inf)
@@ -258,7 +267,7 @@ def _within_range(model: OwnModel, script: Script, actuator: int) -> None:
 
 def _moved(model: OwnModel, script: Script, number: int, by: float) -> Script:
     """A script with one number of the start, or of all controls, another."""
-    shift = by * (np.arange(len(_numbers(model))) == number)
+    shift = by * (np.arange(len(numbers_of(model))) == number)
     state = shift.size - model.rest.size
     start = model.shifted(script.start, shift[:state]) if number < state else script.start
     return replace(script, start=start, controls=script.controls + shift[state:])

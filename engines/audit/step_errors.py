@@ -15,7 +15,7 @@ from plumbob.analytic.reference import Array
 from plumbob.engines.audit.allowance import Allowance
 from plumbob.engines.audit.costs import ALIKE, Ratio, costs_in_turns, ratio, timed_periods
 from plumbob.engines.audit.reference import NOTHING, RESOLVED, Certificate, largest
-from plumbob.engines.own_motion import OwnModel, Script
+from plumbob.engines.own_motion import OwnModel, Script, Stepped
 from plumbob.engines.study.cost import Cost
 from plumbob.engines.study.order import Order, fit_order
 
@@ -354,6 +354,14 @@ def held(
 ) -> StepError:
     """The errors of a run with `parts` steps of an integrator in a control period."""
     run = model.stepped(script, integrator, parts)
+    return errors_of(run, model, reference, integrator, parts)
+
+
+def errors_of(
+    run: Stepped, model: OwnModel, reference: Certificate, integrator: str, parts: int
+) -> StepError:
+    """The errors of a run that has been made, of whatever engine, with `parts` steps in a control
+    period."""
     apart = np.linalg.norm(model.corners(run.states) - reference.corners, axis=2)
     furthest = int(np.argmax(np.nan_to_num(apart, posinf=0.0).max(axis=0)))
     return StepError(

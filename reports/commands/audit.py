@@ -3,25 +3,19 @@
 from __future__ import annotations
 
 import argparse
-import io
 import json
 import math
 import os
 import pkgutil
 import sys
 import time
-import warnings
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any, cast
-from zipfile import ZipFile
-
-import numpy as np
 
 from plumbob.analytic.parameters import ParameterError
-from plumbob.analytic.reference import Array
 from plumbob.engines.audit.audit import Audit
 from plumbob.engines.audit.changes import changes
 from plumbob.engines.audit.contacts import SPEED, ContactAudit
@@ -36,6 +30,7 @@ from plumbob.models.entry_points import on_stderr
 from plumbob.reports.audit_from_python import BUDGET, audit, audit_contacts
 from plumbob.reports.commands import several_audits
 from plumbob.reports.commands.arguments import values
+from plumbob.reports.commands.own_file import controls_of
 from plumbob.reports.commands.several_audits import Row, model_files, page_names, refused
 from plumbob.reports.view.audit.page import answered, lines, page, rows
 from plumbob.reports.view.audit.records import record
@@ -45,7 +40,6 @@ from plumbob.reports.view.page import written
 
 MISSING = 3
 LARGEST_OLD = 100_000_000  # [bytes] of audits that --against reads
-LARGEST_CONTROLS = 100_000_000  # [bytes], unpacked: as many periods as may be, of 125 actuators
 MISSED = 1  # an accuracy, stability or reference that is asked for
 OTHER = (".urdf", ".mjb")  # models that are no text to trim
 PATIENCE = 10.0  # times the budget of processor time, after which an audit of several hangs
@@ -182,16 +176,16 @@ def _checked(chosen: argparse.Namespace) -> None:
     if chosen.fail_above is not None and chosen.against is None:
         raise ParameterError("fail-above", chosen.fail_above, "given with --against")
     if chosen.gym:
-        _without(chosen, OF_FILES, "left out with --gym")
+        values.without(chosen, OF_FILES, "left out with --gym")
         chosen.seed = values.count("seed", chosen.seed or "0", 0)
     elif chosen.seed is not None:
         raise ParameterError("seed", chosen.seed, "given with --gym")
     elif not (chosen.model and all(chosen.model)):
         raise ParameterError("model", chosen.model or None, "a file, or --gym in its place")
     if chosen.contacts:
-        _without(chosen, OF_MOTION, "left out with --contacts")
+        values.without(chosen, OF_MOTION, "left out with --contacts")
     else:
-        _without(chosen, OF_CONTACTS, "given with --contacts")
+        values.without(chosen, OF_CONTACTS, "given with --contacts")
     chosen.budget = chosen.budget or BUDGET
     chosen.jobs = chosen.jobs or 1
     if chosen.write_trimmed is not None:
@@ -220,13 +214,6 @@ def _writable(
         for page_name in pages:
             replaceable("out", out / page_name)
         writable("out", next(folder for folder in (out, *out.parents) if folder.exists()))
-
-
-def _without(chosen: argparse.Namespace, names: Sequence[str], what: str) -> None:
-    """Raises ParameterError where one of these options is given."""
-    for name in names:
-        if (value := getattr(chosen, name)) and value != "rest":
-            raise ParameterError(name.replace("_", " "), value, what)
 
 
 def _audited(
@@ -411,25 +398,3 @@ def policy_of(name: str) -> Policy:
             "policy", name, "MODULE:FUNCTION, a function of time, qpos and qvel"
         )
     return cast(Policy, found)
-
-
-def controls_of(file: Path) -> Array:
-    """Controls from a .csv file, a row for each period, or the array `ctrl` of a .npz file; raises
-    ParameterError."""
-    what = f"{', '.join(KINDS)}, or a .csv or .npz file of controls"
-    if file.suffix not in (".csv", ".npz"):
-        raise ParameterError("ctrl", str(file), what)
-    regular("ctrl", file, LARGEST_CONTROLS)
-    with must_be(what, "ctrl", str(file)), warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # no rows, which the shape tells; names twice
-        if file.suffix == ".csv":
-            return np.loadtxt(file, delimiter=",", ndmin=2)
-        with ZipFile(file) as arrays, arrays.open("ctrl.npy") as packed:
-            content = packed.read(LARGEST_CONTROLS + 1)
-        if len(content) > LARGEST_CONTROLS:
-            raise ValueError(f"more than {LARGEST_CONTROLS} bytes when unpacked")
-        try:
-            values = np.load(io.BytesIO(content), allow_pickle=False)
-        except MemoryError:
-            raise ValueError("its header states more numbers than there are") from None
-        return np.asarray(values).astype(float, casting="same_kind")

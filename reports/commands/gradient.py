@@ -1,13 +1,15 @@
-"""plumbob gradient: how wrong derivatives of a method's results by parameters are, way by way."""
+"""plumbob gradient: how wrong derivatives of a method's results, or a model file's, are by way."""
 
 from __future__ import annotations
 
 import argparse
+import math
 import sys
+from collections.abc import Sequence
 from dataclasses import replace
 from itertools import product
 
-from plumbob.analytic.parameters import ParameterError
+from plumbob.analytic.parameters import ParameterError, nearest
 from plumbob.engines.method import Method, meant
 from plumbob.engines.registry import engine_of, installed
 from plumbob.engines.registry import method as find_method
@@ -18,6 +20,7 @@ from plumbob.models.registry import scene as find_scene
 from plumbob.models.scene import Case
 from plumbob.reports.commands.arguments import values
 from plumbob.reports.commands.budget import certify
+from plumbob.reports.commands.own_file import described, is_file, motion
 from plumbob.reports.commands.stability import measured
 from plumbob.reports.judge.gradients import study_gradients
 from plumbob.reports.judge.searches import unexpected
@@ -25,10 +28,15 @@ from plumbob.reports.view.tables import table
 from plumbob.reports.view.terminal import aligned
 
 INCOMPLETE = 3
+OF_SCENES = ("method", "way", "step", "eps", "at", "jobs", "changes")  # options no file has
 
 
 def command(chosen: argparse.Namespace) -> int:
     """Measure, print and judge derivatives; 1 where one is not as expected."""
+    if is_file(chosen, OF_SCENES):
+        return _of_file(chosen)
+    if not chosen.method:
+        raise ParameterError("method", None, "given: engine/name")
     changed = chosen.changes
     methods = [find_method(name) for name in dict.fromkeys(chosen.method)]
     with values.representable(changed, chosen):
@@ -45,6 +53,60 @@ def command(chosen: argparse.Namespace) -> int:
     for package in missing:
         print(f"{package} is not installed", file=sys.stderr)
     return INCOMPLETE if missing else 0
+
+
+def _of_file(chosen: argparse.Namespace) -> int:
+    """Print derivatives of joint coordinates at the end of the motion of a model file, by its start
+    and controls: 3 where none of those that are asked for is certified."""
+    from plumbob.engines.audit.allowance import Allowance
+    from plumbob.engines.audit.audit import REFERENCE
+    from plumbob.engines.audit.gradient import gradients, numbers_of
+    from plumbob.engines.audit.reference import certified
+    from plumbob.engines.audit.user_models import quiet
+    from plumbob.engines.own_motion import NotCertifiable
+    from plumbob.reports.commands.validate import noted, progress
+    from plumbob.reports.view.audit.page import versions
+    from plumbob.reports.view.audit.records import gradient_record
+
+    with quiet(), progress() as show:
+        model, script = motion(chosen)
+        numbers = numbers_of(model)
+        of = _matching("of", chosen.of, model.names["position"])
+        by = _matching("by", chosen.by, numbers)
+        allowance = Allowance(chosen.budget, progress=lambda what: show(what, 0, 0))
+        reference = certified(model, script, allowance.part(REFERENCE))
+        try:
+            more = Allowance(chosen.budget, progress=allowance.progress)
+            known = gradients(model, script, reference, reference.known, more)
+        except NotCertifiable as why:
+            noted(f"{chosen.scene} has no derivatives that are certified: {why}")
+            return INCOMPLETE
+    asked = {"gradient": known.between(of, by)} if chosen.of or chosen.by else {}
+    answer = {
+        **described(chosen, script, reference, reference.known),
+        "step": model.step,
+        **gradient_record(known),
+        **asked,
+        "versions": versions(),
+    }
+    shown = aligned(table("file_gradients", entries=answer["gradient"]))
+    values.show(chosen, answer, "gradient_file", rows=shown, known=known, **answer)
+    there = any(math.isfinite(entry["exact"]) for entry in answer["gradient"])
+    return 0 if there else INCOMPLETE
+
+
+def _matching(option: str, text: str | None, names: Sequence[str]) -> list[str]:
+    """The names that an option means, all without it: each in full, or the kind or the name alone;
+    raises ParameterError."""
+    if not text:
+        return list(names)
+    meant = list[str]()
+    for word in text.split(","):
+        found = [n for n in names if word in (n, n.partition(" ")[0], n.partition(" ")[2])]
+        if not found:
+            raise ParameterError(option, word, f"one of {nearest(word, names)}")
+        meant += found
+    return list(dict.fromkeys(meant))
 
 
 def _searches(

@@ -1,4 +1,4 @@
-"""plumbob recommend: the cheapest method and step for an error, from measurement."""
+"""plumbob recommend: the cheapest method and step for an error of a scene or a model file."""
 
 from __future__ import annotations
 
@@ -25,8 +25,12 @@ from plumbob.models.registry import case_of, system_of
 from plumbob.models.scene import Quantity, Scene
 from plumbob.reports.commands.arguments import values
 from plumbob.reports.commands.budget import certify
+from plumbob.reports.commands.own_file import described, is_file, motion
 
 if TYPE_CHECKING:
+    from plumbob.engines.audit.reference import Certificate
+    from plumbob.engines.audit.step_errors import Compared, StepError
+    from plumbob.engines.own_motion import OwnModel, Script
     from plumbob.engines.study.checkpoint import Checkpoint
     from plumbob.engines.study.measurement import Measurement
     from plumbob.engines.study.scheduler import Progress
@@ -38,6 +42,9 @@ ROUNDING = 2.0**-53  # relative, of a double
 EXACT = 0.1  # of the budget: the exact motion, where it is integrated
 INCOMPLETE = 3
 FILE = "recommend.sqlite3"  # what this command has run, beside the studies of `validate`
+OUT = "plumbob-out"
+BUDGET, OF_FILE = 600.0, 60.0  # [s] of processor time for scenes, for a model file
+OF_SCENES = ("changes", "like", "stored", "observable", "engine", "out")  # options no file has
 
 
 class _OutOfTime(Exception):
@@ -49,6 +56,11 @@ def command(chosen: argparse.Namespace) -> int:
     the error, 1 where none does, 3 where the budget ends before."""
     from plumbob.reports.commands.arguments.like import own_method
 
+    if is_file(chosen, OF_SCENES):
+        chosen.budget = chosen.budget or OF_FILE
+        return _of_file(chosen)
+    chosen.budget = chosen.budget or BUDGET
+    chosen.out = chosen.out or OUT
     if chosen.absolute is None and chosen.observable is not None:
         raise ParameterError("observable", chosen.observable, "given with --absolute")
     user_method = own_method(chosen.like) if chosen.like else None
@@ -94,6 +106,75 @@ def _answered(
         answer = advise(asked, study, run)
     _show(chosen, asked, study, answer, user_method)
     return 0 if answer.recommendation.choice else 1
+
+
+def _of_file(chosen: argparse.Namespace) -> int:
+    """Print the cheapest integrator and step of MuJoCo's whose error on a model file, in metres,
+    stays within what is asked for: 1 where none does, 3 where the motion is not certified to its
+    end, or not well enough."""
+    from plumbob.engines.audit.allowance import Allowance
+    from plumbob.engines.audit.audit import held_to_reference
+    from plumbob.engines.audit.user_models import quiet
+    from plumbob.reports.commands.validate import noted, progress
+
+    target = chosen.error or chosen.absolute
+    with quiet(), progress() as show:
+        model, script = motion(chosen)
+        allowance = Allowance(chosen.budget, progress=lambda what: show(what, 0, 0))
+        reference, steps = held_to_reference(model, script, allowance)
+    if steps is None:
+        noted(f"{chosen.scene} has no certified motion: {reference.why}")
+        return INCOMPLETE
+    answer = _file_choice(chosen, target, model, script, reference, steps)
+    values.show(chosen, answer, "recommend_file", **answer)
+    if not answer["decided"]:
+        return INCOMPLETE
+    return 0 if answer["choice"] else 1
+
+
+def _file_choice(
+    chosen: argparse.Namespace,
+    target: float,
+    model: OwnModel,
+    script: Script,
+    reference: Certificate,
+    steps: Compared,
+) -> dict[str, Any]:
+    """The cheapest integrator and step for an error of `target` [m] as plain data, the model's own
+    and the one with the smallest error beside it."""
+    from plumbob.engines.audit.step_errors import TRUSTED, cheapest
+    from plumbob.reports.view.audit.page import versions
+    from plumbob.reports.view.audit.records import spread
+
+    index = steps.index
+    choice = None
+    if best := cheapest(steps.steps, steps.own, reference, index, target):
+        options = model.option(best.integrator, best.step)
+        choice = {
+            "integrator": best.integrator,
+            "step": best.step,
+            "error": best.error,
+            **spread(best.cost),
+            "unguarded": model.softened(best.step),
+            "options": {name: then for name, (_, then) in options.items()},
+        }
+
+    def plain(step: StepError) -> dict[str, Any]:
+        names = ("integrator", "step", "ns_per_second")
+        return {name: getattr(step, name) for name in names} | {"error": step.at(index)}
+
+    return {
+        **described(chosen, script, reference, index),
+        "target": target,
+        "decided": index == len(script.controls)
+        and bool(reference.uncertainty[index] <= TRUSTED * target),
+        "choice": choice,
+        "own": plain(steps.own),
+        "nearest": plain(min(steps.steps, key=lambda step: step.at(index))),
+        "clamped": model.clamped,
+        "notes": [*model.notes, *steps.own.remarks],
+        "versions": versions(),
+    }
 
 
 def _said_by_study(chosen: argparse.Namespace) -> bool:

@@ -1,14 +1,14 @@
-"""plumbob run: one run of a scene with a method and a step: its errors and its cost."""
+"""plumbob run: one run of a scene or a model file, with a method and a step: errors and cost."""
 
 from __future__ import annotations
 
 import argparse
 import math
-from typing import cast
+from typing import TYPE_CHECKING, Any, cast
 
 from plumbob.analytic.parameters import ParameterError
-from plumbob.engines.method import USER_METHOD, Method
-from plumbob.engines.registry import engine_of
+from plumbob.engines.method import USER_METHOD, Method, Unsupported
+from plumbob.engines.registry import engine_of, installed
 from plumbob.engines.registry import method as find_method
 from plumbob.engines.study.cost import Cost, batch_costs, costs, held_to_cost
 from plumbob.engines.study.measurement import Measurement, measure
@@ -20,16 +20,25 @@ from plumbob.reports.advice.json_records import record
 from plumbob.reports.commands.arguments import values
 from plumbob.reports.commands.arguments.like import own_method
 from plumbob.reports.commands.budget import certify
+from plumbob.reports.commands.own_file import described, is_file, motion
 from plumbob.reports.judge.expectations import run_surprise
 from plumbob.reports.judge.verdict import Judgement, judge
 
+if TYPE_CHECKING:
+    from plumbob.engines.audit.reference import Certificate
+    from plumbob.engines.audit.step_errors import StepError
+    from plumbob.engines.own_motion import OwnModel, Script
+
 INCOMPLETE = 3
+OF_SCENES = ("changes", "like", "worlds")  # options that no model file has
 Timed = tuple[Measurement, Cost | None, float]
 LONGEST = 3600.0  # [s] that a run of an added engine may take
 
 
 def command(chosen: argparse.Namespace) -> int:
     """Print errors against the exact answer, their tolerances and the cost."""
+    if is_file(chosen, OF_SCENES):
+        return _file_run(chosen)
     methods = _methods(chosen.method, chosen.like)
     changed = chosen.changes
     with values.representable(changed, chosen):
@@ -57,6 +66,74 @@ def command(chosen: argparse.Namespace) -> int:
     units = {o.name: o.unit for o in case.system.observables}
     values.show(chosen, answer, "run", runs=runs, units=units)
     return next((code for code in (1, INCOMPLETE) if code in codes), 0)
+
+
+def _file_run(chosen: argparse.Namespace) -> int:
+    """Print the error of a method on a model file: 1 where the run does not reach the end, 3 where
+    the motion is not certified, or the engine cannot run the file."""
+    from plumbob.engines.audit.allowance import Allowance
+    from plumbob.engines.audit.audit import REFERENCE
+    from plumbob.engines.audit.reference import certified
+    from plumbob.engines.audit.step_of_method import method_error, parts_of, runs_of
+    from plumbob.engines.audit.user_models import quiet
+    from plumbob.reports.commands.validate import noted, progress
+
+    with quiet(), progress() as show:
+        model, script = motion(chosen)
+        method = find_method(chosen.method or f"mujoco/{model.integrator}")
+        step = chosen.step or model.step
+        parts_of(script, step)
+        runs_of(method, model)
+        if not installed(engine_of(method)):
+            noted(f"{engine_of(method).package} is not installed")
+            return INCOMPLETE
+        show("the continuous motion, by two methods", 0, 0)
+        allowance = Allowance(chosen.budget).part(REFERENCE)
+        reference = certified(model, script, allowance)
+        if not reference.known:
+            noted(f"{chosen.scene} has no certified motion: {reference.why}")
+            return INCOMPLETE
+        show(f"{method.name} at {step:g} s", 0, 0)
+        try:
+            run = method_error(method, model, script, reference, step, chosen.budget)
+        except Unsupported as why:
+            noted(f"{method.name} does not run {chosen.scene}: {why}")
+            return INCOMPLETE
+    answer = _file_record(chosen, method, model, script, reference, run)
+    values.show(chosen, answer, "run_file", **answer)
+    return 0 if math.isfinite(answer["error"]) else 1
+
+
+def _file_record(
+    chosen: argparse.Namespace,
+    method: Method,
+    model: OwnModel,
+    script: Script,
+    reference: Certificate,
+    run: StepError,
+) -> dict[str, Any]:
+    """A run of a model file as plain data."""
+    from plumbob.engines.audit.reference import RESOLVED
+    from plumbob.engines.study.provenance import version_of
+    from plumbob.reports.view.audit.page import versions
+
+    index = reference.known
+    error = run.at(index)
+    cost = run.ns_per_second
+    return {
+        **described(chosen, script, reference, index),
+        "method": method.name,
+        "step": run.step,
+        "error": error,
+        "resolved": error > RESOLVED * float(reference.uncertainty[index]),
+        "worst_body": run.worst,
+        "error_over_time": run.errors[: index + 1],
+        "ns_per_second": 1e9 * run.seconds / script.duration if cost is None else cost,
+        "ended": run.why,
+        "notes": [*model.notes, *run.remarks],
+        "softened": method.engine == "mujoco" and model.softened(run.step),
+        "versions": {**versions(), method.engine: version_of(engine_of(method))},
+    }
 
 
 def _measured(scene: Scene, method: Method, step: float) -> Timed:

@@ -1,11 +1,12 @@
-"""plumbob stability: the largest step at which methods hold on scenes, or with --long the time
-after which they are wrong, beside its prediction."""
+"""plumbob stability: the largest step at which methods hold on scenes or on a model file, or with
+--long the time after which they are wrong, beside its prediction."""
 
 from __future__ import annotations
 
 import argparse
 import os
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -15,6 +16,7 @@ from plumbob.engines.registry import methods as find_methods
 from plumbob.engines.study.long_runs import LongRunSearch, MeasuredLongRun
 from plumbob.engines.study.stability import StabilitySearch
 from plumbob.reports.commands.arguments import values
+from plumbob.reports.commands.own_file import OF_FILES, described, is_file, motion
 from plumbob.reports.judge.long_runs import JudgedLongRun, judged_long_run
 from plumbob.reports.judge.stability import JudgedLimit, study_limits
 from plumbob.reports.view.own_files import replaceable
@@ -29,10 +31,14 @@ if TYPE_CHECKING:
 
 INCOMPLETE = 3
 FILE = "stability.sqlite3"
+BUDGET = 60.0  # [s] of processor time for a model file
+OF_SCENES = ("long", "step", "jobs", "out")  # options that no model file has
 
 
 def command(chosen: argparse.Namespace) -> int:
     """Measure, print and judge the largest steps; 1 where one is not as expected."""
+    if is_file(chosen, OF_SCENES, (*OF_FILES, "budget")):
+        return _of_file(chosen)
     scenes = values.scenes(chosen.scene, {})
     methods = find_methods(",".join(chosen.method) or "*")
     if chosen.out:
@@ -51,6 +57,45 @@ def command(chosen: argparse.Namespace) -> int:
     if surprises:
         return 1
     return 0 if all(installed(engine_of(m)) for m in methods) else INCOMPLETE
+
+
+def _of_file(chosen: argparse.Namespace) -> int:
+    """Print the largest steps of MuJoCo's integrators that hold along the motion of a model file:
+    of the file's own and all others, or of those that are named. 1 where the file's own step is
+    unstable by the first of them, 3 where that is not known, or the motion is not certified."""
+    from plumbob.engines.audit.allowance import Allowance
+    from plumbob.engines.audit.audit import REFERENCE
+    from plumbob.engines.audit.reference import certified
+    from plumbob.engines.audit.stability import stability
+    from plumbob.engines.audit.step_of_method import integrator_of
+    from plumbob.engines.audit.user_models import quiet
+    from plumbob.reports.commands.validate import progress
+    from plumbob.reports.view.audit.page import versions
+    from plumbob.reports.view.audit.records import stability_record
+
+    chosen.budget = chosen.budget or BUDGET
+    with quiet(), progress() as show:
+        model, script = motion(chosen)
+        if chosen.method:
+            methods = (m for pattern in chosen.method for m in find_methods(pattern))
+            names = tuple(dict.fromkeys(integrator_of(m, model.steppable) for m in methods))
+            model = replace(model, integrator=names[0], steppable=names)
+        allowance = Allowance(chosen.budget)
+        show("the continuous motion, by two methods", 0, 0)
+        reference = certified(model, script, allowance.part(REFERENCE))
+        show("the largest step that holds", 0, 0)
+        left = allowance.part(max(1.0 - REFERENCE, allowance.left / chosen.budget))
+        limits = stability(model, script, reference.states, left)
+    answer = {
+        **described(chosen, script, reference, reference.known),
+        "step": model.step,
+        **stability_record(limits),
+        "versions": versions(),
+    }
+    values.show(chosen, answer, "stability_file", limits=limits, **answer)
+    if not reference.known or not (limits.own.confirmed or limits.own.holds_to):
+        return INCOMPLETE
+    return 1 if limits.unstable else 0
 
 
 def _measured(

@@ -57,7 +57,8 @@ def _fill(made):
         "folders",
     ):
         Path(folder).mkdir(parents=True)
-    Path("folder.html").mkdir()
+    for folder in ("folder.html", "folder.xml"):
+        Path(folder).mkdir()
     model = "cone_pendulum/cone_pendulum.xml"
     for pipe in ("pipe", "with-pipes/index.html", f"with-pipes/{store.FILE}", f"pipes/{model}"):
         os.mkfifo(pipe)

@@ -84,6 +84,6 @@ ENGINE = Engine(
         SchemeOfCase(scheme),
         ModelReader(later(f"{__name__}.user_model.model_fields")),
         RunsFiles(later(f"{__name__}.user_model.user_model")),
-        BuildsMechanisms(later(f"{__name__}.stepper.DartStepper")),
+        BuildsMechanisms(later(f"{__name__}.stepper.DartStepper"), "dart/default"),
     ),
 )

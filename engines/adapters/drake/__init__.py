@@ -126,7 +126,7 @@ ENGINE = Engine(
         SecondRun(confirming),
         ModelReader(later(f"{__name__}.user_model.model_fields")),
         RunsFiles(later(f"{__name__}.user_model.user_model")),
-        BuildsMechanisms(later(f"{__name__}.scenes.built")),
+        BuildsMechanisms(later(f"{__name__}.scenes.built"), "drake/default"),
         OwnDerivative("autodiff", later(f"{__name__}.autodiff.derivatives"), 1e-12),
     ),
 )

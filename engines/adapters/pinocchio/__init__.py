@@ -50,6 +50,6 @@ ENGINE = Engine(
         ModelReader(later(f"{__name__}.user_model.model_fields")),
         OwnDerivative("rnea", later(f"{__name__}.derivatives.derivatives"), 1e-12),
         RunsFiles(later(f"{__name__}.user_model.user_model")),
-        BuildsMechanisms(later(f"{__name__}.simulation.built")),
+        BuildsMechanisms(later(f"{__name__}.simulation.built"), "pinocchio/aba+euler"),
     ),
 )

@@ -92,6 +92,6 @@ ENGINE = Engine(
         SchemeOfCase(scheme),
         ModelReader(later(f"{__name__}.user_model.model_fields")),
         RunsFiles(later(f"{__name__}.user_model.user_model")),
-        BuildsMechanisms(later(f"{__name__}.simulation.built")),
+        BuildsMechanisms(later(f"{__name__}.simulation.built"), "pybullet/default"),
     ),
 )

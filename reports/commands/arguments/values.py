@@ -93,6 +93,14 @@ def changes(argument: str, texts: Sequence[str]) -> dict[str, Any]:
     return changed
 
 
+def without(chosen: argparse.Namespace, names: Sequence[str], what: str) -> None:
+    """Raises ParameterError, which says `what` it must be, where one of these options is given."""
+    for name in names:
+        if (value := getattr(chosen, name)) and value != "rest":
+            option = "set" if name == "changes" else name.replace("_", " ")
+            raise ParameterError(option, value, what)
+
+
 def side(argument: str, text: str) -> Side:
     """NAME=LO:HI, or NAME=LO:HI:log, as a side of a box; raises ParameterError."""
     return _side(argument, text, "NAME=LO:HI")[0]

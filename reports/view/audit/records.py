@@ -10,7 +10,7 @@ from plumbob.engines.audit.costs import Ratio
 from plumbob.engines.audit.engines import EngineError
 from plumbob.engines.audit.gradient import Gradients
 from plumbob.engines.audit.reference import MEASURE
-from plumbob.engines.audit.stability import Limit
+from plumbob.engines.audit.stability import Limit, Stability
 from plumbob.engines.audit.step_errors import Compared, StateErrors
 from plumbob.engines.audit.trims import Trim
 from plumbob.reports.advice.json_records import plain
@@ -34,7 +34,7 @@ def _motion(audit: Audit) -> Plain:
 
     def trim(ablation: Trim) -> Plain:
         done = {"left_out": ablation.name, **_named(ablation, "same_bits", "moved")}
-        return {**done, "accepted": ablation.accepted(audit.error), **_spread(ablation.cost)}
+        return {**done, "accepted": ablation.accepted(audit.error), **spread(ablation.cost)}
 
     return {
         "model": audit.name,
@@ -66,8 +66,8 @@ def _motion(audit: Audit) -> Plain:
         "corners": audit.corners,
         "fields": audit.model.fields,
         "versions": versions(),
-        **_stability(audit),
-        **_gradient(audit.gradient),
+        **stability_record(audit.stability),
+        **gradient_record(audit.gradient),
         **({} if audit.changes is None else {"changes": audit.changes}),
         **({"engines": list(map(_engine, audit.engines))} if audit.engines else {}),
         "seconds": audit.seconds,
@@ -107,7 +107,7 @@ def _steps(found: Compared | None) -> Plain:
         "error_over_time": found.own.errors[: found.index + 1],
         "order": found.order,
         "steps": steps,
-        "cheapest": [{**c.__dict__, **_spread(c.cost)} for c in found.cheapest],
+        "cheapest": [{**c.__dict__, **spread(c.cost)} for c in found.cheapest],
     }
 
 
@@ -127,7 +127,7 @@ def _engine(row: EngineError) -> Plain:
     }
 
 
-def _stability(audit: Audit) -> Plain:
+def stability_record(known: Stability | None) -> Plain:
     """The largest steps that hold [s], and what raises the own integrator's, as plain data."""
 
     def limit(largest: Limit) -> Plain:
@@ -143,7 +143,6 @@ def _stability(audit: Audit) -> Plain:
         )
         return _named(largest, *names)
 
-    known = audit.stability
     assert known is not None
     return {
         "stability": list(map(limit, known.limits)),
@@ -155,7 +154,7 @@ def _stability(audit: Audit) -> Plain:
     }
 
 
-def _gradient(known: Gradients | str | None) -> Plain:
+def gradient_record(known: Gradients | str | None) -> Plain:
     """Derivatives of the end, their horizon [s] and best eps, as plain data; nothing where they are
     not asked for."""
     if known is None:
@@ -179,7 +178,7 @@ def _gradient(known: Gradients | str | None) -> Plain:
     }
 
 
-def _spread(cost: Ratio | None) -> Plain:
+def spread(cost: Ratio | None) -> Plain:
     """A cost in multiples of the model's own, and what its quartiles leave open, as plain data."""
     if cost is None:
         return {"cost": None, "spread": None}

@@ -1,0 +1,132 @@
+"""The error of a method's steps on the motion of a user's model: an integrator of MuJoCo's, or
+another engine that builds the mechanism of the model."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from plumbob.analytic.parameters import ParameterError
+from plumbob.engines.abilities import BuildsMechanisms
+from plumbob.engines.audit.built_mechanism import built_motion
+from plumbob.engines.audit.controls import MOST
+from plumbob.engines.audit.reference import Certificate
+from plumbob.engines.audit.step_errors import StepError, errors_of, held, priced
+from plumbob.engines.method import Method, Unsupported
+from plumbob.engines.own_motion import ROUNDING, OwnModel, Script
+from plumbob.engines.registry import engine_of, engines
+from plumbob.engines.workers import Lost, Task, Workers
+from plumbob.models.entry_points import captured
+
+MUJOCO = "mujoco"  # the engine whose files they are
+INTEGRATOR = "integrator"  # the setting that a method of MuJoCo's has, if it has no other
+DISCRETE = "discrete"  # an integrator of MuJoCo's that an audit does not try
+HANGS = 60.0  # [s] beside the run: an engine is loaded
+
+
+def parts_of(script: Script, step: float) -> int:
+    """How many steps [s] there are in a control period; raises ParameterError unless it is a whole
+    number of them."""
+    parts = round(script.period / step) if step * MOST > script.period / 2.0 else MOST + 1
+    what = f"a whole fraction of the control period of {script.period:g} s"
+    if parts > MOST:
+        raise ParameterError("step", step, f"{what}, at most {MOST} steps of it")
+    if not parts or abs(parts * step / script.period - 1.0) > ROUNDING:
+        near = script.period / max(1, parts)
+        raise ParameterError("step", step, f"{what}, such as {near:.9g}")
+    return parts
+
+
+def runs_of(method: Method, model: OwnModel) -> str:
+    """The integrator of MuJoCo's that a method is, or the name of a method of an engine that builds
+    mechanisms; raises ParameterError for any other method."""
+    if method.engine == MUJOCO:
+        return integrator_of(method, (*model.steppable, DISCRETE))
+    builds = engine_of(method).ability(BuildsMechanisms)
+    if builds is None or builds.method != method.name:
+        what = f"of MuJoCo, as mujoco/rk4, or one of {', '.join(_built())}"
+        raise ParameterError("method", method.name, f"{what}, where a model file is run")
+    return method.name
+
+
+def integrator_of(method: Method, able: Sequence[str]) -> str:
+    """The integrator of MuJoCo's that a method is, one of those that are `able` to step a model;
+    raises ParameterError for any other method."""
+    if method.engine != MUJOCO:
+        raise ParameterError(
+            "method", method.name, "of MuJoCo, as mujoco/rk4, for a model file"
+        )
+    others = ", ".join(name for name in method.settings if name != INTEGRATOR)
+    integrator = str(method.settings[INTEGRATOR]).lower()
+    if others:
+        what = f"an integrator alone, without {others}: contacts and controls are the file's"
+        raise ParameterError("method", method.name, what)
+    if integrator not in able:
+        what = f"one by which MuJoCo steps this model: {', '.join(able)}"
+        raise ParameterError("method", method.name, what)
+    return integrator
+
+
+def _built() -> list[str]:
+    """The methods of engines that build mechanisms."""
+    every = (engine.ability(BuildsMechanisms) for engine in engines().values())
+    return [builds.method for builds in every if builds is not None]
+
+
+def method_error(
+    method: Method,
+    model: OwnModel,
+    script: Script,
+    reference: Certificate,
+    step: float,
+    seconds: float,
+) -> StepError:
+    """The error of a method at a step [s], of MuJoCo's with its cost; the run of another engine,
+    which may end the process, is made in one of its own. Raises ParameterError, also where the run
+    would take more than so many `seconds` of processor time, and Unsupported where the engine
+    cannot express a part of the model."""
+    parts = parts_of(script, step)
+    integrator = runs_of(method, model)
+    if integrator != method.name:
+        _affordable(model, script, integrator, parts, seconds)
+        return priced(
+            model, script, reference, [held(model, script, reference, integrator, parts)]
+        )[0]
+    arguments = (method, model, script, reference, parts, seconds)
+    with Workers(1) as workers:
+        ((_, answer),) = workers.results(
+            [Task(method.name, _built_error, arguments, HANGS + 2.0 * seconds)]
+        )
+    if isinstance(answer, StepError):
+        return answer
+    raise Unsupported(answer.why if isinstance(answer, Lost) else answer)
+
+
+def _affordable(
+    model: OwnModel, script: Script, integrator: str, parts: int, seconds: float
+) -> None:
+    """Raises ParameterError if a run takes more than so many `seconds` of processor time, by that
+    of its first control period."""
+    first = model.stepped(replace(script, controls=script.controls[:1]), integrator, parts)
+    wanted = first.seconds * len(script.controls)
+    if wanted > seconds:
+        raise ParameterError("budget", seconds, f"{wanted:.2g} or more: the run takes as long")
+
+
+def _built_error(
+    method: Method,
+    model: OwnModel,
+    script: Script,
+    reference: Certificate,
+    parts: int,
+    seconds: float,
+) -> StepError | str:
+    """The error of another engine, whose output is dropped, or why there is none."""
+    builds = engine_of(method).ability(BuildsMechanisms)
+    assert builds is not None
+    try:
+        with captured():
+            run = built_motion(builds, model, script, parts, seconds)
+    except Unsupported as why:
+        return str(why)
+    return errors_of(run, model, reference, method.name, parts)
