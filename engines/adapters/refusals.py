@@ -18,6 +18,17 @@ def refused_parts(mechanism: Mechanism) -> Iterator[str]:
             yield f"partly carried weight of body {body.name}"
 
 
+def names_of(mechanism: Mechanism, touch: Touch) -> str:
+    """The names of two shapes; of a shape without a name that of its body."""
+    return " and ".join(_name(mechanism, number) for number in touch.shapes)
+
+
+def _name(mechanism: Mechanism, number: int) -> str:
+    """The name of a shape by its number, else that of its body, else what both are."""
+    shape = mechanism.shapes[number]
+    return shape.name or mechanism.bodies[shape.body].name or f"a {shape.kind}"
+
+
 def refused_shapes(mechanism: Mechanism) -> Iterator[str]:
     """The names of hulls."""
     yield from (f"hull {shape.name}" for shape in mechanism.shapes if shape.kind == "hull")

@@ -18,7 +18,12 @@ import dartpy
 import numpy as np
 
 from plumbob.analytic.reference import Array
-from plumbob.engines.adapters.refusals import refused_friction, refused_parts, refused_shapes
+from plumbob.engines.adapters.refusals import (
+    names_of,
+    refused_friction,
+    refused_parts,
+    refused_shapes,
+)
 from plumbob.engines.mechanism import Body, Joint, Mechanism, Shape
 from plumbob.engines.method import Unsupported
 from plumbob.engines.peer_model import rotation
@@ -82,7 +87,7 @@ def refused(mechanism: Mechanism) -> Iterator[str]:
         yield "capsules beside ellipsoids: no collision detector has both"
     yield from refused_shapes(mechanism)
     for touch in mechanism.touching:
-        names = " and ".join(mechanism.shapes[i].name for i in touch.shapes)
+        names = names_of(mechanism, touch)
         yield from refused_friction(touch, names)
         if 0.0 < touch.sliding[0] <= NO_FRICTION:
             yield f"friction of {names}, {NO_FRICTION} or less"

@@ -25,7 +25,12 @@ from pydrake.systems.framework import DiagramBuilder
 
 from plumbob.analytic.reference import Array
 from plumbob.engines.adapters.drake.motors import Motors, connected, motors
-from plumbob.engines.adapters.refusals import refused_friction, refused_parts, refused_shapes
+from plumbob.engines.adapters.refusals import (
+    names_of,
+    refused_friction,
+    refused_parts,
+    refused_shapes,
+)
 from plumbob.engines.mechanism import Body, Joint, Mechanism, Shape
 from plumbob.engines.method import Options, Unsupported
 from plumbob.engines.peer_model import rotation
@@ -91,7 +96,7 @@ def refused(mechanism: Mechanism, approximation: str = "") -> Iterator[str]:
         yield from (f"loop {x.name}, which TAMSI has not" for x in mechanism.loops)
     yield from refused_shapes(mechanism)
     for touch in mechanism.touching:
-        names = " and ".join(mechanism.shapes[i].name for i in touch.shapes)
+        names = names_of(mechanism, touch)
         if touch.restitution:
             yield f"restitution of {names}"
         yield from refused_friction(touch, names)

@@ -20,7 +20,7 @@ import numpy as np
 
 from plumbob.analytic.reference import Array
 from plumbob.engines.adapters.exudyn.bodies import AXES, PARALLEL, drawn, movers, norm
-from plumbob.engines.adapters.refusals import refused_friction, refused_shapes
+from plumbob.engines.adapters.refusals import names_of, refused_friction, refused_shapes
 from plumbob.engines.mechanism import Mechanism, Shape, Touch
 from plumbob.engines.peer_model import rotation
 
@@ -52,7 +52,7 @@ def refused_contacts(mechanism: Mechanism) -> Iterator[str]:
     yield from refused_shapes(mechanism)
     for touch in mechanism.touching:
         plane, other = _plane_first(mechanism, touch)
-        names = f"{plane.name} and {other.name}"
+        names = names_of(mechanism, touch)
         yield from refused_friction(touch, names)
         if touch.restitution:
             if plane.kind != "plane" or other.kind != "sphere" or touch.sliding[0]:

@@ -18,6 +18,7 @@ import warp
 
 from plumbob.analytic.reference import Array
 from plumbob.engines.adapters.refusals import (
+    names_of,
     refused_directions,
     refused_parts,
     refused_shapes,
@@ -148,7 +149,7 @@ def _refused_constraints(mechanism: Mechanism, solver: SolverName) -> Iterator[s
         if mechanism.touching:
             yield "contacts, which Featherstone's solver makes of springs"
     for touch in mechanism.touching:
-        names = " and ".join(mechanism.shapes[i].name for i in touch.shapes)
+        names = names_of(mechanism, touch)
         yield from refused_directions(touch, names)
         if solver == "mujoco" and touch.restitution:
             yield f"restitution of {names}"

@@ -17,6 +17,7 @@ import numpy as np
 import pinocchio
 
 from plumbob.analytic.reference import Array
+from plumbob.engines.adapters.refusals import names_of
 from plumbob.engines.joint_forces import JointForce, passive_and_actuator_force
 from plumbob.engines.mechanism import Joint, Mechanism, is_constant
 from plumbob.engines.method import Unsupported
@@ -149,7 +150,7 @@ def refused(mechanism: Mechanism) -> Iterator[str]:
     """The names of features of a mechanism that this builder does not express."""
     yield from (part.name for part in mechanism.not_expressed)
     for touch in mechanism.touching:
-        names = " and ".join(mechanism.shapes[i].name for i in touch.shapes)
+        names = names_of(mechanism, touch)
         yield f"contact of {names}: forward dynamics has constraints that hold always, no others"
     for joint in mechanism.joints:
         name = joint.name or f"of body {mechanism.bodies[joint.body].name}"

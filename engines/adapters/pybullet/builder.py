@@ -17,7 +17,12 @@ from typing import Any
 import numpy as np
 
 from plumbob.analytic.reference import Array
-from plumbob.engines.adapters.refusals import refused_friction, refused_parts, refused_shapes
+from plumbob.engines.adapters.refusals import (
+    names_of,
+    refused_friction,
+    refused_parts,
+    refused_shapes,
+)
 from plumbob.engines.mechanism import Body, Joint, Mechanism, Shape
 from plumbob.engines.method import Options, Unsupported
 from plumbob.engines.peer_model import rotation
@@ -147,7 +152,7 @@ def refused(mechanism: Mechanism) -> Iterator[str]:
         if shape.kind == "ellipsoid" and not _is_disc(shape):
             yield f"ellipsoid {shape.name}, which is no flat disc"
     for touch in mechanism.touching:
-        names = " and ".join(mechanism.shapes[i].name for i in touch.shapes)
+        names = names_of(mechanism, touch)
         yield from refused_friction(touch, names)
 
 
