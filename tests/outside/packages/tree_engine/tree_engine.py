@@ -8,12 +8,12 @@ Save this file as `tree_engine.py` in an empty folder, and beside it a `pyprojec
     entry-points."plumbob.engines".tree = "tree_engine:ENGINE"
 
 After `pip install .` there, where plumbob is installed, `plumbob validate --methods tree` runs the
-scenes named at the end: every error is to be as predicted. plumbob makes a Mechanism of a scene,
-records of bodies, joints and actuators in SI units, explained by the comments in the file that
-`python -c "import plumbob.engines.mechanism as m; print(m.__file__)"` names, and wants a stepper:
-`step`, `put`, `state` and `advance` as Tree has them. Its positions and rates are, joint after
-joint: one each of a hinge or slide; of a ball a quaternion (w, x, y, z) and its angular velocity in
-the body's axes; of a free body its place, then a ball's, and its velocity in the world likewise."""
+scenes named at the end; with the file as it is every verdict is "predicted". For an engine of your
+own change "tree" in the entry point and in the names of engine and method. plumbob makes a
+Mechanism of a scene, records in SI units that the source of `plumbob.engines.mechanism` explains,
+and wants a stepper: an attribute `step` [s] and the methods `put`, `state` and `advance`. Positions
+and rates are, joint after joint: of a hinge or slide one each; of a ball a quaternion (w, x, y, z)
+and its angular velocity in body axes; of a free body its place first, and its velocity."""
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -23,8 +23,8 @@ from plumbob.engines.adapters.stepped_mechanism import simulated
 from plumbob.engines.method import Engine, Method, Unsupported
 from plumbob.engines.stepper import State
 
-BALL = {"ball": (4, 3)}  # numbers of positions and rates; a hinge or a slide has one each
-PARTS = {"ball": BALL, "free": {"move": (3, 3)} | BALL}  # it moves, then turns as a ball does
+# Numbers of positions and rates; a hinge or a slide has one each. A free body moves, then turns.
+PARTS = {"ball": {"ball": (4, 3)}, "free": {"move": (3, 3), "ball": (4, 3)}}
 ANY = (-np.inf, np.inf)
 
 
@@ -60,7 +60,7 @@ class Tree:
         return State(self.qpos.copy(), self.qvel.copy())
 
     def advance(self, controls, steps):
-        """Take steps, each under a row of the controls; None where the scene has none."""
+        """Take steps, each under a row of the controls at its start; None where there are none."""
         for row in [None] * steps if controls is None else controls:
             self.qvel = self.qvel + self.step * self.accelerations(self.forces(row))
             for _, kind, places, rates in self.joints:  # positions move at the new rates
@@ -137,14 +137,14 @@ def prepare(case, method, step):
     return simulated(case, step, lambda mechanism, start: Tree(mechanism, step))
 
 
-SCENES = """projectile/thrown servo/motor-damped heavy-top/nutating n-pendulum/triple
-simple-pendulum/near-top-1e-6 linear-pendulum/overdamped cone-pendulum/equal-wells-short
-free-body/symmetric"""
+SCENES = """cone-pendulum/equal-wells-short heavy-top/nutating n-pendulum/triple servo/motor-damped
+projectile/thrown simple-pendulum/near-top-1e-6 linear-pendulum/overdamped free-body/symmetric"""
 ENGINE = Engine(
     name="tree",
-    package="numpy",  # what has to be installed for it
+    package="numpy",  # the engine is left out where this is not installed
+    # The scheme of `advance`, by which errors are predicted; of a Scheme("yours") none would be.
     methods=(Method("tree/euler", Scheme(EULER, "start"), 1, systems=tuple(SCENES.split())),),
     prepare=prepare,
-    model_error=lambda case, method, step: {},  # what the model adds, whatever the step
-    not_read={"tension": "no force of a hinge is read"},
+    model_error=lambda case, method, step: {},  # {observable: errors at any step}: none here
+    not_read={"tension": "no force of a hinge is read"},  # {observable: why it is not told}
 )
