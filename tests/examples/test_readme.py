@@ -57,6 +57,18 @@ NOT_RUN = {
         "a package that may be missing: tests/peers/test_smooth_peers.py"
     ),
     "plumbob audit my.xml": "seconds of every core: tests/audit does it on small models",
+    **dict.fromkeys(
+        (
+            "plumbob run my.xml mujoco/rk4 --step 1e-3",
+            "plumbob run my.xml drake/default --ctrl sines",
+            "plumbob recommend my.xml --error 1e-3",
+            "plumbob gradient my.xml --by control",
+            "plumbob gradient my.xml --of slider --by control",
+            "plumbob stability my.xml",
+            "plumbob stability my.xml mujoco/rk4",
+        ),
+        "up to a minute each: tests/commands/test_own_file.py does it on a small model",
+    ),
     "plumbob audit my.xml theirs --jobs 2": "seconds a model: test_several_audits.py has its own",
     "plumbob audit half_cheetah.xml --ctrl sines": "a file of another package",
     "plumbob audit half_cheetah.xml --ctrl sines --engines all": (

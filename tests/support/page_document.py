@@ -134,6 +134,8 @@ def resolve(command, folder):
         found = find_scenes(chosen.scenes or "*", chosen.profile)
         assert found, command
         assert find_methods(chosen.methods or "*"), command
+    elif "scene" in given and chosen.scene.endswith(".xml"):
+        assert (folder / chosen.scene).is_file(), command
     elif "scene" in given:
         changed = given.get("changes", {})
         pattern = chosen.scene if any(c in chosen.scene for c in "*?[") else ""
