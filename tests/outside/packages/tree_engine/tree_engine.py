@@ -142,9 +142,9 @@ projectile/thrown simple-pendulum/near-top-1e-6 linear-pendulum/overdamped free-
 ENGINE = Engine(
     name="tree",
     package="numpy",  # the engine is left out where this is not installed
-    # The scheme of `advance`, by which errors are predicted; of a Scheme("yours") none would be.
+    # The scheme of `advance`, by which errors are predicted; of a Scheme("own name") none would be.
     methods=(Method("tree/euler", Scheme(EULER, "start"), 1, systems=tuple(SCENES.split())),),
     prepare=prepare,
     model_error=lambda case, method, step: {},  # {observable: errors at any step}: none here
-    not_read={"tension": "no force of a hinge is read"},  # {observable: why it is not told}
+    not_read={"tension": "no force of a hinge is read"},  # {observable: why it is not read}
 )
