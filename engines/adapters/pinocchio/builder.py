@@ -18,7 +18,12 @@ import pinocchio
 
 from plumbob.analytic.reference import Array
 from plumbob.engines.adapters.refusals import names_of
-from plumbob.engines.joint_forces import JointForce, passive_and_actuator_force
+from plumbob.engines.joint_forces import (
+    JointForce,
+    actuators_of,
+    idle_controls,
+    passive_and_actuator_force,
+)
 from plumbob.engines.mechanism import Joint, Mechanism, is_constant
 from plumbob.engines.method import Unsupported
 from plumbob.engines.peer_model import rotation
@@ -55,8 +60,7 @@ class Dynamics:
         self.driven, self.damping = _forces(mechanism)
         self.attitudes = tuple(_attitudes(mechanism))
         self.drawn, self.order = _coordinates(mechanism, self.attitudes)
-        motors = max((a.control for a in mechanism.actuators), default=-1) + 1
-        self.uncontrolled = [0.0] * motors
+        self.uncontrolled = idle_controls(mechanism)
         self.held = [
             (degree, joint.velocity)
             for joint, _, degree in numbered(mechanism)
@@ -168,7 +172,7 @@ def _forces(mechanism: Mechanism) -> tuple[list[Driven], Array]:
     driven = []
     damping = list[Array]()
     for number, (joint, place, degree) in enumerate(numbered(mechanism)):
-        actuators = [a for a in mechanism.actuators if a.joint == number]
+        actuators = actuators_of(mechanism, number)
         acts = bool(joint.stiffness or np.any(joint.damping) or actuators)
         damping.append(joint.damping)
         if acts and joint.kind in HINGED:
