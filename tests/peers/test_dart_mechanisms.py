@@ -18,7 +18,11 @@ from plumbob.engines.registry import find_engine, method
 from plumbob.engines.stepper import State
 from plumbob.models.registry import built_in, case_of, scene
 from plumbob.tests.peers.test_smooth_peers import needed
-from plumbob.tests.support.built_mechanisms import largest_difference_of_terms
+from plumbob.tests.support.built_mechanisms import (
+    assert_nothing_survives_put,
+    largest_difference_of_terms,
+    stepped,
+)
 
 
 @pytest.fixture(autouse=True)
@@ -188,13 +192,6 @@ def test_a_number_that_is_wrong_by_1e_9_is_noticed(part, field, factor):
     assert largest_difference("all joints", change) > CLOSE
 
 
-def stepped(made, scene_parts, steps, first=0):
-    controls = scene_parts.controls
-    rows = None if controls is None else controls(STEP * np.arange(first, first + steps))
-    made.advance(rows, steps)
-    return made.state()
-
-
 def nsgs():
     from plumbob.engines.adapters.dart.simulation import nsgs as solver
 
@@ -209,19 +206,7 @@ CASES.append(("capsule-line/heading-030", nsgs))
 @pytest.mark.parametrize(("name", "solver"), CASES)
 def test_put_and_step_equals_fresh_and_step_to_the_bit(name, solver):
     parts = scene_mechanism(name)
-    used = stepper(parts.mechanism, parts.start, solver)
-    fresh = stepper(parts.mechanism, parts.start, solver)
-    between = stepped(used, parts, 100)
-    stepped(used, parts, 50, 100)
-    for state, time in ((between, 100 * STEP), (parts.start, 0.0)):
-        for made in (used, fresh):
-            made.put(state, time)
-        after, expected = (
-            stepped(made, parts, 20, round(time / STEP)) for made in (used, fresh)
-        )
-        np.testing.assert_array_equal(after.qpos, expected.qpos)
-        np.testing.assert_array_equal(after.qvel, expected.qvel)
-        fresh = stepper(parts.mechanism, parts.start, solver)
+    assert_nothing_survives_put(lambda: stepper(parts.mechanism, parts.start, solver), parts)
 
 
 BALL = '<body name="b"><freejoint name="f"/><geom name="g" size="0.1" {}/></body>'

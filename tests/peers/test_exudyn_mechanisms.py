@@ -11,9 +11,12 @@ from plumbob.engines.method import Unsupported
 from plumbob.engines.registry import method as find_method
 from plumbob.engines.stepper import State
 from plumbob.engines.study.measurement import measure, relative_error
-from plumbob.tests.peers.test_dart_mechanisms import case, default, scene_mechanism, stepped
+from plumbob.tests.peers.test_dart_mechanisms import case, default, scene_mechanism
 from plumbob.tests.peers.test_mechanisms import LOOPS, STEP, exudyn
 from plumbob.tests.peers.test_smooth_peers import needed
+from plumbob.tests.support.built_mechanisms import (
+    stepped,
+)
 
 
 def test_exudyn_s_explicit_solvers_refuse_what_they_would_ignore():

@@ -24,9 +24,12 @@ from plumbob.tests.peers.test_dart_mechanisms import (
     default,
     model_and_mechanism,
     scene_mechanism,
-    stepped,
 )
 from plumbob.tests.peers.test_smooth_peers import needed
+from plumbob.tests.support.built_mechanisms import (
+    assert_nothing_survives_put,
+    stepped,
+)
 
 ITERATED, HARD = "pybullet/undamped+iterated", "pybullet/undamped+hard"
 LONG = (
@@ -127,19 +130,7 @@ def test_a_number_that_is_wrong_by_1e_9_is_noticed(name, part, field):
 @pytest.mark.parametrize("name", SYSTEMS)
 def test_put_and_step_equals_fresh_and_step_to_the_bit(name):
     parts = scene_mechanism(default(name))
-    used = stepper(parts.mechanism)
-    used.put(parts.start)
-    between = stepped(used, parts, 100)
-    stepped(used, parts, 50, 100)
-    for state, time in ((between, 100 * STEP), (parts.start, 0.0)):
-        fresh = stepper(parts.mechanism)
-        for made in (used, fresh):
-            made.put(state, time)
-        after, expected = (
-            stepped(made, parts, 20, round(time / STEP)) for made in (used, fresh)
-        )
-        np.testing.assert_array_equal(after.qpos, expected.qpos)
-        np.testing.assert_array_equal(after.qvel, expected.qvel)
+    assert_nothing_survives_put(lambda: stepper(parts.mechanism), parts)
 
 
 def test_a_world_keeps_its_settings_beside_a_world_with_others():

@@ -6,6 +6,8 @@ import numpy as np
 from plumbob.engines.adapters.mujoco.options import collected
 from plumbob.engines.stepper import State
 
+STEP = 1e-3  # [s]
+
 
 def largest_difference_of_terms(model, mechanism, made, terms):
     """The largest difference of the mass matrix and of each kind of force between MuJoCo and a
@@ -40,3 +42,30 @@ def largest_difference_of_terms(model, mechanism, made, terms):
             size = max(np.abs(expected).max(), moved if expected is bias else 0.0)
             worst = max(worst, np.abs(got - expected).max() / (size or 1.0))
     return worst
+
+
+def stepped(made, scene_parts, steps, first=0):
+    """The state of a stepper after so many steps of STEP under a scene's controls, from the step
+    number `first` on."""
+    controls = scene_parts.controls
+    rows = None if controls is None else controls(STEP * np.arange(first, first + steps))
+    made.advance(rows, steps)
+    return made.state()
+
+
+def assert_nothing_survives_put(make, parts):
+    """A stepper of a scene that has taken steps, and is put into a state, goes on as a fresh one,
+    to the bit; `make` makes one."""
+    used = make()
+    used.put(parts.start)
+    between = stepped(used, parts, 100)
+    stepped(used, parts, 50, 100)
+    for state, time in ((between, 100 * STEP), (parts.start, 0.0)):
+        fresh = make()
+        for made in (used, fresh):
+            made.put(state, time)
+        after, expected = (
+            stepped(made, parts, 20, round(time / STEP)) for made in (used, fresh)
+        )
+        np.testing.assert_array_equal(after.qpos, expected.qpos)
+        np.testing.assert_array_equal(after.qvel, expected.qvel)
