@@ -14,9 +14,9 @@ from plumbob.engines.method import Engine, Method
 from plumbob.models.scene import ON_PLANE, ONE_SMOOTH, SMOOTH, Case, later
 
 ALPHA = Scheme("generalised alpha")
-RK4_OF_TURNS = Scheme("rk4 of rotation vectors")  # which no theory here covers
-# Of order 6, its error is at the round-off level after two or three octaves of steps: scenes that
-# leave four. Elsewhere its verdict would be that nothing is claimed.
+RK4_OF_TURNS = Scheme("rk4 of rotation vectors")  # no theory here covers it
+# Scenes on which the method of order 6 has four octaves of steps above round-off. Elsewhere it has
+# two or three, and its verdict would be that nothing is claimed.
 RESOLVED = ("linear-pendulum/free-large", "linear-pendulum/forced-large")
 # Beside a separatrix no step of a method without theory shows to which side it goes.
 AWAY_FROM_SADDLES = ("!cone-pendulum/*-barrier-*",)
@@ -25,7 +25,7 @@ WITH_AN_ERROR = "!projectile"
 # A tolerance of 1e-13 is not reached where a loop is nearly singular.
 SINGULAR = ("!four-bar/near-change-point", "!slider-crank/nearly-singular")
 TURNS = ("free-body/flip", "free-body/symmetric")
-CAPSULES = (  # of each system a scene or two
+CAPSULES = (  # a scene or two of each system
     *("capsule-line/heading-030", "capsule-coast/spin", "capsule-coast/edge"),
     *(
         "capsule-hold/0.999",

@@ -34,7 +34,7 @@ class Inertia:
     """The inertia of bodies that are welded together, in the frame of what carries them."""
 
     mass: float = 0.0  # [kg]
-    centre: Array = field(default_factory=lambda: np.zeros(3))  # of mass [m]
+    centre: Array = field(default_factory=lambda: np.zeros(3))  # centre of mass [m]
     moments: Array = field(default_factory=lambda: np.zeros((3, 3)))  # about it [kg m^2]
 
     def __add__(self, other: Inertia) -> Inertia:
@@ -104,7 +104,7 @@ class Bodies:
     links: Links
     frames: tuple[Frame, ...]  # one a body
     inertias: Mapping[int, Inertia]  # {carrier: inertia of all bodies welded to it}
-    places: tuple[slice, ...]  # of the coordinates of each joint in those of the system
+    places: tuple[slice, ...]  # coordinates of each joint in the system
 
 
 def bodies_of(mechanism: Mechanism) -> Bodies:

@@ -42,8 +42,8 @@ TYPES = MappingProxyType(
 )
 
 items = exudyn.itemInterface
-# A rotor imposes a constant velocity if its inertia [kg m^2] or its mass is as many times the mass
-# of all bodies: no bit of its velocity changes.
+# A rotor imposes a constant velocity if its inertia [kg m^2], or its mass, is so many times the
+# bodies' whole mass: no bit of its velocity changes.
 HOLDING = 1e15
 
 
@@ -53,8 +53,8 @@ class Built:
 
     container: Any
     system: Any
-    nodes: tuple[int, ...]  # of the tree, if there is one, then of each free body by itself
-    places: tuple[slice, ...]  # of the coordinates of each joint in those of the system
+    nodes: tuple[int, ...]  # that of a tree, if any, then one a free body
+    places: tuple[slice, ...]  # coordinates of each joint in the system
     alone: tuple[bool, ...]  # whether a joint is that of a free body by itself
 
 
