@@ -1,8 +1,10 @@
-"""Known limits of engines, and observables that they do not give: a TOML file an engine, ours in
-the folder `limits`, those of other packages where these say; README.md explains the format."""
+"""Known limits of engines, and observables that engines do not give. Each engine has a TOML file,
+written by hand, and beside it a table of measured sizes, written by a command. The files of
+plumbob's engines are in the folder `limits`; README.md explains both formats."""
 
 from __future__ import annotations
 
+import json
 import tomllib
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -21,6 +23,7 @@ from plumbob.engines.method import (
 )
 
 FOLDER = Path(__file__).parent / "limits"
+SIZES = ".sizes.jsonl"  # suffix of the table of sizes beside a file of limits
 Pair = tuple[str, str]  # the names of a scene and of a method
 Entry = TypeVar("Entry", KnownLimit, KnownStepLimit, KnownGradientLimit, NotRead)
 
@@ -102,22 +105,40 @@ def _ours(name: str) -> Limits:
 
 @cache
 def read(file: Path) -> Limits:
-    """The content of a file of limits; raises OSError, and ValueError, TypeError and other errors
-    where it is none."""
+    """The limits in a TOML file, with the sizes in the table beside it if there is one. Raises
+    OSError if the file cannot be read, and ValueError, TypeError or KeyError if it is no file of
+    limits."""
     content = tomllib.loads(file.read_text("utf-8"))
-    sizes = _by_pair(content.pop("sizes", {}))
-    solvers = _by_pair(content.pop("solvers", {}))
-    return Limits(
-        known_limits=_entries(KnownLimit, content.pop("known_limits", ())),
-        step_limits=_entries(KnownStepLimit, content.pop("step_limits", ())),
-        gradient_limits=_entries(KnownGradientLimit, content.pop("gradient_limits", ())),
-        not_read=_entries(NotRead, content.pop("not_read", ())),
-        sizes={pair: Size(**values) for pair, values in sizes.items()},
-        solvers={
-            pair: {float(t): e for t, e in held.items()} for pair, held in solvers.items()
-        },
-        **content,  # the versions; another name is an error
+    known_limits = _entries(KnownLimit, content.pop("known_limits", ()))
+    step_limits = _entries(KnownStepLimit, content.pop("step_limits", ()))
+    gradient_limits = _entries(KnownGradientLimit, content.pop("gradient_limits", ()))
+    not_read = _entries(NotRead, content.pop("not_read", ()))
+    declared = Limits(
+        known_limits=known_limits,
+        step_limits=step_limits,
+        gradient_limits=gradient_limits,
+        not_read=not_read,
+        **content,  # `loosely_known`: another name is a TypeError
     )
+    table = file.with_suffix(SIZES)
+    return with_sizes(declared, table.read_text("utf-8")) if table.is_file() else declared
+
+
+def with_sizes(declared: Limits, table: str) -> Limits:
+    """The declared limits with the sizes of a table: its first line holds the versions that all
+    sizes were measured with, each other line the sizes of a scene with a method, as JSON."""
+    sizes: dict[Pair, Size] = {}
+    solvers: dict[Pair, Mapping[float, float]] = {}
+    first, *lines = table.splitlines()
+    for line in lines:
+        values = json.loads(line)
+        pair = values.pop("scene"), values.pop("method")
+        if "solver" in values:
+            solvers[pair] = {float(t): error for t, error in values["solver"].items()}
+        else:
+            sizes[pair] = Size(**values)
+    versions = json.loads(first)["measured_with"]
+    return replace(declared, sizes=sizes, solvers=solvers, measured_with=versions)
 
 
 def _entries(
@@ -128,7 +149,3 @@ def _entries(
         kind(**{key: tuple(v) if isinstance(v, list) else v for key, v in table.items()})
         for table in tables
     )
-
-
-def _by_pair(scenes: Mapping[str, Mapping[str, Any]]) -> dict[Pair, Mapping[str, Any]]:
-    return {(scene, m): values for scene, held in scenes.items() for m, values in held.items()}

@@ -1,5 +1,10 @@
-"""Measure how large the errors of known limits are, and those of solvers at their tolerances, and
-write them into the engines' files in `engines/limits`, below what is declared there by hand.
+"""Measure how large the errors of known limits are, and the errors of solvers at their tolerances,
+and write them into the engines' tables of sizes in `engines/limits`.
+
+The first line of a table holds the versions. Each other line is a scene with a method: the median
+of the relative errors over the finest runs of the quick profile, from step `coarse` to `fine` [s],
+and the smallest and largest error of the runs from `coarsest` to `fine`; for a solver that chooses
+its steps the relative error by tolerance, above the round-off level.
 
     python -m plumbob.tests.validation.limit_sizes [--profile full] [--scenes GLOB] [--methods GLOB]
         [--missing]
@@ -12,12 +17,13 @@ engine, or plumbob, has.
 """
 
 import argparse
+import json
 import math
 import sys
 from dataclasses import asdict
 
 from plumbob.analytic.schemes import ADAPTIVE
-from plumbob.engines.known_limits import FOLDER, Size, declared_by
+from plumbob.engines.known_limits import FOLDER, SIZES, Size, declared_by
 from plumbob.engines.registry import find_engine, methods
 from plumbob.engines.registry import method as find_method
 from plumbob.engines.study.convergence import convergence_study
@@ -30,15 +36,6 @@ from plumbob.reports.judge.known_sizes import measured
 
 # round-offs: below, what a processor rounds otherwise may be as large as the error
 ABOVE = 100.0
-HEAD = """\
-# Below: written by `python -m plumbob.tests.validation.limit_sizes`. Relative errors of known
-# limits, by scene and method: the median over the finest runs of the quick profile, from step
-# `coarse` to `fine` [s], and what its runs from `coarsest` to `fine` span; and those of solvers
-# that choose their steps, by tolerance, above the round-off level. They are known within 2 % for
-# these versions, and for others within a factor of two.
-
-[measured_with]
-"""
 
 
 def of_study(scene, found):
@@ -87,46 +84,47 @@ def sized(scene, method):
 
 
 def text(sizes, versions):
-    """The part of an engine's file that holds these sizes."""
-    lines = [HEAD, *(f'"{package}" = "{version}"\n' for package, version in versions.items())]
-    table = ""
-    for (scene, method), size in sorted(
-        sizes.items(), key=lambda entry: (_kind(entry[1]), entry)
-    ):
-        if table != (table := f'\n[{_kind(size)}."{scene}"]\n'):
-            lines.append(table)
-        values = asdict(size) if isinstance(size, Size) else size
-        held = ", ".join(f"{_key(name)} = {v:.6g}" for name, v in values.items())
-        lines.append(f'"{method}" = {{ {held} }}\n')
-    return "".join(lines)
+    """The table of these sizes, by {(scene, method): Size, or errors by tolerance}."""
+    lines = [json.dumps({"measured_with": versions})]
+    for (scene, method), size in sorted(sizes.items(), key=_by_kind):
+        lines.append(json.dumps({"scene": scene, "method": method, **_values(size)}))
+    return "".join(f"{line}\n" for line in lines)
 
 
-def _kind(size):
-    return "sizes" if isinstance(size, Size) else "solvers"
+def _by_kind(entry):
+    """A key that sorts entries of `text` by kind, then by scene and method."""
+    pair, size = entry
+    return not isinstance(size, Size), pair
 
 
-def _key(name):
-    return name if isinstance(name, str) else f'"{name:g}"'
+def _values(size):
+    """The numbers of a size as a table holds them, to six digits."""
+    if isinstance(size, Size):
+        return {name: _rounded(value) for name, value in asdict(size).items()}
+    return {"solver": {f"{tolerance:g}": _rounded(error) for tolerance, error in size.items()}}
+
+
+def _rounded(value):
+    return float(f"{value:.6g}")
 
 
 def held_of(name):
-    """The sizes that the file of an engine holds."""
+    """The sizes that the table of an engine holds."""
     limits = declared_by(find_engine(name))
     return {**limits.sizes, **limits.solvers}
 
 
 def write(name, sizes, folder=FOLDER):
-    """Write into the file of an engine the sizes of the pairs that have one still, as measured with
-    the versions that are installed."""
-    file = folder / f"{name}.toml"
-    declared = file.read_text("utf-8").partition(HEAD)[0] if file.is_file() else ""
+    """Write the table of an engine with the sizes of the pairs that still have one, as measured
+    with the versions that are installed."""
     engine = find_engine(name)
     now = provenance("").versions
     here = {package: now.get(package, ABSENT) for package in packages_of(engine)}
     here = {package: version for package, version in here.items() if version != ABSENT}
     versions = {**declared_by(engine).measured_with, **here}
     kept = {pair: size for pair, size in sizes.items() if sized(*pair)}
-    file.write_text(f"{declared.rstrip()}\n\n{text(kept, versions)}".lstrip(), "utf-8")
+    table = folder / f"{name}{SIZES}"
+    table.write_text(text(kept, versions), "utf-8")
 
 
 def main(arguments):
