@@ -10,7 +10,14 @@ LONG, TANGLED = 0, 21
 TOP_LEVEL = {
     *LAYERS,
     "tests",
-    *("CHANGELOG.md", "CITATION.cff", "CONTRIBUTING.md", "LICENSE", "README.md"),
+    *(
+        "ARCHITECTURE.md",
+        "CHANGELOG.md",
+        "CITATION.cff",
+        "CONTRIBUTING.md",
+        "LICENSE",
+        "README.md",
+    ),
     *("__init__.py", "__main__.py", "py.typed"),
     *("Makefile", "constraints.txt", "pyproject.toml"),
 }

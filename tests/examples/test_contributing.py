@@ -1,5 +1,5 @@
-"""The examples in CONTRIBUTING.md run as they are written there: their files in a copy of the tree,
-their commands beside it."""
+"""The examples in the CONTRIBUTING.md files run as they are written there: their files in a copy of
+the tree, their commands beside it."""
 
 import json
 import os
@@ -18,6 +18,7 @@ from plumbob.tests.contracts.tree import PACKAGE, files
 from plumbob.tests.support.page_document import site_files
 
 ROOT = Path(__file__).parents[2]
+GUIDES = ("CONTRIBUTING.md", "models/CONTRIBUTING.md", "engines/CONTRIBUTING.md")
 HEADING = re.compile(r"^## (.+)$", re.MULTILINE)
 BLOCK = re.compile(
     r"^(?:In `(?P<tuple>\w+)` of )?`(?P<path>[\w/.]+)`:\n\n"
@@ -29,7 +30,7 @@ COMMANDS = re.compile(r"^```sh\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 
 @dataclass(frozen=True)
 class Example:
-    """A section of CONTRIBUTING.md: code by file, what it adds to (or None), and commands."""
+    """A section of a CONTRIBUTING.md: code by file, what it adds to (or None), and commands."""
 
     blocks: tuple[tuple[Path, str | None, str], ...]
     commands: tuple[str, ...]
@@ -37,7 +38,7 @@ class Example:
 
 def examples():
     """The examples by the headings of their sections."""
-    _, *parts = HEADING.split((ROOT / "CONTRIBUTING.md").read_text("utf-8"))
+    _, *parts = HEADING.split("".join((ROOT / guide).read_text("utf-8") for guide in GUIDES))
     found = {}
     for heading, text in zip(parts[::2], parts[1::2], strict=True):
         blocks = tuple((Path(m["path"]), m["tuple"], m["code"]) for m in BLOCK.finditer(text))
@@ -117,7 +118,8 @@ def run(tree, where, *command):
 
 
 def test_each_kind_of_addition_has_an_example():
-    assert list(EXAMPLES) == ["A scene", "A system", "An integrator", "An engine", "A finding"]
+    kinds = {"A scene", "A system", "An integrator", "An engine", "A finding"}
+    assert set(EXAMPLES) == kinds
     assert all(example.commands for example in EXAMPLES.values())
     system = [code for path, _, code in EXAMPLES["A system"].blocks if path.suffix == ".py"]
     assert len(system) <= 5
