@@ -1,5 +1,5 @@
-"""Abilities that some engines have beside running scenes: a record for each, with the function that
-has it. None imports the engine's package before it is called."""
+"""Abilities that some engines have beside running scenes. Each ability is a record with the
+engine's function; the engine's package is imported when that function is called."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from plumbob.analytic.schemes import Scheme
 from plumbob.engines.method import Method
 from plumbob.models.scene import Case
 
-if TYPE_CHECKING:  # what an engine takes of a user's own model
+if TYPE_CHECKING:  # records of users' models, which most commands do not need
     from plumbob.analytic.reference import Array
     from plumbob.engines.mechanism import Mechanism
     from plumbob.engines.own_contacts import ContactModel
@@ -25,21 +25,22 @@ if TYPE_CHECKING:  # what an engine takes of a user's own model
     Derivatives = Callable[[Number, Method, float], Mapping[str, float]]
 
 ModelFields = Mapping[tuple[str, str], tuple[float, ...]]
-"""Of a model file: {(field, name of the body, joint, geom or actuator): its numbers}, SI."""
+"""Numbers of a model file, in SI units: {(field, name of the body, joint, geom or actuator):
+numbers of the field}."""
 
 Fields = Iterator[tuple[str, str, Any]]
-"""The same as it is read: field, name, numbers."""
+"""Entries of `ModelFields` in the order in which a reader finds them: (field, name, numbers)."""
 
 
 @dataclass(frozen=True)
 class Trimming:
-    """Cost of a step of three versions of one model: complete, with the pipeline stages disabled
-    that have nothing to do in it, and as it is run, without the parts that have no effect too."""
+    """Cost of a step of three versions of one model: the complete model; the model with needless
+    pipeline stages disabled; and the model as it is run, which also lacks parts without effect."""
 
     ns_default: float  # the complete model [ns of processor time per step]
     ns_flags: float  # needless stages disabled [ns]
     ns_trimmed: float  # as run [ns]
-    identical: bool  # whether the three states at the end agree to the last bit
+    identical: bool  # the three versions end in the same state, to the last bit
     stages_off: tuple[str, ...] = ()  # names of the disabled pipeline stages
     parts_left_out: tuple[str, ...] = ()  # counts with their words: "2 geoms", "1 mesh"
 
@@ -56,9 +57,9 @@ class Snippet:
     title: str
     mjcf: str  # lines of a model file; may be empty
     python: str  # lines to run after the model is compiled or built; may be empty
-    error: str  # what is predicted of a stopping distance, or of the motion
-    cost: str
-    holds: str  # the models and motions for which the predicted error is valid
+    error: str  # predicted error of a stopping distance, or of the motion
+    cost: str  # cost beside default settings
+    holds: str  # models and motions for which the predicted error is valid
 
 
 @dataclass(frozen=True)
@@ -68,41 +69,42 @@ class Settings:
     method: str
     step: float  # [s]
     stop_error_per_speed: float | None
-    """Leading error of a stopping distance over the initial speed [s], of first order in the step
-    and signed; None where nothing is predicted or nothing slides."""
+    """Signed leading error of a stopping distance over the initial speed [s], of first order in the
+    step. None if nothing is predicted or nothing slides."""
     snippets: tuple[Snippet, ...]
 
 
 @dataclass(frozen=True)
 class FileCheck:
-    """How a model file compares with a method's settings for the file's own time step."""
+    """Differences between a model file and a method's settings for the file's time step."""
 
     method: str
     step: float  # [s], the file's own
     differences: tuple[
         tuple[str, str, str], ...
     ]  # field, value in the file, value of the method
-    warnings: tuple[str, ...]  # contacts that are written for another step, or unstable
+    warnings: tuple[str, ...]  # contacts that are unstable, or written for another step
 
 
 @dataclass(frozen=True)
 class SchemeOfCase:
-    """The scheme of a method in a step of a case, where that is not always the method's own."""
+    """Case, method -> the scheme of a step, if it depends on the case. Otherwise an engine does not
+    have this ability, and `Method.scheme` holds."""
 
     of: Callable[[Case, Method], Scheme]
 
 
 @dataclass(frozen=True)
 class SecondRun:
-    """A method that controls its local error -> a method and tolerance of the engine, on the same
-    equations, whose own error is much smaller."""
+    """A method that controls its local error -> another method of the engine, and a tolerance, that
+    solve the same equations with a much smaller error."""
 
     of: Callable[[Method], tuple[Method, float]]
 
 
 @dataclass(frozen=True)
 class UserSettings:
-    """A user's own model file -> the method with its settings; raises ParameterError."""
+    """A user's model file -> a method with the file's settings; raises ParameterError."""
 
     read: Callable[[Path], Method]
 
@@ -132,83 +134,81 @@ class FileChecks:
 
 @dataclass(frozen=True)
 class UserModels:
-    """Models of a user's own, a path or one that is compiled, as audits need them; each raises
-    ParameterError, and the first two NotCertifiable."""
+    """Users' models as audits need them. A model is a path or a compiled model. Each function
+    raises ParameterError; `model` and `contacts` also raise NotCertifiable."""
 
     model: Callable[[Any, Start], OwnModel]
     """Model, start -> the model of its motion."""
     contacts: Callable[[Any, Start, str | None, float | None], ContactModel]
-    """Model, start, a free body's name (None: the heaviest), a friction coefficient in place of
-    its own -> the body on its plane."""
+    """Model, start, name of a free body (None: the heaviest), friction coefficient (None: the
+    model's) -> the body on its plane."""
     write_trimmed: Callable[[Path, Sequence[Change], Path], tuple[Change, ...]]
-    """Model file, what can be left out of it, and the file to write without it -> what of that is
-    left out there."""
+    """Model file, changes that leave parts out, file to write -> the changes that were written."""
     quiet: Callable[[], AbstractContextManager[Any]]
     """Returns a context in which the engine prints nothing and leaves no file."""
 
 
 @dataclass(frozen=True)
 class ModelReader:
-    """A model file (MJCF) -> what the engine's own reader takes from it, SI: field, name of the
-    body, joint, geom or actuator, and its numbers; raises what that raises where it refuses the
-    file."""
+    """A model file (MJCF) -> the fields that the engine's reader takes from it. If the reader
+    refuses the file, the reader's exception is raised."""
 
     read: Callable[[Path], Fields]
 
 
 @dataclass(frozen=True)
 class RunsFiles:
-    """Model file (MJCF), names of its joints and actuators, step [s] -> the model as the engine's
-    own reader makes it, to be stepped beside MuJoCo's; raises what that raises, and NotRead."""
+    """Model file (MJCF), names of its joints and actuators, step [s] -> the model that the engine's
+    reader makes, to be stepped beside MuJoCo's model. Raises NotRead, and exceptions of the
+    reader."""
 
     load: Callable[[Path, Layout, float], PeerModel]
-    precision: float = 2.0**-53  # relative rounding of its numbers
+    precision: float = 2.0**-53  # relative rounding of the engine's numbers
 
 
 @dataclass(frozen=True)
 class BuildsMechanisms:
-    """A mechanism, the state in which it starts, step [s] -> the mechanism in the engine, to be
-    stepped by one method of its own; raises Unsupported, which names the part of the mechanism that
-    the engine does not express."""
+    """Mechanism, start, step [s] -> a stepper of the mechanism in the engine, by one method. Raises
+    Unsupported, which names the part of the mechanism that the engine cannot express."""
 
     build: Callable[[Mechanism, State, float], Stepper]
-    method: str  # its name, "engine/name"
+    method: str  # name of the method that takes the steps, "engine/name"
 
 
 @dataclass(frozen=True)
 class Batches:
-    """Case, method, step [s], number of worlds that run beside each other -> the device, and a
-    function that takes so many steps of all of them and returns the wall time [s]; raises
-    Unsupported and ParameterError."""
+    """Case, method, step [s], number of worlds in a batch -> the device, and a function that takes
+    a number of steps in all worlds and returns the wall time [s]. Raises Unsupported and
+    ParameterError."""
 
     of: Callable[[Case, Method, float, int], tuple[str, Callable[[int], float]]]
 
 
 @dataclass(frozen=True)
 class StepsOfFiles:
-    """Text of a model file whose contacts go with the step -> the text for another step [s]."""
+    """Text of a model file whose contacts depend on the time step -> the text for a step [s]."""
 
     rewrite: Callable[[str, float], str]
 
 
 @dataclass(frozen=True)
 class OwnDerivative:
-    """A way of an engine's own to derivatives of the end of a run: a number among the parameters,
-    method, step [s] or tolerance -> {observable: derivative}; raises Unsupported."""
+    """An engine's own derivatives of the end of a run: a number among the parameters, method,
+    step [s] or tolerance -> {observable: derivative}. Raises Unsupported."""
 
-    way: str
+    way: str  # name of the way
     of: Derivatives
-    precision: float = 0.0  # relative, a step: what its own differences leave, a bound
-    # the same by others, which tell how large their rounding is
+    precision: float = 0.0  # bound on the relative rounding of a step's derivative
+    # the same derivatives by other differences, whose distance shows how large rounding is
     beside: Derivatives | None = None
 
 
 @dataclass(frozen=True)
 class OwnFit:
-    """A fit of an engine's own: residuals of a place in the unit box, shape (p,) -> (m,), and the
-    place to start from -> the best place; raises Unsupported."""
+    """An engine's own fit: a function from a place in the unit box, shape (p,), to residuals, shape
+    (m,), and the place to start from -> the best place. Raises Unsupported."""
 
-    way: str
+    way: str  # name of the way
     of: Callable[[Callable[[Array], Array], Array], Array]
 
 
@@ -218,4 +218,5 @@ class CompilesScenes:
 
     mechanism: Callable[[Case], SceneMechanism]  # raises Unsupported and ParameterError
     translation: Callable[[Case, Method, float], Any]
-    """A case at a step [s] in the engine's own terms; raises Unsupported and ParameterError."""
+    """Case, method, step [s] -> the engine's compiled model of the case. Raises Unsupported and
+    ParameterError."""

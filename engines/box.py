@@ -16,14 +16,12 @@ from plumbob.models.registry import case_of, system_of
 from plumbob.models.registry import scene as find_scene
 from plumbob.models.scene import Case
 
-LONGEST = (
-    10.0  # [s] of processor time that the exact motion at a place may take to be integrated
-)
+LONGEST = 10.0  # [s] processor time allowed for integrating the exact motion at a place
 
 
 @dataclass(frozen=True)
 class Side:
-    """A parameter that is varied from `low` to `high` (SI units, radians), both included."""
+    """A parameter that varies from `low` to `high`, both included, in SI units and radians."""
 
     name: str
     low: float
@@ -41,32 +39,33 @@ class Side:
         return min(max(value, self.low), self.high)
 
     def fraction(self, value: float) -> float:
-        """Where on the side a value is: below 0 or above 1 beyond its ends."""
+        """The place of a value on the side: 0 at the low end, 1 at the high end, and outside that
+        interval beyond the ends."""
         if self.logarithmic:
             return math.log(value / self.low) / math.log(self.high / self.low)
         return (value - self.low) / (self.high - self.low)
 
     def values(self, count: int) -> Array:
-        """`count` values from end to end, shape (count,)."""
+        """Returns `count` values from the low to the high end, shape (count,)."""
         return np.array([self.at(k / max(count - 1, 1)) for k in range(count)])
 
 
 @dataclass(frozen=True)
 class Box:
-    """A scene, some of its parameters changed, others varied along sides."""
+    """A scene with some parameters changed, and others varied along sides."""
 
     scene: str
     changes: tuple[tuple[str, Any], ...]
     sides: tuple[Side, ...]
 
     def parameters(self, place: Sequence[float]) -> Mapping[str, Any]:
-        """The changes at a place of the box: a fraction of each side, shape (sides,)."""
+        """The changed parameters at a place of the box: a fraction of each side, shape (sides,)."""
         varied = {s.name: s.at(x) for s, x in zip(self.sides, place, strict=True)}
         return {**dict(self.changes), **varied}
 
     def case(self, place: Sequence[float]) -> Case:
-        """The case at a place; raises NoAnswer where the equations, or double precision, have
-        none, or it takes longer than `LONGEST`."""
+        """The case at a place. Raises NoAnswer if the equations have no solution there, double
+        precision does not determine it, or integrating it takes longer than `LONGEST`."""
         try:
             with answering():
                 case = case_of(find_scene(self.scene, self.parameters(place)))
@@ -78,8 +77,8 @@ class Box:
 
 
 def _integrated(case: Case) -> None:
-    """Integrate the exact motion of a case to its end, where it is known by integration alone;
-    raises NoAnswer where that takes too long."""
+    """Integrates the exact motion of a case to its end if it has no closed form; raises NoAnswer if
+    that takes longer than `LONGEST`."""
     duration = case.scene.duration
     until = integrated(case, duration, LONGEST, lambda reached, spent: None)
     if until < duration:
@@ -88,8 +87,9 @@ def _integrated(case: Case) -> None:
 
 
 def box(scene: str, changes: Mapping[str, Any], sides: Sequence[Side]) -> Box:
-    """The box of a scene with these changes and sides. Raises ParameterError for an unknown scene
-    or name, a parameter that is no single number, a side named twice or also changed."""
+    """The box of a scene with these changes and sides. Raises ParameterError if a scene or a name
+    is unknown, a varied parameter is not a single number, or a side is given twice or also
+    changed."""
     found = find_scene(scene, changes)
     known({side.name: side.low for side in sides}, system_of(found).parameters)
     for k, side in enumerate(sides):
@@ -106,4 +106,5 @@ def box(scene: str, changes: Mapping[str, Any], sides: Sequence[Side]) -> Box:
 
 
 def _between(low: float, high: float, fraction: float) -> float:
+    """The linear interpolation between two values."""
     return low + fraction * (high - low)

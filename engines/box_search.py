@@ -13,23 +13,23 @@ from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.reference import Array, NoAnswer
 from plumbob.engines.method import Unsupported
 
-MOST_RUNS = 1_000_000  # each of which the search keeps
-WIDE = 0.7  # of the runs look everywhere in the box; the rest near the best place found
+MOST_RUNS = 1_000_000  # largest budget: the search keeps every run in memory
+WIDE = 0.7  # fraction of the runs that look everywhere in the box, not near the best place
 
 
 @dataclass(frozen=True)
 class Searched:
-    """The best place of a search; without a `place` where none had a cost."""
+    """The best place that a search found."""
 
-    place: tuple[float, ...] | None  # fractions of the sides
-    cost: float
-    runs: int
-    without: int  # of these had no cost: no exact answer, or no model
-    why: str  # of the last of them
+    place: tuple[float, ...] | None  # fractions of the sides; None if no run had a cost
+    cost: float  # cost at that place
+    runs: int  # number of runs made
+    without: int  # number of runs without a cost: no exact answer, or an unsupported scene
+    why: str  # reason of the last run without a cost
 
 
 class _Spent(Exception):
-    """All runs are made."""
+    """The budget of runs is spent."""
 
 
 def lowest(
@@ -40,9 +40,9 @@ def lowest(
     progress: Callable[[int, float], None] = lambda made, best: None,
     first: Sequence[Sequence[float]] = (),
 ) -> Searched:
-    """The place with the smallest `cost` in at most `budget` runs, the `first` places among them;
-    one without, where NoAnswer or
-    Unsupported is raised, counts as `failed` and is never the answer."""
+    """The place with the smallest `cost` that at most `budget` runs find; the `first` places are
+    tried first. If a run raises NoAnswer or Unsupported, its place counts as `failed` and is never
+    the answer. Raises ParameterError if the budget is too large."""
     from scipy.optimize import Bounds, direct, minimize
 
     if budget > MOST_RUNS:
@@ -84,7 +84,7 @@ def lowest(
 
 
 def _simplex(start: Sequence[float] | Array) -> Array:
-    """Corners about a start that all lie in the box, shape (sides + 1, sides)."""
+    """Corners of a simplex about a start, all within the box, shape (sides + 1, sides)."""
     start = np.asarray(start)
     steps = np.where(start > 0.5, -0.02, 0.02)
     return np.vstack([start, start + np.diag(steps)])

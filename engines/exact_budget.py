@@ -9,16 +9,16 @@ from plumbob.models.scene import Case
 
 
 class _OutOfTime(Exception):
-    """The budget is spent."""
+    """The budget of processor time is spent."""
 
 
 def integrated(
     case: Case, last: float, seconds: float, progress: Callable[[float, float], None]
 ) -> float:
-    """Integrates the exact motion of a case up to `last` [s], if it is known by integration alone;
-    the motion is kept for later use. Returns the time [s] until which it is certified: it is less
-    than `last` if `seconds` of processor time did not suffice. Before each step `progress` is
-    called with that time and the processor time spent [s]."""
+    """Integrates the exact motion of a case up to `last` [s], if it has no closed form. The case
+    keeps the motion for later use. Returns the time [s] until which the motion is certified: less
+    than `last` if `seconds` of processor time do not suffice. Before each step `progress` is called
+    with the time reached [s] and the processor time spent [s]."""
     begin = time.process_time()
     until = last
 

@@ -21,7 +21,7 @@ LoopKind = Literal["connect", "weld"]
 ShapeKind = Literal["sphere", "capsule", "box", "cylinder", "ellipsoid", "plane", "hull"]
 Term = Literal["mass matrix", "bias", "passive", "actuator", "constraint"]
 
-# Times [s] at which a prescribed velocity is asked whether it changes.
+# [s] times at which a prescribed velocity is evaluated to see whether it is constant
 ASKED_AT = np.concatenate(
     [np.linspace(0.0, 1.0, 1000, endpoint=False), np.geomspace(1.0, 1e3, 500)]
 )
@@ -38,8 +38,8 @@ class Body:
     mass: float  # [kg]
     centre: Array  # of mass, in its frame [m], shape (3,)
     inertia: Array  # about its centre, along the axes of its frame [kg m^2], shape (3, 3)
-    carried: float = 0.0  # fraction of its weight that an upward force at its centre carries
-    point: bool = False  # a point mass is meant: its inertia is what an engine needs at least
+    carried: float = 0.0  # fraction of its weight that a constant upward force balances
+    point: bool = False  # it stands for a point mass: its inertia only satisfies the engine
 
 
 @dataclass(frozen=True)
@@ -79,7 +79,7 @@ class Loop:
     bodies: tuple[int, int]
     places: tuple[Array, Array]  # in the frame of each body [m], shape (3,) each
     attitude: Array  # of a weld: of the second body's frame in the first's, scalar first
-    rigid: bool = False  # the exact constraint is meant, however softly an engine closes it
+    rigid: bool = False  # the system's constraint is exact, however softly an engine closes it
 
 
 @dataclass(frozen=True)
@@ -126,8 +126,8 @@ class Actuator:
 
 @dataclass(frozen=True)
 class NotExpressed:
-    """A part of a model that a mechanism has no record for, and the terms of the equations of
-    motion that it adds to."""
+    """A part of a model for which a mechanism has no record, and the terms of the equations of
+    motion to which the part contributes."""
 
     name: str  # "tendon hamstring"
     terms: tuple[Term, ...]
@@ -148,14 +148,14 @@ class Mechanism:
 
 
 def is_constant(velocity: Callable[[Array], Array]) -> bool:
-    """Whether a prescribed velocity is the same at all times, as far as many of them show."""
+    """Whether a prescribed velocity is the same at all times of `ASKED_AT`."""
     return not np.ptp(velocity(ASKED_AT))
 
 
 def idealised(mechanism: Mechanism, ideal: Idealisations) -> Mechanism:
-    """The mechanism with a system's idealisations in place of what a model file has for them. If a
-    joint's motion is prescribed, the armature and the actuators go by which a file imposes that
-    motion. Raises KeyError if a name is not in the mechanism."""
+    """The mechanism with a system's idealisations in place of the model file's approximations of
+    them. A joint whose motion is prescribed loses its armature and its actuators, by which the file
+    imposes that motion. Raises KeyError if a name is not in the mechanism."""
     _require({joint.name for joint in mechanism.joints}, ideal.velocities)
     _require({loop.name for loop in mechanism.loops}, ideal.rigid_loops)
     _require({body.name for body in mechanism.bodies}, ideal.points)
