@@ -1,4 +1,4 @@
-"""Validates and isolates engines of other packages: their errors and output become results."""
+"""Validates and isolates engines of other packages: their exceptions and output become results."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from plumbob.models.scene import Case
 
 
 def wrong(engine: Any, name: str) -> str:
-    """The reason why an object is no engine of this name; empty where it is one."""
+    """The reason why an object is no engine of this name; empty if it is one."""
     if not isinstance(engine, Engine):
         return f"{type(engine).__name__} in place of a plumbob Engine"
     if why := mistyped(engine):
@@ -28,35 +28,40 @@ def wrong(engine: Any, name: str) -> str:
         return f"the engine is called {engine.name!r}, its entry point {name!r}"
     if not engine.methods:
         return "it has no methods"
-    several = (_wrong_method(method, name) for method in engine.methods)
-    return next(filter(None, several), "") or wrong_limits(engine)
+    reasons = (_wrong_method(method, name) for method in engine.methods)
+    return next(filter(None, reasons), "") or wrong_limits(engine)
 
 
 def mistyped(record: Any) -> str:
-    """The first field of a dataclass whose value is of another kind than it says."""
+    """Names the first field of a dataclass whose value is not of the declared type; empty if there
+    is none."""
     for name, kind in get_type_hints(type(record)).items():
-        if not _is_of(value := getattr(record, name), kind):
+        value = getattr(record, name)
+        if not _is_of(value, kind):
             return f"{name} of its {type(record).__name__} is {value!r}"
     return ""
 
 
 def _is_of(value: Any, kind: Any) -> bool:
-    of = get_origin(kind) or kind
-    parts = get_args(kind)
-    if of in (Union, UnionType):
-        return any(_is_of(value, part) for part in parts)
-    if of is Literal:
-        return value in parts
-    if of is tuple and isinstance(value, tuple):
-        return all(_is_of(each, parts[0]) for each in value)
-    return of is Any or isinstance(value, (int, float) if of is float else of)
+    """Whether a value is of an annotated type; an int counts as a float."""
+    origin = get_origin(kind) or kind
+    arguments = get_args(kind)
+    if origin in (Union, UnionType):
+        return any(_is_of(value, argument) for argument in arguments)
+    if origin is Literal:
+        return value in arguments
+    if origin is tuple and isinstance(value, tuple):
+        return all(_is_of(item, arguments[0]) for item in value)
+    if origin is float:
+        return isinstance(value, (int, float))
+    return origin is Any or isinstance(value, origin)
 
 
 def wrong_limits(engine: Engine) -> str:
-    """The reason why an engine's limits, in its file or in Python, are none; empty where they
-    are."""
+    """The reason why an engine's limits, in its file or in Python, are malformed; empty if they are
+    well formed."""
     try:
-        with border():  # anything may stand in that file
+        with border():  # the file belongs to another package: anything may be in it
             limits = declared_by(engine)
     except Refused as error:
         return f"its file of limits: {error}"
@@ -64,6 +69,7 @@ def wrong_limits(engine: Engine) -> str:
 
 
 def _wrong_method(method: Method, engine: str) -> str:
+    """The reason why a method is not a valid one of an engine; empty if it is."""
     if why := mistyped(method):
         return why
     if not method.name.startswith(f"{engine}/") or method.name.count("/") != 1:
@@ -77,8 +83,9 @@ def _wrong_method(method: Method, engine: str) -> str:
 
 
 def guarded(added: Addition) -> Engine:
-    """An engine that a package adds, whose errors are results: of preparing, as unsupported, of
-    running, as a run that diverged; what it prints is a warning of the run."""
+    """An engine of another package whose exceptions become results. If preparing a scene raises,
+    the scene is unsupported; if a run raises, the run has diverged. Printed output becomes a
+    warning of the run."""
     engine: Engine = added.found
 
     def prepare(case: Case, method: Method, step: float) -> Simulation:
@@ -100,8 +107,8 @@ def guarded(added: Addition) -> Engine:
 
 
 def _asked(added: Addition, what: str, ask: Callable[[], Any]) -> Any:
-    """Calls a function of the engine; its errors are raised as Unsupported, with the package's
-    name."""
+    """Returns what a function of the engine returns. An exception of the function becomes
+    Unsupported, with the name of the package and of the function, `what`."""
 
     def unsupported(line: str) -> Unsupported:
         return Unsupported(f"{added.package}: {what} raises {line}")
@@ -111,20 +118,22 @@ def _asked(added: Addition, what: str, ask: Callable[[], Any]) -> Any:
 
 
 def _seconds(simulation: Any) -> float:
+    """The time that compiling took [s]; 0 if the simulation has no such number."""
     seconds = getattr(simulation, "compile_seconds", 0.0)
     return float(seconds) if isinstance(seconds, (int, float)) else 0.0
 
 
 @dataclass
 class _Guarded:
-    """A simulation of a package's engine; what goes wrong in it becomes a result."""
+    """A simulation of another package's engine, whose exceptions become results."""
 
     package: str
     simulation: Any
     compile_seconds: float
 
     def run(self) -> Trajectory:
-        """The engine's run; one that raises, or is no trajectory, counts as diverged at once."""
+        """Returns the engine's run. If the engine raises, or returns no trajectory, the run counts
+        as diverged at the start."""
         with captured() as output:
             try:
                 with border():
@@ -133,15 +142,16 @@ class _Guarded:
             except Refused as error:
                 why = f"run raises {error}"
         if why:
-            said_why = (f"{self.package}: {why}",)
-            return Trajectory(np.zeros(1), {}, diverged_at=0.0, warnings=said_why)
+            warning = f"{self.package}: {why}"
+            return Trajectory(np.zeros(1), {}, diverged_at=0.0, warnings=(warning,))
         printed = " ".join(output[0].split())
         if not printed:
             return run
         return replace(run, warnings=(*run.warnings, f"{self.package} prints: {printed[:120]}"))
 
     def stepped(self, fraction: float) -> Stepping:
-        """The steps of the first `fraction`; none count where the engine raises."""
+        """Returns the cost of the steps of the first `fraction` of the run; of no steps if the
+        engine raises."""
         try:
             with border(), captured():
                 stepping = self.simulation.stepped(fraction)

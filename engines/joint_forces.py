@@ -14,18 +14,18 @@ Limits = tuple[float, float] | None
 
 
 def actuators_of(mechanism: Mechanism, joint: int) -> list[Actuator]:
-    """The actuators of a joint, by its number."""
+    """The actuators that act on the joint with this number."""
     return [actuator for actuator in mechanism.actuators if actuator.joint == joint]
 
 
 def idle_controls(mechanism: Mechanism) -> list[float]:
-    """Controls that are all zero."""
+    """A list of zeros, one for each control of a mechanism."""
     return [0.0] * (1 + max((actuator.control for actuator in mechanism.actuators), default=-1))
 
 
 def passive_and_actuator_force(joint: Joint, actuators: Sequence[Actuator]) -> JointForce:
-    """The force of these actuators, within the joint's range of forces, and of the joint's spring
-    and damper."""
+    """The force of a joint's actuators, clamped to the joint's range of forces, plus the force of
+    the joint's spring and damper."""
     damping = float(joint.damping[0])
     stiffness = joint.stiffness
     rest = float(joint.rest[0])
@@ -40,7 +40,7 @@ def passive_and_actuator_force(joint: Joint, actuators: Sequence[Actuator]) -> J
 
 
 def actuator_force(joint: Joint, actuators: Sequence[Actuator]) -> JointForce:
-    """The force of these actuators, within the joint's range of forces."""
+    """The sum of the forces of a joint's actuators, clamped to the joint's range of forces."""
     forces = [_force(actuator) for actuator in actuators]
     limits = joint.force_range
     if len(forces) == 1 and limits is None:
@@ -55,23 +55,24 @@ def actuator_force(joint: Joint, actuators: Sequence[Actuator]) -> JointForce:
 
 
 def _force(actuator: Actuator) -> JointForce:
-    """The force of an actuator on its joint."""
+    """The force of one actuator on its joint, clamped to the actuator's ranges."""
     gear = actuator.gear
     gain = actuator.gain
     control = actuator.control
-    constant, by_place, by_rate = actuator.bias
-    by_place, by_rate = gear * by_place, gear * by_rate
+    constant, bias_per_length, bias_per_rate = actuator.bias
+    bias_per_coordinate = gear * bias_per_length
+    bias_per_velocity = gear * bias_per_rate
     low, high = _ends(actuator.force_range)
     least, most = _ends(actuator.control_range)
 
     def force(q: float, rate: float, controls: Sequence[float]) -> float:
-        asked = min(max(controls[control], least), most)
-        pushed = gain * asked + constant + by_place * q + by_rate * rate
-        return gear * min(max(pushed, low), high)
+        clamped_control = min(max(controls[control], least), most)
+        bias = constant + bias_per_coordinate * q + bias_per_velocity * rate
+        return gear * min(max(gain * clamped_control + bias, low), high)
 
     return force
 
 
 def _ends(limits: Limits) -> tuple[float, float]:
-    """Both limits; infinite where there are none."""
+    """The lower and the upper limit; infinite if there are none."""
     return limits or (-math.inf, math.inf)

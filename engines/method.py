@@ -1,4 +1,4 @@
-"""Methods and engines: names, declared order, and the functions that run them."""
+"""Methods and engines: their names, declared orders and limits, and the functions that run them."""
 
 from __future__ import annotations
 
@@ -20,18 +20,18 @@ from plumbob.models.scene import Case, Scene
 
 Ability = TypeVar("Ability")
 ModelError = Mapping[str, Mapping[str, float]]
-"""{observable: {reason: absolute bound}}: what a model itself adds, apart from the step."""
+"""{observable: {reason: absolute bound}}: errors of an engine's model that no step reduces."""
 Options = Mapping[str, Any]  # an engine's own names of settings, and their values
-USER_METHOD = "mujoco/mine"  # the method that a user's own file is read as
+USER_METHOD = "mujoco/mine"  # name of the method that is read from a user's model file
 
-
-# [s] of a time step, whose inverse square contacts are as stiff as
+# [s] allowed time steps: the stiffness of contacts goes as the step to the power of -2
 SHORTEST, LONGEST = 1e-9, 1e3
 
 
 def time_step(name: str, step: float, model: str = "") -> float:
-    """Return a time step [s] that settings can be for, or that of a `model`, which the argument
-    `name` gave; raises ParameterError where it is none."""
+    """Returns a time step [s] if settings can be made for it. Raises ParameterError otherwise, with
+    the `name` of the argument; the step is the argument itself, or the step of a `model` file that
+    the argument names."""
     if not SHORTEST <= step <= LONGEST:
         allowed = f"from {SHORTEST:g} to {LONGEST:g} s"
         if model:
@@ -43,27 +43,31 @@ def time_step(name: str, step: float, model: str = "") -> float:
 
 
 class Unsupported(Exception):
-    """A method that cannot run a scene; its text is the reason, one line."""
+    """Raised if a method cannot run a scene; the text is the reason, in one line."""
 
 
 @dataclass(frozen=True)
 class Method:
-    """An engine with its integrator and, where it matters, model variant and contact profile."""
+    """An engine with its integrator and, if it has any, its variant of the model and its
+    contacts."""
 
     name: str  # "mujoco/rk4", "mujoco/euler+coulomb"
-    scheme: Scheme  # what it does in a step, for the theory of errors
-    order: int | None  # of the global error in the step; None for adaptive methods
-    # what its `step` argument means: [s], or rtol
+    scheme: Scheme  # its time-stepping rule, for the theory of errors
+    order: int | None  # order of the global error in the step; None for adaptive methods
+    # meaning of its `step` argument: time step [s], or relative tolerance
     control: Literal["step", "tolerance"] = "step"
     settings: Options = field(default_factory=dict)  # the engine's own option names
-    # of tolerances, loose to tight; steps are the scene's own
+    # tolerances of an adaptive method, loose to tight; time steps are those of the scene
     step_sizes: tuple[float, ...] = ()
     systems: tuple[str, ...] = ()
-    """Patterns of systems, or scenes, it is meant for beside its kinds, or after "!" is not."""
+    """Patterns of systems or scenes that it runs beside its kinds; after "!" those that it does not
+    run."""
     kinds: tuple[str, ...] = ()
-    """Kinds of system that it can do; with no names of systems either: all."""
+    """Kinds of system that it runs. If both `kinds` and `systems` are empty, it runs all
+    systems."""
     surrogate: str = ""
-    """Why its model is not the full body, where it is not: what no robot model can take over."""
+    """Why its model is a simplification that no robot model can take over; empty if its model is
+    the full body."""
 
     def __getstate__(self) -> dict[str, Any]:
         """The fields as a plain dict: a read-only view of one cannot be sent to a worker."""
@@ -76,9 +80,9 @@ class Method:
 
 
 def meant(method: Method, scene: Scene) -> bool:
-    """Whether `method` is meant for `scene`: by the kind of its system, or by its name or its
-    system's. A system of another package is for the engines that it has builders for, and the
-    methods that name it."""
+    """Whether `method` is meant for `scene`: the method names the scene, its system, or the kind of
+    its system. A system of another package is also meant for the engines for which the package has
+    builders, and otherwise only for methods that name it."""
     names = (scene.system, scene.name)
     unwanted = tuple(p[1:] for p in method.systems if p.startswith("!"))
     if any(fits(name, unwanted) for name in names):
@@ -110,18 +114,18 @@ Limited = Literal[
 ]
 _RENAMED = MappingProxyType({"pass": "predicted", "fail": "off-prediction"})
 Patterns = str | tuple[str, ...]
-"""Shell patterns of names, or after "!" of those that are left out."""
+"""Shell patterns of names; a pattern after "!" leaves names out."""
 
 
-@lru_cache(maxsize=1 << 16)  # a page asks a million times
+@lru_cache(maxsize=1 << 16)  # one page calls it a million times
 def fits(name: str, patterns: Patterns) -> bool:
-    """Whether the name of a scene or a method is of one of these patterns, and none leaves it
-    out."""
-    several = (patterns,) if isinstance(patterns, str) else patterns
-    unwanted = (pattern[1:] for pattern in several if pattern.startswith("!"))
+    """Whether the name of a scene or a method matches one of these patterns, and no pattern leaves
+    it out."""
+    listed = (patterns,) if isinstance(patterns, str) else patterns
+    unwanted = (pattern[1:] for pattern in listed if pattern.startswith("!"))
     if any(fnmatchcase(name, pattern) for pattern in unwanted):
         return False
-    return any(fnmatchcase(name, pattern) for pattern in several)
+    return any(fnmatchcase(name, pattern) for pattern in listed)
 
 
 @dataclass(frozen=True)
@@ -133,10 +137,10 @@ class KnownLimit:
     verdict: Limited
     reason: str
     size: float = 0.0
-    """Relative error, known within a factor of two: the median over the finest five runs of the
-    quick profile; of no meaning where the verdict is `unsupported` or `converges`."""
+    """Relative error, known within a factor of two: the median over the five finest runs of the
+    quick profile. It has no meaning if the verdict is `unsupported` or `converges`."""
     other: Limited | Literal["predicted"] | None = None
-    """A verdict that is also expected: which depends on the step sizes."""
+    """A second verdict that is expected too: the step sizes decide which of the two it is."""
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "verdict", present(self.verdict))
@@ -144,7 +148,7 @@ class KnownLimit:
 
 
 def present(verdict: str) -> str:
-    """A verdict by its present name; earlier ones are understood."""
+    """The present name of a verdict, given the present or an earlier name."""
     return _RENAMED.get(verdict, verdict) if isinstance(verdict, str) else verdict
 
 
@@ -165,16 +169,16 @@ class KnownGradientLimit:
 
     scenes: Patterns
     methods: Patterns
-    by: Patterns  # parameters
-    size: float  # of the relative error,
-    factor: float  # known within it
+    by: Patterns  # names of the parameters by which the derivative is taken
+    size: float  # relative error of the derivative
+    factor: float  # factor within which the size is known
     reason: str
     ways: Patterns = "*"
 
 
 @dataclass(frozen=True)
 class NotRead:
-    """Observables that an engine does not give of scenes with methods of these patterns."""
+    """Observables that an engine does not give for these scenes with these methods."""
 
     scenes: Patterns
     methods: Patterns
@@ -187,20 +191,20 @@ class Engine:
     """A translation of scenes into one engine's terms; the package is imported when it runs."""
 
     name: str
-    package: str  # the import name that must be there
+    package: str  # import name of the engine's package
     methods: tuple[Method, ...]
     prepare: Callable[[Case, Method, float], Simulation]  # raises Unsupported
     model_error: Callable[[Case, Method, float], ModelError]
-    optional: bool = False  # a peer: not missed unless it is asked for by name
+    optional: bool = False  # if it is not installed, it is missing only when it is named
     not_read: Mapping[str, str] = field(default_factory=dict)
-    """{observable: why}: what an engine of another package gives of no scene."""
-    distribution: str = ""  # the package that adds it, where that is not plumbob
+    """{observable: reason}: observables that an engine of another package gives for no scene."""
+    distribution: str = ""  # name of the package that adds the engine; empty for plumbob's
     limits: Path | None = None
-    """The file that declares the limits of an engine of another package, as those of `limits` do
-    for ours."""
-    known_limits: tuple[KnownLimit, ...] = ()  # and those declared in Python
-    abilities: tuple[object, ...] = ()  # what else it can do: records of `engines.abilities`
+    """File of limits of an engine of another package; plumbob's engines have theirs in
+    `limits/`."""
+    known_limits: tuple[KnownLimit, ...] = ()  # limits that are declared in Python
+    abilities: tuple[object, ...] = ()  # records of `engines.abilities`
 
     def ability(self, kind: type[Ability]) -> Ability | None:
-        """The engine's ability of a kind; None where it has none."""
+        """The engine's ability of this kind; None if it lacks the ability."""
         return next((can for can in self.abilities if isinstance(can, kind)), None)
