@@ -1,4 +1,4 @@
-"""The records of a contact audit: a user's body on its floor, slid, turned and pushed."""
+"""The records of a contact audit: a user's body on a plane, which is slid, turned and pushed."""
 
 from __future__ import annotations
 
@@ -21,8 +21,8 @@ else:  # of the engine that has the ability `UserModels`
 
 @dataclass(frozen=True)
 class Standing:
-    """A user's free body as one rigid piece at rest on its plane. Lengths are relative to its
-    centre of mass, along the plane's axes."""
+    """A user's free body as one rigid piece at rest on a plane. Lengths are relative to the centre
+    of mass, along the plane's axes."""
 
     body: str
     plane: str
@@ -30,15 +30,15 @@ class Standing:
     inertia: float  # about the vertical [kg m^2]
     gravity: float  # [m/s^2]
     feet: tuple[str, ...]  # geoms that touch the plane
-    points: Array  # of contact [m], shape (n, 2)
-    height: float  # of the centre of mass [m]
-    friction: tuple[float, ...]  # coefficient at each point
-    torsion: bool  # whether contacts resist a turn, or rolling, by moments of their own
-    locked: int  # joints held where they start
+    points: Array  # contact points [m], shape (n, 2)
+    height: float  # height of the centre of mass above the plane [m]
+    friction: tuple[float, ...]  # friction coefficient at each point
+    torsion: bool  # whether single contacts resist turning or rolling by a moment
+    locked: int  # number of joints that are held where they start
 
     @property
     def coefficient(self) -> float:
-        """The friction coefficient of all points; not a number where they differ."""
+        """The friction coefficient of all points; nan if the points differ."""
         least = min(self.friction)
         most = max(self.friction)
         return least if most - least <= 1e-9 * most else float("nan")
@@ -46,8 +46,8 @@ class Standing:
 
 @dataclass(frozen=True)
 class Slide:
-    """How a body that was given a velocity comes to rest."""
+    """The motion of a body that was given a velocity, up to its rest."""
 
     along: float  # displacement of the centre of mass along the initial velocity [m]
-    turn: float  # about the vertical [rad]
-    rests: bool  # whether it had stopped when the run ended
+    turn: float  # rotation about the vertical [rad]
+    rests: bool  # whether the body had stopped when the run ended

@@ -1,5 +1,5 @@
-"""A user's model file as another engine reads it: what an audit needs of it, in MuJoCo's
-coordinates, and their translation into an engine's own."""
+"""A user's model file as another engine reads it, for an audit: the terms of its equations of
+motion and its steps in MuJoCo's coordinates, translated from the engine's coordinates."""
 
 from __future__ import annotations
 
@@ -12,23 +12,30 @@ import numpy as np
 from plumbob.analytic.reference import Array
 
 Terms = Mapping[str, Any]
-"""Of a state, in generalised coordinates: "mass matrix", and the forces "gravity", "bias" (which
-the others act against), "passive" and "actuator" [N or N m]; "contacts", pairs of names of bodies
-that touch; beside them, where an engine has it, "damping", what an implicit step adds to the
-diagonal of the mass matrix, per step, "causes", why a term is what it is, and "axes", the first
-axis of friction of pairs within their margin, where friction's cone is a pyramid on them."""
-FREE, BALL = 6, 3  # velocities of these joints
+"""Terms of the equations of motion in a state, in generalised coordinates:
+
+- "mass matrix" [kg, kg m, kg m^2], shape (nv, nv);
+- the forces "gravity", "passive" and "actuator", and "bias", which stands on the other side of the
+  equation [N or N m], shape (nv,) each;
+- "contacts": pairs of names of bodies that touch;
+- "damping", if the engine's step is implicit in it: what the step adds to the diagonal of the mass
+  matrix, per time step;
+- "causes", if the engine knows them: {term: why it differs};
+- "axes", if the engine's friction cone is a pyramid: the first axis of friction of each pair within
+  its margin.
+"""
+FREE, BALL = 6, 3  # numbers of velocities of a free joint and of a ball joint
 
 
 @dataclass(frozen=True)
 class Joint:
-    """A joint of MuJoCo's model, and where its coordinates begin."""
+    """A joint of MuJoCo's model, and the numbers at which its coordinates begin."""
 
     name: str
     size: int  # degrees of freedom: 1, or FREE, or BALL
-    position: int
-    velocity: int
-    reference: Array  # its coordinates as the file draws it
+    position: int  # number of its first coordinate in qpos
+    velocity: int  # number of its first velocity in qvel
+    reference: Array  # coordinates at which the file draws it
 
 
 @dataclass(frozen=True)
@@ -37,66 +44,68 @@ class Layout:
 
     joints: tuple[Joint, ...]
     actuators: tuple[str, ...]
-    bodies: tuple[str, ...]  # that move
+    bodies: tuple[str, ...]  # bodies that can move
 
     @property
     def velocity(self) -> slice:
-        """Where velocities are in a state."""
+        """The slice of a state that holds its velocities."""
         first = sum(len(joint.reference) for joint in self.joints)
         return slice(first, first + sum(joint.size for joint in self.joints))
 
 
 class PeerModel(Protocol):
-    """A model file in an engine, whose states are MuJoCo's: qpos, qvel, and act where it has it."""
+    """A model file in an engine. States are MuJoCo's: qpos, qvel, and act if the engine has it."""
 
     @property
     def integrator(self) -> str:
-        """The integrator of its steps, by MuJoCo's name for it."""
+        """MuJoCo's name for the engine's integrator."""
 
     def terms(self, state: Array, control: Array) -> Terms:
-        """The terms of its equations of motion."""
+        """The terms of the equations of motion in a state under a control."""
 
     def begin(self, state: Array) -> None:
-        """Start from a state."""
+        """Puts the model into a state."""
 
     def advance(self, control: Array, force: Array, steps: int) -> Array:
-        """Take steps under a control and a generalised force beside it; the state at their end."""
+        """Takes steps under a control and an additional generalised force; returns the state at the
+        end."""
 
 
 class NotRead(Exception):
-    """A file of which an engine makes another mechanism; its text says why."""
+    """Raised if an engine makes a different mechanism of a file; the text is the reason."""
 
 
 class RefusedFile(NotRead):
-    """A file that an engine refuses; its text is the engine's error in one line."""
+    """Raised if an engine refuses a file; the text is the engine's error in one line."""
 
 
 def rotation(attitude: Array) -> Array:
-    """The matrix of a quaternion [w, x, y, z], shape (3, 3)."""
-    from scipy.spatial.transform import (
-        Rotation,  # not above: this module is loaded at each start
-    )
+    """The rotation matrix of a quaternion [w, x, y, z], shape (3, 3)."""
+    # Imported here: this module is loaded at each start of plumbob, scipy takes long to load.
+    from scipy.spatial.transform import Rotation
 
     return Rotation.from_quat(attitude, scalar_first=True).as_matrix()
 
 
 @dataclass(frozen=True)
 class Frame:
-    """How an engine has the coordinates of a free joint: a pose by the position and the attitude
-    [w, x, y, z], and where its velocity differs from MuJoCo's (linear in the world, then angular in
-    the body)."""
+    """An engine's coordinates of a free joint. MuJoCo's velocity is the linear velocity in the
+    world, then the angular velocity in the body."""
 
-    pose: Callable[[Array, Array], Array]
-    place: Callable[[Array], tuple[Array, Array]]
-    size: int = 7  # of the pose
-    linear_first: bool = False
-    linear_in_body: bool = False
-    angular_in_body: bool = False
+    pose: Callable[
+        [Array, Array], Array
+    ]  # position and attitude [w, x, y, z] -> the engine's pose
+    place: Callable[[Array], tuple[Array, Array]]  # the engine's pose -> position and attitude
+    size: int = 7  # number of coordinates of the engine's pose
+    linear_first: bool = False  # whether the linear velocity stands before the angular velocity
+    linear_in_body: bool = False  # whether the linear velocity is in the body's axes
+    angular_in_body: bool = False  # whether the angular velocity is in the body's axes
     arm: tuple[float, ...] = (0.0, 0.0, 0.0)
-    """In the body [m], to the point whose velocity the engine has, in the world."""
+    """Vector from the body's frame to the point whose linear velocity the engine uses, in the
+    body's axes [m]."""
 
     def jacobian(self, attitude: Array) -> Array:
-        """The engine's velocity by MuJoCo's, shape (6, 6)."""
+        """The matrix T with which the engine's velocity is T times MuJoCo's, shape (6, 6)."""
         turned = rotation(attitude)
         linear = slice(0, 3)
         angular = slice(3, 6)
@@ -109,8 +118,8 @@ class Frame:
         return out
 
     def turning(self, attitude: Array, v: Array) -> Array:
-        """The rate of that matrix times MuJoCo's velocity: of the engine's, linear before angular
-        where it is not zero, shape (6,)."""
+        """The rate of the matrix T of `jacobian`, times MuJoCo's velocity, shape (6,). If it is not
+        zero, the engine's linear velocity stands first."""
         out = np.zeros(FREE)
         spin = v[3:]
         if self.linear_in_body:
@@ -121,21 +130,22 @@ class Frame:
 
 
 class EngineModel(Protocol):
-    """A model file in an engine, in the engine's own coordinates."""
+    """A model file in an engine, in the engine's coordinates."""
 
     def put(self, q: Array, v: Array) -> None:
-        """Start from these coordinates."""
+        """Puts the model into a state of coordinates and velocities."""
 
     def terms(self, q: Array, v: Array, control: Array) -> dict[str, Any]:
-        """As `Terms` has them."""
+        """The `Terms` in a state under a control, in the engine's coordinates."""
 
     def advance(self, control: Array, force: Array, steps: int) -> tuple[Array, Array]:
-        """As `PeerModel` does; the coordinates at the end."""
+        """Takes steps under a control and an additional generalised force; returns the coordinates
+        and velocities at the end."""
 
 
 class Translated:
-    """A `PeerModel` of an `EngineModel`: its coordinates are those of hinges and slides, by the
-    names of joints, and of free joints, by a frame."""
+    """A `PeerModel` of an `EngineModel`: translates coordinates of hinges and slides by the names
+    of joints, and coordinates of free joints by a `Frame`."""
 
     integrator = "euler"  # semi-implicit
 
@@ -147,11 +157,11 @@ class Translated:
         free: Sequence[tuple[int, int, Frame]] = (),
         displaced: bool = False,
     ) -> None:
-        """`hinges` are the joints of one degree of freedom in the order of the file: the name of
-        each and the numbers of its coordinate and velocity. `free` are the numbers at which the
-        coordinates and velocities of free joints begin, and their frames. If `displaced`, the
-        coordinates are displacements from the file's drawing, where MuJoCo has the joint's `ref`.
-        Raises NotRead."""
+        """`hinges` are the hinges and slides in the order of the file: the name of each joint, and
+        the numbers of its coordinate and velocity in the engine. `free` are the free joints: the
+        numbers at which their coordinates and velocities begin in the engine, and their frames. If
+        `displaced`, the engine's coordinates are zero as the file draws the model, where MuJoCo's
+        are the joint's `ref`. Raises NotRead."""
         self.engine = engine
         joints = layout.joints
         self.velocity = layout.velocity
@@ -178,12 +188,12 @@ class Translated:
         self._jacobian = np.eye(counts[1])
 
     def begin(self, state: Array) -> None:
-        """Start from a state of MuJoCo's."""
+        """Puts the model into a state of MuJoCo."""
         self.engine.put(*self._own(state))
 
     def terms(self, state: Array, control: Array) -> Terms:
-        """In MuJoCo's coordinates, whose velocity v is that of the engine, T v, by a T that turns
-        with the body: M = T' M_e T, and the bias has M_e dT/dt v more."""
+        """The terms in MuJoCo's coordinates. The engine's velocity is T v, where v is MuJoCo's, and
+        T turns with the body: the mass matrix is T' M_e T, and the bias gains M_e dT/dt v."""
         q, v = self._own(state)
         terms = self.engine.terms(q, v, control)
         turning = np.zeros(len(v))
@@ -196,7 +206,8 @@ class Translated:
         return {**terms, **{name: self._jacobian.T @ terms[name] for name in forces}}
 
     def advance(self, control: Array, force: Array, steps: int) -> Array:
-        """The state after steps under a control and a force in MuJoCo's coordinates."""
+        """Takes steps under a control and a force in MuJoCo's coordinates; returns the state at the
+        end."""
         force = np.asarray(np.linalg.solve(self._jacobian.T, force), np.float64)
         q, v = self.engine.advance(control, force, steps)
         qpos = np.empty(self.velocity.start)
@@ -209,7 +220,7 @@ class Translated:
         return np.concatenate([qpos, np.linalg.solve(self._jacobian, v)])
 
     def _own(self, state: Array) -> tuple[Array, Array]:
-        """The engine's coordinates and velocities."""
+        """The engine's coordinates and velocities of a state of MuJoCo."""
         ours, _, theirs, _ = self.hinges
         q = np.empty(len(ours) + sum(frame.size for *_, frame in self.free))
         q[theirs] = state[ours] - self.drawn
@@ -220,7 +231,7 @@ class Translated:
         return q, self._jacobian @ state[self.velocity]
 
     def _by_velocity(self, qpos: Array) -> Array:
-        """T."""
+        """The matrix T with which the engine's velocity is T times MuJoCo's, shape (nv, nv)."""
         out = np.zeros_like(self._jacobian)
         out[self.hinges[3], self.hinges[1]] = 1.0
         for joint, _, at, frame in self.free:
@@ -231,14 +242,14 @@ class Translated:
 
 
 def _attitude(joint: Joint, qpos: Array) -> Array:
-    """Of a free joint, of length 1."""
+    """The normalised quaternion of a free joint [w, x, y, z]."""
     attitude = qpos[joint.position + 3 : joint.position + 7]
     return np.asarray(attitude / np.linalg.norm(attitude))
 
 
 def commands(layout: Layout, names: Sequence[str]) -> list[int]:
-    """Which of MuJoCo's controls each of an engine's actuators has: by name, or in order where
-    there are as many."""
+    """The number of MuJoCo's control of each of an engine's actuators. Actuators are matched by
+    name or, if a name is unknown, by their order; the list is empty if their numbers differ."""
     if set(names) <= set(layout.actuators):
         return [layout.actuators.index(name) for name in names]
     return list(range(len(names))) if len(names) == len(layout.actuators) else []

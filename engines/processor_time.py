@@ -6,8 +6,10 @@ import time
 
 
 def processor_time() -> float:
-    """Processor time [s] that this process has taken, resolved to a microsecond. While a limit on
-    processor time is set, as in a worker, `time.process_time` moves on Linux by milliseconds."""
+    """The processor time [s] that this process has used, to a microsecond.
+
+    While a limit on processor time is set, as in a worker, `time.process_time` is only updated
+    every few milliseconds on Linux."""
     try:
         import resource
     except ImportError:  # Windows, where a worker sets no such limit

@@ -1,4 +1,4 @@
-"""Results of an engine's run: sampled observables, its cost, and what went wrong."""
+"""The results of an engine's run: sampled observables, the run's cost, and why it failed."""
 
 from __future__ import annotations
 
@@ -11,28 +11,28 @@ import numpy as np
 from plumbob.analytic.reference import Array, Signals
 
 ByName = Mapping[str, float]
-"""Numbers by the names of what they are of: observables, bounds, derivatives; SI."""
+"""Numbers in SI units by the name of an observable, a bound or a derivative."""
 
 
 @dataclass(frozen=True)
 class Trajectory:
-    """Observables of one run at the times that the engine itself reached."""
+    """Observables of one run at the times that the engine reached."""
 
     times: Array  # [s], shape (n,); the last one is the end of the run
     observables: Signals  # by the system's names, SI, shape (n,)
-    channels: Signals = field(default_factory=dict)  # the engine's own, shape (n,)
-    steps: int = 0  # steps taken (right-hand sides evaluated, for adaptive methods)
+    channels: Signals = field(default_factory=dict)  # other signals of the engine, shape (n,)
+    steps: int = 0  # number of steps; of evaluated right-hand sides for adaptive methods
     seconds: float = 0.0  # wall time of the stepping alone
-    diverged_at: float | None = None  # [s]; samples after it are left out
+    diverged_at: float | None = None  # [s] time of divergence; later samples are left out
     warnings: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
 class Stepping:
-    """Timing of steps without reading state; processor time, which leaves out waiting for others on
-    the machine."""
+    """The processor time of steps whose states are not read. Unlike wall time it does not depend on
+    what else the machine runs."""
 
-    steps: int  # taken (right-hand sides evaluated, for adaptive methods)
+    steps: int  # number of steps; of evaluated right-hand sides for adaptive methods
     seconds: float  # processor time of this thread
 
 
@@ -41,15 +41,15 @@ class Timed(Protocol):
 
     @property
     def compile_seconds(self) -> float:
-        """[s]"""
+        """Time that compiling the scene took [s]."""
 
     def stepped(self, fraction: float) -> Stepping:
-        """Take the steps of the first `fraction` of the duration, 0 to 1, and read nothing; no step
-        counts where they fail."""
+        """Takes the steps of the first `fraction` of the duration, 0 to 1, without reading states.
+        If a step fails, no steps count."""
 
 
 def last_sample(run: Trajectory) -> Trajectory:
-    """The end of a run."""
+    """The run with its last sample alone."""
     ends = [
         {name: values[-1:] for name, values in recorded.items()}
         for recorded in (run.observables, run.channels)
@@ -58,7 +58,7 @@ def last_sample(run: Trajectory) -> Trajectory:
 
 
 def not_a_trajectory(run: Any) -> str:
-    """Why a run is no Trajectory with samples of one length; empty where it is one."""
+    """Why an object is no Trajectory with finite samples of one length; empty if it is."""
     if not isinstance(run, Trajectory):
         return f"a run returns {type(run).__name__} in place of a Trajectory"
     shape = np.shape(run.times)
@@ -73,7 +73,7 @@ def not_a_trajectory(run: Any) -> str:
 
 
 def lost(run: Trajectory) -> str:
-    """Why a run that an engine returned cannot be measured; empty where it can."""
+    """Why a run that an engine returned cannot be measured; empty if it can."""
     if run.diverged_at is not None:
         return "; ".join(run.warnings) or "beyond every reach of the motion"
     return not_a_trajectory(run)

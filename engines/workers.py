@@ -1,10 +1,10 @@
 """Worker processes, each with one task at a time: a crash costs its task alone.
 
-A thread speaks with each worker: one that stops in the middle of an answer holds up that thread
-alone. A worker ends with the process that began it, whatever ends that, and never sees an interrupt
-(SIGINT), which a terminal sends to all processes. The limit of a task is processor time, which the
-worker's own timer measures: what else runs on the machine decides nothing.
-"""
+Each worker has a thread in this process that sends tasks and receives results, so that a worker
+that stops in the middle of an answer blocks that thread alone. A worker ends when the process that
+began it ends, for whatever reason. A worker never sees an interrupt (SIGINT), which a terminal
+sends to all processes. The limit of a task is processor time, measured by the worker's timer, so
+that it does not depend on what else the machine runs."""
 
 from __future__ import annotations
 
@@ -37,47 +37,46 @@ from typing import Any
 from plumbob.analytic.parameters import ParameterError
 from plumbob.models.memory import UNMAPPED
 
-TRIES = 2  # of a task whose worker dies or hangs
+TRIES = 2  # attempts at a task whose worker dies or hangs
 STARTS = 3  # workers in a row that may end before they are ready
-LOADING = 300.0  # [s] that a worker may take until it is ready
-TICK = 0.2  # [s] between two looks at the clock
-# A task that has run for longer than its limit is waiting in vain if it used less than this
-# fraction of the time: on a core with fifteen other processes a task that computes uses six times
-# as much.
+LOADING = 300.0  # [s] longest time until a worker is ready
+TICK = 0.2  # [s] time between two looks at the clock
+# If a task has run for longer than its limit and used less than this fraction of the time, it
+# hangs. A task that computes on a core with fifteen other processes uses six times as much.
 IDLE = 0.01
 # If the system does not tell the processor time, a task hangs after so many limits of wall time.
 FAR = 20.0
-MOST = 1e8  # [s]: the longest time that a timer takes
-AHEAD = 3  # tasks for each worker of a cluster that are handed out at a time
+MOST = 1e8  # [s] longest time that a timer accepts
+AHEAD = 3  # tasks that each worker of a cluster has at a time
 OUT_OF_MEMORY = "out of memory"
 
 
 @dataclass(frozen=True)
 class Lost:
-    """The reason for which a task has no result."""
+    """The reason why a task has no result."""
 
     why: str
 
 
 @dataclass(frozen=True, eq=False)
 class Task:
-    """A function with its arguments, for one process."""
+    """A function with its arguments, to be called in a worker."""
 
     key: Any
     do: Callable[..., Any]
     arguments: tuple[Any, ...]
-    limit: float  # [s] of processor time, after which it hangs
-    group: str = ""  # tasks that share models and references
-    label: str = ""
-    instead: Callable[[str], Any] = str  # what stands for a result that is given up, and why
+    limit: float  # [s] processor time after which it counts as hanging
+    group: str = ""  # name shared by tasks that use the same models and references
+    label: str = ""  # description for the progress bar
+    instead: Callable[[str], Any] = str  # reason of a task that is given up -> its result
 
 
 def _ignored(task: Task) -> None:
-    """Nobody is informed."""
+    """Does nothing: the default callback."""
 
 
 class _Worker:
-    """A process, and the thread that speaks with it."""
+    """A process, and the thread of this process that sends tasks to it and receives results."""
 
     def __init__(self, module: str) -> None:
         context = multiprocessing.get_context("spawn")
@@ -87,14 +86,15 @@ class _Worker:
         theirs.close()
         self._thread = ThreadPoolExecutor(1)
         self.ready = self._thread.submit(self._pipe.recv)
-        self.late = ""  # that it was ended for a task that hung
+        self.late = ""  # why the process was killed, if its task hung
         self._begun: tuple[float, float | None] = time.monotonic(), None
 
     def submit(
         self, do: Callable[..., Any], *arguments: Any, limit: float = 0.0
     ) -> Future[Any]:
-        """The result of a task, once those before it are done; BrokenExecutor if the process has
-        ended. If a `limit` [s] of processor time is given, the process ends when it is used up."""
+        """The future result of a task, which begins when earlier tasks are done. The future raises
+        BrokenExecutor if the process has ended. If a `limit` [s] of processor time is given, the
+        process ends when the limit is used up."""
         return self._thread.submit(self._answer, do, arguments, limit)
 
     def _answer(self, do: Callable[..., Any], arguments: tuple[Any, ...], limit: float) -> Any:
@@ -109,8 +109,8 @@ class _Worker:
         return value
 
     def end_idle(self, limit: float) -> None:
-        """End the process if it is not ready in time, or if its task has run for longer than its
-        limit [s] and used hardly any processor time meanwhile."""
+        """Ends the process if it is not ready in time, or if its task has run for longer than the
+        task's limit [s] and hardly used any processor time meanwhile."""
         since, before = self._begun
         seconds = time.monotonic() - since
         allowed = LOADING
@@ -124,7 +124,7 @@ class _Worker:
             self.process.kill()
 
     def end(self) -> None:
-        """End the process, whatever it does, and the thread."""
+        """Ends the process, whatever it is doing, and the thread."""
         self.process.kill()
         self._thread.shutdown(cancel_futures=True)
         self.process.join()
@@ -132,29 +132,31 @@ class _Worker:
 
 
 class Workers(Executor):
-    """Up to `count` processes, begun where there is work for them; as a context, they have ended
-    when it ends."""
+    """Up to `count` worker processes, which begin when there is work for them. As a context manager
+    it ends them all."""
 
     def __init__(self, count: int) -> None:
         self.count = count
         self._workers: list[_Worker] = []
-        self._groups: dict[str, _Worker] = {}  # the last to work on each
+        self._groups: dict[str, _Worker] = {}  # the last worker of each group of tasks
         self._unready = 0  # workers in a row that have ended before they were ready
         self._submitted = 0
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
-        """End all processes, whatever they do."""
+        """Ends all processes, whatever they are doing."""
         while self._workers:
             self._workers.pop().end()
 
     def begin(self, count: int, module: str = __name__) -> None:
-        """Begin `count` workers, or all there may be, with the module that their tasks need."""
+        """Begins workers until there are `count`, or as many as there may be. Each first imports
+        the module that its tasks need."""
         while len(self._workers) < min(count, self.count):
             with interrupts_held():
                 self._workers.append(_Worker(module))
 
     def submit(self, do: Callable[..., Any], /, *arguments: Any, **named: Any) -> Future[Any]:
-        """As any executor: the workers take turns, and a task is tried once."""
+        """The future result of a call, as any executor returns it. The workers take turns, and a
+        call is tried once."""
         turn = self._submitted % self.count
         self.begin(turn + 1)
         self._submitted += 1
@@ -168,10 +170,10 @@ class Workers(Executor):
     def results(
         self, tasks: Sequence[Task], begun: Callable[[Task], None] = _ignored
     ) -> Iterator[tuple[Task, Any]]:
-        """Each task with its result, as they are done, or with `Lost` where a worker has died or
-        hung twice; tasks of one group by one worker where possible. A worker has its next task
-        before the result of its last one is handed over. Raises what a task raises, and
-        ParameterError where no worker starts."""
+        """Yields each task with its result when it is done, or with `Lost` if its worker has died
+        or hung twice. If possible, tasks of one group are done by one worker. A worker is given the
+        next task before the result of its last task is yielded. Raises the exception of a task, and
+        ParameterError if no worker starts."""
         waiting = list(tasks)
         running: dict[Future[Any], tuple[Task, _Worker]] = {}
         tries = Counter[Task]()
@@ -198,7 +200,8 @@ class Workers(Executor):
                 worker.end_idle(task.limit)
 
     def _next(self, waiting: list[Task], busy: Sequence[_Worker]) -> tuple[Task, _Worker]:
-        """A task and an idle worker: of a group that it knows, or else that nobody has begun."""
+        """The next task, and an idle worker for it. A task of a group that the worker has worked on
+        comes first, then a task of a group that no worker has worked on."""
         idle = [worker for worker in self._living() if worker not in busy]
         if not idle:
             self.begin(len(self._workers) + 1)
@@ -212,15 +215,15 @@ class Workers(Executor):
         return task, worker
 
     def _result(self, future: Future[Any], worker: _Worker, limit: float) -> Any:
-        """The result of a task that had a `limit` [s] of processor time; `Lost` if its worker has
-        ended, without a reason if the worker never was ready."""
+        """The result of a task that had a `limit` [s] of processor time. It is `Lost` if the worker
+        has ended, with an empty reason if the worker never was ready."""
         error = future.exception()
         if error is None:
             self._unready = 0
             return future.result()
         if not isinstance(error, (BrokenExecutor, MemoryError)):
             raise error
-        worker.end()  # out of memory it is no place for another task
+        worker.end()  # a worker that ran out of memory is given no other task
         if isinstance(error, MemoryError):
             return Lost(OUT_OF_MEMORY)
         why = worker.late or _ending(worker.process.exitcode or 0, limit)
@@ -239,8 +242,8 @@ def results(
     begun: Callable[[Task], None] = _ignored,
     count: int = 1,
 ) -> Iterator[tuple[Task, Any]]:
-    """Each task with its result: of workers, of another executor with `count` processes, which
-    tries again by itself what a lost one had, or without an executor of this process."""
+    """Yields each task with its result. The executor is `Workers`; or another one with `count`
+    processes, which repeats lost tasks itself; or None: then tasks are done in this process."""
     if isinstance(executor, Workers):
         yield from executor.results(tasks, begun)
         return
@@ -258,13 +261,13 @@ def results(
 
 
 def _finished(running: dict[Future[Any], Task]) -> Iterator[tuple[Task, Any]]:
-    """Wait for some of the tasks that run, and take them out of them."""
+    """Waits until some of the running tasks are done, removes them, and yields their results."""
     for future in wait(running, return_when=FIRST_COMPLETED).done:
         yield running.pop(future), future.result()
 
 
 def spent() -> float:
-    """The processor time [s] that this process and its children, living and ended, have used."""
+    """The processor time [s] that this process and its children, living or ended, have used."""
     used = os.times()
     living = (_processor_time(child.pid) or 0.0 for child in multiprocessing.active_children())
     return used.user + used.system + used.children_user + used.children_system + sum(living)
@@ -291,11 +294,13 @@ def _ending(code: int, limit: float) -> str:
 
 
 def _serve(theirs: connection.Connection, module: str) -> None:
-    """In a worker: one task after the other, once it has loaded the module that they need."""
+    """Runs in a worker: imports the module that tasks need, then does one task after the other."""
     beginner = multiprocessing.parent_process()
     assert beginner is not None
     threading.Thread(target=_end_with, args=(beginner.sentinel,), daemon=True).start()
-    with suppress(ImportError, MemoryError):  # a task that needs it says so
+    with suppress(
+        ImportError, MemoryError
+    ):  # a task that needs the module raises the error again
         import_module(module)
     theirs.send(None)
     while True:
@@ -312,8 +317,8 @@ def _serve(theirs: connection.Connection, module: str) -> None:
 
 
 def _end_after(seconds: float) -> None:
-    """Let the system end this process when it has used so many more `seconds` of processor time,
-    also within a library's call that does not return; 0 stops the timer."""
+    """Has the system end this process when it has used so many more `seconds` of processor time,
+    even within a call of a library that does not return. 0 stops the timer."""
     if hasattr(signal, "ITIMER_PROF"):  # not on Windows
         signal.setitimer(signal.ITIMER_PROF, min(seconds, MOST))
 
@@ -321,7 +326,7 @@ def _end_after(seconds: float) -> None:
 def _outcome(
     do: Callable[..., Any], arguments: tuple[Any, ...]
 ) -> tuple[Any, Exception | None, str]:
-    """A task's result, or what it raises with the traceback."""
+    """The result of a task, or the exception that the task raises with its traceback."""
     try:
         return do(*arguments), None, ""
     except MemoryError:
@@ -338,14 +343,14 @@ def _outcome(
 
 
 def _end_with(sentinel: int) -> None:
-    """End this process with the one that began it."""
+    """Ends this process when the process that began it has ended."""
     connection.wait([sentinel])
     os._exit(1)
 
 
 @contextmanager
 def workers_of(jobs: int | Workers) -> Iterator[Workers]:
-    """The workers that are given, or so many new ones, which end with the context."""
+    """The given workers, or a number of new ones, which end with the context."""
     if isinstance(jobs, Workers):
         yield jobs
         return
@@ -355,12 +360,12 @@ def workers_of(jobs: int | Workers) -> Iterator[Workers]:
 
 @contextmanager
 def interrupts_held() -> Iterator[None]:
-    """Processes that begin meanwhile never see an interrupt (SIGINT); it reaches this one
-    afterwards."""
+    """Holds back interrupts (SIGINT) within the context. Processes that begin within it never see
+    an interrupt; this process receives it afterwards."""
     if not hasattr(signal, "pthread_sigmask"):
         yield
         return
-    resource_tracker.ensure_running()  # which would let interrupts through when it begins
+    resource_tracker.ensure_running()  # begun now: later it would unblock interrupts
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
         yield

@@ -1,4 +1,4 @@
-"""Sweeps and searches kept in a file: each chunk when it is done, known by what defines it."""
+"""Sweeps and searches stored in a file: each chunk when it is done, under a hash of its inputs."""
 
 from __future__ import annotations
 
@@ -13,18 +13,18 @@ from plumbob.engines.study.store_file import writing
 from plumbob.engines.sweep.sweep import Chunk, Keep, Sweep
 from plumbob.engines.sweep.worst import Found
 
-FILE = "sweeps.sqlite3"  # its name in a folder of results
+FILE = "sweeps.sqlite3"  # name of the file in a folder of results
 
 
 def key_of_sweep(asked: Sweep) -> str:
-    """The key of a sweep: a hash of all that its figures depend on."""
+    """The key of a sweep: a hash of everything on which its results depend."""
     return key_of("sweep", asked, [versions_of(method) for method in asked.methods])
 
 
 @contextmanager
 def keeping(file: Path, asked: Sweep) -> Iterator[tuple[Mapping[int, Chunk], Keep]]:
-    """The chunks of a sweep that are there already, and what keeps another, which is there for good
-    once it returns. Raises ParameterError for a file that is no store."""
+    """The stored chunks of a sweep by number, and a function that stores another chunk before it
+    returns. Raises ParameterError if the file is no store."""
     file.parent.mkdir(parents=True, exist_ok=True)
     with writing(file) as opened:
         number, _ = store.begun(opened, key_of_sweep(asked))
@@ -37,7 +37,7 @@ def keeping(file: Path, asked: Sweep) -> Iterator[tuple[Mapping[int, Chunk], Kee
 
 
 def keep_worst(file: Path, found: Found) -> None:
-    """Keep what a search found, in place of what a search for the same gave before."""
+    """Stores the result of a search; it replaces an earlier result of the same search."""
     file.parent.mkdir(parents=True, exist_ok=True)
     with writing(file) as opened:
         key = key_of("worst", found.box, found.method, found.step, found.runs)
