@@ -24,68 +24,72 @@ from plumbob.engines.method import (
 
 FOLDER = Path(__file__).parent / "limits"
 SIZES = ".sizes.jsonl"  # suffix of the table of sizes beside a file of limits
-Pair = tuple[str, str]  # the names of a scene and of a method
+Pair = tuple[str, str]  # names of a scene and a method
 Entry = TypeVar("Entry", KnownLimit, KnownStepLimit, KnownGradientLimit, NotRead)
 
 
 @dataclass(frozen=True)
 class Size:
-    """Relative errors that a method had on a scene, and the steps [s] that they are of."""
+    """Relative errors of a method on a scene, and the steps [s] of the runs that had them."""
 
-    size: float  # median over the finest runs
-    coarse: float  # the coarsest step of those,
-    fine: float  # and the finest
-    low: float  # the smallest error of any run,
-    high: float  # and the largest
-    coarsest: float  # step of any run
+    size: float  # median error of the finest runs
+    coarse: float  # [s] largest step of the finest runs
+    fine: float  # [s] smallest step of the finest runs
+    low: float  # smallest error of all runs
+    high: float  # largest error of all runs
+    coarsest: float  # [s] largest step of all runs
 
 
 @dataclass(frozen=True)
 class Limits:
-    """The declared limits of an engine, and how large their errors were."""
+    """The declared limits of an engine, and the sizes of their errors when last measured."""
 
-    known_limits: tuple[KnownLimit, ...] = ()  # the first that is of a pair counts
+    known_limits: tuple[KnownLimit, ...] = ()  # the first that matches a pair counts
     step_limits: tuple[KnownStepLimit, ...] = ()
     gradient_limits: tuple[KnownGradientLimit, ...] = ()
     not_read: tuple[NotRead, ...] = ()
     sizes: Mapping[Pair, Size] = field(default_factory=dict)
     solvers: Mapping[Pair, Mapping[float, float]] = field(default_factory=dict)
-    """Relative errors of solvers that choose their steps: at each tolerance at which it is above
-    the round-off level."""
-    measured_with: Mapping[str, str] = field(default_factory=dict)  # versions, by distribution
+    """Relative errors of solvers that choose their steps, by tolerance, if above round-off."""
+    measured_with: Mapping[str, str] = field(default_factory=dict)  # versions by distribution
     loosely_known: Sequence[str] = ()
-    """Patterns of methods whose errors differ between machines: known within a factor of two."""
+    """Patterns of methods whose errors differ between machines, by up to a factor of two."""
 
     def limit(self, scene: str, method: str) -> KnownLimit | None:
-        """The limit that a scene with a method has, or None."""
-        return next(_of(self.known_limits, scene, method), None)
+        """The known limit of a scene with a method, or None."""
+        return next(_matching(self.known_limits, scene, method), None)
 
     def step_limit(self, scene: str, method: str, kind: Kind) -> KnownStepLimit | None:
-        """The known limit of the largest step of a scene with a method, or None."""
-        return next((k for k in _of(self.step_limits, scene, method) if k.kind == kind), None)
+        """The known limit of the largest step of this kind of a scene with a method, or None."""
+        matching = _matching(self.step_limits, scene, method)
+        return next((limit for limit in matching if limit.kind == kind), None)
 
     def gradient(self, pair: Pair, by: str, way: str) -> KnownGradientLimit | None:
-        """The known limit of a way's derivative by a parameter, or None."""
-        held = _of(self.gradient_limits, *pair)
-        return next((k for k in held if fits(by, k.by) and fits(way, k.ways)), None)
+        """The known limit of the derivative by a parameter that a way computes, or None."""
+        for limit in _matching(self.gradient_limits, *pair):
+            if fits(by, limit.by) and fits(way, limit.ways):
+                return limit
+        return None
 
     def unread(self, scene: str, method: str) -> Mapping[str, str]:
-        """{observable: why}: what the engine does not give of a scene with a method; the first
-        reason counts."""
+        """{observable: reason} of the observables that the engine does not give for a scene with a
+        method. The first declared reason counts."""
         reasons: dict[str, str] = {}
-        for entry in _of(self.not_read, scene, method):
+        for entry in _matching(self.not_read, scene, method):
             reasons = dict.fromkeys(entry.observables, entry.reason) | reasons
         return reasons
 
 
-def _of(entries: Iterable[Entry], scene: str, method: str) -> Iterator[Entry]:
-    """The entries of a scene with a method."""
-    return (k for k in entries if fits(method, k.methods) and fits(scene, k.scenes))
+def _matching(entries: Iterable[Entry], scene: str, method: str) -> Iterator[Entry]:
+    """The entries whose patterns match a scene and a method."""
+    for entry in entries:
+        if fits(method, entry.methods) and fits(scene, entry.scenes):
+            yield entry
 
 
 def declared_by(engine: Engine) -> Limits:
-    """The limits that an engine has in a file, and that its package declares beside; raises what
-    reading a file of another package raises."""
+    """The limits of an engine: those in its file, and those that its package declares in Python.
+    Raises any exception that reading a file of another package raises."""
     stored = read(engine.limits) if engine.limits else _ours(engine.name)
     if not engine.known_limits and not engine.not_read:
         return stored
@@ -144,8 +148,12 @@ def with_sizes(declared: Limits, table: str) -> Limits:
 def _entries(
     kind: Callable[..., Entry], tables: Iterable[Mapping[str, Any]]
 ) -> tuple[Entry, ...]:
-    """An entry of a kind for each table, whose lists of patterns are tuples."""
-    return tuple(
-        kind(**{key: tuple(v) if isinstance(v, list) else v for key, v in table.items()})
-        for table in tables
-    )
+    """An entry of this kind for each table of a file; lists of patterns become tuples."""
+    entries = []
+    for table in tables:
+        fields = {
+            name: tuple(value) if isinstance(value, list) else value
+            for name, value in table.items()
+        }
+        entries.append(kind(**fields))
+    return tuple(entries)

@@ -1,5 +1,5 @@
-"""The engines: modules of `adapters` with an ENGINE, and those that other installed packages add by
-entry points of the group `plumbob.engines`; and their builders of systems."""
+"""All engines, and their builders of systems. Engines are the modules of `adapters` with an ENGINE,
+and the entry points of the group `plumbob.engines` of other installed packages."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ _ADAPTERS = "plumbob.engines.adapters"
 
 @cache
 def built_in() -> Mapping[str, Engine]:
-    """The engines that plumbob has adapters for, in the order of their names, installed or not."""
+    """The engines that plumbob has adapters for, sorted by name, installed or not."""
     adapters = map(_adapter, _modules())
     return {e.name: e for e in sorted(filter(None, adapters), key=lambda engine: engine.name)}
 
@@ -38,15 +38,15 @@ def _modules() -> Sequence[str]:
 
 
 def _adapter(module: str) -> Engine | None:
-    """The engine of a module of adapters; None without one."""
+    """The engine of a module of `adapters`; None if the module has no ENGINE."""
     engine: Engine | None = getattr(import_module(f"{_ADAPTERS}.{module}"), "ENGINE", None)
     return engine
 
 
 @cache
 def engines() -> Mapping[str, Engine]:
-    """All engines by name, in the order of their names, installed or not; those of other packages
-    among them, whose modules are loaded for it."""
+    """All engines, sorted by name, installed or not. The modules of engines of other packages are
+    imported."""
     every = dict(built_in())
     for name, addition in _additions().items():
         if not addition.reason:
@@ -55,8 +55,8 @@ def engines() -> Mapping[str, Engine]:
 
 
 def _engines_of(*names: str) -> Mapping[str, Engine]:
-    """The engines among which names of engines or methods are: those of other packages are loaded
-    where a name is none of ours."""
+    """The engines among which to look for names of engines or methods. If all names are plumbob's,
+    modules of other packages are not imported."""
     ours = built_in()
     return ours if all(name.partition("/")[0] in ours for name in names) else engines()
 
@@ -69,10 +69,10 @@ def find_engine(name: str) -> Engine:
 
 
 def limits_of(method: str) -> Limits:
-    """The limits of the engine of a method, by the method's name; none of a stored study's engine
-    that is no longer there."""
+    """The limits of the engine of a method, by the method's name; no limits if the engine, which a
+    stored study may name, is no longer installed."""
     name = method.partition("/")[0]
-    # Most have a module of their name: the others are not loaded for it.
+    # Most engines have a module of their name: then no other module is imported.
     engine = _adapter(name) if name in _modules() else None
     try:
         return declared_by(engine or find_engine(name))
@@ -81,8 +81,8 @@ def limits_of(method: str) -> Limits:
 
 
 def unguarded(name: str) -> Engine:
-    """The engine of this name as its package gives it, whose errors are raised and whose output is
-    seen; raises ParameterError."""
+    """The engine of this name, without the guard around engines of other packages: exceptions are
+    raised, and output is printed. Raises ParameterError if there is none."""
     engine = find_engine(name)
     return _additions()[name].found if engine.distribution else engine
 
@@ -102,8 +102,7 @@ def _wrong(engine: object, name: str) -> str:
 
 
 def installed(engine: Engine) -> bool:
-    """Whether the engine's package is there; a package inside another is looked for without
-    importing that one."""
+    """Whether the engine's package is installed. No package is imported to find out."""
     outer, _, inner = engine.package.rpartition(".")
     spec = importlib.util.find_spec(outer or inner)
     if spec is None or not outer:
@@ -112,8 +111,9 @@ def installed(engine: Engine) -> bool:
 
 
 def methods(pattern: str = "*") -> tuple[Method, ...]:
-    """Methods whose name, or engine, matches the shell pattern (several with commas), installed or
-    not; raises ParameterError when one part of the pattern matches none."""
+    """The methods whose name or engine matches a shell pattern, or one of several patterns
+    separated by commas, installed or not. Raises ParameterError if one of the patterns matches
+    none."""
     wanted = pattern.split(",")
     every = [method for engine in _engines_of(*wanted).values() for method in engine.methods]
     for part in wanted:
@@ -123,7 +123,7 @@ def methods(pattern: str = "*") -> tuple[Method, ...]:
 
 
 def method(name: str) -> Method:
-    """The method `engine/name`; raises ParameterError when there is none."""
+    """The method of this name, `engine/name`; raises ParameterError if there is none."""
     for engine in _engines_of(name).values():
         for candidate in engine.methods:
             if candidate.name == name:
@@ -132,30 +132,32 @@ def method(name: str) -> Method:
 
 
 def _one_of(name: str) -> str:
-    """The requirement on a method's name: the names there are, or why one cannot be used."""
+    """What a method's name must be: one of the known names, or why an engine cannot be used."""
     every = [method.name for engine in engines().values() for method in engine.methods]
     return _broken(name.partition("/")[0]) or unknown(name, every)
 
 
 def engine_of(method: Method) -> Engine:
-    """The engine that a method belongs to; raises ParameterError where it is no longer there."""
+    """The engine of a method; raises ParameterError if it is no longer installed."""
     return find_engine(method.engine)
 
 
 def find_builder(engine: str, system: System) -> ModuleType:
-    """The module that builds `system` in an engine; raises Unsupported when there is none."""
+    """The module that builds `system` in an engine; raises Unsupported if there is none."""
     if (module := builder(engine, system)) is None:
         raise Unsupported(f"{engine} has no builder for {system.name}")
     return module
 
 
 def builder(engine: str, system: System) -> ModuleType | None:
-    """The module that builds `system` in an engine: the one that the system names for the engine,
-    if it names one; else `adapters/<engine>/<family>.py`; else, for a smooth system,
-    `adapters/<engine>/smooth_system.py`. None when there is none."""
-    every = (system.family, "smooth_system") if system.kind == SMOOTH else (system.family,)
-    names = [f"{_ADAPTERS}.{engine}.{module}" for module in every]
-    for name in (system.builders[engine],) if engine in system.builders else names:
+    """The module that builds `system` in an engine, or None: the module that the system names for
+    the engine, if it names one; else `adapters/<engine>/<family>.py`; else, for a smooth system,
+    `adapters/<engine>/smooth_system.py`."""
+    modules = (system.family, "smooth_system") if system.kind == SMOOTH else (system.family,)
+    names = [f"{_ADAPTERS}.{engine}.{module}" for module in modules]
+    if engine in system.builders:
+        names = [system.builders[engine]]
+    for name in names:
         try:
             return import_module(name)
         except ModuleNotFoundError as error:
@@ -165,9 +167,10 @@ def builder(engine: str, system: System) -> ModuleType | None:
 
 
 def model_error(case: Case, method: Method, step: float, engine: str = "") -> ModelError:
-    """Bounds on what a builder's model adds to each observable, by reason, in the method's engine
-    unless another is named: none where it has no `model_error`; raises Unsupported where the
-    engine has neither a builder for the system nor a mechanism to build."""
+    """Bounds on the errors that a builder's model makes in each observable, by reason. The builder
+    is the one of the method's engine, unless another `engine` is named; without a `model_error` it
+    has no bounds. Raises Unsupported if the engine has neither a builder for the system nor a
+    mechanism to build."""
     module = builder(engine or method.engine, case.system)
     if module is None and case.system.model_file is None:
         raise Unsupported(f"{engine or method.engine} has no builder for {case.system.name}")

@@ -1,4 +1,5 @@
-"""How many steps a run takes, which of them are kept as samples, and whether a run kept them."""
+"""The number of steps of a run, the steps that are kept as samples, and a check that a run kept
+them."""
 
 from __future__ import annotations
 
@@ -9,16 +10,18 @@ from plumbob.analytic.parameters import ParameterError, positive
 from plumbob.engines.trajectory import Trajectory
 
 Indices = npt.NDArray[np.int64]
-SAMPLES = 500  # enough for a smooth curve; the errors are judged at the samples
-MOST_STEPS = 1_000_000_000  # half an hour at the cheapest step of any engine
-# Of a step: adding up 10^6 steps rounds a time by a tenth of that at most; of the duration, for a
-# solver that chooses its steps, what adding up as many rounds.
-CLOCK, CLOCK_OF_A_SOLVER = 1e-3, 1e-9
+SAMPLES = 500  # largest number of samples: enough for a smooth curve
+MOST_STEPS = 1_000_000_000  # largest number of steps: half an hour at the cheapest step
+# Allowed error of a sample's time, as a fraction of the step: the sum of 10^6 steps rounds a time
+# by a tenth of that at most.
+CLOCK = 1e-3
+# The same for a solver that chooses its steps, as a fraction of the duration.
+CLOCK_OF_A_SOLVER = 1e-9
 
 
 def step_count(duration: float, step: float) -> int:
-    """Number of whole steps [s] nearest to `duration` [s]; raises ParameterError for a step that is
-    not positive, exceeds the duration, or would need more than a thousand million steps."""
+    """The number of whole steps [s] whose sum is nearest to `duration` [s]. Raises ParameterError
+    for a step that is not positive, exceeds the duration, or would need more than `MOST_STEPS`."""
     positive("step", step)
     if step > duration:
         raise ParameterError("step", step, f"at most the duration, {duration} s")
@@ -30,23 +33,24 @@ def step_count(duration: float, step: float) -> int:
 
 
 def first_steps(steps: int, fraction: float) -> int:
-    """Number of steps in the first `fraction` of `steps`, one at least."""
+    """The number of steps in the first `fraction` of `steps`, at least one."""
     return max(1, round(steps * fraction))
 
 
 def stride(steps: int, samples: int = SAMPLES) -> int:
-    """Steps from one sample to the next, so that at most `samples` cover `steps`."""
+    """The number of steps from one sample to the next, with which at most `samples` cover
+    `steps`."""
     return max(1, -(-steps // samples))
 
 
 def sampled(steps: int, samples: int = SAMPLES) -> Indices:
-    """Indices of the steps kept: 0, every `stride`-th, and always the last."""
+    """The numbers of the steps that are kept: 0, every `stride`-th, and the last."""
     return np.append(np.arange(0, steps, stride(steps, samples), dtype=np.int64), steps)
 
 
 def cut_short(run: Trajectory, duration: float, step: float | None) -> str:
-    """Why a run that claims to have ended is not the one asked for, of `duration` [s] at `step` [s]
-    (None: of a solver that chooses its steps); empty where it is."""
+    """Why a run that claims to have ended is not the run that was asked for, of `duration` [s] at
+    `step` [s], or with a solver that chooses its steps if `step` is None; empty if it is."""
     times = run.times
     steps = step_count(duration, step) if step else 0
     end = duration

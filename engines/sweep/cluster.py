@@ -1,4 +1,4 @@
-"""A cluster's workers as an executor: Dask's scheduler, once its workers have the same versions."""
+"""The workers of a Dask cluster as an executor, if they have the same versions as this process."""
 
 from __future__ import annotations
 
@@ -9,14 +9,14 @@ from contextlib import contextmanager
 from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.study.provenance import provenance
 
-PATIENCE = 10.0  # [s] for a scheduler to answer, and for its first worker
-UNLIKE = ("plotly",)  # packages whose versions do not matter for figures
+PATIENCE = 10.0  # [s] longest wait for a scheduler's answer, and for its first worker
+UNLIKE = ("plotly",)  # packages whose versions do not change results
 
 
 @contextmanager
 def cluster(address: str) -> Iterator[tuple[Executor, int]]:
-    """The workers behind a scheduler's `address` (tcp://host:port), and how many they are. Raises
-    ParameterError where none answers, or a worker has other versions than this process."""
+    """The workers behind a scheduler's `address` (tcp://host:port), and their number. Raises
+    ParameterError if no scheduler answers, or a worker has other versions than this process."""
     try:
         from distributed import Client
     except ImportError:
@@ -37,17 +37,18 @@ def cluster(address: str) -> Iterator[tuple[Executor, int]]:
                 "scheduler", address, "one with a worker; it has none"
             ) from None
         _of_these_versions(address, client.run(versions))
-        # A task is tried again where its worker ends; that is the scheduler's work.
+        # The scheduler repeats a task whose worker has ended.
         yield client.get_executor(pure=False, retries=2), sum(client.nthreads().values())
 
 
 def versions() -> Mapping[str, str]:
-    """The versions that figures depend on, of this process."""
-    return {n: v for n, v in provenance("").versions.items() if n not in UNLIKE}
+    """The versions of this process on which results depend, by package."""
+    installed = provenance("").versions
+    return {name: version for name, version in installed.items() if name not in UNLIKE}
 
 
 def _of_these_versions(address: str, workers: Mapping[str, Mapping[str, str]]) -> None:
-    """Raises ParameterError, naming them, where versions of a worker are others than here."""
+    """Raises ParameterError if a worker has other versions than this process, and names them."""
     for name, version in versions().items():
         there = [theirs.get(name, "missing") for theirs in workers.values()]
         if other := sorted({*there} - {version}):

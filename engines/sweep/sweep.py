@@ -1,4 +1,4 @@
-"""A sweep: methods and steps at all points of a grid of parameters, in chunks that stand alone."""
+"""A sweep: runs methods and steps at all points of a grid of parameters, in independent chunks."""
 
 from __future__ import annotations
 
@@ -21,23 +21,23 @@ from plumbob.engines.workers import Lost, Task, Workers, results
 from plumbob.models.registry import scene as find_scene
 from plumbob.models.scene import Case
 
-CHUNK_RUNS = 200  # in one chunk: a second or few
-# [s] that a chunk may take: at each of its places the exact motion may be given up, and as long
-# again is left for the runs.
+CHUNK_RUNS = 200  # runs in one chunk, which take a few seconds
+# [s] longest processor time of a chunk: at each place integrating the exact motion may take
+# LONGEST, and the runs as long again
 LONGEST_CHUNK = 2.0 * CHUNK_RUNS * LONGEST
-MOST_RUNS = 1_000_000  # of all methods and steps: some hours
+MOST_RUNS = 1_000_000  # largest number of runs of a sweep, which take some hours
 NUMBER = re.compile(r"(?<![\w.^])[-+]?\d+\.?\d*(e[-+]?\d+)?(?![\w.])")
 
 
 @dataclass(frozen=True)
 class Sweep:
-    """Methods with steps ([s], or relative tolerances) at `counts` values of each side of a box."""
+    """Methods with steps at the points of a grid over a box."""
 
     box: Box
-    counts: tuple[int, ...]
+    counts: tuple[int, ...]  # number of values of each side
     methods: tuple[Method, ...]
-    steps: tuple[float, ...]
-    chunk: int  # points in one task
+    steps: tuple[float, ...]  # [s], or relative tolerances
+    chunk: int  # number of points in one task
 
     @property
     def points(self) -> int:
@@ -50,7 +50,7 @@ class Sweep:
         return -(-self.points // self.chunk)
 
     def place(self, point: int) -> tuple[float, ...]:
-        """Where in the box a point of the grid is: a fraction of each side; the last side runs
+        """The place of a point of the grid in the box: a fraction of each side. The last side runs
         fastest."""
         indices = np.unravel_index(point, self.counts)
         return tuple(int(k) / max(n - 1, 1) for k, n in zip(indices, self.counts, strict=True))
@@ -58,10 +58,13 @@ class Sweep:
 
 @dataclass(frozen=True)
 class Chunk:
-    """The results of some neighbouring points."""
+    """The results at some neighbouring points."""
 
-    errors: Array  # relative, shape (methods, steps, points); NaN: none, infinite: diverged
-    reasons: Mapping[str, int] = field(default_factory=dict)  # {why there is none: how often}
+    errors: Array
+    """Relative errors, shape (methods, steps, points): nan without a result, infinite if
+    diverged."""
+    reasons: Mapping[str, int] = field(default_factory=dict)
+    """{reason of a run without a result: number of such runs}."""
 
 
 @dataclass(frozen=True)
@@ -69,27 +72,29 @@ class Swept:
     """The relative errors of a whole sweep."""
 
     sweep: Sweep
-    errors: Array  # shape (methods, steps, *counts); NaN: none, infinite: diverged
-    reasons: Mapping[str, int]  # {why there is no error: of how many runs}
+    errors: Array
+    """Shape (methods, steps, *counts): nan without a result, infinite if diverged."""
+    reasons: Mapping[str, int]  # {reason of a run without a result: number of such runs}
     lost: Mapping[int, str] = field(default_factory=dict)  # {chunk: why its worker ended}
 
     def worst(self, method: int, step: int, most: int) -> list[tuple[int, float]]:
-        """The points with the largest errors of a method, by place, and a step, by place; those of
-        runs that diverged first."""
+        """At most `most` points with the largest errors of a method and a step, given by their
+        numbers, largest first: (number of the point, error). Diverged runs come first."""
         errors = self.errors[method, step].ravel()
-        order = np.argsort(-np.where(np.isnan(errors), -1.0, errors), kind="stable")[:most]
+        missing_last = np.where(np.isnan(errors), -1.0, errors)
+        order = np.argsort(-missing_last, kind="stable")[:most]
         return [(int(k), float(errors[k])) for k in order if not math.isnan(errors[k])]
 
 
 Keep = Callable[[int, Chunk], None]
-Progress = Callable[[int, int], None]  # how many points are done, of how many
+Progress = Callable[[int, int], None]  # number of points done, number of all points
 
 
 def sweep_of(
     box: Box, counts: Sequence[int], methods: Sequence[Method], steps: Sequence[float]
 ) -> Sweep:
-    """The sweep of a box; raises ParameterError for a method that is not meant for the scene, or
-    whose engine is missing, for steps of two kinds, and for too many points."""
+    """The sweep of a box. Raises ParameterError if a method is not meant for the scene or its
+    engine is missing, if steps and tolerances are mixed, or if there are too many points."""
     runnable(box, methods)
     if len({method.control for method in methods}) > 1:
         raise ParameterError(
@@ -106,8 +111,8 @@ def sweep_of(
 
 
 def runnable(box: Box, methods: Sequence[Method]) -> None:
-    """Raises ParameterError for a method that is not meant for the scene of a box, or whose engine
-    is missing."""
+    """Raises ParameterError if a method is not meant for the scene of a box, or its engine is
+    missing."""
     scene = find_scene(box.scene)
     for method in methods:
         if not installed(engine_of(method)):
@@ -128,9 +133,9 @@ def sweep(
     executor: Executor | None = None,
     progress: Progress = lambda done, of: None,
 ) -> Swept:
-    """Run what is not `there` yet, in `jobs` processes or by `executor`, each chunk handed to
-    `keep` at once; a chunk whose worker ends twice is lost. Raises ParameterError where no point
-    has an error."""
+    """Runs the chunks of a sweep that are not among the stored ones, `there`, in `jobs` processes
+    or by `executor`. Each chunk is given to `keep` when it is done. A chunk whose worker ends twice
+    is lost. Raises ParameterError if no point has an error."""
     errors = np.full((len(asked.methods), len(asked.steps), asked.points), math.nan)
     reasons: Counter[str] = Counter()
     lost: dict[int, str] = {}
@@ -168,7 +173,7 @@ def sweep(
 
 
 def chunk_of(asked: Sweep, number: int) -> Chunk:
-    """Run the points of one chunk."""
+    """Runs the points of one chunk."""
     first = number * asked.chunk
     points = range(first, min(first + asked.chunk, asked.points))
     errors = np.full((len(asked.methods), len(asked.steps), len(points)), math.nan)
@@ -189,13 +194,13 @@ def chunk_of(asked: Sweep, number: int) -> Chunk:
 
 
 def _without_numbers(why: Exception) -> str:
-    """A reason that is the same for neighbouring points."""
+    """The text of a reason without its numbers, so that neighbouring points have the same text."""
     return NUMBER.sub("…", str(why))
 
 
 def run_error(case: Case, method: Method, step: float) -> float:
-    """The relative error of one run: the worst of the quantities of interest, relative to their
-    scales; infinite where it diverged. Raises NoAnswer, and Unsupported."""
+    """The relative error of one run: the largest over the quantities of interest, relative to their
+    scales; infinite if the run diverged. Raises NoAnswer and Unsupported."""
     with answering():
         about = case.system.quantities(case)
     run = measure(case, method, step, theory=False)[0]
@@ -203,6 +208,7 @@ def run_error(case: Case, method: Method, step: float) -> float:
         raise Unsupported(run.reason)
     if run.status == "cut-short":
         raise NoAnswer(run.reason)
-    if math.isnan(error := relative_error(run, about)):
+    error = relative_error(run, about)
+    if math.isnan(error):
         raise NoAnswer("the run leaves out what the scene is about, or it is not a number")
     return error

@@ -1,4 +1,4 @@
-"""The worst point of a box of parameters: a search, and how sure the exact answer is there."""
+"""The worst point of a box of parameters: a search, and a check of the exact answer there."""
 
 from __future__ import annotations
 
@@ -16,40 +16,41 @@ from plumbob.engines.registry import engine_of, installed, methods
 from plumbob.engines.sweep.sweep import run_error
 from plumbob.models.scene import Case
 
-DIVERGED = 1e30  # what a run that diverged counts as in the search
-# [s] at which another fixed-step computation is held against the answer
-FINE_STEPS = (1e-4, 5e-5)
-SURE = 0.1  # of the error found: what the exact answer may be off for the finding to be certain
+DIVERGED = 1e30  # score of a run that diverged
+FINE_STEPS = (1e-4, 5e-5)  # [s] steps of other methods that check the exact answer
+SURE = 0.1  # largest uncertainty of the exact answer, as a fraction of the error found
 Score = Callable[[Case, Method, float], float]
-Progress = Callable[[int, int, float], None]  # runs made, of how many, the worst so far
+Progress = Callable[[int, int, float], None]  # runs made, budget of runs, worst score so far
 
 
 @dataclass(frozen=True)
 class Certificate:
-    """Another computation of the same motion, and how far from the exact answer it ends."""
+    """Another computation of the same motion, and its distance from the exact answer."""
 
     method: str
     step: float  # [s], or relative tolerance
-    distance: float  # relative, as errors are
+    distance: float  # relative error of that computation against the exact answer
 
 
 @dataclass(frozen=True)
 class Found:
-    """The worst that a search found."""
+    """The worst point that a search found."""
 
     box: Box
     method: str
     step: float  # [s], or relative tolerance
-    parameters: Mapping[str, Any]  # those of the box, at the worst point
-    score: float  # what was searched for there: the relative error, or what was asked for
-    error: float  # relative, of the run there; infinite where it diverged
-    runs: int
-    without: int  # of these had no error: no exact answer, or no model
-    certificate: Certificate | None  # None where no other computation runs the scene
+    parameters: Mapping[str, Any]  # varied parameters at the worst point
+    score: (
+        float  # value there that was searched for: the relative error, unless another is asked
+    )
+    error: float  # relative error of the run there; infinite if it diverged
+    runs: int  # number of runs made
+    without: int  # number of runs without an error: no exact answer, or an unsupported scene
+    certificate: Certificate | None  # None if no other computation runs the scene
 
     @property
     def certain(self) -> bool:
-        """Whether the exact answer is confirmed there to well below the error found."""
+        """Whether another computation confirms the exact answer to within SURE of the error."""
         return self.certificate is not None and self.certificate.distance <= SURE * self.error
 
 
@@ -61,8 +62,9 @@ def search(
     score: Score = run_error,
     progress: Progress = lambda made, of, worst: None,
 ) -> Found:
-    """The place in a box at which a method's `score`, its relative error unless another is given,
-    is the largest, in at most `budget` runs. Raises ParameterError where no place has one."""
+    """The place in a box with the largest `score` of a method, its relative error unless another
+    score is given, that at most `budget` runs find. Raises ParameterError if no place has a
+    score."""
     searched = lowest(
         lambda at: -min(score(box.case(at), method, step), DIVERGED),
         len(box.sides),
@@ -79,23 +81,26 @@ def search(
     if largest >= DIVERGED:
         largest = math.inf
     case = box.case(at)
+    parameters = {
+        side.name: side.at(fraction) for side, fraction in zip(box.sides, at, strict=True)
+    }
     return Found(
-        box,
-        method.name,
-        step,
-        {s.name: s.at(x) for s, x in zip(box.sides, at, strict=True)},
-        largest,
-        largest if score is run_error else run_error(case, method, step),
-        searched.runs,
-        searched.without,
-        certificate(case, method),
+        box=box,
+        method=method.name,
+        step=step,
+        parameters=parameters,
+        score=largest,
+        error=largest if score is run_error else run_error(case, method, step),
+        runs=searched.runs,
+        without=searched.without,
+        certificate=certificate(case, method),
     )
 
 
 def certificate(case: Case, tried: Method) -> Certificate | None:
-    """The computation nearest to the exact answer of those by other methods: integrations of the
-    equations of motion with a tight tolerance or, where there is none, engines at fine steps; None
-    where nothing else runs the case."""
+    """The computation by another method that comes nearest to the exact answer; None if no other
+    method runs the case. Integrations with a tight tolerance are tried first and, if there are
+    none, engines at fine steps."""
     others = [
         m
         for m in methods()
@@ -108,10 +113,11 @@ def certificate(case: Case, tried: Method) -> Certificate | None:
     adaptive = [(m, m.step_sizes[-1]) for m in others if m.control == "tolerance"]
     fixed = [(m, h) for m in others if m.control == "step" for h in FINE_STEPS]
     found = _distances(case, adaptive) or _distances(case, fixed)
-    return min(found, key=lambda one: one.distance, default=None)
+    return min(found, key=lambda computation: computation.distance, default=None)
 
 
 def _distances(case: Case, tried: Sequence[tuple[Method, float]]) -> list[Certificate]:
+    """The computations of a case by methods with steps that have a finite distance."""
     found = []
     for method, step in tried:
         try:
