@@ -1,1 +1,1 @@
-"""How engines are measured: runs, convergence, order, cost, and the store."""
+"""The measurement of engines: runs, convergence, order, cost, and the store of results."""

@@ -1,4 +1,4 @@
-"""Dataclasses as JSON and back, every float to the last bit, and arrays as compressed bytes."""
+"""Converts dataclasses to JSON and back: floats to the last bit, arrays as compressed bytes."""
 
 from __future__ import annotations
 
@@ -47,48 +47,49 @@ KINDS = MappingProxyType(
     }
 )
 ENGINES = "plumbob.engines."
-APART = override(omit=True)  # a field that is stored in another way
+APART = override(omit=True)  # leaves out a field that is stored in another way
 
 
 def to_json(item: Any) -> str:
-    """A dataclass, or what JSON knows, as JSON; a float as the shortest text that is that very
-    float, and NaN, Infinity and -Infinity by these words."""
+    """The JSON text of a dataclass or a JSON value. A float is the shortest text that reads back as
+    the same float; NaN, Infinity and -Infinity are these words."""
     return json.dumps(_converter().unstructure(item))
 
 
 def plain(item: Any) -> Any:
-    """The plain JSON values of an item, as `restored` takes them."""
+    """The JSON values of an item; `restored` is the inverse."""
     return json.loads(to_json(item))
 
 
 def from_json(text: str, kind: type[T]) -> T:
-    """The item of this kind that `to_json` made the text of; raises ValueError where it is none."""
+    """The item of this kind whose text `to_json` wrote; raises ValueError if the text is not
+    one."""
     try:
         values = json.loads(text)
-    except Exception as error:  # a damaged text may raise anything
+    except Exception as error:  # a damaged text may raise any exception
         raise ValueError(f"no {kind.__name__}: {error}") from None
     return restored(values, kind)
 
 
 def restored(values: Any, kind: type[T]) -> T:
-    """The item of this kind that plain JSON values are those of; raises ValueError."""
+    """The item of this kind with these JSON values; raises ValueError if they do not fit."""
     try:
         return _converter().structure(values, kind)
-    except Exception as error:  # damaged ones may raise anything
+    except Exception as error:  # damaged values may raise any exception
         raise ValueError(f"no {kind.__name__}: {error}") from None
 
 
 @cache
 def _converter() -> cattrs.Converter:
-    """A converter for what is stored: beside dataclasses, read-only mappings, numbers and arrays of
-    numpy, the answers to requests, and studies without their results."""
+    """A converter for stored items: dataclasses, read-only mappings, numpy's numbers and arrays,
+    answers to requests, and studies without their results."""
     made = cattrs.Converter(detailed_validation=False)
     made.register_unstructure_hook(MappingProxyType, lambda m: made.unstructure(dict(m)))
     made.register_unstructure_hook(np.generic, lambda value: value.item())
     made.register_structure_hook_func(
         lambda kind: kind is Any, lambda value, _: hashable(value)
     )
-    # Most of a store is such tuples: cattrs takes ten times as long for the same.
+    # Most of a store is such tuples, for which cattrs alone takes ten times as long.
     made.register_structure_hook_func(
         lambda kind: kind == tuple[float, ...], lambda values, _: tuple(map(float, values))
     )
@@ -124,7 +125,7 @@ def _converter() -> cattrs.Converter:
 
 
 def _as_declared(value: Any, kind: type[T]) -> T:
-    """Returns a value that is of this kind; raises TypeError for others."""
+    """Returns the value if it is of this kind; raises TypeError otherwise."""
     if type(value) is not kind:
         raise TypeError(f"{shortened(repr(value))} is no {kind.__name__}")
     return value
@@ -137,7 +138,7 @@ def _name(kind: type[Any]) -> str:
 
 
 def named(name: str) -> type[Any]:
-    """The class that is stored by this name; its module is imported if it is not yet."""
+    """The class that is stored under this name, whose module is imported."""
     module, _, own = KINDS[name.rpartition(".")[2]].rpartition(".")
     kind: type[Any] = getattr(import_module(ENGINES + module), own)
     return kind
@@ -148,7 +149,7 @@ def _is_array(kind: Any) -> bool:
 
 
 def _packed(array: Array) -> tuple[tuple[int, ...], str]:
-    """The shape of an array, and its numbers as compressed bytes in letters."""
+    """The shape of an array, and its numbers as compressed bytes in base64."""
     held = zlib.compress(np.asarray(array, DOUBLES).tobytes())
     return np.shape(array), base64.b64encode(held).decode()
 
@@ -160,7 +161,7 @@ def _unpacked(packed: tuple[tuple[int, ...], str]) -> Array:
 
 
 def hashable(value: Any) -> Any:
-    """JSON with tuples in place of lists."""
+    """A JSON value with tuples in place of lists."""
     if isinstance(value, dict):
         return {name: hashable(entry) for name, entry in value.items()}
     return tuple(map(hashable, value)) if isinstance(value, (list, tuple)) else value

@@ -7,25 +7,27 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-LEAST = 4  # steps, so that two degrees of freedom are left for the confidence
+LEAST = 4  # smallest number of steps: leaves two degrees of freedom for the confidence interval
 
 
 @dataclass(frozen=True)
 class Order:
-    """Slope with its 95 % confidence interval, over the steps that it was fitted to."""
+    """An observed order of convergence with its 95 % confidence interval."""
 
     slope: float
-    low: float
-    high: float
-    steps: tuple[float, ...]
+    low: float  # lower end of the interval
+    high: float  # upper end of the interval
+    steps: tuple[float, ...]  # [s] steps that the slope was fitted to
 
 
 def fit_order(
     steps: ArrayLike, errors: ArrayLike, floors: ArrayLike, most: int = 6
 ) -> Order | None:
-    """Fit the order to the finest steps whose error is above ten times its floor, `most` at most;
-    None where fewer than four are. Arguments of shape (n,): steps [s], errors, round-off floors."""
-    from scipy.special import stdtrit  # not above: reading a stored order fits nothing
+    """The order fitted to at most `most` of the finest steps whose error is above ten times its
+    round-off floor; None if there are fewer than LEAST such steps. Arguments have shape (n,): steps
+    [s], errors, and floors of the errors."""
+    # Imported here: reading a stored order needs no fit, and scipy takes long to load.
+    from scipy.special import stdtrit
 
     h, e, floor = (np.asarray(v, dtype=float) for v in (steps, errors, floors))
     usable = np.isfinite(e) & (e > 10.0 * floor) & (e > 0.0)

@@ -24,33 +24,35 @@ Quantities = tuple[Quantity, ...]
 
 @dataclass(frozen=True)
 class Analysed:
-    """The numbers of one analysis of a study, as its template takes them."""
+    """The numbers of one analysis of a study, for its template."""
 
     template: str
     place: str  # "finding", "gallery", or "hard"
-    system: str  # or "engines"
-    scene: str  # of a hard one, or ""
-    numbers: Any  # None: left out, since runs of the study are not as expected
+    system: str  # name of a system, or "engines"
+    scene: str  # name of a hard scene, or ""
+    numbers: (
+        Any  # None if the analysis is left out, since runs of the study are not as expected
+    )
     claims: tuple[tuple[str, bool], ...] = ()
-    """Checks: why each would not hold, and whether it does; without numbers, the pairs of scene and
-    method whose verdicts are unexpected."""
+    """Checks: (why the check would fail, whether it holds). If there are no numbers: the pairs of
+    scene and method whose verdicts are unexpected."""
 
 
 @dataclass(frozen=True)
 class TaskResult:
     """The result of one task of a study: a convergence study, costs, an analysis, or the answer to
-    a request; or why it was given up."""
+    a request."""
 
-    answer: Any = None
-    request: Request[Any] | None = None
-    scene: str = ""  # that it is read with, where one scene of a study is
-    label: str = ""
-    lost: str = ""
+    answer: Any = None  # None if the task was given up, or its request has no answer
+    request: Request[Any] | None = None  # None for a convergence study, costs or an analysis
+    scene: str = ""  # name of the scene with which it is loaded, if it belongs to one
+    label: str = ""  # description of the task
+    lost: str = ""  # why the task was given up
 
     @property
     def subject(self) -> Any:
-        """What the result is about: its request, or a scene and a method, or else an analysis. No
-        two results of a study are about the same."""
+        """The identity of the result within a study: its request, its scene and method, or its
+        analysis. No two results of a study have the same."""
         of = self.answer
         if isinstance(of, Analysed):
             return of.template, of.place, of.system, of.scene
@@ -66,15 +68,15 @@ class Study:
     methods: tuple[Method, ...]
     convergence: tuple[ConvergenceStudy, ...] = ()
     costs: Mapping[Key, Cost] = field(default_factory=dict)
-    reference_step: float = math.nan  # [ns] of a bare step of an empty model, in this study
+    reference_step: float = math.nan  # [ns] time of a bare step of an empty model in this study
     observed: Mapping[str, Observables] = field(default_factory=dict)
-    """The observables of each scene, so that a reader need not load every system."""
+    """The observables of each scene. They are stored so that pages need not load the systems."""
     interest: Mapping[str, Quantities] = field(default_factory=dict)
-    """The quantities of interest of each scene, likewise."""
-    extras: Mapping[Request[Any], Any] = field(default_factory=dict)  # what findings declared
+    """The quantities of interest of each scene, stored for the same reason."""
+    extras: Mapping[Request[Any], Any] = field(default_factory=dict)  # answers by request
     analyses: tuple[Analysed, ...] = ()
     provenance: Provenance = field(default_factory=Provenance)
-    seed: int = SEED  # that drew one more step for each pair
+    seed: int = SEED  # seed of the one step of each pair that is drawn at random
 
     def observables(self, scene: str) -> Observables:
         """The observables of a scene, the leading one first."""
@@ -91,7 +93,7 @@ class Study:
         return case.system.quantities(case)
 
     def described(self) -> Study:
-        """This with observables and quantities of interest of all its scenes."""
+        """The study with the observables and quantities of interest of all its scenes filled in."""
         names = [scene.name for scene in self.scenes]
         return replace(
             self,
@@ -100,8 +102,9 @@ class Study:
         )
 
     def answer(self, request: Request[Answer]) -> Answer | None:
-        """The answer to a declared request; None where its engine is missing, its method is not
-        meant for the scene or does not support it, or its run diverged. Raises LookupError."""
+        """The answer to a declared request. None if the request's engine is missing, its method is
+        not meant for the scene or does not support it, or its run diverged. Raises LookupError if
+        no analysis has declared the request."""
         try:
             answer: Answer | None = self.extras[request]
         except KeyError:
@@ -111,8 +114,8 @@ class Study:
         return answer
 
     def step_limit(self, scene: str, method: str) -> KnownLimit | None:
-        """The smallest limit of the step that is stored of a scene with a method, of those measured
-        or else of those predicted, or None."""
+        """The smallest stored limit of the step of a scene with a method: a measured one if there
+        is any, else a predicted one, else None."""
         for by_runs in (True, False):
             search = self.extras.get(StabilitySearch(scene, method, by_runs))
             if search and search.limits:
@@ -122,7 +125,8 @@ class Study:
 
 
 def coherent(study: Study) -> Study:
-    """A study whose parts belong together; raises ValueError for another, which a file may hold."""
+    """Returns the study if its parts belong together; raises ValueError if they do not, as may
+    happen with a damaged file."""
     scenes = [scene.name for scene in study.scenes]
     methods = [method.name for method in study.methods]
     posed = [(scene.duration, scene.steps, dict(scene.parameters)) for scene in study.scenes]
@@ -144,7 +148,7 @@ def coherent(study: Study) -> Study:
 
 
 def assembled(head: Study, results: Iterable[TaskResult]) -> Study:
-    """A study with these results, its costs in the time of one reference step."""
+    """The study `head` with these results. Its costs are scaled to one reference step."""
     parts = tuple(results)
     answers = [part.answer for part in parts if part.request is None]
     costs = {}

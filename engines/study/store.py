@@ -1,9 +1,8 @@
-"""Results kept in a file: each once, with a checksum, under its key; a study is a list of keys.
+"""Results stored in a file: each once, with a checksum, under its key; a study is a list of keys.
 
-An SQLite file with one table. A study that is complete has a row with its list, one that is to go
-on a row with its plan. What a checksum does not fit is not read: whatever has damaged a file,
-nothing else has to notice it.
-"""
+The file is an SQLite file with one table. A complete study has a row with its list of keys; a study
+that is to be resumed has a row with its plan. A row whose checksum does not fit is not read, so
+that no other code has to notice damage."""
 
 from __future__ import annotations
 
@@ -28,23 +27,23 @@ from plumbob.engines.study.store_file import (
 
 __all__ = ["FILE", "SCHEMA", "load"]
 T = TypeVar("T")
-ANALYSIS = "analysis "  # of keys
-STUDY, PLAN = "study", "plan"  # keys of what is no result
-# SQLite keeps in a column what it is given: a number of a study may be a text, or have no next one.
+ANALYSIS = "analysis "  # beginning of the keys of analyses
+STUDY, PLAN = "study", "plan"  # keys of the rows with a study's list and plan
+# A damaged row may hold a text, or the largest integer, as the number of its study.
 NUMBERED = "typeof(study) = 'integer' and study between 1 and 1000000000000"
 
 
 @dataclass(frozen=True)
 class Listed:
-    """A study without its results, and the keys of these, with the scene of each."""
+    """A study without its results, and the key and the scene of each result."""
 
     study: Study
     results: tuple[tuple[str, str], ...]
 
 
 def begun(store: Connection, plan: str) -> tuple[int, bool]:
-    """The number of the study of this plan that is to go on, or else of a new one, and whether it
-    was there before."""
+    """The number of the study with this plan that is to be resumed, or of a new study; and whether
+    the study was there before."""
     with transaction(store):
         query = f"select study from result where key = ? and body = ? and {NUMBERED}"
         if found := store.execute(query, (PLAN, plan)).fetchone():
@@ -56,7 +55,8 @@ def begun(store: Connection, plan: str) -> tuple[int, bool]:
 
 
 def forget(store: Connection, plan: str) -> None:
-    """A study of this plan that is to go on does not; what is complete of it stays."""
+    """Removes the plan of a study that was to be resumed. If the study was complete before, its
+    results stay."""
     with transaction(store):
         number, _ = begun(store, plan)
         query = "select 1 from result where study = ? and key = ?"
@@ -66,12 +66,12 @@ def forget(store: Connection, plan: str) -> None:
 
 
 def _write(store: Connection, *row: Any) -> None:
-    """Write a row, in an open transaction."""
+    """Writes a row with its checksum, in an open transaction."""
     store.execute("replace into result values (?, ?, ?, ?)", (*row, _digest(*row)))
 
 
 def keep(store: Connection, number: int, results: Mapping[str, Any]) -> None:
-    """Keep results of a study by their keys, in one transaction."""
+    """Stores results of a study by their keys, in one transaction."""
     with transaction(store):
         for key, result in results.items():
             _write(store, number, key, to_json(result))
@@ -84,8 +84,8 @@ def complete(
     results: Mapping[str, TaskResult],
     goes_on: bool = False,
 ) -> None:
-    """Write the list of a study, its analyses with it, and take out what is not in it, the plan too
-    unless the study `goes_on`."""
+    """Writes the list of a study and its analyses, and deletes rows that are not in the list. The
+    plan is deleted too, unless the study `goes_on`."""
     results = {**results, **_by_key(study.analyses)}
     listed = tuple((key, result.scene) for key, result in results.items())
     stays = [*results, STUDY, *[PLAN] * goes_on]
@@ -99,12 +99,12 @@ def complete(
 
 
 def _by_key(analyses: Iterable[Analysed]) -> dict[str, TaskResult]:
-    """Analyses as results, by their keys."""
+    """Analyses as task results, by their keys."""
     return {f"{ANALYSIS}{i}": TaskResult(a) for i, a in enumerate(analyses)}
 
 
 def results(store: Connection, number: int, keys: Iterable[str], kind: type[T]) -> dict[str, T]:
-    """{key: result} of a study, for those of the `keys` that are there and as they were stored."""
+    """{key: result} of a study, for those of the `keys` that are stored and undamaged."""
     found = {}
     with decoding():
         for key in keys:
@@ -115,12 +115,12 @@ def results(store: Connection, number: int, keys: Iterable[str], kind: type[T]) 
 
 
 def _digest(*row: Any) -> str:
+    """The checksum of a row: number of the study, key, text."""
     return hashlib.sha256(repr(row).encode()).hexdigest()
 
 
 def _intact(store: Connection, number: int, key: str) -> str | None:
-    """The text stored under a key of a study; None if there is none, or if it is not as it was
-    stored."""
+    """The text stored under a key of a study; None if there is none, or if it is damaged."""
     query = "select body, digest from result where study = ? and key = ?"
     row = store.execute(query, (number, key)).fetchone()
     if row is None or not isinstance(row[0], str) or row[1] != _digest(number, key, row[0]):
@@ -130,14 +130,14 @@ def _intact(store: Connection, number: int, key: str) -> str | None:
 
 def _numbers(store: Connection) -> list[int]:
     """The numbers of the complete studies, the newest first. A study with neither a list nor a plan
-    was complete, and has lost its list."""
+    counts: it was complete, and has lost its list."""
     query = f"""select study from result where {NUMBERED} group by study
         having max(key = ?) or not max(key = ?) order by study desc"""
     return [number for (number,) in store.execute(query, (STUDY, PLAN)).fetchall()]
 
 
 def _listed(store: Connection, number: int) -> Listed:
-    """The list of the results of a complete study; raises ValueError if it is damaged."""
+    """A complete study's list of results; raises ValueError if the list is damaged."""
     body = _intact(store, number, STUDY)
     if body is None:
         raise _lost(number)
@@ -153,7 +153,7 @@ def _lost(number: int, what: str = "") -> ValueError:
 
 
 def damages(store: Connection) -> Iterator[str]:
-    """For each damaged study, why it cannot be read any more."""
+    """Yields for each damaged study why it cannot be read any more."""
     for number in _numbers(store):
         try:
             listed = _listed(store, number)
@@ -165,16 +165,17 @@ def damages(store: Connection) -> Iterator[str]:
 
 
 def _all_there(listed: Listed, number: int, there: Collection[str]) -> None:
-    """Raises ValueError where a result of a study is not `there`."""
+    """Raises ValueError if a result of a study is not among the keys that are `there`."""
     for key, scene in listed.results:
         if key not in there:
             raise _lost(number, f", {scene or key},")
 
 
 def load(file: Path, number: int | None = None, scenes: Collection[str] = ()) -> Study | None:
-    """The study of that number, or the newest one, of all or of these `scenes` alone, some of which
-    it has; None where there is none. Raises ParameterError for a file that is no store or of
-    another version, and where that study is damaged; others are not read."""
+    """The study with this number, or the newest study; None if there is none. If `scenes` are
+    given, only their results are loaded, and a study without any of them is passed over. Raises
+    ParameterError if the file is no store, is of another version, or if that study is damaged;
+    other studies are not read."""
     if not os.path.lexists(file):
         return None
     with reading(file) as store:
@@ -189,8 +190,8 @@ def load(file: Path, number: int | None = None, scenes: Collection[str] = ()) ->
 
 
 def in_any_study(file: Path, keys: Collection[str]) -> dict[str, TaskResult]:
-    """The results that a study of a store, the newest, has under these keys, but for what was given
-    up; raises as above."""
+    """{key: result} of the results that any study of a store has under these keys, the newest
+    first, without those that were given up. Raises ParameterError as `load` does."""
     found: dict[str, TaskResult] = {}
     with reading(file) as store:
         query = f"select distinct study from result where {NUMBERED} order by study desc"
@@ -204,6 +205,7 @@ def in_any_study(file: Path, keys: Collection[str]) -> dict[str, TaskResult]:
 
 
 def _loaded(store: Connection, number: int, listed: Listed) -> Study:
+    """The study with its listed results; raises ValueError or sqlite3.DatabaseError if damaged."""
     found = results(store, number, (key for key, _ in listed.results), TaskResult)
     _all_there(listed, number, found)
     with decoding():

@@ -1,7 +1,7 @@
-"""The files that results are stored in: opened to read or to write, and what is none refused.
+"""Opens the files of stored results to read or to write, and refuses other files.
 
-Readers change no byte of it. Nothing in it is run: a file with triggers or
-views, or with tables of another shape than ours, is refused.
+Reading changes no byte of a file. Nothing in a file is executed: a file with triggers, views, or
+other tables than the table of results is refused.
 """
 
 from __future__ import annotations
@@ -17,10 +17,10 @@ from urllib.parse import quote
 from plumbob.analytic.parameters import ParameterError
 from plumbob.models.border import border
 
-FILE = "studies.sqlite3"  # its name in a folder of results
-SCHEMA = 10  # of the table and of the JSON in it; 9 had a field for each kind of result
+FILE = "studies.sqlite3"  # name of the file in a folder of results
+SCHEMA = 10  # version of the table and of the JSON in it
 INSTEAD = "move it away, or take another folder with --out"
-PATIENCE = 5.0  # [s] to wait for another process that has locked the file
+PATIENCE = 5.0  # [s] longest wait for another process that has locked the file
 HOLDS = "a file of stored results"
 TABLE = """create table result (
     study integer not null, key text not null, body text not null, digest text not null,
@@ -29,12 +29,12 @@ TABLE = """create table result (
 
 @contextmanager
 def reading(file: Path) -> Iterator[sqlite3.Connection]:
-    """A connection to an existing store that cannot change it; raises ParameterError for a file
-    that is no store, is damaged or locked, or is of another version."""
+    """A connection to an existing store that cannot change the store. Raises ParameterError if the
+    file is no store, is damaged or locked, or is of another version."""
     # Rows are fetched before they are read: a cursor left half-way by an error would keep a lock.
     with _one_line(file), decoding():
         _regular(file)
-        # Where it may be written to, SQLite undoes a transaction that was cut off.
+        # If the file may be written to, SQLite undoes a transaction that was cut off.
         mode = "rw" if os.access(file, os.W_OK) else "ro"
         with closing(_connection(file, mode)) as store:
             store.execute("pragma query_only = on")
@@ -44,8 +44,8 @@ def reading(file: Path) -> Iterator[sqlite3.Connection]:
 
 @contextmanager
 def writing(file: Path) -> Iterator[sqlite3.Connection]:
-    """A connection to a store, made if need be, without an open transaction; raises ParameterError
-    as `reading` does, and for a file that cannot be written."""
+    """A connection to a store, which is made if there is none, without an open transaction. Raises
+    ParameterError as `reading` does, and if the file cannot be written."""
     with _one_line(file):
         if os.path.lexists(file):
             _regular(file)
@@ -63,8 +63,8 @@ def writing(file: Path) -> Iterator[sqlite3.Connection]:
 
 @contextmanager
 def transaction(store: sqlite3.Connection, how: str = "immediate") -> Iterator[None]:
-    """A transaction: what is written within is there as a whole, or not at all; one within another
-    is part of it."""
+    """A transaction: rows written within it are stored all together or not at all. A transaction
+    within another one is part of it."""
     if store.in_transaction:
         yield
         return
@@ -79,6 +79,7 @@ def transaction(store: sqlite3.Connection, how: str = "immediate") -> Iterator[N
 
 
 def _connection(file: Path, mode: str) -> sqlite3.Connection:
+    """A connection to a file in one of SQLite's modes: "ro", "rw" or "rwc"."""
     name = quote(os.fsencode(os.path.abspath(file)))
     store = sqlite3.connect(
         f"file:{name}?mode={mode}", uri=True, timeout=PATIENCE, isolation_level=None
@@ -89,20 +90,21 @@ def _connection(file: Path, mode: str) -> sqlite3.Connection:
 
 
 def _regular(file: Path) -> None:
+    """Raises ParameterError if a path is no regular file."""
     if not file.is_file():
         raise ParameterError("store", str(file), f"a regular file, {HOLDS}")
 
 
 def create(store: sqlite3.Connection) -> None:
-    """Make the table in an empty file."""
+    """Makes the table of results in an empty file."""
     with transaction(store):
         store.execute(TABLE)
         store.execute(f"pragma user_version = {SCHEMA}")
 
 
 def _ours(store: sqlite3.Connection, file: Path) -> bool:
-    """Whether there is our table, and False for an empty file; raises ParameterError for a file of
-    another schema, or with anything in it that is not ours."""
+    """Whether a file has the table of results; False for an empty file. Raises ParameterError if
+    the file has another schema, or holds anything else."""
     with transaction(store, "deferred"):  # another process may make the table between two reads
         (schema,) = store.execute("pragma user_version").fetchone()
         query = "select sql from sqlite_master where name not like 'sqlite^_%' escape '^'"
@@ -124,7 +126,7 @@ def _ours(store: sqlite3.Connection, file: Path) -> bool:
 
 @contextmanager
 def _one_line(file: Path) -> Iterator[None]:
-    """An error of SQLite's as a ParameterError about the file."""
+    """Turns an error of SQLite into a ParameterError about the file."""
     try:
         yield
     except sqlite3.DatabaseError as error:
@@ -133,13 +135,14 @@ def _one_line(file: Path) -> Iterator[None]:
 
 @contextmanager
 def decoding() -> Iterator[None]:
-    """A row that cannot be read back is what a damaged file is to SQLite."""
+    """Turns any exception of decoding a row into the error that SQLite raises for a damaged
+    file."""
     with border(sqlite3.DatabaseError, ParameterError, sqlite3.DatabaseError):
         yield
 
 
 def _needed(error: sqlite3.DatabaseError) -> str:
-    """The condition on a file that an error of SQLite's tells to be broken."""
+    """The condition on a file that an error of SQLite shows to be violated."""
     code = getattr(error, "sqlite_errorcode", 0) & 0xFF
     if code in (sqlite3.SQLITE_BUSY, sqlite3.SQLITE_LOCKED):
         return "a file that no other process has locked (try again)"
