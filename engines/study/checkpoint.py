@@ -1,4 +1,5 @@
-"""Results of a study that is not complete: each kept at once, under a hash of what defines it."""
+"""Checkpoints of an interrupted study: each result is stored at once, under a hash of its
+inputs."""
 
 from __future__ import annotations
 
@@ -17,21 +18,21 @@ from plumbob.engines.study.codec import plain
 from plumbob.engines.study.results import Study, TaskResult
 from plumbob.engines.study.store_file import create, writing
 
-SOURCES = ("analytic", "models", "engines")  # folders whose files decide what is measured
+SOURCES = ("analytic", "models", "engines")  # folders whose files change results
 Note = Callable[[str], None]
 
 
 class Checkpoint:
-    """The results of the study that is measured into an open store."""
+    """The stored results of a study that is being measured."""
 
     def __init__(self, opened: Connection, fresh: bool, note: Note) -> None:
         self._store, self._fresh, self._note = opened, fresh, note
         self.number = 0
-        self.given_up: tuple[str, ...] = ()  # each with its reason
+        self.given_up: tuple[str, ...] = ()  # tasks that were given up, each with its reason
 
     def begin(self, plan: str, keys: Sequence[str]) -> bool:
-        """Begin, or go on with, the study of this plan, which consists of these results and costs
-        that follow from them; tells whether it was begun before."""
+        """Begins or resumes the study of this plan, which consists of the results with these keys
+        and of costs that follow from them. Returns whether the study was begun before."""
         if self._fresh:
             store.forget(self._store, plan)
         self.number, before = store.begun(self._store, plan)
@@ -40,24 +41,24 @@ class Checkpoint:
         return before
 
     def there(self, keys: Sequence[str]) -> dict[str, TaskResult]:
-        """Those of the results that are there, but for what was given up."""
+        """The results with these keys that are stored, without those that were given up."""
         found = store.results(self._store, self.number, keys, TaskResult)
         return {key: result for key, result in found.items() if not result.lost}
 
     def keep(self, results: Mapping[str, TaskResult]) -> None:
-        """Keep results by their keys, in one transaction."""
+        """Stores results by their keys, in one transaction."""
         store.keep(self._store, self.number, results)
 
     def complete(self, study: Study, results: Mapping[str, TaskResult]) -> None:
-        """The study has these results, and no others; the same command tries again what was given
-        up, if anything."""
+        """Completes the study: it has these results and no others. If some were given up, the same
+        command tries them again."""
         self.given_up = tuple(f"{r.label}: {r.lost}" for r in results.values() if r.lost)
         store.complete(self._store, self.number, study, results, bool(self.given_up))
 
 
 class SharedResults(Checkpoint):
-    """Results that belong to no study: whoever asks for one by its key takes it, from a file of
-    `studies` too; nothing is begun or completed."""
+    """Results that belong to no study. A result is found by its key, also in a file of `studies`;
+    no study is begun or completed."""
 
     def __init__(self, opened: Connection, studies: Path, note: Note) -> None:
         super().__init__(opened, False, note)
@@ -65,11 +66,12 @@ class SharedResults(Checkpoint):
         self.number, _ = store.begun(opened, "")
 
     def begin(self, plan: str, keys: Sequence[str]) -> bool:
-        """Nothing is begun."""
+        """Does nothing: shared results belong to no study. Returns False."""
         return False
 
     def there(self, keys: Sequence[str]) -> dict[str, TaskResult]:
-        """Those of the results that are there, or in a study."""
+        """The results with these keys that are stored here or in a study, without those that were
+        given up."""
         found = super().there(keys)
         missing = [key for key in keys if key not in found]
         if missing and os.path.lexists(self._studies):
@@ -77,13 +79,13 @@ class SharedResults(Checkpoint):
         return found
 
     def complete(self, study: Study, results: Mapping[str, TaskResult]) -> None:
-        """Nothing is completed."""
+        """Does nothing: shared results belong to no study."""
 
 
 @contextmanager
 def shared_results(file: Path | None, studies: Path, note: Note) -> Iterator[SharedResults]:
-    """The shared results in `file`, made if need be, or without one in memory; raises
-    ParameterError as `measured_into`."""
+    """The shared results in `file`, which is made if there is none, or in memory if `file` is None.
+    Raises ParameterError as `measured_into` does."""
     with _opened(file, note) as opened:
         yield SharedResults(opened, studies, note)
 
@@ -92,10 +94,10 @@ def shared_results(file: Path | None, studies: Path, note: Note) -> Iterator[Sha
 def measured_into(
     file: Path | None, fresh: bool = False, note: Note = lambda _: None
 ) -> Iterator[Checkpoint]:
-    """The checkpoint in the store `file`, made if need be, or without one in memory; `fresh` begins
-    a new study where one is not complete, `note` is given what a user wants to know, such as
-    which older studies are damaged. Raises ParameterError for a file that is no store or cannot be
-    written."""
+    """The checkpoint in the store `file`, which is made if there is none, or in memory if `file` is
+    None. If `fresh`, a study that is not complete is not resumed but begun anew. `note` is called
+    with lines for the user, such as which older studies are damaged. Raises ParameterError if the
+    file is no store or cannot be written."""
     with _opened(file, note) as opened:
         for why in store.damages(opened):
             note(f"{file}: {why}")
@@ -104,6 +106,7 @@ def measured_into(
 
 @contextmanager
 def _opened(file: Path | None, note: Note) -> Iterator[Connection]:
+    """A connection to the store in a file that no other process measures into, or in memory."""
     if file is None:
         with closing(connect(":memory:", isolation_level=None)) as opened:
             create(opened)
@@ -115,7 +118,7 @@ def _opened(file: Path | None, note: Note) -> Iterator[Connection]:
 
 @contextmanager
 def _alone(folder: Path, note: Note) -> Iterator[None]:
-    """One process measures into a folder: another one waits until it has ended."""
+    """Holds the folder for this process: another process that measures into it waits."""
     try:
         import fcntl
 
@@ -137,15 +140,15 @@ def _alone(folder: Path, note: Note) -> Iterator[None]:
 
 
 def key_of(*what: Any) -> str:
-    """The hash of what defines a result: dataclasses, and what JSON knows."""
-    text = json.dumps([plain(one) for one in what], sort_keys=True)
+    """A hash of the inputs of a result (dataclasses and JSON values) and of plumbob's sources."""
+    text = json.dumps([plain(item) for item in what], sort_keys=True)
     return hashlib.sha256(f"{_source()}{text}".encode()).hexdigest()
 
 
 @cache
 def _source() -> str:
-    """The hash of plumbob's own files that decide what is measured: a version between two releases
-    has the number of the last."""
+    """A hash of plumbob's files that change results. The version number does not do: a tree between
+    two releases has the number of the last release."""
     root = Path(__file__).parents[2]
     digest = hashlib.sha256()
     for folder in SOURCES:

@@ -1,5 +1,5 @@
-"""Cost of a step: measured alone, interleaved, against reference steps just before and after,
-as medians."""
+"""Cost of a step: the median of its time over the time of reference steps just before and after it.
+Methods are timed in turn, and nothing else runs meanwhile."""
 
 from __future__ import annotations
 
@@ -23,21 +23,21 @@ from plumbob.engines.trajectory import Timed
 from plumbob.models.registry import case_of
 from plumbob.models.scene import Case, Scene
 
-Key = tuple[str, str]  # scene, method
+Key = tuple[str, str]  # names of a scene and a method
 Name = TypeVar("Name", bound=Hashable)
-LEAST = 200  # steps that are timed
-ROUND = 0.2  # [s], about, of a batch
-BESIDE = 100  # reference steps before and after each timing
-# Ratios about the median that are enough where they differ by no more: on a machine that others
-# use, costs then scatter by 2.1 per cent, and with all rounds by 1.8.
+LEAST = 200  # smallest number of steps that are timed
+ROUND = 0.2  # [s] approximate time of a batch
+BESIDE = 100  # number of reference steps before and after each timing
+# A piece is timed until ENOUGH ratios about the median differ by at most CLOSE. On a busy machine
+# costs then scatter by 2.1 per cent; they scatter by 1.8 per cent if all rounds are made.
 ENOUGH, CLOSE = 3, 0.08
-PART = 0.01  # of the duration of a scene, that an adaptive solver begins with
-EVALUATIONS = 300  # from so many on, what one costs is within a few per cent of a long run's
+PART = 0.01  # fraction of a scene's duration with which timing an adaptive solver begins
+EVALUATIONS = 300  # smallest number of evaluations: costs are then within a few per cent
 # The cost that an engine claims may differ by this factor, either way, from the cost that its runs
-# show. For the engines here the ratio is 0.6 to 1.7 on a machine that others use, too.
+# show. For plumbob's engines the ratio is 0.6 to 1.7, on a busy machine too.
 HONEST = 3.0
-LONG = 0.05  # [s] of processor time that the steps of such a run take, about
-SHORT = 1e-4  # [s]: a shorter difference of two runs is noise
+LONG = 0.05  # [s] approximate processor time of a run that checks a claimed cost
+SHORT = 1e-4  # [s] a shorter difference of two runs is noise
 
 
 @dataclass(frozen=True)
@@ -46,15 +46,15 @@ class TimedSteps:
 
     simulation: Timed
     fraction: float
-    least: int = 1  # steps or evaluations that represent the scene
+    least: int = 1  # smallest number of steps or evaluations that represents the scene
 
     def stepped(self) -> Stepping:
-        """Its steps alone."""
+        """Takes the steps of that fraction and returns their number and time."""
         return self.simulation.stepped(self.fraction)
 
     def longer(self, run: Stepping, budget: float) -> TimedSteps | None:
-        """A longer piece where this one's `run` tells too little of what a step costs: it took
-        less than half of `budget` [s], or too few steps."""
+        """A longer piece if the `run` of this piece is too short to tell the cost of a step: it
+        took less than half of `budget` [s], or too few steps. None if it is long enough."""
         if self.fraction >= 1.0 or not run.steps:
             return None
         if run.seconds >= budget / 2 and run.steps >= self.least:
@@ -65,19 +65,17 @@ class TimedSteps:
 
 @dataclass(frozen=True)
 class Cost:
-    """Time that a step computes for, over that of the reference steps beside it: median over
-    repeats; the same in the time of the run's median reference step [ns], with the quartiles; and
-    how long the scene took to compile [s]."""
+    """The processor time of a step: the median over repeats, relative to reference steps."""
 
-    ns_per_step: float
-    low: float
-    high: float
-    ratio: float
-    compile_seconds: float
-    repeats: int
+    ns_per_step: float  # `ratio` times the median reference step of the study [ns]
+    low: float  # lower quartile [ns]
+    high: float  # upper quartile [ns]
+    ratio: float  # time of the step over the time of the reference steps beside it
+    compile_seconds: float  # time that compiling the scene took [s]
+    repeats: int  # number of timings
 
     def scaled(self, scale: float) -> Cost:
-        """The same in the time of another reference step, `scale` times as long."""
+        """The cost in terms of another reference step, whose time is `scale` times as long."""
         return replace(
             self,
             ns_per_step=scale * self.ns_per_step,
@@ -88,11 +86,11 @@ class Cost:
 
 @dataclass(frozen=True)
 class SceneCosts:
-    """Costs on a scene by method, and the time of the reference step beside them [ns]."""
+    """The costs of methods on a scene."""
 
     scene: str
     by_method: Mapping[str, Cost]
-    reference_step: float
+    reference_step: float  # median time of the reference step meanwhile [ns]
 
 
 def costs(
@@ -101,8 +99,9 @@ def costs(
     repeats: int = 5,
     budget: float = 0.05,
 ) -> SceneCosts:
-    """Costs of methods on a scene, each at its step; none where the engine runs it not. `budget`
-    [s] limits how much of a long scene one round runs."""
+    """The costs of methods on a scene, each at its step. Methods that do not run the scene are left
+    out. `budget` [s] limits the time of one timing, and with it the part of a long scene that is
+    run."""
     case = case_of(scene)
     ready = dict[str, TimedSteps]()
     for method, step in timed:
@@ -117,10 +116,11 @@ def in_turns(
     repeats: int = 5,
     budget: float = 0.05,
 ) -> tuple[Mapping[Name, Cost], float]:
-    """Cost of each piece, and the reference step's [ns per step]. Every round times each once, in
-    turn, but for those whose times are close to each other already. Each time is divided by that of
-    the reference steps before and after it, so that a slow spell of the machine has no effect. A
-    piece gets longer until it takes about half of `budget` [s]."""
+    """The cost of each piece, and the time of the reference step [ns].
+
+    Each round times every piece once, in turn, except pieces whose times already agree. A time is
+    divided by the time of the reference steps before and after it, so that a slow spell of the
+    machine has no effect. A piece is made longer until it takes about half of `budget` [s]."""
     ready = dict(pieces)
     rule = reference_step(BESIDE)
     ratios: dict[Name, list[float]] = {key: [] for key in ready}
@@ -146,18 +146,20 @@ def in_turns(
 
 @dataclass(frozen=True)
 class BatchCost:
-    """Cost of a step of one of so many worlds that run beside each other [ns of wall time]: the
-    least of a few rounds, after what is compiled."""
+    """The cost of a step of one world in a batch: the smallest of a few rounds, without
+    compilation."""
 
-    worlds: int
-    ns_per_world_step: float
+    worlds: int  # number of worlds in the batch
+    ns_per_world_step: (
+        float  # wall time of a step of all worlds, over the number of worlds [ns]
+    )
     device: str
 
 
 def batch_costs(
     case: Case, method: Method, step: float, worlds: Sequence[int]
 ) -> tuple[BatchCost, ...]:
-    """Cost by the number of worlds; raises ParameterError where the engine has no batches."""
+    """The costs for each number of worlds; raises ParameterError if the engine has no batches."""
     able = engine_of(method).ability(Batches)
     if not worlds:
         return ()
@@ -174,8 +176,8 @@ def batch_costs(
 
 
 def reference_step(steps: int = 2_000) -> Callable[[], float]:
-    """A function that times a bare MuJoCo step of an empty model [ns]: what two machines, or two
-    days, can be compared by."""
+    """A function that returns the time of a bare MuJoCo step of an empty model [ns], by which two
+    machines, or two days, are compared."""
     import mujoco
 
     model = mujoco.MjModel.from_xml_string("<mujoco/>")
@@ -191,7 +193,7 @@ def reference_step(steps: int = 2_000) -> Callable[[], float]:
 
 
 def first_steps(case: Case, method: Method, step: float) -> TimedSteps:
-    """The scene, compiled, and the first fraction of it that is timed; raises Unsupported."""
+    """The compiled scene with the first fraction of it that is timed; raises Unsupported."""
     simulation = engine_of(method).prepare(case, method, step)
     if method.control == "tolerance":
         return TimedSteps(simulation, PART, EVALUATIONS)
@@ -242,8 +244,8 @@ def held_to_cost(case: Case, method: Method, run: Measurement) -> Measurement:
 
 
 def _agree(values: Sequence[float]) -> bool:
-    """Whether another ratio would tell nothing new: ENOUGH of them, the median among them, are
-    within CLOSE of each other."""
+    """Whether ENOUGH of the values, the median among them, are within CLOSE of each other: another
+    value would tell nothing new."""
     ordered = sorted(values)
     middle = (len(values) - 1) / 2
     return any(
@@ -254,5 +256,13 @@ def _agree(values: Sequence[float]) -> bool:
 
 
 def _cost(ratios: Sequence[float], unit: float, compile_seconds: float) -> Cost:
+    """The cost with these ratios to a reference step that takes `unit` [ns]."""
     low, middle, high = statistics.quantiles(ratios, n=4) if len(ratios) > 1 else 3 * [*ratios]
-    return Cost(unit * middle, unit * low, unit * high, middle, compile_seconds, len(ratios))
+    return Cost(
+        ns_per_step=unit * middle,
+        low=unit * low,
+        high=unit * high,
+        ratio=middle,
+        compile_seconds=compile_seconds,
+        repeats=len(ratios),
+    )

@@ -1,4 +1,4 @@
-"""Extra runs that analyses show: recordings, and timings of trimmed models."""
+"""Extra runs that analyses ask for: recordings, and timings of trimmed models."""
 
 from __future__ import annotations
 
@@ -20,18 +20,18 @@ from plumbob.models.scene import Scene
 
 @dataclass(frozen=True)
 class ExtraRun(RunRequest[Trajectory]):
-    """One run whose recording a finding shows."""
+    """One run whose recorded observables a finding shows."""
 
     scene: str
     method: str
     step: float  # [s], or the relative tolerance of an adaptive method
     duration: float | None = None
     changes: Changes = ()
-    settings: Changes = ()  # settings of the method changed
-    end_alone: bool = False  # its last sample alone is kept
+    settings: Changes = ()  # changed settings of the method
+    end_alone: bool = False  # whether only the last sample is stored
 
     def made(self, scene: Scene, method: Method) -> Trajectory | None:
-        """The recording."""
+        """The run; None if it diverges or has no exact answer."""
         changed = replace(method, settings={**method.settings, **dict(self.settings)})
         try:
             run = complete_run(case_of(scene), changed, self.step)
@@ -40,14 +40,14 @@ class ExtraRun(RunRequest[Trajectory]):
         return last_sample(run) if self.end_alone else run
 
     def work(self, scene: Scene, method: Method) -> float:
-        """Roughly how many steps it takes."""
+        """The approximate number of steps."""
         return work_of(scene, method, (self.step,))
 
 
 @dataclass(frozen=True)
 class TrimmingRun(RunRequest[Trimming]):
-    """A timing of a model, complete and trimmed of pipeline stages and parts: `steps` steps of
-    `step` [s], the median of `repeats`."""
+    """A timing of a model, both complete and trimmed of pipeline stages and parts: `steps` steps of
+    `step` [s], the median of `repeats` timings."""
 
     label, timed = "trimmed", True
 
@@ -58,7 +58,7 @@ class TrimmingRun(RunRequest[Trimming]):
     repeats: int
 
     def made(self, scene: Scene, method: Method) -> Trimming | None:
-        """The timing; None where the engine leaves nothing out."""
+        """The timing; None if the engine cannot trim models."""
         ablation = engine_of(method).ability(Ablation)
         if ablation is None:
             return None
@@ -67,24 +67,26 @@ class TrimmingRun(RunRequest[Trimming]):
 
 @dataclass(frozen=True)
 class StudyPlan:
-    """The runs of a study before it is made: from it an analysis knows what else it needs."""
+    """The runs of a study before they are made, from which an analysis knows what else it needs."""
 
     profile: str  # "quick" or "full"
     scenes: tuple[Scene, ...]
     methods: tuple[Method, ...]
 
     def method(self, name: str) -> Method:
-        """The method of that name: the plan's, as a user's own settings are, or a registered one;
-        raises ParameterError."""
-        return next((m for m in self.methods if m.name == name), None) or find_method(name)
+        """The method of that name in the plan, such as a user's settings, or else a registered
+        method; raises ParameterError if there is none."""
+        planned = (method for method in self.methods if method.name == name)
+        return next(planned, None) or find_method(name)
 
     def scene(self, request: RunRequest[Any]) -> Scene:
-        """The scene that a request is answered on; raises ParameterError."""
+        """The scene on which a request is answered; raises ParameterError."""
         planned = (s for s in self.scenes if s.name == request.scene and request.as_planned)
         return next(planned, None) or request.posed()
 
     def has(self, scene: str, method: str | None = None) -> bool:
-        """Whether a scene is in the plan, and that method with it."""
+        """Whether a scene is in the plan and, if a method is named, the plan runs it on the
+        scene."""
         by_name = {s.name: s for s in self.scenes}
         if scene not in by_name or method is None:
             return scene in by_name

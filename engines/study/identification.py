@@ -1,4 +1,4 @@
-"""The parameters with which an engine's run comes nearest to the exact motion of a scene."""
+"""Identification: finds parameters with which an engine's run fits the exact motion of a scene."""
 
 from __future__ import annotations
 
@@ -23,11 +23,12 @@ from plumbob.models.registry import case_of
 from plumbob.models.scene import Case, Quantity, Scene
 
 Residuals = Callable[[Sequence[float] | None], Array]
-"""Of a place in a box, None of the true values: the differences that are fitted, shape (n,)."""
-# misfit of a run that is lost, or has no exact answer: in scales, beyond all others
-FAILED = 1e6
-BESIDE = 1e-3  # of a side, over which slopes are taken
-ALIKE = 1e2  # a condition beyond it, with a correlation beyond 0.9998: they are one
+"""A place in a box, or None for the true values -> the differences that are fitted, shape (n,)."""
+FAILED = 1e6  # misfit, in scales, of a run that is lost or has no exact answer
+BESIDE = 1e-3  # distance on either side over which slopes are taken, as a fraction of the side
+# Parameters whose slopes have a larger condition number, and so a correlation beyond 0.9998, cannot
+# be told apart.
+ALIKE = 1e2
 
 
 @dataclass(frozen=True)
@@ -35,14 +36,14 @@ class Identified:
     """One identified parameter (SI units, radians)."""
 
     parameter: str
-    true: float  # of the exact motion
-    identified: float
-    low: float  # ends of the interval that was searched
-    high: float
+    true: float  # value of the exact motion
+    identified: float  # value of the best fit
+    low: float  # lower end of the interval that was searched
+    high: float  # upper end of the interval that was searched
     deviation: float | None
-    """Standard deviation that the residual of the fit gives it; None where as many numbers are
-    fitted as there are parameters, or these cannot be separated."""
-    correlation: Mapping[str, float]  # with the other parameters
+    """Standard deviation that follows from the residual of the fit. None if no more numbers are
+    fitted than there are parameters, or if the parameters cannot be separated."""
+    correlation: Mapping[str, float]  # correlation with each of the other parameters
 
     @property
     def at_an_end(self) -> bool:
@@ -52,30 +53,29 @@ class Identified:
 
 @dataclass(frozen=True)
 class Identification:
-    """The parameters of a best fit, and what is left of the difference."""
+    """The parameters of the best fit, and the difference that remains."""
 
     scene: str
     method: str
     step: float  # [s], or relative tolerance
-    fitted: tuple[str, ...]  # observables
-    samples: int  # numbers that are fitted
+    fitted: tuple[str, ...]  # observables that are fitted
+    samples: int  # number of values that are fitted
     parameters: tuple[Identified, ...]
-    residual: (
-        float  # root mean square of the difference at the best fit, relative to the scales
-    )
-    residual_at_true: float  # with the true parameters
-    runs: int
-    way: str = "search"
+    residual: float
+    """Root mean square of the difference at the best fit, relative to the observables' scales."""
+    residual_at_true: float  # the same with the true parameters
+    runs: int  # number of runs made
+    way: str = "search"  # "search", or the name of an engine's own fit
 
     @property
     def alike(self) -> bool:
-        """Whether there are several parameters, and what is fitted does not tell them apart."""
+        """Whether there are several parameters that the fitted observables do not tell apart."""
         return len(self.parameters) > 1 and not self.parameters[0].correlation
 
 
 @dataclass(frozen=True)
 class ParameterFit(RunRequest[Identification]):
-    """A search for the value of a parameter with which a run fits the exact motion best."""
+    """A request for the value of a parameter with which a run fits the exact motion best."""
 
     label = "fitted"
 
@@ -83,13 +83,13 @@ class ParameterFit(RunRequest[Identification]):
     method: str
     step: float
     parameter: str
-    low: float  # ends of the interval that is searched
-    high: float
-    budget: int  # runs
+    low: float  # lower end of the interval that is searched
+    high: float  # upper end of the interval that is searched
+    budget: int  # largest number of runs
     changes: Changes = ()
 
     def made(self, scene: Scene, method: Method) -> Identification | None:
-        """The best fit; None where runs are lost."""
+        """The best fit; None if no run can be fitted."""
         side = Side(self.parameter, self.low, self.high)
         around = box(self.scene, dict(self.changes), [side])
         try:
@@ -98,7 +98,7 @@ class ParameterFit(RunRequest[Identification]):
             return None
 
     def work(self, scene: Scene, method: Method) -> float:
-        """Roughly how many steps it takes."""
+        """The approximate number of steps."""
         return self.budget * work_of(scene, method, (self.step,))
 
 
@@ -114,11 +114,14 @@ def identify(
     progress: Callable[[int, int, float], None] = lambda made, of, residual: None,
     way: str = "search",
 ) -> Identification:
-    """The place of a box whose run by `method` fits the exact motion of `true` best, in at most
-    `budget` runs, one of them with the true values: the quantities of interest where each counts,
-    or with `all_samples` over the whole run. `noise` is the standard deviation of what is added to
-    the exact values, relative to the quantities' scales; `way` names a fit of the engine's own in
-    place of the search. Raises ParameterError where nothing fits, or too little is fitted."""
+    """The place of a box at which the run by `method` fits the exact motion of the case `true`
+    best, found in at most `budget` runs, one of them with the true values.
+
+    The quantities of interest are fitted, at the end or over the run as each is defined, or all of
+    them over the whole run if `all_samples`. `noise` is the standard deviation of random numbers
+    that are added to the exact values, relative to the quantities' scales. `way` is "search", or
+    names a fit of the engine. Raises ParameterError if no run can be fitted, or if fewer numbers
+    are fitted than there are parameters."""
     wanted = true.system.quantities(true)
     if all_samples:
         wanted = tuple(Quantity(q.observable, q.scale) for q in wanted)
@@ -165,8 +168,9 @@ def identify(
 
 
 def _by_own(method: Method, way: str, residuals: Residuals, p: int) -> Searched:
-    """The answer of a fit of the engine's own from the middle of the box on; raises ParameterError
-    where it has none of this name, it is not installed, or a run is lost."""
+    """The result of an engine's own fit that starts in the middle of the box, of `p` parameters.
+    Raises ParameterError if the engine has no fit of this name, the fit's package is missing, or a
+    run is lost."""
     fits = {a.way: a for a in engine_of(method).abilities if isinstance(a, OwnFit)}
     if way not in fits:
         names = ", ".join(["search", *fits])
@@ -188,7 +192,7 @@ def _by_own(method: Method, way: str, residuals: Residuals, p: int) -> Searched:
 
 
 def _times(case: Case, method: Method, step: float) -> Array:
-    """Times [s] of the samples of a run, shape (n,); raises ParameterError where it is lost."""
+    """The times [s] of the samples of a run, shape (n,); raises ParameterError if it is lost."""
     try:
         with answering():
             return complete_run(case, method, step).times
@@ -198,8 +202,9 @@ def _times(case: Case, method: Method, step: float) -> Array:
 
 
 def _difference(true: Case, run: Trajectory, times: Array, wanted: Sequence[Quantity]) -> Array:
-    """The wanted numbers of a run less those of the exact motion, over the scales, shape (n,), at
-    `times` [s], which a solver that chooses its steps meets in no other run."""
+    """The wanted quantities of a run less those of the exact motion, divided by their scales, shape
+    (n,). They are interpolated to `times` [s]: a solver that chooses its steps has other times in
+    each run."""
     exact, _ = exactly(Same(true.reference), run.times.tobytes())
     parts = []
     for q in wanted:
@@ -209,43 +214,49 @@ def _difference(true: Case, run: Trajectory, times: Array, wanted: Sequence[Quan
 
 
 def _true(case: Case, name: str) -> float:
+    """The value of a parameter in a case."""
     return float(case.scene.parameters.get(name, case.system.left_out.get(name, 0.0)))
 
 
 def _size(residuals: Array) -> float:
+    """The root mean square of residuals."""
     return float(np.sqrt(np.mean(residuals**2)))
 
 
 def _parameters(
     box: Box, true: Case, searched: Searched, residuals: Residuals
 ) -> tuple[Identified, ...]:
-    """The parameters at the place found, with the covariance of a linear fit about it."""
-    assert searched.place is not None
-    names = [side.name for side in box.sides]
-    slopes = np.column_stack(
-        [_slope(box, searched.place, k, residuals) for k in range(len(names))]
-    )
+    """The parameters at the best place, with the covariance of a linear fit about it."""
+    place = searched.place
+    assert place is not None
+    slopes = np.column_stack([_slope(box, place, k, residuals) for k in range(len(box.sides))])
     deviations, correlations = _spread(slopes, searched.cost)
-    return tuple(
-        Identified(
-            side.name,
-            _true(true, side.name),
-            side.at(searched.place[k]),
-            side.low,
-            side.high,
-            None if deviations is None else float(deviations[k]),
-            {
-                other: float(correlations[k, j])
-                for j, other in enumerate(names)
-                if j != k and correlations is not None
-            },
+    identified = []
+    for k, side in enumerate(box.sides):
+        others = {}
+        if correlations is not None:
+            others = {
+                other.name: float(correlations[k, j])
+                for j, other in enumerate(box.sides)
+                if j != k
+            }
+        identified.append(
+            Identified(
+                parameter=side.name,
+                true=_true(true, side.name),
+                identified=side.at(place[k]),
+                low=side.low,
+                high=side.high,
+                deviation=None if deviations is None else float(deviations[k]),
+                correlation=others,
+            )
         )
-        for k, side in enumerate(box.sides)
-    )
+    return tuple(identified)
 
 
 def _slope(box: Box, place: Sequence[float], k: int, residuals: Residuals) -> Array:
-    """Derivative of the residuals by a parameter, shape (n,); 0 where a run beside it is lost."""
+    """The derivative of the residuals by parameter `k`, shape (n,); 0 if a run beside the place is
+    lost."""
     side = box.sides[k]
     low = max(place[k] - BESIDE, 0.0)
     high = min(place[k] + BESIDE, 1.0)
@@ -257,8 +268,9 @@ def _slope(box: Box, place: Sequence[float], k: int, residuals: Residuals) -> Ar
 
 
 def _spread(slopes: Array, residual: float) -> tuple[Array | None, Array | None]:
-    """Standard deviations and correlations of a linear fit with these `slopes`, shape (n, p), and
-    a root mean square `residual`; None where they are not determined."""
+    """The standard deviations, shape (p,), and the correlations, shape (p, p), of a linear fit with
+    these `slopes`, shape (n, p), and a root mean square `residual`. Each is None if it is not
+    determined."""
     n, p = slopes.shape
     if not slopes.any(axis=0).all():
         return None, None

@@ -1,4 +1,4 @@
-"""Readings of a model (MJCF) that has a number of its own for every field, by engines' readers."""
+"""Tests engines' readers of MJCF on a model in which every field has a different number."""
 
 from __future__ import annotations
 
@@ -42,26 +42,27 @@ EVERY_FIELD_TEXT = """\
 """
 
 
-# The fields of each kind of element: bodies, joints, geoms, actuators.
+# fields of each kind of element: bodies, joints, geoms, actuators
 KINDS = (
     ("mass", "inertia"),
     ("armature", "damping", "stiffness", "frictionloss"),
     ("friction", "solref", "solimp"),
     ("gear", "kp", "kv"),
 )
-# An element without a name has its place in the file as its name: "joint 0 of body arm".
+# name of an element that has none in the file: its place there, "joint 0 of body arm"
 PLACE = re.compile(r"(body|joint|geom|pair|actuator) \d+( of body .+)?")
 ByField = Mapping[str, tuple[float, ...]]
-GRAVITY = "gravity"  # that a file states, none too
-SAME, LEAST = 1e-5, 1e-12  # relative, absolute [SI]: what single precision and new frames leave
+GRAVITY = "gravity"  # a field that a file states even if its numbers are zero
+# relative and absolute [SI] difference of equal numbers, after single precision and other frames
+SAME, LEAST = 1e-5, 1e-12
 
 
 @dataclass(frozen=True)
 class ModelRead:
     """The numbers that an engine took from a model file."""
 
-    version: str  # of the engine
-    refuses: str  # why it reads nothing, one line; else empty
+    version: str  # version of the engine
+    refuses: str  # why the engine refuses the file, one line; empty if it does not
     numbers: tuple[tuple[str, str, tuple[float, ...]], ...]
     """The field, the name of its body, joint, geom or actuator, and its values (SI)."""
 
@@ -73,14 +74,14 @@ class ModelRead:
 
 @dataclass(frozen=True)
 class ModelReading(Request[ModelRead]):
-    """The model read by an engine's own reader."""
+    """A request for the model as an engine's reader reads it."""
 
     engine: str
 
 
 def read_model(reading: ModelReading) -> ModelRead | None:
-    """The numbers that the engine takes from the model; None where it is not installed, or reads
-    none."""
+    """The numbers that the engine takes from the model; None if the engine is not installed or
+    reads no model files."""
     engine = find_engine(reading.engine)
     if engine.ability(ModelReader) is None or not installed(engine):
         return None
@@ -91,8 +92,8 @@ def read_model(reading: ModelReading) -> ModelRead | None:
 
 
 def fields_of(engine: Engine, file: Path) -> tuple[str, ModelFields]:
-    """Why an engine's reader refuses a file, or empty, and what it takes from it; what it prints is
-    dropped."""
+    """The reason why an engine's reader refuses a file, empty if it does not, and the fields that
+    the reader takes from the file. Printed output is dropped."""
     reader = engine.ability(ModelReader)
     assert reader is not None
     try:
@@ -100,7 +101,7 @@ def fields_of(engine: Engine, file: Path) -> tuple[str, ModelFields]:
             rows = list(reader.read(file))
         fields = dict[tuple[str, str], tuple[float, ...]]()
         for field, name, values in rows:
-            while (field, name) in fields:  # several elements may have one name in a reader
+            while (field, name) in fields:  # a reader may give several elements the same name
                 name += "'"
             fields[field, name] = tuple(np.ravel(values).tolist())
         return "", fields
@@ -111,34 +112,39 @@ def fields_of(engine: Engine, file: Path) -> tuple[str, ModelFields]:
 
 
 def dropped(wanted: ModelFields, fields: ModelFields) -> dict[str, str]:
-    """{field: what is there instead} of the numbers that a file states, as MuJoCo reads it, which
-    another reader does not give; empty where it gives none of the field."""
+    """{field: difference} of the fields that a file states and a reader does not give as MuJoCo
+    does. `wanted` are MuJoCo's numbers, `fields` the reader's. A difference is a text such as
+    "hinge: nothing for 0.31"; it is empty if the reader gives no number of the field at all."""
     fields = with_places(wanted, fields)
     known = {field for field, _ in fields}
-    lost = dict[str, str]()
+    differences = dict[str, str]()
     for (field, name), values in wanted.items():
         stated = any(values) or field == GRAVITY
-        if field in lost or not stated or _has(fields, field, name, values):
+        if field in differences or not stated or _has(fields, field, name, values):
             continue
-        instead = fields.get((field, name))
-        there = "nothing" if instead is None else _text(instead)
-        said = f"{name}: {there} for {_text(values)}".removeprefix(": ")
-        lost[field] = said if field in known else ""
-    return lost
+        read = fields.get((field, name))
+        read_text = "nothing" if read is None else _text(read)
+        difference = f"{name}: {read_text} for {_text(values)}".removeprefix(": ")
+        differences[field] = difference if field in known else ""
+    return differences
 
 
 def with_places(wanted: ModelFields, fields: ModelFields) -> ModelFields:
-    """A reader's numbers under MuJoCo's names. An element that has no name in the file has its
-    place as its name in MuJoCo, and any name in the reader."""
-    places = dict[tuple[str, str], str]()
+    """A reader's numbers under MuJoCo's names. If an element has no name in the file, its name in
+    MuJoCo is its place in the file, and its name in the reader may be any."""
+    mujoco_name = dict[tuple[str, str], str]()
     for kind in KINDS:
-        for name, place in _places(_elements(wanted, kind), _elements(fields, kind)).items():
-            places |= {(field, name): place for field in kind}
-    return {(f, places.get((f, name), name)): values for (f, name), values in fields.items()}
+        places = _places(_elements(wanted, kind), _elements(fields, kind))
+        for name, place in places.items():
+            mujoco_name |= {(field, name): place for field in kind}
+    return {
+        (field, mujoco_name.get((field, name), name)): values
+        for (field, name), values in fields.items()
+    }
 
 
 def _elements(fields: ModelFields, kind: Sequence[str]) -> Mapping[str, ByField]:
-    """{name: {field: numbers}} of the elements that have fields of a `kind`."""
+    """{name of an element: {field: numbers}} of the elements with fields of a `kind`."""
     elements = dict[str, dict[str, tuple[float, ...]]]()
     for (field, name), values in fields.items():
         if field in kind:
@@ -154,10 +160,14 @@ def _places(here: Mapping[str, ByField], there: Mapping[str, ByField]) -> Mappin
     unknown = [name for name in there if name not in here]
 
     def in_common(place: str, name: str) -> int:
-        return sum(any(v) and equal(v, there[name].get(f)) for f, v in here[place].items())
+        """The number of fields with equal numbers, not all zero."""
+        return sum(
+            any(values) and equal(values, there[name].get(field))
+            for field, values in here[place].items()
+        )
 
     if len(unnamed) == len(unknown) and all(map(in_common, unnamed, unknown)):
-        return dict(zip(unknown, unnamed, strict=True))  # quick, also for many elements
+        return dict(zip(unknown, unnamed, strict=True))  # quick for models of many elements
     places = dict[str, str]()
     pairs = product(unnamed, unknown)
     for place, name in sorted(pairs, key=lambda pair: in_common(*pair), reverse=True):
@@ -169,22 +179,23 @@ def _places(here: Mapping[str, ByField], there: Mapping[str, ByField]) -> Mappin
 
 
 def fields_stated(wanted: ModelFields) -> tuple[str, ...]:
-    """The fields in which a model has a number other than zero, and gravity, as MuJoCo reads it."""
-    return tuple(
-        dict.fromkeys(field for (field, _), v in wanted.items() if any(v) or field == GRAVITY)
-    )
+    """The fields of a model, as MuJoCo reads it, that have a number other than zero; and
+    gravity."""
+    stated = [field for (field, _), values in wanted.items() if any(values) or field == GRAVITY]
+    return tuple(dict.fromkeys(stated))
 
 
 def _has(fields: ModelFields, field: str, name: str, values: tuple[float, ...]) -> bool:
-    """Whether a reader gives these numbers; friction of any name where it does not know this one,
-    for some give it to bodies in place of geoms."""
+    """Whether a reader gives an element these numbers. Friction counts under any name if the reader
+    does not know the name: some readers give friction to bodies in place of geoms."""
     if field == "friction" and (field, name) not in fields:
-        return any(equal(values, other) for (of, _), other in fields.items() if of == field)
+        frictions = [numbers for (other, _), numbers in fields.items() if other == field]
+        return any(equal(values, numbers) for numbers in frictions)
     return equal(values, fields.get((field, name)))
 
 
 def equal(values: tuple[float, ...], other: tuple[float, ...] | None) -> bool:
-    """Whether two readers have the same numbers."""
+    """Whether two readers have the same numbers, up to single precision."""
     if other is None or len(values) != len(other):
         return False
     allowed = max(SAME * max(map(abs, values), default=0.0), LEAST)
@@ -193,12 +204,14 @@ def equal(values: tuple[float, ...], other: tuple[float, ...] | None) -> bool:
 
 
 def _text(values: tuple[float, ...]) -> str:
+    """Numbers as a text with four digits each."""
     return " ".join(f"{value:.4g}" for value in values)
 
 
 @contextmanager
 def every_field() -> Iterator[Path]:
-    """A file of the model."""
+    """A temporary file with the model."""
     with tempfile.TemporaryDirectory() as folder:
-        (file := Path(folder) / "every-field.xml").write_text(EVERY_FIELD_TEXT, "utf-8")
+        file = Path(folder) / "every-field.xml"
+        file.write_text(EVERY_FIELD_TEXT, "utf-8")
         yield file

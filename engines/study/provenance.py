@@ -1,4 +1,4 @@
-"""Where a page comes from: versions, machine, date, and the command that writes it again."""
+"""The provenance of a page: versions, machine, date, and the command that writes it again."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from plumbob.engines.method import Engine, Method
 from plumbob.engines.registry import engine_of
 from plumbob.models.entry_points import versions as added_versions
 
-DIGITS = ("numpy-quaddtype", "gmpy2")  # one of them computes with 34 digits
+DIGITS = ("numpy-quaddtype", "gmpy2")  # packages for 34 digits, of which one is used
 PACKAGES = ("numpy", "scipy", *DIGITS, "mujoco", "pymunk", "heyoka", "plotly")
 PEERS = (
     "dartpy",
@@ -38,13 +38,13 @@ OF_ENGINES = MappingProxyType(
         "pinocchio": ("pin",),
     }
 )
-"""Distributions of engines whose package has another name."""
+"""Distributions of engines whose distribution has another name than their package."""
 ABSENT = "not installed"
 
 
 @dataclass(frozen=True)
 class Provenance:
-    """Provenance of a study: all that is needed to repeat it, or to doubt it."""
+    """Everything that is needed to repeat a study, or to doubt it."""
 
     versions: Mapping[str, str] = field(default_factory=dict)
     machine: Mapping[str, str] = field(default_factory=dict)
@@ -53,44 +53,46 @@ class Provenance:
 
 
 def provenance(command: str) -> Provenance:
-    """The provenance of what `command` measures now, on this machine."""
+    """The provenance of a study that `command` measures now, on this machine."""
     versions = {"plumbob": _version("plumbob"), "Python": platform.python_version()}
     versions |= {package: _version(package) for package in PACKAGES}
-    versions |= {package: now for package in PEERS if (now := _version(package)) != ABSENT}
+    peers = {package: _version(package) for package in PEERS}
+    versions |= {package: version for package, version in peers.items() if version != ABSENT}
     versions |= added_versions()
     date = datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC")
     return Provenance(versions, machine(), date, command)
 
 
 def versions_of(method: Method) -> Mapping[str, str]:
-    """The versions that decide what a method's runs give, those of its engine among them."""
+    """The versions on which the results of a method depend, its engine's among them."""
     packages = ("numpy", "scipy", *DIGITS, *packages_of(engine_of(method)))
     found = {"plumbob": _version("plumbob"), "Python": platform.python_version()}
     return found | {package: _version(package) for package in packages}
 
 
 def packages_of(engine: Engine) -> Sequence[str]:
-    """The distributions that an engine consists of."""
+    """The names of the distributions of which an engine consists."""
     return OF_ENGINES.get(engine.name, (engine.package,))
 
 
 def version_of(engine: Engine) -> str:
-    """The version of an engine's own package."""
+    """The version of an engine's first distribution."""
     return _version(packages_of(engine)[0])
 
 
 def changed_since(stored: Provenance) -> tuple[str, ...]:
-    """Packages with another version here than in a stored study, as "mujoco 3.17.0, here
-    3.18.0"."""
-    return tuple(
-        f"{package} {then}, here {now}"
-        for package, then in stored.versions.items()
-        if package not in ("plumbob", "Python", "plotly") and (now := _version(package)) != then
-    )
+    """Lines such as "mujoco 3.17.0, here 3.18.0" for packages that have another version here than
+    in a stored study."""
+    lines = []
+    for package, then in stored.versions.items():
+        now = _version(package)
+        if package not in ("plumbob", "Python", "plotly") and now != then:
+            lines.append(f"{package} {then}, here {now}")
+    return tuple(lines)
 
 
 def machine() -> Mapping[str, str]:
-    """Processor, cores and operating system of this machine."""
+    """The processor, its cores and the operating system of this machine."""
     return {
         "processor": processor(),
         "cores": str(os.cpu_count()),
@@ -99,7 +101,7 @@ def machine() -> Mapping[str, str]:
 
 
 def processor() -> str:
-    """Model of the processor, as the operating system calls it."""
+    """The model of the processor, as the operating system names it."""
     try:
         lines = Path("/proc/cpuinfo").read_text("utf-8").splitlines()
     except OSError:
@@ -108,8 +110,9 @@ def processor() -> str:
     return names[0] if names else platform.processor() or platform.machine() or "unknown"
 
 
-@cache  # a package that is loaded keeps its version, and to read one takes a millisecond
+@cache  # reading a version takes a millisecond, and it does not change while a process runs
 def _version(package: str) -> str:
+    """The version of a distribution; ABSENT if it is not installed."""
     try:
         return metadata.version(package)
     except metadata.PackageNotFoundError:

@@ -1,4 +1,5 @@
-"""Requests for what analyses need beside a study's own runs: data that makes its own answer."""
+"""Requests of analyses for more than a study's convergence runs. A request is data, and has a
+method that computes its answer."""
 
 from __future__ import annotations
 
@@ -15,38 +16,37 @@ from plumbob.models.registry import system_of
 from plumbob.models.scene import Scene
 
 Answer = TypeVar("Answer")
-_SEARCH_WORK = 2e5  # equivalent number of steps of a search by runs, roughly
-Changes = tuple[tuple[str, Any], ...]  # by name; hashable values
-# equivalent number of steps for the tolerances of an adaptive method, roughly
-_ADAPTIVE_WORK = 1e5
+_SEARCH_WORK = 2e5  # approximate number of steps of a search by runs
+_ADAPTIVE_WORK = 1e5  # approximate number of steps, in time, of an adaptive method's tolerances
+Changes = tuple[tuple[str, Any], ...]  # names and hashable values
 
 
 class Request(ABC, Generic[Answer]):
     """A request for an answer of one kind."""
 
-    timed: ClassVar[bool] = False  # made alone, for its time counts
+    timed: ClassVar[bool] = False  # whether its time counts: nothing else then runs beside it
 
     @classmethod
     def kind(cls) -> type[Any]:
-        """The class of its answers, which its base names: `Request[Answer]`."""
+        """The class of the answers, which is the argument of the base class: `Request[Answer]`."""
         bases: tuple[Any, ...] = vars(cls)["__orig_bases__"]
         (kind,) = get_args(bases[0])
         return cast("type[Any]", kind)
 
 
 class RunRequest(Request[Answer]):
-    """A request for what runs of a method on a scene tell."""
+    """A request that is answered by runs of a method on a scene."""
 
     scene: str
     method: str
-    changes: Changes = ()  # parameters changed, as `--set` has them
-    duration: float | None = None  # [s]; None: the scene's own
-    label: ClassVar[str] = ""  # what progress says of it
-    of_pair: ClassVar[bool] = False  # kept with its scene and method
-    as_planned: ClassVar[bool] = False  # of the scene with the parameters that a study runs
+    changes: Changes = ()  # changed parameters, as with `--set`
+    duration: float | None = None  # [s]; None: the duration of the scene
+    label: ClassVar[str] = ""  # name in the progress bar
+    of_pair: ClassVar[bool] = False  # whether it is stored with its scene and method
+    as_planned: ClassVar[bool] = False  # whether the scene has the parameters of the study
 
     def posed(self) -> Scene:
-        """The scene with its parameters and its duration; raises ParameterError."""
+        """The scene with the changed parameters and the duration; raises ParameterError."""
         scene = find_scene(self.scene)
         if self.changes:
             system = system_of(scene)
@@ -56,9 +56,9 @@ class RunRequest(Request[Answer]):
         return scene if self.duration is None else replace(scene, duration=self.duration)
 
     def answer(self, method: Method, planned: Scene | None = None) -> Answer | None:
-        """The answer by the request's method, on the scene `planned`, else the one posed; None
-        where its engine is missing, it is not meant for the scene or does not support it, or its
-        run diverged. Raises ParameterError."""
+        """The answer by `method` on the scene `planned`, or else on the posed scene. None if the
+        method's engine is missing, the method is not meant for the scene or does not support it, or
+        the run diverged. Raises ParameterError."""
         scene = planned or self.posed()
         if not installed(engine_of(method)) or not meant(method, scene):
             return None
@@ -69,15 +69,16 @@ class RunRequest(Request[Answer]):
 
     @abstractmethod
     def made(self, scene: Scene, method: Method) -> Answer | None:
-        """The answer on the posed scene, by a method that is installed and meant for it."""
+        """Computes the answer on a scene by a method that is installed and meant for the scene."""
 
     def work(self, scene: Scene, method: Method) -> float:
-        """Roughly how many steps of a pendulum it takes."""
+        """The approximate number of steps of a pendulum that take as long."""
         return _SEARCH_WORK * system_of(scene).weight
 
 
 def work_of(scene: Scene, method: Method, steps: Sequence[float]) -> float:
-    """Roughly how long runs take with these steps: a step costs more in Python than in C."""
+    """The approximate number of steps of a pendulum in C that take as long as runs with these
+    steps."""
     if method.control == "tolerance":
         return _ADAPTIVE_WORK
     count = sum(scene.duration / h for h in steps)
