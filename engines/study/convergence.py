@@ -1,4 +1,4 @@
-"""A convergence study: one method on one scene, coarse to fine, down to the round-off level."""
+"""A convergence study: one method on one scene, from coarse to fine steps, down to round-off."""
 
 from __future__ import annotations
 
@@ -25,22 +25,22 @@ from plumbob.engines.trajectory import Trajectory
 from plumbob.models.registry import case_of
 from plumbob.models.scene import Case, Scene
 
-TRACE = 160  # points of an error curve: as many as a plot can show
+TRACE = 160  # number of points of an error curve: as many as a plot can show
 DEFAULT = ("mujoco/euler", 2e-3)  # MuJoCo's default settings: method and step [s]
-PER_OCTAVE, OCTAVES = 3, 5  # step sizes for a method that no theory covers
-TIMED = 200  # steps at least of a run that a cost is measured at: fewer take too little time
-FURTHER = 8  # times the most steps, for a method with steps of its own: three halvings
-SEED = 1  # of the steps that are drawn, unless another is chosen
+PER_OCTAVE, OCTAVES = 3, 5  # steps an octave, and octaves, of a method that no theory covers
+TIMED = 200  # smallest number of steps of a run that is timed: fewer take too little time
+FURTHER = 8  # factor on the largest number of steps for a method with its own steps
+SEED = 1  # default seed of the steps that are drawn at random
 
 
 @dataclass(frozen=True)
 class Trace:
-    """Error of the leading observable over time, at the finest step that was run."""
+    """The error of the leading observable over time, at the finest step that was run."""
 
-    step: float
-    times: tuple[float, ...]
-    values: tuple[float, ...]  # of the observable
-    errors: tuple[float, ...]  # signed
+    step: float  # [s]
+    times: tuple[float, ...]  # [s]
+    values: tuple[float, ...]  # values of the observable
+    errors: tuple[float, ...]  # signed errors of the observable
 
 
 @dataclass(frozen=True)
@@ -50,13 +50,13 @@ class ConvergenceStudy:
     scene: str
     method: str
     measurements: tuple[Measurement, ...]
-    order: Order | None = None  # of the error of the leading observable, largest over the run
-    predicted_order: Order | None = None  # the same fit to what theory predicts at those steps
+    order: Order | None = None  # order of the largest error of the leading observable
+    predicted_order: Order | None = None  # the same fit to the predicted errors at those steps
     trace: Trace | None = None
-    cut: bool = False  # the finest step sizes were left out: too many steps
+    cut: bool = False  # whether the finest step sizes were left out, as too many steps
     drawn: Measurement | None = None
-    """One more run, at a step that nobody listed: judged, and part of nothing else."""
-    beside: tuple[float, ...] = ()  # steps [s] of runs that no order or plateau is judged by
+    """A run at a step that is drawn at random. It is judged, and used for nothing else."""
+    beside: tuple[float, ...] = ()  # [s] steps of runs that do not count for order and plateau
 
 
 def convergence_study(
@@ -66,10 +66,11 @@ def convergence_study(
     step_sizes: tuple[float, ...] = (),
     seed: int | None = None,
 ) -> ConvergenceStudy:
-    """Run `scene` with `method` at its step sizes (or those given), coarse to fine, leaving out
-    runs of more than `most_steps`, and stopping two step sizes after the error reaches its floor;
-    where no theory covers the method, at steps between them too; at the step at which methods are
-    compared; and at one that `seed` draws."""
+    """Runs a scene with a method from coarse to fine steps: the given step sizes, or those of the
+    method or the scene, without runs of more than `most_steps`. It stops two step sizes after the
+    error has reached its floor. If no theory covers the method, steps between these are run too.
+    The step at which methods are compared is run in any case, and a step that `seed` draws if it is
+    given."""
     case = case_of(scene)
     leading = case.system.observables[0].name
     chosen = chosen_step_sizes(scene, method, most_steps, step_sizes)
@@ -92,8 +93,8 @@ def convergence_study(
 def study_with_true_cost(
     scene: Scene, method: Method, most_steps: int, seed: int
 ) -> ConvergenceStudy:
-    """A convergence study. If the engine claims a false cost, the run at whose step the cost would
-    be measured is replaced by one that is cut short."""
+    """A convergence study of a scene with a method. If the engine claims a false cost, the run at
+    whose step the cost would be measured is replaced by one that counts as cut short."""
     study = convergence_study(scene, method, most_steps, seed=seed)
     timed = timed_run(study, method)
     if timed is None:
@@ -109,8 +110,8 @@ def _measured(
     chosen: tuple[float, ...],
     beside: tuple[float, ...],
 ) -> tuple[list[Measurement], tuple[float, Trajectory] | None, int]:
-    """The measurements, the finest run with an error of the leading observable, and how many of
-    these errors are at their floor."""
+    """The measurements; the step and the run of the finest measurement that has an error of the
+    leading observable; and the number of these errors that are at their floor."""
     leading = case.system.observables[0].name
     measurements: list[Measurement] = []
     finest: tuple[float, Trajectory] | None = None
@@ -129,12 +130,12 @@ def _measured(
             waiting += between(chosen, case.scene.duration, own_steps(method))
             waiting = sorted(set(waiting) - {m.step for m in measurements}, reverse=True)
         assert run is not None
-        if (error := measurement.errors.get(leading)) is None:
+        error = measurement.errors.get(leading)
+        if error is None:
             continue
         finest = step, run
-        at_floor += step not in beside and error.largest <= 3.0 * floor(
-            error, measurement.steps
-        )
+        if step not in beside and error.largest <= 3.0 * floor(error, measurement.steps):
+            at_floor += 1
         if at_floor > 2:
             waiting = [h for h in waiting if h == REFERENCE_STEP]
     return measurements, finest, at_floor
@@ -143,9 +144,9 @@ def _measured(
 def drawn_step(
     taken: Sequence[Measurement], scene: Scene, method: Method, seed: int
 ) -> float | None:
-    """A step [s], or tolerance, between those of the runs that were `taken`, of which every octave
-    is as likely, the finest left out where there are more: it costs most. None where no two runs
-    reached their end."""
+    """A step [s], or a tolerance, drawn at random between the steps of the runs `taken`, each
+    octave with the same probability. The finest octave, whose runs cost most, is left out if there
+    are several. None if fewer than two runs reached their end."""
     done = [m.step for m in taken if m.status == "done"]
     if len(done) < 2 or own_steps(method):
         return None
@@ -160,13 +161,14 @@ def drawn_step(
 def chosen_step_sizes(
     scene: Scene, method: Method, most_steps: float, step_sizes: tuple[float, ...] = ()
 ) -> tuple[float, ...]:
-    """The steps [s], or tolerances, that a convergence study may run, coarse to fine: the step
-    sizes given, the method's own or the scene's, without steps longer than the scene and steps of
-    which it would take more than `most_steps`. The step that a user asks about is always run: the
-    first of a method's own, and MuJoCo's default step for its default method."""
-    every = step_sizes or method.step_sizes or scene.steps
+    """The steps [s], or tolerances, that a convergence study may run, coarse to fine: the given
+    step sizes, or else the method's, or else the scene's. Steps longer than the scene are left out,
+    and steps of which the scene takes more than `most_steps`. The step that a user asks about
+    always stays: the first of a method's own steps, and MuJoCo's default step for its default
+    method."""
+    listed = step_sizes or method.step_sizes or scene.steps
     if method.control == "tolerance":
-        return every
+        return listed
     asked = math.nan
     most = most_steps
     if own_steps(method):
@@ -174,14 +176,14 @@ def chosen_step_sizes(
         most = FURTHER * most_steps
     elif method.name == DEFAULT[0] and not step_sizes:
         asked = DEFAULT[1]
-        every = tuple(sorted({*every, asked}, reverse=True))
-    short = (h for h in every if h <= scene.duration)
-    return tuple(h for h in short if scene.duration / h <= most or h == asked)
+        listed = tuple(sorted({*listed, asked}, reverse=True))
+    short = (step for step in listed if step <= scene.duration)
+    return tuple(step for step in short if scene.duration / step <= most or step == asked)
 
 
 def steps_beside(scene: Scene, method: Method, most_steps: float) -> tuple[float, ...]:
-    """The step [s] at which methods are compared, where it is none of a method's step sizes, and
-    would take no more than FURTHER times `most_steps`."""
+    """The step [s] at which methods are compared, as a tuple. It is empty if that step is one of
+    the chosen step sizes, or if a run takes more than FURTHER times `most_steps`."""
     chosen = chosen_step_sizes(scene, method, most_steps)
     if method.control == "tolerance" or own_steps(method) or REFERENCE_STEP in chosen:
         return ()
@@ -190,9 +192,9 @@ def steps_beside(scene: Scene, method: Method, most_steps: float) -> tuple[float
 
 
 def between(steps: tuple[float, ...], duration: float, own: bool) -> tuple[float, ...]:
-    """Three incommensurate steps [s] an octave, down to the finest of `steps`, over five octaves at
-    least, or over those of a method's own steps alone; at the coarsest eight steps in `duration`
-    [s]."""
+    """Incommensurate steps [s], PER_OCTAVE an octave, down to the finest of `steps`: over at least
+    OCTAVES octaves, as long as `duration` [s] has eight steps. If the method brings its `own`
+    steps, the octaves of these steps alone."""
     finest = min(steps)
     coarsest = max(steps)
     if not own:
@@ -202,18 +204,20 @@ def between(steps: tuple[float, ...], duration: float, own: bool) -> tuple[float
 
 
 def own_steps(method: Method) -> bool:
-    """Whether a method brings its own fixed steps, as a user's settings do, the first of which is
-    the one that is asked about."""
+    """Whether a method brings its own fixed steps, as a user's settings do. The first of them is
+    the step that the user asks about."""
     return method.control == "step" and bool(method.step_sizes)
 
 
 def timed_run(found: ConvergenceStudy, method: Method) -> Measurement | None:
-    """The run at whose step a method's cost is measured: the first of its own, or the one that
-    errors are shown at; where that is too short for a time, and of an adaptive solver, the middle
-    one of those that worked. None if the engine makes false claims about its runs."""
-    if any(m.status == "cut-short" for m in found.measurements):
+    """The run at whose step a method's cost is measured, or None.
+
+    If a method brings its own steps, the run at the first of them. Else the run at which errors are
+    shown, if it is long enough to be timed. Else, and for adaptive solvers, the middle one of the
+    runs that reached their end. None if the engine makes false claims about its runs."""
+    if any(run.status == "cut-short" for run in found.measurements):
         return None
-    done = [m for m in found.measurements if m.status == "done"]
+    done = [run for run in found.measurements if run.status == "done"]
     if own_steps(method) or not done:
         return done[0] if done else None
     shown = reference_run(done, method)
@@ -225,14 +229,17 @@ def timed_run(found: ConvergenceStudy, method: Method) -> Measurement | None:
 def _orders(
     taken: list[Measurement], leading: str, method: Method
 ) -> tuple[Order | None, Order | None]:
-    """The order of the errors, and that of the predicted ones at the same steps."""
-    done = {m.step: (m.errors[leading], m.steps) for m in taken if leading in m.errors}
+    """The order of the errors of the leading observable, and the order of the predicted errors at
+    the same steps. Each is None if it cannot be fitted."""
+    done = {
+        run.step: (run.errors[leading], run.steps) for run in taken if leading in run.errors
+    }
     if method.order is None:
         return None, None
     floors = [floor(error, steps) for error, steps in done.values()]
     order = fit_order(list(done), [error.largest for error, _ in done.values()], floors)
     predicted = {
-        h: error.predicted.largest for h, (error, _) in done.items() if error.predicted
+        step: error.predicted.largest for step, (error, _) in done.items() if error.predicted
     }
     if order is None or len(predicted) < len(done):
         return order, None
@@ -241,6 +248,7 @@ def _orders(
 
 
 def _trace(step: float, run: Trajectory, leading: str, exact: Reference) -> Trace:
+    """The error of the leading observable at TRACE samples of a run with a step [s]."""
     kept = np.unique(np.linspace(0, len(run.times) - 1, TRACE).astype(int))
     times = run.times[kept]
     values = run.observables[leading][kept]

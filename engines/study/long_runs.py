@@ -1,4 +1,4 @@
-"""How long a method stays right, by an engine's own runs, each longer than the one before."""
+"""Measures for how long a method stays right, by runs that are each longer than the one before."""
 
 from __future__ import annotations
 
@@ -21,31 +21,30 @@ from plumbob.engines.trajectory import Trajectory, lost
 from plumbob.models.registry import case_of, stability_of
 from plumbob.models.scene import Case, Scene
 
-MOST_STEPS = 1_000_000  # of a run: a second of MuJoCo's, a few of an ODE solver in Python
-FIRST_STEPS, MORE = 1_000, 4  # of the first run, and how many times as many the next one takes
-A_PERIOD = 100  # steps that a step of one's own choice takes to a period of the fastest mode
-# steps to a period, roughly, of one that chooses its own, for the length of runs
-OF_A_SOLVER = 1e3
-# to a fastest period, in which errors come and go; of a run
-A_SAMPLE, MOST_SAMPLES = 16.0, 50_000
-DOUBT = 0.2  # of the least level, by which the exact motion is known well enough
-SHARP = 4.0  # standard errors by which a drift of the energy differs from none
-LOST = 1.0  # of the energy's scale: all of it gained or lost
+MOST_STEPS = 1_000_000  # largest number of steps of a run: a second in MuJoCo
+FIRST_STEPS, MORE = 1_000, 4  # steps of the first run, and the factor from one run to the next
+A_PERIOD = 100  # preferred number of steps in a period of the fastest mode
+OF_A_SOLVER = 1e3  # approximate steps in a period of a solver that chooses its steps
+A_SAMPLE = 16.0  # samples in a fastest period, within which errors come and go
+MOST_SAMPLES = 50_000  # largest number of samples of a run
+DOUBT = 0.2  # largest uncertainty of the exact motion, as a fraction of the smallest level
+SHARP = 4.0  # standard errors by which a drift of the energy must differ from zero
+LOST = 1.0  # change of the energy, relative to its scale, at which it counts as lost
 
 
 @dataclass(frozen=True)
 class MeasuredLongRun:
-    """The times of a method's errors, as measured and predicted."""
+    """The times at which a method's error reaches each level, as measured and predicted."""
 
     step: float = math.nan  # [s], or the relative tolerance
-    period: float = math.nan  # [s] the fastest
+    period: float = math.nan  # [s] fastest period of the motion
     predicted: LongRun | None = None
-    times: Mapping[float, float] = field(default_factory=dict)  # [s] by level that was reached
-    followed: float = 0.0  # [s] the longest run
-    stopped: str = ""  # why none was longer; empty where all levels were reached
+    times: Mapping[float, float] = field(default_factory=dict)  # [s] times by level
+    followed: float = 0.0  # [s] duration of the longest run
+    stopped: str = ""  # why no run was longer; empty if all levels were reached
     energy: Literal["bounded", "drifting", "lost", "not conserved"] = "not conserved"
-    energy_rate: float = 0.0  # [1/s] of its scale, where it drifts
-    why: str = ""  # nothing was measured
+    energy_rate: float = 0.0  # [1/s] drift of the energy, relative to its scale
+    why: str = ""  # why nothing was measured
 
 
 @dataclass(frozen=True)
@@ -56,13 +55,12 @@ class LongRunSearch(RunRequest[MeasuredLongRun]):
 
     scene: str
     method: str
-    step: float | None = (
-        None  # [s], or the relative tolerance; None: the scene's, A_PERIOD a period
-    )
-    most_steps: int = MOST_STEPS
+    step: float | None = None
+    """[s], or the relative tolerance; None: the scene's step nearest to A_PERIOD steps a period."""
+    most_steps: int = MOST_STEPS  # largest number of steps of a run
 
     def made(self, scene: Scene, method: Method) -> MeasuredLongRun:
-        """The times by runs; raises ParameterError."""
+        """The times that runs show; raises ParameterError."""
         case = case_of(scene)
         theory = stability_of(case)
         if theory is None:
@@ -110,8 +108,8 @@ class LongRunSearch(RunRequest[MeasuredLongRun]):
 
 
 def own_step(scene: Scene, method: Method, theory: StabilityTheory) -> float:
-    """The step of the scene [s] that is nearest to A_PERIOD to the fastest period, or the middle
-    one of a method's tolerances."""
+    """The step of the scene [s] with a number of steps in the fastest period nearest to A_PERIOD;
+    for a solver that chooses its steps, the middle one of its tolerances."""
     if method.control == "tolerance":
         return method.step_sizes[len(method.step_sizes) // 2]
     wanted = theory.fastest / A_PERIOD
@@ -126,7 +124,8 @@ def _runs(
     most_steps: int,
     theory: StabilityTheory,
 ) -> Iterator[Trajectory]:
-    """Runs of FIRST_STEPS to `most_steps` steps of `pace` [s], until the motion ends."""
+    """Yields runs that last FIRST_STEPS to `most_steps` times `pace` [s], each MORE times as long
+    as the one before, until the motion ends."""
     steps = FIRST_STEPS
     duration = 0.0
     last = min(most_steps * pace, theory.lasts)
@@ -142,20 +141,21 @@ def _runs(
 def _reached(
     case: Case, run: Trajectory, scales: Mapping[str, float], times: dict[float, float]
 ) -> bool:
-    """Enter the times at which the run's error reaches levels that none before did, as far as the
-    exact motion is known; false where that is not all of it."""
+    """Adds to `times` the times [s] at which the run's error first reaches levels that no earlier
+    run reached, as far as the exact motion is known. Returns whether it is known to the end of the
+    run."""
     try:
         exact, doubt = exactly(Same(case.reference), run.times.tobytes())
     except ParameterError:
         return False
     names = [name for name in scales if name in run.observables]
-    errors, doubts = (
-        np.max([np.abs(parts[n]) / scales[n] for n in names], axis=0)
-        for parts in ({n: run.observables[n] - exact[n] for n in names}, doubt)
-    )
-    unknown = np.flatnonzero(doubts > DOUBT * LEVELS[0])
+    differences = [np.abs(run.observables[n] - exact[n]) / scales[n] for n in names]
+    uncertainties = [doubt[n] / scales[n] for n in names]
+    unknown = np.flatnonzero(np.max(uncertainties, axis=0) > DOUBT * LEVELS[0])
+    known_samples = unknown[0] if unknown.size else None
+    errors = np.max(differences, axis=0)[:known_samples]
     for level in LEVELS:
-        above = np.flatnonzero(errors[: unknown[0] if unknown.size else None] >= level)
+        above = np.flatnonzero(errors >= level)
         if above.size:
             times.setdefault(level, float(run.times[above[0]]))
     return not unknown.size
@@ -164,8 +164,8 @@ def _reached(
 def _energy(
     theory: StabilityTheory, run: Trajectory | None, lost: bool
 ) -> tuple[Literal["bounded", "drifting", "lost", "not conserved"], float]:
-    """How the energy of a run goes, and at which rate [1/s]: that of a line through its samples,
-    where it differs from none."""
+    """Whether the energy of a run stays bounded, drifts or is lost; and the rate of the drift,
+    relative to the energy's scale [1/s], which is the slope of a line fitted to its samples."""
     if theory.energy is None:
         return "not conserved", 0.0
     if run is None or lost:

@@ -1,4 +1,4 @@
-"""One run held against the exact answer: errors, what theory predicted, invariants, cost."""
+"""Measures one run against the exact answer: errors, their predictions, invariants, cost."""
 
 from __future__ import annotations
 
@@ -30,84 +30,82 @@ from plumbob.engines.sampling import cut_short
 from plumbob.engines.trajectory import Trajectory, lost
 from plumbob.models.scene import Case, Quantity
 
-REFERENCE_STEP = 1e-3  # [s] that errors of fixed-step methods are shown at
+REFERENCE_STEP = 1e-3  # [s] step at which errors of fixed-step methods are compared
 Status = Literal["done", "diverged", "cut-short", "unsupported", "missing"]
 
 
 @dataclass(frozen=True)
 class Prediction:
-    """The predicted error of one observable, sum_p C_p step^p, and its reach."""
+    """The predicted error of one observable: a series sum_p C_p step^p, or the error of the scheme
+    stepped in plain numbers. "Largest" means over the samples of the run."""
 
-    largest: float  # largest magnitude over the samples
-    end: float  # at the end, with its sign
-    terms: Mapping[int, float]  # {p: largest |C_p| step^p over the samples}; empty if no series
+    largest: float  # largest magnitude
+    end: float  # value at the end, with its sign
+    terms: Mapping[int, float]  # {p: largest |C_p| step^p}; empty if it is no series
     nonlinearity: float  # see `Reference.nonlinearity`
-    # largest magnitude over the samples of measured less predicted, signed
-    difference: float = 0.0
-    open: float = 0.0  # what theory leaves open of that, the largest over the samples
-    beyond: float = 0.0  # the most by which a sample differs by more than is open there
+    difference: float = 0.0  # largest magnitude of the measured less the predicted error
+    open: float = 0.0  # largest bound on that difference that theory leaves open
+    beyond: float = 0.0  # largest excess of that difference over its bound
     uncertainty: float | None = None
-    """Response of the stepped motion to rounding, largest over the samples; None where that of the
-    exact answer applies."""
+    """Largest response of the stepped motion to rounding; None if the response of the exact motion
+    applies."""
     lasting: float = 0.0
-    """Derived size, largest over the samples, of the part of the error that no smaller step
-    reduces."""
+    """Largest derived size of the part of the error that no smaller step reduces."""
     beside_lasting: float | None = None
-    """Largest excess over the samples of the measured error over that part; None if theory derives
-    no such part."""
+    """Largest excess of the measured error over that part; None if theory derives no such part."""
 
     @property
     def for_this_step(self) -> bool:
-        """Whether it is what the scheme does at this very step, and no series."""
+        """Whether it is the error of the scheme stepped at this very step, and no series."""
         return not self.terms
 
 
 @dataclass(frozen=True)
 class Controlled:
-    """The error that a solver with a tolerance adds to an observable, as another on the same
-    equations shows, whose tolerance is much smaller. An error that both have is not in it."""
+    """The error that a solver with a tolerance makes in an observable, as a second solver of the
+    same equations shows, whose tolerance is much smaller. Errors that both solvers have are not in
+    it."""
 
-    largest: float  # bound on the error, over the samples
-    beyond: float  # the most by which the error of a sample is larger than its own bound
+    largest: float  # largest bound on the error over the samples
+    beyond: float  # largest excess of the error of a sample over its bound
 
 
 @dataclass(frozen=True)
 class ObservedError:
-    """Error of one observable against the exact answer, in its SI unit."""
+    """The error of one observable against the exact answer, in the observable's SI unit."""
 
     largest: float  # largest magnitude over the samples
-    end: float  # at the end of the run, with its sign
-    uncertainty: (
-        float  # what double precision allows the exact answer, largest over the samples
-    )
+    end: float  # value at the end of the run, with its sign
+    uncertainty: float  # largest uncertainty of the exact answer in double precision
     scale: float  # largest magnitude of the exact observable
-    # {reason: bound}, not from the step
     model: Mapping[str, float] = field(default_factory=dict)
+    """{reason: bound} of the errors of the engine's model, which do not come from the step."""
     predicted: Prediction | None = None
     controlled: Controlled | None = None
-    start: float = 0.0  # magnitude at the first sample; 0 of a force
+    start: float = 0.0  # magnitude at the first sample; 0 for a force
 
     @property
     def model_error(self) -> float:
-        """Bound on what the model adds to the error, whatever the step."""
+        """The bound on the error of the engine's model, whatever the step."""
         return sum(self.model.values())
 
     @property
     def falling(self) -> float:
-        """The largest magnitude of the part of the error that smaller steps are to reduce: all of
-        it but what theory derives as the same at every step."""
+        """The largest magnitude of the part of the error that smaller steps must reduce: all of the
+        error except the part that theory derives as the same at every step."""
         known = self.predicted.beside_lasting if self.predicted else None
         return self.largest if known is None else known
 
     @property
     def left_open(self) -> float | None:
-        """By how much the error may differ from its prediction; None where there is none."""
+        """The amount by which the error may differ from its prediction; None without a
+        prediction."""
         return None if self.predicted is None else self.model_error + self.predicted.open
 
 
 @dataclass(frozen=True)
 class Measurement:
-    """A measured run of a scene with a method and a step: small, for a worker to return."""
+    """A measured run of a scene with a method and a step. It is small: workers return it."""
 
     scene: str
     method: str
@@ -115,23 +113,23 @@ class Measurement:
     status: Status
     reason: str = ""
     errors: Mapping[str, ObservedError] = field(default_factory=dict)
-    invariants: Mapping[str, float] = field(default_factory=dict)  # largest relative drift
-    duration: float = 0.0  # simulated [s]
+    invariants: Mapping[str, float] = field(default_factory=dict)  # largest relative drifts
+    duration: float = 0.0  # simulated time [s]
     steps: int = 0
-    seconds: float = 0.0  # of the stepping in this one run, but for waiting: costs are measured
+    seconds: float = 0.0  # processor time of this run's steps [s]; costs are measured apart
     compile_seconds: float = 0.0
-    diverged_at: float | None = None
+    diverged_at: float | None = None  # [s]
     warnings: tuple[str, ...] = ()
-    note: str = ""  # why there is no prediction, where theory knows nothing of the scheme
+    note: str = ""  # why there is no prediction, if theory does not know the scheme
 
 
 def measure(
     case: Case, method: Method, step: float, theory: bool = True
 ) -> tuple[Measurement, Trajectory | None]:
-    """Run once and measure; the trajectory too, for those who plot it. A method that controls its
-    local error is held to a second run. Without `theory` its errors alone are measured, without
-    bounds on them, which take longer than a run. Raises ParameterError, and NoAnswer where double
-    precision does not hold the exact solution."""
+    """Runs a case once and measures the run; returns the trajectory too, if there is one. A method
+    that controls its local error is compared with a second run. Without `theory` only errors are
+    measured, without their bounds, which take longer than the run. Raises ParameterError, and
+    NoAnswer if double precision does not determine the exact solution."""
     engine = engine_of(method)
     blank = Measurement(case.scene.name, method.name, step, "unsupported")
     if not installed(engine):
@@ -145,7 +143,7 @@ def measure(
         return replace(blank, reason=str(reason)), None
     begin = time.thread_time()
     run = simulation.run()
-    # the second is with what reads samples
+    # The run's own time is wall time; the time of this thread also counts reading samples.
     seconds = min(run.seconds, time.thread_time() - begin)
     taken = replace(blank, steps=run.steps, seconds=seconds, warnings=run.warnings)
     if why := lost(run):
@@ -171,14 +169,14 @@ def measure(
 
 
 def not_asked_for(case: Case, method: Method, step: float, run: Trajectory) -> str:
-    """Why a run that did not diverge is not the one asked for; empty where it is."""
+    """Why a run that did not diverge is not the run that was asked for; empty if it is."""
     fixed = step if method.control == "step" else None
     return cut_short(run, case.scene.duration, fixed)
 
 
 def complete_run(case: Case, method: Method, step: float) -> Trajectory:
-    """A run that reached its end, with numbers alone and the samples that were asked for; raises
-    NoAnswer where it did not, and Unsupported."""
+    """Returns a run that reached its end, with finite numbers and the samples that were asked for.
+    Raises NoAnswer if the run is lost or incomplete, and Unsupported."""
     run = engine_of(method).prepare(case, method, step).run()
     if why := lost(run) or not_asked_for(case, method, step, run):
         raise NoAnswer(why)
@@ -186,13 +184,13 @@ def complete_run(case: Case, method: Method, step: float) -> Trajectory:
 
 
 def scheme_of(case: Case, method: Method) -> Scheme:
-    """The steps that a method takes of this case: its scheme, or another that its engine names."""
+    """The scheme of a method on this case: the method's own, unless the engine names another."""
     named = engine_of(method).ability(SchemeOfCase)
     return method.scheme if named is None else named.of(case, method)
 
 
 def _differences(case: Case, run: Trajectory) -> Mapping[str, ObservedError]:
-    """The errors of the observables, without bounds on them; raises NoAnswer."""
+    """The errors of the observables, without bounds; raises NoAnswer."""
     with answering():
         exact = case.reference.observe(run.times)
         names = [o.name for o in case.system.observables]
@@ -204,8 +202,8 @@ def _differences(case: Case, run: Trajectory) -> Mapping[str, ObservedError]:
 
 
 def invariant_drifts(case: Case, run: Trajectory) -> Mapping[str, float]:
-    """The largest relative drifts of the invariants; none where the run leaves out what they are
-    made of."""
+    """The largest relative drift of each invariant; empty if the run lacks observables that the
+    invariants need."""
     try:
         drifts = case.system.invariants(case.problem, run.observables)
     except KeyError:
@@ -222,6 +220,7 @@ def _errors(
     run: Trajectory,
     model: Mapping[str, Mapping[str, float]],
 ) -> Mapping[str, ObservedError]:
+    """The errors of the observables of a run, with their predictions and bounds."""
     forces = {o.name for o in case.system.observables if o.force}
     scheme = scheme_of(case, method)
     truth, doubt = exactly(Same(case.reference), run.times.tobytes())
@@ -256,9 +255,10 @@ def _predictions(
     errors: Signals,
     doubt: Signals,
 ) -> Mapping[str, Prediction]:
-    """Predictions of the errors at the samples, shape (n,) each, beside those measured: of theory's
-    series in the step and, where that does not reach, of what the scheme does at this very step, of
-    which rounding alone is left open."""
+    """Predictions of the measured `errors`, shape (n,) each, by observable. They are theory's
+    series in the step; if the series does not reach this step, they are the errors of the scheme
+    stepped in plain numbers, of which only rounding is left open. `doubt` is the uncertainty of the
+    exact answer, shape (n,) by observable."""
     scheme = scheme_of(case, method)
     times = run.times.tobytes()
     powers, total, nonlinear = expected(
@@ -285,8 +285,9 @@ def _at_step(
     unit: float,
     steps: int,
 ) -> Mapping[str, Prediction]:
-    """Predictions for this very step, of which rounding alone is left open: `doubt` is the
-    uncertainty of the exact answer, which that of the stepped motion replaces where it is known."""
+    """Predictions by the scheme stepped in plain numbers, of which only rounding is left open: the
+    uncertainty of the stepped motion if it is known, else `doubt`, the uncertainty of the exact
+    answer."""
     own = {name: unit * error for name, error in (stepped.uncertainty or {}).items()}
     predictions = {}
     for name, stepped_error in stepped.errors.items():
@@ -301,9 +302,9 @@ def _at_step(
 
 
 def _lasting(predicted: Prediction, error: Array, size: Array | None) -> Prediction:
-    """The prediction of an `error`, shape (n,), with the part of the error that has a derived
-    `size`, shape (n,), at every step, and the excess over that part. Without such a part the
-    prediction stays as it is."""
+    """Adds to the prediction of an `error`, shape (n,), the part that is the same at every step,
+    with the derived `size`, shape (n,), and the excess of the error over that part. If there is no
+    such part, the prediction stays as it is."""
     if size is None:
         return predicted
     beside = np.maximum(np.abs(error) - np.abs(size), 0.0)
@@ -312,8 +313,8 @@ def _lasting(predicted: Prediction, error: Array, size: Array | None) -> Predict
 
 
 def confirming(case: Case, method: Method) -> Trajectory | None:
-    """The run that a method which controls its local error is held to; None where its engine has
-    none, or it fails."""
+    """The second run with which a method that controls its local error is compared; None if the
+    engine has no such run, or the run fails."""
     second = engine_of(method).ability(SecondRun)
     if second is None:
         return None
@@ -324,9 +325,10 @@ def confirming(case: Case, method: Method) -> Trajectory | None:
 
 @dataclass(frozen=True)
 class _Second:
-    """A run to hold others to: of a problem the same, whichever method asks for it."""
+    """A second run, which all methods on the same problem share: two are equal if their keys
+    are."""
 
-    key: tuple[Same, float, str, float]
+    key: tuple[Same, float, str, float]  # problem, duration [s], method, tolerance
     case: Case = field(compare=False)
     method: Method = field(compare=False)
     tolerance: float = field(compare=False)
@@ -334,7 +336,7 @@ class _Second:
 
 @lru_cache(maxsize=4)
 def _confirmed(second: _Second) -> Trajectory | None:
-    """The trajectory of such a run; None where it fails."""
+    """The trajectory of a second run; None if it fails."""
     with suppress(NoAnswer):
         return complete_run(second.case, second.method, second.tolerance)
     return None
@@ -347,7 +349,7 @@ def _controlled(
     doubt: Signals,
     second: Trajectory,
 ) -> Mapping[str, Controlled]:
-    """The errors of a solver in each observable, as the second run shows."""
+    """The error of a solver in each observable, as the `second` run shows it."""
     truth = exact.observe(second.times)
     controlled = {}
     for name, error in errors.items():
@@ -361,38 +363,41 @@ def _controlled(
 def _held(
     predicted: Array, error: Array, left: Array, terms: Mapping[int, float], nonlinear: float
 ) -> Prediction:
+    """The prediction of a measured error that may differ by `left`, shape (n,) each."""
     difference = np.abs(error - predicted)
     return Prediction(
-        float(np.abs(predicted).max()),
-        float(predicted[-1]),
-        terms,
-        nonlinear,
-        float(difference.max()),
-        float(left.max()),
-        float(np.maximum(difference - left, 0.0).max()),
+        largest=float(np.abs(predicted).max()),
+        end=float(predicted[-1]),
+        terms=terms,
+        nonlinearity=nonlinear,
+        difference=float(difference.max()),
+        open=float(left.max()),
+        beyond=float(np.maximum(difference - left, 0.0).max()),
     )
 
 
 def floor(error: ObservedError, steps: int) -> float:
-    """The part of an error that no smaller step removes: the model-error bounds, what double
-    precision allows the exact answer, and the rounding of every step."""
+    """The floor of an error, which no smaller step removes: the bounds on the model's error, the
+    uncertainty of the exact answer, and the rounding of `steps` steps."""
     return error.model_error + rounding(error, steps)
 
 
 def rounding(error: ObservedError, steps: int) -> float:
-    """Bound on the rounding of the exact answer and of the steps, without the model's error."""
+    """The bound on the rounding of the exact answer and of `steps` steps, without the model's
+    error."""
     return error.uncertainty * roundings(steps)
 
 
 def unpredicted(found: Sequence[Measurement], method: Method) -> bool:
-    """Whether no theory says anything of the errors of fixed-step runs."""
-    errors = [e for m in found for e in m.errors.values()]
-    return method.control == "step" and bool(errors) and not any(e.predicted for e in errors)
+    """Whether the runs are of a fixed-step method, and no error of theirs is predicted."""
+    errors = [error for run in found for error in run.errors.values()]
+    predicted = any(error.predicted for error in errors)
+    return method.control == "step" and bool(errors) and not predicted
 
 
 def reference_run(found: Sequence[Measurement], method: Method) -> Measurement | None:
-    """The run that stands for a method: the one whose step is nearest to a millisecond, or has the
-    tightest tolerance, of those that reached their end; None where none did."""
+    """The run that represents a method, of the runs that reached their end: the run at the step
+    nearest to REFERENCE_STEP, or with the tightest tolerance. None if no run reached its end."""
     done = [m for m in found if m.status == "done"]
     if method.control == "tolerance":
         return min(done, key=lambda m: m.step, default=None)
@@ -400,21 +405,23 @@ def reference_run(found: Sequence[Measurement], method: Method) -> Measurement |
 
 
 def relative_error(found: Measurement, quantities: Sequence[Quantity]) -> float:
-    """The error of a run: the worst of its quantities of interest, relative to their scales;
-    infinite for a run that diverged, not a number for one that was not made or leaves one out."""
+    """The relative error of a run: the largest over the quantities of interest, relative to their
+    scales. It is infinite for a run that diverged, and nan if the run was not made or lacks a
+    quantity."""
     if found.status != "done":
         return math.inf if found.status == "diverged" else math.nan
     return worst(found, quantities)[1]
 
 
 def worst(found: Measurement, quantities: Sequence[Quantity]) -> tuple[Quantity, float]:
-    """The quantity of interest whose error is the largest, relative to its scale, and that error,
-    not a number where the run leaves the quantity out."""
+    """The quantity of interest with the largest error, relative to its scale, and that error, which
+    is nan if the run lacks the quantity."""
     errors = [(q, _of_interest(found.errors.get(q.observable), q)) for q in quantities]
     return max(errors, key=lambda pair: math.inf if math.isnan(pair[1]) else pair[1])
 
 
 def _of_interest(error: ObservedError | None, quantity: Quantity) -> float:
+    """The error of a quantity of interest relative to its scale; nan without an error."""
     if error is None:
         return math.nan
     size = abs(error.end) if quantity.when == "end" else error.largest

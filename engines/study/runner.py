@@ -1,4 +1,5 @@
-"""Runs a study: many scenes with many methods, errors and extra runs in parallel, costs alone."""
+"""Runs a study: many scenes with many methods. Errors and extra runs are measured in parallel,
+costs one after the other."""
 
 from __future__ import annotations
 
@@ -37,12 +38,12 @@ from plumbob.models.scene import Scene
 Profile = str  # "quick" or "full"
 Analyse = Callable[[Study, Workers], tuple[Analysed, ...]]
 MOST_STEPS = MappingProxyType({"quick": 25_000, "full": 1_000_000})
-"""Of one run; quick: 50 s at MuJoCo's own 2 ms."""
-_REPEATS = MappingProxyType({"quick": 5, "full": 9})
-# [s] for one timing: medians scatter by what else the machine does, at 1 ms as much as at 4 ms, and
-# from 2 ms on a cold start is a few per cent at most.
+"""Largest number of steps of one run; in the quick profile 50 s at MuJoCo's default step."""
+_REPEATS = MappingProxyType({"quick": 5, "full": 9})  # number of timings of a cost
+# [s] time of one timing. Medians scatter by what else the machine does, at 1 ms as much as at 4 ms;
+# from 2 ms on the first steps, which are slower, change a timing by a few per cent at most.
 _BUDGET = MappingProxyType({"quick": 0.002, "full": 0.05})
-_READING_WORK = 1e3  # of a model file, roughly
+_READING_WORK = 1e3  # approximate number of steps that take as long as reading a model file
 
 
 def run_study(
@@ -59,13 +60,18 @@ def run_study(
     seed: int = SEED,
     analyse: Analyse = lambda study, workers: (),
 ) -> Study:
-    """Measure every method on every scene, and make what `requests` asks for beside it, in this
-    process or, for two `jobs` and more, in so many others, or in those given; `executor`, where
-    given, runs the error half in their place (a Dask client's will do); `progress` is called with
-    what is being done; `command` is what repeats the study; each result is kept in `kept` at once,
-    and those that are there are not measured again; `seed` draws one more step for each pair;
-    `analyse` works out what is stored beside the measurements. Timings, of costs and of trimmed
-    models, are made alone, after the rest. Tasks that crash or time out twice are "missing"."""
+    """Measures every method on every scene, answers the `requests`, and returns the study.
+
+    - `jobs`: number of processes, or the workers to use; with one job this process does the work.
+    - `executor`: does the tasks that are not timed in place of the workers, such as Dask's.
+    - `progress`: called with the description of a task, the number of tasks done, and of all tasks.
+    - `timed`: whether costs are measured. Timings are made after the rest, one at a time.
+    - `command`: the command that repeats the study.
+    - `kept`: stores each result at once; results that it holds are not measured again.
+    - `seed`: draws one more step for each pair.
+    - `analyse`: computes the numbers of findings, which are stored with the study.
+
+    Tasks that crash or time out twice have the status "missing"."""
     plan = StudyPlan(profile, tuple(scenes), tuple(methods))
     chosen = pairs(scenes, methods)
     opened = measured_into(None) if kept is None else nullcontext(kept)
@@ -80,7 +86,8 @@ def run_study(
             key_of(profile, timed, plan.scenes, plan.methods, seed),
             [task.key for task in (*errors, *trims)],
         )
-        # What ended an earlier process, or may end one, is worked out in another than this.
+        # A study that is resumed, or an engine of another package, may end the process that runs
+        # it.
         elsewhere = goes_on or any(find_engine(m.engine).distribution for m in plan.methods)
         here = workers if elsewhere or min(workers.count, len(errors)) > 1 else None
         found = worked_out(errors, kept, executor or here, progress, workers.count)
@@ -103,39 +110,44 @@ def run_study(
 
 
 def _reference_step(results: Iterable[TaskResult]) -> float:
-    """Time [ns] of the reference step: the median of those beside costs."""
+    """The time of the reference step [ns]: the median over the scenes whose costs were measured."""
     units = [of.answer.reference_step for of in results if isinstance(of.answer, SceneCosts)]
     return statistics.median(units) if units else math.nan
 
 
 def _cost_tasks(studies: Sequence[ConvergenceStudy], plan: StudyPlan) -> Iterator[Task]:
-    """The costs of the methods on each scene that they ran, timed in turns: a task a scene."""
-    how = _REPEATS[plan.profile], _BUDGET[plan.profile]
+    """Yields a task for each scene: the costs of the methods that ran the scene, timed in turn."""
+    repeats_and_budget = _REPEATS[plan.profile], _BUDGET[plan.profile]
     for scene in plan.scenes:
-        ran = [(of, plan.method(of.method)) for of in studies if of.scene == scene.name]
-        timed = [(method, run.step) for of, method in ran if (run := timed_run(of, method))]
+        timed: list[tuple[Method, float]] = []
+        for study in studies:
+            method = plan.method(study.method)
+            run = timed_run(study, method) if study.scene == scene.name else None
+            if run:
+                timed.append((method, run.step))
         if timed:
-            of = [(method, step, versions_of(method)) for method, step in timed]
+            inputs = [(method, step, versions_of(method)) for method, step in timed]
             yield study_task(
-                f"costs of {scene.name}",
-                key_of("cost", scene, of, how, machine()),
-                scene.name,
-                len(of) * math.prod(how) / PREDICTED,
-                TaskResult(scene=scene.name),
-                costs,
-                (scene, timed, *how),
+                label=f"costs of {scene.name}",
+                key=key_of("cost", scene, inputs, repeats_and_budget, machine()),
+                group=scene.name,
+                work=len(timed) * math.prod(repeats_and_budget) / PREDICTED,
+                blank=TaskResult(scene=scene.name),
+                do=costs,
+                arguments=(scene, timed, *repeats_and_budget),
             )
 
 
 def most_steps(scene: Scene, profile: Profile) -> int:
-    """The most steps that a run of a scene may take: in the quick profile fewer where a step is
-    expensive."""
+    """The largest number of steps of a run of a scene. In the quick profile it is smaller for
+    scenes whose steps are expensive."""
     most = MOST_STEPS[profile]
     return int(most / system_of(scene).weight) if profile == "quick" else most
 
 
 def convergence_task(scene: Scene, method: Method, profile: Profile, seed: int) -> Task:
-    """The convergence study of a pair; one run that is missing where it is given up."""
+    """The task of measuring the convergence of a scene with a method. If the task is given up, its
+    result is a study with one missing run."""
     most = most_steps(scene, profile)
     steps = chosen_step_sizes(scene, method, most)
     beside = steps_beside(scene, method, most)
@@ -146,18 +158,19 @@ def convergence_task(scene: Scene, method: Method, profile: Profile, seed: int) 
         return ConvergenceStudy(*names, (run,))
 
     return study_task(
-        " ".join(names),
-        key_of("errors", scene, method, steps, beside, versions_of(method), seed),
-        scene.name,
-        predicted_work(scene, method, profile),
-        TaskResult(scene=scene.name),
-        study_with_true_cost,
-        (scene, method, most, seed),
-        missing,
+        label=" ".join(names),
+        key=key_of("errors", scene, method, steps, beside, versions_of(method), seed),
+        group=scene.name,
+        work=predicted_work(scene, method, profile),
+        blank=TaskResult(scene=scene.name),
+        do=study_with_true_cost,
+        arguments=(scene, method, most, seed),
+        given_up=missing,
     )
 
 
 def _extra_task(request: Request[Any], plan: StudyPlan) -> Task:
+    """The task of answering a request of an analysis."""
     kind = type(request).__name__
     if isinstance(request, ModelReading):
         label = f"a model file {request.engine}"
@@ -176,11 +189,12 @@ def _extra_task(request: Request[Any], plan: StudyPlan) -> Task:
 
 
 def joined(study: Study, more: Study) -> Study:
-    """A study with what another says of its own methods, whose costs are brought to the first one's
-    machine, or day, by the two reference steps."""
+    """The study with the results of a second one, `more`, in place of its own for the methods of
+    the second. Costs of the second study are scaled by the ratio of the two reference steps: it may
+    have run on another machine, or another day."""
     scale = study.reference_step / more.reference_step
     names = {method.name for method in more.methods}
-    found = {key: cost.scaled(scale) for key, cost in more.costs.items()}
+    scaled_costs = {key: cost.scaled(scale) for key, cost in more.costs.items()}
     return replace(
         study,
         methods=(*more.methods, *(m for m in study.methods if m.name not in names)),
@@ -188,17 +202,17 @@ def joined(study: Study, more: Study) -> Study:
             *more.convergence,
             *(c for c in study.convergence if c.method not in names),
         ),
-        costs={**study.costs, **found},
+        costs={**study.costs, **scaled_costs},
     )
 
 
 def pairs(scenes: Sequence[Scene], methods: Sequence[Method]) -> list[tuple[Scene, Method]]:
-    """Every scene with every method that is meant for it."""
+    """All pairs of a scene and a method that is meant for it."""
     return [(scene, method) for scene in scenes for method in methods if meant(method, scene)]
 
 
 def predicted_work(scene: Scene, method: Method, profile: Profile) -> float:
-    """Roughly how many steps of a pendulum the runs of a pair take."""
+    """The approximate number of steps of a pendulum that take as long as the runs of a pair."""
     most = most_steps(scene, profile)
     steps = (*chosen_step_sizes(scene, method, most), *steps_beside(scene, method, most))
     return work_of(scene, method, steps)

@@ -1,4 +1,4 @@
-"""Works out the tasks of a study: results that are kept are taken, others measured and kept."""
+"""Does the tasks of a study: stored results are loaded, others are measured and stored."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ from plumbob.models.border import Refused, border
 from plumbob.models.registry import system_of
 from plumbob.models.scene import Scene
 
-Progress = Callable[[str, int, int], None]  # what is being done, how many are done, of how many
-PREDICTED = 3e-5  # [s] of a unit of work, the most that a quick run took
-GENEROUS = 100.0  # times that, and at least:
-LEAST = 300.0  # [s], before a task hangs
+Progress = Callable[[str, int, int], None]  # description, tasks done, tasks in all
+PREDICTED = 3e-5  # [s] longest processor time of a unit of work in a quick run
+GENEROUS = 100.0  # factor by which a task may take longer than predicted
+LEAST = 300.0  # [s] processor time that every task may take in addition
 
 
 def study_task(
@@ -31,8 +31,9 @@ def study_task(
     arguments: tuple[Any, ...],
     given_up: Callable[[str], Any] = lambda why: None,
 ) -> Task:
-    """A task that takes roughly as long as `work` steps of a pendulum: the `blank` result with what
-    a function answers, or with `given_up` and the reason."""
+    """A task that takes about as long as `work` steps of a pendulum. Its result is `blank` with the
+    answer of the function `do`; if the task is given up, with the answer of `given_up` to the
+    reason."""
     limit = LEAST + GENEROUS * PREDICTED * work
 
     def instead(why: str) -> TaskResult:
@@ -44,10 +45,10 @@ def study_task(
 def _answered(
     blank: TaskResult, do: Callable[..., Any], arguments: tuple[Any, ...]
 ) -> TaskResult:
-    """A result with its answer; given up for a defect in the exact motion or the theory of an added
-    system. Raises an error that is plumbob's own."""
-    posed = [system_of(of) for of in arguments if isinstance(of, Scene)]
-    package = next((system.distribution for system in posed), "")
+    """The `blank` result with the answer of `do`. If the system of the scene is of another package,
+    an exception gives the result up; otherwise the exception is raised, as plumbob's defect."""
+    systems = [system_of(value) for value in arguments if isinstance(value, Scene)]
+    package = next((system.distribution for system in systems), "")
     if not package:
         return replace(blank, answer=do(*arguments))
     try:
@@ -64,18 +65,19 @@ def worked_out(
     progress: Progress,
     count: int = 1,
 ) -> dict[str, TaskResult]:
-    """The results of tasks by their keys, in this order. A kept result that is about something else
-    than the task of its key is not taken."""
-    about = {task.key: task.instead("").subject for task in tasks}
-    there = kept.there(list(about))
-    found = {key: result for key, result in there.items() if result.subject == about[key]}
+    """{key: result} of tasks, in their order. A stored result whose subject differs from that of
+    its task, as may happen in a damaged file, is measured again."""
+    subjects = {task.key: task.instead("").subject for task in tasks}
+    stored = kept.there(list(subjects))
+    found = {key: result for key, result in stored.items() if result.subject == subjects[key]}
     missing = _in_order([task for task in tasks if task.key not in found])
 
     def begun(task: Task) -> None:
         progress(task.label, len(found), len(tasks))
 
     for task, result in results(missing, executor, begun, count):
-        if why := result.why if isinstance(result, Lost) else result.lost:
+        why = result.why if isinstance(result, Lost) else result.lost
+        if why:
             result = task.instead(why)
         found[task.key] = result
         kept.keep({task.key: result})
@@ -83,8 +85,8 @@ def worked_out(
 
 
 def _in_order(tasks: Sequence[Task]) -> list[Task]:
-    """Groups one after the other, the long ones first, so that nobody is left with one at the
-    end."""
+    """The tasks by group, the groups with most work first, so that no worker is left alone with a
+    long group at the end."""
     work = defaultdict[str, float](float)
     for task in tasks:
         work[task.group] += task.limit - LEAST
