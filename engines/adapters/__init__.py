@@ -1,1 +1,2 @@
-"""Adapters: scenes translated into each engine's terms."""
+"""Adapters: a module or a folder for each engine, which translates scenes into the engine's
+terms."""

@@ -1,4 +1,4 @@
-"""The closed form itself as an engine: no step, no error of its own, and a cost like any other."""
+"""The closed form as an engine: it has no step and no error, and a cost like any other engine."""
 
 from __future__ import annotations
 
@@ -23,8 +23,8 @@ METHODS = (
 
 
 def prepare(case: Case, method: Method, step: float) -> Simulation:
-    """Compute the constants of the closed form; `step` has no part in it. Raises Unsupported where
-    the reference is a series or a quadrature."""
+    """Computes the constants of the closed form; `step` is not used. Raises Unsupported if the
+    reference is a series or a quadrature."""
     begin = time.perf_counter()
     reference = case.system.reference(case.problem)
     if getattr(reference, "closed_form", reference) is None:

@@ -1,4 +1,4 @@
-"""Cases in which an engine that builds mechanisms has more to solve than a tree of joints."""
+"""Tells cases with contacts or rigid loops, for engines that build mechanisms."""
 
 from __future__ import annotations
 
@@ -6,14 +6,13 @@ from plumbob.analytic.schemes import Scheme
 from plumbob.models.idealisations import NONE
 from plumbob.models.scene import ON_PLANE, ON_SUPPORTS, Case
 
-CONSTRAINED = Scheme(
-    "euler with constraints"
-)  # velocities are constrained, which no theory here covers
-DISC = "rolling-disc"  # a smooth system whose body touches the ground
+# scheme of steps that solve for contacts or loops, which no theory here covers
+CONSTRAINED = Scheme("euler with constraints")
+DISC = "rolling-disc"  # name of a smooth system whose body touches the ground
 
 
 def constrained(case: Case) -> bool:
-    """Whether bodies of a case touch, or its mechanism has a rigid loop."""
+    """Whether bodies of a case touch, or the case's mechanism has a rigid loop."""
     system = case.system
     ideal = NONE if system.model_file is None else system.model_file.ideal(case.problem)
     loops = bool(ideal.rigid_loops)

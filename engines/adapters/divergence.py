@@ -1,4 +1,4 @@
-"""The cut of a run where it has diverged."""
+"""Cuts a run where it has diverged."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ from plumbob.engines.trajectory import ByName, Trajectory
 
 
 def within(trajectory: Trajectory, limits: ByName) -> Trajectory:
-    """`trajectory` up to the first sample at which an observable exceeds its limit in magnitude,
-    or is not a number; `diverged_at` then says when."""
+    """The trajectory up to the first sample at which the magnitude of an observable exceeds its
+    limit or an observable is nan; `diverged_at` is the time of that sample."""
     lost = np.zeros(len(trajectory.times), dtype=bool)
     for name, values in trajectory.observables.items():
         lost |= ~(np.abs(values) <= limits.get(name, sys.float_info.max))

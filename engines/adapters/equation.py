@@ -12,7 +12,7 @@ from plumbob.analytic.reference import Array, Signals
 from plumbob.engines.trajectory import ByName
 
 State = tuple[Any, Any]
-"""Coordinates and rates: floats where there is one coordinate, arrays of shape (n,) for several."""
+"""Coordinates and rates: floats for one coordinate, arrays of shape (n,) for n coordinates."""
 
 
 @dataclass(frozen=True)
@@ -28,35 +28,36 @@ class Equation:
     rate: Any  # x' at time 0: a float, or shape (n,)
     speed: float  # x' that no motion of this energy exceeds; also the scale of tolerances
     damping_rate: float | None = None
-    """[1/s]: the acceleration depends on x' by -damping_rate x' alone (0: not at all); None if by
-    more than that, or if it is not known."""
+    """[1/s] if the acceleration depends on x' only by the term -damping_rate x', 0 if it does not
+    depend on x'; None if it depends on x' in another way, or if that is not known."""
     limits: ByName = field(default_factory=dict)
     """Magnitudes of observables that only a diverged run exceeds."""
-    names: tuple[str, ...] = ("theta",)  # observables that are the coordinates
-    rate_names: tuple[str, ...] = ("theta_dot",)  # observables that are their rates
+    names: tuple[str, ...] = ("theta",)  # names of the observables that are the coordinates
+    rate_names: tuple[str, ...] = ("theta_dot",)  # names of the observables that are the rates
     size: float = 1.0  # scale of x for tolerances: 1 rad for an angle
     read: Callable[[Array, Array], Signals] = lambda x, v: {}
-    """Further observables of x and x', shape (n, samples) each."""
+    """x and x', shape (n, samples) each -> further observables."""
     restitution: float | None = None
-    """Of a floor at x = 0, where the acceleration presses; None: there is none. One coordinate."""
+    """Restitution of a floor at x = 0 toward which the acceleration points, for one coordinate;
+    None if there is no floor."""
 
     @property
     def start(self) -> State:
-        """Coordinates and rates at time 0; arrays are copies."""
+        """The coordinates and rates at time 0; arrays are copies."""
         if len(self.names) == 1:
             return self.position, self.rate
         return np.array(self.position, dtype=np.float64), np.array(self.rate, dtype=np.float64)
 
     def slope(self, position: Any, rate: Any) -> Any:
-        """Rate of the coordinates."""
+        """The derivatives of the coordinates by time: here the rates."""
         return rate
 
     def drifted(self, position: Any, rate: Any, h: float) -> Any:
-        """Coordinates after the time `h` [s] at a constant rate."""
+        """The coordinates after the time `h` [s] at a constant rate."""
         return position + h * rate
 
     def observed(self, states: Sequence[State]) -> Signals:
-        """The observables of `states`, each of shape (len(states),)."""
+        """The observables of `states`, shape (len(states),) each."""
         positions, rates = (
             np.array(part, dtype=np.float64).reshape(len(states), -1).T
             for part in zip(*states, strict=True)

@@ -1,4 +1,5 @@
-"""Parts that engines' own derivatives share: the cases beside one, and the end of a run."""
+"""Parts that engines' own derivatives share: cases with a nudged number, and derivatives of the
+observables at the end of a run."""
 
 from __future__ import annotations
 
@@ -18,12 +19,13 @@ from plumbob.models.scene import Case
 if TYPE_CHECKING:
     from plumbob.models.gradient import Number
 
-NUDGE = 1e-6  # of a number, relative, and of a state's
+NUDGE = 1e-6  # relative change of a number, or of a state
 
 
 def nudged(number: Number) -> tuple[tuple[Case, Case, Case], float]:
-    """The case with a number a little smaller, as it is, and larger, and how far the outer ones are
-    apart; raises Unsupported where one of them is not possible."""
+    """Three cases, with a number a little smaller, unchanged and a little larger, and the
+    difference of the number between the outer cases. Raises Unsupported if a case is not
+    possible."""
     low, here, high = (number.value + side * NUDGE * number.size for side in (-1, 0, 1))
     try:
         return (number.moved(low), number.moved(here), number.moved(high)), high - low
@@ -32,12 +34,12 @@ def nudged(number: Number) -> tuple[tuple[Case, Case, Case], float]:
 
 
 def moved(observe: Callable[..., Signals], *slopes: Array) -> ByName:
-    """Derivatives of the observables that `observe` reads off a state, along the `slopes` of its
-    positions and of its velocities, by central differences.
+    """The derivatives of observables along the `slopes` of the positions and of the velocities of a
+    state, by central differences.
 
-    `observe` takes how far positions and velocities are moved along their slopes. One of the two is
-    moved at a time, and the derivatives are added: a small slope would be lost in the rounding of a
-    large one.
+    `observe` returns the observables of the state whose positions and velocities are moved along
+    their slopes by two given amounts. Positions and velocities are moved one after the other, and
+    the two derivatives are added: a small slope would be lost in the rounding of a large one.
     """
     total: dict[str, float] = {}
     for length in np.diag([NUDGE / max(float(abs(slope).max()), TINY) for slope in slopes]):
@@ -50,8 +52,8 @@ def moved(observe: Callable[..., Signals], *slopes: Array) -> ByName:
 
 
 def of_end(case: Case, qpos: Array, by_qpos: Array, qvel: Array, by_qvel: Array) -> ByName:
-    """Derivatives of the observables of a case, whose positions and velocities at the end have
-    these derivatives: a tree of hinges and slides."""
+    """The derivatives of the observables of a case at its end, given the positions and velocities
+    there and their derivatives, for a tree of hinges and slides."""
 
     def observe(place: float, rate: float) -> Signals:
         state = (qpos + place * by_qpos)[None], (qvel + rate * by_qvel)[None]

@@ -1,4 +1,5 @@
-"""Runs of a scene in an engine that builds mechanisms: put at its start, stepped, and read."""
+"""Simulations of scenes in engines that build mechanisms: a mechanism is put at the start of the
+scene, stepped, and its states are read."""
 
 from __future__ import annotations
 
@@ -20,18 +21,19 @@ from plumbob.engines.method import Unsupported
 from plumbob.engines.registry import find_engine
 from plumbob.models.scene import Case
 
-if TYPE_CHECKING:  # this module is loaded at each start, records of mechanisms are not
+if TYPE_CHECKING:  # imported only for types: `plumbob list` needs no records of mechanisms
     from plumbob.engines.mechanism import Mechanism
     from plumbob.engines.stepper import Forces, SceneMechanism, State, Stepper
     from plumbob.models.model_file import ModelFile
 
 Build = Callable[["Mechanism", "State"], "Stepper"]
-"""Builds a mechanism, with the state in which it will start: where its loops are closed and its
-shapes touch or not. Raises Unsupported, which names the part that the engine does not express."""
+"""Mechanism, the state in which it will start -> a stepper. In that state loops are closed, and an
+engine sees which shapes touch. Raises Unsupported, which names a part that the engine cannot
+express."""
 
 
 def model_file(case: Case) -> ModelFile:
-    """How the problem of a case stands in a model file; raises Unsupported."""
+    """The model file of a case's system; raises Unsupported if the system has none."""
     if case.system.model_file is None:
         raise Unsupported(f"{case.system.name} has no model file to make a mechanism of")
     return case.system.model_file
@@ -45,9 +47,10 @@ def simulated(
     *,
     reads_forces: bool = False,
 ) -> SteppedSimulation:
-    """The simulation of a case at `step` [s] in an engine that builds its mechanism; `broken` are
-    the engine's exceptions if its numbers are no longer finite. If the adapter `reads_forces`, the
-    forces of the step that ends at a sample are observed. Raises Unsupported and ParameterError."""
+    """The simulation of a case at `step` [s] in an engine that builds the case's mechanism.
+    `broken` are the engine's exceptions if its numbers are no longer finite. If `reads_forces`,
+    observables that are forces are taken from the step that ends at a sample. Raises Unsupported
+    and ParameterError."""
     scene = compiled_scene(case)
     stepper = cache(lambda: build(scene.mechanism, scene.start))
     return stepped(
@@ -56,7 +59,7 @@ def simulated(
 
 
 def compiled_scene(case: Case) -> SceneMechanism:
-    """The mechanism of a case with its start and its controls; raises Unsupported and
+    """The mechanism of a case with its start and controls; raises Unsupported and
     ParameterError."""
     compiles = find_engine("mujoco").ability(CompilesScenes)
     assert compiles is not None
@@ -70,7 +73,7 @@ def begun(
     stepper: Stepper,
     reads_forces: bool = False,
 ) -> Built:
-    """A case at its start in an engine; raises Unsupported."""
+    """A case at its start in a stepper, ready to be advanced and read; raises Unsupported."""
     from plumbob.engines.stepper import TellsForces
 
     file = model_file(case)
@@ -101,7 +104,8 @@ def begun(
 def _observed(
     case: Case, file: ModelFile, samples: Sequence[tuple[State, Forces | None]]
 ) -> Observed:
-    """What states of a case, and an engine's forces if there are any, show; no channels."""
+    """The observables of states of a case, with observables that are forces if the engine tells
+    them; and no channels."""
     states = [state for state, _ in samples]
     forces = [force for _, force in samples if force is not None]
     qpos = np.array([state.qpos for state in states])
