@@ -1,9 +1,8 @@
-"""heyoka as an engine: Taylor series of an order that the tolerance chooses, compiled for a scene.
+"""heyoka as an engine: Taylor series whose order the tolerance chooses, compiled for each scene.
 
-An optional, independent method: it solves the equations of motion of exact answers by other code
-than the reference's own Taylor series, and shows what a smooth scene can cost. It takes a free
-body's equations and any mass matrix with forces, as those of the pendulums are, in expressions.
-"""
+heyoka is optional. It integrates the same equations as the references, by independent code, and
+shows how little a smooth scene can cost. It takes the equations of a free body, and those of any
+system with a mass matrix and forces, as expressions."""
 
 from __future__ import annotations
 
@@ -43,13 +42,14 @@ METHODS = (
 
 
 Slopes = Callable[[Any, Sequence[Any]], Sequence[Any]]
-"""Rates of all parts of a state, given the time and the parts."""
+"""Time, variables of a state -> derivatives of the variables by time."""
 Translated = tuple[tuple[str, ...], Slopes, tuple[float, ...], Callable[[Array], Signals]]
-"""Names of the parts of a state, their rates, the start, and what observes states, shape (d, m)."""
+"""Names of the variables of a state, their derivatives, the start, and a function from states,
+shape (variables, samples), to observables."""
 
 
 def prepare(case: Case, method: Method, step: float) -> Simulation:
-    """Compile `case` at the relative tolerance `step`; raises Unsupported and ParameterError."""
+    """Compiles `case` at the relative tolerance `step`; raises Unsupported and ParameterError."""
     relative_tolerance(step, SMALLEST)
     begin = time.perf_counter()
     names, slopes, start, observe = _translated(case)
@@ -60,7 +60,7 @@ def prepare(case: Case, method: Method, step: float) -> Simulation:
     equations = [
         (x, getattr(y, "expression", y)) for x, y in zip(variables, rates, strict=True)
     ]
-    # Loops in place of long straight code: compiled in a fraction of the time, and half as fast.
+    # The compact mode compiles loops in a fraction of the time; they run half as fast.
     compact = case.system.kind == SMOOTH
     integrator = cast(Any, heyoka.taylor_adaptive)(
         equations, list(start), tol=step, compact_mode=compact
@@ -73,29 +73,30 @@ def prepare(case: Case, method: Method, step: float) -> Simulation:
 def _follow(
     integrator: Any, start: tuple[float, ...], duration: float, samples: int
 ) -> Followed:
+    """Integrates from the start over a duration [s]."""
     integrator.time, integrator.state[:] = 0.0, start
     times = np.linspace(0.0, duration, SAMPLES + 1)
     outcome, _, _, steps, *_, states = integrator.propagate_grid(times)
     good = np.isfinite(states).all(axis=1)
     ended = "time_limit" in str(outcome) and bool(good.all())
-    # A step counts as many right-hand sides as its order.
+    # A Taylor step counts as many evaluations of the right-hand side as its order.
     evaluations = int(steps) * int(integrator.order)
     why = () if ended else (str(outcome),)
     return Followed(times[good], states[good].T, evaluations, ended, why)
 
 
 def _translated(case: Case) -> Translated:
-    """The equations of the exact answer: of a free body, or of any smooth system, as an angle of a
-    driven rotor is, which may be measured from a tilt on; raises Unsupported."""
+    """The equations of a case: of a free body, of a smooth system, or of the angle of a driven
+    rotor, which may be measured from a tilted direction. Raises Unsupported."""
     problem = getattr(case.problem, "started", case.problem)
     tilt = 0.0
     if case.system.name == "free-body":
         names = (*RATES, *ATTITUDE)
         start = (*problem.angular_velocity, 1.0, 0.0, 0.0, 0.0)
-        of = factors(problem)
+        moments = factors(problem)
         return (
             names,
-            lambda time, state: slope(of, state),
+            lambda time, state: slope(moments, state),
             start,
             lambda states: dict(zip(names, states, strict=True)),
         )
@@ -124,7 +125,7 @@ def _translated(case: Case) -> Translated:
 
 
 class _Term(NDArrayOperatorsMixin):
-    """An expression that numpy's operators and functions take."""
+    """A heyoka expression to which numpy's operators and functions can be applied."""
 
     def __init__(self, expression: Any) -> None:
         self.expression = expression
@@ -134,16 +135,16 @@ class _Term(NDArrayOperatorsMixin):
     ) -> _Term:
         import heyoka
 
-        short = {"subtract": "sub", "multiply": "mul", "divide": "truediv", "power": "pow"}
-        short["negative"] = "neg"
+        operators = {"subtract": "sub", "multiply": "mul", "divide": "truediv", "power": "pow"}
+        operators["negative"] = "neg"
         name = function.__name__
         values = [getattr(x, "expression", x) for x in inputs]
-        apply = getattr(operator, short.get(name, name), None) or getattr(heyoka, name)
+        apply = getattr(operator, operators.get(name, name), None) or getattr(heyoka, name)
         return _Term(apply(*values))
 
 
 def confirming(method: Method) -> tuple[Method, float]:
-    """The method itself at its smallest tolerance."""
+    """The same method at its smallest tolerance."""
     return method, SMALLEST
 
 

@@ -1,7 +1,7 @@
 """Fixed-step integrators of x'' = f(t, x, x'): semi-implicit Euler, leapfrog, RK4, tableaux.
 
-Plain floats in tight loops where there is one coordinate: an array of two numbers would cost more
-than the arithmetic on it. The same code takes arrays where there are several.
+For one coordinate the loops work on plain floats: an array of two numbers would cost more than the
+arithmetic on it. For several coordinates the same code works on arrays.
 """
 
 from __future__ import annotations
@@ -17,14 +17,15 @@ from plumbob.engines.adapters.stepping import Built, SteppedSimulation
 from plumbob.engines.sampling import step_count
 
 Advance = Callable[[Equation, State, int, int, float], State]
-MOST_CORRECTIONS = 100  # of an implicit half step: each divides the change by 2/(h df/dv)
+# largest number of iterations of an implicit half step; each divides the change by 2/(h df/dv)
+MOST_CORRECTIONS = 100
 
 
 def semi_implicit_euler(
     equation: Equation, state: State, first: int, last: int, h: float
 ) -> State:
-    """State after the steps `first` to `last` - 1 of length `h` [s]: v = v + h f(t, x, v), then
-    x drifts at v."""
+    """The state after the steps `first` to `last` - 1 of length `h` [s]: v = v + h f(t, x, v), then
+    x moves at the rate v."""
     f = equation.acceleration
     drifted = equation.drifted
     (x, v) = state
@@ -35,8 +36,9 @@ def semi_implicit_euler(
 
 
 def leapfrog(equation: Equation, state: State, first: int, last: int, h: float) -> State:
-    """State after the steps `first` to `last` - 1 of length `h` [s]: kick half a step, drift, kick
-    half a step; what depends on the rate is explicit in the first kick, implicit in the second."""
+    """The state after the steps `first` to `last` - 1 of length `h` [s]: half a step of v, a step
+    of x, half a step of v. Terms that depend on v are explicit in the first half step and implicit
+    in the second."""
     if equation.damping_rate is None:
         return _implicit_leapfrog(equation, state, first, last, h)
     f = equation.acceleration
@@ -59,8 +61,8 @@ def leapfrog(equation: Equation, state: State, first: int, last: int, h: float) 
 def _implicit_leapfrog(
     equation: Equation, state: State, first: int, last: int, h: float
 ) -> State:
-    """The same for any dependence on the rate: the second kick by fixed-point iteration, until
-    nothing changes or changes no longer shrink."""
+    """Steps as `leapfrog` for an acceleration that depends on v in any way. The second half step of
+    v is found by fixed-point iteration, until the changes are zero or no longer shrink."""
     f = equation.acceleration
     (x, v) = state
     half = 0.5 * h
@@ -80,8 +82,9 @@ def _implicit_leapfrog(
 
 
 def rk4(equation: Equation, state: State, first: int, last: int, h: float) -> State:
-    """State after the steps `first` to `last` - 1 of length `h` [s] of the classical Runge-Kutta
-    method, as in the notebook Pendulo Simples. No coordinate is part of a quaternion: dx/dt = v."""
+    """The state after the steps `first` to `last` - 1 of length `h` [s] of the classical
+    Runge-Kutta method, as in the notebook Pendulo Simples, for coordinates without quaternions:
+    dx/dt = v."""
     f = equation.acceleration
     (x, v) = state
     half = 0.5 * h
@@ -101,7 +104,7 @@ def rk4(equation: Equation, state: State, first: int, last: int, h: float) -> St
 
 
 def explicit(tableau: Tableau) -> Advance:
-    """The same of any explicit Runge-Kutta method."""
+    """The function that takes steps of the explicit Runge-Kutta method of a tableau."""
 
     def advance(equation: Equation, state: State, first: int, last: int, h: float) -> State:
         for n in range(first, last):
@@ -118,16 +121,18 @@ def explicit(tableau: Tableau) -> Advance:
 
 
 def _moved(state: State, weights: Sequence[float], slopes: Sequence[State], h: float) -> State:
-    """Both parts of a state after `h` [s] along the weighted slopes."""
-    x, v = (
-        start + h * sum(w * slope[part] for w, slope in zip(weights, slopes, strict=False))
-        for part, start in enumerate(state)
-    )
+    """The state moved by `h` [s] times the weighted sum of slopes, of which there may be fewer than
+    weights."""
+    x, v = state
+    weighted = list(zip(weights, slopes, strict=False))
+    x = x + h * sum(weight * slope[0] for weight, slope in weighted)
+    v = v + h * sum(weight * slope[1] for weight, slope in weighted)
     return x, v
 
 
 def advancing(equation: Equation, integrator: str) -> Advance:
-    """The steps of an equation by the integrator that a `Scheme` names; raises KeyError."""
+    """The function that takes steps of an equation by the integrator that a `Scheme` names; raises
+    KeyError for an unknown one."""
     loops = {EULER: semi_implicit_euler, LEAPFROG: leapfrog}
     if type(equation) is Equation:
         loops[RK4] = rk4
@@ -137,9 +142,8 @@ def advancing(equation: Equation, integrator: str) -> Advance:
 def fixed_steps(
     equation: Equation, integrator: str, duration: float, step: float
 ) -> SteppedSimulation:
-    """An equation over a duration [s] in steps [s] of the integrator that a `Scheme` names: EULER,
-    LEAPFROG or one of TABLEAUX, which alone take coordinates whose rate is not v; raises KeyError
-    and ParameterError."""
+    """The simulation of an equation over a duration [s] in steps [s] by the integrator that a
+    `Scheme` names: EULER, LEAPFROG or one of TABLEAUX. Raises KeyError and ParameterError."""
     advance = advancing(equation, integrator)
 
     def build() -> Built:

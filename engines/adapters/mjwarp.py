@@ -1,6 +1,7 @@
-"""MuJoCo Warp as an engine: the models of the MuJoCo adapter, and a user's model file, in single
-precision, one world, on the processor or the GPU that Warp chooses. It compiles its kernels when
-they are first called; a step is recorded as a graph, which takes a hundredth of calling it."""
+"""MuJoCo Warp as an engine: the MuJoCo adapter's models and users' model files, in single
+precision, on the processor or the GPU that Warp chooses. Warp compiles kernels when they are first
+called. A step is recorded as a graph, whose launch takes a hundredth of the time of calling the
+step."""
 
 from __future__ import annotations
 
@@ -40,7 +41,7 @@ METHODS = (
 
 
 def start_warp() -> None:
-    """Load Warp without its lines: on a GPU's driver that is missing, on each kernel it loads."""
+    """Loads Warp, and drops the lines that it prints about missing drivers and loaded kernels."""
     with captured():
         import warp
 
@@ -49,7 +50,7 @@ def start_warp() -> None:
 
 
 class WarpPort:
-    """A compiled model in MuJoCo Warp, in as many `worlds`; raises RefusedFile."""
+    """A compiled model in MuJoCo Warp, in a number of `worlds`; raises RefusedFile."""
 
     def __init__(self, model: Any, worlds: int = 1) -> None:
         import mujoco
@@ -62,19 +63,21 @@ class WarpPort:
             self.data = mujoco_warp.put_data(model, mujoco.MjData(model), nworld=worlds)
 
     def load(self, data: Any) -> None:
-        """Take over the state, control and applied forces of an mjData."""
+        """Copies the state, the controls and the applied forces of an mjData."""
         for name in LOADED:
-            held = getattr(self.data, name)
-            held.assign(np.broadcast_to(np.array(getattr(data, name), "f4"), held.shape))
+            target = getattr(self.data, name)
+            values = np.array(getattr(data, name), "f4")
+            target.assign(np.broadcast_to(values, target.shape))
 
     def forward(self) -> None:
-        """Work out all terms."""
+        """Computes all terms of the equations of motion."""
         import mujoco_warp
 
         mujoco_warp.forward(self.model, self.data)
 
     @cached_property
     def _step(self) -> Any:
+        """The graph of one step."""
         import mujoco_warp
         import warp
 
@@ -83,7 +86,7 @@ class WarpPort:
         return capture.graph
 
     def steps(self, count: int) -> None:
-        """Take steps."""
+        """Takes `count` steps."""
         import warp
 
         for _ in range(count):
@@ -91,29 +94,29 @@ class WarpPort:
         warp.synchronize()
 
     def controlled(self, controls: Array) -> None:
-        """Take a step under each of the controls, shape (steps, nu)."""
+        """Takes a step under each of the controls, shape (steps, nu)."""
         import warp
 
-        held = self.data.ctrl
+        target = self.data.ctrl
         for control in controls.astype("f4"):
-            held.assign(np.broadcast_to(control, held.shape))
+            target.assign(np.broadcast_to(control, target.shape))
             warp.capture_launch(self._step)
         warp.synchronize()
 
     def state(self) -> tuple[Array, Array]:
-        """Positions and velocities of a world: copies, as Warp's arrays on the processor are
-        views."""
+        """The positions and velocities of the first world. They are copies: Warp's arrays on the
+        processor are views."""
         return np.array(self.data.qpos.numpy()[0]), np.array(self.data.qvel.numpy()[0])
 
     def unload(self, data: Any) -> None:
-        """Fill in an mjData."""
+        """Writes the state and all terms into an mjData."""
         import mujoco_warp
 
         mujoco_warp.get_data_into(data, self.compiled, self.data)
 
 
 def prepare(case: Case, method: Method, step: float) -> Simulation:
-    """Compile `case` for `method` at `step` [s]; raises Unsupported and ParameterError."""
+    """Compiles `case` for `method` at `step` [s]; raises Unsupported and ParameterError."""
     translation, model = compiled(case, method, step)
     return stepped(
         case,
@@ -125,7 +128,8 @@ def prepare(case: Case, method: Method, step: float) -> Simulation:
 def batch(
     case: Case, method: Method, step: float, worlds: int
 ) -> tuple[str, Callable[[int], float]]:
-    """So many worlds from the start on."""
+    """The device of a batch of `worlds` at the start of a case, and a function that takes a number
+    of steps and returns the wall time [s]."""
     import warp
 
     translation, model = compiled(case, method, step)

@@ -1,7 +1,6 @@
-"""MJX as an engine: the models of the MuJoCo adapter, stepped by JAX on the processor, in single
-precision, which is its default, and in double precision. All steps from one sample to the next are
-one compiled loop.
-"""
+"""MJX as an engine: the MuJoCo adapter's models, stepped by JAX on the processor, in single
+precision, MJX's default, and in double precision. All steps from one sample to the next are one
+compiled loop."""
 
 from __future__ import annotations
 
@@ -38,9 +37,8 @@ METHODS = (
 )
 
 
-BLOCK = 64  # rows of controls: for each length of a block the loop would be compiled anew
-Pair = tuple[Any, Any]
-"""A model and its data, or positions and velocities."""
+BLOCK = 64  # rows of controls in a call: the loop is compiled anew for each number of rows
+Pair = tuple[Any, Any]  # a model and its data, or positions and velocities
 
 
 class MjxPort:
@@ -58,29 +56,29 @@ class MjxPort:
         self.take, self.forwards = _loop(), jax.jit(mjx.forward)
 
     def load(self, data: Any) -> None:
-        """Take over the state, control and applied forces of an mjData."""
+        """Copies the state, the controls and the applied forces of an mjData."""
         import jax
 
         kind = self.data.qpos.dtype
         with self.precision():
-            loaded = {n: np.array(getattr(data, n), kind) for n in LOADED}
-            # Beside others that are on a device a loop is compiled once more for those on none.
+            loaded = {name: np.array(getattr(data, name), kind) for name in LOADED}
+            # JAX compiles a loop anew if some arrays are on a device and others are not.
             self.data = jax.device_put(self.data.replace(**loaded), self.data.qpos.device)
 
     def forward(self) -> None:
-        """Work out all terms."""
+        """Computes all terms of the equations of motion."""
         self.data = self.forwards(self.model, self.data)
 
     def steps(self, count: int) -> None:
-        """Take steps."""
+        """Takes `count` steps."""
         import jax
 
         with self.precision():
             self.data = jax.block_until_ready(self.take(self.model, self.data, count))
 
     def controlled(self, controls: Array) -> None:
-        """Take a step under each of the controls, shape (steps, nu). The loop is compiled for BLOCK
-        rows, of which those beyond the last step are not used."""
+        """Takes a step under each of the controls, shape (steps, nu). The loop is compiled for
+        BLOCK rows; rows beyond the last step are not used."""
         import jax
 
         rows = np.zeros((BLOCK, controls.shape[1]), self.data.ctrl.dtype)
@@ -93,15 +91,15 @@ class MjxPort:
 
     @property
     def numbers(self) -> Pair:
-        """The model, and where it is."""
+        """The model and its data, as trees of arrays."""
         return self.model, self.data
 
     def state(self) -> Pair:
-        """Positions and velocities."""
+        """The positions and velocities."""
         return self.data.qpos, self.data.qvel
 
     def unload(self, data: Any) -> None:
-        """Fill in an mjData."""
+        """Writes the state and all terms into an mjData."""
         from mujoco import mjx
 
         mjx.get_data_into(data, self.compiled, self.data)
@@ -109,7 +107,7 @@ class MjxPort:
 
 @cache
 def _loop() -> Callable[[Any, Any, int], Any]:
-    """The compiled loop: model, data, and how many steps."""
+    """The compiled loop: model, data, number of steps -> data."""
     import jax
 
     return jax.jit(_steps)  # type: ignore[no-any-return]
@@ -117,7 +115,7 @@ def _loop() -> Callable[[Any, Any, int], Any]:
 
 @cache
 def _controlled_loop() -> Callable[[Any, Any, Array, int], Any]:
-    """The compiled loop under controls: model, data, controls, and how many steps."""
+    """The compiled loop under controls: model, data, controls, number of steps -> data."""
     import jax
     from mujoco import mjx
 
@@ -130,6 +128,7 @@ def _controlled_loop() -> Callable[[Any, Any, Array, int], Any]:
 
 
 def _steps(model: Any, data: Any, count: Any) -> Any:
+    """The data after `count` steps, to be compiled."""
     import jax
     from mujoco import mjx
 
@@ -137,18 +136,18 @@ def _steps(model: Any, data: Any, count: Any) -> Any:
 
 
 class MjxSimulation(SteppedSimulation):
-    """A model in MJX, timed in one go: to begin the steps between two samples takes up to 200 times
-    what they take."""
+    """A model in MJX. Its steps are timed in one call: starting a call takes up to 200 times as
+    long as the steps between two samples."""
 
     def run(self) -> Trajectory:
-        """Run from the start to the end, or until the run diverges."""
-        done = super().run()
-        return replace(done, seconds=self.stepped(done.steps / self.steps).seconds)
+        """Runs from the start to the end, or until the run diverges."""
+        run = super().run()
+        return replace(run, seconds=self.stepped(run.steps / self.steps).seconds)
 
 
 def scheme(case: Case, method: Method) -> Scheme:
-    """The scheme of a method on a case: MuJoCo's own with this integrator, but for a loop, whose
-    reference acceleration leaves out the change of the constraint's direction."""
+    """The scheme of a method on a case: MuJoCo's with this integrator. If the case has a loop, MJX
+    leaves the change of the constraint's direction out of the reference acceleration."""
     chosen = ported.scheme(case, method)
     if chosen.loop is None:
         return chosen
@@ -156,8 +155,8 @@ def scheme(case: Case, method: Method) -> Scheme:
 
 
 def prepare(case: Case, method: Method, step: float) -> MjxSimulation:
-    """Compile `case` for `method` at `step` [s]; raises Unsupported and ParameterError. JAX steps
-    on other threads, so that the time is that of the process."""
+    """Compiles `case` for `method` at `step` [s]; raises Unsupported and ParameterError. Steps are
+    timed by the processor time of the whole process, since JAX steps on other threads."""
     steps = sampling.step_count(case.scene.duration, step)
     stride = sampling.stride(steps, case.samples)
     begin = time.perf_counter()
@@ -167,7 +166,7 @@ def prepare(case: Case, method: Method, step: float) -> MjxSimulation:
         port = _started(translation, model, _double(method))
         start = port.data
         scene = ported.built(port, translation, step)
-        scene.advance(0, stride)  # compiles
+        scene.advance(0, stride)  # compiles the loop
         port.data = start
         return scene
 
@@ -182,6 +181,7 @@ def prepare(case: Case, method: Method, step: float) -> MjxSimulation:
 
 
 def _double(method: Method) -> bool:
+    """Whether a method computes in double precision."""
     return bool(method.settings.get("float64"))
 
 
@@ -194,7 +194,8 @@ def _started(translation: Any, model: Any, double: bool) -> MjxPort:
 def batch(
     case: Case, method: Method, step: float, worlds: int
 ) -> tuple[str, Callable[[int], float]]:
-    """So many worlds from the start on, by JAX's vmap."""
+    """The device of a batch of `worlds` at the start of a case, by JAX's vmap, and a function that
+    takes a number of steps and returns the wall time [s]."""
     import jax
 
     translation, model = ported.compiled(case, method, step)
@@ -209,8 +210,8 @@ def batch(
 
 
 def derivatives(way: str, number: Number, method: Method, step: float) -> ByName:
-    """Derivatives of the observables by JAX, forward or backward (`way`) through all steps, of a
-    number in the start or the model; raises Unsupported."""
+    """The derivatives of the observables at the end of a run by a number of the start or the model,
+    by JAX through all steps: forward or backward, as the `way` says. Raises Unsupported."""
     import jax
 
     cases, apart = nudged(number)
@@ -231,17 +232,23 @@ def derivatives(way: str, number: Number, method: Method, step: float) -> ByName
 
 
 def _slopes(low: Pair, high: Pair, apart: float) -> list[Array]:
-    """The derivative of each of the numbers that a run starts with."""
+    """The difference quotient of each array of a model and its data between two sides, which are
+    `apart` in the number that is varied."""
     import jax
 
-    sides = (jax.tree.leaves(_started(*side, True).numbers) for side in (low, high))
-    rows = zip(*sides, strict=True)
-    return [(np.asarray(b, float) - np.asarray(a, float)) / apart for a, b in rows]
+    low_leaves, high_leaves = (
+        jax.tree.leaves(_started(*side, True).numbers) for side in (low, high)
+    )
+    return [
+        (np.asarray(above, float) - np.asarray(below, float)) / apart
+        for below, above in zip(low_leaves, high_leaves, strict=True)
+    ]
 
 
 def _end(numbers: Any, slopes: Any, steps: int, amount: Any) -> Pair:
-    """Positions and velocities after so many steps, from numbers moved by an amount of slopes, to
-    differentiate and as they are."""
+    """Positions and velocities after `steps` steps from a model and data whose numbers are moved by
+    `amount` times their slopes. They are returned twice: JAX differentiates the first pair, and
+    returns the second as it is."""
     import jax
 
     def changed(x: Any, slope: Array) -> Any:

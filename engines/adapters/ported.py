@@ -1,4 +1,4 @@
-"""Scenes in ports of MuJoCo: the MuJoCo adapter's translation, compiled as a port steps it."""
+"""Scenes in ports of MuJoCo: the MuJoCo adapter's translation, compiled for a port."""
 
 from __future__ import annotations
 
@@ -24,11 +24,13 @@ STEPS = MappingProxyType(
         "Euler": (Scheme(EULER, "start", implicit_damping=True), 1),
         "RK4": (Scheme(RK4, "start"), 4),
     }
-)  # with their orders
-SINGLE = 2.0**29  # single precision has 29 bits fewer
-# In single precision an armature of 1e10 times the slider's mass leaves no digits for the body.
+)
+"""{integrator: its scheme and order}."""
+SINGLE = 2.0**29  # rounding of single precision over that of double precision
+# ratio of a driven slider's armature to its mass. MuJoCo's 1e10 leaves no digits in single
+# precision.
 SLIDER_RATIO = 1e4
-# Compiling takes seconds: one or two scenes of each system.
+# Compiling takes seconds: each system has one or two scenes.
 SMOOTH = ("simple-pendulum/free-large", "cone-pendulum/rotating-base")
 EVERY = (
     *SMOOTH,
@@ -41,8 +43,15 @@ EVERY = (
     "capsule-plan/near-free",
 )
 model_error = partial(registry.model_error, engine="mujoco")
-LOADED = ("qpos", "qvel", "act", "ctrl", "qfrc_applied", "qacc_warmstart")  # of an mjData
-PORTED = "plumbob.engines.adapters.mujoco.terms.PortedModel"  # which imports MuJoCo
+LOADED = (
+    "qpos",
+    "qvel",
+    "act",
+    "ctrl",
+    "qfrc_applied",
+    "qacc_warmstart",
+)  # fields of an mjData
+PORTED = "plumbob.engines.adapters.mujoco.terms.PortedModel"  # its module imports MuJoCo
 
 
 def ported(name: str, integrator: str, systems: tuple[str, ...], **settings: Any) -> Method:
@@ -56,15 +65,15 @@ def ported(name: str, integrator: str, systems: tuple[str, ...], **settings: Any
 
 
 def scheme(case: Case, method: Method) -> Scheme:
-    """The scheme of a port's method on a case: MuJoCo's own with this integrator."""
-    of_mujoco = find_engine("mujoco").ability(SchemeOfCase)
-    assert of_mujoco is not None
-    return of_mujoco.of(case, method)
+    """The scheme of a port's method on a case: MuJoCo's with the same integrator."""
+    mujoco_scheme = find_engine("mujoco").ability(SchemeOfCase)
+    assert mujoco_scheme is not None
+    return mujoco_scheme.of(case, method)
 
 
 def compiled(case: Case, method: Method, step: float) -> tuple[Any, Any]:
-    """The translation of `case`, and its model at `step` [s]; raises Unsupported and
-    ParameterError."""
+    """The MuJoCo adapter's translation of `case`, and the compiled model at `step` [s]; raises
+    Unsupported and ParameterError."""
     import mujoco
 
     compiles = find_engine("mujoco").ability(CompilesScenes)
@@ -74,7 +83,7 @@ def compiled(case: Case, method: Method, step: float) -> tuple[Any, Any]:
     option.timestep = step
     name = "mjINT_" + str(method.settings["integrator"]).upper()
     option.integrator = mujoco.mjtIntegrator.__members__[name]
-    for start in translation.spec.keys:  # no step reads it, and MJX compiles anew for another
+    for start in translation.spec.keys:  # MJX would compile anew for another keyframe
         translation.spec.delete(start)
     model = translation.spec.compile()
     model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_SENSOR  # no step reads a sensor
@@ -83,7 +92,7 @@ def compiled(case: Case, method: Method, step: float) -> tuple[Any, Any]:
 
 
 def started(port: Any, translation: Any, model: Any) -> Any:
-    """The port, at the start of a scene."""
+    """The port, put at the start of a scene."""
     import mujoco
 
     start = mujoco.MjData(model)
@@ -94,13 +103,13 @@ def started(port: Any, translation: Any, model: Any) -> Any:
 
 
 def uncontrolled(translation: Any) -> None:
-    """Raises Unsupported where a control changes from step to step."""
+    """Raises Unsupported if a control changes from step to step."""
     if translation.control is not None:
         raise Unsupported("no control changes while a port of MuJoCo takes all its steps")
 
 
 def built(port: Any, translation: Any, step: float) -> Built:
-    """A scene at its start in a port, in steps of `step` [s]."""
+    """A scene at its start in a port, to be advanced in steps of `step` [s]."""
 
     def observed(states: Sequence[tuple[Any, Any]]) -> Any:
         qpos, qvel = (np.array(values, float) for values in zip(*states, strict=True))
@@ -118,7 +127,7 @@ def built(port: Any, translation: Any, step: float) -> Built:
 
 
 def timed(port: Any, steps: int) -> float:
-    """Wall time to take steps [s]."""
+    """The wall time of `steps` steps [s]."""
     begin = time.perf_counter()
     port.steps(steps)
     return time.perf_counter() - begin

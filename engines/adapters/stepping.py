@@ -1,4 +1,5 @@
-"""A scene in an engine that is advanced step by step: rebuilt for every run, sampled, timed."""
+"""Simulations of scenes: in an engine that is advanced step by step, and by a solver that chooses
+its steps. A scene is rebuilt for every run, sampled and timed."""
 
 from __future__ import annotations
 
@@ -18,11 +19,11 @@ from plumbob.engines.method import ModelError, Stepping
 from plumbob.engines.trajectory import ByName, Trajectory
 from plumbob.models.scene import Case
 
-OVERFLOW = (ArithmeticError, ValueError)  # Python's own, of infinity
-Observed = tuple[Signals, Signals]  # observables, and channels beside them
+OVERFLOW = (ArithmeticError, ValueError)  # Python's exceptions for infinite numbers
+Observed = tuple[Signals, Signals]  # observables and channels
 TakeSteps = Callable[[int, int], None]
-"""Takes the steps with these indices, the last one excluded."""
-# of arrays: cut off once they are read
+"""First index, last index -> nothing: takes the steps with these indices, the last one excluded."""
+# Arrays may overflow while a run diverges: the run is cut when its samples are read.
 DIVERGING = np.errstate(over="ignore", invalid="ignore")
 
 
@@ -35,36 +36,35 @@ def by_name(rows: Sequence[ByName]) -> Observed:
 class Built:
     """A scene at its start in an engine."""
 
-    advance: TakeSteps
-    """Takes the steps with these indices, the last one excluded: one call from sample to sample."""
-    read: Callable[[], Any]  # this moment: its observables, or what has these
+    advance: TakeSteps  # called once from sample to sample
+    read: Callable[[], Any]  # returns the present state, or its observables
     limits: ByName = field(default_factory=dict)
     """Magnitudes of observables that only a diverged run exceeds."""
     gather: Callable[[Sequence[Any]], Observed] = by_name
-    """Of all that was read, the observables and channels, shape (samples,) each."""
+    """Everything that `read` returned -> observables and channels, shape (samples,) each."""
 
 
 def thread_time() -> float:
-    """Processor time [s] that this thread has taken."""
+    """The processor time that this thread has used [s]."""
     return time.thread_time()
 
 
 @dataclass
 class SteppedSimulation:
-    """A scene that is rebuilt for every run, and steps of one length."""
+    """A scene that is rebuilt for every run and advanced in steps of one length."""
 
     build: Callable[[], Built]
     steps: int
     step: float  # [s]
     compile_seconds: float
     broken: tuple[type[Exception], ...] = OVERFLOW
-    """The engine's exceptions when its numbers are no longer finite."""
-    samples: int = sampling.SAMPLES
-    clock: Callable[[], float] = thread_time  # [s], for the cost of steps
+    """The engine's exceptions if its numbers are no longer finite."""
+    samples: int = sampling.SAMPLES  # largest number of samples
+    clock: Callable[[], float] = thread_time  # [s] clock for the cost of steps
 
     @DIVERGING
     def run(self) -> Trajectory:
-        """Run from the start to the end, or until the run diverges."""
+        """Runs from the start to the end, or until the run diverges."""
         built = self.build()
         marks = [int(mark) for mark in sampling.sampled(self.steps, self.samples)]
         rows = [built.read()]
@@ -97,7 +97,7 @@ class SteppedSimulation:
 
     @DIVERGING
     def stepped(self, fraction: float) -> Stepping:
-        """The steps of the first `fraction` of the duration alone."""
+        """Takes the steps of the first `fraction` of the duration, and reads no state."""
         built = self.build()
         steps = sampling.first_steps(self.steps, fraction)
         begin = self.clock()
@@ -110,21 +110,21 @@ class SteppedSimulation:
 
 @dataclass(frozen=True)
 class Followed:
-    """The samples that a solver that chooses its own steps reaches."""
+    """The samples of a solver that chooses its steps."""
 
-    times: Array  # [s] of the samples, shape (n,)
-    states: Any  # there, as the scene observes them
-    evaluations: int
-    ended: bool = True  # at the time asked for
-    why: tuple[str, ...] = ()  # its messages
+    times: Array  # [s] times of the samples, shape (n,)
+    states: Any  # states at these times, for `FollowedSimulation.observe`
+    evaluations: int  # number of evaluations of the right-hand side
+    ended: bool = True  # whether the solver reached the end
+    why: tuple[str, ...] = ()  # messages of the solver
 
 
 @dataclass
 class FollowedSimulation:
-    """A scene under a solver that chooses its own steps."""
+    """A scene under a solver that chooses its steps."""
 
     follow: Callable[[float, int], Followed]
-    """Duration [s], about how many samples to keep, 1 where the solver alone is timed."""
+    """Duration [s], approximate number of samples (1: only the solver is timed) -> the samples."""
     observe: Callable[[Any], Signals]
     """States of all samples -> observables, shape (n,) each."""
     duration: float  # [s]
@@ -133,7 +133,7 @@ class FollowedSimulation:
     samples: int = sampling.SAMPLES
 
     def run(self) -> Trajectory:
-        """Run from the start to the end, or until the run diverges or the solver gives up."""
+        """Runs from the start to the end, or until the run diverges or the solver gives up."""
         begin = time.perf_counter()
         done = self.follow(self.duration, self.samples)
         seconds = time.perf_counter() - begin
@@ -148,7 +148,7 @@ class FollowedSimulation:
         return within(trajectory, self.limits)
 
     def stepped(self, fraction: float) -> Stepping:
-        """The evaluations of the first `fraction` of the duration alone."""
+        """Integrates the first `fraction` of the duration, and keeps no samples."""
         begin = time.thread_time()
         done = self.follow(fraction * self.duration, 1)
         return Stepping(done.evaluations, time.thread_time() - begin)
@@ -160,8 +160,8 @@ def stepped(
     build: Callable[[], Built],
     broken: tuple[type[Exception], ...] = OVERFLOW,
 ) -> SteppedSimulation:
-    """The simulation of `case` at `step` [s], built once to see that it can be and what that costs;
-    raises what `build` raises, and ParameterError."""
+    """The simulation of `case` at `step` [s]. The scene is built once to see whether it can be
+    built, and how long that takes. Raises the exceptions of `build`, and ParameterError."""
     steps = sampling.step_count(case.scene.duration, step)
     begin = time.perf_counter()
     build()
@@ -170,14 +170,14 @@ def stepped(
 
 
 def relative_tolerance(tolerance: float, smallest: float) -> float:
-    """The `tolerance`, which a method is given as its step; raises ParameterError where a solver
-    takes none below the `smallest`."""
+    """Returns the relative `tolerance`, which a method is given as its step; raises ParameterError
+    unless it lies between `smallest` and 1."""
     if not smallest <= positive("step", tolerance) < 1.0:
         wanted = f"a relative tolerance from {smallest:.1e} to below 1"
         raise ParameterError("step", tolerance, wanted)
     return tolerance
 
 
-def no_error(*of: object) -> ModelError:
-    """None: the model is the system itself."""
+def no_error(*arguments: object) -> ModelError:
+    """An empty mapping: the engine's model is the system itself, whatever the arguments."""
     return {}

@@ -1,6 +1,6 @@
-"""Equations of motion in which attitudes are quaternions: q' = q w/2, with the angular velocity w
-in the body's axes. Euler and leapfrog turn a body by the angular velocity of the step, exactly; RK4
-takes a quaternion as four numbers like any others.
+"""Equations of motion with quaternions as attitudes: q' = q w/2, with the angular velocity w in the
+body's axes. Euler and leapfrog turn a body exactly by the angular velocity of the step. RK4 treats
+the four numbers of a quaternion like any other coordinates.
 """
 
 from __future__ import annotations
@@ -20,13 +20,14 @@ class TurningEquation(Equation):
     shape (3,), as their rates."""
 
     attitudes: tuple[tuple[int, int], ...] = ((0, 0),)
-    """Where each quaternion begins among the coordinates, and its angular velocity among the
-    rates; every other coordinate has one rate."""
+    """For each quaternion, the number of its first coordinate and of the first rate of its angular
+    velocity. Every other coordinate has one rate."""
 
     def slope(self, position: Array, rate: Array) -> Array:
-        """The derivatives of the coordinates by the time. They are the velocities `rate`, but for
-        quaternions, whose derivatives follow from their angular velocities."""
-        parts, first = list[Array](), 0
+        """The derivatives of the coordinates by time: the rates, except for quaternions, whose
+        derivatives follow from their angular velocities."""
+        parts = list[Array]()
+        first = 0
         for place, turn in self.attitudes:
             parts.append(rate[first:turn])
             parts.append(_turning(position[place : place + 4], rate[turn : turn + 3]))
@@ -37,7 +38,8 @@ class TurningEquation(Equation):
         """The coordinates after the time `h` [s] at a constant rate."""
         after = position + h * self.slope(position, rate)
         for place, turn in self.attitudes:
-            attitude, spin = position[place : place + 4], rate[turn : turn + 3]
+            attitude = position[place : place + 4]
+            spin = rate[turn : turn + 3]
             speed = math.sqrt(spin @ spin)
             half = 0.5 * h * speed
             ratio = 2.0 * math.sin(half) / speed if speed else 0.0
@@ -47,7 +49,7 @@ class TurningEquation(Equation):
 
 
 def _turning(attitude: Array, spin: Array) -> Array:
-    """Rate of a quaternion [1/s] at an angular velocity [rad/s] in the body's axes."""
+    """The derivative of a quaternion [1/s] at an angular velocity [rad/s] in the body's axes."""
     (a, b, c, d) = attitude.tolist()
     (x, y, z) = (0.5 * spin).tolist()
     return np.array(
