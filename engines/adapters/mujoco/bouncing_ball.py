@@ -1,4 +1,4 @@
-"""The bouncing ball in MuJoCo's terms: a slide along z, and a contact with spring and damper."""
+"""The bouncing ball in MuJoCo: a slide along z, and a contact with spring and damper."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from plumbob.models.bouncing_ball.model import MODEL
 
 
 def build(mjcf: Path, problem: Any, method: Method, step: float) -> Translation:
-    """Translate a BouncingBall; z [m] is the height of the ball's lowest point above the floor."""
+    """The translation of a BouncingBall, whose z is the height of the ball's lowest point [m]."""
     spec = filled(mjcf, MODEL, problem)
     impact = soft_impact(problem.restitution, step)
     ball = spec.geom("ball")

@@ -14,16 +14,17 @@ BITS = mujoco.mjtDisableBit
 KIND = mujoco.mjtGeom
 NO_CONTACTS = int(BITS.mjDSBL_CONTACT | BITS.mjDSBL_CONSTRAINT)
 OVERRIDE = int(mujoco.mjtEnableBit.mjENBL_OVERRIDE)
-# These geoms are not convex: mj_geomDistance does not bound their distance.
+# kinds of geoms that are not convex, whose distance mj_geomDistance does not bound
 UNMEASURED = MappingProxyType(
     {int(KIND.mjGEOM_HFIELD): "height fields", int(KIND.mjGEOM_SDF): "signed distance fields"}
 )
-UNBOUNDED = (int(KIND.mjGEOM_PLANE), int(KIND.mjGEOM_HFIELD))  # MuJoCo tests no two of these
+UNBOUNDED = (int(KIND.mjGEOM_PLANE), int(KIND.mjGEOM_HFIELD))  # MuJoCo tests no pair of these
 
 
 def colliding_pairs(model: Any) -> tuple[Array, Array]:
-    """Returns the pairs of geoms that `mj_collision` tests and whose distance can be measured,
-    shape (n, 2), and the margin [m] of each, shape (n,): two geoms that are less apart touch."""
+    """The pairs of geoms that `mj_collision` tests and whose distance can be measured, shape (n,
+    2), and their margins [m], shape (n,): two geoms touch if their distance is less than the
+    margin."""
     pairs, margins = _pairs(model)
     measured = ~np.isin(model.geom_type[pairs], list(UNMEASURED)).any(axis=1)
     return pairs[measured], margins[measured]
@@ -39,9 +40,9 @@ def unmeasured(model: Any) -> tuple[str, ...]:
 
 
 def _pairs(model: Any) -> tuple[Array, Array]:
-    """All pairs that `mj_collision` tests, shape (n, 2), and their margins [m], shape (n,): the sum
-    of the two geoms' margins. A pair that the file lists has a margin of its own, and MuJoCo's
-    filters do not apply to it."""
+    """All pairs of geoms that `mj_collision` tests, shape (n, 2), and their margins [m], shape
+    (n,). A margin is the sum of the two geoms' margins. A pair that the file lists has its own
+    margin, and MuJoCo's filters do not apply to it."""
     listed = np.sort(np.stack([model.pair_geom1, model.pair_geom2], axis=1), axis=1)
     first, second = np.triu_indices(model.ngeom, 1)
     kept = _unfiltered(model, first, second)
@@ -56,14 +57,16 @@ def _pairs(model: Any) -> tuple[Array, Array]:
 
 
 def _key(model: Any, first: Any, second: Any) -> Any:
-    """A number for each pair of geoms, by which pairs are compared."""
+    """A different number for each pair of geoms, by which pairs are compared."""
     return first * model.ngeom + second
 
 
 def _unfiltered(model: Any, first: Any, second: Any) -> Any:
-    """Which pairs of geoms pass MuJoCo's filters: their bits match, and the file does not exclude
-    their bodies; at least one body can move, and the two are not welded to each other (a mocap body
-    counts as fixed); neither body is the parent of the other, unless the parent is the world."""
+    """Whether each pair of geoms passes MuJoCo's filters:
+
+    - the bits of the geoms match, and the file does not exclude their bodies; - at least one body
+    can move, and the bodies are not welded to each other (a mocap body counts as fixed); - neither
+    body is the parent of the other, unless the parent is the world."""
     bits = model.geom_contype[first] & model.geom_conaffinity[second]
     bits |= model.geom_contype[second] & model.geom_conaffinity[first]
     bodies = np.sort(np.stack([model.geom_bodyid[first], model.geom_bodyid[second]]), axis=0)

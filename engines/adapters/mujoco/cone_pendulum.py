@@ -1,4 +1,4 @@
-"""The cone pendulum in MuJoCo's terms: the model's file with a problem's numbers in it."""
+"""The cone pendulum in MuJoCo: the model file with the numbers of a problem."""
 
 from __future__ import annotations
 
@@ -23,10 +23,13 @@ from plumbob.models.cone_pendulum.model import MODEL
 
 
 def build(mjcf: Path, problem: Any, method: Method, step: float) -> Translation:
-    """Translate a cone pendulum; `problem` is a ConePendulum. Settings of the method that change
-    the model: `platform_armature` [kg m^2] in place of one that keeps the rate to the last bit,
-    `drive_rate` [1/s] at which a drive brings the rate of such a platform back to the one
-    prescribed, and `reads_energy`, for MuJoCo's own energies."""
+    """The translation of a ConePendulum. Three settings of a method change the model:
+
+    - `platform_armature` [kg m^2] replaces the armature that keeps the platform's rate to the last
+      bit;
+    - `drive_rate` [1/s] adds a drive that returns the platform to the prescribed rate;
+    - `reads_energy` records the energies that MuJoCo computes.
+    """
     problem = problem.started
     settings = method.settings
     spec = filled(mjcf, MODEL, problem)
@@ -45,8 +48,9 @@ def build(mjcf: Path, problem: Any, method: Method, step: float) -> Translation:
 
 
 def _drive(spec: mujoco.MjSpec, problem: Any, bandwidth: float) -> Callable[[Any], Array]:
-    """Add a velocity servo to the platform, with a gain of `bandwidth` [1/s] times its armature;
-    returns the servo's control at times [s], shape (n,): the prescribed rate, shape (n, 1)."""
+    """Adds a velocity servo to the platform, whose gain is `bandwidth` [1/s] times the platform's
+    armature. Returns a function from times [s], shape (n,), to the servo's control, shape (n, 1),
+    which is the prescribed rate."""
     gain = bandwidth * spec.joint("platform").armature
     servo = spec.add_actuator(name="drive", target="platform")
     servo.trntype = mujoco.mjtTrn.mjTRN_JOINT
@@ -56,17 +60,18 @@ def _drive(spec: mujoco.MjSpec, problem: Any, bandwidth: float) -> Callable[[Any
 
 
 def _energies(model: mujoco.MjModel, data: mujoco.MjData) -> Array:
-    """MuJoCo's potential and kinetic energy [J], the platform's included."""
+    """The potential and kinetic energy that MuJoCo computes [J], with the platform."""
     mujoco.mj_energyPos(model, data)
     mujoco.mj_energyVel(model, data)
     return np.array(data.energy)
 
 
 def model_error(problem: Any, duration: float, method: Method, step: float) -> ModelError:
-    """Errors from the platform's finite armature over `duration` [s]: it does not quite keep its
-    rate."""
+    """Bounds on errors over `duration` [s]: with a finite armature the platform does not quite keep
+    its rate."""
     return platform_errors(problem.started, duration)
 
 
 def _named_energies(energies: Array) -> Observed:
+    """The energies of samples, shape (n, 2), as channels."""
     return {}, {"potential": energies[:, 0], "kinetic": energies[:, 1]}

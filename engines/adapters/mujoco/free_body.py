@@ -1,4 +1,4 @@
-"""The free rigid body in MuJoCo's terms: a free joint, and nothing that acts on it."""
+"""The free rigid body in MuJoCo: a free joint without forces."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ from plumbob.engines.adapters.mujoco.translation import (
 from plumbob.engines.method import Method, Unsupported
 from plumbob.models.free_body.model import MODEL
 
-SMALLEST = 1e-15  # [kg m^2]: the least moment of inertia that MuJoCo takes
+SMALLEST = 1e-15  # [kg m^2] smallest moment of inertia that MuJoCo allows
 
 
 def scheme(method: Method) -> Scheme:
-    """The scheme of `method` on a body that turns freely: RK4 adds the angular velocities of its
-    stages, which belong to different axes; the implicit ones take the derivative of the gyroscopic
-    torque, implicitfast and discrete too."""
+    """The scheme of `method` on a body that turns freely. RK4 adds angular velocities of its stages
+    although they belong to different axes. Implicit integrators, implicitfast and discrete among
+    them, take the derivative of the gyroscopic torque."""
     integrator = str(method.settings.get("integrator", "Euler")).lower()
     if integrator == "rk4":
         return Scheme(RK4_ADDED_RATES)
@@ -29,7 +29,7 @@ def scheme(method: Method) -> Scheme:
 
 
 def build(mjcf: Path, problem: Any, method: Method, step: float) -> Translation:
-    """Translate a free body; `problem` is a FreeBody. Raises Unsupported."""
+    """The translation of a FreeBody; raises Unsupported."""
     if min(problem.inertia) < SMALLEST:
         raise Unsupported(f"MuJoCo takes moments of inertia from {SMALLEST:g} kg m^2 on")
     return at_start(bare(filled(mjcf, MODEL, problem)))

@@ -1,4 +1,4 @@
-"""The cube on an incline in MuJoCo's terms: slides along three axes, and a contact a corner."""
+"""The cube on an incline in MuJoCo: three slides, and a contact at each corner."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from plumbob.engines.method import Method, ModelError
 from plumbob.models.incline.model import MODEL
 
 scheme = contacts.scheme
-DIRECTIONS = 3  # in which the cube moves
+DIRECTIONS = 3  # number of directions in which the cube can move
 
 
 def build(mjcf: Path, problem: Any, method: Method, step: float) -> Translation:
-    """Translate an Incline at the static depth of its contacts. The plane is level and gravity is
-    inclined, along `heading`; the contacts' axes are those of the plane."""
+    """The translation of an Incline, at the static depth of its contacts. The plane is level and
+    gravity is inclined along `heading`, so that the axes of the contacts are those of the plane."""
     spec = filled(mjcf, MODEL, problem)
     profile = contacts.profile(method.settings, plane=True)
     tune = with_contacts(spec, profile, step)
@@ -33,8 +33,9 @@ def build(mjcf: Path, problem: Any, method: Method, step: float) -> Translation:
 
 
 def model_error(problem: Any, duration: float, method: Method, step: float) -> ModelError:
-    """Bounds for a convergent profile: the drift of friction that holds, and normal forces that
-    follow the slip, until the deflection does. For soft contacts: where the solver ends."""
+    """Bounds on the errors of x and the speed. For convergent contacts: the drift of friction that
+    holds, and normal forces that change with the slip until the deflection has followed. For soft
+    contacts: the solver's tolerance."""
     profile = contacts.profile(method.settings, plane=True)
     if profile.point is not None:
         return contacts.drift_error(profile.point, corner(problem), duration, step, DIRECTIONS)

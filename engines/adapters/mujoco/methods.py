@@ -1,4 +1,4 @@
-"""The methods that MuJoCo offers: its integrators, each with what its step is in theory."""
+"""The methods of MuJoCo: its integrators with their schemes, alone and with contact settings."""
 
 from __future__ import annotations
 
@@ -14,17 +14,17 @@ UNCOUPLED = (ONE_SMOOTH, FREE_ROTATION)
 EVERY = (*UNCOUPLED, ON_SUPPORTS)
 ALL = (*EVERY, SMOOTH, ON_PLANE)
 DRIVEN = ("simple-pendulum/forced-*", "linear-pendulum/forced-*")
-UNPLANNED = ("!capsule-plan",)  # plans show no more of contacts than short motions
+UNPLANNED = ("!capsule-plan",)  # plans show no more about contacts than short motions do
 HELD = (*UNPLANNED, "pinch")
 EULER_STEP = Scheme(EULER, "start", implicit_damping=True)
 RK4_STEP = Scheme(RK4, "start")
 
-# Without springs `implicitfast` and `discrete` take Euler's step bit for bit, and all treat a
-# joint's damping implicitly; `implicit` adds the velocity derivative of the Coriolis forces, which
-# has no effect on the swing of a body whose platform keeps its rate (see the tests). `discrete`
-# treats a joint's spring implicitly too, and so adds damping.
-# A control is held over a step: read at its start, it leaves RK4 of first order, and read at its
-# middle of second. Where nothing is controlled, the two are the same.
+# Without springs `implicitfast` and `discrete` take Euler's step bit for bit, and all of them treat
+# a joint's damping implicitly. `implicit` adds the velocity derivative of the Coriolis forces,
+# which has no effect on the swing of a body whose platform keeps its rate (see the tests).
+# `discrete` also treats a joint's spring implicitly, which adds damping. A control is held over a
+# step. If it is read at the start of the step, RK4 is of first order; if it is read at the middle,
+# RK4 is of second order.
 PLAIN = (
     Method("mujoco/euler", EULER_STEP, 1, settings={"integrator": "Euler"}, kinds=ALL),
     Method(
@@ -73,6 +73,8 @@ def _capsule(
     surrogate: str = "",
     **settings: Any,
 ) -> Method:
+    """A method for the capsule, or for the named systems, with one of MuJoCo's integrators and
+    these settings, called "mujoco/<integrator>+<variant>"."""
     scheme, order = (RK4_STEP, 4) if integrator == "RK4" else (EULER_STEP, 1)
     return Method(
         f"mujoco/{integrator.lower()}+{variant}",
@@ -85,8 +87,8 @@ def _capsule(
     )
 
 
-# In scenes of the capsule, methods that name no contacts have MuJoCo's default ones. Every method
-# is given the control's mean over each step there.
+# On scenes of the capsule, a method that names no contacts has MuJoCo's default contacts, and every
+# method is given the mean of the control over each step.
 _REDUCED = "a body on a rail: friction is a joint's, and there are no contacts"
 _TALL = "a body of another height"
 METHODS = (

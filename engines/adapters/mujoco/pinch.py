@@ -1,4 +1,4 @@
-"""The pinched cube in MuJoCo's terms: slides, two fingertips on slides of their own, and motors."""
+"""The pinched cube in MuJoCo: slides, and two fingertips on slides with motors."""
 
 from __future__ import annotations
 
@@ -18,8 +18,9 @@ scheme = contacts.scheme
 
 
 def build(mjcf: Path, problem: Any, method: Method, step: float) -> Translation:
-    """Translate a Pinch, in the frame of its hand, at the static depth of its contacts; the push is
-    gravity's, for the fingers do not move along it."""
+    """The translation of a Pinch, in the frame of the hand, at the static depth of its contacts.
+    The push is a gravity: the fingers do not move along it. Raises Unsupported if the contacts are
+    too deep."""
     spec = filled(mjcf, MODEL, problem)
     profile = contacts.profile(method.settings, plane=True)
     tune = with_contacts(spec, profile, step)
@@ -35,7 +36,8 @@ def build(mjcf: Path, problem: Any, method: Method, step: float) -> Translation:
 
 
 def model_error(problem: Any, duration: float, method: Method, step: float) -> ModelError:
-    """Bounds on the drift of a convergent profile; for soft contacts, on where the solver ends."""
+    """Bounds on the errors of slip and speed: the drift of convergent contacts, or the solver's
+    tolerance for soft contacts."""
     profile = contacts.profile(method.settings, plane=True)
     held = fingertip(problem)
     if profile.point is None:

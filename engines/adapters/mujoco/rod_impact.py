@@ -1,4 +1,4 @@
-"""The falling rod in MuJoCo's terms: two slides and a hinge, and a contact at each end."""
+"""The falling rod in MuJoCo: two slides and a hinge, and a contact at each end."""
 
 from __future__ import annotations
 
@@ -23,8 +23,8 @@ NAMES = ("x", "z", "angle")
 
 
 def build(mjcf: Path, problem: Any, method: Method, step: float) -> Translation:
-    """Translate a RodImpact. A convergent profile keeps its friction, and has the normal's spring
-    and damper on the mass that the end has at the impact."""
+    """The translation of a RodImpact. With convergent contacts friction is the profile's; the
+    spring and damper of the normal act on the mass that the end of the rod has at the impact."""
     spec = filled(mjcf, MODEL, problem)
     for pair in spec.pairs:
         pair.solref = soft_impact(problem.restitution, step).solref
@@ -47,7 +47,7 @@ def build(mjcf: Path, problem: Any, method: Method, step: float) -> Translation:
 
 
 def model_error(problem: Any, duration: float, method: Method, step: float) -> ModelError:
-    """A bound for a convergent profile: what friction's compliance leaves of all friction."""
+    """Bounds for convergent contacts, from the compliance of friction; empty for soft contacts."""
     profile = contacts.profile(method.settings, plane=True)
     if not profile.convergent:
         return {}

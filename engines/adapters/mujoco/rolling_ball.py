@@ -1,4 +1,4 @@
-"""The rolling ball in MuJoCo's terms: slides along x and z, a hinge across, and one contact."""
+"""The rolling ball in MuJoCo: slides along x and z, a hinge across, and one contact."""
 
 from __future__ import annotations
 
@@ -19,19 +19,21 @@ from plumbob.engines.adapters.mujoco.translation import (
 from plumbob.engines.method import Method, ModelError
 from plumbob.models.rolling_ball.model import MODEL
 
-SETTLING = 5000  # steps, of which a contact of 0.02 s needs 1000 at SLOW, others fewer
-SLOW = 1e-3  # [s]
+SETTLING = (
+    5000  # steps until a contact is at rest; a contact of 0.02 s needs 1000 steps of SLOW
+)
+SLOW = 1e-3  # [s] smallest step for finding the static depth of default contacts
 
 
 def build(mjcf: Path, problem: Any, method: Method, step: float) -> Translation:
-    """Translate a RollingBall at the static penetration of its contact. MuJoCo has
-    a contact in the middle between the two surfaces: the geom is larger by half of the penetration
-    and its centre lower by as much, so that the contact is one radius below the centre."""
+    """The translation of a RollingBall, at the static penetration of its contact. MuJoCo places a
+    contact in the middle between the two surfaces. The geom is therefore larger by half of the
+    penetration, and its centre lower by as much: the contact is one radius below the centre."""
     spec = filled(mjcf, MODEL, problem)
     profile = contacts.profile(method.settings, plane=True)
     tune = with_contacts(spec, profile, step)
     start = spec.key("start")
-    if not profile.convergent:  # for `settled`: the default contact is the same at every step
+    if not profile.convergent:  # the depth of a default contact is the same at every step
         spec.option.timestep = max(step, SLOW)
 
     depth = settled(spec, tune) / 2.0
@@ -40,8 +42,9 @@ def build(mjcf: Path, problem: Any, method: Method, step: float) -> Translation:
 
 
 def model_error(problem: Any, duration: float, method: Method, step: float) -> ModelError:
-    """Bounds for a convergent profile: the slip that friction's compliance leaves of its last step,
-    for one step, and normal forces that follow the slip, until the deflection does."""
+    """Bounds for convergent contacts, from the slip that friction's compliance leaves for one step,
+    and from normal forces that change with the slip until the deflection has followed. Empty for
+    soft contacts."""
     profile = contacts.profile(method.settings, plane=True)
     if not profile.convergent:
         return {}
@@ -54,7 +57,7 @@ def model_error(problem: Any, duration: float, method: Method, step: float) -> M
 
 
 def settled(spec: mujoco.MjSpec, tune: Callable[[mujoco.MjModel], None]) -> float:
-    """Static penetration [m] of the contact."""
+    """The static penetration of the contact [m]."""
     model = spec.compile()
     tune(model)
     return -float(at_rest(model, SETTLING)[1])

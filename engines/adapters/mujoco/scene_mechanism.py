@@ -1,4 +1,4 @@
-"""The mechanism that the model file of a scene holds."""
+"""Makes the mechanism of a scene from the model file of its system."""
 
 from __future__ import annotations
 

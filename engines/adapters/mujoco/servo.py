@@ -1,4 +1,4 @@
-"""What MuJoCo's integrator `discrete` leaves out of a servo."""
+"""The error of MuJoCo's integrator `discrete` on a servo: it drops small forces."""
 
 from __future__ import annotations
 
@@ -9,11 +9,12 @@ import mujoco
 
 from plumbob.engines.method import Method, ModelError
 
-DROPPED = math.sqrt(mujoco.mjMINVAL)  # [N m]: `discrete` leaves out forces of a smaller norm
+DROPPED = math.sqrt(mujoco.mjMINVAL)  # [N m] `discrete` leaves out forces of a smaller norm
 
 
 def model_error(problem: Any, duration: float, method: Method, step: float) -> ModelError:
-    """The effect of forces that `discrete` leaves out, by the integral of the response to them."""
+    """Bounds on the angle and the rate from forces that `discrete` leaves out, by the integral of
+    the response to such a force. Empty for other integrators."""
     if method.settings["integrator"] != "discrete":
         return {}
     linear = problem.started

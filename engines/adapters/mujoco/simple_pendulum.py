@@ -1,7 +1,5 @@
-"""The simple pendulum and its linear companion in MuJoCo's terms: the file with their numbers.
-
-The linear one has the same hinge, with a spring in place of gravity, and no force along its rod.
-"""
+"""The simple and the linear pendulum in MuJoCo: the model file with their numbers. The linear one
+has a spring in place of gravity."""
 
 from __future__ import annotations
 
@@ -24,8 +22,8 @@ from plumbob.models.simple_pendulum.model import MODEL
 
 
 def build(mjcf: Path, problem: Any, method: Method, step: float) -> Translation:
-    """Translate a pendulum; `problem` is a SimplePendulum. The setting `reads_acceleration` puts an
-    accelerometer at the bob of one with a rod."""
+    """The translation of a SimplePendulum. The setting `reads_acceleration` of a method puts an
+    accelerometer at the bob, unless the pendulum is linear."""
     problem = problem.started
     spec = bare(filled(mjcf, MODEL, problem))
     if problem.forcing_amplitude == 0.0:
@@ -42,11 +40,12 @@ def build(mjcf: Path, problem: Any, method: Method, step: float) -> Translation:
 
 
 def model_error(problem: Any, duration: float, method: Method, step: float) -> ModelError:
-    """Errors over `duration` [s] from the moment of inertia of the bob, which should be a point."""
+    """Bounds on errors over `duration` [s] from the moment of inertia of the bob, a point mass."""
     return bob_errors(problem, duration)
 
 
 def _add_accelerometer(spec: mujoco.MjSpec, length: float) -> None:
+    """Adds an accelerometer at the end of the rod."""
     spec.body("bob").add_site(name="bob", pos=[0.0, 0.0, -length])
     kind = mujoco.mjtSensor.mjSENS_ACCELEROMETER
     place = mujoco.mjtObj.mjOBJ_SITE
@@ -54,8 +53,9 @@ def _add_accelerometer(spec: mujoco.MjSpec, length: float) -> None:
 
 
 def _readings(sensors: Array) -> Observed:
-    """The tension along the rod [N]; and the readings of the accelerometer, if there is one, across
-    the rod, towards greater theta, and along it, towards the axis [m/s^2]."""
+    """The tension of the rod [N], from sensor data of shape (n, k). If there is an accelerometer,
+    its readings are channels: across the rod, toward greater theta, and along the rod, toward the
+    axis [m/s^2]."""
     if sensors.shape[1] == 3:
         return {"tension": sensors[:, 2]}, {}
     readings = {"acceleration_across": sensors[:, 3], "acceleration_along": sensors[:, 5]}

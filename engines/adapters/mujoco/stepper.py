@@ -8,28 +8,28 @@ import numpy as np
 from plumbob.analytic.reference import Array
 from plumbob.engines.stepper import State
 
-PHYSICS = int(mujoco.mjtState.mjSTATE_FULLPHYSICS)  # time, qpos, qvel and so on
+PHYSICS = int(mujoco.mjtState.mjSTATE_FULLPHYSICS)  # parts of a state: time, qpos, qvel, ...
 
 
 class Diverged(Exception):
-    """MuJoCo's own alarm, of which its log tells."""
+    """Raised if MuJoCo reports a state that is not finite; MuJoCo's log has the reason."""
 
 
 class MujocoStepper:
-    """A compiled model, stepped at its own time step by its own integrator."""
+    """A compiled model, stepped at the model's time step by the model's integrator."""
 
     def __init__(self, model: mujoco.MjModel, data: mujoco.MjData | None = None) -> None:
-        """In a state of its own, or in the `data` of the model."""
+        """Steps the given `data` of the model, or new data."""
         self.model = model
         self.data = mujoco.MjData(model) if data is None else data
 
     @property
     def step(self) -> float:
-        """[s]"""
+        """The time step of the model [s]."""
         return float(self.model.opt.timestep)
 
     def put(self, state: State, time: float = 0.0) -> None:
-        """Set the state, at a time [s]; the solver begins as in a new model."""
+        """Sets the state, at a time [s]. The solver starts as in a new model."""
         data = self.data
         mujoco.mj_resetData(self.model, data)
         data.time = time
@@ -38,13 +38,13 @@ class MujocoStepper:
         data.act[:] = state.act
 
     def state(self) -> State:
-        """The state now."""
+        """The present state."""
         data = self.data
         return State(data.qpos.copy(), data.qvel.copy(), data.act.copy())
 
     def advance(self, controls: Array | None, steps: int) -> None:
-        """Take `steps` steps, all in C where no control changes, else under controls, shape (steps,
-        nu). Raises Diverged if MuJoCo resets a state that is not finite, as its warnings show."""
+        """Takes `steps` steps under controls, shape (steps, nu), or all in C if there are none.
+        Raises Diverged if MuJoCo's warnings show that it has reset a state that is not finite."""
         model = self.model
         data = self.data
         if controls is None:
@@ -57,16 +57,16 @@ class MujocoStepper:
             raise Diverged
 
     def physics(self) -> Array:
-        """All that the next step depends on, apart from controls and the solver's start: MuJoCo's
-        full physics state."""
+        """MuJoCo's full physics state: all numbers on which the next step depends, apart from the
+        controls and the start of the solver."""
         state = np.empty(mujoco.mj_stateSize(self.model, PHYSICS))
         mujoco.mj_getState(self.model, self.data, state, PHYSICS)
         return state
 
     def derivatives(self, control: Array, nudge: float) -> tuple[Array, Array]:
-        """The derivatives of the state after the next step, which a `control` is held for, by the
-        state now, shape (2 nv + na, 2 nv + na) in tangent coordinates, and by the control, shape
-        (2 nv + na, nu), from MuJoCo's central differences of size `nudge`."""
+        """The derivatives of the state after the next step, under a `control` that is held, in
+        tangent coordinates: by the present state, shape (2 nv + na, 2 nv + na), and by the control,
+        shape (2 nv + na, nu). They are MuJoCo's central differences of size `nudge`."""
         model = self.model
         self.data.ctrl[:] = control
         size = 2 * model.nv + model.na

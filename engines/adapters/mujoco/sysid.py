@@ -1,4 +1,4 @@
-"""A fit by MuJoCo's own system identification: its parameters, bounds and least squares."""
+"""Fits parameters with MuJoCo's system identification (`mujoco.sysid`)."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ from plumbob.engines.method import Unsupported
 
 
 def fit(residuals: Callable[[Array], Array], start: Array) -> Array:
-    """The place, shape (p,), in the unit box, with the least sum of squares of `residuals`, shape
-    (m,), from a `start` on; raises Unsupported."""
+    """The place in the unit box, shape (p,), with the smallest sum of squares of `residuals`, a
+    function from a place to numbers of shape (m,), found from a `start`. Raises Unsupported."""
     sysid: Any = importlib.import_module("mujoco.sysid")
     if not hasattr(sysid, "optimize"):
         raise Unsupported("mujoco.sysid lacks packages: pip install 'mujoco[sysid]'")

@@ -1,4 +1,4 @@
-"""Control periods of a MuJoCo model, stepped to measure their cost."""
+"""Steps control periods of a MuJoCo model to measure the cost of a step."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from plumbob.analytic.reference import Array
 from plumbob.engines.adapters.mujoco.terms import put
 from plumbob.engines.method import Stepping
 
-WARM = 10  # steps before the time counts: the solver and the cache are then warm
+WARM = 10  # steps before the time counts, to warm up the solver and the cache
 
 
 class TimedPeriods:
-    """Some control periods of a compiled model, begun at known states, or where the last one ended
-    if that is NaN; a `Timed`."""
+    """A `Timed` simulation of some control periods of a compiled model. Each period begins at its
+    known state or, if that is nan, where the last period ended."""
 
     compile_seconds = 0.0
 
@@ -28,7 +28,7 @@ class TimedPeriods:
         self.starts: list[Any] = [None if np.isnan(start).any() else start for start in starts]
 
     def stepped(self, fraction: float) -> Stepping:
-        """The steps of the first `fraction` of the periods."""
+        """Takes the steps of the first `fraction` of the periods."""
         model = self.model
         data = self.data
         spent = 0.0

@@ -21,18 +21,18 @@ from plumbob.engines.adapters.mujoco.options import collected
 from plumbob.engines.workers import Workers
 from plumbob.models.border import regular
 
-MEMORY = 4_000_000_000  # [bytes] that compiling may take, beside what the process has already
-SECONDS = 20  # processor time for compiling; the models of robots take less than 5
-LARGEST_ASSET = 1_000_000_000  # [bytes] of a mesh, a texture, ...
-MANY = ("replicate", "composite", "flexcomp", "attach")  # elements that stand for many
+MEMORY = 4_000_000_000  # [bytes] memory that compiling may take beyond that of the process
+SECONDS = 20  # [s] processor time for compiling; models of robots take less than 5 s
+LARGEST_ASSET = 1_000_000_000  # [bytes] largest mesh, texture, ...
+MANY = ("replicate", "composite", "flexcomp", "attach")  # elements that stand for many others
 SIZES = ("nrow", "ncol", "width", "height")  # attributes: sides of textures and height fields
-LARGE = 4096  # a longer side needs a trial
-FOLDERS = ("meshdir", "texturedir", "assetdir")  # attributes: where the files of assets are
+LARGE = 4096  # longest side that is compiled without a trial
+FOLDERS = ("meshdir", "texturedir", "assetdir")  # attributes: folders of asset files
 
 
 def checked(name: str, path: Path) -> str:
-    """Returns the tag of the root element of a model file, given as the argument `name`, if the
-    file keeps the limits. Raises ParameterError, and the errors of reading and compiling."""
+    """Returns the tag of the root element of a model file, which the argument `name` gave, if the
+    file keeps the limits. Raises ParameterError, and exceptions of reading and compiling."""
     elements = list(_elements(path, [path]))
     folders = {element.get(kind, "") for element in elements for kind in FOLDERS}
     names = {element.get(kind, "") for element in elements for kind in ("file", "filename")}
@@ -54,8 +54,8 @@ def checked(name: str, path: Path) -> str:
 
 
 def _elements(file: Path, met: list[Path]) -> Iterator[Element]:
-    """The elements of a file and of the files that it includes. Files in `met` are not read again;
-    each file that is read is added to `met`."""
+    """Yields the elements of a file and of the files that it includes. Files in `met` are not read
+    again; each file that is read is added to `met`."""
     for element in ElementTree.parse(file).getroot().iter():
         yield element
         included = file.parent / element.get("file", "")
@@ -72,7 +72,7 @@ def _may_explode(element: Element) -> bool:
 
 
 def _compiled(path: str) -> None:
-    """Compile a file and evaluate its model once. The process has this task alone: it ends after
+    """Compiles a file and evaluates its model once, in a process of its own, which ends after
     SECONDS of processor time."""
     try:
         import resource
@@ -87,13 +87,13 @@ def _compiled(path: str) -> None:
 
 @contextmanager
 def limited_memory() -> Iterator[None]:
-    """Let the block allocate MEMORY at most. Raises ValueError if the block needs more; if the
-    process has a lower limit already, that limit stays, and its MemoryError passes."""
+    """Lets the block allocate at most MEMORY. Raises ValueError if the block needs more. If the
+    process has a lower limit already, that limit stays, and MemoryError is raised."""
     try:
         import resource
 
         pages = int(Path("/proc/self/statm").read_text("ascii").split()[0])
-    except (ImportError, OSError):  # no Linux: without a limit
+    except (ImportError, OSError):  # other systems than Linux have no such limit
         yield
         return
     before, most = resource.getrlimit(resource.RLIMIT_AS)

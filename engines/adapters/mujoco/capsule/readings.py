@@ -1,4 +1,4 @@
-"""How MuJoCo drives the capsule's slider, and what is read off a run: coordinates and forces."""
+"""Drives the capsule's slider in MuJoCo, and reads coordinates and forces of a run."""
 
 from __future__ import annotations
 
@@ -27,13 +27,14 @@ CONTACT = sum(
         DATA.mjCONDATA_TANGENT,
     )
 )
-"""The fields read of a contact: whether it is there, then force, normal and tangent, 10 numbers."""
+"""Fields that a contact sensor reads, 10 numbers: whether there is a contact, force, normal,
+tangent."""
 
 
 def scale_tolerance(spec: mujoco.MjSpec, setup: CapsuleSetup, hold: float) -> None:
-    """Scale the solver's tolerance with the slider's armature, `hold` [kg]. The criterion is
-    relative to the trace of the mass matrix, which the armature inflates: a nominal 1e-8 would act
-    as 1e2."""
+    """Scales the solver's tolerance with the slider's armature, `hold` [kg]. The solver's criterion
+    is relative to the trace of the mass matrix, which contains the armature: without scaling, a
+    tolerance of 1e-8 would act as 1e2."""
     if driven_joints(setup):
         scale = (setup.capsule.body_mass + setup.capsule.slider_mass) / hold
         spec.option.tolerance *= scale
@@ -41,19 +42,20 @@ def scale_tolerance(spec: mujoco.MjSpec, setup: CapsuleSetup, hold: float) -> No
 
 
 def control(setup: CapsuleSetup, step: float) -> Callable[[Array], Array] | None:
-    """Times at which steps of `step` [s] begin, shape (n,) -> ctrl [m/s^2], shape (n, 1), or (n, 2)
-    in the axes of the body where the slider leaves its line.
+    """A function from the times at which steps of `step` [s] begin, shape (n,), to the slider's
+    acceleration, averaged over each step [m/s^2]: shape (n, 1), or (n, 2) in the axes of the body
+    if the slider leaves its line. None if the slider does not move.
 
-    Held over the step, the mean brings the slider's velocity to where it should be at every grid
-    time, whether or not the acceleration switches inside a step; its value at mid-step does the
-    manoeuvre of the nearest switch on the grid, an error of first order.
+    With the mean, the slider has the right velocity at the end of every step, even if the
+    acceleration switches within a step. The acceleration at mid-step would move the switch to the
+    nearest end of a step, an error of first order.
     """
     if not setup.tracks:
         return None
 
     def mean_acceleration(times: Array) -> Array:
-        # Edges are a step's number times the step: one step's end and the next one's beginning
-        # are the same time, to the bit.
+        # The end of a step and the beginning of the next step are the same time, to the bit: both
+        # are the number of the step times the step.
         steps = np.rint(times / step)
         edges = np.concatenate([steps, steps + 1.0]) * step
         begun, ended = np.split(setup.slider_velocity(edges), 2)
@@ -63,18 +65,18 @@ def control(setup: CapsuleSetup, step: float) -> Callable[[Array], Array] | None
 
 
 def start(setup: CapsuleSetup, rest_qpos: Array) -> tuple[Array, Array]:
-    """qpos, shape (nq,), and qvel, shape (nv,), of a body at `rest_qpos`, shape (nq,), turned by
-    the heading, with the velocities of the start."""
+    """qpos, shape (nq,), and qvel, shape (nv,), at the start of a run: the body at `rest_qpos`,
+    shape (nq,), rotated by the heading, with the initial velocities."""
     qpos = np.array(rest_qpos)
     turn = np.array([0.0, 0.0, setup.heading_rate])
     qpos[3:7] = turned(rest_qpos[3:7], setup.heading)
-    # about the vertical, in the axes of a body that leans
+    # The rate is about the vertical, and qvel has it in the axes of a body that leans.
     mujoco.mju_rotVecQuat(turn, turn.copy(), qpos[3:7] * [1.0, -1.0, -1.0, -1.0])
     return qpos, np.array([*start_velocity(setup), 0.0, *turn, *np.zeros(len(qpos) - 7)])
 
 
 def turned(attitude: Array, angle: float) -> Array:
-    """The quaternion `attitude`, shape (4,), turned by `angle` [rad] about the vertical."""
+    """The quaternion `attitude`, shape (4,), rotated by `angle` [rad] about the vertical."""
     turn = np.array([math.cos(0.5 * angle), 0.0, 0.0, math.sin(0.5 * angle)])
     both = np.empty(4)
     mujoco.mju_mulQuat(both, turn, attitude)
@@ -82,7 +84,7 @@ def turned(attitude: Array, angle: float) -> Array:
 
 
 def add_sensors(spec: mujoco.MjSpec) -> None:
-    """Add the sensors that `reading` reads: each support's contact, the slider's acceleration less
+    """Adds the sensors for `reading`: the contact of each support, the slider's acceleration less
     gravity, and the common centre of mass."""
     for i in range(3):
         spec.add_sensor(
@@ -98,15 +100,18 @@ def add_sensors(spec: mujoco.MjSpec) -> None:
 
 
 def reading(setup: CapsuleSetup) -> Callable[[Array], Observed]:
-    """Sensor data at the samples, shape (n, 36) -> the normal forces N_i and, along a line,
-    friction and the force of the actuator on the slider (what a force sensor between them reads,
-    without the armature's inertia) [N], over the step that begins. As channels the number of
-    contacts, and along a line the common centre of mass [m]."""
+    """A function from sensor data at the samples, shape (n, 36), to observables and channels, with
+    the forces [N] of the step that begins at each sample.
+
+    Observables: the normal forces N_i; for motion along a line also friction, and the force of the
+    actuator on the slider, as a force sensor between the two reads it, without the armature's
+    inertia. Channels: the number of contacts; for motion along a line also the common centre of
+    mass [m]."""
     angle = setup.heading + setup.direction
     line = np.array([math.cos(angle), math.sin(angle), 0.0])
 
     def read(data: Array) -> Observed:
-        feet = data[:, :30].reshape(-1, 3, 10)  # as in CONTACT
+        feet = data[:, :30].reshape(-1, 3, 10)  # sample, support, the numbers of CONTACT
         loads = by_support(feet[..., 1])
         counts = feet[..., 0].sum(axis=1)
         if setup.in_plane:

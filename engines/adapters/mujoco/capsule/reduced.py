@@ -1,4 +1,4 @@
-"""The capsule reduced to one line in MuJoCo's terms: two sliding joints, dry friction in one."""
+"""The capsule in MuJoCo, reduced to one line: two slides, one of which has dry friction."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from plumbob.models.tripod_capsule.observed import observed_on_a_line
 
 
 def build(mjcf: Path, problem: CapsuleProblem, step: float) -> Translation:
-    """Translate a problem on one line; raises Unsupported where the body turns."""
+    """The translation of a problem on one line; raises Unsupported if the body turns."""
     setup = problem.setup
     motion = problem.motion
     coasting = motion.kind == "coasting"
@@ -27,7 +27,7 @@ def build(mjcf: Path, problem: CapsuleProblem, step: float) -> Translation:
         raise Unsupported("the reduced model has one line, and here the body turns")
     spec = read(mjcf)
     capsule = setup.capsule
-    # One scalar constraint: a single iteration of projected Gauss-Seidel solves it to round-off.
+    # There is one scalar constraint, which one iteration of Gauss-Seidel solves to round-off.
     spec.option.solver = mujoco.mjtSolver.mjSOL_PGS
     spec.option.gravity = [setup.pull, 0.0, -setup.press]
     spec.body("body").mass = capsule.body_mass
@@ -40,6 +40,7 @@ def build(mjcf: Path, problem: CapsuleProblem, step: float) -> Translation:
     joint.solref_friction = [-1.0, -JOINT_IMPEDANCE / step]
 
     def tune(model: mujoco.MjModel) -> None:
+        """Makes friction stiffer than a file can."""
         model.dof_invweight0[0] *= JOINT_HARDENING
 
     def observe(qpos: Array, qvel: Array) -> Observed:
@@ -62,15 +63,17 @@ def build(mjcf: Path, problem: CapsuleProblem, step: float) -> Translation:
 
 
 def _friction(setup: CapsuleSetup, model: mujoco.MjModel, data: mujoco.MjData) -> Array:
-    """Friction, and the force on the slider [N]."""
+    """Friction on the body, and the force on the slider [N], shape (2,)."""
     both = setup.capsule.body_mass + setup.capsule.slider_mass
     slider = model.body("slider").id
     masses = np.array([both, setup.capsule.slider_mass][: model.nv])
-    # From the accelerations: the solver finds those, but forces only to its tolerance.
+    # Friction follows from the accelerations, which the solver finds to round-off. It finds forces
+    # only to its tolerance.
     friction = float(masses @ data.qacc) - both * setup.pull
     mujoco.mj_rnePostConstraint(model, data)
     return np.array([friction, data.cfrc_int[slider, 3]])
 
 
 def _forces(forces: Array) -> Observed:
+    """The readings of `_friction`, shape (n, 2), as observables."""
     return {"friction_force": forces[:, 0], "driving_force": forces[:, 1]}, {}
