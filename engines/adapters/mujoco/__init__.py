@@ -1,6 +1,6 @@
-"""MuJoCo as an engine: its methods, and the functions for the rest of plumbob.
+"""MuJoCo as an engine: its methods and abilities.
 
-Every function imports MuJoCo, or the module that needs it, when it is called.
+MuJoCo, and the modules that need it, are imported when one of these functions is called.
 """
 
 from __future__ import annotations
@@ -30,18 +30,23 @@ prepare = later(f"{__name__}.simulation.compiled")
 
 
 def scheme(case: Case, method: Method) -> Scheme:
-    """The scheme of `method` on this case. With a lone free body that moves and turns, implicitfast
-    takes velocity derivatives of centripetal forces into its step, as implicit does: of first order
-    too, and covered by no theory here. Builders of bodies that turn freely, of loops, and of bodies
-    that touch know schemes of their own. Euler's step leaves a motor's damping explicit."""
+    """The scheme of `method` on a case.
+
+    - Free rotation, loops and contacts: the builder of the system names the scheme. - A servo with
+    Euler: the motor's damping is explicit, the joint's implicit. - A single free body that moves
+    and turns, with implicitfast: the step takes velocity derivatives of centripetal forces, as
+    `implicit` does. It is of first order; no theory here covers it. - Otherwise: the method's own
+    scheme."""
     if case.system.kind in (FREE_ROTATION, SMOOTH, ON_PLANE):
-        of_its_own = getattr(builder("mujoco", case.system), "scheme", None)
-        return method.scheme if of_its_own is None else of_its_own(method)
-    if case.system.name == "servo" and method.settings.get("integrator") == "Euler":
+        builder_scheme = getattr(builder("mujoco", case.system), "scheme", None)
+        return method.scheme if builder_scheme is None else builder_scheme(method)
+    integrator = str(method.settings.get("integrator")).lower()
+    if case.system.name == "servo" and integrator == "euler":
         return replace(method.scheme, implicit_damping=case.problem.joint_part)
-    implicit = str(method.settings.get("integrator")).lower() == "implicitfast"
-    lone = case.system.name == "capsule-coast" and case.problem.motion.kind == "plane"
-    return Scheme("implicitfast on a free body") if implicit and lone else method.scheme
+    free_body = case.system.name == "capsule-coast" and case.problem.motion.kind == "plane"
+    if integrator == "implicitfast" and free_body:
+        return Scheme("implicitfast on a free body")
+    return method.scheme
 
 
 ENGINE = Engine(

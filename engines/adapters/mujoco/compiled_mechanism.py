@@ -1,4 +1,5 @@
-"""The mechanism of a compiled MuJoCo model, and the names of parts that a mechanism cannot hold."""
+"""Makes the mechanism of a compiled MuJoCo model, and names parts that a mechanism cannot
+express."""
 
 from __future__ import annotations
 
@@ -58,12 +59,13 @@ FIXED, AFFINE = int(mujoco.mjtGain.mjGAIN_FIXED), int(mujoco.mjtBias.mjBIAS_AFFI
 ONE_DEGREE = (int(mujoco.mjtJoint.mjJNT_HINGE), int(mujoco.mjtJoint.mjJNT_SLIDE))
 SITE = int(mujoco.mjtObj.mjOBJ_SITE)
 Ends = tuple[tuple[int, int], tuple[Array, Array], Array]
-"""Two bodies, a point in the frame of each [m], and the second body's attitude in the first."""
+"""Two bodies, a point in the frame of each [m], and the attitude of the second body in the
+first."""
 
 
 def compiled_mechanism(model: Any) -> Mechanism:
-    """The mechanism of a compiled model. A stage that the model disables has no effect in the
-    mechanism: without gravity the gravity is 0, without springs the stiffness is 0."""
+    """The mechanism of a compiled model. If the model disables a stage, its numbers are zero in the
+    mechanism: gravity, stiffness, damping."""
     loops, other_equalities = _loops(model)
     actuators, other_actuators = _actuators(model)
     pairs = colliding_pairs(model)[0].tolist()
@@ -82,6 +84,7 @@ def compiled_mechanism(model: Any) -> Mechanism:
 
 
 def _body(model: Any, number: int) -> Body:
+    """The record of a body of a model."""
     turn = rotation(model.body_iquat[number])
     return Body(
         name=model.body(number).name,
@@ -96,6 +99,7 @@ def _body(model: Any, number: int) -> Body:
 
 
 def _joint(model: Any, number: int) -> Joint:
+    """The record of a joint of a model."""
     kind = JOINT_KINDS[int(model.jnt_type[number])]
     first = model.jnt_qposadr[number]
     coordinates = slice(first, first + {"ball": 4, "free": 7}.get(kind, 1))
@@ -122,6 +126,7 @@ def _joint(model: Any, number: int) -> Joint:
 
 
 def _range(limited: Any, values: Array) -> tuple[float, float] | None:
+    """Two limits, or None if there is no limit."""
     return (float(values[0]), float(values[1])) if limited else None
 
 
@@ -136,17 +141,14 @@ def _loops(model: Any) -> tuple[tuple[Loop, ...], tuple[NotExpressed, ...]]:
                 NotExpressed(name_with_kind(model, "equality", number), ("constraint",))
             )
             continue
-        between_sites = model.eq_objtype[number] == SITE
-        bodies, places, attitude = (_of_sites if between_sites else _of_bodies)(
-            model, number, kind
-        )
+        ends = _ends_at_sites if model.eq_objtype[number] == SITE else _ends_in_bodies
+        bodies, places, attitude = ends(model, number, kind)
         loops.append(Loop(model.equality(number).name, kind, bodies, places, attitude))
     return tuple(loops), tuple(others)
 
 
-def _of_bodies(model: Any, number: int, kind: LoopKind) -> Ends:
-    """The bodies of an equality between bodies, the point in each, and the attitude of the second
-    in the first."""
+def _ends_in_bodies(model: Any, number: int, kind: LoopKind) -> Ends:
+    """The ends of an equality constraint between two bodies."""
     first, second = np.array(model.eq_data[number, :3]), np.array(model.eq_data[number, 3:6])
     # A weld's anchor belongs to its second body, a connect's first point to its first.
     places = (first, second) if kind == "connect" else (second, first)
@@ -154,9 +156,9 @@ def _of_bodies(model: Any, number: int, kind: LoopKind) -> Ends:
     return bodies, places, np.array(model.eq_data[number, 6:10])
 
 
-def _of_sites(model: Any, number: int, kind: LoopKind) -> Ends:
-    """The bodies of an equality between sites, the point in each, and the attitude of the second
-    in the first with which the sites' frames coincide."""
+def _ends_at_sites(model: Any, number: int, kind: LoopKind) -> Ends:
+    """The ends of an equality constraint between two sites: the sites' bodies, the sites' places,
+    and the attitude of the second body in the first at which the sites' frames coincide."""
     sites = [int(model.eq_obj1id[number]), int(model.eq_obj2id[number])]
     bodies = (int(model.site_bodyid[sites[0]]), int(model.site_bodyid[sites[1]]))
     inverse, attitude = np.zeros(4), np.zeros(4)
@@ -167,6 +169,7 @@ def _of_sites(model: Any, number: int, kind: LoopKind) -> Ends:
 
 
 def _shape(model: Any, geom: int) -> Shape:
+    """The record of a geom of a model."""
     kind = SHAPE_KINDS[int(model.geom_type[geom])]
     points = np.zeros((0, 3))
     if kind == "hull":
@@ -187,8 +190,8 @@ def _shape(model: Any, geom: int) -> Shape:
 def _touching(
     model: Any, pairs: Sequence[Sequence[int]], numbers: Mapping[int, int]
 ) -> Iterator[Touch]:
-    """The `pairs` of geoms that can touch, with the friction that MuJoCo gives each pair. `numbers`
-    is {number of a geom: number of its shape in the mechanism}."""
+    """Yields a record for each of the `pairs` of geoms that can touch, with the friction that
+    MuJoCo gives the pair. `numbers` is {number of a geom: number of its shape in the mechanism}."""
     listed = {
         tuple(sorted(pair)): number
         for number, pair in enumerate(
@@ -202,7 +205,7 @@ def _touching(
         else:
             dimensions = int(model.pair_dim[number])
             friction = model.pair_friction[number].tolist()
-        # The dimensions of a contact: 1 normal, 3 sliding, 4 torsional, 6 rolling.
+        # A contact of dimension 1 has no friction; 3 adds sliding, 4 torsional, 6 rolling friction.
         acting = (dimensions >= 3, dimensions >= 3, dimensions >= 4, *[dimensions >= 6] * 2)
         sliding_1, sliding_2, torsional, rolling_1, rolling_2 = (
             value * acts for value, acts in zip(friction, acting, strict=True)
@@ -216,8 +219,8 @@ def _touching(
 
 
 def _mixed(model: Any, first: int, second: int) -> tuple[int, list[float]]:
-    """The dimensions and the five coefficients of friction of a contact between two geoms: those of
-    the geom with the higher priority, at equal priority the larger of both."""
+    """The dimension and the five friction coefficients of a contact between two geoms: those of the
+    geom with the higher priority; at equal priority the larger value of each."""
     geoms = [first, second]
     highest = model.geom_priority[geoms].max()
     deciding = [g for g in geoms if model.geom_priority[g] == highest]
@@ -227,7 +230,7 @@ def _mixed(model: Any, first: int, second: int) -> tuple[int, list[float]]:
 
 
 def _actuators(model: Any) -> tuple[tuple[Actuator, ...], tuple[NotExpressed, ...]]:
-    """The motors and servos on hinges and slides, and the actuators of other kinds."""
+    """The records of actuators on hinges and slides, and the names of all other actuators."""
     actuators = list[Actuator]()
     others = list[NotExpressed]()
     if model.opt.disableflags & BITS.mjDSBL_ACTUATION:
@@ -260,8 +263,8 @@ def _actuators(model: Any) -> tuple[tuple[Actuator, ...], tuple[NotExpressed, ..
 
 
 def _simple(model: Any, number: int) -> bool:
-    """Whether an actuator exerts on a hinge or a slide a force that is linear in the control, the
-    joint's coordinate and the joint's velocity."""
+    """Whether an actuator acts on a hinge or a slide with a force that is linear in its control,
+    the joint's coordinate and the joint's velocity."""
     on_joint = int(model.actuator_trntype[number]) in (
         int(mujoco.mjtTrn.mjTRN_JOINT),
         int(mujoco.mjtTrn.mjTRN_JOINTINPARENT),
@@ -277,7 +280,8 @@ def _simple(model: Any, number: int) -> bool:
 
 
 def _not_expressed(model: Any) -> Iterator[NotExpressed]:
-    """Parts of a model other than equalities and actuators that a mechanism has no record for."""
+    """Names the parts of a model, other than equalities and actuators, for which a mechanism has no
+    record."""
 
     def parts(what: str, kind: str, numbers: Any, *terms: Term) -> Iterator[NotExpressed]:
         for number in numbers.tolist():
@@ -305,8 +309,8 @@ def _not_expressed(model: Any) -> Iterator[NotExpressed]:
 
 
 def _terms_of_tendon(model: Any, number: int) -> tuple[Term, ...]:
-    """The terms of the equations of motion that a tendon itself adds to; forces of actuators on the
-    tendon count as the actuators'."""
+    """The terms of the equations of motion to which a tendon contributes. Forces of actuators on
+    the tendon do not count: they belong to the actuators."""
     terms = list[Term]()
     if model.tendon_armature[number]:
         terms += ["mass matrix", "bias"]

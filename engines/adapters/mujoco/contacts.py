@@ -1,11 +1,11 @@
-"""Contact settings: profiles as data, and their record for theory. Needs no MuJoCo.
+"""Contact settings of methods: profiles as data, and their records for theory. Needs no MuJoCo.
 
-The convergent profile, `coulomb`, is soft along the normal and hard across it. A contact is then an
-explicit spring and damper of natural frequency STIFFNESS/dt: its static penetration is at most
-g (dt/STIFFNESS)^2 / 3, and it neither bounces nor rings. Across the normal, friction stops a slip
-within a step, with a compliance 1e-9 of the normal's. With the engine's defaults the friction cone
-couples slip to the normal force, and a sliding body chatters; smaller steps do not help.
-"""
+The convergent profile, `coulomb`, is soft vertically and stiff sideways. Along the normal a contact
+is an explicit spring and damper with natural frequency STIFFNESS/dt: its static penetration is at
+most g (dt/STIFFNESS)^2 / 3, and it neither bounces nor rings. Along the surface, friction stops a
+slip within a step, with a compliance 1e-9 times the normal compliance. With MuJoCo's default
+contacts the friction cone couples slip to the normal force: a sliding body chatters at every step
+size."""
 
 from __future__ import annotations
 
@@ -31,42 +31,46 @@ from plumbob.engines.method import Method, ModelError, Options
 from plumbob.models.registry import unknown
 from plumbob.models.tripod_capsule.model import armature, tilt_inertia
 
-# natural frequency of a contact times the step: a body on three is stable to 0.41
+# natural frequency of a contact times the step: a body on three contacts is stable up to 0.41
 STIFFNESS = 0.4
-DAMPING = 0.3  # its damping ratio: 0.5 for the vertical motion of a body on three
-# the least that MuJoCo takes: the normal's regularisation is 1e4 of its inertia
+DAMPING = 0.3  # damping ratio of a contact; 0.5 for the vertical motion of a body on three
+# smallest impedance that MuJoCo allows: the normal's regularisation is 1e4 times its inertia
 IMPEDANCE = 1e-4
-SOFTENING = 1e2  # a factor on that regularisation, set after compiling
-PLANE_SOFTENING = 1e8  # the same in the plane: with 1e2, turns of epsilon 0.03 chatter
-REGULARISATION_RATIO = 1e9  # of the normal's regularisation over friction's
-TOLERANCE = 1e-16  # of the solver: takes barely more iterations than the default 1e-8
+SOFTENING = 1e2  # factor on that regularisation, set after compiling
+PLANE_SOFTENING = 1e8  # the same factor for motion in the plane: with 1e2 slow turns chatter
+REGULARISATION_RATIO = 1e9  # regularisation of the normal over the regularisation of friction
+TOLERANCE = 1e-16  # solver's tolerance: needs barely more iterations than the default 1e-8
 
-JOINT_IMPEDANCE = 0.9999  # of the reduced model's joint friction: the most that MuJoCo takes
-JOINT_HARDENING = 1e-3  # a factor on what is left to 1, set after compiling
-EXACT = 0.0  # solver tolerance of a single scalar constraint, solved by projection
+JOINT_IMPEDANCE = (
+    0.9999  # largest impedance that MuJoCo allows, for the reduced model's friction
+)
+JOINT_HARDENING = 1e-3  # factor on 1 - JOINT_IMPEDANCE, set after compiling
+EXACT = 0.0  # solver's tolerance for a single scalar constraint, which is solved exactly
 
-SOLVED = 1e-8  # tolerance that MuJoCo's solver has by default
-SETTLING = 4.0  # calibrated, of a part of a drift; tests/on_plane/test_held_bodies.py holds it
-OVERSHOOT = 2.0  # calibrated: of a deflection with a damping ratio of 0.3
+SOLVED = 1e-8  # default tolerance of MuJoCo's solver
+SETTLING = 4.0  # calibrated factor on a part of a drift: tests/on_plane/test_held_bodies.py
+OVERSHOOT = 2.0  # calibrated factor on a deflection with a damping ratio of 0.3
 
 PairFields = Options
 OWN_OPTIONS = (
     "cone",
     "impratio",
     "noslip_iterations",
-)  # of a model: contacts depend on them
-OWN_ENDS = ("tolerance", "noslip_tolerance")  # of the solver, given beside the contacts
+)  # options of a model that change contacts
+OWN_ENDS = ("tolerance", "noslip_tolerance")  # solver's tolerances, which stand beside contacts
 
 
 @dataclass(frozen=True)
 class ContactProfile:
-    """Options of the model, fields of every contact pair at a step [s], and the factor by which
-    the inverse weight of bodies in contact is overstated (`body_invweight0`)."""
+    """Settings of contacts, and what theory needs of them."""
 
-    options: Options = field(default_factory=dict)
-    pair: Callable[[float], PairFields] = lambda step: {}
+    options: Options = field(default_factory=dict)  # options of the model
+    pair: Callable[[float], PairFields] = (
+        lambda step: {}
+    )  # step [s] -> fields of a contact pair
     softening: float = 1.0
-    soft: SoftPoint = field(default_factory=SoftPoint)  # of a profile that does not converge
+    """Factor by which `body_invweight0` of bodies in contact is overstated."""
+    soft: SoftPoint = field(default_factory=SoftPoint)  # the contact, if it does not converge
 
     @property
     def convergent(self) -> bool:
@@ -75,7 +79,7 @@ class ContactProfile:
 
     @property
     def point(self) -> SoftPoint | None:
-        """A contact as theory takes it that is soft; None of a convergent profile."""
+        """The record of a soft contact for theory; None if the profile converges."""
         if self.convergent:
             return None
         noslip = self.options.get("noslip_iterations")
@@ -83,40 +87,41 @@ class ContactProfile:
         return replace(self.soft, ratio=ratio, pyramidal=self.options.get("cone") != "elliptic")
 
     def slip_compliance(self, step: float) -> float:
-        """Drift [m/s] of a sticking contact per force on it [N], over the body's inverse weight
-        [1/kg], at `step` [s]; 0 with noslip. Only for a convergent profile."""
+        """The drift [m/s] of a sticking contact per force [N] and inverse weight [1/kg], at `step`
+        [s]; 0 with noslip. For convergent profiles only."""
         if self.options.get("noslip_iterations"):
             return 0.0
-        part = self.softening / float(self.options["impratio"])
-        return (1.0 - IMPEDANCE) / IMPEDANCE * part * step
+        friction_softening = self.softening / float(self.options["impratio"])
+        return (1.0 - IMPEDANCE) / IMPEDANCE * friction_softening * step
 
     def coupling(self) -> float:
-        """Change of a normal force [N] per slip acceleration [m/s^2], over the weight [kg] and the
-        friction coefficient: the cone's coupling. Only for a convergent profile."""
+        """The coupling by the cone: the change of a normal force [N] per slip acceleration [m/s^2],
+        weight [kg] and friction coefficient. For convergent profiles only."""
         return IMPEDANCE / (1.0 - IMPEDANCE) / self.softening
 
     def pushed(self, friction: float, speed: float) -> float:
-        """Error of a speed [m/s] by normal forces that follow a slip at `speed` [m/s] or less,
-        until the deflection does. Only for a convergent profile."""
+        """The error of a speed [m/s] from normal forces that change with a slip of at most `speed`
+        [m/s], until the contact's deflection has followed. For convergent profiles only."""
         return OVERSHOOT * friction**2 * self.coupling() * speed / STIFFNESS
 
     def depth(self, held: Held, step: float) -> float:
-        """Depth [m] at which a contact rests at `step` [s]."""
+        """The depth [m] at which a contact rests at `step` [s]."""
         if self.convergent:
             return self.compliance(step) * held.load * held.weight
         return held.depth(self.point or SoftPoint(), step)
 
     def compliance(self, step: float) -> float:
-        """Deflection [m] per normal force [N], over the inverse weight [1/kg], at `step` [s]. Only
-        for a convergent profile."""
+        """The deflection [m] per normal force [N] and inverse weight [1/kg], at `step` [s]. For
+        convergent profiles only."""
         return (1.0 - IMPEDANCE) * (step / STIFFNESS) ** 2
 
 
 def coulomb_pair(
     step: float, softening: float = SOFTENING, lead: float = 1.0, stiffness: float = STIFFNESS
 ) -> PairFields:
-    """Fields of a contact pair at `step` [s] that make friction converge: it stops a slip within
-    the part `lead` of a step; its natural frequency times the step is `stiffness`."""
+    """The fields of a contact pair at `step` [s] with which friction converges: it stops a slip
+    within the fraction `lead` of a step. The contact's natural frequency times the step is
+    `stiffness`."""
     rate = stiffness / step
     return {
         "solimp": np.array([IMPEDANCE, IMPEDANCE, 1e-3, 0.5, 2.0]),
@@ -126,7 +131,7 @@ def coulomb_pair(
 
 
 def stiff_pair(step: float) -> PairFields:
-    """Fields of a contact pair at `step` [s] that is as stiff as MuJoCo takes it."""
+    """The fields of a contact pair at `step` [s] that is as stiff as MuJoCo allows."""
     return {
         "solref": np.array([2.0 * step, 1.0]),
         "solimp": np.array([*_STIFF.impedance, 1e-3, 0.5, 2.0]),
@@ -140,7 +145,8 @@ _ELLIPTIC = MappingProxyType({"cone": "elliptic", "impratio": 100.0})
 _NOSLIP = MappingProxyType({"noslip_iterations": 10})
 
 _STIFF = SoftPoint(time_constant=0.0, impedance=(0.9999, 0.9999))
-"""The stiffest that MuJoCo takes: a time constant of two steps, and the largest impedance."""
+"""The stiffest contact that MuJoCo allows: its time constant is two steps, its impedance
+largest."""
 
 PROFILES = MappingProxyType(
     {
@@ -162,13 +168,12 @@ PROFILES = MappingProxyType(
 
 
 def profile(settings: Options, plane: bool = False) -> ContactProfile:
-    """The contact profile that a method's settings name, or spell out as a mapping, or pairs, of
-    fields of a contact, which no theory covers; raises ParameterError.
+    """The contact profile of a method: the profile that the settings name, or fields of a contact
+    that the settings spell out, which no theory covers. Raises ParameterError.
 
-    For motion in the `plane` convergent profiles are softened further, for the coupling of slip to
-    a normal force goes as slip speed over step; and friction stops a slip within half a step of
-    RK4, whose stages apply it half a step late.
-    """
+    For motion in the `plane` convergent profiles are softened further, since the coupling of slip
+    to a normal force goes as the slip speed over the step. With RK4 friction stops a slip within
+    half a step: RK4's stages apply friction half a step late."""
     name = settings.get("contact", "default")
     if isinstance(name, Mapping | tuple):
         return _own(dict(name), settings)
@@ -187,23 +192,23 @@ def profile(settings: Options, plane: bool = False) -> ContactProfile:
 
 
 def _own(contact: Options, settings: Options) -> ContactProfile:
-    """A user's contacts: fields of a contact, with the options of the model that affect them."""
+    """The profile of a user's contacts: fields of a contact, and options that change contacts."""
     options = {name: settings[name] for name in OWN_OPTIONS if name in settings}
     ends = {name: contact[name] for name in OWN_ENDS if name in contact}
     fields = {name: value for name, value in contact.items() if name not in OWN_ENDS}
-    if fields.get("condim") == 3:  # the scene's own, which is 1 where it has no friction
+    if fields.get("condim") == 3:  # the default: a scene without friction has 1
         del fields["condim"]
     return ContactProfile({**options, **ends}, lambda step: fields)
 
 
 def contacts(problem: CapsuleProblem, settings: Options) -> ContactProfile:
-    """The profile that `settings` name; raises ParameterError."""
+    """The contact profile of a method on a capsule; raises ParameterError."""
     return profile(settings, plane=without_formula(problem))
 
 
 def scheme(method: Method) -> Scheme:
-    """The scheme of `method` on bodies that touch: with its soft contacts; no theory covers those
-    of a user's own."""
+    """The scheme of `method` on bodies that touch, which includes its soft contacts. No theory
+    covers a user's contacts."""
     if not isinstance(method.settings.get("contact", ""), str):
         return Scheme("contacts of a file")
     return replace(method.scheme, contact=profile(method.settings).point)
@@ -212,25 +217,26 @@ def scheme(method: Method) -> Scheme:
 def drift_error(
     point: SoftPoint, held: Held, duration: float, step: float, inertia: float
 ) -> ModelError:
-    """Bounds on way and speed of what drifts: the solver leaves an acceleration at each step, with
-    the `inertia` of all coordinates over the body's, which the contact's damping forgets; as it
-    does what normal forces that settle change of the drift."""
+    """Bounds on the errors of the displacement and the speed of a body that drifts under friction.
+
+    The solver leaves an acceleration in each step, which the contact's damping turns into a speed;
+    `inertia` is the inertia of all coordinates over the body's inertia. The settling of normal
+    forces changes the drift, too, and the damping forgets that change."""
     damping = rates(point, step)[1]
-    left = math.sqrt(2.0 * inertia * SOLVED) / damping
-    slow = 0.0
+    solver_speed = math.sqrt(2.0 * inertia * SOLVED) / damping
+    settling_speed = 0.0
     if held.holds(point):
-        slow = (
-            SETTLING * held.settling(point, step) * float(np.hypot(*held.drift(point, step)[0]))
-        )
+        drift = float(np.hypot(*held.drift(point, step)[0]))
+        settling_speed = SETTLING * held.settling(point, step) * drift
     return {
-        "x": {"solver": left * duration, "settling": slow / damping},
-        "speed": {"solver": left, "settling": slow},
+        "x": {"solver": solver_speed * duration, "settling": settling_speed / damping},
+        "speed": {"solver": solver_speed, "settling": settling_speed},
     }
 
 
 def soft_contact(problem: CapsuleProblem, settings: Options, step: float) -> SoftContact | None:
-    """The record of contacts, or of joint friction, at `step` [s] that theory takes; None where no
-    theory covers them; raises ParameterError."""
+    """The record of contacts, or of joint friction, at `step` [s] for theory; None if no theory
+    covers them. Raises ParameterError."""
     setup = problem.setup
     model = settings.get("model", "full")
     both = setup.capsule.body_mass + setup.capsule.slider_mass
@@ -255,5 +261,5 @@ def soft_contact(problem: CapsuleProblem, settings: Options, step: float) -> Sof
 
 
 def integrator_of(settings: Options) -> str:
-    """The integrator that theory takes: RK4, or Euler for every other one of MuJoCo's."""
+    """The integrator for theory: RK4, or Euler for every other integrator of MuJoCo."""
     return RK4 if settings.get("integrator") == "RK4" else EULER

@@ -1,4 +1,4 @@
-"""A user's model file compared with a method's settings for the file's own time step."""
+"""Compares a user's model file with a method's settings for the file's time step."""
 
 from __future__ import annotations
 
@@ -31,17 +31,16 @@ from plumbob.engines.adapters.mujoco.user_file import ENDS, compiled_model
 from plumbob.engines.method import Method, time_step
 from plumbob.engines.own_motion import NotCertifiable
 
-CLOSE = 1e-6  # relative difference of values that are the same but for the digits written
-# of the mean size of a body: what is this near the floor at the start is in contact
+CLOSE = 1e-6  # largest relative difference of equal values, whose digits are rounded in a file
+# distance at which a geom counts as touching at the start, as a fraction of a body's mean size
 REACH = 1e-2
-ONE_STEP = 1.01  # ratio of two steps that are not the same
-# square of a lone contact's frequency over its own, where none is found to touch
-FREE_BODY = 1.0
+ONE_STEP = 1.01  # smallest ratio of two steps that differ
+FREE_BODY = 1.0  # squared frequency ratio if nothing touches
 
 
 def check(path: Path, method: Method) -> FileCheck:
-    """How options and contacts of the file `path` differ from those of `method`, and whether they
-    suit the file's time step; raises ParameterError."""
+    """The differences of a file's options and contacts from those of a method, and warnings about
+    contacts that do not suit the file's time step; raises ParameterError."""
     model = compiled_model(path, "check")
     step = time_step("check", model.opt.timestep, str(path))
     chosen = profile(method.settings)
@@ -60,21 +59,25 @@ def check(path: Path, method: Method) -> FileCheck:
 def _options(
     model: mujoco.MjModel, method: Method, wanted: dict[str, Any]
 ) -> Iterator[tuple[str, str, str]]:
-    asked = mujoco.MjSpec()
-    options.apply(asked, {"integrator": method.settings["integrator"], **wanted}, 1.0)
+    """Yields each option of a model that differs from the method's: name, value, wanted value."""
+    spec = mujoco.MjSpec()
+    options.apply(spec, {"integrator": method.settings["integrator"], **wanted}, 1.0)
     for name in ("integrator", *wanted):
-        value, there = (float(getattr(of, name)) for of in (model.opt, asked.option))
+        value = float(getattr(model.opt, name))
+        wanted_value = float(getattr(spec.option, name))
         if name == "impratio" and "coulomb" in str(method.settings.get("contact")):
-            there = REGULARISATION_RATIO * _softening(model)
-        tighter = name in ENDS and value <= there  # is no worse
-        if not (tighter or _close(value, there)):
-            yield f"option/{name}", options.word(name, value), options.word(name, there)
+            wanted_value = REGULARISATION_RATIO * _softening(model)
+        tighter = name in ENDS and value <= wanted_value  # a tighter tolerance is fine
+        if not (tighter or _close(value, wanted_value)):
+            word = options.word(name, wanted_value)
+            yield f"option/{name}", options.word(name, value), word
 
 
 def _contacts(
     model: mujoco.MjModel, method: Method, step: float
 ) -> Iterator[tuple[str, str, str]]:
-    """Fields of contact pairs; any stiffness that is stable is right."""
+    """Yields each field of contact pairs that differs from the method's: name, value, wanted value.
+    Any stable stiffness counts as right."""
     if not model.npair:
         yield "contact", "no <pair>", "<pair>: a <geom> has no solreffriction"
     softening = _softening(model)
@@ -84,19 +87,18 @@ def _contacts(
             _close(model.pair_solreffriction[i, 1], rate) for rate in _rates(method, step)
         )
         wanted = own_pair(method, step, softening, stiffness or OWN_STIFFNESS)
-        for name, there in wanted.items():
+        for name, numbers in wanted.items():
             value = getattr(model, f"pair_{name}")[i][:3]
-            there = there[:3]
-            fits = all(map(_close, value, there))
-            if not (fits or (right and name == "solreffriction")):
-                yield f"pair/{name}", _numbers(value), _numbers(there)
+            equal = all(map(_close, value, numbers[:3]))
+            if not (equal or (right and name == "solreffriction")):
+                yield f"pair/{name}", _numbers(value), _numbers(numbers[:3])
         if model.pair_dim[i] != 3:
             yield "pair/condim", str(model.pair_dim[i]), "3"
 
 
 def _warnings(model: mujoco.MjModel, method: Method, step: float) -> Iterator[str]:
-    """Contacts that are for another step, by their friction's rate, and those that are unstable at
-    this one, by the fastest mode of the body on them."""
+    """Warns of contacts that are written for another step, as the rate of their friction shows, and
+    of contacts that are unstable at this step, as the fastest mode of the body on them shows."""
     impedances = model.pair_solimp[:, 1]
     rates = _rates(method, step)
     for (kind, rate), impedance in zip(model.pair_solreffriction, impedances, strict=True):
@@ -117,10 +119,11 @@ def _warnings(model: mujoco.MjModel, method: Method, step: float) -> Iterator[st
         for (pull, drag), d in zip(solref.tolist(), impedances.tolist(), strict=True)
         if pull < 0.0 and drag <= 0.0
     }
-    scheme = Scheme(method.scheme.integrator)  # of contacts, whose damping is explicit
+    scheme = Scheme(method.scheme.integrator)  # the damping of contacts is explicit
     ratio = frequency_ratio(model)
     limits = [largest_contact_step(ratio, spring, scheme) for spring in springs]
-    if step > (limit := min(limits, default=math.inf)):
+    limit = min(limits, default=math.inf)
+    if step > limit:
         yield (
             f"contacts are too stiff for a time step of {step:g} s: the body may be thrown up "
             f"(while it slides, they are stable up to {limit:.3g} s; a smaller --stiffness allows "
@@ -129,14 +132,15 @@ def _warnings(model: mujoco.MjModel, method: Method, step: float) -> Iterator[st
 
 
 def _rates(method: Method, step: float) -> tuple[float, ...]:
-    """Second numbers of `solreffriction` that are right: on a line RK4 may stop a slip within a
-    whole step too."""
+    """The right values of the second number of `solreffriction`. There are two: with RK4 friction
+    of motion on a line may also stop a slip within a whole step."""
     return float(own_pair(method, step)["solreffriction"][1]), -IMPEDANCE / step
 
 
 def frequency_ratio(model: mujoco.MjModel) -> float:
-    """Square of the ratio of the fastest oscillation on the contacts at the model's start to that
-    of one contact alone: the largest eigenvalue of J M^-1 J' over the contacts' inverse weights."""
+    """The squared frequency of the fastest oscillation on the contacts at the model's start, over
+    the squared frequency of one contact alone: the largest eigenvalue of J M^-1 J' scaled by the
+    contacts' inverse weights."""
     near = copy(model)
     reach = REACH * float(model.stat.meansize)
     near.pair_margin[:] += reach
@@ -150,7 +154,7 @@ def frequency_ratio(model: mujoco.MjModel) -> float:
         mujoco.mj_forward(near, data)
     geoms = data.contact.geom  # -1 where a flex touches
     weights = near.body_invweight0[near.geom_bodyid[geoms], 0].sum(axis=1)
-    # What has no inverse weight (its centre of mass is on its axis) is held without a spring.
+    # A body whose centre of mass is on its axis has no inverse weight: no spring holds it.
     sprung = (data.contact.efc_address >= 0) & (geoms >= 0).all(axis=1) & (weights > 0.0)
     if not sprung.any():
         return FREE_BODY
@@ -163,14 +167,16 @@ def frequency_ratio(model: mujoco.MjModel) -> float:
 
 
 def _softening(model: mujoco.MjModel) -> float:
-    """The factor on inverse weights that the file's `impratio` is for; 1 where it is none."""
+    """The factor on inverse weights to which the file's `impratio` belongs; 1 if there is none."""
     ratio = model.opt.impratio / REGULARISATION_RATIO
     return next((s for s in (SOFTENING, PLANE_SOFTENING) if _close(ratio, s)), 1.0)
 
 
 def _close(value: float, other: float) -> bool:
+    """Whether two numbers of a file are equal, up to rounded digits."""
     return math.isclose(value, other, rel_tol=CLOSE, abs_tol=1e-300)
 
 
 def _numbers(values: Any) -> str:
+    """Numbers as a file has them."""
     return " ".join(f"{value:g}" for value in values)

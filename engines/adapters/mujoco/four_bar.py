@@ -1,4 +1,4 @@
-"""The four-bar linkage in MuJoCo: its end is tied to an axis softly."""
+"""The four-bar linkage in MuJoCo: a soft constraint ties its end to an axis."""
 
 from __future__ import annotations
 
@@ -12,9 +12,10 @@ from plumbob.engines.method import Method, ModelError
 
 
 def model_error(problem: Any, duration: float, method: Method, step: float) -> ModelError:
-    """The arithmetic of the solver, whose Hessian has a condition that grows next to the change
-    point; the soft constraint itself is part of the step."""
-    worse = math.sin(problem.transmission_angle) ** -2
-    angle = {why: worse * e for why, e in solved_loop(problem.motion, LOOP, duration).items()}
-    place = {why: 2 * problem.crank * e for why, e in angle.items()}
+    """Bounds on the rounding of the solver, whose Hessian is worse conditioned next to the change
+    point. The softness of the constraint is part of the scheme."""
+    condition = math.sin(problem.transmission_angle) ** -2
+    rounding = solved_loop(problem.motion, LOOP, duration)
+    angle = {reason: condition * bound for reason, bound in rounding.items()}
+    place = {reason: 2 * problem.crank * bound for reason, bound in angle.items()}
     return {"angle": angle, "coupler_x": place, "coupler_y": place}

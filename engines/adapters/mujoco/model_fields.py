@@ -1,5 +1,5 @@
-"""MuJoCo's reading of bodies, joints and contacts in a model file: the reference for other
-readers."""
+"""Reads the numbers of bodies, joints, contacts and actuators of a model file with MuJoCo, as the
+reference for other engines' readers."""
 
 from __future__ import annotations
 
@@ -16,21 +16,26 @@ from plumbob.engines.abilities import Fields
 from plumbob.engines.adapters.mujoco.user_file import compiled_model
 
 JOINTS = ("armature", "damping", "stiffness", "frictionloss")
-FIRST = MappingProxyType({"joint": "jntadr", "geom": "geomadr"})  # number of a body's first
+# field of a body that holds the number of its first joint or geom
+FIRST = MappingProxyType({"joint": "jntadr", "geom": "geomadr"})
 CONTACTS = ("friction", "solref", "solimp")
 
 
 def model_fields(path: Path) -> Fields:
-    """The numbers of the model file `path`, by the names of `name_of`: gravity [m/s^2], time step
-    [s], masses [kg], principal moments of inertia [kg m^2], of hinges and slides armature, damping,
-    stiffness and friction loss, of geoms that may touch, and of pairs, the coefficient of friction,
-    solref and solimp, and of actuators gear, kp, and kv, which a `dampratio` sets, too. Raises
-    ParameterError."""
+    """The numbers of a model file in SI units, by the names of `name_of`; raises ParameterError.
+
+    - model: gravity, time step;
+    - bodies: mass, principal moments of inertia;
+    - hinges and slides: armature, damping, stiffness, friction loss;
+    - geoms that may touch, and pairs: coefficient of friction, solref, solimp;
+    - actuators: gear, kp, and kv, which a `dampratio` sets too.
+    """
     yield from fields_in(compiled_model(path, "FILE"))
 
 
 def fields_in(model: Any, named: Any = None) -> Fields:
-    """Those of a compiled model; by the names of another one of the same parts."""
+    """The numbers of a compiled model, as `model_fields` has them. Names are those of the model, or
+    of `named`, another model with the same parts."""
     parts = partial(_parts, model, named or model)
     yield "gravity", "", model.opt.gravity
     yield "timestep", "", model.opt.timestep
@@ -55,24 +60,26 @@ def fields_in(model: Any, named: Any = None) -> Fields:
 
 
 def _parts(model: Any, named: Any, kind: str, count: str) -> Iterator[tuple[str, Any]]:
-    """The parts of a kind, which are as many in both models, by their names."""
-    here, there = (
-        actuator_count(one) if kind == "actuator" else getattr(one, count)
-        for one in (model, named)
-    )
-    if here == there:
-        for i in range(here):
+    """Yields the parts of a kind with their names; none if the two models differ in their
+    number."""
+    counts = [
+        actuator_count(counted) if kind == "actuator" else getattr(counted, count)
+        for counted in (model, named)
+    ]
+    if counts[0] == counts[1]:
+        for i in range(counts[0]):
             yield name_of(named, kind, i), getattr(model, kind)(i)
 
 
 def actuator_count(model: Any) -> int:
-    """The number of actuators; `nu` counts controls, of which an actuator may have several."""
+    """The number of actuators. MuJoCo's `nu` counts controls, of which an actuator may have
+    several."""
     return len(model.actuator_trnid)
 
 
 def name_of(model: Any, kind: str, number: int) -> str:
-    """The name of a body, geom, joint, ...; if it has none, its place: "joint 0 of body arm",
-    "body 2", "actuator 1"."""
+    """The name of a body, geom, joint, ...; if the file gives it none, its place in the file:
+    "joint 0 of body arm", "body 2", "actuator 1"."""
     part = getattr(model, kind)(int(number))
     if part.name or kind not in FIRST:
         return part.name or f"{kind} {number}"
@@ -82,6 +89,7 @@ def name_of(model: Any, kind: str, number: int) -> str:
 
 
 def name_with_kind(model: Any, kind: str, number: int) -> str:
-    """The name of a part by `name_of`, with the kind before a name from the file: "joint hinge"."""
+    """The name of a part by `name_of`, after its kind if the name is from the file: "joint
+    hinge"."""
     name = name_of(model, kind, number)
     return f"{kind} {name}" if getattr(model, kind)(int(number)).name else name

@@ -1,4 +1,4 @@
-"""MuJoCo's switches: a method's options, the stages that a model does not need, and the log."""
+"""Sets a method's options, finds stages that a model does not need, and collects MuJoCo's log."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from plumbob.engines.method import Options, Unsupported
 from plumbob.engines.own_motion import NotCertifiable
 
 BIT = mujoco.mjtDisableBit
-# option -> its enumeration and the prefix of that enumeration's names
+# {option: (its enumeration, the prefix of the enumeration's names)}
 CHOICES: Mapping[str, tuple[type[Any], str]] = MappingProxyType(
     {
         "integrator": (mujoco.mjtIntegrator, "mjINT_"),
@@ -26,7 +26,7 @@ CHOICES: Mapping[str, tuple[type[Any], str]] = MappingProxyType(
         "jacobian": (mujoco.mjtJacobian, "mjJAC_"),
     }
 )
-# Settings that builders and runs read, not options.
+# settings that are no options of MuJoCo: builders and runs read them
 ELSEWHERE = (
     *("contact", "control_at", "height", "model", "slider_ahead"),
     *("drive_rate", "platform_armature", "reads_acceleration", "reads_energy"),
@@ -34,7 +34,8 @@ ELSEWHERE = (
 
 
 def apply(spec: mujoco.MjSpec, settings: Options, step: float) -> None:
-    """Set `step` [s] and the options named in `settings` on `spec`; raises ParameterError."""
+    """Sets the time step [s] and the options named in `settings` on `spec`; raises
+    ParameterError."""
     spec.option.timestep = step
     for option, value in settings.items():
         if option in ELSEWHERE:
@@ -43,7 +44,8 @@ def apply(spec: mujoco.MjSpec, settings: Options, step: float) -> None:
         if option in CHOICES:
             numbers = [int(number) for number in CHOICES[option][0].__members__.values()]
             known = {word(option, number): number for number in numbers}
-            if (chosen := known.get(str(value).lower())) is None:
+            chosen = known.get(str(value).lower())
+            if chosen is None:
                 raise ParameterError(option, value, f"one of {', '.join(known)}")
         elif not hasattr(spec.option, option):
             raise ParameterError(option, value, "an option that MuJoCo has")
@@ -59,12 +61,12 @@ def word(option: str, value: float) -> str:
 
 
 def needless_stages(model: mujoco.MjModel) -> int:
-    """Disable flags of the pipeline stages that do nothing in `model`, whatever its state."""
+    """The disable flags of the pipeline stages that have no effect in `model`, in any state."""
     collides = _any(model, "geom_contype", "geom_conaffinity") or model.npair or model.nflex
     limited = _any(model, "jnt_limited", "tendon_limited")
     constrained = collides or limited or model.neq or _present(model, "frictionloss")
     fluid = model.opt.density or model.opt.viscosity
-    # with both flags set MuJoCo skips every passive force, not springs and dampers alone
+    # With both flags set, MuJoCo skips all passive forces, and not only springs and dampers.
     passive = fluid or model.nflex or model.nplugin or _any(model, "body_gravcomp")
     without = {
         BIT.mjDSBL_CONTACT: not collides,
@@ -78,30 +80,32 @@ def needless_stages(model: mujoco.MjModel) -> int:
 
 
 def disabled(flags: int) -> tuple[str, ...]:
-    """Names of the stages that disable flags leave out."""
+    """The names of the stages that disable flags leave out."""
     bits = BIT.__members__.items()
     left_out = (name for name, bit in bits if name.startswith("mjDSBL_") and flags & int(bit))
     return tuple(name.removeprefix("mjDSBL_").lower() for name in left_out)
 
 
 def _any(model: mujoco.MjModel, *fields: str) -> bool:
+    """Whether any of these fields of a model has an entry that is not zero."""
     return any(bool(np.any(getattr(model, field))) for field in fields)
 
 
 def _present(model: mujoco.MjModel, word: str) -> bool:
-    """Whether any field of the model that is named after `word` has an entry that is not zero."""
+    """Whether any field of the model whose name contains `word` has an entry that is not zero."""
     return _any(model, *_named_after(word))
 
 
 @cache
 def _named_after(word: str) -> tuple[str, ...]:
+    """The fields of a model whose names contain a word."""
     return tuple(field for field in dir(mujoco.MjModel) if word in field)
 
 
 @contextmanager
 def collected() -> Iterator[list[str]]:
-    """Collect what the engine logs, and warns of while it compiles, while the block runs; nothing
-    is printed or written to disk. Raises NotCertifiable if the engine gives up a model."""
+    """Collects MuJoCo's log messages and compiler warnings while the block runs; nothing is printed
+    or written to disk. Raises NotCertifiable if MuJoCo gives up a model with a fatal error."""
     messages: list[str] = []
     before = mujoco.get_mju_user_warning()
     mujoco.set_mju_user_warning(messages.append)
@@ -117,7 +121,7 @@ def collected() -> Iterator[list[str]]:
 
 
 def compiled(spec: mujoco.MjSpec) -> mujoco.MjModel:
-    """The compiled model; raises Unsupported where MuJoCo refuses it."""
+    """The compiled model; raises Unsupported if MuJoCo refuses it."""
     try:
         with enough_memory():
             return spec.compile()
@@ -127,7 +131,7 @@ def compiled(spec: mujoco.MjSpec) -> mujoco.MjModel:
 
 @contextmanager
 def enough_memory() -> Iterator[None]:
-    """Raise MuJoCo's errors for exhausted memory as Python's MemoryError."""
+    """Turns MuJoCo's errors for exhausted memory into MemoryError."""
     try:
         yield
     except (ValueError, mujoco.FatalError) as error:

@@ -1,4 +1,4 @@
-"""The rolling disc in MuJoCo's terms: slides, hinges whose angles are Euler's, and a contact."""
+"""The rolling disc in MuJoCo: slides, hinges whose angles are Euler's, and a contact."""
 
 from __future__ import annotations
 
@@ -20,13 +20,13 @@ from plumbob.models.rolling_disc.model import MODEL
 
 
 def scheme(method: Method) -> Scheme:
-    """The scheme of `method` on contacts: soft, or of a convergent profile."""
-    of_contacts = contacts.scheme(method)
-    return of_contacts if of_contacts.contact else replace(of_contacts, contact=ROLLS)
+    """The scheme of `method` with its soft contacts, or with rolling for convergent contacts."""
+    with_contact = contacts.scheme(method)
+    return with_contact if with_contact.contact else replace(with_contact, contact=ROLLS)
 
 
 def build(mjcf: Path, problem: Any, method: Method, step: float) -> Translation:
-    """Translate a RollingDisc at about the depth that its weight makes."""
+    """The translation of a RollingDisc, at about the static depth of its contact."""
     spec = filled(mjcf, MODEL, problem)
     profile = contacts.profile(method.settings, plane=True)
     tune = with_contacts(spec, profile, step)

@@ -1,9 +1,9 @@
-"""Settings to copy: a method's options and contacts as MJCF and Python for any model.
+"""Settings to paste into a user's model: a method's options and contacts as MJCF and Python.
 
-The adapter's own contacts (STIFFNESS in contacts.py) are as stiff as three supports of a body made
-for them allow. Those of a user's model are softer: four feet under the corners of a solid body, on
-which it tilts at 12^(1/2) times one contact's frequency, are stable up to 14.3^(1/2).
-"""
+Contacts of plumbob's scenes (STIFFNESS in contacts.py) are as stiff as a body on three supports
+allows. Contacts for a user's model are softer: they are stable up to an oscillation at 14.3^(1/2)
+times one contact's frequency. A solid body on four feet under its corners tilts at 12^(1/2) times
+it."""
 
 from __future__ import annotations
 
@@ -30,12 +30,13 @@ from plumbob.engines.adapters.mujoco.contacts import (
 from plumbob.engines.method import Method
 
 OWN_STIFFNESS = 0.2  # natural frequency of one contact times the step, in a user's model
-SOFTEST = 1e-6  # of these: static penetration goes as its inverse square
+SOFTEST = 1e-6  # smallest stiffness: the static penetration goes as its inverse square
 SLIDING = (
     "for bodies that slide and stop under dry friction, at this fixed step; tried on a four-footed "
     "box, a four-legged stand and a wheeled base with locked wheels"
 )
-POWERS = MappingProxyType({"solref": (-2, -1), "solreffriction": (0, -1)})  # of the step
+# powers of the step to which the numbers of these fields are proportional
+POWERS = MappingProxyType({"solref": (-2, -1), "solreffriction": (0, -1)})
 PAIRS = (
     '<contact>\n  <!-- one line for each geom that touches the floor -->\n  <pair geom1="floor" '
     'geom2="foot_1"/>\n</contact>'
@@ -48,7 +49,7 @@ NO_PREDICTION = "none is predicted"
 
 
 def settings(method: Method, step: float, stiffness: float | None, friction: float) -> Settings:
-    """Settings to paste for `method` at `step` [s]; raises ParameterError."""
+    """The settings to paste for `method` at `step` [s]; raises ParameterError."""
     chosen = profile(method.settings)
     if method.settings.get("model") == "reduced":
         raise ParameterError("method", method.name, "one whose model is the full body")
@@ -69,8 +70,8 @@ def settings(method: Method, step: float, stiffness: float | None, friction: flo
 def own_pair(
     method: Method, step: float, softening: float = 1.0, stiffness: float = OWN_STIFFNESS
 ) -> PairFields:
-    """Fields of a contact pair that converges with `method` at `step` [s] in a user's model, whose
-    bodies' inverse weights are overstated by `softening`."""
+    """The fields of a contact pair with which friction converges in a user's model, with `method`
+    at `step` [s], if the inverse weights of the bodies are overstated by `softening`."""
     lead = FRICTION_LEADS[integrator_of(method.settings)]
     return coulomb_pair(step, softening, lead, stiffness)
 
@@ -78,6 +79,7 @@ def own_pair(
 def _convergent(
     method: Method, chosen: ContactProfile, step: float, stiffness: float, friction: float
 ) -> Settings:
+    """The settings of a method with convergent contacts."""
     rk4 = method.settings["integrator"] == "RK4"
     first = 0.0 if rk4 else -step / 2
     leading = "no term of first order" if rk4 else f"{first:.6g} s times the initial speed"
@@ -89,7 +91,7 @@ def _convergent(
     )
     more = "4.5" if rk4 else "1.6" if "noslip_iterations" in chosen.options else "1.2"
     cost = f"{more} times a step of Euler with default contacts"
-    scheme = Scheme(method.scheme.integrator)  # of contacts, whose damping is explicit
+    scheme = Scheme(method.scheme.integrator)  # the damping of contacts is explicit
     ratio = largest_ratio(stiffness, DAMPING, scheme)
     stable = (
         f"stable while it slides where no oscillation on the contacts is faster than "
@@ -98,6 +100,7 @@ def _convergent(
     )
 
     def mjcf(softening: float) -> str:
+        """The lines for bodies whose inverse weights are overstated by `softening`."""
         options = {**chosen.options, "impratio": REGULARISATION_RATIO * softening}
         fields = own_pair(method, step, softening, stiffness)
         pair = _default("pair", fields, condim=3, friction=(friction, friction))
@@ -130,6 +133,7 @@ def _convergent(
 def _other_contacts(
     method: Method, chosen: ContactProfile, step: float, friction: float
 ) -> Settings:
+    """The settings of a method with contacts that do not converge."""
     fields = chosen.pair(step)
     geom = _default("geom", fields, friction=friction)
     text = "\n".join((_option(method, step, dict(chosen.options)), geom))
@@ -164,6 +168,7 @@ def _other_contacts(
 
 
 def _integrator(method: Method, step: float) -> Settings:
+    """The settings of a method without contact settings."""
     cost = f"{4 if method.settings['integrator'] == 'RK4' else 1} times a step of Euler"
     if method.order == 1:
         error = "of first order in the step"
@@ -186,18 +191,21 @@ def _integrator(method: Method, step: float) -> Settings:
 
 
 def _option(method: Method, step: float, options: dict[str, object]) -> str:
+    """The <option> element of a method at a step [s]."""
     attributes = {"timestep": step, "integrator": method.settings["integrator"], **options}
     return f"<option {_attributes(attributes)}/>"
 
 
 def _default(part: str, pair: PairFields, **more: object) -> str:
-    """Fields of a contact and `more` of a `part` as MJCF has them, without the numbers of `solimp`
-    that are defaults."""
+    """The <default> element with fields of a contact, and `more` fields, of a `part` such as
+    "geom". The numbers of `solimp` that are MuJoCo's defaults are left out."""
     fields = {**more, **{name: tuple(value[:3]) for name, value in pair.items()}}
     return f"<default>\n  <{part} {_attributes(fields)}/>\n</default>"
 
 
 def _attributes(attributes: dict[str, object]) -> str:
+    """Attributes of an MJCF element as text."""
+
     def text(value: object) -> str:
         if isinstance(value, tuple):
             return " ".join(map(text, value))
@@ -207,7 +215,7 @@ def _attributes(attributes: dict[str, object]) -> str:
 
 
 def _short(value: float) -> str:
-    """`value` in twelve digits, in the shorter of the two ways to write it."""
+    """A number with up to twelve digits, with or without an exponent, whichever is shorter."""
     mantissa, _, exponent = f"{value:.11e}".partition("e")
     plain = f"{value:.12g}"
     scaled = f"{mantissa.rstrip('0').rstrip('.')}e{int(exponent)}"
@@ -215,16 +223,20 @@ def _short(value: float) -> str:
 
 
 def rewritten(text: str, step: float) -> str:
-    """The text of one of plumbob's own model files with its contacts for `step` [s]; its first
-    line says so. Direct `solref` goes as 1/dt^2 and 1/dt, a rest position on contacts as dt^2."""
-    if (timestep := re.search(r'timestep="([^"]+)"', text)) is None:
+    """The text of one of plumbob's model files with contacts for `step` [s], as a comment in its
+    first line says. The numbers of a direct `solref` go as 1/dt^2 and 1/dt, a rest position on
+    contacts as dt^2."""
+    timestep = re.search(r'timestep="([^"]+)"', text)
+    if timestep is None:
         return text
     ratio = step / float(timestep[1])
 
     def scaled(match: re.Match[str]) -> str:
+        """A field with its numbers for the new step."""
         powers = POWERS[match[1]]
-        pair = zip(match[2].split(), powers, strict=True)
-        return f'{match[1]}="{" ".join(_short(float(n) * ratio**power) for n, power in pair)}"'
+        numbers = [float(number) for number in match[2].split()]
+        scaled_numbers = [n * ratio**power for n, power in zip(numbers, powers, strict=True)]
+        return f'{match[1]}="{" ".join(map(_short, scaled_numbers))}"'
 
     text = re.sub(r'\b(solref|solreffriction)="([^"]+)"', scaled, text)
     text = re.sub(

@@ -21,12 +21,12 @@ from plumbob.engines.stepper import State
 from plumbob.engines.trajectory import Trajectory
 from plumbob.models.scene import Case
 
-# no stage of a step: read at the samples alone
+# Sensors are computed at the samples only, and not in every step.
 SENSOR = int(mujoco.mjtDisableBit.mjDSBL_SENSOR)
 
 
 class MujocoSimulation(SteppedSimulation):
-    """A compiled model with its start; every `run` starts afresh."""
+    """A compiled model with its start. Every `run` begins at the start."""
 
     def __init__(
         self,
@@ -50,22 +50,23 @@ class MujocoSimulation(SteppedSimulation):
 
     @property
     def data(self) -> mujoco.MjData:
-        """Where the run is."""
+        """The present state of the model."""
         return self.stepper.data
 
     def run(self) -> Trajectory:
-        """Run from the start to the end, or until the run diverges."""
+        """Runs from the start to the end, or until the run diverges."""
         with options.collected() as logged:
-            done = super().run()
-        messages = dict.fromkeys((*self.logged, *logged, *done.warnings))
-        return replace(done, warnings=tuple(messages))
+            run = super().run()
+        messages = dict.fromkeys((*self.logged, *logged, *run.warnings))
+        return replace(run, warnings=tuple(messages))
 
     def stepped(self, fraction: float) -> Stepping:
-        """The steps of the first `fraction` of the duration alone."""
+        """Takes the steps of the first `fraction` of the duration, and reads no state."""
         with options.collected():
             return super().stepped(fraction)
 
     def _begun(self) -> Built:
+        """The model at its start, ready to be advanced and read."""
         stepper = self.stepper
         translation = self.translation
         stepper.put(State(translation.qpos, translation.qvel))
@@ -77,6 +78,7 @@ class MujocoSimulation(SteppedSimulation):
         return Built(advance, stepper.physics, translation.limits, gather=self._observed)
 
     def _observed(self, states: Sequence[Array]) -> Observed:
+        """The observables and channels of states, with those that sensors read."""
         nq = self.model.nq
         nv = self.model.nv
         _, qpos, qvel, _ = np.split(np.array(states), (1, 1 + nq, 1 + nq + nv), axis=1)
@@ -88,8 +90,8 @@ class MujocoSimulation(SteppedSimulation):
         return observables, channels
 
     def readings(self, states: Sequence[Array]) -> Array:
-        """Readings of the translation's probe in each of the samples' states, with the forces that
-        begin there, of shape (n, k); the solver begins each time where the run has ended."""
+        """The readings of the translation's probe at each sample, shape (n, k), with the forces of
+        the step that begins there. The solver starts each time from where the run has ended."""
         model = copy(self.model)
         data = self.data
         rows = []
@@ -104,7 +106,7 @@ class MujocoSimulation(SteppedSimulation):
         return np.array(rows)
 
     def held_controls(self, steps: Array, step: float) -> Array:
-        """Controls held over each of the steps of `step` [s] with these indices, shape (n, nu)."""
+        """The controls held over the steps with these indices, at `step` [s], shape (n, nu)."""
         controls = self.translation.held_controls(steps, step)
         return np.zeros((len(steps), self.model.nu)) if controls is None else controls
 
@@ -113,7 +115,7 @@ BROKEN = (Diverged, mujoco.FatalError)
 
 
 def compiled(case: Case, method: Method, step: float) -> MujocoSimulation:
-    """Translate and compile `case` for `method` at `step` [s]; raises Unsupported and
+    """Translates and compiles a case for a method at `step` [s]; raises Unsupported and
     ParameterError."""
     steps = sampling.step_count(case.scene.duration, step)
     with options.collected() as logged:

@@ -1,4 +1,4 @@
-"""The slider-crank in MuJoCo: crank and rod as a tree, tied to the slider softly."""
+"""The slider-crank in MuJoCo: crank and rod are a tree, tied to the slider by a soft constraint."""
 
 from __future__ import annotations
 
@@ -9,16 +9,18 @@ from plumbob.analytic.schemes import Scheme, SoftLoop
 from plumbob.engines.adapters.mujoco.translation import solved_loop
 from plumbob.engines.method import Method, ModelError
 
-# of the file's solref and solimp: the stiffest for a step of 1 ms
+# the constraint as the model file's solref and solimp have it: the stiffest for a step of 1 ms
 LOOP = SoftLoop(2e-3, 0.9999)
 
 
 def scheme(method: Method) -> Scheme:
-    """The scheme of `method`, on a loop that is closed softly."""
+    """The scheme of `method` on a loop that a soft constraint closes."""
     return replace(method.scheme, loop=LOOP)
 
 
 def model_error(problem: Any, duration: float, method: Method, step: float) -> ModelError:
-    """The arithmetic of the solver; the soft constraint itself is part of the step."""
+    """Bounds on the rounding of the solver. The softness of the constraint is part of the
+    scheme."""
     angle = solved_loop(problem.motion, LOOP, duration)
-    return {"angle": angle, "slider": {why: 2 * problem.crank * e for why, e in angle.items()}}
+    slider = {reason: 2 * problem.crank * bound for reason, bound in angle.items()}
+    return {"angle": angle, "slider": slider}

@@ -1,4 +1,4 @@
-"""The stack in MuJoCo's terms: a slide along z a cube, and a contact a corner."""
+"""The stack in MuJoCo: a slide along z for each cube, and a contact for each corner."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ scheme = contacts.scheme
 
 
 def build(mjcf: Path, problem: Any, method: Method, step: float) -> Translation:
-    """Translate a Stack at the static depths of its contacts."""
+    """The translation of a Stack, at the static depths of its contacts."""
     spec = filled(mjcf, MODEL, problem)
     profile = contacts.profile(method.settings)
     tune = with_contacts(spec, profile, step)
@@ -33,12 +33,15 @@ def build(mjcf: Path, problem: Any, method: Method, step: float) -> Translation:
 
 
 def model_error(problem: Any, duration: float, method: Method, step: float) -> ModelError:
-    """Where the solver ends: by an acceleration of each cube, which its contact's stiffness turns
-    into a depth."""
+    """The bound on the height of the top from the solver's tolerance: it leaves each cube an
+    acceleration, which the stiffness of the contact turns into a depth. Empty for convergent
+    contacts."""
     profile = contacts.profile(method.settings)
-    if (point := profile.point) is None:
+    point = profile.point
+    if point is None:
         return {}
-    off = math.sqrt(2.0 * float(profile.options.get("tolerance", contacts.SOLVED)))
+    tolerance = float(profile.options.get("tolerance", contacts.SOLVED))
     masses = problem.masses
-    left = off * np.sqrt(masses.sum() / masses).sum() / rates(point, step)[0]
-    return {"top": {"solver": float(left)}}
+    accelerations = math.sqrt(2.0 * tolerance) * np.sqrt(masses.sum() / masses).sum()
+    depth = accelerations / rates(point, step)[0]
+    return {"top": {"solver": float(depth)}}

@@ -1,5 +1,5 @@
-"""The terms of a MuJoCo model's equations of motion in any state, as MuJoCo and as ports of it have
-them, and the steps of a port."""
+"""The terms of a MuJoCo model's equations of motion in any state, computed by MuJoCo or by a port
+of MuJoCo, and the steps of a port."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def integrator_of(model: Any) -> str:
 
 
 def put(data: Any, state: Array) -> None:
-    """Give an mjData a state: qpos, qvel, act."""
+    """Sets the state of an mjData: qpos, qvel, act."""
     nq = data.qpos.size
     nv = data.qvel.size
     data.qpos[:] = state[:nq]
@@ -38,12 +38,12 @@ def put(data: Any, state: Array) -> None:
 
 
 def state_of(data: Any) -> Array:
-    """The state of an mjData."""
+    """The state of an mjData: qpos, qvel, act."""
     return np.concatenate([data.qpos, data.qvel, data.act])
 
 
 def shifted(model: Any, state: Array, shift: Array) -> Array:
-    """A state moved by positions, velocities and activations of the tangent space."""
+    """A state moved by a `shift` in tangent coordinates, shape (2 nv + na,)."""
     nv = model.nv
     moved = state.copy()
     mujoco.mj_integratePos(model, moved[: model.nq], shift[:nv], 1.0)
@@ -52,7 +52,7 @@ def shifted(model: Any, state: Array, shift: Array) -> Array:
 
 
 def apart(model: Any, state: Array, other: Array) -> Array:
-    """The shift from another state to a `state`, shape (2 nv + na,)."""
+    """The shift in tangent coordinates from `other` to `state`, shape (2 nv + na,)."""
     nq = model.nq
     nv = model.nv
     shift = np.concatenate([np.zeros(nv), state[nq:] - other[nq:]])
@@ -61,21 +61,21 @@ def apart(model: Any, state: Array, other: Array) -> Array:
 
 
 class MujocoTerms:
-    """The terms of the compiled `model` in any state."""
+    """Computes the terms of a compiled model in any state."""
 
     def __init__(
         self, model: Any, data: Any, forward: Forward | None = None, named: Any = None
     ) -> None:
-        """Worked out by MuJoCo, or by the `forward` of another that fills in an mjData; bodies have
-        the names of those of `named`, another model of the same bodies."""
+        """The terms are computed by MuJoCo, or by the function `forward` that fills in an mjData.
+        Bodies are named as in `named`, another model with the same bodies, if it is given."""
         self.model, self.data = model, data
         self.bodies = [(named or model).body(i).name for i in range(model.nbody)]
         self.forward = forward or mujoco.mj_forward
         self.at_rest = forward or mujoco.mj_fwdVelocity
 
     def __call__(self, state: Array, control: Array) -> Terms:
-        """As `Terms` has them; "damping" is what an implicit step adds to the diagonal of the mass
-        matrix, per step, and "acting" the constraints other than contacts that exert a force."""
+        """The `Terms` in a state under a control, and "acting": the kinds of constraints other than
+        contacts that exert a force."""
         model = self.model
         data = self.data
         put(data, state)
@@ -84,22 +84,21 @@ class MujocoTerms:
         inertia = np.zeros((model.nv, model.nv))
         mujoco.mj_fullM(model, data, inertia)
         explicit = model.opt.disableflags & EXPLICIT
-        felt = [
-            (tuple(self.bodies[model.geom_bodyid[g]] for g in contact.geom), contact)
+        within_margin = [
+            (tuple(self.bodies[model.geom_bodyid[geom]] for geom in contact.geom), contact)
             for contact in data.contact
             if contact.dist <= contact.includemargin
             and contact.exclude == 0
             and contact.geom.min() >= 0
         ]
+        axes = [(pair, contact.frame[3:6].copy()) for pair, contact in within_margin]
         terms = {
             "mass matrix": inertia,
             "passive": data.qfrc_passive.copy(),
             "actuator": data.qfrc_actuator.copy(),
             "damping": 0.0 * model.dof_damping if explicit else model.dof_damping,
-            "contacts": [pair for pair, contact in felt if contact.dist <= 0.0],
-            "axes": [(pair, contact.frame[3:6].copy()) for pair, contact in felt]
-            if not model.opt.cone
-            else [],
+            "contacts": [pair for pair, contact in within_margin if contact.dist <= 0.0],
+            "axes": [] if model.opt.cone else axes,
             "acting": [
                 name
                 for name, kinds in ACTING
@@ -107,7 +106,7 @@ class MujocoTerms:
             ],
         }
         bias = data.qfrc_bias.copy()
-        data.qvel[:] = 0.0  # what is left of it is gravity alone
+        data.qvel[:] = 0.0  # at rest the bias is gravity alone
         self.at_rest(model, data)
         return {**terms, "gravity": -data.qfrc_bias, "bias": bias - data.qfrc_bias}
 
@@ -116,20 +115,20 @@ class Port(Protocol):
     """A compiled model in a port of MuJoCo."""
 
     def load(self, data: Any) -> None:
-        """Take over the state, control and applied forces of an mjData."""
+        """Copies the state, the controls and the applied forces of an mjData."""
 
     def forward(self) -> None:
-        """Work out all terms."""
+        """Computes all terms of the equations of motion."""
 
     def steps(self, count: int) -> None:
-        """Take steps."""
+        """Takes `count` steps."""
 
     def unload(self, data: Any) -> None:
-        """Fill in an mjData."""
+        """Writes the state and all terms into an mjData."""
 
 
 class PortedModel:
-    """A model file in a port of MuJoCo, whose coordinates are MuJoCo's."""
+    """A model file in a port of MuJoCo: a `PeerModel`, whose coordinates are MuJoCo's."""
 
     def __init__(
         self,
@@ -139,7 +138,8 @@ class PortedModel:
         step: float,
         read: Any = None,
     ) -> None:
-        """With the model that another reader has `read`, in place of MuJoCo's own."""
+        """`make` builds the port of a compiled model. If another reader has `read` a model from the
+        file, that model is stepped in place of MuJoCo's."""
         file = mujoco.MjModel.from_xml_path(str(path))
         self.model = file if read is None else read
         self.model.opt.timestep = step
@@ -154,17 +154,18 @@ class PortedModel:
         return integrator_of(self.model)
 
     def _forward(self, model: Any, data: Any) -> None:
+        """Computes all terms by the port, and writes them into an mjData."""
         self.port.load(data)
         self.port.forward()
         self.port.unload(data)
 
     def begin(self, state: Array) -> None:
-        """Start from a state."""
+        """Puts the model into a state."""
         mujoco.mj_resetData(self.model, self.data)
         put(self.data, state)
 
     def advance(self, control: Array, force: Array, steps: int) -> Array:
-        """Take steps under a control and a force; the state at their end."""
+        """Takes steps under a control and a generalised force; returns the state at the end."""
         data = self.data
         data.ctrl[:], data.qfrc_applied[:] = control, force
         self.port.load(data)

@@ -1,23 +1,26 @@
-"""Derivatives of a run's end by `mjd_transitionFD`, or `mjd_inverseFD`, multiplied along the run.
+"""Derivatives of the end of a run: step derivatives by `mjd_transitionFD` or `mjd_inverseFD`,
+multiplied along the run.
 
-With the state x in tangent coordinates and the control u of each step, x_n+1 = f(x_n, u_n), and the
-derivatives A = f_x and B = f_u by MuJoCo's own central differences,
+The state x, in tangent coordinates, follows x_n+1 = f(x_n, u_n) under the controls u. With A = f_x
+and B = f_u by MuJoCo's central differences, the derivative by a parameter p of the start or of the
+controls follows
 
-    dx_n+1/dp = A_n dx_n/dp + B_n du_n/dp,     of p in the start and in the controls.           (1)
+    dx_n+1/dp = A_n dx_n/dp + B_n du_n/dp.                                                      (1)
 
-Their rounding is some units in the last place of a state over NUDGE in each step; how much that is
-in all, differences BESIDE them tell. In the step in which a support begins to slip it is
-slower than NUDGE, which turns its friction round: with contacts the differences are TOUCHING, at
-which rounding is smaller than that. On capsule-turn/pivot at 0.15 to 1 ms the product is then
-within 1e-4 of the run's derivative, and up to 5e-3 off with NUDGE. An implicit integrator takes the
-velocity from contact forces, whose rounding is 1e4 times that of an acceleration: it has NUDGE.
+Rounding of the differences is some units in the last place of a state over NUDGE in each step. The
+differences of another size, BESIDE, tell how much that makes in all. With contacts the differences
+have the size TOUCHING: in the step in which a support begins to slip, its speed is less than NUDGE,
+so that a difference of that size would reverse its friction. On capsule-turn/pivot at 0.15 to 1 ms
+the product is then within 1e-4 of the run's derivative; with NUDGE it is up to 5e-3 away from it.
+Implicit integrators keep NUDGE: they take the velocity from contact forces, whose rounding is 1e4
+times that of an acceleration.
 
-Where nothing touches a step's acceleration a is that of the inverse dynamics g(q, v, a), so that
+Without contacts the acceleration a of a step solves the inverse dynamics g(q, v, a) = 0, so that
 
     da = -(dg/da)^-1 (dg/dq dq + dg/dv dv)                                                      (2)
 
-moves the velocity. Those are forward differences, with an error in proportion to their size, but
-for the mean of one of NUDGE and one of -NUDGE, and by a, of which g is a linear function.
+moves the velocity. `mjd_inverseFD` takes forward differences, whose error is proportional to their
+size; the mean of differences by NUDGE and by -NUDGE removes it. The function g is linear in a.
 """
 
 from __future__ import annotations
@@ -40,50 +43,51 @@ from plumbob.engines.method import Method, Unsupported
 from plumbob.engines.trajectory import ByName
 from plumbob.models.gradient import Number
 
-TOUCHING = 1e-7  # of a state's number
-# times as large, to tell their rounding
+TOUCHING = 1e-7  # [m, rad, ...] size of differences of a model with contacts
+# factor from a size of differences to the other size, which tells their rounding
 BESIDE = MappingProxyType({NUDGE: 10.0, TOUCHING: 0.5})
 
 
 def difference(model: mujoco.MjModel) -> float:
-    """The size of MuJoCo's own central differences of a model's step."""
+    """The size of central differences for a model's step."""
     touching = model.npair or model.geom_contype.any() or model.geom_conaffinity.any()
     return TOUCHING if touching else NUDGE
 
 
 @dataclass(frozen=True)
 class Sides:
-    """Runs with a number a little smaller, as it is, and larger, and how far the outer ones are
-    apart."""
+    """Three runs: with a number a little smaller, unchanged, and a little larger."""
 
     runs: tuple[MujocoSimulation, ...]
-    apart: float
+    apart: float  # difference of the number between the outer runs
 
     @property
     def by_model(self) -> bool:
-        """Whether the number is one of the model's."""
+        """Whether the number belongs to the model, and not only to the start or the controls."""
         return len({_numbers(run.model) for run in self.runs}) > 1
 
     @property
     def controls(self) -> tuple[Array, Array]:
-        """Those of each step, and their derivatives."""
+        """The controls of each step, and their derivatives by the number, shape (steps, nu)
+        each."""
         low, here, high = (
             run.held_controls(np.arange(float(run.steps)), run.step) for run in self.runs
         )
         return here, (high - low) / self.apart
 
     def at_start(self) -> Array:
-        """The derivative of the state that runs start in, with the run there."""
+        """Puts the middle run at its start, and returns the derivative of the start by the number,
+        in tangent coordinates."""
         _, run, _ = self.runs
         mujoco.mj_resetData(run.model, run.data)
-        starts = [(each.translation.qpos, each.translation.qvel) for each in self.runs]
+        starts = [(side.translation.qpos, side.translation.qvel) for side in self.runs]
         low, here, high = (np.concatenate([*start, run.data.act]) for start in starts)
         put(run.data, here)
         return apart(run.model, high, low) / self.apart
 
     def read(self, along: Array) -> ByName:
-        """The derivatives of the observables in a state that changes `along` a tangent, read as the
-        cases on both sides read them."""
+        """The derivatives of the observables at the present state of the middle run, whose state
+        changes `along` a tangent. They include the change of how the outer cases read a state."""
         low, here, high = self.runs
         model = here.model
         state = state_of(here.data)
@@ -102,8 +106,8 @@ class Sides:
 
 
 def transition(number: Number, method: Method, step: float, beside: bool = False) -> ByName:
-    """Derivatives of the observables that a state gives, by differences `beside` the usual ones or
-    by these; raises Unsupported."""
+    """The derivatives of the observables at the end of a run by eq. 1; raises Unsupported. If
+    `beside`, the differences have the other size, which tells their rounding."""
     sides = _sides(number, method, step)
     if sides.by_model:
         raise Unsupported(
@@ -116,7 +120,7 @@ def transition(number: Number, method: Method, step: float, beside: bool = False
     nudge = NUDGE if by_forces else difference(run.model)
     if beside:
         nudge *= BESIDE[nudge]
-    with options.collected():  # warnings are those of the run itself
+    with options.collected():  # the run itself gives the same warnings
         *_, along = advanced(run.stepper, along, *sides.controls, nudge)
         return sides.read(along)
 
@@ -128,8 +132,9 @@ def advanced(
     changes: Iterable[Array],
     nudge: float,
 ) -> Iterator[Array]:
-    """Eq. 1: the derivative `along` of the state after each step under `controls`, which change by
-    `changes`."""
+    """Takes a step under each of the `controls` and yields the derivative of the state after it, by
+    eq. 1, from the derivative `along` of the state before and the derivatives `changes` of the
+    controls."""
     for control, change in zip(controls, changes, strict=False):
         by_state, by_control = stepper.derivatives(control, nudge)
         along = by_state @ along + by_control @ change
@@ -138,7 +143,8 @@ def advanced(
 
 
 def inverse(number: Number, method: Method, step: float, beside: bool = False) -> ByName:
-    """The same by eq. 2; raises Unsupported."""
+    """The derivatives of the observables at the end of a run by eq. 2; raises Unsupported. If
+    `beside`, the differences have the other size."""
     sides = _sides(number, method, step)
     model = sides.runs[1].model
     data = sides.runs[1].data
@@ -170,16 +176,16 @@ transition_beside, inverse_beside = (partial(way, beside=True) for way in (trans
 def _step_ahead(
     model: mujoco.MjModel, before: mujoco.MjData, after: Array, along: Array, nudge: float
 ) -> None:
-    """Eq. 2, from `along`, shape (2, nv), to that of a step's end, in place; the velocity there is
-    `after`."""
+    """Moves the derivative `along`, shape (2, nv), in place from the state `before` a step to the
+    step's end, where the velocity is `after`, by eq. 2."""
     (places, rates) = along
     step = model.opt.timestep
     before.qacc[:] = (after - before.qvel) / step
     both = np.zeros((2, 2, model.nv, model.nv))
     mass = np.zeros((model.nv,) * 2)
-    for eps, into in zip((nudge, -nudge), both, strict=True):  # by places and rates
+    for eps, into in zip((nudge, -nudge), both, strict=True):  # derivatives by qpos and by qvel
         mujoco.mjd_inverseFD(model, before, eps, True, *into, *[None] * 5)
-    # Linear in accelerations, of which a nudge is lost beside 1e6 rad/s^2.
+    # The forces are linear in the accelerations, and a nudge would be lost beside 1e6 rad/s^2.
     size = 1.0 + float(np.abs(before.qacc).max())
     mujoco.mjd_inverseFD(model, before, size, True, None, None, mass, *[None] * 4)
     by_place, by_rate = both.mean(axis=0).transpose(0, 2, 1)
@@ -192,7 +198,7 @@ def _step_ahead(
 
 
 def _sides(number: Number, method: Method, step: float) -> Sides:
-    """Runs on both sides of a number; raises Unsupported."""
+    """The runs with a number on both sides of its value; raises Unsupported."""
     cases, apart = nudged(number)
     sides = Sides(tuple(compiled(case, method, step) for case in cases), apart)
     if sides.runs[1].model.opt.integrator == mujoco.mjtIntegrator.mjINT_RK4:
@@ -201,7 +207,7 @@ def _sides(number: Number, method: Method, step: float) -> Sides:
 
 
 def _numbers(model: mujoco.MjModel) -> bytes:
-    """All numbers of a model but its keyframes."""
+    """All numbers of a model, without its keyframes, as bytes."""
     held = np.empty(mujoco.mj_sizeModel(model), np.uint8)
     model.key_qpos[:], model.key_qvel[:] = 0.0, 0.0
     mujoco.mj_saveModel(model, None, held)

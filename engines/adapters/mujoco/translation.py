@@ -1,4 +1,4 @@
-"""The translation of a scene that a builder returns, and the reading of its model's file."""
+"""A scene in MuJoCo's terms: the record that builders return, and functions to build it."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from plumbob.engines.trajectory import ByName
 from plumbob.models.model_file import ModelFile
 from plumbob.models.scene import Case
 
-LARGEST = 1e10  # above it MuJoCo itself calls a number huge
+LARGEST = 1e10  # MuJoCo warns of larger numbers
 
 
 def sensor_data(model: mujoco.MjModel, data: mujoco.MjData) -> Array:
@@ -35,46 +35,49 @@ def sensor_data(model: mujoco.MjModel, data: mujoco.MjData) -> Array:
 
 @dataclass(frozen=True)
 class Translation:
-    """A scene in MuJoCo's terms: a model yet to be compiled, its start, what to read off it."""
+    """A scene in MuJoCo's terms: a model that is not compiled yet, its start, and how to read
+    it."""
 
     spec: mujoco.MjSpec
-    qpos: Array  # at the start, shape (nq,)
-    qvel: Array  # at the start, shape (nv,)
+    qpos: Array  # start, shape (nq,)
+    qvel: Array  # start, shape (nv,)
     observe: Callable[[Array, Array], Observed] | None = None
-    """qpos, shape (n, nq), and qvel, shape (n, nv) -> the observables and channels beside them;
-    None where the system's model file has these coordinates."""
+    """qpos, shape (n, nq), and qvel, shape (n, nv) -> observables and channels; None if the
+    system's model file reads them."""
     channels: Callable[[Array, Array], Signals] = lambda qpos, qvel: {}
-    """More channels by qpos and qvel, beside the observables of the system's model file."""
+    """qpos and qvel -> channels beside the observables of the system's model file."""
     limits: ByName = field(default_factory=dict)
-    """Magnitudes of observables that only a diverged run exceeds, beside the system's."""
+    """Magnitudes of observables that only a diverged run exceeds, beside the system's limits."""
     control: Callable[[Array], Array] | None = None
-    """Times [s], shape (n,) -> ctrl, shape (n, nu), held over each step; None for the system's."""
-    control_at: float = 0.0  # where in its step the control is read: 0 start, 0.5 middle
+    """Times [s], shape (n,) -> ctrl, shape (n, nu), held over each step; None: the system's."""
+    control_at: float = 0.0  # place in a step where the control is read: 0 start, 0.5 middle
     sensors: Callable[[Array], Observed] | None = None
-    """Readings at the samples, shape (n, k) -> observables and channels that states do not hold."""
+    """Readings of `probe` at the samples, shape (n, k) -> observables and channels that are not
+    functions of the state."""
     probe: Callable[[mujoco.MjModel, mujoco.MjData], Array] = sensor_data
     """Model and data, with the forces of the step that begins -> a reading, shape (k,)."""
     whole: mujoco.MjSpec | None = None
-    """The model with its visual parts; None where that is the file with the problem's numbers."""
+    """The model with its visual parts; None if that is the model file with the problem's
+    numbers."""
     tune: Callable[[mujoco.MjModel], None] = lambda model: None
-    """Changes that only the compiled model takes."""
+    """Changes the compiled model in ways that a file cannot express."""
 
     def held_controls(self, steps: Array, step: float) -> Array | None:
-        """Controls held over each of the steps of `step` [s] with these indices, shape (n, nu);
-        None where nothing is controlled."""
+        """The controls held over the steps with these indices, at `step` [s], shape (n, nu); None
+        if nothing is controlled."""
         if self.control is None:
             return None
         return self.control((steps + self.control_at) * step)
 
     def observed(self, qpos: Array, qvel: Array) -> Observed:
         """The observables and channels of coordinates, shape (n, nq) and (n, nv)."""
-        assert self.observe is not None  # of whatever `translated` returns
+        assert self.observe is not None  # `translated` sets it
         return self.observe(qpos, qvel)
 
 
 def translated(case: Case, method: Method, step: float) -> Translation:
-    """The translation of a case: by the builder of its system, or its model file as it is, without
-    what is only shown; raises Unsupported and ParameterError."""
+    """The translation of a case: by the builder of its system if there is one, else its model file
+    without visual parts. Raises Unsupported and ParameterError."""
     system, problem = case.system, case.problem
     build = getattr(builder("mujoco", system), "build", None)
     if build is not None:
@@ -86,34 +89,36 @@ def translated(case: Case, method: Method, step: float) -> Translation:
     model = system.model_file
     if model is None:
         return built
+
+    def observe(qpos: Array, qvel: Array) -> Observed:
+        """The observables that the model file reads, and the channels of the builder."""
+        return model.observe(problem, qpos, qvel), built.channels(qpos, qvel)
+
     return replace(
         built,
-        observe=built.observe
-        or (
-            lambda qpos, qvel: (model.observe(problem, qpos, qvel), built.channels(qpos, qvel))
-        ),
+        observe=built.observe or observe,
         limits={**model.largest(problem), **built.limits},
         control=built.control or model.controls(problem),
     )
 
 
 def at_start(spec: mujoco.MjSpec, **more: Any) -> Translation:
-    """The translation of a model from its keyframe."""
+    """The translation of a model that starts at its keyframe "start"."""
     start = spec.key("start")
     return Translation(spec, np.array(start.qpos), np.array(start.qvel), **more)
 
 
 def bare(spec: mujoco.MjSpec) -> mujoco.MjSpec:
-    """A model without its shapes, which have no effect, so that a step costs less; in place."""
+    """Deletes the geoms and meshes of a model, which only cost time, and returns it."""
     for shown in (*spec.geoms, *spec.meshes):
         spec.delete(shown)
     return spec
 
 
 def solved_loop(motion: CertifiedMotion, loop: SoftLoop, duration: float) -> ByName:
-    """Bound on the rounding of a loop's solver, as an angle [rad]: its Hessian's condition is
-    1/(1 - d) times that of the masses. That many ulps of the largest acceleration, which has the
-    size of the largest rate's square, may be lost throughout."""
+    """The bound on the rounding of the solver of a loop, as an angle [rad]. The condition of the
+    solver's Hessian is 1/(1 - d) times that of the mass matrix. That many ulps of the largest
+    acceleration, which is about the square of the largest rate, may be lost in every step."""
     states = motion.observe(np.linspace(0.0, duration, 101))
     fastest = max(float(np.abs(states[name]).max()) for name in motion.system.rates)
     return {

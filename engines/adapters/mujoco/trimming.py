@@ -1,4 +1,4 @@
-"""Time saved by leaving out a model's needless stages and visual parts, at equal motion."""
+"""Measures the time saved by leaving out a model's needless stages and visual parts."""
 
 from __future__ import annotations
 
@@ -16,46 +16,47 @@ from plumbob.engines.method import Method
 from plumbob.engines.study.cost import TimedSteps, in_turns
 from plumbob.models.scene import Case
 
-PARTS = (("geoms", "geom"), ("meshes", "mesh"), ("joints", "joint"))  # counted, and their names
+PARTS = (("geoms", "geom"), ("meshes", "mesh"), ("joints", "joint"))  # list of a spec, its word
 
 
 def trimming(
     case: Case, method: Method, step: float = 1e-4, steps: int = 1000, repeats: int = 31
 ) -> Trimming:
-    """Cost of `steps` steps of `step` [s] from the scene's start, default against trimmed, timed in
-    turns, `repeats` at most; raises Unsupported and ParameterError."""
+    """The cost of `steps` steps of `step` [s] from the scene's start, of the complete and the
+    trimmed model, timed in turn at most `repeats` times. Raises Unsupported and ParameterError."""
     simulation = compiled(case, method, step)
     trimmed = simulation.model
     translation = simulation.translation
     system = case.system
     untrimmed = translation.whole
     if untrimmed is None:
-        assert system.model_file is not None  # builders of other systems give the whole model
+        assert system.model_file is not None  # otherwise the builder gives the whole model
         untrimmed = filled(system.mjcf, system.model_file, case.problem)
     options.apply(untrimmed, method.settings, step)
     every_stage = untrimmed.compile()
     translation.tune(every_stage)
-    shown = copy.copy(every_stage)  # the parts that are shown alone, too
+    with_visual_parts = copy.copy(every_stage)
     every_stage.opt.disableflags = 0
-    shown.opt.disableflags = trimmed.opt.disableflags
+    with_visual_parts.opt.disableflags = trimmed.opt.disableflags
     runs = [
-        MujocoSimulation(translation, m, steps, step) for m in (every_stage, shown, trimmed)
+        MujocoSimulation(translation, model, steps, step)
+        for model in (every_stage, with_visual_parts, trimmed)
     ]
     pieces = {k: TimedSteps(run, 1.0) for k, run in enumerate(runs)}
-    default, flags, least = (c.ns_per_step for c in in_turns(pieces, repeats)[0].values())
+    costs = [cost.ns_per_step for cost in in_turns(pieces, repeats)[0].values()]
     ends = np.array([np.concatenate([run.data.qpos, run.data.qvel]) for run in runs])
     return Trimming(
-        default,
-        flags,
-        least,
-        bool((ends == ends[0]).all()),
-        options.disabled(trimmed.opt.disableflags),
-        tuple(_parts_left_out(untrimmed, translation.spec)),
+        ns_default=costs[0],
+        ns_flags=costs[1],
+        ns_trimmed=costs[2],
+        identical=bool((ends == ends[0]).all()),
+        stages_off=options.disabled(trimmed.opt.disableflags),
+        parts_left_out=tuple(_parts_left_out(untrimmed, translation.spec)),
     )
 
 
 def _parts_left_out(complete: mujoco.MjSpec, trimmed: mujoco.MjSpec) -> Iterator[str]:
-    """Number of parts of each kind that `trimmed` omits, with their names."""
+    """Yields the number of parts of each kind that `trimmed` lacks: "2 geoms", "1 mesh"."""
     for field, word in PARTS:
         count = len(getattr(complete, field)) - len(getattr(trimmed, field))
         if count > 0:

@@ -1,4 +1,4 @@
-"""A user's own MuJoCo options and contact defaults, as a method to measure."""
+"""Reads users' model files: the compiled model, and a file's options and contacts as a method."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ from plumbob.engines.method import USER_METHOD, Method, Options, time_step
 from plumbob.engines.own_motion import Start
 from plumbob.models.border import must_be, regular
 
-LARGEST_COMPILED = 1_000_000_000  # [bytes] of a .mjb file, which has its meshes in it
-ROOTS = ("mujoco",)  # elements that a file may begin with
+LARGEST_COMPILED = 1_000_000_000  # [bytes] largest .mjb file, which contains its meshes
+ROOTS = ("mujoco",)  # elements with which a file may begin
 USD = (".usd", ".usda", ".usdc", ".usdz")
-HALVINGS = 6  # of the user's own step, to show whether a smaller one helps
-# Physical options (gravity, wind, density) stay the scene's; so do the step and what a file needs
-# for its own geoms. The rest is about how MuJoCo computes.
+HALVINGS = 6  # halvings of the file's step, to show whether a smaller step helps
+# Options that decide how MuJoCo computes are taken from the file. Physical options (gravity, wind,
+# density), the step, and options for the file's geoms stay those of the scene.
 NUMBERS = (
     "impratio",
     "ls_tolerance",
@@ -38,17 +38,17 @@ DISABLED = (
     *("mjDSBL_MIDPHASE", "mjDSBL_NATIVECCD", "mjDSBL_MULTICCD"),
 )
 ENABLED = ("mjENBL_DIAGEXACT", "mjENBL_IPC")
-CONDIMS = (1, 3, 4, 6)  # of a contact's friction: none, sliding, and torsion, and rolling
-CONTACT = ("solref", "solimp", "condim", "margin", "gap")  # friction is the scene's
-OVERRIDDEN = ("solref", "solimp", "margin")  # by an option that overrides every contact's
-# Termination tolerances go with the contacts: a scene's model scales them with its masses.
+CONDIMS = (1, 3, 4, 6)  # dimensions of a contact: no friction, sliding, torsional, rolling
+CONTACT = ("solref", "solimp", "condim", "margin", "gap")  # friction stays that of the scene
+OVERRIDDEN = ("solref", "solimp", "margin")  # fields that an option overrides in every contact
+# The solver's tolerances belong to the contacts: a scene's model scales them with its masses.
 ENDS = ("tolerance", "noslip_tolerance")
 
 
 def user_method(path: str | Path) -> Method:
-    """The method whose settings are those of the model file `path`: its integrator, solver and
-    other options, under "contact" its default contact parameters; its step_sizes begins with the
-    file's own step. Raises ParameterError for a file that holds no MJCF model."""
+    """The method with the settings of a model file: its integrator, solver and other options, and
+    its default contact parameters under "contact". The step sizes begin with the file's step.
+    Raises ParameterError if the file holds no MJCF model."""
     spec = _read(path, "like")
     settings: dict[str, Any] = {
         option: options.word(option, getattr(spec.option, option)) for option in options.CHOICES
@@ -87,22 +87,24 @@ def compiled_model(path: Path, name: str, roots: Sequence[str] = ROOTS) -> Any:
 
 @contextmanager
 def _refused(name: str, value: str, what: str) -> Iterator[None]:
-    """The border around MuJoCo's reader and compiler: raises ParameterError for the argument `name`
-    of this value, which must be `what`."""
-    passing = ParameterError  # raised for a part of the file, which its message names
+    """Turns exceptions of MuJoCo's reader and compiler into a ParameterError: the argument `name`
+    has this value, and must be `what`."""
+    passing = ParameterError  # passes: its message names a part of the file
     with must_be(what, name, value, passing), trial.limited_memory(), options.collected():
         yield
 
 
 def user_model(model: Any, start: Start) -> tuple[Any, str, Start]:
-    """A user's model, from a file, compiled or with its data, as a compiled one; what it is called;
-    and where it starts, which an mjData says too. Raises ParameterError."""
+    """The compiled model of a user's model, which is a path, an MjSpec, an MjModel or an MjData;
+    its name; and its start, which an MjData gives too. Raises ParameterError."""
     if isinstance(model, (str, Path)):
         return _of_file(Path(model)), str(model), start
     if isinstance(model, mujoco.MjData):
-        of_data = {name: tuple(map(float, getattr(model, name))) for name in ("qpos", "qvel")}
-        asked = {name: state for name in of_data if (state := getattr(start, name)) is not None}
-        return model.model, "model", replace(start, **{**of_data, **asked})
+        state = {name: tuple(map(float, getattr(model, name))) for name in ("qpos", "qvel")}
+        for name in state:
+            if getattr(start, name) is not None:
+                state[name] = getattr(start, name)
+        return model.model, "model", replace(start, **state)
     if isinstance(model, mujoco.MjSpec):
         with _refused("model", "MjSpec", "one that compiles"):
             return model.copy().compile(), "model", start
@@ -142,7 +144,7 @@ def _read(path: str | Path, name: str, roots: Sequence[str] = ROOTS) -> Any:
 
 
 def _runnable(path: str | Path, settings: Options) -> None:
-    """Raises ParameterError for settings that no model can have."""
+    """Raises ParameterError if no model can have these settings."""
     contact = settings["contact"]
     if contact["condim"] not in CONDIMS:
         allowed = "a model whose default condim is 1, 3, 4 or 6"
@@ -154,11 +156,12 @@ def _runnable(path: str | Path, settings: Options) -> None:
 
 
 def _plain(value: Any) -> float | int | tuple[float, ...]:
+    """A number, or an array as a tuple of floats."""
     if isinstance(value, (int, float)):
         return value
     return tuple(float(number) for number in value)
 
 
 def _kept(flags: int, kind: Any, names: tuple[str, ...]) -> int:
-    """The bits of `flags` whose names are given; names that this MuJoCo does not know have none."""
+    """The bits of `flags` with these names. A name that this MuJoCo does not know has no bit."""
     return flags & sum(int(getattr(kind, name, 0)) for name in names)

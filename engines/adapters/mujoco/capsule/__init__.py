@@ -1,8 +1,7 @@
-"""The capsule in MuJoCo's terms: the full model, with a free joint and three contacts.
+"""The capsule in MuJoCo: the full model, with a free joint and three contacts.
 
-The model's file with a problem's numbers in it (body, supports, contacts, slider), and the start of
-a run, which is where the body rests on contacts that deflect.
-"""
+The model file is filled with the numbers of a problem: body, supports, contacts, slider. A run
+starts where the body rests on its contacts, which deflect."""
 
 from __future__ import annotations
 
@@ -44,16 +43,18 @@ from plumbob.models.tripod_capsule.observed import heading
 
 PAIR = ("solimp", "solref", "solreffriction")
 OPTIONS = ("cone", "impratio", "noslip_iterations", "tolerance", "noslip_tolerance")
-# One body on one plane: there are no islands of contacts to search for.
+# There is one body on one plane, and so no islands of contacts to search for.
 ISLANDS = mujoco.mjtDisableBit.mjDSBL_ISLAND
-SETTLING = 1000  # steps of DEFAULT_STEP: 50 time constants of default contacts
-SETTLED = 300  # steps: twenty periods of contacts that converge, at rest after 200
-DEFAULT_STEP = 1e-3  # [s], for contacts with a time constant of their own, 0.02 s by default
+# steps of DEFAULT_STEP until default contacts are at rest: 50 of their time constants
+SETTLING = 1000
+# steps until convergent contacts are at rest: twenty periods, of which fourteen suffice
+SETTLED = 300
+DEFAULT_STEP = 1e-3  # [s] step for default contacts, whose time constant is 0.02 s at any step
 
 
 def build(mjcf: Path, problem: CapsuleProblem, method: Method, step: float) -> Translation:
-    """Translate a capsule's problem, in the model that the method's settings name: the full one
-    with a free joint, or `reduced` to one line; raises Unsupported."""
+    """The translation of a capsule, in the full model with a free joint or, if the method's
+    settings name it, in the model `reduced` to one line. Raises Unsupported."""
     if method.settings.get("model") == "reduced":
         return reduced.build(mjcf.with_name("reduced.xml"), problem, step)
     setup = problem.setup
@@ -61,16 +62,18 @@ def build(mjcf: Path, problem: CapsuleProblem, method: Method, step: float) -> T
     spec = whole(mjcf, problem, method.settings, step)
     visual = spec.copy()
     for shown in [geom for geom in spec.geoms if geom.classname.name == "visual"]:
-        spec.delete(shown)  # without effect, and a step costs less without them
+        spec.delete(shown)  # visual geoms have no effect but cost time
     spec.option.disableflags |= ISLANDS
 
     def tune(compiled: mujoco.MjModel) -> None:
+        """Sets the inverse weight of the body, to which the softness of contacts is
+        proportional."""
         inverse_mass = compiled.body_invweight0[compiled.body("body").id]
         inverse_mass *= chosen.softening
         if chosen.convergent:
-            # MuJoCo's own inverse mass is that of a force at C. Where the slider is elsewhere, that
+            # MuJoCo computes the inverse mass for a force at C. If the slider is not at C, such a
             # force also turns the body, which makes the inverse mass larger: with m/M = 1e3 the
-            # contacts would be 80 times softer than they are meant to be.
+            # contacts would be 80 times too soft.
             mass = setup.capsule.body_mass + setup.capsule.slider_mass
             inverse_mass[0] = chosen.softening / mass
 
@@ -96,8 +99,8 @@ def build(mjcf: Path, problem: CapsuleProblem, method: Method, step: float) -> T
 def model_error(
     problem: CapsuleProblem, duration: float, method: Method, step: float
 ) -> ModelError:
-    """Bounds on the model's error of each observable over `duration` [s], by reason, where theory
-    covers its contacts."""
+    """Bounds on the error of each observable over `duration` [s], by reason; empty if no theory
+    covers the contacts."""
     contact = soft_contact(problem, method.settings, step)
     return soft_contact_bounds.model_error(problem, duration, contact) if contact else {}
 
@@ -108,15 +111,13 @@ def whole(
     settings: Options | None = None,
     step: float = 1e-4,
 ) -> mujoco.MjSpec:
-    """The model in the file `mjcf`, or in the one beside it where the slider leaves its line, with
-    the numbers of `problem`, visual parts included, and the contacts that `settings` name at `step`
-    [s]: by default those that converge.
+    """The complete model, with visual parts, of a problem: the file `mjcf` with the problem's
+    numbers, and the contacts that `settings` name at `step` [s], by default convergent ones.
 
-    The height of C and of the slider above the plane is `settings["height"]` [m]; zero, as in the
-    source, unless given. The slider starts `settings["slider_ahead"]` [m] further along its line
-    than in the problem, which may be where no reference goes: beyond an edge the body tips over.
-    Its armature is `settings["slider_ratio"]` times its mass or more, if that is given.
-    """
+    - `settings["height"]`: height of C and of the slider above the plane [m]; zero by default, as
+    in the source. - `settings["slider_ahead"]`: distance by which the slider starts further along
+    its line than in the problem [m]. Beyond an edge the body tips over, where there is no
+    reference. - `settings["slider_ratio"]`: smallest ratio of the slider's armature to its mass."""
     chosen = {"contact": "coulomb"} if settings is None else settings
     setup = problem.setup
     height = float(chosen.get("height", 0.0))
@@ -134,8 +135,8 @@ def whole(
 
 
 def set_contacts(spec: mujoco.MjSpec, chosen: ContactProfile, step: float) -> None:
-    """Set every contact pair, and the options that go with it, to a profile at `step` [s]; what
-    the profile leaves open takes MuJoCo's default, whatever the file says."""
+    """Sets every contact pair, and the options that belong to contacts, to a profile at `step` [s].
+    Fields that the profile does not set get MuJoCo's defaults, whatever the file has."""
     defaults = mujoco.MjSpec()
     pair = defaults.add_pair()
     for name in OPTIONS:
@@ -154,9 +155,11 @@ def settled(
     steps: int,
     deflected: Array | None = None,
 ) -> Array:
-    """Coordinates at rest under gravity of `press` [m/s^2] alone, shape (nq,), after so many
-    `steps` of `step` [s], with the first two and any turn about the vertical at zero: a run from
-    elsewhere begins with a drop. The body begins `deflected` (`statics`)."""
+    """The coordinates at rest under a vertical gravity of `press` [m/s^2], shape (nq,), after
+    `steps` steps of `step` [s] from the `deflected` place and attitude (see `statics`). The
+    horizontal place and the rotation about the vertical are set to zero. A run that began elsewhere
+    would begin with a drop. Raises Unsupported if the contacts are so soft that the body tips
+    over."""
     resting = spec.copy()
     resting.option.gravity = [0.0, 0.0, -press]
     resting.option.timestep = step
@@ -165,7 +168,8 @@ def settled(
     if deflected is not None:
         model.qpos0[2] += deflected[0]
         model.qpos0[4:6] = 0.5 * deflected[2], -0.5 * deflected[1]
-        if not (upright := 1.0 - float(np.square(model.qpos0[4:6]).sum())) > 0.0:
+        upright = 1.0 - float(np.square(model.qpos0[4:6]).sum())
+        if not upright > 0.0:
             raise Unsupported(
                 "at this step the body tips over on its contacts: they are too soft"
             )
@@ -177,12 +181,13 @@ def settled(
 
 
 def statics(setup: CapsuleSetup, slider: Array, compliance: float) -> Array | None:
-    """Height of C over the plane [m] and gradient of the body's plane along its x and y, shape
-    (3,), on contacts that deflect by `compliance` [m/N] times M + m under the loads of statics with
-    the `slider` there [m, from C]; None where it stands beyond an edge, and nothing rests.
+    """The height of C above the plane [m] and the slopes of the body's plane along x and y, shape
+    (3,), on contacts that deflect under their static loads; None if the slider stands beyond an
+    edge, where no body rests. `slider` is the slider's place relative to C [m], `compliance` the
+    deflection per force [m/N] times M + m.
 
-    A body that begins elsewhere drops: a support with hardly any load then takes off, and lands
-    when the rest has long settled.
+    A body that began elsewhere would drop: a support with hardly any load would then take off, and
+    land long after the other supports have settled.
     """
     capsule = setup.capsule
     loads = load_fractions(capsule, capsule.mass_ratio * slider)
