@@ -67,7 +67,7 @@ OF_FILES = ("model", "keyframe", "qpos", "qvel", "ctrl_period", "contacts")
 def command(chosen: argparse.Namespace) -> int:
     """Print the audits; returns 1 where an accuracy, stability or reference that is asked for is
     missed."""
-    from plumbob.reports.commands.validate import progress
+    from plumbob.reports.commands.arguments.console import progress
 
     _checked(chosen)
     files, others = (
@@ -123,10 +123,10 @@ def _pages(chosen: argparse.Namespace, models: Sequence[Path]) -> dict[str, str]
 
 def _note_skipped(others: Sequence[Path]) -> None:
     """Say in one line how many files of a folder are not models."""
-    from plumbob.reports.commands.validate import noted
+    from plumbob.reports.commands.arguments.console import note
 
     if others:
-        noted(f"{len(others)} files are no models and are skipped, such as {others[0]}")
+        note(f"{len(others)} files are no models and are skipped, such as {others[0]}")
 
 
 def _first_line(audit: Audit, chosen: argparse.Namespace) -> None:
@@ -199,7 +199,7 @@ def _writable(
 ) -> None:
     """Raises ParameterError if one of the `pages` or another file asked for cannot be written, or
     would replace one of the `models` or another file that plumbob has not written."""
-    from plumbob.reports.commands.validate import writable
+    from plumbob.reports.commands.arguments.console import writable_folder
 
     taken = {Path(os.path.realpath(path)) for path in models}
     for name in ("junitxml", "badge"):
@@ -208,12 +208,14 @@ def _writable(
             if target in taken:
                 raise ParameterError(name, file, "neither a model nor another file asked for")
             taken.add(target)
-            writable(name, target.parent)
+            writable_folder(name, target.parent)
     if chosen.out is not None:
         out = Path(chosen.out)
         for page_name in pages:
             replaceable("out", out / page_name)
-        writable("out", next(folder for folder in (out, *out.parents) if folder.exists()))
+        writable_folder(
+            "out", next(folder for folder in (out, *out.parents) if folder.exists())
+        )
 
 
 def _audited(

@@ -11,7 +11,7 @@ def certify(case: Case, last: float, budget: float, fraction: float = 1.0) -> No
     """Integrate the exact motion of a `case` up to `last` [s], if it is known by integration alone:
     the motion is kept for later use. Raises ParameterError if that takes more than a `fraction` of
     the `budget` [s] of processor time."""
-    from plumbob.reports.commands.validate import progress
+    from plumbob.reports.commands.arguments.console import progress
 
     seconds = fraction * budget
 

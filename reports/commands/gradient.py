@@ -64,7 +64,7 @@ def _of_file(chosen: argparse.Namespace) -> int:
     from plumbob.engines.audit.reference import certified
     from plumbob.engines.audit.user_models import quiet
     from plumbob.engines.own_motion import NotCertifiable
-    from plumbob.reports.commands.validate import noted, progress
+    from plumbob.reports.commands.arguments.console import note, progress
     from plumbob.reports.view.audit.page import versions
     from plumbob.reports.view.audit.records import gradient_record
 
@@ -79,7 +79,7 @@ def _of_file(chosen: argparse.Namespace) -> int:
             more = Allowance(chosen.budget, progress=allowance.progress)
             known = gradients(model, script, reference, reference.known, more)
         except NotCertifiable as why:
-            noted(f"{chosen.scene} has no derivatives that are certified: {why}")
+            note(f"{chosen.scene} has no derivatives that are certified: {why}")
             return INCOMPLETE
     asked = {"gradient": known.between(of, by)} if chosen.of or chosen.by else {}
     answer = {

@@ -11,7 +11,7 @@ from plumbob.engines.registry import method as find_method
 from plumbob.models.registry import case_of
 from plumbob.models.registry import scene as find_scene
 from plumbob.reports.commands.arguments import values
-from plumbob.reports.commands.sweep import finest
+from plumbob.reports.commands.arguments.values import default_step
 
 if TYPE_CHECKING:
     from plumbob.engines.box import Side
@@ -26,11 +26,11 @@ def command(chosen: argparse.Namespace) -> int:
     from plumbob.engines.box import box
     from plumbob.engines.study.identification import identify
     from plumbob.engines.sweep.sweep import runnable
-    from plumbob.reports.commands.validate import progress
+    from plumbob.reports.commands.arguments.console import progress
 
     method = find_method(chosen.method)
     changed = chosen.changes
-    step = chosen.step or finest(method)
+    step = chosen.step or default_step(method)
     with values.representable(changed):
         true = case_of(find_scene(chosen.scene, changed))
         sides = list(_sides(true, chosen))

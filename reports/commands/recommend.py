@@ -115,7 +115,7 @@ def _of_file(chosen: argparse.Namespace) -> int:
     from plumbob.engines.audit.allowance import Allowance
     from plumbob.engines.audit.audit import held_to_reference
     from plumbob.engines.audit.user_models import quiet
-    from plumbob.reports.commands.validate import noted, progress
+    from plumbob.reports.commands.arguments.console import note, progress
 
     target = chosen.error or chosen.absolute
     with quiet(), progress() as show:
@@ -123,7 +123,7 @@ def _of_file(chosen: argparse.Namespace) -> int:
         allowance = Allowance(chosen.budget, progress=lambda what: show(what, 0, 0))
         reference, steps = held_to_reference(model, script, allowance)
     if steps is None:
-        noted(f"{chosen.scene} has no certified motion: {reference.why}")
+        note(f"{chosen.scene} has no certified motion: {reference.why}")
         return INCOMPLETE
     answer = _file_choice(chosen, target, model, script, reference, steps)
     values.show(chosen, answer, "recommend_file", **answer)
@@ -244,17 +244,17 @@ def _run(chosen: argparse.Namespace, scenes: Sequence[Scene]) -> Iterator[tuple[
     from plumbob.engines.study.checkpoint import shared_results
     from plumbob.engines.study.runner import run_study
     from plumbob.reports.analyses.engines.largest_steps import predictions
-    from plumbob.reports.commands.validate import noted, progress, writable
+    from plumbob.reports.commands.arguments.console import note, progress, writable_folder
 
     methods = [m for m in find_methods() if installed(engine_of(m))]
     out = Path(chosen.out)
     file: Path | None = out / FILE
     try:
-        writable("out", out)
+        writable_folder("out", out)
     except ParameterError as error:
         file = None
-        noted(f"the runs are not stored: {error}")
-    with shared_results(file, out / store.FILE, noted) as kept, progress() as shown:
+        note(f"the runs are not stored: {error}")
+    with shared_results(file, out / store.FILE, note) as kept, progress() as shown:
         show = _within(chosen.budget, shown)
         study = run_study(
             scenes,

@@ -76,7 +76,7 @@ def _file_run(chosen: argparse.Namespace) -> int:
     from plumbob.engines.audit.reference import certified
     from plumbob.engines.audit.step_of_method import method_error, parts_of, runs_of
     from plumbob.engines.audit.user_models import quiet
-    from plumbob.reports.commands.validate import noted, progress
+    from plumbob.reports.commands.arguments.console import note, progress
 
     with quiet(), progress() as show:
         model, script = motion(chosen)
@@ -85,19 +85,19 @@ def _file_run(chosen: argparse.Namespace) -> int:
         parts_of(script, step)
         runs_of(method, model)
         if not installed(engine_of(method)):
-            noted(f"{engine_of(method).package} is not installed")
+            note(f"{engine_of(method).package} is not installed")
             return INCOMPLETE
         show("the continuous motion, by two methods", 0, 0)
         allowance = Allowance(chosen.budget).part(REFERENCE)
         reference = certified(model, script, allowance)
         if not reference.known:
-            noted(f"{chosen.scene} has no certified motion: {reference.why}")
+            note(f"{chosen.scene} has no certified motion: {reference.why}")
             return INCOMPLETE
         show(f"{method.name} at {step:g} s", 0, 0)
         try:
             run = method_error(method, model, script, reference, step, chosen.budget)
         except Unsupported as why:
-            noted(f"{method.name} does not run {chosen.scene}: {why}")
+            note(f"{method.name} does not run {chosen.scene}: {why}")
             return INCOMPLETE
     answer = _file_record(chosen, method, model, script, reference, run)
     values.show(chosen, answer, "run_file", **answer)

@@ -69,7 +69,7 @@ def _of_file(chosen: argparse.Namespace) -> int:
     from plumbob.engines.audit.stability import stability
     from plumbob.engines.audit.step_of_method import integrator_of
     from plumbob.engines.audit.user_models import quiet
-    from plumbob.reports.commands.validate import progress
+    from plumbob.reports.commands.arguments.console import progress
     from plumbob.reports.view.audit.page import versions
     from plumbob.reports.view.audit.records import stability_record
 
@@ -128,11 +128,11 @@ def measured(
     ParameterError."""
     from plumbob.engines.study.checkpoint import measured_into
     from plumbob.engines.study.runner import run_study
-    from plumbob.reports.commands.validate import noted, progress, writable
+    from plumbob.reports.commands.arguments.console import note, progress, writable_folder
 
     jobs = min(chosen.jobs or os.cpu_count() or 1, len(searches))
-    file = writable("out", Path(out)) / FILE if out else None
-    with measured_into(file, note=noted) as kept, progress() as show:
+    file = writable_folder("out", Path(out)) / FILE if out else None
+    with measured_into(file, note=note) as kept, progress() as show:
         return run_study(
             (),
             methods,

@@ -13,7 +13,7 @@ from plumbob.reports.commands.arguments import values
 INCOMPLETE = 3
 
 if TYPE_CHECKING:
-    from plumbob.engines.method import Method
+    pass
 
 
 def command(chosen: argparse.Namespace) -> int:
@@ -22,14 +22,14 @@ def command(chosen: argparse.Namespace) -> int:
     from plumbob.engines.study.provenance import provenance
     from plumbob.engines.sweep import store
     from plumbob.engines.sweep.sweep import sweep, sweep_of
-    from plumbob.reports.commands.validate import progress
+    from plumbob.reports.commands.arguments.console import progress
     from plumbob.reports.view.own_files import replaceable
     from plumbob.reports.view.sweep.page import page_name, write_sweep_page
     from plumbob.reports.view.sweep.text import words
 
     sides, counts = zip(*chosen.vary, strict=True)
     methods = [find_method(name) for name in dict.fromkeys(chosen.method)]
-    steps = list(dict.fromkeys(chosen.step or [finest(methods[0])]))
+    steps = list(dict.fromkeys(chosen.step or [values.default_step(methods[0])]))
     with values.representable(chosen.changes):
         around = box(chosen.scene, chosen.changes, sides)
     asked = sweep_of(around, counts, methods, steps)
@@ -61,8 +61,3 @@ def command(chosen: argparse.Namespace) -> int:
     stored = min(len(there) * asked.chunk, asked.points)
     values.show(chosen, record, "sweep", **texts, stored=stored, page=page)
     return INCOMPLETE if swept.lost else 0
-
-
-def finest(method: Method) -> float:
-    """The step [s], or tolerance, that a run has unless another is asked for."""
-    return (method.step_sizes or (1e-3,))[-1]

@@ -4,14 +4,10 @@ from __future__ import annotations
 
 import argparse
 import shlex
-import sys
-import tempfile
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.method import USER_METHOD, Method
 from plumbob.engines.registry import engine_of, installed
 from plumbob.engines.registry import methods as find_methods
@@ -20,13 +16,13 @@ from plumbob.engines.study.checkpoint import measured_into
 from plumbob.engines.study.convergence import SEED
 from plumbob.engines.study.results import Analysed, Study
 from plumbob.engines.study.runner import run_study
-from plumbob.engines.study.scheduler import Progress
 from plumbob.engines.workers import Workers
 from plumbob.models.registry import scenes as find_scenes
 from plumbob.models.scene import Scene
 from plumbob.reports.advice.json_records import records
 from plumbob.reports.advice.user_settings import user_results
 from plumbob.reports.commands.arguments import values
+from plumbob.reports.commands.arguments.console import note, progress, writable_folder
 from plumbob.reports.commands.arguments.like import METHODS as LIKE_METHODS
 from plumbob.reports.commands.arguments.like import SCENES as LIKE_SCENES
 from plumbob.reports.commands.arguments.like import beside, own_method
@@ -75,11 +71,11 @@ def _validated(
 
     junit = replaceable("junitxml", Path(chosen.junitxml)) if chosen.junitxml else None
     own_site("out", Path(chosen.out))
-    out = writable("out", Path(chosen.out))
+    out = writable_folder("out", Path(chosen.out))
     if junit:
-        writable("junitxml", junit.parent)
+        writable_folder("junitxml", junit.parent)
     with Workers(jobs) as workers:
-        with measured_into(out / store.FILE, chosen.fresh, noted) as kept, progress() as show:
+        with measured_into(out / store.FILE, chosen.fresh, note) as kept, progress() as show:
             try:
                 run_study(
                     scenes,
@@ -100,7 +96,7 @@ def _validated(
                 )
                 raise
         for what in kept.given_up:
-            noted(f"given up: {what}; the same command tries it again")
+            note(f"given up: {what}; the same command tries it again")
         try:
             code = _report(chosen, out, kept.number, junit, judged[0])
             return code or (INCOMPLETE if kept.given_up else 0)
@@ -164,47 +160,3 @@ def exit_code(study: Study, every: Results) -> int:
     user = {of.judged.verdict for of in every.values() if of.name == USER_METHOD}
     nothing = user and user <= {"unsupported", "missing"}
     return INCOMPLETE if nothing or "missing" in verdicts else 0
-
-
-def noted(what: str) -> None:
-    """Say on stderr what has become of a study."""
-    print(f"plumbob: {what}", file=sys.stderr)
-
-
-def writable(name: str, folder: Path) -> Path:
-    """`folder`, made if need be, if a file can be written there; raises ParameterError."""
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryFile(dir=folder):
-            return folder
-    except OSError as error:
-        raise ParameterError(
-            name, str(folder), f"a folder to write to ({error.strerror})"
-        ) from None
-
-
-@contextmanager
-def progress() -> Iterator[Progress]:
-    """A function that shows on a terminal's stderr what is being done, and how much of how much;
-    silence elsewhere."""
-    if not sys.stderr.isatty():
-        yield lambda what, done, total: None
-        return
-    from rich import progress as rich
-    from rich.console import Console
-
-    bar = rich.Progress(
-        rich.TextColumn("{task.description:<56}"),
-        rich.BarColumn(),
-        rich.MofNCompleteColumn(),
-        console=Console(stderr=True),
-        transient=True,
-        redirect_stdout=sys.stdout.isatty(),  # else what is printed meanwhile is for a pipe
-    )
-    with bar:
-        task = bar.add_task("", total=None)
-
-        def show(what: str, done: int, total: int) -> None:
-            bar.update(task, description=what[:56], completed=done, total=total or None)
-
-        yield show

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from plumbob.engines.registry import method as find_method
 from plumbob.reports.commands.arguments import values
-from plumbob.reports.commands.sweep import finest
+from plumbob.reports.commands.arguments.values import default_step
 
 if TYPE_CHECKING:
     from plumbob.engines.method import Method
@@ -25,7 +25,7 @@ def command(chosen: argparse.Namespace) -> int:
     from plumbob.engines.sweep import store
     from plumbob.engines.sweep.sweep import run_error, runnable
     from plumbob.engines.sweep.worst import search
-    from plumbob.reports.commands.validate import progress
+    from plumbob.reports.commands.arguments.console import progress
     from plumbob.reports.view.sweep.text import place, size
 
     method = find_method(chosen.method)
@@ -37,7 +37,7 @@ def command(chosen: argparse.Namespace) -> int:
         answer = search(
             around,
             method,
-            chosen.step or finest(method),
+            chosen.step or default_step(method),
             chosen.budget,
             score,
             progress=lambda done, of, worst: show(f"worst so far {worst:.3g}", done, of),

@@ -100,11 +100,9 @@ def user_model(model: Any, start: Start) -> tuple[Any, str, Start]:
     if isinstance(model, (str, Path)):
         return _of_file(Path(model)), str(model), start
     if isinstance(model, mujoco.MjData):
-        state = {name: tuple(map(float, getattr(model, name))) for name in ("qpos", "qvel")}
-        for name in state:
-            if getattr(start, name) is not None:
-                state[name] = getattr(start, name)
-        return model.model, "model", replace(start, **state)
+        qpos = model.qpos.tolist() if start.qpos is None else start.qpos
+        qvel = model.qvel.tolist() if start.qvel is None else start.qvel
+        return model.model, "model", replace(start, qpos=qpos, qvel=qvel)
     if isinstance(model, mujoco.MjSpec):
         with _refused("model", "MjSpec", "one that compiles"):
             return model.copy().compile(), "model", start

@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from concurrent.futures import Executor
 
     from plumbob.engines.box import Side
+    from plumbob.engines.method import Method
     from plumbob.models.scene import Scene
 
 T = TypeVar("T")
@@ -204,3 +205,8 @@ def print_json(value: Any) -> None:
 
     json.dump(plain(value), sys.stdout, indent=1)
     print()
+
+
+def default_step(method: Method) -> float:
+    """The step [s], or tolerance, of a run unless another is asked for."""
+    return (method.step_sizes or (1e-3,))[-1]
