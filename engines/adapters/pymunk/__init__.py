@@ -1,4 +1,4 @@
-"""pymunk as an engine: its methods, and the translation of a scene to a space."""
+"""pymunk as an engine: its methods and abilities. pymunk is imported when one of them is called."""
 
 from __future__ import annotations
 

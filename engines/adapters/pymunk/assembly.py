@@ -1,4 +1,4 @@
-"""Bodies and joints of a capsule in pymunk, for either view: how they start and what they carry."""
+"""Bodies and joints of a capsule in pymunk, seen from above or from the side, and their start."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ from plumbob.engines.adapters.pymunk.simulation import vector
 from plumbob.engines.trajectory import ByName
 from plumbob.models.tripod_capsule.observed import Pose
 
-SETTLING_ITERATIONS = 1000  # of the solver, which starts without impulses of a step before
-NO_TURNING = float("inf")  # moment of inertia of a body that does not turn
+SETTLING_ITERATIONS = 1000  # iterations that find the impulses at the start
+NO_TURNING = float("inf")  # moment of inertia of a body that cannot turn
 
 
 @dataclass(frozen=True)
@@ -23,22 +23,23 @@ class Assembly:
     """Bodies and the slider's joint of a capsule; complex numbers are x + iy."""
 
     space: pymunk.Space
-    body: pymunk.Body  # its origin is its own centre of mass, not C
+    body: pymunk.Body  # its origin is the body's centre of mass, not C
     slider: pymunk.Body
-    joint: pymunk.PivotJoint  # of `body` and `slider`
-    start: complex  # of the slider, from C in axes of `body` [m]
-    line: complex = 1.0 + 0.0j  # direction of the slider's line, in these axes
-    centre: complex = 0j  # C in these axes [m]
+    joint: pymunk.PivotJoint  # joint between `body` and `slider`
+    start: complex  # place of the slider at the start, from C, in the axes of `body` [m]
+    line: complex = 1.0 + 0.0j  # direction of the slider's line in the axes of `body`
+    centre: complex = 0j  # place of C in the axes of `body` [m]
 
     @property
     def momentum(self) -> complex:
-        """Of all that moves [kg m/s]."""
+        """The momentum of all moving bodies [kg m/s]."""
         return sum((part.mass * complex(*part.velocity) for part in self.space.bodies), 0j)
 
     @property
     def motion(self) -> tuple[complex, complex, complex, complex]:
-        """Place [m] and velocity [m/s] of C in the world, and of the slider from C in the body:
-        velocities belong to half a step after positions."""
+        """Place [m] and velocity [m/s] of C in the world, then place and velocity of the slider
+        relative to C in the axes of the body. Velocities belong to the time half a step after the
+        positions."""
         body = self.body
         slider = self.slider
         spin = 1j * self.body.angular_velocity
@@ -53,7 +54,7 @@ class Assembly:
 
     @property
     def pose(self) -> Pose:
-        """As rigid-body engines tell it."""
+        """The pose as engines of rigid bodies give it."""
         place, velocity, inside, sliding = self.motion
         slid = (inside - self.start) / self.line
         pace = sliding / self.line
@@ -67,21 +68,22 @@ class View:
     """A capsule as seen from above or from the side."""
 
     assembly: Assembly
-    shown: Callable[[], ByName]  # the observables that its pose shows
-    loads: Callable[[], Iterable[float]]  # N_i [N]
+    shown: Callable[[], ByName]  # returns the observables of the pose
+    loads: Callable[[], Iterable[float]]  # returns the normal forces N_i [N]
     set_limits: Callable[[complex], None] = lambda place: None
-    """Sets the friction limits for a slider at x + iy from C [m, axes of the body]; contacts have
-    their own normal forces."""
+    """Place x + iy of the slider from C, in the axes of the body [m] -> nothing: sets the friction
+    limits. A view with contacts needs none: contacts have normal forces."""
 
 
 def begun(setup: CapsuleSetup) -> float:
-    """Speed of the slider on its line at the start [m/s]."""
+    """The speed of the slider on its line at the start [m/s]."""
     velocity = setup.relative_velocity
     return 0.0 if velocity is None else float(velocity(np.zeros(1))[0])
 
 
 def pin_joint(body: pymunk.Body, part: pymunk.Body, anchor: complex) -> pymunk.PivotJoint:
-    """Joint that keeps `part` at `anchor` [m, axes of `body`], closed in every step."""
+    """A joint that keeps the centre of `part` at `anchor` [m, axes of `body`], and closes its
+    opening in every step."""
     joint = pymunk.PivotJoint(body, part, vector(anchor), (0.0, 0.0))
     joint.error_bias = 0.0
     return joint
@@ -90,8 +92,8 @@ def pin_joint(body: pymunk.Body, part: pymunk.Body, anchor: complex) -> pymunk.P
 def friction_joint(
     space: pymunk.Space, part: pymunk.Body, anchor: complex
 ) -> pymunk.PivotJoint:
-    """Joint that brings the point `anchor` [m, axes of `part`] to rest, wherever it is: friction,
-    once its largest force is set."""
+    """A joint that brings the point `anchor` of `part` [m, axes of `part`] to rest wherever the
+    point is. With a largest force the joint acts as friction."""
     joint = pymunk.PivotJoint(part, space.static_body, vector(anchor), (0.0, 0.0))
     joint.max_bias = 0.0
     return joint
@@ -104,12 +106,11 @@ def place_part(
     centre_of_mass: complex,
     step: float,
 ) -> None:
-    """Put `part` at its start: pinned at `anchor` to a body with this `centre_of_mass`, both from C
-    [m, body axes].
+    """Puts `part` at its start: pinned at `anchor` to a body with this `centre_of_mass`, both
+    relative to C [m, axes of the body].
 
-    A joint that closes in one step is open by what the step before opened; if it started closed,
-    its first impulse would be a jerk.
-    """
+    A joint that closes in one step is open by as much as the step before has opened it. If the
+    joint started closed, its first impulse would be too large."""
     turned = cmath.exp(1j * setup.heading)
     turn = 1j * step * setup.heading_rate
     opening = cmath.exp(-turn) * (1 + turn) - 1

@@ -1,5 +1,5 @@
-"""The capsule in pymunk, for all its systems: seen from above on feet or on bare pivots, or from
-the side."""
+"""The capsule in pymunk, for all of its systems: seen from above, on feet or on bare pivots, or
+seen from the side."""
 
 from __future__ import annotations
 
@@ -36,14 +36,14 @@ from plumbob.engines.method import Method, Unsupported
 from plumbob.engines.trajectory import ByName
 from plumbob.models.tripod_capsule.observed import limits
 
-# Places at which a slider that does not keep to one line is looked at for its largest factor.
+# number of places of a slider that leaves its line, at which the solver's factor is evaluated
 PLACES = 65
 Read = Callable[[], ByName]
 
 
 def build(problem: CapsuleProblem, method: Method, step: float) -> Translation:
-    """Translate a capsule's problem in the model that the method's settings name: seen from above
-    on `feet` or on bare `pivots`, or seen from the `side`; raises Unsupported."""
+    """The translation of a capsule, in the model that the method's settings name: seen from above
+    on "feet" or on bare "pivots", or seen from the "side". Raises Unsupported."""
     setup = problem.setup
     model = method.settings.get("model")
     turning = bool(setup.heading_rate) or setup.plane_velocity is not None
@@ -69,14 +69,14 @@ def build(problem: CapsuleProblem, method: Method, step: float) -> Translation:
 def model_error(
     problem: CapsuleProblem, duration: float, method: Method, step: float
 ) -> ModelError:
-    """Bounds on the model's error of each observable over `duration` [s], by reason."""
+    """Bounds on the error of each observable over `duration` [s], by reason."""
     solver = described(problem, method, step)
     return sequential_impulse_bounds.model_error(problem, duration, solver)
 
 
 def described(problem: CapsuleProblem, method: Method, step: float) -> SequentialImpulse:
-    """The method's model and solver as theory needs them: the iterations are the method's, or as
-    many more as the capsule needs where more of them help."""
+    """The record of the method's model and solver for theory. The number of iterations is the
+    method's, or larger if the capsule needs more and more of them help."""
     setup = problem.setup
     capsule = problem.setup.capsule
     depth = 0.0
@@ -102,21 +102,23 @@ def described(problem: CapsuleProblem, method: Method, step: float) -> Sequentia
     return SequentialImpulse(model, step, iterations, reach, factor, one_foot, depth)
 
 
-@lru_cache(maxsize=32)  # the same for every step of a scene
+@lru_cache(maxsize=32)  # all steps of a scene have the same factor
 def _largest_feet_factor(capsule: Capsule, mass: float, places: bytes) -> float:
-    """The largest `feet_factor` over `places` of the slider, pairs of doubles."""
+    """The largest `feet_factor` over places of the slider, given as the bytes of pairs of
+    doubles."""
     return max(
         feet_factor(capsule, mass, place) for place in np.frombuffer(places).reshape(-1, 2)
     )
 
 
 def _readings(setup: CapsuleSetup, view: View) -> tuple[Read, Read | None]:
-    """The observables that a pose shows; along a line the N_i too, and, once the step that follows
-    is done, the friction in it and the force on the slider.
+    """Two functions: one reads the observables at a sample, the other reads the observables of the
+    step that begins at the sample, when the step is done. The second is None in the plane.
 
-    pymunk gives the magnitude of a joint's impulse and not its direction: friction is what the
-    momentum gains beyond gravity, and the driving force what the slider's gains.
-    """
+    The first gives the pose and, along a line, the normal forces N_i. The second gives friction and
+    the driving force. pymunk tells the magnitude of a joint's impulse but not its direction:
+    friction is therefore the gain of momentum beyond gravity's, and the driving force is the same
+    for the slider."""
     if setup.in_plane:
         return view.shown, None
     parts = view.assembly

@@ -1,22 +1,21 @@
-"""The capsule seen from above in pymunk: on feet or on bare pivots, and their friction.
+"""The capsule in pymunk, seen from above: on feet or on bare pivots, with their friction.
 
 Feet: friction that converges. A joint to the ground with a largest force is Coulomb friction only
-where it is solved alone, that is for the point mass that it holds: clamped on a rigid body off its
-centre, its impulse has the direction of K^-1 v, not of v. So each support is a small body that
-cannot turn, with a friction joint to the ground and a pin to the body, and the solver's iterations
-carry the forces from one to the other. The feet's masses, and what they add to the inertia, are
-taken off the body.
+if it acts on a point mass. On a rigid body, away from its centre, the clamped impulse has the
+direction of K^-1 v, and not of v. So each support is a small body that cannot turn, with a friction
+joint to the ground and a pin to the body; the solver's iterations carry the forces from one to the
+other. The masses of the feet, and their contribution to the moment of inertia, are subtracted from
+the body.
 
-A foot may stand beside its pin: that has no part in friction, which acts on the body at the pin.
-While the body turns, a pin has to close its opening, or the feet lag behind the turn. While the
-body does not turn, a pin must not close: sticking feet cannot follow, closing strains them against
-each other more in every step, and that uses friction up (near the friction limit the body drifts,
-0.1 mm in 10 s at 0.999 of it).
+A foot may be displaced from its pin without effect on friction, which acts on the body at the pin.
+While the body turns, pins must close their openings; otherwise the feet lag behind the rotation.
+While the body does not turn, pins must not close: sticking feet cannot follow, so that closing
+strains them against each other more in every step and uses up friction (at 0.999 of the friction
+limit the body then drifts by 0.1 mm in 10 s).
 
-Pivots: friction that does not converge. The naive model, here to be measured: the solver clamps the
-impulse that would bring the support to rest, which on a rigid body off its centre is not along the
-support's velocity. No step and no number of iterations fixes it.
-"""
+Pivots: friction that does not converge. It is the naive model, and is here to be measured: the
+solver clamps the impulse that would bring the support to rest, which is not along the support's
+velocity. No step and no number of iterations corrects it."""
 
 from __future__ import annotations
 
@@ -40,26 +39,28 @@ from plumbob.engines.adapters.pymunk.assembly import (
 from plumbob.engines.adapters.pymunk.simulation import vector
 from plumbob.models.tripod_capsule.observed import observed
 
-FOOT_FRACTION = 0.1  # of the body's mass in each foot: with lighter feet the solver is slower
-LEAST_INERTIA = 0.25  # fraction of the body's inertia that the feet leave to it
-NO_CLOSING = 1.0  # error_bias of a joint that closes nothing
+FOOT_FRACTION = (
+    0.1  # mass of a foot over the body's mass: with lighter feet the solver is slower
+)
+LEAST_INERTIA = 0.25  # smallest fraction of the moment of inertia that stays with the body
+NO_CLOSING = 1.0  # error_bias of a joint that never closes its opening
 
 
 def foot_mass(capsule: Capsule) -> float:
-    """Mass of a foot [kg]: FOOT_FRACTION of the body's, or less where the body would keep less
-    than LEAST_INERTIA of its inertia.
+    """The mass of a foot [kg]: FOOT_FRACTION of the body's mass, or less if the body would
+    otherwise keep less than LEAST_INERTIA of its moment of inertia.
 
-    With the feet's masses m_f the body keeps J - m_f sum A_i^2 - m_b c^2, c its own centre of mass,
-    and m_b c^2 <= 3 m_f^2 sum A_i^2 / m_b.
-    """
+    With feet of mass m_f the body keeps J - m_f sum A_i^2 - m_b c^2, where c is the body's new
+    centre of mass, and m_b c^2 <= 3 m_f^2 sum A_i^2 / m_b."""
     spread = float(np.square(capsule.supports).sum())
     most = (1.0 - LEAST_INERTIA) * capsule.inertia / (capsule.body_mass * spread)
     return capsule.body_mass * min(FOOT_FRACTION, most / (1.0 + 3.0 * most))
 
 
 def from_above(setup: CapsuleSetup, step: float, feet: bool, turning: bool) -> View:
-    """The capsule on feet or on bare pivots, in a motion in which it turns or not. This view has no
-    contacts: its N_i are those of statics, and friction is limited by them."""
+    """The capsule seen from above, on feet or on bare pivots. `turning` says whether it turns
+    during the motion. This view has no contacts: the normal forces N_i are those of statics, and
+    limit friction."""
     mass = foot_mass(setup.capsule) if feet else 0.0
     assembly = _body_and_slider(setup, mass, step)
     friction = setup.capsule.friction

@@ -29,13 +29,14 @@ from plumbob.engines.trajectory import ByName
 from plumbob.models.tripod_capsule.observed import observed_on_a_line
 
 FOOT = 1.0  # [m] radius of a foot: the larger, the less a rounded contact tilts its normal
-DEPTH = 1e-9  # [m] overlap of feet and ground: only what overlaps is in contact
-SLOP = 1e-6  # [m] of overlap that pymunk leaves alone
-GROUND = 1e3  # [m] to each side
+DEPTH = 1e-9  # [m] overlap of feet and ground: shapes are in contact only if they overlap
+SLOP = 1e-6  # [m] overlap that pymunk does not correct
+GROUND = 1e3  # [m] length of the ground to each side
 
 
 def from_the_side(setup: CapsuleSetup) -> View:
-    """Body and slider at height zero, x along the line and y up; C starts at the origin."""
+    """The capsule seen from the side: body and slider at height zero, x along the line, y up. C
+    starts at the origin."""
     capsule = setup.capsule
     space = pymunk.Space()
     space.gravity = (setup.pull, -setup.press)
@@ -65,26 +66,26 @@ def from_the_side(setup: CapsuleSetup) -> View:
 
 
 def along(setup: CapsuleSetup, vector: tuple[float, float]) -> float:
-    """Component along the line of a vector in body axes."""
+    """The component along the slider's line of a vector in the axes of the body."""
     return (complex(*vector) * cmath.rect(1.0, -setup.direction)).real
 
 
 def foot_reach(setup: CapsuleSetup) -> tuple[float, float]:
-    """Places of the hindmost and the foremost support along the line, from C [m]."""
+    """The places of the hindmost and the foremost support along the line, relative to C [m]."""
     places = [along(setup, support) for support in setup.capsule.supports]
     return min(places), max(places)
 
 
 def side_moment(setup: CapsuleSetup) -> float:
-    """Moment of inertia about the axis across the line [kg m^2], that of half the body's mass at
-    each foot; it has no part in a motion without heights."""
+    """The moment of inertia about the axis across the line [kg m^2]: that of half the body's mass
+    at each foot. In a motion without heights it has no effect."""
     hind, fore = foot_reach(setup)
     return setup.capsule.body_mass * ((fore - hind) / 2) ** 2
 
 
 def _normal_forces(setup: CapsuleSetup, parts: Assembly, feet: list[pymunk.Circle]) -> Array:
-    """N_i in the last step [N]: the loads of both feet and their centre of pressure, carried by
-    three supports by statics, across the line too."""
+    """The normal forces N_i in the last step [N]. The loads of the two feet give the sum of the
+    forces and the centre of pressure along the line; statics divides them among three supports."""
     pushed: dict[pymunk.Shape, float] = {}  # [N s]
 
     def note(arbiter: pymunk.Arbiter) -> None:

@@ -1,5 +1,5 @@
-"""The methods that pymunk offers: its one integrator, joints with default settings or closed in one
-step, and three models of the capsule's supports."""
+"""The methods of pymunk: its integrator with joints that close slowly, by default, or in one step;
+and three models of the capsule's supports."""
 
 from __future__ import annotations
 
@@ -11,19 +11,19 @@ from plumbob.engines.method import Method
 from plumbob.models.scene import ON_PLANE, ON_SUPPORTS, SMOOTH
 from plumbob.models.tripod_capsule.parameters import ONE_LINE
 
-# Moves first, then solves the velocities. With default settings a joint closes at a rate of 6.3/s:
-# it stays open by some h w^2 L / 13, which lengthens the rod and takes energy. With error_bias 0 it
-# closes in one step (analytic/errors/smooth_motion/stepped_rotor.py has both).
+# A step moves bodies first, then solves for velocities. With default settings a joint closes at a
+# rate of 6.3/s: it stays open by about h w^2 L / 13, which lengthens the rod and takes energy. With
+# error_bias 0 it closes in one step. analytic/errors/smooth_motion/stepped_rotor.py has both.
 EULER_STEP = Scheme(EULER, position_first=True)
 CLOSING_RATE = -60.0 * math.log(0.899999976158142)  # [1/s], default error_bias: (1 - 0.1)^60 of
 # single-precision numbers
-# Linkages in the plane: of smooth systems all but those in space, and a body without a joint.
+# smooth systems that are linkages in the plane
 SYSTEMS = ("simple-pendulum", "!heavy-top", "!rolling-disc", "!projectile")
-# Of m L^2: pymunk wants a moment of inertia, a point has none. Taken off the rod's length it hardly
-# shows in the swing, but the joint's equations lose as many digits as it is small: at 1e-12, and
-# one iteration of the solver, the bob flies off.
+# Moment of inertia of a point mass, as a fraction of m L^2: pymunk needs one above zero. The rod is
+# shortened to balance its effect on the swing. A smaller one costs digits in the joint's equations:
+# with 1e-12 and one iteration of the solver the bob flies off.
 MOMENT = 1e-7
-# [s], of a run that ends on the floor, whose ends are as far as a body may get in it.
+# [s] time for which a floor is long enough: no body reaches its ends earlier
 FLOOR_TIME = 60.0
 JOINTED = replace(EULER_STEP, joint_closing_rate=CLOSING_RATE, jointed_moment=MOMENT)
 ABOVE = "seen from above: statics gives the support forces, and no contact"
@@ -38,10 +38,11 @@ METHODS = (
         systems=SYSTEMS,
         kinds=(SMOOTH,),
     ),
-    # The linear pendulum is a body on a spring, without a joint: Euler's step and no more.
+    # The linear pendulum is a body on a spring, without a joint: its step is Euler's alone.
     Method("pymunk/spring", EULER_STEP, 1, systems=("linear-pendulum", "servo")),
     Method("pymunk/contact", EULER_STEP, 1, systems=("projectile",), kinds=(ON_PLANE,)),
-    # No rotating platform in the plane: its moments about the axle are a torque, without a joint.
+    # There is no rotating platform in the plane: its moments about the axle are applied as a
+    # torque.
     Method("pymunk/torque", EULER_STEP, 1, systems=("cone-pendulum",)),
     *(
         Method(

@@ -1,4 +1,4 @@
-"""Moments on a body that hangs on a platform which turns."""
+"""Moments on a body that hangs on a turning platform."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ from plumbob.engines.method import Unsupported
 
 
 def turning_rate(mechanism: Mechanism, links: Links) -> float | None:
-    """The rate [rad/s] at which the plane turns about its upward direction: that of the joint whose
-    motion is prescribed, None without one. Raises Unsupported."""
+    """The rate at which the plane turns about its upward direction [rad/s], which a joint
+    prescribes; None if no joint does. Raises Unsupported."""
     platforms = [joint for joint in mechanism.joints if joint.velocity is not None]
     if not platforms:
         return None
@@ -35,9 +35,9 @@ def turning_rate(mechanism: Mechanism, links: Links) -> float | None:
 def platform_spring(
     mechanism: Mechanism, links: Links, link: Link, rate: float
 ) -> Callable[[object, float], float]:
-    """The moment of the weight and of the centrifugal forces against the hinge of a body [N m], by
-    a spring of pymunk, which has no effect, and the body's angle, in a plane that turns about its
-    upward direction at a rate [rad/s].
+    """A function that returns the moment of weight and centrifugal forces against the hinge of a
+    body [N m], in a plane that turns about its upward direction at a `rate` [rad/s]. Its arguments
+    are a spring of pymunk, which is not used, and the body's angle [rad].
 
     The centrifugal moment of a body whose centre is (y, z) from a hinge at p from the axis is
     (I_yz - m z (p + y)) rate^2, and the turned I_yz is I_yz cos 2a + (I_yy - I_zz) sin 2a / 2 with
@@ -66,8 +66,8 @@ def platform_spring(
 def _inertia(
     mechanism: Mechanism, links: Links, link: Link, square: float
 ) -> tuple[float, float]:
-    """The difference of a body's moments of inertia about a hinge, along the plane's directions to
-    the right and up, and their product of inertia [kg m^2], times a `square` of a rate."""
+    """The difference of a body's moments of inertia about its hinge, along the plane's right and up
+    directions, and the product of inertia [kg m^2], both times `square`, a squared rate."""
     turn = links.drawn.turns[link.body]
     inertia = turn @ mechanism.bodies[link.body].inertia @ turn.T
     right, up = links.plane.right, links.plane.up

@@ -1,4 +1,4 @@
-"""A planar mechanism as bodies and joints of pymunk."""
+"""Builds a planar mechanism from bodies and joints of pymunk."""
 
 from __future__ import annotations
 
@@ -33,29 +33,30 @@ from plumbob.engines.mechanism import Actuator, Mechanism
 from plumbob.engines.method import Method, Unsupported
 from plumbob.engines.stepper import State
 
-# Iterations of the solver. With one joint or contact pymunk's own number is more than enough; a
-# body hears of a joint after as many as there are joints between.
+# Iterations of the solver for several joints or contacts, and for bodies piled on each other. An
+# impulse needs one iteration for each joint that it passes. For one joint pymunk's default
+# suffices.
 SEVERAL, PILED = 50, 20
-FAR = 1e3  # sizes of a mechanism that a slide extends to either side
+FAR = 1e3  # length of a slide to either side, in sizes of the mechanism
 Push = Callable[[Sequence[float]], None]
-"""Exerts forces in the step that begins, by the controls."""
+"""Controls -> nothing: exerts forces in the step that begins."""
 
 
 @dataclass(frozen=True)
 class Planar:
-    """What is built of a mechanism with a method. The links have the moments of inertia and the
-    centres of pymunk's bodies."""
+    """A mechanism as it is built in pymunk by a method. The links have the moments of inertia and
+    the centres of pymunk's bodies."""
 
     mechanism: Mechanism
     method: Method
     links: Links
     surfaces: Surfaces
-    rate: float | None  # [rad/s], of a plane that turns about its upward direction
-    wheels: bool  # whether all links turn about hinges that no force pushes them off
+    rate: float | None  # [rad/s] rate of a plane that turns about its upward direction
+    wheels: bool  # whether all links turn about hinges that carry no force
 
     @cached_property
     def gravity(self) -> complex:
-        """In the plane [m/s^2]."""
+        """Gravity in the plane [m/s^2]."""
         return self.links.plane.flat(self.mechanism.gravity)
 
     @property
@@ -65,8 +66,8 @@ class Planar:
         return max([*centres, *(surface.size for surface in self.surfaces.all)])
 
     def guided(self, slide: Slide) -> bool:
-        """Whether a link on one slide needs a joint that keeps it there: something may push it
-        across the slide."""
+        """Whether a link on one slide needs a joint that keeps it on the slide, since something may
+        push it across the slide."""
         rubbed = any(pair.friction for pair in self.surfaces.pairs)
         carries = any(link.parent != WORLD for link in self.links.all)
         weight = abs((self.gravity * slide.along.conjugate()).imag)
@@ -75,8 +76,8 @@ class Planar:
 
 
 def planar_of(mechanism: Mechanism, start: State, method: Method) -> Planar:
-    """What is built of a mechanism that starts in a state; raises Unsupported, which names the part
-    that pymunk cannot have."""
+    """A mechanism as it is built in pymunk, for a start in this state; raises Unsupported, which
+    names a part that pymunk cannot express."""
     links = links_of(mechanism, start)
     surfaces = surfaces_of(mechanism, links, start)
     rate = turning_rate(mechanism, links)
@@ -92,12 +93,14 @@ def planar_of(mechanism: Mechanism, start: State, method: Method) -> Planar:
     wheels = alone and (weightless or rate is not None)
     bodies = [_as_body(mechanism, link, wheels) for link in links.all]
     planar = Planar(mechanism, method, replace(links, all=bodies), surfaces, rate, wheels)
-    assembled(planar, planar.links.poses(start))  # what cannot be is refused here, not later
+    assembled(
+        planar, planar.links.poses(start)
+    )  # raises Unsupported now, and not when it is put
     return planar
 
 
 def _as_body(mechanism: Mechanism, link: Link, wheel: bool) -> Link:
-    """A link with the moment of inertia and the centre of its body in pymunk."""
+    """A link with the moment of inertia and the centre of its pymunk body."""
     if link.hinge is None:
         return replace(link, moment=math.inf)
     joint = mechanism.joints[link.hinge.joint]
@@ -109,8 +112,8 @@ def _as_body(mechanism: Mechanism, link: Link, wheel: bool) -> Link:
         raise Unsupported(f"pymunk has no inertia of a joint beside its bodies': {joint.name}")
     if not link.point:
         return link
-    # pymunk wants a moment of inertia, I. About a hinge on the world (I + m a^2) / (m a) = L makes
-    # a point at L of a body at a.
+    # pymunk needs a moment of inertia I. About a hinge on the world, a body at a distance a swings
+    # like a point at L if (I + m a^2) / (m a) = L.
     moment = MOMENT * link.mass * length**2
     arm = length
     if link.parent == WORLD and not link.slides:
@@ -124,17 +127,17 @@ class Assembly:
 
     planar: Planar
     space: pymunk.Space
-    bodies: list[pymunk.Body] = field(default_factory=list)  # of the links
-    shapes: list[pymunk.Shape] = field(default_factory=list)  # of the surfaces
-    pushes: list[Push] = field(default_factory=list)  # where controls are given
-    always: list[Push] = field(default_factory=list)  # those of them that need no controls
+    bodies: list[pymunk.Body] = field(default_factory=list)  # the bodies of the links
+    shapes: list[pymunk.Shape] = field(default_factory=list)  # the shapes of the surfaces
+    pushes: list[Push] = field(default_factory=list)  # forces under controls
+    always: list[Push] = field(default_factory=list)  # forces that also act without controls
 
     def body(self, link: int) -> pymunk.Body:
-        """The body of a link, or of the world."""
+        """The body of a link, or the static body for WORLD."""
         return self.space.static_body if link == WORLD else self.bodies[link]
 
     def pin(self, first: tuple[int, complex], second: tuple[int, complex]) -> None:
-        """Join two links at a point of each [m], from its centre in the drawing."""
+        """Joins two links at a point of each, relative to the link's centre in the drawing [m]."""
         (a, place), (b, other) = first, second
         self.join(pymunk.PivotJoint(self.body(a), self.body(b), vector(place), vector(other)))
 
@@ -172,7 +175,7 @@ def assembled(planar: Planar, poses: Sequence[Pose]) -> Assembly:
 
 
 def _iterations(planar: Planar, joints: int) -> int:
-    """Iterations of the solver in a step."""
+    """The number of iterations of the solver in a step."""
     surfaces = planar.surfaces
     usual = pymunk.Space().iterations
     if surfaces.piled:
@@ -183,9 +186,9 @@ def _iterations(planar: Planar, joints: int) -> int:
 
 
 def _hold(made: Assembly, number: int) -> None:
-    """Add the joint that keeps a link on its parent: a groove along its slide, or a pin at its
-    hinge. A link that may move anywhere in the plane needs none, nor do wheels, nor does a slide
-    that nothing pushes sideways."""
+    """Adds the joint that keeps a link on its parent: a groove along its slide, or a pin at its
+    hinge. No joint is needed for a link that may move anywhere in the plane, for wheels, and for a
+    slide that nothing pushes sideways."""
     link = made.planar.links.all[number]
     if link.slides:
         if not link.free and made.planar.guided(link.slides[0]):
@@ -203,7 +206,7 @@ def _hold(made: Assembly, number: int) -> None:
 
 
 def _push_along(made: Assembly, number: int, slide: Slide) -> None:
-    """Exert the forces of a slide's damper and actuators in each step."""
+    """Adds the forces of a slide's damper and actuators, which act in each step."""
     joint = made.planar.mechanism.joints[slide.joint]
     actuators = actuators_of(made.planar.mechanism, slide.joint)
     damped = bool(joint.damping[0]) or any(any(a.bias) for a in actuators)
@@ -229,20 +232,21 @@ def _push_along(made: Assembly, number: int, slide: Slide) -> None:
 
 
 def _add_push(made: Assembly, push: Push, without_controls: bool) -> None:
+    """Adds forces to a mechanism, which also act without controls if `without_controls`."""
     made.pushes.append(push)
     if without_controls:
         made.always.append(push)
 
 
 def _turn(made: Assembly, number: int, hinge: Hinge) -> None:
-    """Exert the moments of a hinge's spring, damper and actuators, and on a platform that turns
-    those of weight and centrifugal forces.
+    """Adds the moments of a hinge's spring, damper and actuators and, on a turning platform, the
+    moments of weight and centrifugal forces.
 
-    pymunk moves bodies before it changes their velocities. A moment set before a step is that of
-    the old angle: Euler's explicit rule, which gains energy. The moment of a spring is evaluated
-    with the new angle, and makes the step semi-implicit; so moments by the angle act as springs,
-    and those by the time and the rate alone are set before a step.
-    """
+    pymunk moves bodies before it changes their velocities. A moment that is set before a step
+    belongs to the old angle: that is Euler's explicit rule, which gains energy. pymunk evaluates
+    the moment of a spring at the new angle, which makes the step semi-implicit. So moments that
+    depend on the angle act as springs, and moments that depend only on time and rate are set before
+    a step."""
     planar = made.planar
     link = planar.links.all[number]
     joint = planar.mechanism.joints[hinge.joint]
@@ -262,7 +266,7 @@ def _turn(made: Assembly, number: int, hinge: Hinge) -> None:
 
         def push(controls: Sequence[float]) -> None:
             moment = sense * exerted(0.0, 0.0, controls)
-            body.torque = moment  # motors of bodies that it carries come after it
+            body.torque = moment  # motors of bodies that this body carries add to it later
             if link.parent != WORLD:
                 carrier.torque -= moment
 
@@ -278,7 +282,8 @@ def _turn(made: Assembly, number: int, hinge: Hinge) -> None:
 def _spring(
     made: Assembly, number: int, hinge: Hinge, servos: Sequence[Actuator]
 ) -> Callable[[pymunk.DampedRotarySpring, float], float]:
-    """The moment against a hinge [N m] by its angle, as pymunk asks for it."""
+    """The function that pymunk calls for the moment against a hinge [N m], with a spring and the
+    hinge's angle [rad]."""
     planar = made.planar
     link = planar.links.all[number]
     joint = planar.mechanism.joints[hinge.joint]
@@ -311,8 +316,8 @@ def _spring(
 
 
 def _push_point(made: Assembly, number: int, hinge: Hinge) -> None:
-    """Exert the moment of a hinge's damper and motors on a point as a force across its arm: a body
-    with next to no moment of inertia would lose the digits of a torque."""
+    """Adds the moment of a hinge's damper and motors on a point mass, as a force across its arm. A
+    torque would lose its digits on a body with hardly any moment of inertia."""
     link = made.planar.links.all[number]
     joint = made.planar.mechanism.joints[hinge.joint]
     motors = actuators_of(made.planar.mechanism, hinge.joint)

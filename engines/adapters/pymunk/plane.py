@@ -1,4 +1,4 @@
-"""The plane in which a mechanism moves, and its drawing there."""
+"""The plane in which a mechanism moves, and the drawing of the mechanism in that plane."""
 
 from __future__ import annotations
 
@@ -13,39 +13,39 @@ from plumbob.engines.method import Unsupported
 from plumbob.engines.peer_model import rotation
 from plumbob.engines.stepper import State
 
-# Directions and points that differ by less, relative to a unit vector or in metres, coincide: a
-# quaternion's rounding is 1e-16, and no mechanism is meant to be out of its plane by so little.
+# Directions and points coincide if they differ by less, relative to a unit vector or in metres. The
+# rounding of a quaternion is 1e-16, and no mechanism leaves its plane by so little on purpose.
 CLOSE = 1e-9
 
 
 @dataclass(frozen=True)
 class Plane:
-    """A plane in the world: unit vectors to the right, up, and along the normal, about which angles
-    in the plane count, shape (3,) each."""
+    """A plane in the world: unit vectors to the right, up, and along the normal, shape (3,) each.
+    Angles in the plane count about the normal."""
 
     right: Array
     up: Array
     normal: Array
 
     def flat(self, vector: Array) -> complex:
-        """The part of a vector in the plane: right + i up."""
+        """The part of a vector in the plane, as right + i up."""
         return complex(self.right @ vector, self.up @ vector)
 
     def across(self, vector: Array) -> float:
-        """The part of a vector along the normal."""
+        """The component of a vector along the normal."""
         return float(self.normal @ vector)
 
     def lifted(self, value: complex) -> Array:
-        """A vector of the plane in the world, shape (3,)."""
+        """A vector of the plane, right + i up, as a vector of the world, shape (3,)."""
         return value.real * self.right + value.imag * self.up
 
 
 @dataclass(frozen=True)
 class Drawing:
-    """Frames of the bodies in the world where every joint has its reference coordinates."""
+    """The frames of the bodies in the world if every joint has its reference coordinates."""
 
-    places: list[Array]  # of each body [m], shape (3,) each
-    turns: list[Array]  # of each body, rotation matrices, shape (3, 3) each
+    places: list[Array]  # place of each body [m], shape (3,) each
+    turns: list[Array]  # rotation matrix of each body, shape (3, 3) each
 
     def point(self, body: int, place: Array) -> Array:
         """A point of a body in the world [m], shape (3,)."""
@@ -57,7 +57,7 @@ class Drawing:
 
 
 def drawing(mechanism: Mechanism) -> Drawing:
-    """The frames of a mechanism's bodies in the world."""
+    """The drawing of a mechanism."""
     drawn = Drawing([np.zeros(3)], [np.eye(3)])
     for body in mechanism.bodies[1:]:
         drawn.places.append(drawn.point(body.parent, body.place))
@@ -87,8 +87,8 @@ def plane_of(mechanism: Mechanism, start: State, drawn: Drawing) -> Plane:
 
 
 def _perpendicular(lines: Sequence[Array], axis: Array) -> Array:
-    """The direction of the first of these lines that is not along an axis, as far as the line is
-    perpendicular to the axis: a unit vector."""
+    """A unit vector perpendicular to `axis`: the perpendicular part of the first line that is not
+    along the axis."""
     for line in lines:
         part = line - (line @ axis) * axis
         length = float(np.linalg.norm(part))
@@ -98,7 +98,7 @@ def _perpendicular(lines: Sequence[Array], axis: Array) -> Array:
 
 
 def _lines(mechanism: Mechanism, start: State, drawn: Drawing) -> Iterator[Array]:
-    """Directions in which something acts or moves, the first of which become up and right."""
+    """Yields directions in which something acts or moves. The first ones become up and right."""
     for touch in mechanism.touching:
         for shape in (mechanism.shapes[number] for number in touch.shapes):
             if shape.kind == "plane":

@@ -1,6 +1,6 @@
-"""Settings to copy: friction that converges and joints that close, as Python for any space.
+"""Settings to paste into a user's space: friction that converges, and joints that close, as Python.
 
-Works without pymunk. What the pasted friction does is explained in capsule_above.py.
+This module needs no pymunk. capsule_above.py explains the friction.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ LOOP = "while running:\n    space.step({step:g})"
 
 
 def settings(method: Method, step: float, stiffness: float | None, friction: float) -> Settings:
-    """Settings to paste for `method` at `step` [s]; raises ParameterError."""
+    """The settings to paste for `method` at `step` [s]; raises ParameterError."""
     if stiffness is not None:
         raise ParameterError("stiffness", stiffness, "left out: it is for mujoco's contacts")
     loop = LOOP.format(step=step)

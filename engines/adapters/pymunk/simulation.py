@@ -1,4 +1,4 @@
-"""A scene as a space of pymunk, and what its builders share."""
+"""A scene as a space of pymunk, and functions that builders share."""
 
 from __future__ import annotations
 
@@ -12,28 +12,29 @@ from plumbob.engines.trajectory import ByName
 
 @dataclass(frozen=True)
 class Translation:
-    """A scene as a space at its start, what to do before each step, and what to read off it."""
+    """A scene as a space at its start, with functions to act on it and to read it."""
 
     space: pymunk.Space
-    read: Callable[[], ByName]  # the observables of this moment
+    read: Callable[[], ByName]  # returns the present observables
     act: Callable[[float], None] | None = None
-    """Called with the time [s] before each step: forces last for one step."""
+    """Time [s] -> nothing: called before each step, since forces last for one step."""
     limits: ByName = field(default_factory=dict)
     """Magnitudes of observables that only a diverged run exceeds."""
     following: Callable[[], ByName] | None = None
-    """Observables of the step that begins at a sample: read when it is done."""
+    """Returns the observables of the step that began at a sample, when the step is done."""
 
 
 def vector(value: complex) -> tuple[float, float]:
-    """A plane vector as pymunk takes it."""
+    """A vector x + iy of the plane as pymunk takes it."""
     return value.real, value.imag
 
 
 def touching(
     space: pymunk.Space, body: pymunk.Body, shapes: Sequence[pymunk.Shape], **surface: float
 ) -> None:
-    """Add a body with its shapes to a space, in contact with each other: of what a `surface` is
-    like, such as its friction, engines take the product, and one side has 1."""
+    """Adds a body to a space, with shapes that touch the first of them. pymunk multiplies numbers
+    of two surfaces, such as their friction: the first shape has 1, the others have those of
+    `surface`."""
     ground, *others = shapes
     for name, value in surface.items():
         setattr(ground, name, 1.0)
@@ -43,8 +44,8 @@ def touching(
 
 
 def settle(space: pymunk.Space, step: float, iterations: int) -> None:
-    """Let the solver find the impulses of joints and contacts at the start, in a step that is
-    undone: it begins with those of a step before."""
+    """Lets the solver find the impulses of joints and contacts at the start, in a step that is
+    undone. The next step begins with these impulses."""
     usual = space.iterations
     bodies = space.bodies
     start = [(b.position, b.velocity, b.angle, b.angular_velocity) for b in bodies]

@@ -1,10 +1,9 @@
-"""The slider of the capsule driven along its path, with its whole reaction on the body.
+"""Drives the capsule's slider along its path, with the whole reaction on the body.
 
-Chipmunk advances positions before it solves velocities, so a joint is set for the places at the end
-of a step. On the body it is anchored where the slider then is: the two impulses are opposite and on
-one line, and no momentum is made. On the slider its anchor offset equals the remaining position
-error, which the joint turns into a velocity that closes it in one step.
-"""
+Chipmunk advances positions before it solves for velocities, so the joint is set for the places at
+the end of a step. On the body it is anchored where the slider will be: the two impulses are then
+opposite and on one line, so that momentum is conserved. On the slider its anchor is displaced by
+the remaining position error, which the joint turns into a velocity that closes it in one step."""
 
 from __future__ import annotations
 
@@ -20,20 +19,20 @@ from plumbob.analytic.systems.capsule_setup import CapsuleProblem
 from plumbob.engines.adapters.pymunk.assembly import View
 from plumbob.engines.adapters.pymunk.simulation import vector
 
-# Steps whose targets are computed at once: sums of other blocks differ by rounding.
+# number of steps whose targets are computed at once; another number changes sums by rounding
 BLOCK = 4096
 
 
 def targets(
     problem: CapsuleProblem, line: complex, start: complex, step: float
 ) -> Iterator[Any]:
-    """Places x + iy of the slider in the body [m, from C] at the end of the first step, of the
-    second and so on, on a `line`, or in the plane; from `start`.
+    """Yields the places x + iy of the slider in the body, relative to C [m], at the ends of the
+    steps, on a `line` or in the plane, from `start`.
 
-    They are left Riemann sums of velocity, half a step late, which make it exact at every grid
-    time. A path in the plane whose acceleration jumps on the grid alone has positions less half a
-    step of the velocity, which do not drift turn after turn.
-    """
+    The places are left Riemann sums of the velocity: they lag by half a step, which makes the
+    velocity exact at the ends of steps. If the acceleration of a path in the plane jumps only at
+    ends of steps, the places are the path's places less half a step of the velocity, which do not
+    drift from one turn to the next."""
     place = problem.setup.plane_place
     velocity = problem.setup.slider_velocity
     axes = np.array([line] if place is None else [1.0, 1.0j])
@@ -56,7 +55,8 @@ def targets(
 
 
 def _by_step(rows: Callable[[Array, float], Array], step: float) -> Iterator[Any]:
-    """The rows of steps of `step` [s], given their indices, one by one, without end."""
+    """Yields the rows of steps of `step` [s] one by one, without end. `rows` returns the rows of
+    the steps with given indices."""
     first = 0.0
     while True:
         yield from rows(np.arange(first, first + BLOCK), step).tolist()
@@ -66,9 +66,10 @@ def _by_step(rows: Callable[[Array, float], Array], step: float) -> Iterator[Any
 def driven(
     view: View, places: Iterator[Any], step: float, turning: bool
 ) -> Callable[[float], None]:
-    """Function to call before each step of `step` [s], on a way through `places`. Where the body is
-    `turning`, computes where body and slider will be. Else the slider will be at its last target,
-    and no state is read: on a turn it would be beside that place, and make a torque."""
+    """A function to call before each step of `step` [s], which drives the slider through `places`.
+    If the body is `turning`, the function computes where body and slider will be: the slider's last
+    target would be beside that place, and make a torque. Otherwise the slider will be at its last
+    target."""
     parts = view.assembly
     set_limits = view.set_limits
     here = next(places)
