@@ -1,4 +1,4 @@
-"""The bodies of a mechanism that move in a plane, and their joints' coordinates."""
+"""The bodies of a mechanism as links that move in a plane, and the coordinates of their joints."""
 
 from __future__ import annotations
 
@@ -16,68 +16,70 @@ from plumbob.engines.mechanism import Joint, Mechanism
 from plumbob.engines.method import Unsupported
 from plumbob.engines.stepper import State
 
-WORLD = -1  # in place of the number of a link
+WORLD = -1  # stands for the world in place of the number of a link
 
 
 @dataclass(frozen=True)
 class Slide:
-    """A slide on the world."""
+    """A slide between a link and the world."""
 
-    joint: int
-    along: complex  # the part of its axis in the plane, which has a length of 1 if all of it is
-    reference: float  # its coordinate in the drawing [m]
+    joint: int  # number of the joint
+    along: complex  # part of the axis in the plane, of length 1 if the axis lies in the plane
+    reference: float  # coordinate in the drawing [m]
 
 
 @dataclass(frozen=True)
 class Hinge:
-    """A hinge across the plane, after the slides of its body if it has any."""
+    """A hinge about the normal of the plane, which comes after the slides of its body."""
 
-    joint: int
-    place: complex  # in the drawing [m]
-    sense: float  # 1 or -1: of its coordinate, in that of angles in the plane
-    reference: float  # its coordinate in the drawing [rad]
+    joint: int  # number of the joint
+    place: complex  # place in the drawing [m]
+    sense: (
+        float  # 1 if its coordinate counts like angles in the plane, -1 if it counts backwards
+    )
+    reference: float  # coordinate in the drawing [rad]
 
 
 @dataclass(frozen=True)
 class Link:
-    """A body that moves in the plane. Its own axes are those of the plane in the drawing."""
+    """A body that moves in the plane. Its axes are those of the plane in the drawing."""
 
-    body: int
+    body: int  # number of the body in the mechanism
     parent: int  # number of the link that carries it, or WORLD
     mass: float  # [kg]
-    moment: float  # of inertia about its centre [kg m^2]
-    point: bool  # a point is meant
-    centre: complex  # of mass, in the drawing [m]
+    moment: float  # moment of inertia about its centre [kg m^2]
+    point: bool  # whether it stands for a point mass
+    centre: complex  # centre of mass in the drawing [m]
     slides: tuple[Slide, ...]
     hinge: Hinge | None
-    length: float = 0.0  # from the hinge to the centre of the mechanism's body [m]
+    length: float = 0.0  # distance from the hinge to the centre of the mechanism's body [m]
 
     @cached_property
     def free(self) -> bool:
-        """Whether its slides let it move anywhere in the plane."""
+        """Whether its slides let the link move anywhere in the plane."""
         return sum(abs(slide.along) ** 2 for slide in self.slides) > 1.5
 
     @cached_property
     def arm(self) -> complex:
-        """From the hinge to the centre in the drawing [m]; 0 without a hinge."""
+        """The vector from the hinge to the centre in the drawing [m]; 0 without a hinge."""
         return self.centre - self.hinge.place if self.hinge else 0j
 
 
 def turned_by(angle: float, arm: complex) -> complex:
-    """An arm [m] of the drawing, turned by an angle."""
+    """A vector of the drawing [m], rotated by an angle [rad]."""
     return abs(arm) * cmath.exp(1j * (angle + cmath.phase(arm)))
 
 
 class Pose(NamedTuple):
-    """Where the centre of a link is and how the link is turned, with their rates."""
+    """The place of a link's centre and the link's angle, with their rates."""
 
     place: complex  # [m]
-    angle: float  # from the drawing [rad]
+    angle: float  # angle from the drawing [rad]
     velocity: complex  # [m/s]
     rate: float  # [rad/s]
 
     def at(self, arm: complex) -> tuple[complex, complex]:
-        """The place [m] and the velocity [m/s] of a point by its place from the centre in the
+        """The place [m] and the velocity [m/s] of the point that is at `arm` from the centre in the
         drawing [m]."""
         turned = turned_by(self.angle, arm)
         return self.place + turned, self.velocity + 1j * self.rate * turned
@@ -91,11 +93,12 @@ class Links:
     drawn: Drawing
     all: list[Link] = field(default_factory=list)
     numbers: dict[int, int] = field(default_factory=dict)
-    """{number of a body: number of its link}: without the world and what carries the plane."""
+    """{number of a body: number of its link}, without the world and a platform that carries the
+    plane."""
 
     def arm(self, body: int, place: Array) -> tuple[int, complex]:
-        """The number of a body's link, and a point of the body [m] from the link's centre in the
-        drawing; from the origin on a body that is not in the plane."""
+        """The number of a body's link, and a point of the body relative to the link's centre in the
+        drawing [m]. For a body that is no link: WORLD, and the point relative to the origin."""
         number = self.numbers.get(body, WORLD)
         point = self.plane.flat(self.drawn.point(body, place))
         return number, point if number == WORLD else point - self.all[number].centre
@@ -124,8 +127,8 @@ class Links:
         return poses
 
     def hidden(self, begun: State) -> list[tuple[float, float]]:
-        """Of each joint, the parts of a state's coordinate and velocity that are not seen in the
-        plane: of a slide that is not wholly in it."""
+        """For each joint, the parts of its coordinate and velocity in a state that are not seen in
+        the plane. They are zero unless a slide points out of the plane."""
         hidden = [(0.0, 0.0)] * len(begun.qpos)
         for link in self.all:
             place = _shift(link, begun.qpos)
@@ -141,11 +144,13 @@ class Links:
     def coordinates(
         self, poses: Sequence[Pose], hidden: Sequence[tuple[float, float]]
     ) -> tuple[list[float], list[float]]:
-        """The coordinates of links in these poses, and their velocities, in the order of joints."""
+        """The coordinates and the velocities of the joints, in their order, from the poses of the
+        links and the parts that are not seen in the plane."""
         qpos = [position for position, _ in hidden]
         qvel = [velocity for _, velocity in hidden]
         for link, pose in zip(self.all, poses, strict=True):
-            if hinge := link.hinge:
+            hinge = link.hinge
+            if hinge:
                 turn, rate = pose.angle, pose.rate
                 if link.parent != WORLD:
                     turn -= poses[link.parent].angle
@@ -165,8 +170,8 @@ class Links:
 
 
 def _shift(link: Link, values: Array, rates: bool = False) -> complex:
-    """How far the slides of a link have moved it in the plane [m], by all coordinates, or how fast
-    [m/s], by all `rates`."""
+    """The displacement of a link by its slides in the plane [m], from all coordinates; or, if
+    `values` are `rates`, its velocity [m/s]."""
     moved = 0j
     for slide in link.slides:
         moved += (
@@ -176,14 +181,15 @@ def _shift(link: Link, values: Array, rates: bool = False) -> complex:
 
 
 def links_of(mechanism: Mechanism, start: State) -> Links:
-    """The links of a mechanism. Raises Unsupported, which names what pymunk cannot have."""
+    """The links of a mechanism. Raises Unsupported, which names a part that pymunk cannot
+    express."""
     _refuse(mechanism)
     drawn = drawing(mechanism)
     links = Links(plane_of(mechanism, start, drawn), drawn)
     for number, body in enumerate(mechanism.bodies[1:], start=1):
         joints = [(n, j) for n, j in enumerate(mechanism.joints) if j.body == number]
         if any(joint.velocity is not None for _, joint in joints):
-            continue  # it carries the plane
+            continue  # the body is a platform that carries the plane
         if not joints:
             raise Unsupported(f"pymunk has no weld: {body.name} has no joint")
         links.numbers[number] = len(links.all)
@@ -195,7 +201,7 @@ def links_of(mechanism: Mechanism, start: State) -> Links:
 def _link(
     mechanism: Mechanism, links: Links, number: int, joints: Sequence[tuple[int, Joint]]
 ) -> Link:
-    """The link of a body with these joints, by their numbers."""
+    """The link of a body with these joints, given with their numbers."""
     body = mechanism.bodies[number]
     plane = links.plane
     drawn = links.drawn
@@ -231,7 +237,7 @@ def _link(
 
 
 def _refuse(mechanism: Mechanism) -> None:
-    """Raises Unsupported if a mechanism has a part that the builder has no counterpart for."""
+    """Raises Unsupported if a mechanism has a part that pymunk cannot express."""
     missing = [part.name for part in mechanism.not_expressed]
     missing += [f"weld {loop.name}" for loop in mechanism.loops if loop.kind == "weld"]
     missing += [f"carried weight of {body.name}" for body in mechanism.bodies if body.carried]
@@ -251,9 +257,9 @@ def _refuse(mechanism: Mechanism) -> None:
 
 
 def _check_across(mechanism: Mechanism, links: Links, start: State) -> None:
-    """Raises Unsupported if the slides of the last link are not perpendicular to each other; if
-    one is oblique to the plane; or if one is across the plane, and the start's velocity or gravity
-    acts along it."""
+    """Raises Unsupported if the slides of the last link are not perpendicular to each other, if a
+    slide is oblique to the plane, or if a slide is normal to the plane and the initial velocity or
+    gravity acts along it."""
     link = links.all[-1]
     plane = links.plane
     axes = [links.drawn.axis(mechanism.joints[slide.joint]) for slide in link.slides]

@@ -1,4 +1,4 @@
-"""What pymunk's models add to the observables of a system, apart from the step."""
+"""Bounds on the errors of pymunk's models, which do not come from the step."""
 
 from __future__ import annotations
 
@@ -16,18 +16,18 @@ from plumbob.models.scene import Case
 
 
 def model_error(case: Case, method: Method, step: float) -> ModelError:
-    """Bounds on what the model adds to each observable, by reason; raises Unsupported."""
-    of_family = FAMILIES.get(case.system.family)
-    if of_family is None or "pymunk" in case.system.builders:
+    """Bounds on the error of each observable, by reason; raises Unsupported."""
+    family_error = FAMILIES.get(case.system.family)
+    if family_error is None or "pymunk" in case.system.builders:
         return registry.model_error(case, method, step)
-    return of_family(case.problem, case.scene.duration, method, step)
+    return family_error(case.problem, case.scene.duration, method, step)
 
 
 def rolling_ball(problem: Any, duration: float, method: Method, step: float) -> ModelError:
-    """The error of the direction of the normal. pymunk rounds the nearest point of the long segment
-    to some units in the last place of the segment's length, which tilts the normal by this error
-    over the radius. A part of gravity then acts along the line; two factors 1 + friction bound what
-    friction adds."""
+    """Bounds from the rounding of a contact's normal. pymunk rounds the nearest point of a long
+    segment to some units in the last place of the segment's length, which tilts the normal by that
+    error over the ball's radius. A part of gravity then acts along the floor. Two factors 1 +
+    friction bound the effect of friction."""
     far = FLOOR_TIME * problem.scale + problem.radius
     tilt = 4.0 * ULP * far / problem.radius * (1.0 + problem.friction) ** 2
     speed = tilt * problem.gravity * duration
@@ -36,9 +36,10 @@ def rolling_ball(problem: Any, duration: float, method: Method, step: float) -> 
 
 
 def simple_pendulum(problem: Any, duration: float, method: Method, step: float) -> ModelError:
-    """Tension: what the bob's moment of inertia adds, whose centre is nearer to the pivot and pulls
-    less, and what the rounding of the joint's opening makes, across the rod that of the rate. On
-    the spring nothing: the body's moment of inertia is that of the bob about the axis."""
+    """Bounds from the bob's moment of inertia, whose centre is nearer to the pivot and pulls less,
+    and from the rounding of the joint's opening, which changes the tension along the rod and the
+    rate across it. Empty for the linear pendulum: its body has the bob's moment of inertia about
+    the axis."""
     if problem.started.linear:
         return {}
     moment = MOMENT * problem.mass * problem.length * fastest(problem, duration) ** 2

@@ -1,4 +1,4 @@
-"""Runs of a scene in pymunk, by a method at a step."""
+"""Simulations of scenes in pymunk."""
 
 from __future__ import annotations
 
@@ -23,9 +23,10 @@ from plumbob.models.scene import Case
 
 
 def prepared(case: Case, method: Method, step: float) -> SteppedSimulation:
-    """Build `case` for `method` at `step` [s]: by a module of its own where the system has one, or
-    else as the mechanism that its model file holds; raises Unsupported and ParameterError."""
-    if (module := builder("pymunk", case.system)) is not None:
+    """The simulation of a case by a method at `step` [s]: by the builder of the system if there is
+    one, else by the mechanism of the system's model file. Raises Unsupported and ParameterError."""
+    module = builder("pymunk", case.system)
+    if module is not None:
         build = module.build
         return stepped(case, step, lambda: _built(build(case.problem, method, step), step))
 
@@ -36,10 +37,12 @@ def prepared(case: Case, method: Method, step: float) -> SteppedSimulation:
 
 
 def _built(scene: Translation, step: float) -> Built:
+    """A scene at its start, ready to be advanced and read. If the scene has observables of the step
+    that begins at a sample, each sample is completed when that step is done."""
     move = scene.space.step
     act = scene.act
     following = scene.following
-    sample: dict[str, float] = {}  # the latest
+    sample: dict[str, float] = {}  # the latest sample
     taken = 0
 
     def take(first: int, last: int) -> None:

@@ -1,4 +1,4 @@
-"""A planar mechanism stepped by pymunk: put into a state, stepped, and read."""
+"""A planar mechanism in pymunk as a stepper: it is put into a state, stepped, and read."""
 
 from __future__ import annotations
 
@@ -18,15 +18,16 @@ from plumbob.engines.mechanism import Mechanism
 from plumbob.engines.method import Method
 from plumbob.engines.stepper import Forces, State
 
-# Iterations of the first step, for each time that bodies in contact differ in mass and the square
-# of their number: one of them leaves exp(-1/that) to the next.
+# Iterations that find the impulses at the start are SETTLING times the ratio of the largest to the
+# smallest mass in contact, times the squared number of bodies, and MOST at most. An error falls by
+# a factor of e in as many iterations as that product.
 SETTLING = 40.0
 MOST = 1_000_000
 
 
 class PlanarStepper:
-    """A planar mechanism in pymunk. Each state that it is put into gets a new space, so that
-    nothing of earlier steps is kept."""
+    """A planar mechanism in pymunk. Putting it into a state builds a new space, so that nothing of
+    earlier steps survives."""
 
     def __init__(self, planar: Planar, step: float) -> None:
         self._planar = planar
@@ -42,32 +43,34 @@ class PlanarStepper:
 
     @property
     def step(self) -> float:
-        """[s]"""
+        """The time step [s]."""
         return self._step
 
     def put(self, state: State, time: float = 0.0) -> None:
-        """Set the state; the time has no effect."""
+        """Sets the state; the time has no effect."""
         self._hidden = self._planar.links.hidden(state)
         self._started = state
         self._steps = 0
         self._made = assembled(self._planar, self._planar.links.poses(state))
-        # Of each body, its velocity before the last step and the force exerted in that step.
+        # for each body: its velocity before the last step, and the force exerted in that step
         self._before: list[pymunk.Vec2d] = []
         self._exerted = self._none
         if not self._planar.mechanism.actuators:
             self._begin(self._idle)
 
     def state(self) -> State:
-        """The state now."""
+        """The present state."""
         qpos, qvel = self._planar.links.coordinates(self._poses(), self._hidden)
-        if (number := self._platform) is not None and (rate := self._planar.rate) is not None:
+        number = self._platform
+        rate = self._planar.rate
+        if number is not None and rate is not None:
             time = self._step * self._steps
             qpos[number] = float(self._started.qpos[number]) + rate * time
             qvel[number] = rate
         return State(np.array(qpos), np.array(qvel))
 
     def advance(self, controls: Array | None, steps: int) -> None:
-        """Take `steps` steps under controls, shape (steps, controls)."""
+        """Takes `steps` steps under controls, shape (steps, controls)."""
         if not steps:
             return
         rows = None if controls is None else controls.tolist()
@@ -76,7 +79,8 @@ class PlanarStepper:
         made = self._made
         if steps > 1:
             self._take(rows and rows[:-1], steps - 1)
-        if pushes := made.always if rows is None else made.pushes:
+        pushes = made.always if rows is None else made.pushes
+        if pushes:
             for push in pushes:
                 push(rows[-1] if rows else self._idle)
             self._exerted = [body.force for body in made.bodies]
@@ -87,7 +91,7 @@ class PlanarStepper:
         self._steps += steps
 
     def _take(self, rows: Sequence[Sequence[float]] | None, steps: int) -> None:
-        """Take steps under these rows of controls."""
+        """Takes steps under rows of controls."""
         move = self._made.space.step
         step = self._step
         pushes = self._made.always if rows is None else self._made.pushes
@@ -101,7 +105,7 @@ class PlanarStepper:
             move(step)
 
     def _poses(self) -> list[Pose]:
-        """The poses of the links, as far as coordinates are read off them."""
+        """The poses of the links. Parts that no coordinate needs are zero."""
         poses = list[Pose]()
         for link, body in zip(self._planar.links.all, self._made.bodies, strict=True):
             place = velocity = 0j
@@ -114,13 +118,14 @@ class PlanarStepper:
         return poses
 
     def _begin(self, controls: Sequence[float]) -> None:
-        """Give a start what the step before would have left: the opening of a joint that closes in
-        one step, and the impulses of bodies that touch one another."""
+        """Gives the start what an earlier step would have left: the opening of a joint that closes
+        in one step, and the impulses between bodies that touch one another."""
         made = self._made
         (*rest, joint) = made.space.constraints or [None]
         if joint is not None and not rest and joint.error_bias == 0.0:
             self._open(controls)
-        if piled := self._planar.surfaces.piled:
+        piled = self._planar.surfaces.piled
+        if piled:
             for push in made.pushes:
                 push(controls)
             masses = [self._planar.links.all[number].mass for number in piled]
@@ -129,9 +134,8 @@ class PlanarStepper:
             settle(made.space, self._step, min(round(SETTLING * uneven) + usual, MOST))
 
     def _open(self, controls: Sequence[float]) -> None:
-        """Put the only body, which hangs on a hinge, where it is when the step before has opened
-        the hinge: if that started closed, it would open with a jerk, which its first impulse would
-        show."""
+        """Puts the only body, which hangs on a hinge, to the place where an earlier step would have
+        opened the hinge. If the hinge started closed, its first impulse would be too large."""
         (link,) = self._planar.links.all
         (body,) = self._made.bodies
         if link.hinge is None or link.slides:
@@ -169,7 +173,7 @@ class PlanarStepper:
         return Forces(joints, touching)
 
     def _impulses(self) -> dict[tuple[int, int], complex]:
-        """Impulses of the last step [N s] on the second surface of each pair that touches."""
+        """The impulses of the last step [N s] on the second surface of each touching pair."""
         numbers = {shape: number for number, shape in enumerate(self._made.shapes)}
         found = dict[tuple[int, int], complex]()
 
@@ -184,10 +188,10 @@ class PlanarStepper:
         return found
 
     def _carried(self, impulses: dict[tuple[int, int], complex]) -> list[complex]:
-        """The force [N] on each link from its parent in the last step: the gain of momentum of the
-        link and of all that it carries, per time, less their weight, the forces exerted on them and
-        those of contacts. It is nan where one of them is part of a loop. An impulse is that of the
-        first surface of a pair on the second."""
+        """The force on each link from its parent in the last step [N]: the rate of change of the
+        momentum of the link and of all links that it carries, less their weight, the forces exerted
+        on them, and the forces of contacts. The force is nan if one of them is part of a loop.
+        `impulses` are those of the first surface of a pair on the second."""
         planar = self._planar
         links = planar.links.all
         forces = [self._gained(number) for number in range(len(links))]
@@ -200,7 +204,8 @@ class PlanarStepper:
                 forces[second] -= force
         for loop in planar.mechanism.loops:
             for body in loop.bodies:
-                if (number := planar.links.numbers.get(body)) is not None:
+                number = planar.links.numbers.get(body)
+                if number is not None:
                     forces[number] = complex(np.nan, np.nan)
         for number in reversed(range(len(links))):
             if links[number].parent != WORLD:
@@ -208,8 +213,8 @@ class PlanarStepper:
         return forces
 
     def _gained(self, number: int) -> complex:
-        """The momentum that a link gained in the last step over the step, beside its weight and
-        what is exerted on it [N]."""
+        """The rate of change of a link's momentum in the last step, less its weight and the forces
+        exerted on it [N]."""
         faster = complex(*(self._made.bodies[number].velocity - self._before[number]))
         gained = faster / self._step - self._planar.gravity
         return self._planar.links.all[number].mass * gained - complex(*self._exerted[number])
@@ -218,6 +223,6 @@ class PlanarStepper:
 def planar_stepper(
     mechanism: Mechanism, start: State, method: Method, step: float
 ) -> PlanarStepper:
-    """A mechanism that starts in a state, with a method at a step [s], before it is put into any
-    state; raises Unsupported, which names the part that pymunk cannot have."""
+    """A stepper of a mechanism that will start in a state, by a method at a step [s]. It is not put
+    into the state yet. Raises Unsupported, which names a part that pymunk cannot express."""
     return PlanarStepper(planar_of(mechanism, start, method), step)

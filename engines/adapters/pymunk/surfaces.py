@@ -1,4 +1,4 @@
-"""Shapes that touch, as pymunk has them: circles, boxes, and floors of thick lines."""
+"""Shapes that touch, in pymunk: circles, boxes, and floors made of thick lines."""
 
 from __future__ import annotations
 
@@ -20,15 +20,17 @@ from plumbob.engines.method import Unsupported
 from plumbob.engines.peer_model import rotation
 from plumbob.engines.stepper import State
 
-# Of a size: shapes that touch at the start overlap by as much, or by half of it where one of them
-# is a circle, or they would touch by rounding alone.
+# Overlap at the start of shapes that touch, as a fraction of their size; half of it if one of them
+# is a circle. Without an overlap rounding would decide whether they touch.
 DEPTH = 1e-6
-TOUCHING = 1e-9  # of a size: shapes that are closer touch, since positions are rounded
-# Of its distance from the centre of mass: the radius of a circle that is meant as a point.
+TOUCHING = 1e-9  # largest gap of shapes that touch, as a fraction of their size
+# largest radius of a circle that stands for a point, relative to its distance from the centre of
+# mass
 POINT = 1e-6
-# Lengths that a floor below a point extends to either side and down, so that no step passes it.
+# depth and length to either side of a floor below a point, in sizes, so that no step passes the
+# floor
 DEEP = 1e2
-BITS = 32  # of pymunk's masks
+BITS = 32  # number of bits of pymunk's masks
 AXES = (1 + 0j, -1 + 0j, 1j, -1j)
 
 
@@ -36,22 +38,22 @@ AXES = (1 + 0j, -1 + 0j, 1j, -1j)
 class Surface:
     """A circle or a box in the plane, or a floor."""
 
-    link: int  # or WORLD
-    place: complex  # of its middle from the link's centre, or of a point of a floor [m]
+    link: int  # number of its link, or WORLD
+    place: complex  # its middle from the link's centre, or a point of a floor [m]
     radius: float  # [m]
-    size: float  # [m], the radius of a circle or the longest edge of a box
+    size: float  # radius of a circle, or longest edge of a box [m]
     half: complex = 0j  # half sizes of a box to the right and up, in the drawing [m]
-    normal: complex = 0j  # of a floor, away from it
-    point: bool = False  # a circle so small that a point is meant
+    normal: complex = 0j  # normal of a floor, pointing away from the floor
+    point: bool = False  # whether a circle stands for a point
 
     def begins(self, poses: Sequence[Pose], direction: complex) -> float:
-        """How far along a direction it begins, where its link is in one of the `poses` [m]."""
+        """The smallest coordinate of the surface along a direction [m], in the pose of its link."""
         place = self.place
-        own = direction
+        in_link = direction
         if self.link != WORLD:
             place, _ = poses[self.link].at(place)
-            own *= cmath.exp(-1j * poses[self.link].angle)
-        extent = abs(self.half.real * own.real) + abs(self.half.imag * own.imag)
+            in_link *= cmath.exp(-1j * poses[self.link].angle)
+        extent = abs(self.half.real * in_link.real) + abs(self.half.imag * in_link.imag)
         return (place * direction.conjugate()).real - self.radius - extent
 
 
@@ -62,25 +64,25 @@ class Pair:
     surfaces: tuple[int, int]
     friction: float
     restitution: float
-    touches: bool  # at the start
+    touches: bool  # whether they touch at the start
 
     def rub(self, arbiter: pymunk.Arbiter, space: pymunk.Space, data: object) -> None:
-        """Give a contact of the pair its friction and restitution."""
+        """Sets the friction and the restitution of a contact of the pair."""
         arbiter.friction = self.friction
         arbiter.restitution = self.restitution
 
 
 @dataclass(frozen=True)
 class Surfaces:
-    """The surfaces of a mechanism, which pairs of them touch, and how."""
+    """The surfaces of a mechanism, and the pairs of them that may touch."""
 
     all: tuple[Surface, ...]
     pairs: tuple[Pair, ...]
-    friction: tuple[float, ...]  # of each surface: pymunk gives a pair their product
-    restitution: tuple[float, ...]  # likewise
-    skin: float  # by which floors and boxes are thicker [m]
-    slop: float  # depth that is not closed [m]
-    reach: float  # of a floor to either side [m]
+    friction: tuple[float, ...]  # friction of each surface: pymunk multiplies those of a pair
+    restitution: tuple[float, ...]  # restitution of each surface: pymunk multiplies them, too
+    skin: float  # thickness added to floors and boxes [m]
+    slop: float  # overlap that pymunk does not correct [m]
+    reach: float  # length of a floor to either side [m]
 
     def links(self, pair: Pair) -> tuple[int, int]:
         """The links of a pair's surfaces."""
@@ -94,7 +96,8 @@ class Surfaces:
         return {link for both in links for link in both if WORLD not in both}
 
     def add(self, space: pymunk.Space, bodies: Sequence[pymunk.Body]) -> list[pymunk.Shape]:
-        """Shapes of pymunk on the bodies of the links and on the space's own, in the space."""
+        """Adds shapes to the space, on the bodies of the links and on the static body; returns
+        them."""
         made = list[pymunk.Shape]()
         for number, surface in enumerate(self.all):
             body = space.static_body if surface.link == WORLD else bodies[surface.link]
@@ -117,12 +120,13 @@ class Surfaces:
         return made
 
     def _shape(self, surface: Surface, body: pymunk.Body) -> pymunk.Shape:
+        """The shape of a surface on a body."""
         place = surface.place
         if surface.half:
-            # pymunk's own box: it keeps impulses for the next step by the numbers of corners, and
-            # takes the one contact of two boxes for the other if these are polygons of a caller's,
-            # so that stacks collapse. Nor has it a radius: where boxes overlap by their radii
-            # alone, rounding decides the direction of a contact.
+            # The box is made by pymunk: impulses are kept for the next step by the numbers of
+            # corners, and with polygons of a caller pymunk confuses the two contacts of two boxes,
+            # so that stacks collapse. The box has no radius: if boxes overlapped by their radii
+            # alone, rounding would decide the direction of a contact.
             corner = surface.half + complex(self.skin, self.skin)
             box = pymunk.BB(*vector(place - corner), *vector(place + corner))
             return pymunk.Poly.create_box_bb(body, box)
@@ -130,7 +134,8 @@ class Surfaces:
             return pymunk.Circle(body, surface.radius, vector(place))
         thickness = self.skin
         reach = self.reach
-        if depth := DEEP * max((s.size for s in self.all if s.point), default=0.0):
+        depth = DEEP * max((other.size for other in self.all if other.point), default=0.0)
+        if depth:
             place -= depth * surface.normal
             thickness = reach = depth
         along = -1j * reach * surface.normal
@@ -152,16 +157,17 @@ def surfaces_of(mechanism: Mechanism, links: Links, start: State) -> Surfaces:
         )
         for touch, gap in zip(mechanism.touching, gaps, strict=True)
     )
-    # A body that falls onto another: in proportion to the way that it falls.
     skin = 0.0
-    slop = SLOP * max(gaps, default=0.0)
     if any(surface.point for surface in found):
-        # so large that pymunk never pushes a point out of what it has entered
+        # The slop is so large that pymunk never pushes a point out of a floor.
         slop = DEEP * size
     elif any(pair.touches for pair in pairs):
-        # shapes that touch at the start overlap by what pymunk leaves alone
+        # Shapes that touch at the start overlap by a depth that pymunk does not correct.
         skin = DEPTH * size / 2.0
         slop = 2.0 * DEPTH * size
+    else:
+        # The slop of a body that falls onto another is proportional to the height of its fall.
+        slop = SLOP * max(gaps, default=0.0)
     touching_first = sorted(pairs, key=lambda pair: not pair.touches)
     return Surfaces(
         found,
@@ -175,7 +181,7 @@ def surfaces_of(mechanism: Mechanism, links: Links, start: State) -> Surfaces:
 
 
 def _surface(mechanism: Mechanism, links: Links, shape: Shape) -> Surface:
-    """A shape in the plane."""
+    """The surface of a shape in the plane; raises Unsupported."""
     plane = links.plane
     link, place = links.arm(shape.body, shape.place)
     axes = links.drawn.turns[shape.body] @ rotation(shape.attitude)
@@ -194,7 +200,7 @@ def _surface(mechanism: Mechanism, links: Links, shape: Shape) -> Surface:
     leans = np.abs(np.array(directions) @ axes)
     if leans.max() < 1.0 - CLOSE:
         raise Unsupported(f"pymunk has no box that leans in the drawing: {name}")
-    # Of a box on one of its edges only the height counts, up to where its faces are.
+    # A box may lie on one of its edges: its extent in the plane reaches to its faces.
     right, up = (
         min(half / lean for half, lean in zip(shape.size, row, strict=True) if lean > CLOSE)
         for row in leans
@@ -204,8 +210,8 @@ def _surface(mechanism: Mechanism, links: Links, shape: Shape) -> Surface:
 
 
 def _gap(poses: Sequence[Pose], first: Surface, second: Surface) -> float:
-    """The gap [m] between two surfaces, or between the boxes to the right and up around them; it is
-    negative where these overlap."""
+    """The gap between two surfaces [m], or between the boxes to the right and up around them;
+    negative if they overlap."""
     directions = [first.normal or -second.normal] if first.normal or second.normal else AXES
     return max(first.begins(poses, -d) + second.begins(poses, d) for d in directions)
 
@@ -228,8 +234,9 @@ def _sliding(mechanism: Mechanism, links: Links, touch: Touch) -> float:
 
 
 def _factors(count: int, products: Mapping[tuple[int, int], float]) -> tuple[float, ...]:
-    """A factor for each surface, so that pairs have their products, as far as that can be, the
-    first ones first. The surface in the first pairs that is in most of them has 1."""
+    """A factor for each surface, such that the product for each pair is the wanted one. If that is
+    not possible for all pairs, the first pairs have their products. In a pair whose factors are
+    both unknown, the surface that is in more pairs has the factor 1."""
     factors = dict[int, float]()
     for pair, value in products.items():
         first, second = pair if pair[0] in factors else pair[::-1]
@@ -243,7 +250,7 @@ def _factors(count: int, products: Mapping[tuple[int, int], float]) -> tuple[flo
 def _reach(
     mechanism: Mechanism, links: Links, start: State, found: Sequence[Surface], size: float
 ) -> float:
-    """How far a floor extends to either side [m]: no body gets further within FLOOR_TIME."""
+    """The length of a floor to either side [m], beyond which no body gets within FLOOR_TIME."""
     rates = [mechanism.joints[n].kind == "hinge" for n in range(len(start.qvel))]
     speed = float(np.sum(np.abs(start.qvel) * np.where(rates, size, 1.0)))
     floors = [surface.normal for surface in found if surface.normal]
