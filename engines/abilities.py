@@ -14,7 +14,7 @@ from plumbob.engines.method import Method
 from plumbob.models.scene import Case
 
 if TYPE_CHECKING:  # what an engine takes of a user's own model
-    from plumbob.analytic.reference import Array
+    from plumbob.analytic.reference import Array, Signals
     from plumbob.engines.mechanism import Mechanism
     from plumbob.engines.own_contacts import ContactModel
     from plumbob.engines.own_motion import Change, OwnModel, Start
@@ -219,3 +219,7 @@ class CompilesScenes:
     mechanism: Callable[[Case], SceneMechanism]  # raises Unsupported and ParameterError
     translation: Callable[[Case, Method, float], Any]
     """A case at a step [s] in the engine's own terms; raises Unsupported and ParameterError."""
+    model: Callable[[Case, Method, float], tuple[OwnModel, Callable[[Array], Signals]]]
+    """A case at a step [s] -> the model that is stepped, made ready as a user's model is, and a
+    function of the model's states, shape (n, k): the observables that states show, shape (n,) each.
+    Raises Unsupported, ParameterError and NotCertifiable."""

@@ -49,6 +49,8 @@ class Translation:
     """Magnitudes of observables that only a diverged run exceeds, beside the system's."""
     control: Callable[[Array], Array] | None = None
     """Times [s], shape (n,) -> ctrl, shape (n, nu), held over each step; None for the system's."""
+    changing_control: Callable[[Array], Array] | None = None
+    """The control as it changes within a step, where `control` is the mean over the step."""
     control_at: float = 0.0  # where in its step the control is read: 0 start, 0.5 middle
     sensors: Callable[[Array], Observed] | None = None
     """Readings at the samples, shape (n, k) -> observables and channels that states do not hold."""
