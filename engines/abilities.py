@@ -14,7 +14,7 @@ from plumbob.engines.method import Method
 from plumbob.models.scene import Case
 
 if TYPE_CHECKING:  # records of users' models, which most commands do not need
-    from plumbob.analytic.reference import Array
+    from plumbob.analytic.reference import Array, Signals
     from plumbob.engines.mechanism import Mechanism
     from plumbob.engines.own_contacts import ContactModel
     from plumbob.engines.own_motion import Change, OwnModel, Start
@@ -220,3 +220,7 @@ class CompilesScenes:
     translation: Callable[[Case, Method, float], Any]
     """Case, method, step [s] -> the engine's compiled model of the case. Raises Unsupported and
     ParameterError."""
+    model: Callable[[Case, Method, float], tuple[OwnModel, Callable[[Array], Signals]]]
+    """Case, method, step [s] -> the model that is stepped, in the form of a user's model; and a
+    function from states, shape (n, k), to the observables that are functions of the state, shape (n,)
+    each. Raises Unsupported, ParameterError and NotCertifiable."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import math
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, cast
 
 from plumbob.analytic.parameters import ParameterError
@@ -18,6 +19,7 @@ from plumbob.models.registry import scene as find_scene
 from plumbob.models.scene import Scene
 from plumbob.reports.advice.json_records import record
 from plumbob.reports.commands.arguments import values
+from plumbob.reports.commands.arguments.console import note, progress
 from plumbob.reports.commands.arguments.like import own_method
 from plumbob.reports.commands.budget import certify
 from plumbob.reports.commands.own_file import described, is_file, motion
@@ -30,7 +32,7 @@ if TYPE_CHECKING:
     from plumbob.engines.own_motion import OwnModel, Script
 
 INCOMPLETE = 3
-OF_SCENES = ("changes", "like", "worlds")  # options that no model file has
+OF_SCENES = ("changes", "like", "worlds", "certified")  # options that no model file has
 Timed = tuple[Measurement, Cost | None, float]
 LONGEST = 3600.0  # [s] that a run of an added engine may take
 
@@ -55,17 +57,68 @@ def command(chosen: argparse.Namespace) -> int:
     for method in methods:
         with values.representable(changed, chosen):
             run, cost, unit = _measured(scene, method, step)
+            certified = _certified_record(chosen, scene, method, run)
         judgement = judge(run, case.system, method, about)
         worlds = batch_costs(case, method, step, chosen.worlds or [])
         records.append(record(method, run, judgement, None, cost))
         if worlds:
             records[-1]["worlds"] = worlds
         codes.append(_code(scene, method, run, judgement))
-        runs.append((run, judgement, cost, unit, records[-1]["real_time_factor"], worlds))
+        if certified is None:
+            codes.append(INCOMPLETE)
+        elif certified:
+            records[-1]["certified"] = certified
+            codes.append(int(not (certified["within"] or certified["yields"])))
+        factor = records[-1]["real_time_factor"]
+        runs.append((run, judgement, cost, unit, factor, worlds, certified))
     answer = records if len(records) > 1 else records[0]
     units = {o.name: o.unit for o in case.system.observables}
     values.show(chosen, answer, "run", runs=runs, units=units)
     return next((code for code in (1, INCOMPLETE) if code in codes), 0)
+
+
+def _certified_record(
+    chosen: argparse.Namespace, scene: Scene, method: Method, run: Measurement
+) -> dict[str, Any] | None:
+    """The certified answer of a scene beside the exact one, and a run's errors against both, as
+    plain data; empty unless --certified is chosen and the method can run the scene. None, and a
+    line on stderr, if nothing of the motion is certified."""
+    if not chosen.certified or run.status in ("missing", "unsupported"):
+        return {}
+    answer = _call_apart(method, _answers_record, scene, method, run.step, chosen.budget)
+    if isinstance(answer, dict):
+        return answer
+    why = answer.why if isinstance(answer, Lost) else answer
+    note(f"{scene.name} has no certified motion beside {method.name}: {why}")
+    return None
+
+
+def _answers_record(
+    scene: Scene, method: Method, step: float, seconds: float
+) -> dict[str, Any] | str:
+    """Both answers of a scene as plain data, or why there is no certified one."""
+    from plumbob.engines.audit.scene_reference import scene_reference, two_answers
+    from plumbob.engines.own_motion import NotCertifiable
+
+    case = case_of(scene)
+    try:
+        with progress() as show:
+            show("the continuous motion, by two methods", 0, 0)
+            reference = scene_reference(case, method, step, seconds)
+            answers = two_answers(case, method, step, reference)
+    except (NotCertifiable, Unsupported) as why:
+        return str(why)
+    return {
+        "method": reference.method.name,
+        "step": reference.step,
+        "certified_until": float(reference.times[-1]),
+        "why": reference.why,
+        "yields": reference.yields,
+        "within": all(answer.within for answer in answers.values()),
+        "observables": {
+            name: {**vars(answer), "within": answer.within} for name, answer in answers.items()
+        },
+    }
 
 
 def _file_run(chosen: argparse.Namespace) -> int:
@@ -76,7 +129,6 @@ def _file_run(chosen: argparse.Namespace) -> int:
     from plumbob.engines.audit.reference import certified
     from plumbob.engines.audit.step_of_method import method_error, parts_of, runs_of
     from plumbob.engines.audit.user_models import quiet
-    from plumbob.reports.commands.arguments.console import note, progress
 
     with quiet(), progress() as show:
         model, script = motion(chosen)
@@ -137,16 +189,22 @@ def _file_record(
 
 
 def _measured(scene: Scene, method: Method, step: float) -> Timed:
-    """A run, its cost, and the time [ns] of the reference step; the run of an added engine, which
-    may end the process, in one of its own."""
-    if not engine_of(method).distribution:
-        return _timed(scene, method, step)
-    with Workers(1) as workers:
-        ((_, answer),) = workers.results([Task("", _timed, (scene, method, step), LONGEST, "")])
+    """A run, its cost, and the time [ns] of the reference step."""
+    answer = _call_apart(method, _timed, scene, method, step)
     if isinstance(answer, Lost):
         lost = Measurement(scene.name, method.name, step, "missing", reason=answer.why)
         return lost, None, math.nan
     return cast(Timed, answer)
+
+
+def _call_apart(method: Method, do: Callable[..., Any], *arguments: Any) -> Any:
+    """Returns what the function `do` returns of its arguments. A method of an added engine may end
+    the process: it is called in a process of its own, and Lost is returned if that ends."""
+    if not engine_of(method).distribution:
+        return do(*arguments)
+    with Workers(1) as workers:
+        ((_, answer),) = workers.results([Task("", do, arguments, LONGEST, "")])
+    return answer
 
 
 def _timed(scene: Scene, method: Method, step: float) -> Timed:

@@ -1,6 +1,6 @@
 """Scenes of ours and small models as an audit gets them: compiled, without any exact answer."""
 
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, fields
 from typing import Any
 
 import mujoco
@@ -9,6 +9,7 @@ import numpy as np
 from plumbob.engines.abilities import UserModels
 from plumbob.engines.adapters.mujoco import ENGINE
 from plumbob.engines.adapters.mujoco.own_model.model import MujocoModel, own_model
+from plumbob.engines.adapters.mujoco.own_model.scene_model import scene_model
 from plumbob.engines.audit.allowance import Allowance
 from plumbob.engines.audit.audit import audited
 from plumbob.engines.audit.controls import script
@@ -47,32 +48,26 @@ class AuditedScene:
 
     case: Case
     model: MujocoModel
-    compiled: Any  # as the adapter has it
-    observe: Any
+    observables: Any
+    integrator: str  # of the method
 
     def script(self, duration, period):
         """Its start, uncontrolled for `duration` [s]."""
-        count = round(duration / period)
-        return Script(self.model.state, period, np.zeros((count, self.compiled.nu)))
+        return Script(
+            self.model.state, period, np.tile(self.model.rest, (round(duration / period), 1))
+        )
 
     def observed(self, states, name):
         """An observable of states, shape (n,)."""
-        nq = self.compiled.nq
-        nv = self.compiled.nv
-        values = self.observe(states[:, :nq], states[:, nq : nq + nv])[0][name]
-        return np.asarray(values, dtype=float)
+        return np.asarray(self.observables(states)[name], dtype=float)
 
 
 def scene_as_model(name, method, step, duration):
     """The model that the adapter compiles for a scene, method and step [s]."""
     case = case_of(find_scene(name)).lasting(duration)
-    simulation = ENGINE.prepare(case, find_method(method), step)
-    data = mujoco.MjData(simulation.model)
-    data.qpos[:] = simulation.translation.qpos
-    data.qvel[:] = simulation.translation.qvel
-    mujoco.mj_forward(simulation.model, data)
-    model = replace(own_model(simulation.model, name), start=data)
-    return AuditedScene(case, model, simulation.model, simulation.translation.observe)
+    found = find_method(method)
+    integrator = found.settings["integrator"].lower()
+    return AuditedScene(case, *scene_model(case, found, step), integrator)
 
 
 def ball(

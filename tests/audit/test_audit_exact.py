@@ -52,7 +52,7 @@ def check(name, method, step, duration, period):
     certificate = certificate_of(scene, reference, "theta")[-1]
     for halved in range(4):
         parts = round(period / step) << halved
-        run = scene.model.stepped(script, scene.model.integrator, parts)
+        run = scene.model.stepped(script, scene.integrator, parts)
         assert not run.why
         error = scene.observed(run.states, "theta")[-1] - motion[-1]
         found, _ = measure(scene.case, find_method(method), period / parts)

@@ -63,6 +63,7 @@ ENGINE = Engine(
         CompilesScenes(
             later(f"{__name__}.scene_mechanism.scene_mechanism"),
             later(f"{__name__}.translation.translated"),
+            later(f"{__name__}.own_model.scene_model.scene_model"),
         ),
         FileChecks(later(f"{__name__}.file_check.check")),
         StepsOfFiles(later(f"{__name__}.settings_to_paste.rewritten")),

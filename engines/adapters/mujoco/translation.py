@@ -50,6 +50,8 @@ class Translation:
     """Magnitudes of observables that only a diverged run exceeds, beside the system's limits."""
     control: Callable[[Array], Array] | None = None
     """Times [s], shape (n,) -> ctrl, shape (n, nu), held over each step; None: the system's."""
+    changing_control: Callable[[Array], Array] | None = None
+    """The control as it changes within a step, if `control` is the mean over each step."""
     control_at: float = 0.0  # place in a step where the control is read: 0 start, 0.5 middle
     sensors: Callable[[Array], Observed] | None = None
     """Readings of `probe` at the samples, shape (n, k) -> observables and channels that are not

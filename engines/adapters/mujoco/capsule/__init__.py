@@ -19,6 +19,7 @@ from plumbob.analytic.systems.capsule_setup import CapsuleProblem, CapsuleSetup
 from plumbob.engines.adapters.mujoco import options
 from plumbob.engines.adapters.mujoco.capsule import reduced
 from plumbob.engines.adapters.mujoco.capsule.readings import (
+    acceleration,
     add_sensors,
     control,
     reading,
@@ -90,6 +91,7 @@ def build(mjcf: Path, problem: CapsuleProblem, method: Method, step: float) -> T
         qvel=qvel,
         channels=lambda qpos, qvel: {"vertical_displacement": qpos[:, 2] - rest_qpos[2]},
         control=control(setup, step),
+        changing_control=acceleration(problem),
         whole=visual,
         sensors=reading(setup),
         tune=tune,

@@ -10,7 +10,7 @@ import numpy as np
 
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.capsule import by_support
-from plumbob.analytic.systems.capsule_setup import CapsuleSetup
+from plumbob.analytic.systems.capsule_setup import CapsuleProblem, CapsuleSetup
 from plumbob.engines.adapters.mujoco.translation import Observed
 from plumbob.models.tripod_capsule.model import driven_joints
 from plumbob.models.tripod_capsule.observed import start_velocity
@@ -62,6 +62,16 @@ def control(setup: CapsuleSetup, step: float) -> Callable[[Array], Array] | None
         return np.asarray((ended - begun) / step)
 
     return mean_acceleration
+
+
+def acceleration(problem: CapsuleProblem) -> Callable[[Array], Array] | None:
+    """Returns a function of times [s], shape (n,): the slider's acceleration along its tracks
+    [m/s^2], shape (n, tracks); None if the slider has no tracks."""
+    if not problem.setup.tracks:
+        return None
+    tracks = np.array(problem.setup.tracks).T
+    path = problem.motion.path
+    return lambda times: np.asarray(path.kinematics(times)[2] @ tracks)
 
 
 def start(setup: CapsuleSetup, rest_qpos: Array) -> tuple[Array, Array]:

@@ -10,7 +10,11 @@ import numpy as np
 
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.capsule_setup import CapsuleProblem, CapsuleSetup
-from plumbob.engines.adapters.mujoco.capsule.readings import control, scale_tolerance
+from plumbob.engines.adapters.mujoco.capsule.readings import (
+    acceleration,
+    control,
+    scale_tolerance,
+)
 from plumbob.engines.adapters.mujoco.contacts import JOINT_HARDENING, JOINT_IMPEDANCE
 from plumbob.engines.adapters.mujoco.translation import Observed, Translation, read
 from plumbob.engines.method import Unsupported
@@ -55,6 +59,7 @@ def build(mjcf: Path, problem: CapsuleProblem, step: float) -> Translation:
         qvel=start,
         observe=observe,
         control=control(setup, step),
+        changing_control=acceleration(problem),
         sensors=None if coasting else _forces,
         probe=partial(_friction, setup),
         whole=spec.copy(),

@@ -7,6 +7,7 @@ start, so that it is a function of the state alone.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from itertools import product
 from types import MappingProxyType
 from typing import Any
@@ -56,10 +57,16 @@ class ContinuousField:
     """y' = f(t, y) of a model, y = (qpos, qvel, act), under a control that is held. With a layer of
     `width` [m] a contact sets in over that depth: f is the mean over the on-off states of the
     contacts within it, weighted by their depths, whose limit for no width is Filippov's sliding
-    motion."""
+    motion. A `drive` gives the control at a time [s], in place of the control that is held."""
 
-    def __init__(self, model: Any, data: Any, width: float = 0.0) -> None:
-        self.model, self.data, self.width = model, data, width
+    def __init__(
+        self,
+        model: Any,
+        data: Any,
+        width: float = 0.0,
+        drive: Callable[[float], Array] | None = None,
+    ) -> None:
+        self.model, self.data, self.width, self.drive = model, data, width, drive
         self.places, self.rates = list[int](), list[int]()
         # Where a quaternion and its angular velocity begin.
         self.quaternions = list[tuple[int, int]]()
@@ -87,6 +94,8 @@ class ContinuousField:
         nq = self.model.nq
         nv = self.model.nv
         self._put(t, y)
+        if self.drive is not None:
+            data.ctrl[:] = self.drive(t)
         if model.na:
             # Exactly: its rate ends at once where a setpoint arrives, where steps would hover.
             most = self.slew_rates * (t - self.held)

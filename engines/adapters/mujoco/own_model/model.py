@@ -5,7 +5,7 @@ from __future__ import annotations
 import copy
 import math
 import time
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -107,6 +107,8 @@ class MujocoModel:
     notes: tuple[str, ...]
     fields: Mapping[str, str]
     refsafe: bool = True  # as the file has it
+    drive: Callable[[float], Array] | None = None
+    """The control at a time [s] of the continuous motion, in place of a script's."""
     ends: float = math.inf  # processor time [s] from which on nudged steps are given up
 
     @property
@@ -187,7 +189,7 @@ class MujocoModel:
     def field(self, width: float = 0.0) -> ContinuousField:
         """Its continuous motion; contacts that begin over a layer of `width` [m], if given."""
         model = without_step(copy.copy(self.effective))
-        return ContinuousField(model, self._begun(model), width)
+        return ContinuousField(model, self._begun(model), width, self.drive)
 
     def hidden_touches(self, field: ContinuousField, start: Array) -> HiddenTouches:
         """A search for touches within the steps of an integration of a `field` of this model from
