@@ -1,4 +1,4 @@
-"""The derivative of one step of a stepper by its state, and the state that a step leaves as it is."""
+"""The derivative of a stepper's step by its state, and the state that the step leaves as it is."""
 
 from __future__ import annotations
 

@@ -27,6 +27,7 @@ from plumbob.engines.audit.built_mechanism import BuiltSteppers
 from plumbob.engines.audit.reference import moved
 from plumbob.engines.audit.user_models import quiet
 from plumbob.engines.largest_step import bisected
+from plumbob.engines.method import Unsupported
 from plumbob.engines.nudged_runs import NudgedRuns
 from plumbob.engines.own_motion import (
     OUT_OF_TIME,
@@ -482,18 +483,27 @@ def remedied(course: Course, limits: Sequence[Limit]) -> tuple[Remedy, ...]:
     best = course.model.integrator
     if course.built is None:
         best = max(limits, key=lambda limit: limit.reach).integrator
-    remedies = list[Remedy]()
     states = course.finely_stepped(best)
-    there = RAISED * min(own.predicted or math.inf, own.largest_step or math.inf)
+    remedies = list[Remedy]()
     for change in changes:
         other = course.changed(change)
-        if magnifies(other, other.point(own.index), own.integrator, there):
-            continue
-        limit = tried_below(other, limited(other, own.integrator))
-        if limit.reach > HELPS * own.reach:
-            apart = moved(course.model, states, other.finely_stepped(best))
-            remedies.append(Remedy(change, limit, apart))
+        with suppress(Unsupported):  # an engine need not express what a change adds
+            limit = raised_limit(other, own)
+            if limit is not None:
+                apart = moved(course.model, states, other.finely_stepped(best))
+                remedies.append(Remedy(change, limit, apart))
     return tuple(sorted(remedies, key=lambda r: r.limit.reach, reverse=True))
+
+
+def raised_limit(changed: Course, own: Limit) -> Limit | None:
+    """The limit of a changed model with the method of the limit `own` of the model itself; None
+    unless it is clearly larger."""
+    method = own.integrator
+    clearly = RAISED * min(own.predicted or math.inf, own.largest_step or math.inf)
+    if magnifies(changed, changed.point(own.index), method, clearly):
+        return None
+    limit = tried_below(changed, limited(changed, method))
+    return limit if limit.reach > HELPS * own.reach else None
 
 
 def largest_steps(

@@ -29,8 +29,8 @@ from plumbob.engines.adapters.mujoco.own_model.field import (
 )
 from plumbob.engines.adapters.mujoco.own_model.fields import fields
 from plumbob.engines.adapters.mujoco.own_model.hidden_touches import HiddenTouches
-from plumbob.engines.adapters.mujoco.own_model.policy import recorded
 from plumbob.engines.adapters.mujoco.own_model.places import place
+from plumbob.engines.adapters.mujoco.own_model.policy import recorded
 from plumbob.engines.adapters.mujoco.own_model.readings import (
     control_names,
     readings,
