@@ -1,21 +1,91 @@
-"""The search for the largest step that holds."""
+"""The search for the largest step that holds, among numbers that stand for steps."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Iterator
 from typing import TypeVar
 
 T = TypeVar("T", int, float)
+Holds = Callable[[T], bool]
+COARSER = 4  # factor by which the next stride of a search is wider
+# Drops below the largest exponent that holds, at which smaller steps are to hold, too: steps of
+# 0.95, 0.78, 0.5 and 0.25 of a limit. Where a search looks at multiples of a number, all multiples
+# within NEAR are to hold: where a motion becomes chaotic there are steps that fail below others
+# that hold.
+BELOW = (5, 25, 70, 140)
+NEAR = 25
+
+
+def before_failing(holds: Holds[T], numbers: Iterable[T]) -> tuple[T | None, T | None]:
+    """The first of `numbers` that fails, behind the number before it; None where there is none."""
+    held: T | None = None
+    for number in numbers:
+        if not holds(number):
+            return held, number
+        held = number
+    return held, None
 
 
 def bisected(
-    holds: Callable[[T], bool], held: T, failed: T, middle: Callable[[T, T], T | None]
+    holds: Holds[T], held: T, failed: T, middle: Callable[[T, T], T | None]
 ) -> tuple[T, T]:
-    """The largest number that holds and the smallest one that fails, of those tried between two
-    numbers of which one `held` and one `failed`; the search ends where the two have no `middle`."""
+    """The largest number that holds and the smallest number that fails, of those tried between two
+    numbers of which one `held` and one `failed`. The search ends where two numbers have no
+    `middle`."""
     while (between := middle(held, failed)) is not None:
         if holds(between):
             held = between
         else:
             failed = between
     return held, failed
+
+
+def bracket(
+    holds: Holds[int], first: int, low: int, high: int, every: int = 1
+) -> tuple[int | None, int | None]:
+    """The largest number that holds, such that those tried below it do too, and the next number,
+    which does not; None where there is none from `low` to `high`. The search begins at `first`, and
+    looks at multiples of `every`, as these three are, before it halves the last gap."""
+    held, failed = _widened(holds, first, low, high, every)
+    if held is None:
+        return None, failed
+    held, failed = _halved(holds, held, failed, every)
+    below = {(held - drop) // every * every for drop in BELOW}
+    if every > 1:
+        below |= set(range(held - NEAR // every * every, held, every))
+    for lower in sorted(below, reverse=True):
+        if lower >= low and not holds(lower):
+            return bracket(holds, lower, low, lower, every)
+    return _halved(holds, held, failed, 1)
+
+
+def _halved(
+    holds: Holds[int], held: int, failed: int | None, gap: int
+) -> tuple[int, int | None]:
+    """The two numbers no farther apart than a `gap`."""
+
+    def middle(held: int, failed: int) -> int | None:
+        return (held + failed) // (2 * gap) * gap if failed - held > gap else None
+
+    return (held, None) if failed is None else bisected(holds, held, failed, middle)
+
+
+def _widened(
+    holds: Holds[int], first: int, low: int, high: int, stride: int
+) -> tuple[int | None, int | None]:
+    """Two numbers, the smaller of which holds, by ever wider strides from `first`."""
+    if holds(first):
+        return before_failing(holds, _strides(first, high, stride))
+    below = _strides(first, low, -stride)
+    failed, held = before_failing(lambda number: not holds(number), below)
+    return held, failed
+
+
+def _strides(first: int, end: int, stride: int) -> Iterator[int]:
+    """Numbers from `first` to `end`, each stride wider than the one before it."""
+    number = first
+    yield number
+    while number != end:
+        number = min(number + stride, end) if stride > 0 else max(number + stride, end)
+        stride *= COARSER
+        yield number

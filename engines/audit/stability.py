@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -21,12 +21,12 @@ from typing import Any
 import numpy as np
 
 from plumbob.analytic.reference import Array
-from plumbob.analytic.stability import LOST
+from plumbob.analytic.stability import LOST_GROWTH
 from plumbob.engines.audit.allowance import Allowance
 from plumbob.engines.audit.built_mechanism import BuiltSteppers
 from plumbob.engines.audit.reference import moved
 from plumbob.engines.audit.user_models import quiet
-from plumbob.engines.largest_step import bisected
+from plumbob.engines.largest_step import before_failing, bisected
 from plumbob.engines.method import Unsupported
 from plumbob.engines.nudged_runs import NudgedRuns
 from plumbob.engines.own_motion import (
@@ -253,7 +253,7 @@ class Course:
             return self.lost(method, step, index)
         lasting = MOST * step
         grown = self.growth(method, step, self.script.start, 0, lasting, lasting)
-        return grown > LOST or self.lost(method, step)
+        return grown > LOST_GROWTH or self.lost(method, step)
 
     def _lost(self, method: str, step: float, begin: int) -> bool:
         script = self.script
@@ -267,12 +267,12 @@ class Course:
                 return False
             start = at_rest
             duration = MOST * step
-        most = LOST
+        most = LOST_GROWTH
         for tried in step * np.array(NEAR if moving else NEAR[:1]):
             grown = self.growth(method, tried, start, begin, duration)
             if math.isinf(grown):
                 return True
-            if grown > most == LOST:
+            if grown > most == LOST_GROWTH:
                 fine = min(step / FINER, self.model.step)
                 most *= max(1.0, self.growth(method, fine, start, begin, duration))
             if grown <= most:
@@ -320,7 +320,8 @@ class Course:
         """The controls of `count` steps [s] from the period `begin` on, shape (count, actuators);
         the last control is held for as long as need be."""
         periods = (begin + (np.arange(count) + 1e-6) * step / self.script.period).astype(int)
-        return self.script.controls[np.minimum(periods, len(self.script.controls) - 1)]
+        last = len(self.script.controls) - 1
+        return np.asarray(self.script.controls[np.minimum(periods, last)])
 
 
 def magnifies(course: Course, at: Point, method: str, step: float) -> bool:
@@ -343,16 +344,16 @@ def predicted_limit(course: Course, at: Point, method: str, most: float) -> floa
     def middle(held: float, failed: float) -> float | None:
         return (held + failed) / 2.0 if failed - held > RESOLVED * failed else None
 
+    def doubled(step: float) -> Iterator[float]:
+        while step < most:
+            yield step
+            step = RATIO * step
+        yield most
+
     fastest = float(np.abs(at.rates).max())
     safe = SAFE / fastest if fastest else math.inf
-    held = 0.0
-    failed = min(most / BEYOND if at.rests else safe, most)
-    while holds(failed):
-        if failed >= most:
-            return None
-        held = failed
-        failed = min(RATIO * failed, most)
-    return bisected(holds, held, failed, middle)[0]
+    held, failed = before_failing(holds, doubled(most / BEYOND if at.rests else safe))
+    return None if failed is None else bisected(holds, held or 0.0, failed, middle)[0]
 
 
 def limited(course: Course, method: str) -> Limit:

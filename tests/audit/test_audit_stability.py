@@ -15,7 +15,7 @@ from plumbob.engines.audit.allowance import Allowance
 from plumbob.engines.audit.controls import script
 from plumbob.engines.audit.stability import (
     LEAST,
-    LOST,
+    LOST_GROWTH,
     MARGIN,
     Course,
     excess,
@@ -146,7 +146,7 @@ def test_growth_of_the_motion_itself_is_no_instability():
         jacobian = on.jacobian(at, at.state, integrator, step)
         assert excess(jacobian, at.rates, step) <= 1.0 + MARGIN
         assert excess(jacobian, 0.0 * at.rates, step) > 1.0 + MARGIN
-        assert on.growth(integrator, step, on.script.start, 0, 2.0) > LOST
+        assert on.growth(integrator, step, on.script.start, 0, 2.0) > LOST_GROWTH
         assert not on.lost(integrator, step)
     assert not largest_steps(on.model, on.script, on.states, Allowance()).unstable
 
@@ -171,7 +171,7 @@ def test_a_state_of_rest_is_left_as_it_is(text, at):
         rest = state_at_rest(stepper, on.space, np.array([-at, 0.0]), point.control)
         nudged = on.growth("euler", step, rest, 0, LEAST * step)
         growing = excess(on.jacobian(point, rest, "euler", step), np.zeros(2), step)
-        assert (growing > 1.0 + MARGIN, nudged > LOST) == (text is POLE, text is POLE)
+        assert (growing > 1.0 + MARGIN, nudged > LOST_GROWTH) == (text is POLE, text is POLE)
         place, rate = rest
         assert rate == pytest.approx(0.0, abs=1e-8)
         assert place == pytest.approx(0.0, abs=1e-8) if text is POLE else place < -5e-5
@@ -236,7 +236,7 @@ def test_a_limit_above_which_runs_hold_is_not_confirmed(integrator):
     assert not limit.confirmed
     assert limit.holds_to > 1.5 * limit.largest_step
     for times in (1.1, 1.3, 1.5):
-        assert apart(on, integrator, times * limit.largest_step) < LOST
+        assert apart(on, integrator, times * limit.largest_step) < LOST_GROWTH
 
 
 def test_where_smaller_steps_diverge_the_limit_is_below_them(monkeypatch):

@@ -1,6 +1,7 @@
 """The largest steps of model files in MuJoCo and in engines that build them, against nudged runs
 that are made here, and the tangent space of a mechanism against MuJoCo's."""
 
+import json
 from functools import partial
 
 import mujoco
@@ -19,6 +20,7 @@ from plumbob.engines.registry import method as find_method
 from plumbob.engines.step_jacobian import step_jacobian
 from plumbob.engines.stepper import State
 from plumbob.engines.tangent_space import tangent_space
+from plumbob.reports.cli import main
 from plumbob.tests.audit.scenes_as_models import compiled
 
 SERVO_ARM = """<mujoco><option timestep="0.001"/><worldbody><body pos="0 0 1">
@@ -43,6 +45,7 @@ POLES = """<mujoco><option timestep="0.002"/>
     <geom fromto="0 0 0 0 0 .3" mass=".5"/></body></body></worldbody>
 <keyframe><key qpos="0.05 0.1"/></keyframe></mujoco>"""
 FILES = {"servo arm": SERVO_ARM, "wheel": WHEEL, "poles": POLES}
+BUILT = "pinocchio/aba+euler"
 METHODS = ("mujoco/euler", "drake/default", "dart/default", "pybullet/default")
 LOST = 1e3  # growth of a nudge, as the README has it, beyond the growth at a fine step
 FAR = 1e3  # [rad]: a servo or a spring never lets a joint turn so far
@@ -171,3 +174,43 @@ def test_changes_of_a_state_are_mujocos_own():
         changes = space.differences(moved, state)
         np.testing.assert_allclose(changes[: model.nv], back, rtol=0.0, atol=1e-14)
         np.testing.assert_allclose(changes, change, rtol=0.0, atol=1e-14)
+
+
+def answer(capsys, file, *words, code=0):
+    """What `plumbob stability` prints as JSON about a file at its first keyframe."""
+    chosen = ["stability", str(file), *words, "--keyframe", "0", "--duration", "0.1"]
+    assert main([*chosen, "--budget", "20", "--json"]) == code
+    return json.loads(capsys.readouterr().out)
+
+
+@pytest.mark.long(keep=1)
+def test_the_command_answers_for_the_methods_that_are_named(tmp_path, capsys):
+    """In their order; the first of them decides whether the file's own step is unstable."""
+    if not installed(engine_of(find_method(BUILT))):
+        pytest.skip("the engine is not installed")
+    (file := tmp_path / "arm.xml").write_text(SERVO_ARM, "utf-8")
+    found = answer(capsys, file, BUILT, "mujoco/rk4")
+    built, rk4 = found["stability"]
+    assert (built["integrator"], rk4["integrator"]) == (BUILT, "rk4")
+    assert built["first"].startswith("joint elbow, actuator ")
+    assert rk4["largest_step"] > built["largest_step"]
+    assert "armature" in found["remedies"][0]["change"]
+    assert {"mujoco", "pinocchio"} <= set(found["versions"])
+    file.write_text(SERVO_ARM.replace('timestep="0.001"', 'timestep="0.006"'), "utf-8")
+    assert answer(capsys, file, BUILT, code=1)["unstable"]
+
+
+TENDON = '<tendon><fixed name="strap"><joint joint="elbow" coef="1"/></fixed></tendon></mujoco>'
+
+
+@pytest.mark.long(keep=1)
+def test_a_part_that_an_engine_does_not_express_is_named(tmp_path, capsys):
+    if not installed(engine_of(find_method(BUILT))):
+        pytest.skip("the engine is not installed")
+    (file := tmp_path / "arm.xml").write_text(
+        SERVO_ARM.replace("</mujoco>", TENDON.replace("<fixed", '<fixed stiffness="1"')),
+        "utf-8",
+    )
+    (limit,) = answer(capsys, file, BUILT, code=3)["stability"]
+    assert (limit["confirmed"], limit["largest_step"]) == (False, None)
+    assert "tendon strap" in limit["why"]
