@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable
 from typing import TypeVar
 
 T = TypeVar("T", int, float)
@@ -14,16 +14,6 @@ COARSER = 4  # factor by which the next stride of a search is wider
 # that hold.
 BELOW = (5, 25, 70, 140)
 NEAR = 25
-
-
-def before_failing(holds: Holds[T], numbers: Iterable[T]) -> tuple[T | None, T | None]:
-    """The first of `numbers` that fails, behind the number before it; None where there is none."""
-    held: T | None = None
-    for number in numbers:
-        if not holds(number):
-            return held, number
-        held = number
-    return held, None
 
 
 def bisected(
@@ -74,18 +64,12 @@ def _widened(
     holds: Holds[int], first: int, low: int, high: int, stride: int
 ) -> tuple[int | None, int | None]:
     """Two numbers, the smaller of which holds, by ever wider strides from `first`."""
-    if holds(first):
-        return before_failing(holds, _strides(first, high, stride))
-    below = _strides(first, low, -stride)
-    failed, held = before_failing(lambda number: not holds(number), below)
-    return held, failed
-
-
-def _strides(first: int, end: int, stride: int) -> Iterator[int]:
-    """Numbers from `first` to `end`, each stride wider than the one before it."""
-    number = first
-    yield number
-    while number != end:
-        number = min(number + stride, end) if stride > 0 else max(number + stride, end)
-        stride *= COARSER
-        yield number
+    up = holds(first)
+    last = first
+    while last != (end := high if up else low):
+        following = min(last + stride, end) if up else max(last - stride, end)
+        if holds(following) != up:
+            return (last, following) if up else (following, last)
+        last = following
+        stride = COARSER * stride
+    return (last, None) if up else (None, last)

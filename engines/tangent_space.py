@@ -12,6 +12,7 @@ from plumbob.engines.mechanism import Mechanism
 from plumbob.engines.stepper import State
 
 POSITIONS = {1: 1, 3: 4, 6: 7}  # numbers in qpos of a joint, by its degrees of freedom
+CONJUGATE = np.array([1.0, -1.0, -1.0, -1.0])  # factors of a quaternion's numbers
 
 
 @dataclass(frozen=True)
@@ -38,56 +39,28 @@ class TangentSpace:
     def attitudes(self) -> tuple[tuple[int, int], ...]:
         """For each attitude the first number of its quaternion in qpos, and the first number of its
         rotation vector in a change."""
-        pairs = list[tuple[int, int]]()
-        position = velocity = 0
-        for degrees in self.degrees:
-            position += POSITIONS[degrees]
-            velocity += degrees
-            if degrees > 1:
-                pairs.append((position - 4, velocity - 3))
-        return tuple(pairs)
-
-    @cached_property
-    def _plain(self) -> tuple[list[int], list[int]]:
-        """Places of the numbers that are no attitude's, in a state and in a change."""
-        turning = {first + k for first, _ in self.attitudes for k in range(4)}
-        turns = {first + k for _, first in self.attitudes for k in range(3)}
-        in_state = [k for k in range(self.positions) if k not in turning]
-        in_change = [k for k in range(self.velocities) if k not in turns]
-        return in_state, in_change
+        positions = np.cumsum([POSITIONS[degrees] for degrees in self.degrees])
+        velocities = np.cumsum(self.degrees)
+        ends = zip(positions.tolist(), velocities.tolist(), self.degrees, strict=True)
+        return tuple((q - 4, v - 3) for q, v, degrees in ends if degrees > 1)
 
     def shifted(self, states: Array, changes: Array) -> Array:
         """States, shape (..., n), moved by changes, shape (..., m)."""
-        if not self.attitudes:
-            return np.asarray(states + changes)
-        rows = np.broadcast_shapes(states.shape[:-1], changes.shape[:-1])
-        moved = np.array(np.broadcast_to(states, (*rows, states.shape[-1])))
-        in_state, in_change = self._plain
-        moved[..., in_state] += changes[..., in_change]
-        moved[..., self.positions :] += changes[..., self.velocities :]
+        # A quaternion has one number more than a rotation vector.
+        moved = states + np.insert(changes, [turn for _, turn in self.attitudes], 0.0, axis=-1)
         for first, turn in self.attitudes:
-            attitudes = states[..., first : first + 4]
-            moved[..., first : first + 4] = product(
-                attitudes, exponential(changes[..., turn : turn + 3])
-            )
-        return moved
+            turned = exponential(changes[..., turn : turn + 3])
+            moved[..., first : first + 4] = product(states[..., first : first + 4], turned)
+        return np.asarray(moved)
 
     def differences(self, states: Array, others: Array) -> Array:
         """The changes that move `others` to `states`, shape (..., n) each: shape (..., m)."""
-        if not self.attitudes:
-            return np.asarray(states - others)
-        activations = states.shape[-1] - self.positions - self.velocities
-        size = 2 * self.velocities + activations
-        changes = np.empty((*states.shape[:-1], size))
-        in_state, in_change = self._plain
-        changes[..., in_change] = states[..., in_state] - others[..., in_state]
-        rest = slice(self.positions, None)
-        changes[..., self.velocities :] = states[..., rest] - others[..., rest]
-        for first, turn in self.attitudes:
-            here = states[..., first : first + 4]
-            back = others[..., first : first + 4] * np.array([1.0, -1.0, -1.0, -1.0])
-            changes[..., turn : turn + 3] = logarithm(product(back, here))
-        return changes
+        changes = states - others
+        for first, _ in self.attitudes:
+            back = CONJUGATE * others[..., first : first + 4]
+            turned = product(back, states[..., first : first + 4])
+            changes[..., first + 1 : first + 4] = logarithm(turned)
+        return np.delete(changes, [first for first, _ in self.attitudes], axis=-1)
 
     def state_of(self, numbers: Array) -> State:
         """The numbers of one state as a stepper takes them."""
@@ -108,11 +81,10 @@ def numbers_of(state: State) -> Array:
 
 def product(first: Array, second: Array) -> Array:
     """The products of quaternions, scalar first, shape (..., 4)."""
-    real = first[..., :1] * second[..., :1]
-    real = real - (first[..., 1:] * second[..., 1:]).sum(axis=-1, keepdims=True)
-    imaginary = first[..., :1] * second[..., 1:] + second[..., :1] * first[..., 1:]
-    imaginary = imaginary + np.cross(first[..., 1:], second[..., 1:])
-    return np.concatenate([real, imaginary], axis=-1)
+    a, b = first[..., :1], first[..., 1:]
+    c, d = second[..., :1], second[..., 1:]
+    real = a * c - (b * d).sum(axis=-1, keepdims=True)
+    return np.concatenate([real, a * d + c * b + np.cross(b, d)], axis=-1)
 
 
 def exponential(turns: Array) -> Array:

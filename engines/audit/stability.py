@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -26,7 +26,7 @@ from plumbob.engines.audit.allowance import Allowance
 from plumbob.engines.audit.built_mechanism import BuiltSteppers
 from plumbob.engines.audit.reference import moved
 from plumbob.engines.audit.user_models import quiet
-from plumbob.engines.largest_step import before_failing, bisected
+from plumbob.engines.largest_step import bisected
 from plumbob.engines.method import Unsupported
 from plumbob.engines.nudged_runs import NudgedRuns
 from plumbob.engines.own_motion import (
@@ -181,27 +181,27 @@ class Course:
         chosen = np.unique(np.linspace(0, count - 1, STATES).round().astype(int))
         return tuple(self.point(int(k)) for k in (*chosen, count))
 
+    @quiet()
     def point(self, index: int) -> Point:
         """The state at the beginning of a control period, after the last one the state of rest."""
         control = self.script.controls[min(index, len(self.script.controls) - 1)]
         last = len(self.states) - 1
         state = self.states[min(index, last)]
         stepper = self.model.function_stepper(self.model.integrator, TINY)
-        with quiet():
-            step = step_jacobian(
-                stepper, self.space, state, control, DIFFERENCES[0], ends=self.ends
-            )
+        about = (self.space, state, control)
+        step = step_jacobian(stepper, *about, DIFFERENCES[0], ends=self.ends)
         rates = np.linalg.eigvals(step - np.eye(len(step))) / TINY
         return Point(index, state, control, np.asarray(rates), index > last)
 
+    @quiet()
     def state_at(self, at: Point, method: str, step: float) -> Array | None:
         """The state of a point at a step [s]; None if the step has no state of rest."""
         if not at.rests:
             return at.state
         stepper = self.steppers.function_stepper(method, step)
-        with quiet():
-            return state_at_rest(stepper, self.space, at.state, at.control, self.ends)
+        return state_at_rest(stepper, self.space, at.state, at.control, self.ends)
 
+    @quiet()
     def jacobian(
         self,
         at: Point,
@@ -214,10 +214,9 @@ class Course:
         """The derivative of a step [s] from a `state` by differences of a size, under the control
         of a point; times `directions`, if given."""
         stepper = self.steppers.function_stepper(method, step)
-        with quiet():
-            return step_jacobian(
-                stepper, self.space, state, at.control, difference, directions, self.ends
-            )
+        return step_jacobian(
+            stepper, self.space, state, at.control, difference, directions, self.ends
+        )
 
     def excess_at(
         self, at: Point, method: str, step: float, difference: float = DIFFERENCES[0]
@@ -282,6 +281,7 @@ class Course:
             return True
         return self.growth(method, step, start, begin, duration, MOST * step) > STILL
 
+    @quiet()
     def growth(
         self,
         method: str,
@@ -298,20 +298,19 @@ class Course:
         runs = self._runs(method, step)
         nudged = math.ceil(after / step)
         controls = self._controls(begin, step, nudged + math.ceil(duration / step))
-        with quiet():
-            if nudged:
-                states = runs.states(start, controls[:nudged])
-                if states is None:
-                    return math.inf
-                start = states[-1]
-            return runs.growth(start, controls[nudged:])
+        if nudged:
+            states = runs.states(start, controls[:nudged])
+            if states is None:
+                return math.inf
+            start = states[-1]
+        return runs.growth(start, controls[nudged:])
 
+    @quiet()
     def last_velocity(self, method: str, step: float, duration: float | None = None) -> float:
         """The largest velocity at the end of a run from the start with a step [s]; infinite if the
         run diverges."""
         controls = self._controls(0, step, math.ceil((duration or MOST * step) / step))
-        with quiet():
-            return self._runs(method, step).last_velocity(self.script.start, controls)
+        return self._runs(method, step).last_velocity(self.script.start, controls)
 
     def _runs(self, method: str, step: float) -> NudgedRuns:
         return NudgedRuns(self.steppers.stepper(method, step), self.space, self.ends)
@@ -344,16 +343,16 @@ def predicted_limit(course: Course, at: Point, method: str, most: float) -> floa
     def middle(held: float, failed: float) -> float | None:
         return (held + failed) / 2.0 if failed - held > RESOLVED * failed else None
 
-    def doubled(step: float) -> Iterator[float]:
-        while step < most:
-            yield step
-            step = RATIO * step
-        yield most
-
     fastest = float(np.abs(at.rates).max())
     safe = SAFE / fastest if fastest else math.inf
-    held, failed = before_failing(holds, doubled(most / BEYOND if at.rests else safe))
-    return None if failed is None else bisected(holds, held or 0.0, failed, middle)[0]
+    held = 0.0
+    failed = min(most / BEYOND if at.rests else safe, most)
+    while holds(failed):
+        if failed >= most:
+            return None
+        held = failed
+        failed = min(RATIO * failed, most)
+    return bisected(holds, held, failed, middle)[0]
 
 
 def limited(course: Course, method: str) -> Limit:
