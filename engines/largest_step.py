@@ -1,12 +1,9 @@
-"""The search for the largest step that holds, among numbers that stand for steps."""
+"""The search for the largest step of a grid that holds."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import TypeVar
+from plumbob.analytic.numerics.bisection import Holds, bisected
 
-T = TypeVar("T", int, float)
-Holds = Callable[[T], bool]
 COARSER = 4  # factor by which the next stride of a search is wider
 # Drops below the largest exponent that holds, at which smaller steps are to hold, too: steps of
 # 0.95, 0.78, 0.5 and 0.25 of a limit. Where a search looks at multiples of a number, all multiples
@@ -14,20 +11,6 @@ COARSER = 4  # factor by which the next stride of a search is wider
 # that hold.
 BELOW = (5, 25, 70, 140)
 NEAR = 25
-
-
-def bisected(
-    holds: Holds[T], held: T, failed: T, middle: Callable[[T, T], T | None]
-) -> tuple[T, T]:
-    """The largest number that holds and the smallest number that fails, of those tried between two
-    numbers of which one `held` and one `failed`. The search ends where two numbers have no
-    `middle`."""
-    while (between := middle(held, failed)) is not None:
-        if holds(between):
-            held = between
-        else:
-            failed = between
-    return held, failed
 
 
 def bracket(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import accumulate
 
 import numpy as np
 
@@ -11,7 +12,6 @@ from plumbob.analytic.reference import Array
 from plumbob.engines.mechanism import Mechanism
 from plumbob.engines.stepper import State
 
-POSITIONS = {1: 1, 3: 4, 6: 7}  # numbers in qpos of a joint, by its degrees of freedom
 CONJUGATE = np.array([1.0, -1.0, -1.0, -1.0])  # factors of a quaternion's numbers
 
 
@@ -28,7 +28,7 @@ class TangentSpace:
     @property
     def positions(self) -> int:
         """How many numbers qpos has."""
-        return sum(POSITIONS[degrees] for degrees in self.degrees)
+        return self.velocities + len(self.attitudes)
 
     @property
     def velocities(self) -> int:
@@ -39,14 +39,14 @@ class TangentSpace:
     def attitudes(self) -> tuple[tuple[int, int], ...]:
         """For each attitude the first number of its quaternion in qpos, and the first number of its
         rotation vector in a change."""
-        positions = np.cumsum([POSITIONS[degrees] for degrees in self.degrees])
-        velocities = np.cumsum(self.degrees)
-        ends = zip(positions.tolist(), velocities.tolist(), self.degrees, strict=True)
-        return tuple((q - 4, v - 3) for q, v, degrees in ends if degrees > 1)
+        ends = zip(self.degrees, accumulate(self.degrees), strict=True)
+        turns = [end - 3 for degrees, end in ends if degrees > 1]
+        # A quaternion has one number more than a rotation vector.
+        return tuple((turn + before, turn) for before, turn in enumerate(turns))
 
     def shifted(self, states: Array, changes: Array) -> Array:
         """States, shape (..., n), moved by changes, shape (..., m)."""
-        # A quaternion has one number more than a rotation vector.
+        # The inserted zeros are places of the quaternions' fourth numbers.
         moved = states + np.insert(changes, [turn for _, turn in self.attitudes], 0.0, axis=-1)
         for first, turn in self.attitudes:
             turned = exponential(changes[..., turn : turn + 3])

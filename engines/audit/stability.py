@@ -20,13 +20,13 @@ from typing import Any
 
 import numpy as np
 
+from plumbob.analytic.numerics.bisection import bisected
 from plumbob.analytic.reference import Array
 from plumbob.analytic.stability import LOST_GROWTH
 from plumbob.engines.audit.allowance import Allowance
 from plumbob.engines.audit.built_mechanism import BuiltSteppers
 from plumbob.engines.audit.reference import moved
 from plumbob.engines.audit.user_models import quiet
-from plumbob.engines.largest_step import bisected
 from plumbob.engines.method import Unsupported
 from plumbob.engines.nudged_runs import NudgedRuns
 from plumbob.engines.own_motion import (

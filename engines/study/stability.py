@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from plumbob.analytic.numerics.bisection import Holds
 from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.reference import Array, Signals
 from plumbob.analytic.stability import (
@@ -25,7 +26,7 @@ from plumbob.analytic.stability import (
     StepLimit,
     exponent,
 )
-from plumbob.engines.largest_step import Holds, bracket
+from plumbob.engines.largest_step import bracket
 from plumbob.engines.method import Method, Unsupported
 from plumbob.engines.registry import engine_of
 from plumbob.engines.study.measurement import invariant_drifts, scheme_of

@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from plumbob.analytic.errors.smooth_motion.scheme_steps import Advance, Parts
+from plumbob.analytic.numerics.bisection import bisected
 from plumbob.analytic.numerics.smooth.smooth_system import TINY
 from plumbob.analytic.reference import Array
 from plumbob.analytic.stability import LARGEST, LOST_GROWTH, SMALLEST
@@ -94,12 +95,9 @@ def first_failing(fails: Callable[[Array], Marks], rate: float) -> float:
     failing = np.flatnonzero(fails(steps))
     if not failing.size:
         return math.inf
-    holds = steps[max(failing[0] - 1, 0)]
-    lost = steps[failing[0]]
-    while lost / holds - 1.0 > 1e-12:
-        middle = math.sqrt(holds * lost)
-        if fails(np.array([middle]))[0]:
-            lost = middle
-        else:
-            holds = middle
-    return float(holds)
+    held, failed = map(float, steps[[max(failing[0] - 1, 0), failing[0]]])
+
+    def middle(held: float, failed: float) -> float | None:
+        return math.sqrt(held * failed) if failed / held - 1.0 > 1e-12 else None
+
+    return bisected(lambda step: not fails(np.array([step]))[0], held, failed, middle)[0]

@@ -18,6 +18,8 @@ class Diverged(Exception):
 class MujocoStepper:
     """A compiled model, stepped at its own time step by its own integrator."""
 
+    alarms = slice(None)  # which of MuJoCo's warnings tell that a run diverges
+
     def __init__(self, model: mujoco.MjModel, data: mujoco.MjData | None = None) -> None:
         """In a state of its own, or in the `data` of the model."""
         self.model = model
@@ -53,7 +55,7 @@ class MujocoStepper:
             for control in controls.tolist():
                 data.ctrl[:] = control
                 mujoco.mj_step(model, data)
-        if data.warning.number.any():
+        if data.warning.number[self.alarms].any():
             raise Diverged
 
     def physics(self) -> Array:

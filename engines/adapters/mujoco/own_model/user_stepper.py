@@ -7,15 +7,11 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from plumbob.analytic.reference import Array
-from plumbob.engines.adapters.mujoco.stepper import Diverged, MujocoStepper
+from plumbob.engines.adapters.mujoco.stepper import MujocoStepper
 from plumbob.engines.stepper import State
 
-_BAD = [
-    int(mujoco.mjtWarning.mjWARN_BADQPOS),
-    int(mujoco.mjtWarning.mjWARN_BADQVEL),
-    int(mujoco.mjtWarning.mjWARN_BADQACC),
-]
+# MuJoCo's warnings of positions, velocities and accelerations without bounds
+_BAD = slice(int(mujoco.mjtWarning.mjWARN_BADQPOS), int(mujoco.mjtWarning.mjWARN_BADQACC) + 1)
 
 
 def kind(integrator: str) -> Any:
@@ -41,6 +37,8 @@ class UserStepper(MujocoStepper):
     """A model that several steppers share, with its mjData: each sets its integrator and its step
     as it is put, and is done before another is put."""
 
+    alarms = _BAD
+
     def __init__(self, model: Any, data: Any, start: Any, integrator: str, step: float) -> None:
         """With the mocap poses and the active constraints of the mjData `start`."""
         super().__init__(model, data)
@@ -57,12 +55,3 @@ class UserStepper(MujocoStepper):
         self.model.opt.timestep, self.model.opt.integrator = self._step, self._integrator
         super().put(state, time)
         like_start(self.data, self._start)
-
-    def advance(self, controls: Array | None, steps: int) -> None:
-        """Take `steps` steps under controls, shape (steps, nu); raises Diverged."""
-        assert controls is not None
-        for control in controls:
-            self.data.ctrl[:] = control
-            mujoco.mj_step(self.model, self.data)
-        if self.data.warning.number[_BAD].any():
-            raise Diverged
