@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from plumbob.analytic.numerics.bisection import Holds, bisected
+from plumbob.analytic.bisection import Holds, bisected
 
 COARSER = 4  # factor by which the next stride of a search is wider
 # Drops below the largest exponent that holds, at which smaller steps are to hold, too: steps of

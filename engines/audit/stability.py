@@ -20,7 +20,7 @@ from typing import Any
 
 import numpy as np
 
-from plumbob.analytic.numerics.bisection import bisected
+from plumbob.analytic.bisection import bisected
 from plumbob.analytic.reference import Array
 from plumbob.analytic.stability import LOST_GROWTH
 from plumbob.engines.audit.allowance import Allowance

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from plumbob.analytic.numerics.bisection import Holds
+from plumbob.analytic.bisection import Holds
 from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.reference import Array, Signals
 from plumbob.analytic.stability import (

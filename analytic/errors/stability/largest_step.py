@@ -8,8 +8,8 @@ from collections.abc import Callable
 import numpy as np
 import numpy.typing as npt
 
+from plumbob.analytic.bisection import bisected
 from plumbob.analytic.errors.smooth_motion.scheme_steps import Advance, Parts
-from plumbob.analytic.numerics.bisection import bisected
 from plumbob.analytic.numerics.smooth.smooth_system import TINY
 from plumbob.analytic.reference import Array
 from plumbob.analytic.stability import LARGEST, LOST_GROWTH, SMALLEST
