@@ -73,9 +73,9 @@ NOTICED = 0.01  # of the growth: what an element changes that sets it
 
 @dataclass(frozen=True)
 class Limit:
-    """The largest step of an integrator below which every one holds along the motion."""
+    """The largest step of a method below which every step holds along the motion."""
 
-    integrator: str
+    integrator: str  # of MuJoCo, or the name of an engine's method
     largest_step: float | None  # [s]; None where it lies beyond what was tried
     predicted: float | None = None  # [s] by the step's Jacobian; None where that shows no limit
     first: str = ""  # what goes first: a joint, and the actuator, spring, damper or contact
@@ -98,7 +98,7 @@ class Limit:
 
 @dataclass(frozen=True)
 class Remedy:
-    """A change of the model that raises the limit of its own integrator."""
+    """A change of the model that raises the limit of the first method."""
 
     change: Change
     limit: Limit
@@ -139,7 +139,7 @@ class Point:
 @np.errstate(over="ignore")
 def excess(jacobian: Array, rates: Array, step: float) -> float:
     """The largest factor by which a mode of a step grows beyond its partner among the modes of the
-    continuous motion, of these `rates` [1/s], or beyond 1."""
+    continuous motion, which have these `rates` [1/s], or beyond 1."""
     if not np.isfinite(jacobian).all():
         return math.inf
     stepped = np.sort(np.abs(np.linalg.eigvals(jacobian)))
@@ -324,8 +324,8 @@ class Course:
 
 
 def magnifies(course: Course, at: Point, method: str, step: float) -> bool:
-    """Whether a step [s] magnifies nudges at a point, by a factor that does not depend on the
-    differences."""
+    """Whether a step [s] magnifies nudges at a point. The factor must hardly depend on the size of
+    the Jacobian's differences."""
     factor = course.excess_at(at, method, step)
     if factor <= 1.0 + MARGIN:
         return False
@@ -334,8 +334,8 @@ def magnifies(course: Course, at: Point, method: str, step: float) -> bool:
 
 
 def predicted_limit(course: Course, at: Point, method: str, most: float) -> float | None:
-    """The largest step [s] that holds by the Jacobian at a point before one that does not, of steps
-    that double up to `most`, bisected; None where all hold."""
+    """The largest step [s] that holds by the Jacobian at a point. Steps double up to `most`; the
+    gap before the first step that fails is bisected. None if all steps hold."""
 
     def holds(step: float) -> bool:
         return not magnifies(course, at, method, step)
@@ -357,7 +357,8 @@ def predicted_limit(course: Course, at: Point, method: str, most: float) -> floa
 
 def limited(course: Course, method: str) -> Limit:
     """The limit of a method: the lowest of the limits at points above which a nudged run is lost.
-    Others set none: the motion leaves the point before a nudge has grown."""
+    If nudged runs hold above the limit at a point, the motion leaves the point before a nudge has
+    grown."""
     most = BEYOND * course.model.step
     passed = ""
     predicted = ((predicted_limit(course, at, method, most), at.index) for at in course.points)
@@ -380,16 +381,16 @@ def limit_by_runs(course: Course, limit: Limit, why: str) -> Limit:
     """A limit by runs alone, below a step at which they are lost: the first of smaller steps at
     which nudged runs hold, and runs at its neighbours do."""
     assert limit.largest_step is not None
-    of = limit.integrator
+    method = limit.integrator
     index = limit.index
     step = limit.largest_step
-    while course.lost(of, step, index) or any(
-        math.isinf(course.last_velocity(of, n * step)) for n in NEAR[1:]
+    while course.lost(method, step, index) or any(
+        math.isinf(course.last_velocity(method, n * step)) for n in NEAR[1:]
     ):
         step /= SPREAD
         if step < limit.largest_step / MOST:
             return replace(limit, why="runs are lost at any step that was tried")
-    factors = [course.excess_at(at, of, ABOVE * step) for at in course.points]
+    factors = [course.excess_at(at, method, ABOVE * step) for at in course.points]
     worst = course.points[int(np.argmax(factors))].index
     limit = replace(limit, largest_step=step, why=f"by nudged runs; {why}", index=worst)
     limit = replace(limit, first=named(course, limit))
@@ -415,14 +416,15 @@ def tried_below(course: Course, limit: Limit) -> Limit:
     it; from where they chatter, if smaller steps come to rest, it says."""
     if not limit.confirmed:
         return limit
-    of = limit.integrator
+    method = limit.integrator
     most = limit.largest_step or BEYOND * course.model.step
     tried = np.geomspace(most / RATIO, most, BETWEEN)[:-1]
-    rates = np.array([course.last_velocity(of, step, MOST * most) for step in tried])
-    if np.isinf(rates).any():
-        lost = replace(limit, largest_step=float(tried[int(np.argmax(rates))]))
+    ends = [course.last_velocity(method, step, MOST * most) for step in tried]
+    velocities = np.array(ends)
+    if np.isinf(velocities).any():
+        lost = replace(limit, largest_step=float(tried[int(np.argmax(velocities))]))
         return limit_by_runs(course, lost, f"{1e3 * most:.3g} ms by its Jacobians")
-    first = int(np.argmax(rates > SETTLED))
+    first = int(np.argmax(velocities > SETTLED))
     return replace(limit, chatters=float(tried[first])) if first else limit
 
 
