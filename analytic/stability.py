@@ -19,6 +19,8 @@ AWAY = 1.0  # the largest away from an equilibrium: samples farther apart show n
 # symplectic oscillator's energy swings to 1/(1 - h omega/2) of its start: to 200 times that at
 # 0.995 of the limit, half a bracket below.
 BAND = 200.0
+# A nudge may grow so many times as much as it grows in the exact motion: more is lost.
+LOST_GROWTH = 1e3
 Kind = Literal["unstable", "changes-kind"]
 """Consequence of a step beyond the limit: it magnifies a nudge that the exact motion does not, or
 its motion becomes one of another kind (a swing turns over, a well is left)."""

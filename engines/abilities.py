@@ -222,5 +222,5 @@ class CompilesScenes:
     ParameterError."""
     model: Callable[[Case, Method, float], tuple[OwnModel, Callable[[Array], Signals]]]
     """Case, method, step [s] -> the model that is stepped, in the form of a user's model; and a
-    function from states, shape (n, k), to the observables that are functions of the state, shape (n,)
-    each. Raises Unsupported, ParameterError and NotCertifiable."""
+    function from states, shape (n, k), to the observables that are functions of the state, shape
+    (n,) each. Raises Unsupported, ParameterError and NotCertifiable."""

@@ -15,13 +15,11 @@ from plumbob.analytic.reference import Array
 if TYPE_CHECKING:
     from plumbob.engines.adapters.mujoco.own_model.field import ContinuousField
     from plumbob.engines.adapters.mujoco.own_model.model import MujocoModel
-    from plumbob.engines.adapters.mujoco.own_model.tangent import TangentMaps
 
     Field = ContinuousField
     OwnModel = MujocoModel
-    StepMaps = TangentMaps
 else:  # of the engine that has the ability `UserModels`
-    Field = OwnModel = StepMaps = Any
+    Field = OwnModel = Any
 
 
 @dataclass(frozen=True)

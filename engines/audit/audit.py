@@ -15,7 +15,7 @@ from plumbob.engines.audit.allowance import Allowance
 from plumbob.engines.audit.changes import Moved
 from plumbob.engines.audit.gradient import Gradients, gradients
 from plumbob.engines.audit.reference import RESOLVED, Certificate, certified, uncertain
-from plumbob.engines.audit.stability import Stability, stability
+from plumbob.engines.audit.stability import LargestSteps, largest_steps
 from plumbob.engines.audit.step_errors import (
     Balance,
     Compared,
@@ -57,7 +57,7 @@ class Audit:
     balances: tuple[Balance, ...] = ()
     # Beside the error in metres; None where that is not known.
     state_errors: StateErrors | None = None
-    stability: Stability | None = None  # the largest steps that hold
+    stability: LargestSteps | None = None  # the largest steps that hold
     written: tuple[str, Trim] | None = None  # the trimmed file, and what it does, read back
     gradient: Gradients | str | None = None  # why there is none; None where it is not asked for
     # since another audit; None where it is held to none
@@ -207,7 +207,7 @@ def audited(
     progress("the largest step that holds")
     least = min(LEAST_STABLE / allowance.seconds, MOST_STABLE)
     steady = allowance.part(max(STABLE, least))
-    largest = stability(model, script, reference.states, steady)
+    largest = largest_steps(model, script, reference.states, steady)
     return replace(audit, stability=largest, seconds=time.perf_counter() - began)
 
 

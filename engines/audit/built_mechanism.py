@@ -4,15 +4,45 @@ what is wrong there is the engine's step, its contacts and its precision, and no
 from __future__ import annotations
 
 import time
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
 from plumbob.analytic.reference import Array
 from plumbob.engines.abilities import BuildsMechanisms
+from plumbob.engines.mechanism import Mechanism
 from plumbob.engines.method import Unsupported
-from plumbob.engines.own_motion import OwnModel, Script, Stepped
-from plumbob.engines.stepper import State
+from plumbob.engines.own_motion import Change, OwnModel, Script, Stepped
+from plumbob.engines.stepper import State, Stepper
 from plumbob.models.border import border
+
+
+@dataclass(frozen=True)
+class BuiltSteppers:
+    """The mechanism of a model in an engine that builds it anew for each step size."""
+
+    builds: BuildsMechanisms
+    model: OwnModel
+
+    @cached_property
+    def _mechanism(self) -> Mechanism:
+        return self.model.mechanism()
+
+    def stepper(self, method: str, step: float) -> Stepper:
+        """The mechanism at a step [s], by the engine's one method. Raises Unsupported, which names
+        the part of the mechanism that the engine does not express."""
+        with border(Unsupported, Unsupported):
+            return self.builds.build(
+                self._mechanism, _split(self.model.state, self.model), step
+            )
+
+    function_stepper = stepper
+
+    def changed(self, changes: Sequence[Change]) -> BuiltSteppers:
+        """The steppers of the model with changes."""
+        return replace(self, model=self.model.changed(changes))
 
 
 def built_motion(

@@ -20,9 +20,15 @@ from typing import Any
 
 import numpy as np
 
+from plumbob.analytic.bisection import bisected
 from plumbob.analytic.reference import Array
+from plumbob.analytic.stability import LOST_GROWTH
 from plumbob.engines.audit.allowance import Allowance
+from plumbob.engines.audit.built_mechanism import BuiltSteppers
 from plumbob.engines.audit.reference import moved
+from plumbob.engines.audit.user_models import quiet
+from plumbob.engines.method import Unsupported
+from plumbob.engines.nudged_runs import NudgedRuns
 from plumbob.engines.own_motion import (
     OUT_OF_TIME,
     Change,
@@ -31,8 +37,9 @@ from plumbob.engines.own_motion import (
     OwnModel,
     Place,
     Script,
-    StepMaps,
 )
+from plumbob.engines.step_jacobian import state_at_rest, step_jacobian
+from plumbob.engines.tangent_space import TangentSpace
 
 STATES = 5  # along the motion
 BEYOND = 10.0  # times the model's own step: no larger one is tried
@@ -48,7 +55,6 @@ DIFFERENCES = (1e-6, 1e-7)  # [m, rad, ...] of the Jacobians
 ALIKE = 1.5
 TINY = 2.0**-24  # [s]: a step that is the continuous motion's
 BELOW, ABOVE = 0.9, 1.1  # of a limit: where nudged runs hold, and are lost
-LOST = 1e3  # a nudge's growth beyond the continuous motion's own
 # Of a step: where a body lands may decide what becomes of a nudge. It does so at one step and not
 # at another; one that grows at all of these grows at each step.
 NEAR = (1.0, 0.99, 1.01)
@@ -67,9 +73,9 @@ NOTICED = 0.01  # of the growth: what an element changes that sets it
 
 @dataclass(frozen=True)
 class Limit:
-    """The largest step of an integrator below which every one holds along the motion."""
+    """The largest step of a method below which every step holds along the motion."""
 
-    integrator: str
+    integrator: str  # of MuJoCo, or the name of an engine's method
     largest_step: float | None  # [s]; None where it lies beyond what was tried
     predicted: float | None = None  # [s] by the step's Jacobian; None where that shows no limit
     first: str = ""  # what goes first: a joint, and the actuator, spring, damper or contact
@@ -92,7 +98,7 @@ class Limit:
 
 @dataclass(frozen=True)
 class Remedy:
-    """A change of the model that raises the limit of its own integrator."""
+    """A change of the model that raises the limit of the first method."""
 
     change: Change
     limit: Limit
@@ -100,8 +106,8 @@ class Remedy:
 
 
 @dataclass(frozen=True)
-class Stability:
-    """The limits of all integrators, the model's own first, and remedies, the best first."""
+class LargestSteps:
+    """The limits of several methods, the first of which decides, and remedies, the best first."""
 
     limits: tuple[Limit, ...]
     remedies: tuple[Remedy, ...]
@@ -110,7 +116,7 @@ class Stability:
 
     @property
     def own(self) -> Limit:
-        """The limit of the model's own integrator."""
+        """The limit of the first method: the model's own integrator unless methods are named."""
         return self.limits[0]
 
     @property
@@ -124,19 +130,16 @@ class Point:
     """A state of the motion, and the modes of the continuous motion there."""
 
     index: int  # of the control period
-    maps: StepMaps
+    state: Array
+    control: Array
     rates: Array  # [1/s] complex, shape (n,)
     rests: bool = False  # it stands for the state of rest near by, another at each step
-
-    def maps_at(self, integrator: str, step: float) -> StepMaps | None:
-        """The Jacobians there; None where a step has no state of rest."""
-        return self.maps.at_rest(integrator, step) if self.rests else self.maps
 
 
 @np.errstate(over="ignore")
 def excess(jacobian: Array, rates: Array, step: float) -> float:
     """The largest factor by which a mode of a step grows beyond its partner among the modes of the
-    continuous motion, of these `rates` [1/s], or beyond 1."""
+    continuous motion, which have these `rates` [1/s], or beyond 1."""
     if not np.isfinite(jacobian).all():
         return math.inf
     stepped = np.sort(np.abs(np.linalg.eigvals(jacobian)))
@@ -144,66 +147,86 @@ def excess(jacobian: Array, rates: Array, step: float) -> float:
     return float((stepped / np.maximum(flow, 1.0)).max())
 
 
-def excess_at(
-    at: Point, integrator: str, step: float, difference: float = DIFFERENCES[0]
-) -> float:
-    """That of one step [s] at a state."""
-    maps = at.maps_at(integrator, step)
-    return excess(maps(integrator, step, difference), at.rates, step) if maps else 1.0
-
-
-def unstable(at: Point, integrator: str, step: float) -> bool:
-    """Whether a step [s] magnifies nudges at a state, by a factor that does not depend on the
-    differences."""
-    factor = excess_at(at, integrator, step)
-    if factor <= 1.0 + MARGIN:
-        return False
-    other = excess_at(at, integrator, step, DIFFERENCES[1])
-    return math.isinf(min(factor, other)) or max(factor, other) <= ALIKE * min(factor, other)
-
-
-def shown(at: Point, integrator: str, most: float) -> float | None:
-    """The largest step [s] that holds by the Jacobian at a state before one that does not, of steps
-    that double up to `most`, bisected; None where all hold."""
-    fastest = float(np.abs(at.rates).max())
-    safe = SAFE / fastest if fastest else math.inf
-    holds = 0.0
-    fails = min(most / BEYOND if at.rests else safe, most)
-    while not unstable(at, integrator, fails):
-        if fails >= most:
-            return None
-        holds = fails
-        fails = min(RATIO * fails, most)
-    while fails - holds > RESOLVED * fails:
-        middle = (holds + fails) / 2.0
-        holds, fails = (holds, middle) if unstable(at, integrator, middle) else (middle, fails)
-    return holds
-
-
 @dataclass(frozen=True)
 class Course:
-    """A model along a certified motion: what the limits of its steps are found on."""
+    """A model along a certified motion, on which the limits of the steps of methods are found:
+    integrators of MuJoCo, or the method of an engine that `built` the model."""
 
     model: OwnModel
     script: Script
     states: Array  # at the ends of the periods as far as they are known, shape (k, n)
+    built: BuiltSteppers | None = None
+    ends: float = math.inf  # processor time [s] from which on nothing is computed
+
+    @property
+    def steppers(self) -> OwnModel | BuiltSteppers:
+        """What steps the model."""
+        return self.model if self.built is None else self.built
+
+    def changed(self, change: Change) -> Course:
+        """The course of the model with a change."""
+        built = self.built and self.built.changed((change,))
+        return replace(self, model=self.model.changed((change,)), built=built)
+
+    @cached_property
+    def space(self) -> TangentSpace:
+        """The tangent space of the model's states."""
+        return TangentSpace(tuple(joint.size for joint in self.model.layout.joints))
 
     @cached_property
     def points(self) -> tuple[Point, ...]:
         """States spread over the motion, the first and the last included, and the state of rest
-        that it may end in: the contacts of that are another at each step."""
+        that the motion may end in: its contacts are others at each step."""
         count = len(self.states)
         chosen = np.unique(np.linspace(0, count - 1, STATES).round().astype(int))
         return tuple(self.point(int(k)) for k in (*chosen, count))
 
+    @quiet()
     def point(self, index: int) -> Point:
         """The state at the beginning of a control period, after the last one the state of rest."""
         control = self.script.controls[min(index, len(self.script.controls) - 1)]
         last = len(self.states) - 1
-        maps = self.model.step_maps(self.states[min(index, last)], control)
-        step = maps(self.model.integrator, TINY, DIFFERENCES[0])
+        state = self.states[min(index, last)]
+        stepper = self.model.function_stepper(self.model.integrator, TINY)
+        about = (self.space, state, control)
+        step = step_jacobian(stepper, *about, DIFFERENCES[0], ends=self.ends)
         rates = np.linalg.eigvals(step - np.eye(len(step))) / TINY
-        return Point(index, maps, np.asarray(rates), index > last)
+        return Point(index, state, control, np.asarray(rates), index > last)
+
+    @quiet()
+    def state_at(self, at: Point, method: str, step: float) -> Array | None:
+        """The state of a point at a step [s]; None if the step has no state of rest."""
+        if not at.rests:
+            return at.state
+        stepper = self.steppers.function_stepper(method, step)
+        return state_at_rest(stepper, self.space, at.state, at.control, self.ends)
+
+    @quiet()
+    def jacobian(
+        self,
+        at: Point,
+        state: Array,
+        method: str,
+        step: float,
+        difference: float = DIFFERENCES[0],
+        directions: Array | None = None,
+    ) -> Array:
+        """The derivative of a step [s] from a `state` by differences of a size, under the control
+        of a point; times `directions`, if given."""
+        stepper = self.steppers.function_stepper(method, step)
+        return step_jacobian(
+            stepper, self.space, state, at.control, difference, directions, self.ends
+        )
+
+    def excess_at(
+        self, at: Point, method: str, step: float, difference: float = DIFFERENCES[0]
+    ) -> float:
+        """The largest factor by which one step [s] from a point magnifies a mode beyond the
+        continuous motion; 1 if the step has no state of rest."""
+        state = self.state_at(at, method, step)
+        if state is None:
+            return 1.0
+        return excess(self.jacobian(at, state, method, step, difference), at.rates, step)
 
     def finely_stepped(self, integrator: str) -> Array:
         """States at the ends of the periods as far as the motion is known, at small steps."""
@@ -213,95 +236,161 @@ class Course:
             replace(self.script, controls=controls), integrator, parts
         ).states
 
-    def lost(self, integrator: str, step: float, index: int = 0) -> bool:
+    def lost(self, method: str, step: float, index: int = 0) -> bool:
         """Whether a run with a step [s] diverges, or loses a nudge: one from a period `index` on,
         or one from the start, unless that takes too many steps. A nudge of a motion that is already
-        disturbed may not show what one of the motion itself does."""
+        disturbed may not show what a nudge of the motion itself does."""
         whole = self.script.duration <= MOST * step
-        nudges = any(self._lost(integrator, step, k) for k in {index, 0 if whole else index})
-        return nudges or math.isinf(self.rate(integrator, step))
+        nudges = any(self._lost(method, step, k) for k in {index, 0 if whole else index})
+        return nudges or math.isinf(self.last_velocity(method, step))
 
-    def lost_along(self, integrator: str, step: float, index: int) -> bool:
+    def lost_along(self, method: str, step: float, index: int) -> bool:
         """Whether nudged runs with a step [s] along the motion itself are lost. If `index` is that
         of a state of rest beyond the motion, the runs begin at the start and are nudged after MOST
         steps: a nudge of the state of rest may grow although no run comes to that state."""
         if index < len(self.states):
-            return self.lost(integrator, step, index)
+            return self.lost(method, step, index)
         lasting = MOST * step
-        grown, _ = self.model.followed(self.script, 0, integrator, step, lasting, lasting)
-        return grown > LOST or self.lost(integrator, step)
+        grown = self.growth(method, step, self.script.start, 0, lasting, lasting)
+        return grown > LOST_GROWTH or self.lost(method, step)
 
-    def _lost(self, integrator: str, step: float, begin: int) -> bool:
+    def _lost(self, method: str, step: float, begin: int) -> bool:
         script = self.script
-        followed = self.model.followed
         duration = min(max(script.duration - begin * script.period, LEAST * step), MOST * step)
         moving = begin < len(self.states)
         if moving:
             start = self.states[begin]
-        elif maps := self.points[-1].maps_at(integrator, step):
-            start = maps.state
-            duration = MOST * step
         else:
-            return False
-        begun = replace(script, start=start)
-        most = LOST
+            at_rest = self.state_at(self.points[-1], method, step)
+            if at_rest is None:
+                return False
+            start = at_rest
+            duration = MOST * step
+        most = LOST_GROWTH
         for tried in step * np.array(NEAR if moving else NEAR[:1]):
-            grown, _ = followed(begun, begin, integrator, tried, duration)
+            grown = self.growth(method, tried, start, begin, duration)
             if math.isinf(grown):
                 return True
-            if grown > most == LOST:
+            if grown > most == LOST_GROWTH:
                 fine = min(step / FINER, self.model.step)
-                most *= max(1.0, followed(begun, begin, integrator, fine, duration)[0])
+                most *= max(1.0, self.growth(method, fine, start, begin, duration))
             if grown <= most:
                 return False
         # A nudge may decide on which foot a body lands, and nothing thereafter.
         if not moving:
             return True
-        return followed(begun, begin, integrator, step, duration, MOST * step)[0] > STILL
+        return self.growth(method, step, start, begin, duration, MOST * step) > STILL
 
-    def rate(self, integrator: str, step: float, duration: float | None = None) -> float:
-        """The largest velocity at the end of a run from the start with a step [s]."""
-        lasting = duration or MOST * step
-        return self.model.followed(self.script, 0, integrator, step, lasting, runs=1)[1]
+    @quiet()
+    def growth(
+        self,
+        method: str,
+        step: float,
+        start: Array,
+        begin: int,
+        duration: float,
+        after: float = 0.0,
+    ) -> float:
+        """How many times as large as a nudge the difference of two runs with a step [s] becomes
+        within a `duration` [s], at most, under the controls from the period `begin` on. The nudge
+        is one of `start`, or of where a run from `start` is `after` a time [s]. Infinite if a run
+        diverges."""
+        runs = self._runs(method, step)
+        nudged = math.ceil(after / step)
+        controls = self._controls(begin, step, nudged + math.ceil(duration / step))
+        if nudged:
+            states = runs.states(start, controls[:nudged])
+            if states is None:
+                return math.inf
+            start = states[-1]
+        return runs.growth(start, controls[nudged:])
+
+    @quiet()
+    def last_velocity(self, method: str, step: float, duration: float | None = None) -> float:
+        """The largest velocity at the end of a run from the start with a step [s]; infinite if the
+        run diverges."""
+        controls = self._controls(0, step, math.ceil((duration or MOST * step) / step))
+        return self._runs(method, step).last_velocity(self.script.start, controls)
+
+    def _runs(self, method: str, step: float) -> NudgedRuns:
+        return NudgedRuns(self.steppers.stepper(method, step), self.space, self.ends)
+
+    def _controls(self, begin: int, step: float, count: int) -> Array:
+        """The controls of `count` steps [s] from the period `begin` on, shape (count, actuators);
+        the last control is held for as long as need be."""
+        periods = (begin + (np.arange(count) + 1e-6) * step / self.script.period).astype(int)
+        last = len(self.script.controls) - 1
+        return np.asarray(self.script.controls[np.minimum(periods, last)])
 
 
-def limited(course: Course, integrator: str) -> Limit:
-    """The limit of an integrator: the lowest of those at the states above which a nudged run is
-    lost. Others set none: the motion leaves them before a nudge has grown."""
+def magnifies(course: Course, at: Point, method: str, step: float) -> bool:
+    """Whether a step [s] magnifies nudges at a point. The factor must hardly depend on the size of
+    the Jacobian's differences."""
+    factor = course.excess_at(at, method, step)
+    if factor <= 1.0 + MARGIN:
+        return False
+    other = course.excess_at(at, method, step, DIFFERENCES[1])
+    return math.isinf(min(factor, other)) or max(factor, other) <= ALIKE * min(factor, other)
+
+
+def predicted_limit(course: Course, at: Point, method: str, most: float) -> float | None:
+    """The largest step [s] that holds by the Jacobian at a point. Steps double up to `most`; the
+    gap before the first step that fails is bisected. None if all steps hold."""
+
+    def holds(step: float) -> bool:
+        return not magnifies(course, at, method, step)
+
+    def middle(held: float, failed: float) -> float | None:
+        return (held + failed) / 2.0 if failed - held > RESOLVED * failed else None
+
+    fastest = float(np.abs(at.rates).max())
+    safe = SAFE / fastest if fastest else math.inf
+    held = 0.0
+    failed = min(most / BEYOND if at.rests else safe, most)
+    while holds(failed):
+        if failed >= most:
+            return None
+        held = failed
+        failed = min(RATIO * failed, most)
+    return bisected(holds, held, failed, middle)[0]
+
+
+def limited(course: Course, method: str) -> Limit:
+    """The limit of a method: the lowest of the limits at points above which a nudged run is lost.
+    If nudged runs hold above the limit at a point, the motion leaves the point before a nudge has
+    grown."""
     most = BEYOND * course.model.step
     passed = ""
-    limits = [(step, at.index) for at in course.points if (step := shown(at, integrator, most))]
-    for step, index in sorted(limits):
-        if not course.lost(integrator, ABOVE * step, index):
+    predicted = ((predicted_limit(course, at, method, most), at.index) for at in course.points)
+    for step, index in sorted((step, index) for step, index in predicted if step):
+        if not course.lost(method, ABOVE * step, index):
             passed = f"; at {index * course.script.period:.3g} s a nudge grows from "
             passed += f"{1e3 * step:.3g} ms on, for a moment"
             continue
-        limit = Limit(integrator, step, step, index=index)
-        if course.lost(integrator, BELOW * step, index):
-            return measured(course, limit, f"{1e3 * step:.3g} ms by its Jacobians")
+        limit = Limit(method, step, step, index=index)
+        if course.lost(method, BELOW * step, index):
+            return limit_by_runs(course, limit, f"{1e3 * step:.3g} ms by its Jacobians")
         return checked_above(course, replace(limit, first=named(course, limit)), {index})
-    limit = Limit(integrator, most)
-    if course.lost(integrator, most):
-        return measured(course, limit, f"none by its Jacobians{passed}")
-    return Limit(
-        integrator, None, confirmed=True, why=f"beyond {BEYOND:g} x its own step{passed}"
-    )
+    limit = Limit(method, most)
+    if course.lost(method, most):
+        return limit_by_runs(course, limit, f"none by its Jacobians{passed}")
+    return Limit(method, None, confirmed=True, why=f"beyond {BEYOND:g} x its own step{passed}")
 
 
-def measured(course: Course, limit: Limit, why: str) -> Limit:
+def limit_by_runs(course: Course, limit: Limit, why: str) -> Limit:
     """A limit by runs alone, below a step at which they are lost: the first of smaller steps at
     which nudged runs hold, and runs at its neighbours do."""
     assert limit.largest_step is not None
-    of = limit.integrator
+    method = limit.integrator
     index = limit.index
     step = limit.largest_step
-    while course.lost(of, step, index) or any(
-        math.isinf(course.rate(of, n * step)) for n in NEAR[1:]
+    while course.lost(method, step, index) or any(
+        math.isinf(course.last_velocity(method, n * step)) for n in NEAR[1:]
     ):
         step /= SPREAD
         if step < limit.largest_step / MOST:
             return replace(limit, why="runs are lost at any step that was tried")
-    factors = [excess_at(at, of, ABOVE * step) for at in course.points]
+    factors = [course.excess_at(at, method, ABOVE * step) for at in course.points]
     worst = course.points[int(np.argmax(factors))].index
     limit = replace(limit, largest_step=step, why=f"by nudged runs; {why}", index=worst)
     limit = replace(limit, first=named(course, limit))
@@ -327,14 +416,15 @@ def tried_below(course: Course, limit: Limit) -> Limit:
     it; from where they chatter, if smaller steps come to rest, it says."""
     if not limit.confirmed:
         return limit
-    of = limit.integrator
+    method = limit.integrator
     most = limit.largest_step or BEYOND * course.model.step
     tried = np.geomspace(most / RATIO, most, BETWEEN)[:-1]
-    rates = np.array([course.rate(of, step, MOST * most) for step in tried])
-    if np.isinf(rates).any():
-        lost = replace(limit, largest_step=float(tried[int(np.argmax(rates))]))
-        return measured(course, lost, f"{1e3 * most:.3g} ms by its Jacobians")
-    first = int(np.argmax(rates > SETTLED))
+    ends = [course.last_velocity(method, step, MOST * most) for step in tried]
+    velocities = np.array(ends)
+    if np.isinf(velocities).any():
+        lost = replace(limit, largest_step=float(tried[int(np.argmax(velocities))]))
+        return limit_by_runs(course, lost, f"{1e3 * most:.3g} ms by its Jacobians")
+    first = int(np.argmax(velocities > SETTLED))
     return replace(limit, chatters=float(tried[first])) if first else limit
 
 
@@ -347,11 +437,13 @@ def culprit(course: Course, limit: Limit) -> tuple[Place, Element | None]:
     from scipy import linalg
 
     assert limit.largest_step is not None
-    integrator = limit.integrator
+    method = limit.integrator
     step = ABOVE * limit.largest_step
     at = next(at for at in course.points if at.index == limit.index)
-    maps = at.maps_at(integrator, step) or at.maps
-    jacobian = maps(integrator, step, DIFFERENCES[0])
+    state = course.state_at(at, method, step)
+    if state is None:
+        state = at.state
+    jacobian = course.jacobian(at, state, method, step)
     if not np.isfinite(jacobian).all():
         return Place(""), None
     decomposed: Any = linalg.eig(jacobian, left=True)
@@ -364,11 +456,13 @@ def culprit(course: Course, limit: Limit) -> tuple[Place, Element | None]:
     k = order[int(np.argmax(exceeding))]
     mode = right[:, k]
     dual = left[:, k].conj() / (left[:, k].conj() @ right[:, k])
-    place = maps.place(np.abs(dual * mode))  # what takes part, whatever units it has
+    weights = np.abs(dual * mode)  # what takes part, whatever units it has
+    place = course.model.place(state, at.control, weights)
     along = np.stack([mode.real, mode.imag], axis=1)
     best: tuple[float, Element | None] = (NOTICED, None)
     for element in place.elements:
-        weaker = maps.changed(element.weaker)(integrator, step, DIFFERENCES[0], along)
+        other = course.changed(element.weaker)
+        weaker = other.jacobian(at, state, method, step, directions=along)
         change = dual @ (weaker - jacobian @ along) @ np.array([1.0, 1.0j]) / factors[k]
         best = max(best, (-float(change.real), element), key=lambda entry: entry[0])
     return place, best[1]
@@ -381,47 +475,61 @@ def named(course: Course, limit: Limit) -> str:
 
 
 def remedied(course: Course, limits: Sequence[Limit]) -> tuple[Remedy, ...]:
-    """Changes that raise the limit of the model's own integrator, tried: the best first. How far
-    they move some body is that of runs with small steps of the steadiest integrator, as far as the
-    motion is known. A change that leaves the limit at the state that sets it is none: others like
-    that joint may be as stiff."""
+    """Changes that raise the limit of the first method, tried: the best first. How far they move
+    some body is shown by runs with small steps of MuJoCo's steadiest integrator, as far as the
+    motion is known. A change that leaves the limit at the state that sets it is none: other joints
+    may be as stiff."""
     own = limits[0]
     place, element = culprit(course, own)
     changes = [*place.remedies, *([element.remedy] if element and element.remedy else [])]
-    best = max(limits, key=lambda limit: limit.reach).integrator
-    remedies = list[Remedy]()
+    best = course.model.integrator
+    if course.built is None:
+        best = max(limits, key=lambda limit: limit.reach).integrator
     states = course.finely_stepped(best)
-    there = RAISED * min(own.predicted or math.inf, own.largest_step or math.inf)
+    remedies = list[Remedy]()
     for change in changes:
-        other = replace(course, model=course.model.changed((change,)))
-        if unstable(other.point(own.index), own.integrator, there):
-            continue
-        limit = tried_below(other, limited(other, own.integrator))
-        if limit.reach > HELPS * own.reach:
-            apart = moved(course.model, states, other.finely_stepped(best))
-            remedies.append(Remedy(change, limit, apart))
+        other = course.changed(change)
+        with suppress(Unsupported):  # an engine need not express what a change adds
+            limit = raised_limit(other, own)
+            if limit is not None:
+                apart = moved(course.model, states, other.finely_stepped(best))
+                remedies.append(Remedy(change, limit, apart))
     return tuple(sorted(remedies, key=lambda r: r.limit.reach, reverse=True))
 
 
-def stability(
+def raised_limit(changed: Course, own: Limit) -> Limit | None:
+    """The limit of a changed model with the method of the limit `own` of the model itself; None
+    unless it is clearly larger."""
+    method = own.integrator
+    clearly = RAISED * min(own.predicted or math.inf, own.largest_step or math.inf)
+    if magnifies(changed, changed.point(own.index), method, clearly):
+        return None
+    limit = tried_below(changed, limited(changed, method))
+    return limit if limit.reach > HELPS * own.reach else None
+
+
+def largest_steps(
     model: OwnModel,
     script: Script,
     states: Array,
     allowance: Allowance,
-) -> Stability:
-    """The largest steps of all integrators along the motion of `script`, of which `states` at the
-    ends of the periods are known, and what raises the model's own; others than that one, and
-    remedies, as far as time allows. After PATIENCE times the time allowed the search ends."""
+    built: BuiltSteppers | None = None,
+) -> LargestSteps:
+    """The largest steps of all of MuJoCo's integrators, the model's own first, or of the engine
+    that `built` the model, along the motion of `script`, of which `states` at the ends of the
+    periods are known; and what raises the first. Later limits and remedies are found as far as time
+    allows; after PATIENCE times the time allowed the search ends."""
     ends = time.process_time() + PATIENCE * allowance.seconds
-    course = Course(replace(model, ends=ends), script, states)
-    limits = [Limit(name, None, why=OUT_OF_TIME) for name in model.steppable]
+    course = Course(model, script, states, built, ends)
+    methods = model.steppable if built is None else (built.builds.method,)
+    limits = [Limit(name, None, why=OUT_OF_TIME) for name in methods]
     remedies: tuple[Remedy, ...] = ()
     with suppress(NotCertifiable):  # raised when the time ends
-        limits[0] = tried_below(course, limited(course, model.integrator))
-        for k, name in enumerate(model.steppable[1:], 1):
+        limits[0] = tried_below(course, limited(course, methods[0]))
+        for k, name in enumerate(methods[1:], 1):
             if allowance.left > 0.0:
                 limits[k] = limited(course, name)
         confirmed = limits[0].largest_step is not None and limits[0].holds_to is None
         if confirmed and allowance.left > 0.0:
             remedies = remedied(course, limits)
-    return Stability(tuple(limits), remedies, model.step, len(states) == 1)
+    return LargestSteps(tuple(limits), remedies, model.step, len(states) == 1)

@@ -1,16 +1,25 @@
-"""The error of a method's steps on the motion of a user's model: an integrator of MuJoCo's, or
-another engine that builds the mechanism of the model."""
+"""The error of a method's steps on the motion of a user's model, and its largest step: of an
+integrator of MuJoCo's, or of another engine that builds the mechanism of the model."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
+from typing import Any
 
 from plumbob.analytic.parameters import ParameterError
+from plumbob.analytic.reference import Array
 from plumbob.engines.abilities import BuildsMechanisms
-from plumbob.engines.audit.built_mechanism import built_motion
+from plumbob.engines.audit.allowance import Allowance
+from plumbob.engines.audit.built_mechanism import BuiltSteppers, built_motion
 from plumbob.engines.audit.controls import MOST
 from plumbob.engines.audit.reference import Certificate
+from plumbob.engines.audit.stability import (
+    PATIENCE,
+    LargestSteps,
+    Limit,
+    largest_steps,
+)
 from plumbob.engines.audit.step_errors import StepError, errors_of, held, priced
 from plumbob.engines.method import Method, Unsupported
 from plumbob.engines.own_motion import ROUNDING, OwnModel, Script
@@ -37,11 +46,12 @@ def parts_of(script: Script, step: float) -> int:
     return parts
 
 
-def runs_of(method: Method, model: OwnModel) -> str:
-    """The integrator of MuJoCo's that a method is, or the name of a method of an engine that builds
-    mechanisms; raises ParameterError for any other method."""
+def runs_of(method: Method, able: Sequence[str]) -> str:
+    """The integrator of MuJoCo's that a method is, one of those that are `able` to step a model, or
+    the name of a method of an engine that builds mechanisms; raises ParameterError for any other
+    method."""
     if method.engine == MUJOCO:
-        return integrator_of(method, (*model.steppable, DISCRETE))
+        return integrator_of(method, able)
     builds = engine_of(method).ability(BuildsMechanisms)
     if builds is None or builds.method != method.name:
         what = f"of MuJoCo, as mujoco/rk4, or one of {', '.join(_built())}"
@@ -86,20 +96,27 @@ def method_error(
     would take more than so many `seconds` of processor time, and Unsupported where the engine
     cannot express a part of the model."""
     parts = parts_of(script, step)
-    integrator = runs_of(method, model)
+    integrator = runs_of(method, (*model.steppable, DISCRETE))
     if integrator != method.name:
         _affordable(model, script, integrator, parts, seconds)
         return priced(
             model, script, reference, [held(model, script, reference, integrator, parts)]
         )[0]
     arguments = (method, model, script, reference, parts, seconds)
-    with Workers(1) as workers:
-        ((_, answer),) = workers.results(
-            [Task(method.name, _built_error, arguments, HANGS + 2.0 * seconds)]
-        )
+    answer = _in_own_process(_built_error, arguments, 2.0 * seconds)
     if isinstance(answer, StepError):
         return answer
-    raise Unsupported(answer.why if isinstance(answer, Lost) else answer)
+    raise Unsupported(answer)
+
+
+def _in_own_process(do: Callable[..., Any], arguments: tuple[Any, ...], seconds: float) -> Any:
+    """The result of a function in a process of its own, which it may end; raises Unsupported if
+    the process ends or takes far more than so many `seconds` of processor time."""
+    with Workers(1) as workers:
+        ((_, answer),) = workers.results([Task("", do, arguments, HANGS + seconds)])
+    if isinstance(answer, Lost):
+        raise Unsupported(answer.why)
+    return answer
 
 
 def _affordable(
@@ -130,3 +147,46 @@ def _built_error(
     except Unsupported as why:
         return str(why)
     return errors_of(run, model, reference, method.name, parts)
+
+
+def method_steps(
+    methods: Sequence[Method],
+    model: OwnModel,
+    script: Script,
+    states: Array,
+    allowance: Allowance,
+) -> LargestSteps:
+    """The largest steps of methods, in their order, along a motion of which `states` at the ends of
+    the control periods are known, with the remedies of the first; without methods, of all of
+    MuJoCo's integrators. Each engine other than MuJoCo has the time allowed once more, in a process
+    of its own. Raises ParameterError."""
+    if not methods:
+        return largest_steps(model, script, states, allowance)
+    named = {runs_of(method, model.steppable): method for method in methods}
+    integrators = tuple(name for name in named if name in model.steppable)
+    groups = list[LargestSteps]()
+    if integrators:
+        own = replace(model, integrator=integrators[0], steppable=integrators)
+        groups.append(largest_steps(own, script, states, allowance))
+    for name in (name for name in named if name not in integrators):
+        seconds = allowance.seconds
+        arguments = (named[name], model, script, states, seconds)
+        try:
+            groups.append(_in_own_process(_built_steps, arguments, PATIENCE * seconds))
+        except Unsupported as why:
+            unknown = Limit(name, None, why=str(why))
+            groups.append(LargestSteps((unknown,), (), model.step))
+    limits = {limit.integrator: limit for group in groups for limit in group.limits}
+    (first,) = (group for group in groups if group.own.integrator == next(iter(named)))
+    return replace(first, limits=tuple(limits[name] for name in named))
+
+
+def _built_steps(
+    method: Method, model: OwnModel, script: Script, states: Array, seconds: float
+) -> LargestSteps:
+    """The largest step of another engine, whose output is dropped; raises Unsupported."""
+    builds = engine_of(method).ability(BuildsMechanisms)
+    assert builds is not None
+    with captured():
+        steppers = BuiltSteppers(builds, model)
+        return largest_steps(model, script, states, Allowance(seconds), steppers)

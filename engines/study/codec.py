@@ -39,7 +39,7 @@ KINDS = MappingProxyType(
         "ModelReading": "study.model_reading.ModelReading",
         "ParameterFit": "study.identification.ParameterFit",
         "SceneCosts": "study.cost.SceneCosts",
-        "Stability": "study.stability.Stability",
+        "Stability": "study.stability.SceneLimits",
         "StabilitySearch": "study.stability.StabilitySearch",
         "Trajectory": "trajectory.Trajectory",
         "Trimming": "abilities.Trimming",

@@ -14,7 +14,7 @@ from plumbob.engines.study.convergence import SEED, ConvergenceStudy
 from plumbob.engines.study.cost import Cost, Key, SceneCosts
 from plumbob.engines.study.provenance import Provenance
 from plumbob.engines.study.request import Answer, Request
-from plumbob.engines.study.stability import KnownLimit, StabilitySearch
+from plumbob.engines.study.stability import SmallestLimit, StabilitySearch
 from plumbob.models.registry import case_of, system_of
 from plumbob.models.scene import Observable, Quantity, Scene
 
@@ -113,14 +113,14 @@ class Study:
             ) from None
         return answer
 
-    def step_limit(self, scene: str, method: str) -> KnownLimit | None:
+    def step_limit(self, scene: str, method: str) -> SmallestLimit | None:
         """The smallest stored limit of the step of a scene with a method: a measured one if there
         is any, else a predicted one, else None."""
         for by_runs in (True, False):
             search = self.extras.get(StabilitySearch(scene, method, by_runs))
             if search and search.limits:
                 limit = min(search.limits, key=lambda limit: limit.largest)
-                return KnownLimit(limit.kind, limit.largest, limit.measured, limit.why)
+                return SmallestLimit(limit.kind, limit.largest, limit.measured, limit.why)
         return None
 
 

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 
+from plumbob.analytic.bisection import Holds
 from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.reference import Array, Signals
 from plumbob.analytic.stability import (
@@ -17,6 +18,7 @@ from plumbob.analytic.stability import (
     BAND,
     EVERY,
     LARGEST,
+    LOST_GROWTH,
     RATIO,
     SMALLEST,
     Kind,
@@ -24,6 +26,7 @@ from plumbob.analytic.stability import (
     StepLimit,
     exponent,
 )
+from plumbob.engines.largest_step import bracket
 from plumbob.engines.method import Method, Unsupported
 from plumbob.engines.registry import engine_of
 from plumbob.engines.study.measurement import invariant_drifts, scheme_of
@@ -32,27 +35,19 @@ from plumbob.engines.trajectory import Trajectory, lost
 from plumbob.models.registry import case_of, stability_of
 from plumbob.models.scene import Case, Scene
 
-GROWTH = 1e3  # of a nudge, beyond that of the exact motion
 # Of the start, relative to the scales of the state; smaller where a nudge that the exact motion and
-# GROWTH magnify would be as large as the motion, but far above what a double resolves.
+# LOST_GROWTH magnify would be as large as the motion, but far above what a double resolves.
 NUDGE, SMALLEST_NUDGE, SMALL = 1e-6, 1e-11, 0.1
 # the least that a run lasts: steps, and periods of the fastest mode
 STEPS, PERIODS = 10_000, 100
-COARSER = 4  # the search widens by this factor, in exponents of RATIO
 PILOT = 500  # steps of runs that show most failures, at little cost
 FIRST = 0.3  # in fastest periods: where a search without a prediction begins
-# Exponents of RATIO. Steps of 0.95, 0.78, 0.5 and 0.25 of a limit are to hold, too; away from an
-# equilibrium all of EVERY from 0.78: where a motion becomes chaotic there are steps that fail below
-# others that hold.
-BELOW = (5, 25, 70, 140)
-NEAR = 25
 # periods and samples of an exact motion, for its kind and its scales
 FOLLOWED, SAMPLES = 30, 501
-Holds = Callable[[int], bool]
 
 
 @dataclass(frozen=True)
-class KnownLimit:
+class SmallestLimit:
     """The smallest limit that is known of a scene with a method."""
 
     kind: Kind
@@ -86,7 +81,7 @@ class MeasuredLimit:
 
 
 @dataclass(frozen=True)
-class Stability:
+class SceneLimits:
     """The limits of a scene with a method, unstable first."""
 
     limits: tuple[MeasuredLimit, ...]
@@ -95,7 +90,7 @@ class Stability:
 
 
 @dataclass(frozen=True)
-class StabilitySearch(RunRequest[Stability]):
+class StabilitySearch(RunRequest[SceneLimits]):
     """A search for the largest step of a scene with a method, by its runs or by theory."""
 
     label, of_pair, as_planned = "largest step", True, True
@@ -104,36 +99,36 @@ class StabilitySearch(RunRequest[Stability]):
     method: str
     by_runs: bool = True
 
-    def made(self, scene: Scene, method: Method) -> Stability:
+    def made(self, scene: Scene, method: Method) -> SceneLimits:
         """The limits."""
-        return stability(scene, method, self.by_runs)
+        return scene_limits(scene, method, self.by_runs)
 
 
-def stability(scene: Scene, method: Method, by_runs: bool = True) -> Stability:
+def scene_limits(scene: Scene, method: Method, by_runs: bool = True) -> SceneLimits:
     """The largest steps of `method` on `scene`, by its runs or by theory; raises
     ParameterError."""
     if method.control == "tolerance":
-        return Stability((), why="it chooses its steps itself, and pays with their number")
+        return SceneLimits((), why="it chooses its steps itself, and pays with their number")
     case = case_of(scene)
     if by_runs and not case.system.start:
-        return Stability((), why="no parameter of the scene is its start, to be nudged")
+        return SceneLimits((), why="no parameter of the scene is its start, to be nudged")
     theory = stability_of(case)
     try:
         if by_runs:
             engine_of(method).prepare(case, method, min(scene.steps[0], scene.duration))
     except Unsupported as why:
-        return Stability((), why=str(why))
+        return SceneLimits((), why=str(why))
     predicted = theory.limits(scheme_of(case, method)) if theory else ()
     if by_runs:
-        return measured(case, method, theory, predicted)
-    return Stability(
+        return searched_limits(case, method, theory, predicted)
+    return SceneLimits(
         tuple(MeasuredLimit(of.kind, of.step, None, None, of.why) for of in predicted)
     )
 
 
-def measured(
+def searched_limits(
     case: Case, method: Method, theory: StabilityTheory | None, predicted: tuple[StepLimit, ...]
-) -> Stability:
+) -> SceneLimits:
     """The limits of a case, by a search that begins at those `predicted`."""
     trials = Trials(case, method, theory)
     by_kind = {limit.kind: limit for limit in predicted}
@@ -148,11 +143,11 @@ def measured(
     apart = (changes.fails or math.inf) < (unstable.holds or 0.0)
     several = apart or "changes-kind" in by_kind
     equilibrium = theory is not None and theory.equilibrium
-    return Stability((unstable, changes) if several else (unstable,), equilibrium)
+    return SceneLimits((unstable, changes) if several else (unstable,), equilibrium)
 
 
 def _limit(
-    trials: Trials, kind: Kind, predicted: StepLimit | None, holds: Holds, start: float
+    trials: Trials, kind: Kind, predicted: StepLimit | None, holds: Holds[int], start: float
 ) -> MeasuredLimit:
     """The limit of a `kind`, searched from its prediction or from `start` fastest periods."""
     if predicted is not None:
@@ -175,48 +170,6 @@ def _limit(
         why,
         "" if predicted is None else predicted.why,
     )
-
-
-def bracket(
-    holds: Holds, first: int, low: int, high: int, every: int = 1
-) -> tuple[int | None, int | None]:
-    """The largest number that holds, such that those tried below it do too, and the next one, which
-    does not; None where there is none from `low` to `high`. The search begins at `first`, and looks
-    at multiples of `every`, as these three are, before it halves the last gap."""
-    held, failed = _widened(holds, first, low, high, every)
-    if held is None:
-        return None, failed
-    held, failed = _halved(holds, held, failed, every)
-    below = {(held - drop) // every * every for drop in BELOW}
-    if every > 1:
-        below |= set(range(held - NEAR // every * every, held, every))
-    for lower in sorted(below, reverse=True):
-        if lower >= low and not holds(lower):
-            return bracket(holds, lower, low, lower, every)
-    return _halved(holds, held, failed, 1)
-
-
-def _halved(holds: Holds, held: int, failed: int | None, gap: int) -> tuple[int, int | None]:
-    """The two numbers no farther apart than a `gap`."""
-    while failed is not None and failed - held > gap:
-        middle = (held + failed) // (2 * gap) * gap
-        held, failed = (middle, failed) if holds(middle) else (held, middle)
-    return held, failed
-
-
-def _widened(
-    holds: Holds, first: int, low: int, high: int, stride: int
-) -> tuple[int | None, int | None]:
-    """Two numbers, the smaller of which holds, by ever wider strides from `first`."""
-    up = holds(first)
-    last = first
-    while last != (end := high if up else low):
-        following = min(last + stride, end) if up else max(last - stride, end)
-        if holds(following) != up:
-            return (last, following) if up else (following, last)
-        last = following
-        stride = COARSER * stride
-    return (last, None) if up else (None, last)
 
 
 # why runs are unstable, or else of another kind; empty where they hold
@@ -308,7 +261,7 @@ class Trials:
     def nudge(self) -> float:
         """Size of the nudge, relative."""
         growth = self.theory.growth(STEPS * self.fastest * FIRST) if self.theory else 1.0
-        return min(max(SMALL / (GROWTH * growth), SMALLEST_NUDGE), NUDGE)
+        return min(max(SMALL / (LOST_GROWTH * growth), SMALLEST_NUDGE), NUDGE)
 
     def _moved(self, name: str, value: Any) -> Any:
         """A parameter of the start, moved by the nudge."""
@@ -361,13 +314,13 @@ class Trials:
             axis=0,
         )
         growth = apart / (apart[0] or self.nudge)
-        if growth.max() <= GROWTH:
+        if growth.max() <= LOST_GROWTH:
             return ""
         beyond = growth / self._growth(run.times)
-        if beyond.max() <= GROWTH:
+        if beyond.max() <= LOST_GROWTH:
             return ""
-        first = int(np.argmax(beyond > GROWTH))
-        return f"a nudge grows {GROWTH:.0f}-fold within {run.times[first]:.3g} s"
+        first = int(np.argmax(beyond > LOST_GROWTH))
+        return f"a nudge grows {LOST_GROWTH:.0f}-fold within {run.times[first]:.3g} s"
 
     def _growth(self, times: Array) -> Array:
         """The factors by which the exact motion magnifies a nudge until `times` [s]: those of

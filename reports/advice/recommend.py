@@ -16,7 +16,7 @@ from dataclasses import dataclass
 from plumbob.engines.study.convergence import DEFAULT
 from plumbob.engines.study.measurement import Measurement
 from plumbob.engines.study.results import Quantities
-from plumbob.engines.study.stability import KnownLimit
+from plumbob.engines.study.stability import SmallestLimit
 from plumbob.reports.advice.work_precision import converging, error_of
 from plumbob.reports.judge.verdict import Judged
 
@@ -44,7 +44,7 @@ class Choice:
     ns_per_second: float  # [ns] of wall time per simulated second
     measured: bool = True  # this very step was run
     surrogate: str = ""  # why its model is not the full body, where it is not
-    limit: KnownLimit | None = None  # the smallest of its steps, on the scenes asked about
+    limit: SmallestLimit | None = None  # the smallest of its steps, on the scenes asked about
     margin: float | None = None  # that over this step
     limited: bool = False  # a larger step may reach the error, but is too near the limit
 

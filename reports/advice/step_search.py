@@ -20,7 +20,7 @@ from plumbob.engines.method import Method
 from plumbob.engines.study.cost import Key
 from plumbob.engines.study.measurement import Measurement
 from plumbob.engines.study.results import Quantities
-from plumbob.engines.study.stability import KnownLimit
+from plumbob.engines.study.stability import SmallestLimit
 from plumbob.models.scene import Scene
 from plumbob.reports.advice.recommend import Choice
 from plumbob.reports.advice.work_precision import error_of
@@ -59,7 +59,7 @@ class Evidence:
     # None: nothing more is run
     run: Callable[[Scene, Method, float], Measurement] | None = None
     seconds: float = math.inf  # [s] of computing that may still be spent
-    limits: Mapping[Key, KnownLimit] = field(default_factory=dict)  # of the step
+    limits: Mapping[Key, SmallestLimit] = field(default_factory=dict)  # of the step
 
     @property
     def scale(self) -> float:
@@ -98,7 +98,7 @@ class Evidence:
             steps = runs[min(runs, key=lambda h: abs(math.log(h / step)))].steps
         return steps * self.costs[scene.name, method.name]
 
-    def limit(self, method: Method) -> KnownLimit | None:
+    def limit(self, method: Method) -> SmallestLimit | None:
         """The smallest limit of a method's step on any scene; None where none is known."""
         if method.control == "tolerance":
             return None

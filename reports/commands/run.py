@@ -127,7 +127,7 @@ def _file_run(chosen: argparse.Namespace) -> int:
     from plumbob.engines.audit.allowance import Allowance
     from plumbob.engines.audit.audit import REFERENCE
     from plumbob.engines.audit.reference import certified
-    from plumbob.engines.audit.step_of_method import method_error, parts_of, runs_of
+    from plumbob.engines.audit.step_of_method import DISCRETE, method_error, parts_of, runs_of
     from plumbob.engines.audit.user_models import quiet
 
     with quiet(), progress() as show:
@@ -135,7 +135,7 @@ def _file_run(chosen: argparse.Namespace) -> int:
         method = find_method(chosen.method or f"mujoco/{model.integrator}")
         step = chosen.step or model.step
         parts_of(script, step)
-        runs_of(method, model)
+        runs_of(method, (*model.steppable, DISCRETE))
         if not installed(engine_of(method)):
             note(f"{engine_of(method).package} is not installed")
             return INCOMPLETE

@@ -6,7 +6,6 @@ from __future__ import annotations
 import argparse
 import os
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -60,37 +59,42 @@ def command(chosen: argparse.Namespace) -> int:
 
 
 def _of_file(chosen: argparse.Namespace) -> int:
-    """Print the largest steps of MuJoCo's integrators that hold along the motion of a model file:
-    of the file's own and all others, or of those that are named. 1 where the file's own step is
-    unstable by the first of them, 3 where that is not known, or the motion is not certified."""
+    """Print the largest steps that hold along the motion of a model file, of the file's own
+    integrator and all others, or of the methods that are named. Returns 1 if the file's own step is
+    unstable by the first of them, 3 if that is not known, the motion is not certified, or an engine
+    is not installed."""
     from plumbob.engines.audit.allowance import Allowance
     from plumbob.engines.audit.audit import REFERENCE
     from plumbob.engines.audit.reference import certified
-    from plumbob.engines.audit.stability import stability
-    from plumbob.engines.audit.step_of_method import integrator_of
+    from plumbob.engines.audit.step_of_method import method_steps, runs_of
     from plumbob.engines.audit.user_models import quiet
-    from plumbob.reports.commands.arguments.console import progress
+    from plumbob.engines.study.provenance import version_of
+    from plumbob.reports.commands.arguments.console import note, progress
     from plumbob.reports.view.audit.page import versions
     from plumbob.reports.view.audit.records import stability_record
 
     chosen.budget = chosen.budget or BUDGET
     with quiet(), progress() as show:
         model, script = motion(chosen)
-        if chosen.method:
-            methods = (m for pattern in chosen.method for m in find_methods(pattern))
-            names = tuple(dict.fromkeys(integrator_of(m, model.steppable) for m in methods))
-            model = replace(model, integrator=names[0], steppable=names)
+        methods = [m for pattern in chosen.method for m in find_methods(pattern)]
+        for method in methods:
+            runs_of(method, model.steppable)
+        engines = {method.engine: engine_of(method) for method in methods}
+        for engine in engines.values():
+            if not installed(engine):
+                note(f"{engine.package} is not installed")
+                return INCOMPLETE
         allowance = Allowance(chosen.budget)
         show("the continuous motion, by two methods", 0, 0)
         reference = certified(model, script, allowance.part(REFERENCE))
         show("the largest step that holds", 0, 0)
         left = allowance.part(max(1.0 - REFERENCE, allowance.left / chosen.budget))
-        limits = stability(model, script, reference.states, left)
+        limits = method_steps(methods, model, script, reference.states, left)
     answer = {
         **described(chosen, script, reference, reference.known),
         "step": model.step,
         **stability_record(limits),
-        "versions": versions(),
+        "versions": versions() | {name: version_of(engines[name]) for name in engines},
     }
     values.show(chosen, answer, "stability_file", limits=limits, **answer)
     if not reference.known or not (limits.own.confirmed or limits.own.holds_to):

@@ -9,7 +9,7 @@ from typing import Any, Literal
 
 from plumbob.engines.registry import limits_of
 from plumbob.engines.study.results import Study
-from plumbob.engines.study.stability import MeasuredLimit, Stability, StabilitySearch
+from plumbob.engines.study.stability import MeasuredLimit, SceneLimits, StabilitySearch
 
 # Chosen, relative, between the prediction and the nearer end of a bracket of 1 %: eigenvalues set
 # the limit at an equilibrium; elsewhere where chaos begins depends on the start, too.
@@ -49,7 +49,7 @@ class JudgedLimit:
         }
 
 
-def judged_limits(search: StabilitySearch, found: Stability) -> Iterator[JudgedLimit]:
+def judged_limits(search: StabilitySearch, found: SceneLimits) -> Iterator[JudgedLimit]:
     """The limits of a scene with a method, judged; one without a limit where there is none."""
     names = search.scene, search.method
     if not found.limits:
@@ -73,7 +73,7 @@ def judged_limits(search: StabilitySearch, found: Stability) -> Iterator[JudgedL
         yield JudgedLimit(*names, limit, verdict, limit.why, surprise, reason)
 
 
-def _of_another(limit: MeasuredLimit, found: Stability) -> bool:
+def _of_another(limit: MeasuredLimit, found: SceneLimits) -> bool:
     """Whether a limit is one of another motion than the exact one, away from an equilibrium: the
     motion is of another kind at clearly smaller steps. How long that lasts theory need not know."""
     if found.equilibrium or limit.kind != "unstable":
@@ -102,4 +102,4 @@ def study_limits(study: Study) -> Iterator[JudgedLimit]:
         if not (isinstance(request, StabilitySearch) and request.by_runs):
             continue
         why = "its engine is missing, or its process was lost"
-        yield from judged_limits(request, study.answer(request) or Stability((), why=why))
+        yield from judged_limits(request, study.answer(request) or SceneLimits((), why=why))

@@ -21,7 +21,7 @@ from plumbob.engines.study.measurement import (
     worst,
 )
 from plumbob.engines.study.results import Quantities, Study
-from plumbob.engines.study.stability import KnownLimit
+from plumbob.engines.study.stability import SmallestLimit
 from plumbob.models.scene import Quantity, Scene
 from plumbob.reports.advice.recommend import UNTRUSTED
 from plumbob.reports.view import notation
@@ -94,7 +94,7 @@ class MethodResult:
     judged: PairVerdict
     quantities: Quantities  # of interest
     cost: Cost | None = None
-    limit: KnownLimit | None = None
+    limit: SmallestLimit | None = None
 
     @property
     def name(self) -> str:

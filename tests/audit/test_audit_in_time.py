@@ -10,7 +10,7 @@ import pytest
 
 from plumbob.engines.adapters.mujoco.own_model.field import ContinuousField
 from plumbob.engines.adapters.mujoco.own_model.model import own_model
-from plumbob.engines.adapters.mujoco.own_model.tangent import TangentMaps
+from plumbob.engines.adapters.mujoco.own_model.user_stepper import UserStepper
 from plumbob.engines.audit import reference as reference_module
 from plumbob.engines.audit.allowance import Allowance
 from plumbob.engines.audit.audit import audited
@@ -18,6 +18,8 @@ from plumbob.engines.audit.controls import script
 from plumbob.engines.audit.reference import certified
 from plumbob.engines.audit.step_errors import halved
 from plumbob.engines.own_motion import NotCertifiable, Start
+from plumbob.engines.step_jacobian import step_jacobian
+from plumbob.engines.tangent_space import TangentSpace
 from plumbob.reports.audit_from_python import audit
 from plumbob.reports.cli import main
 from plumbob.tests.audit.scenes_as_models import PENDULUM, ball, compiled, pendulum
@@ -61,12 +63,13 @@ def test_a_jacobian_that_is_beyond_its_time_is_given_up_at_once(allowed, least, 
     data = mujoco.MjData(model)
     begin = time.process_time()
     ends = begin + 1000 * allowed / SECOND
-    maps = TangentMaps(model, data, np.zeros(500), np.zeros(0), ends)
+    stepper = UserStepper(model, data, data, "euler", 1e-3)
+    about = (TangentSpace((1,) * 250), np.zeros(500), np.zeros(0), 1e-6)
     if allowed > 1.0:
-        assert maps("Euler", 1e-3, 1e-6).shape == (500, 500)
+        assert step_jacobian(stepper, *about, ends=ends).shape == (500, 500)
     else:
         with pytest.raises(NotCertifiable):
-            maps("Euler", 1e-3, 1e-6)
+            step_jacobian(stepper, *about, ends=ends)
     assert least <= SECOND * (time.process_time() - begin) <= most
 
 

@@ -9,22 +9,22 @@ import numpy as np
 import pytest
 
 from plumbob.engines.adapters.mujoco.own_model.model import own_model
-from plumbob.engines.adapters.mujoco.own_model.tangent import kind
+from plumbob.engines.adapters.mujoco.own_model.user_stepper import kind
 from plumbob.engines.audit import stability as stability_module
 from plumbob.engines.audit.allowance import Allowance
 from plumbob.engines.audit.controls import script
 from plumbob.engines.audit.stability import (
-    DIFFERENCES,
     LEAST,
-    LOST,
+    LOST_GROWTH,
     MARGIN,
     Course,
     excess,
+    largest_steps,
     limited,
-    stability,
     tried_below,
 )
 from plumbob.engines.own_motion import Start
+from plumbob.engines.step_jacobian import state_at_rest
 from plumbob.reports.cli import main
 from plumbob.tests.audit.scenes_as_models import compiled
 
@@ -143,12 +143,12 @@ def test_growth_of_the_motion_itself_is_no_instability():
     at = on.points[0]
     step = on.model.step
     for integrator in on.model.steppable:
-        jacobian = at.maps(integrator, step, DIFFERENCES[0])
+        jacobian = on.jacobian(at, at.state, integrator, step)
         assert excess(jacobian, at.rates, step) <= 1.0 + MARGIN
         assert excess(jacobian, 0.0 * at.rates, step) > 1.0 + MARGIN
-        assert on.model.followed(on.script, 0, integrator, step, 2.0)[0] > LOST
+        assert on.growth(integrator, step, on.script.start, 0, 2.0) > LOST_GROWTH
         assert not on.lost(integrator, step)
-    assert not stability(on.model, on.script, on.states, Allowance()).unstable
+    assert not largest_steps(on.model, on.script, on.states, Allowance()).unstable
 
 
 def test_a_limit_from_the_start_alone_misses_the_contact():
@@ -165,14 +165,14 @@ def test_a_limit_from_the_start_alone_misses_the_contact():
 def test_a_state_of_rest_is_left_as_it_is(text, at):
     """A pole on its end, which falls from anywhere else, and a ball that lies on the floor."""
     on = course(text, 0.04)
-    maps = on.model.step_maps(np.array([-at, 0.0]), on.script.controls[0])
+    point = on.points[0]
     for step in (on.model.step, 3.0 * on.model.step):
-        rest = maps.at_rest("euler", step)
-        begun = replace(on.script, start=rest.state)
-        nudged, _ = on.model.followed(begun, 0, "euler", step, LEAST * step)
-        growing = excess(rest("euler", step, DIFFERENCES[0]), np.zeros(2), step) > 1.0 + MARGIN
-        assert (growing, nudged > LOST) == (text is POLE, text is POLE)
-        place, rate = rest.state
+        stepper = on.model.function_stepper("euler", step)
+        rest = state_at_rest(stepper, on.space, np.array([-at, 0.0]), point.control)
+        nudged = on.growth("euler", step, rest, 0, LEAST * step)
+        growing = excess(on.jacobian(point, rest, "euler", step), np.zeros(2), step)
+        assert (growing > 1.0 + MARGIN, nudged > LOST_GROWTH) == (text is POLE, text is POLE)
+        place, rate = rest
         assert rate == pytest.approx(0.0, abs=1e-8)
         assert place == pytest.approx(0.0, abs=1e-8) if text is POLE else place < -5e-5
 
@@ -183,7 +183,7 @@ def test_a_step_that_loses_the_motion_is_not_said_to_hold(monkeypatch):
     for factor in (1.4, math.inf):
         shown = factor * 2.0 / RATE
         monkeypatch.setattr(
-            stability_module, "unstable", lambda at, of, step, s=shown: step > s
+            stability_module, "magnifies", lambda on, at, of, step, s=shown: step > s
         )
         limit = limited(on, "euler")
         assert limit.confirmed
@@ -236,20 +236,20 @@ def test_a_limit_above_which_runs_hold_is_not_confirmed(integrator):
     assert not limit.confirmed
     assert limit.holds_to > 1.5 * limit.largest_step
     for times in (1.1, 1.3, 1.5):
-        assert apart(on, integrator, times * limit.largest_step) < LOST
+        assert apart(on, integrator, times * limit.largest_step) < LOST_GROWTH
 
 
 def test_where_smaller_steps_diverge_the_limit_is_below_them(monkeypatch):
     """Some between them and the limit hold: an island, not a limit."""
     on = course(arm())
-    rate = Course.rate
+    velocity = Course.last_velocity
     limit = limited(on, "euler")
     assert tried_below(on, limit) == limit
     monkeypatch.setattr(
         Course,
-        "rate",
+        "last_velocity",
         lambda self, of, step, t=None: (
-            np.inf if 3e-3 < step < 3.4e-3 else rate(self, of, step, t)
+            np.inf if 3e-3 < step < 3.4e-3 else velocity(self, of, step, t)
         ),
     )
     lower = tried_below(on, limit)
@@ -267,7 +267,7 @@ def test_a_ball_that_does_not_come_to_rest_chatters():
 @pytest.mark.long
 def test_a_remedy_that_is_followed_gives_what_it_claims():
     on = course(arm())
-    found = stability(on.model, on.script, on.states, Allowance())
+    found = largest_steps(on.model, on.script, on.states, Allowance())
     (remedy,) = found.remedies
     assert remedy.change.name == "armature 0.02"
     assert remedy.limit.largest_step == pytest.approx(

@@ -167,6 +167,7 @@ def test_text_says_what_to_paste(tmp_path, capsys):
         ("recommend --error 1e-6", 1, "no integrator and step"),
         ("run drake/default", 3, "pydrake is not installed"),
         ("run mujoco/euler --step 4e-3", 1, "no error: diverged within"),
+        ("stability mujoco/euler drake/default", 3, "pydrake is not installed"),
         ("stability mujoco/rk4", 0, "along this motion (your 1 ms: "),
         ("stability mujoco/euler", 1, "no: 1 ms is too large; up to "),
     ],
@@ -174,7 +175,10 @@ def test_text_says_what_to_paste(tmp_path, capsys):
 def test_exit_codes(words, code, says, tmp_path, capsys, monkeypatch):
     """An error that cannot be decided or is missed, an engine that is not there, and a step that is
     too large for the frequency of a spring."""
-    monkeypatch.setattr("plumbob.reports.commands.run.installed", lambda e: e.name != "drake")
+    for name in ("run", "stability"):
+        monkeypatch.setattr(
+            f"plumbob.reports.commands.{name}.installed", lambda e: e.name != "drake"
+        )
     monkeypatch.setattr(f"{MODEL}.OFFERED", ("euler",))
     command, *more = words.split()
     stiffness = 2.0 if code != 1 else 3e5 if command == "stability" else 2e4

@@ -164,7 +164,7 @@ def test_a_doctored_theory_of_the_largest_step(tmp_path, capsys, monkeypatch):
     monkeypatch.setattr(
         "plumbob.reports.view.site.writing.write_page", lambda study, out, *more: out / "none"
     )
-    own = measuring.measured
+    own = measuring.searched_limits
     found = {}
 
     def doctored(by, *given):
@@ -172,7 +172,7 @@ def test_a_doctored_theory_of_the_largest_step(tmp_path, capsys, monkeypatch):
         return own(given[0], given[1], given[2], limits)
 
     for factor in (1.0, 1.1):
-        monkeypatch.setattr(measuring, "measured", partial(doctored, factor))
+        monkeypatch.setattr(measuring, "searched_limits", partial(doctored, factor))
         folder = tmp_path / str(factor)
         found[factor] = validated(folder, capsys, SEARCH.scene, SEARCH.method)
     assert (found[1.0].code, found[1.1].code) == (0, 1)

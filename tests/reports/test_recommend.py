@@ -12,7 +12,7 @@ from plumbob.analytic.schemes import EULER, RK4, Scheme
 from plumbob.engines.method import Method
 from plumbob.engines.study.stability import (
     MeasuredLimit,
-    Stability,
+    SceneLimits,
     StabilitySearch,
 )
 from plumbob.models.scene import step_sizes
@@ -102,8 +102,8 @@ def test_the_heads_of_the_page_say_the_errors_that_are_looked_up():
 
 def _limited(study, step, measured=False):
     """A study whose methods have a limit at a step [s], or one that holds up to it at least."""
-    bound = Stability((MeasuredLimit("unstable", None, step, None, ""),))
-    predicted = Stability((MeasuredLimit("unstable", step, None, None, ""),))
+    bound = SceneLimits((MeasuredLimit("unstable", None, step, None, ""),))
+    predicted = SceneLimits((MeasuredLimit("unstable", step, None, None, ""),))
     pairs = [(c.scene, c.method) for c in study.convergence]
     extras = {StabilitySearch(*pair, False): predicted for pair in pairs}
     if measured:

@@ -10,7 +10,7 @@ from plumbob.engines.study.gradient import Gradients
 from plumbob.engines.study.identification import Identification
 from plumbob.engines.study.long_runs import MeasuredLongRun
 from plumbob.engines.study.model_reading import ModelRead
-from plumbob.engines.study.stability import Stability
+from plumbob.engines.study.stability import SceneLimits
 from plumbob.engines.trajectory import Trajectory
 from plumbob.models.registry import systems
 from plumbob.reports.analyses import section
@@ -99,7 +99,7 @@ def _far(found):
     if isinstance(found, ModelRead):
         rest = ((f, n, v if f == "gravity" else (0.0,)) for f, n, v in found.numbers)
         return replace(found, numbers=tuple(rest))
-    if isinstance(found, Stability):
+    if isinstance(found, SceneLimits):
         return replace(found, limits=tuple(replace(x, predicted=1.0) for x in found.limits))
     if isinstance(found, Identification):
         fits = (replace(fit, identified=2.0 * fit.identified) for fit in found.parameters)

@@ -6,15 +6,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from plumbob.analytic.errors.stability.largest_step import FACTOR, run_length
+from plumbob.analytic.errors.stability.largest_step import run_length
 from plumbob.analytic.errors.stability.pendulum_kinds import PendulumKinds
 from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
 from plumbob.analytic.schemes import EULER, LEAPFROG, RK4, Scheme
-from plumbob.analytic.stability import EVERY, RATIO
+from plumbob.analytic.stability import EVERY, LOST_GROWTH, RATIO
 from plumbob.analytic.systems.simple_pendulum import SimplePendulum
 from plumbob.engines.registry import method
 from plumbob.engines.study.measurement import scheme_of
-from plumbob.engines.study.stability import StabilitySearch, stability
+from plumbob.engines.study.stability import StabilitySearch, scene_limits
 from plumbob.models import simple_pendulum
 from plumbob.models.registry import case_of
 from plumbob.models.registry import scene as find_scene
@@ -59,7 +59,7 @@ def held(name, scheme, step):
     ]
     apart = np.hypot(*((runs[1] - runs[0]) / np.array([[1.0], [omega]])))
     at = np.unique(np.geomspace(1, steps, 60).astype(int))
-    allowed = [FACTOR * NUDGE * limits.growth(float(n * step)) for n in at]
+    allowed = [LOST_GROWTH * NUDGE * limits.growth(float(n * step)) for n in at]
     observed = dict(
         zip(("theta", "theta_dot"), runs[0][:, :: max(1, steps // 300)], strict=True)
     )
@@ -134,7 +134,7 @@ def test_an_iteration_and_a_quaternion_set_limits_of_their_own(name, scheme, hol
 )
 def test_limits_of_several_degrees_of_freedom_are_those_of_runs(name, how):
     judged = [
-        *judged_limits(StabilitySearch(name, how), stability(find_scene(name), method(how)))
+        *judged_limits(StabilitySearch(name, how), scene_limits(find_scene(name), method(how)))
     ]
     assert {limit.verdict for limit in judged} == {"predicted"}
     first = judged[0].limit

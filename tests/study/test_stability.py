@@ -11,14 +11,14 @@ import pytest
 from plumbob.analytic.stability import EVERY, RATIO, StabilityTheory, StepLimit
 from plumbob.analytic.tableau import CLASSICAL
 from plumbob.engines.adapters import integrators
+from plumbob.engines.largest_step import bracket
 from plumbob.engines.registry import method as find_method
 from plumbob.engines.study.stability import (
     MeasuredLimit,
-    Stability,
+    SceneLimits,
     StabilitySearch,
-    bracket,
-    measured,
-    stability,
+    scene_limits,
+    searched_limits,
 )
 from plumbob.models.registry import case_of
 from plumbob.models.registry import scene as find_scene
@@ -67,7 +67,7 @@ def at_equilibrium(growth=lambda duration: 1.0):
 def found_by(scene, method, prediction):
     """The limit that a search from a prediction finds."""
     limits = () if prediction is None else (StepLimit("unstable", prediction, ""),)
-    (limit,) = measured(
+    (limit,) = searched_limits(
         case_of(find_scene(scene)), find_method(method), at_equilibrium(), limits
     ).limits
     return limit
@@ -108,7 +108,7 @@ def test_a_motion_changes_its_kind_before_it_is_unstable():
         kind_of=lambda seen: "swing" if abs(seen["theta"][-50:]).max() > 1e-4 else "at rest",
     )
     case = case_of(find_scene(SWING))
-    unstable, changes = measured(case, find_method("ode/rk4"), theory, ()).limits
+    unstable, changes = searched_limits(case, find_method("ode/rk4"), theory, ()).limits
     assert (unstable.kind, changes.kind) == ("unstable", "changes-kind")
     assert changes.why == "swing becomes at rest"
     assert 0.5 < changes.fails * OMEGA < 1.0 < unstable.holds * OMEGA
@@ -121,7 +121,8 @@ def test_the_growth_of_the_exact_motion_is_taken_off():
     method = find_method("ode/leapfrog")
     theory = replace(at_equilibrium(lambda duration: 1.0 + 20.0 * duration), equilibrium=False)
     own, without = (
-        measured(case, method, t, (StepLimit("unstable", 0.24, ""),)).limits[0].holds or 0.0
+        searched_limits(case, method, t, (StepLimit("unstable", 0.24, ""),)).limits[0].holds
+        or 0.0
         for t in (theory, replace(theory, growth=lambda duration: 1.0))
     )
     assert own == pytest.approx(0.24, rel=0.1)
@@ -153,16 +154,16 @@ def test_a_sabotaged_scheme_is_red(what, monkeypatch):
     name, method, wrong = SABOTAGED[what]
     scene = find_scene(OVERDAMPED)
     how = find_method(method)
-    assert judged(method, stability(scene, how), OVERDAMPED) == ["predicted"]
+    assert judged(method, scene_limits(scene, how), OVERDAMPED) == ["predicted"]
     monkeypatch.setattr(integrators, name, wrong)
-    assert judged(method, stability(scene, how), OVERDAMPED) == ["off-prediction!"]
+    assert judged(method, scene_limits(scene, how), OVERDAMPED) == ["off-prediction!"]
 
 
 def test_damping_that_is_explicit_is_red_where_implicit_damping_is_predicted():
     promised = euler_limit(10.0, implicit=True)
     kept = euler_limit(10.0, implicit=False)
     for limit, wanted in ((kept, ["predicted"]), (promised, ["off-prediction!"])):
-        found = Stability((found_by(OVERDAMPED, "ode/euler", limit),), True)
+        found = SceneLimits((found_by(OVERDAMPED, "ode/euler", limit),), True)
         assert judged("ode/euler", found, OVERDAMPED) == wanted
 
 
@@ -186,4 +187,4 @@ def test_damping_that_is_explicit_is_red_where_implicit_damping_is_predicted():
 )
 def test_a_limit_is_judged_from_both_sides(predicted, holds, fails, equilibrium, wanted):
     limit = MeasuredLimit("unstable", predicted, holds, fails, "lost")
-    assert judged("ode/rk4", Stability((limit,), equilibrium)) == [wanted]
+    assert judged("ode/rk4", SceneLimits((limit,), equilibrium)) == [wanted]

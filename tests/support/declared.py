@@ -26,7 +26,7 @@ from plumbob.engines.study.results import Study
 from plumbob.engines.study.runner import most_steps, pairs
 from plumbob.engines.study.stability import (
     MeasuredLimit,
-    Stability,
+    SceneLimits,
     StabilitySearch,
 )
 from plumbob.engines.trajectory import Trajectory
@@ -131,7 +131,7 @@ def _invented(request):
         )
     if isinstance(request, StabilitySearch):
         bracket = (0.1, 0.101) if request.by_runs else (None, None)
-        return Stability((MeasuredLimit("unstable", 0.1, *bracket, "of h omega = 2"),))
+        return SceneLimits((MeasuredLimit("unstable", 0.1, *bracket, "of h omega = 2"),))
     if isinstance(request, ParameterFit):
         fit = Identified(request.parameter, 0.3, 0.3, request.low, request.high, None, {})
         fitted = ("displacement",)

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from plumbob.analytic.errors.stability.largest_step import FACTOR, LEAST_STEPS, Complex
+from plumbob.analytic.errors.stability.largest_step import LEAST_STEPS, Complex
+from plumbob.analytic.stability import LOST_GROWTH
 from plumbob.analytic.tableau import Tableau
 
 FARTHEST = 20.0  # of |h lambda|, at which stability is looked for
@@ -20,11 +21,12 @@ def stability_function(tableau: Tableau, z: Complex) -> Complex:
 
 def stability_interval(tableau: Tableau, direction: complex) -> float:
     """The largest |z| in a `direction` of the complex plane up to which |R(z)| is at most 1, but
-    for a growth of FACTOR in LEAST_STEPS: -1 for a mode that decays, i for one that oscillates."""
+    for the growth LOST_GROWTH in LEAST_STEPS. The direction is -1 for a mode that decays, i for a
+    mode that oscillates."""
     distance = np.linspace(0.0, FARTHEST, GRID + 1)[1:]
     points = np.asarray(distance * (direction / abs(direction)), dtype=np.complex128)
     size = np.abs(stability_function(tableau, points))
-    beyond = np.flatnonzero(size > FACTOR ** (1.0 / LEAST_STEPS))
+    beyond = np.flatnonzero(size > LOST_GROWTH ** (1.0 / LEAST_STEPS))
     return float(distance[beyond[0]]) if beyond.size else FARTHEST
 
 

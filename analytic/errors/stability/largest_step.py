@@ -8,14 +8,14 @@ from collections.abc import Callable
 import numpy as np
 import numpy.typing as npt
 
+from plumbob.analytic.bisection import bisected
 from plumbob.analytic.errors.smooth_motion.scheme_steps import Advance, Parts
 from plumbob.analytic.numerics.smooth.smooth_system import TINY
 from plumbob.analytic.reference import Array
-from plumbob.analytic.stability import LARGEST, SMALLEST
+from plumbob.analytic.stability import LARGEST, LOST_GROWTH, SMALLEST
 
 LEAST_STEPS = 10_000  # that a step must hold for
 LEAST_PERIODS = 100  # of the fastest mode
-FACTOR = 1e3  # by which a nudge may grow beyond the growth of the exact motion
 # Chosen: a mode that grows in the exact motion may grow this much faster in a step. A step's own
 # error of a growing mode is accuracy's business; one that blows up exceeds any such factor.
 FASTER = 1.5
@@ -59,7 +59,7 @@ def excess(matrices: Matrices, rates: Complex, steps: Array) -> Array:
 
 
 def largest_step(
-    matrices: Matrices, rates: Complex, rate: float | None = None, factor: float = FACTOR
+    matrices: Matrices, rates: Complex, rate: float | None = None, factor: float = LOST_GROWTH
 ) -> float:
     """The step [s] below which every smaller one holds: no mode exceeds the flow's by `factor`
     within a run's length. Infinite where none up to RANGE's end fails, or nothing moves. The
@@ -95,12 +95,9 @@ def first_failing(fails: Callable[[Array], Marks], rate: float) -> float:
     failing = np.flatnonzero(fails(steps))
     if not failing.size:
         return math.inf
-    holds = steps[max(failing[0] - 1, 0)]
-    lost = steps[failing[0]]
-    while lost / holds - 1.0 > 1e-12:
-        middle = math.sqrt(holds * lost)
-        if fails(np.array([middle]))[0]:
-            lost = middle
-        else:
-            holds = middle
-    return float(holds)
+    held, failed = map(float, steps[[max(failing[0] - 1, 0), failing[0]]])
+
+    def middle(held: float, failed: float) -> float | None:
+        return math.sqrt(held * failed) if failed / held - 1.0 > 1e-12 else None
+
+    return bisected(lambda step: not fails(np.array([step]))[0], held, failed, middle)[0]

@@ -12,14 +12,21 @@ import numpy.typing as npt
 from plumbob.analytic.errors.smooth_motion.scheme_steps import Advance, Parts
 from plumbob.analytic.errors.stability.flow_growth import LOST
 from plumbob.analytic.errors.stability.largest_step import (
-    FACTOR,
     LEAST_PERIODS,
     Marks,
     run_length,
 )
 from plumbob.analytic.numerics.smooth.smooth_system import TINY
 from plumbob.analytic.reference import Array, Signals
-from plumbob.analytic.stability import AWAY, EVERY, RATIO, Kind, StepLimit, exponent
+from plumbob.analytic.stability import (
+    AWAY,
+    EVERY,
+    LOST_GROWTH,
+    RATIO,
+    Kind,
+    StepLimit,
+    exponent,
+)
 
 SAMPLES = 256  # along a run, of nudge and kind
 GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
@@ -70,7 +77,7 @@ class SteppedMotion:
 
 def tried(motion: SteppedMotion, steps: Array, counts: Counts) -> tuple[Marks, Marks]:
     """Which of `steps` [s], shape (n,), hold for so many steps: magnify the nudge by less than
-    FACTOR times the exact motion's growth at every time, and keep the kind of motion."""
+    LOST_GROWTH times the exact motion's growth at every time, and keep the kind of motion."""
     advance, state = motion.nudged(steps)
     stable = np.ones(len(steps), dtype=bool)
     counted = [0]
@@ -83,7 +90,7 @@ def tried(motion: SteppedMotion, steps: Array, counts: Counts) -> tuple[Marks, M
                 state = advance(n * steps, state)
             counted.append(sampled)
             over = motion.size(state) / motion.growth(np.minimum(sampled, counts) * steps)
-            stable &= (over <= FACTOR) | (sampled > counts)
+            stable &= (over <= LOST_GROWTH) | (sampled > counts)
             samples.append(motion.observed(state))
     judged = stable & (counts * steps >= motion.window)
     within = np.searchsorted(counted, counts, side="right")

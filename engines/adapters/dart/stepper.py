@@ -25,6 +25,7 @@ from plumbob.engines.joint_forces import (
 from plumbob.engines.mechanism import Mechanism
 from plumbob.engines.peer_model import rotation
 from plumbob.engines.stepper import Forces, State
+from plumbob.engines.tangent_space import exponential, logarithm
 
 TURNING = ("ball", "free")  # kinds of joint with an attitude, a quaternion
 
@@ -92,7 +93,7 @@ class DartStepper:
             first, degree = first + len(q), degree + len(v)
             if joint.kind in TURNING:
                 self._attitudes[number] = q[-4:].copy()
-                turned = rotation_vector(q[-4:])
+                turned = logarithm(q[-4:])
                 if joint.kind == "free":  # DART's rates are along the world's axes, turn first
                     v = np.concatenate([rotation(q[-4:]) @ v[3:], v[:3]])
                 made.setPositions(np.concatenate([turned, q[:-4]]))
@@ -106,7 +107,7 @@ class DartStepper:
         for number, (joint, made) in enumerate(self._joints):
             q, v = made.getPositions(), made.getVelocities()
             if joint.kind in TURNING:
-                attitude = quaternion(q[:3])
+                attitude = exponential(q[:3])
                 if attitude @ self._attitudes[number] < 0.0:
                     attitude = -attitude
                 self._attitudes[number] = attitude
@@ -185,19 +186,3 @@ def _motors(mechanism: Mechanism, built: Built, step: float) -> Iterator[Motor]:
             alone = bool(rotor) or any(any(actuator.bias) for actuator in actuators)
             drawn = float(joint.reference[0])
             yield Motor(made, actuator_force(joint, actuators), drawn, rotor, alone)
-
-
-def quaternion(turn: Array) -> Array:
-    """The quaternion, scalar first, of a rotation vector [rad]."""
-    angle = math.sqrt(turn @ turn)
-    scale = math.sin(angle / 2.0) / angle if angle else 0.5
-    return np.array([math.cos(angle / 2.0), *(scale * turn)])
-
-
-def rotation_vector(attitude: Array) -> Array:
-    """The rotation vector [rad] of a quaternion, scalar first; its length is pi at most."""
-    w, imaginary = attitude[0], attitude[1:]
-    if w < 0.0:
-        w, imaginary = -w, -imaginary
-    size = math.sqrt(imaginary @ imaginary)
-    return (2.0 * math.atan2(size, w) / size if size else 2.0 / w) * imaginary

@@ -18,6 +18,8 @@ class Diverged(Exception):
 class MujocoStepper:
     """A compiled model, stepped at the model's time step by the model's integrator."""
 
+    alarms = slice(None)  # which of MuJoCo's warnings tell that a run diverges
+
     def __init__(self, model: mujoco.MjModel, data: mujoco.MjData | None = None) -> None:
         """Steps the given `data` of the model, or new data."""
         self.model = model
@@ -53,7 +55,7 @@ class MujocoStepper:
             for control in controls.tolist():
                 data.ctrl[:] = control
                 mujoco.mj_step(model, data)
-        if data.warning.number.any():
+        if data.warning.number[self.alarms].any():
             raise Diverged
 
     def physics(self) -> Array:

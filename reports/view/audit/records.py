@@ -10,7 +10,7 @@ from plumbob.engines.audit.costs import Ratio
 from plumbob.engines.audit.engines import EngineError
 from plumbob.engines.audit.gradient import Gradients
 from plumbob.engines.audit.reference import MEASURE
-from plumbob.engines.audit.stability import Limit, Stability
+from plumbob.engines.audit.stability import LargestSteps, Limit
 from plumbob.engines.audit.step_errors import Compared, StateErrors
 from plumbob.engines.audit.trims import Trim
 from plumbob.reports.advice.json_records import plain
@@ -127,7 +127,7 @@ def _engine(row: EngineError) -> Plain:
     }
 
 
-def stability_record(known: Stability | None) -> Plain:
+def stability_record(known: LargestSteps | None) -> Plain:
     """The largest steps that hold [s], and what raises the own integrator's, as plain data."""
 
     def limit(largest: Limit) -> Plain:

@@ -14,7 +14,7 @@ import numpy as np
 from plumbob.analytic.reference import Array
 from plumbob.engines.adapters.mujoco.model_fields import name_of
 from plumbob.engines.adapters.mujoco.own_model.readings import control_names
-from plumbob.engines.adapters.mujoco.own_model.tangent import diverged
+from plumbob.engines.adapters.mujoco.own_model.user_stepper import diverged
 from plumbob.engines.adapters.mujoco.stepper import MujocoStepper
 from plumbob.engines.adapters.mujoco.terms import put
 from plumbob.engines.adapters.mujoco.transition import advanced, difference

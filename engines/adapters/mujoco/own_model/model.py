@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import copy
-import math
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -23,9 +22,14 @@ from plumbob.engines.adapters.mujoco.model_fields import name_of
 from plumbob.engines.adapters.mujoco.options import collected, disabled
 from plumbob.engines.adapters.mujoco.own_model import derivatives, left_out, urdf
 from plumbob.engines.adapters.mujoco.own_model.corners import corners_of
-from plumbob.engines.adapters.mujoco.own_model.field import ContinuousField, without_step
+from plumbob.engines.adapters.mujoco.own_model.field import (
+    ContinuousField,
+    converging,
+    without_step,
+)
 from plumbob.engines.adapters.mujoco.own_model.fields import fields
 from plumbob.engines.adapters.mujoco.own_model.hidden_touches import HiddenTouches
+from plumbob.engines.adapters.mujoco.own_model.places import place
 from plumbob.engines.adapters.mujoco.own_model.policy import recorded
 from plumbob.engines.adapters.mujoco.own_model.readings import (
     control_names,
@@ -34,12 +38,11 @@ from plumbob.engines.adapters.mujoco.own_model.readings import (
 )
 from plumbob.engines.adapters.mujoco.own_model.refusals import refused
 from plumbob.engines.adapters.mujoco.own_model.solids import solids
-from plumbob.engines.adapters.mujoco.own_model.tangent import (
-    TangentMaps,
+from plumbob.engines.adapters.mujoco.own_model.user_stepper import (
+    UserStepper,
     diverged,
-    followed,
-    for_maps,
     kind,
+    like_start,
 )
 from plumbob.engines.adapters.mujoco.terms import (
     MujocoTerms,
@@ -57,6 +60,7 @@ from plumbob.engines.own_motion import (
     AS_IT_STANDS,
     Change,
     NotCertifiable,
+    Place,
     Policy,
     Script,
     Solid,
@@ -109,7 +113,6 @@ class MujocoModel:
     refsafe: bool = True  # as the file has it
     drive: Callable[[float], Array] | None = None
     """The control at a time [s] of the continuous motion, in place of a script's."""
-    ends: float = math.inf  # processor time [s] from which on nudged steps are given up
 
     @property
     def bodies(self) -> tuple[str, ...]:
@@ -152,39 +155,31 @@ class MujocoModel:
         return model
 
     @cached_property
-    def _neighbours(self) -> tuple[Any, Any]:
-        """The same without sensors, for Jacobians of steps and for nudged runs; each use sets the
-        step and the integrator. Copies of models with textures take long."""
+    def _neighbours(self) -> tuple[tuple[Any, Any], ...]:
+        """The model without sensors as `function_stepper` and `stepper` step it, each with its
+        mjData, which all steppers of a kind share: copies of models with textures take long."""
         model = self._as_stepped()
         model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_SENSOR
-        return for_maps(copy.copy(model)), model
+        models = (converging(copy.copy(model)), model)
+        return tuple((model, self._begun(model)) for model in models)
 
-    def step_maps(self, state: Array, control: Array) -> TangentMaps:
-        """Jacobians of its own steps about a state under a control; contacts as refsafe makes them
-        at each step, where the file has it."""
-        model, _ = self._neighbours
-        return TangentMaps(model, self._begun(model), state, control, self.ends)
+    def stepper(self, integrator: str, step: float) -> UserStepper:
+        """Its own steps; contacts as refsafe makes them at each step, where the file has it."""
+        return UserStepper(*self._neighbours[1], self.start, integrator, step)
 
-    def followed(
-        self,
-        script: Script,
-        begin: int,
-        integrator: str,
-        step: float,
-        duration: float,
-        after: float = 0.0,
-        runs: int = 2,
-    ) -> tuple[float, float]:
-        """How many times as far apart as a small nudge are positions, at most, when it has stepped
-        for a duration [s], with the controls from the period `begin` on, the last one held for as
-        long as need be; and the largest velocity of a degree of freedom [m/s, rad/s] in the last
-        tenth of these steps. The nudge is one of `script.start`, or of where a run from there is
-        `after` a time [s]; of one of two `runs`, or of the only one, for its velocity alone. Both
-        are infinite where a run diverges."""
-        model = _set(self._neighbours[1], integrator, step)
-        with collected():
-            several = [self._begun(model) for _ in range(runs)]
-            return followed(model, several, script, begin, duration, after, self.ends)
+    def function_stepper(self, integrator: str, step: float) -> UserStepper:
+        """Its own steps, whose constraint solver runs to its floor: the state after a step is a
+        smooth function of the state before it."""
+        return UserStepper(*self._neighbours[0], self.start, integrator, step)
+
+    @collected()
+    def place(self, state: Array, control: Array, weights: Array) -> Place:
+        """Where most of the `weights` of the tangent space, shape (m,), are in a state."""
+        model, data = self._neighbours[0]
+        put(data, state)
+        data.ctrl[:] = control
+        mujoco.mj_forward(model, data)
+        return place(model, data, weights)
 
     def field(self, width: float = 0.0) -> ContinuousField:
         """Its continuous motion; contacts that begin over a layer of `width` [m], if given."""
@@ -316,14 +311,7 @@ class MujocoModel:
     def _begun(self, model: Any) -> Any:
         """New data of a model with the mocap poses and the active constraints of the start; its
         positions and velocities are those of the drawing."""
-        data = mujoco.MjData(model)
-        start = self.start
-        if model.nmocap:
-            data.mocap_pos[:] = start.mocap_pos
-            data.mocap_quat[:] = start.mocap_quat
-        if model.neq:
-            data.eq_active[:] = start.eq_active
-        return data
+        return like_start(mujoco.MjData(model), self.start)
 
     @cached_property
     def _corners(self) -> tuple[Array, Array]:

@@ -27,7 +27,7 @@ from plumbob.engines.adapters.mujoco.own_model.rigid_piece import (
     RigidPiece,
     rigid_piece,
 )
-from plumbob.engines.adapters.mujoco.own_model.tangent import diverged, kind
+from plumbob.engines.adapters.mujoco.own_model.user_stepper import diverged, kind
 from plumbob.engines.adapters.mujoco.settings_to_paste import (
     OWN_STIFFNESS,
     PAIRS,

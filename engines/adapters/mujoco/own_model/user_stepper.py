@@ -1,0 +1,57 @@
+"""A user's model, stepped from any state by an integrator at a time step."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import mujoco
+import numpy as np
+
+from plumbob.engines.adapters.mujoco.stepper import MujocoStepper
+from plumbob.engines.stepper import State
+
+# MuJoCo's warnings of positions, velocities and accelerations without bounds
+_BAD = slice(int(mujoco.mjtWarning.mjWARN_BADQPOS), int(mujoco.mjtWarning.mjWARN_BADQACC) + 1)
+
+
+def kind(integrator: str) -> Any:
+    """MuJoCo's number of an integrator."""
+    return getattr(mujoco.mjtIntegrator, f"mjINT_{integrator.upper()}")
+
+
+def diverged(data: Any) -> bool:
+    """Whether MuJoCo has warned of numbers without bounds, or a position is not finite."""
+    return bool(data.warning.number[_BAD].any() or not np.isfinite(data.qpos).all())
+
+
+def like_start(data: Any, start: Any) -> Any:
+    """The mjData `data` with the mocap poses and the active constraints of another, `start`."""
+    if data.mocap_pos.size:
+        data.mocap_pos[:] = start.mocap_pos
+        data.mocap_quat[:] = start.mocap_quat
+    data.eq_active[:] = start.eq_active
+    return data
+
+
+class UserStepper(MujocoStepper):
+    """A model that several steppers share, with its mjData: each sets its integrator and its step
+    as it is put, and is done before another is put."""
+
+    alarms = _BAD
+
+    def __init__(self, model: Any, data: Any, start: Any, integrator: str, step: float) -> None:
+        """With the mocap poses and the active constraints of the mjData `start`."""
+        super().__init__(model, data)
+        self._start = start
+        self._integrator, self._step = kind(integrator), step
+
+    @property
+    def step(self) -> float:
+        """[s]"""
+        return self._step
+
+    def put(self, state: State, time: float = 0.0) -> None:
+        """Set the state, at a time [s]; the solver begins as in a new model."""
+        self.model.opt.timestep, self.model.opt.integrator = self._step, self._integrator
+        super().put(state, time)
+        like_start(self.data, self._start)

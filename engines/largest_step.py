@@ -1,0 +1,58 @@
+"""The search for the largest step of a grid that holds."""
+
+from __future__ import annotations
+
+from plumbob.analytic.bisection import Holds, bisected
+
+COARSER = 4  # factor by which the next stride of a search is wider
+# Drops below the largest exponent that holds, at which smaller steps are to hold, too: steps of
+# 0.95, 0.78, 0.5 and 0.25 of a limit. Where a search looks at multiples of a number, all multiples
+# within NEAR are to hold: where a motion becomes chaotic there are steps that fail below others
+# that hold.
+BELOW = (5, 25, 70, 140)
+NEAR = 25
+
+
+def bracket(
+    holds: Holds[int], first: int, low: int, high: int, every: int = 1
+) -> tuple[int | None, int | None]:
+    """The largest number that holds, such that those tried below it do too, and the next number,
+    which does not; None where there is none from `low` to `high`. The search begins at `first`, and
+    looks at multiples of `every`, as these three are, before it halves the last gap."""
+    held, failed = _widened(holds, first, low, high, every)
+    if held is None:
+        return None, failed
+    held, failed = _halved(holds, held, failed, every)
+    below = {(held - drop) // every * every for drop in BELOW}
+    if every > 1:
+        below |= set(range(held - NEAR // every * every, held, every))
+    for lower in sorted(below, reverse=True):
+        if lower >= low and not holds(lower):
+            return bracket(holds, lower, low, lower, every)
+    return _halved(holds, held, failed, 1)
+
+
+def _halved(
+    holds: Holds[int], held: int, failed: int | None, gap: int
+) -> tuple[int, int | None]:
+    """The two numbers no farther apart than a `gap`."""
+
+    def middle(held: int, failed: int) -> int | None:
+        return (held + failed) // (2 * gap) * gap if failed - held > gap else None
+
+    return (held, None) if failed is None else bisected(holds, held, failed, middle)
+
+
+def _widened(
+    holds: Holds[int], first: int, low: int, high: int, stride: int
+) -> tuple[int | None, int | None]:
+    """Two numbers, the smaller of which holds, by ever wider strides from `first`."""
+    up = holds(first)
+    last = first
+    while last != (end := high if up else low):
+        following = min(last + stride, end) if up else max(last - stride, end)
+        if holds(following) != up:
+            return (last, following) if up else (following, last)
+        last = following
+        stride = COARSER * stride
+    return (last, None) if up else (None, last)

@@ -1,0 +1,76 @@
+"""Runs of a stepper from a state and from a state beside it: how a nudge grows."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from plumbob.analytic.parameters import ParameterError
+from plumbob.analytic.reference import Array
+from plumbob.engines.method import Unsupported
+from plumbob.engines.own_motion import NotCertifiable
+from plumbob.engines.step_jacobian import in_time
+from plumbob.engines.stepper import Stepper
+from plumbob.engines.tangent_space import TangentSpace, numbers_of
+from plumbob.models.border import Refused, border
+
+# [m, rad, ...] of a state, in a direction by chance. An unstable contact chatters: the growth of a
+# nudge ends where the contact opens, at some 1e-5 m, which is to be more than a thousandfold.
+NUDGE = 1e-9
+# [m, rad, m/s, ...] Doubles do not resolve a nudge of a larger number: some engines keep velocities
+# within bounds and never tell that a run diverges.
+LARGEST = NUDGE / np.finfo(float).eps
+LAST = 10  # one in so many steps of a run is at its end
+
+
+@dataclass(frozen=True)
+class NudgedRuns:
+    """Runs of a stepper from any state, until the processor time `ends` [s]."""
+
+    stepper: Stepper
+    space: TangentSpace
+    ends: float = math.inf
+
+    def states(self, start: Array, controls: Array) -> Array | None:
+        """The states after each step of a run from `start` under controls, a row for each step,
+        shape (steps, n); None if the run diverges. Raises NotCertifiable when the time ends."""
+        stepper = self.stepper
+        states = np.empty((len(controls), start.size))
+        try:
+            with border(Refused, Unsupported, ParameterError, NotCertifiable):
+                stepper.put(self.space.state_of(start))
+                for number in range(len(controls)):
+                    in_time(self.ends)
+                    stepper.advance(controls[number : number + 1], 1)
+                    states[number] = numbers_of(stepper.state())
+        except Refused:
+            return None
+        return states if np.abs(states).max(initial=0.0) < LARGEST else None
+
+    def growth(self, start: Array, controls: Array) -> float:
+        """How many times as large as a nudge of `start` the difference of the positions of two runs
+        becomes, at most; infinite if a run diverges."""
+        change = np.random.default_rng(0).standard_normal(
+            self.space.differences(start, start).size
+        )
+        change *= NUDGE / np.abs(change).max()
+        states = self.states(start, controls)
+        if states is None:
+            return math.inf
+        nudged = self.states(self.space.shifted(start, change), controls)
+        if nudged is None:
+            return math.inf
+        changes = self.space.differences(states, nudged)[:, : self.space.velocities]
+        return float(np.abs(changes).max()) / NUDGE
+
+    def last_velocity(self, start: Array, controls: Array) -> float:
+        """The largest velocity of a degree of freedom [m/s, rad/s] in the last tenth of a run;
+        infinite if the run diverges."""
+        states = self.states(start, controls)
+        if states is None:
+            return math.inf
+        first = self.space.positions
+        velocities = states[len(states) - len(states) // LAST :, first:]
+        return float(np.abs(velocities[:, : self.space.velocities]).max(initial=0.0))

@@ -1,0 +1,96 @@
+"""The derivative of a stepper's step by its state, and the state that the step leaves as it is."""
+
+from __future__ import annotations
+
+import math
+import time
+
+import numpy as np
+
+from plumbob.analytic.parameters import ParameterError
+from plumbob.analytic.reference import Array
+from plumbob.engines.method import Unsupported
+from plumbob.engines.own_motion import OUT_OF_TIME, NotCertifiable
+from plumbob.engines.stepper import Stepper
+from plumbob.engines.tangent_space import TangentSpace, numbers_of
+from plumbob.models.border import Refused, border
+
+# A later difference of a Jacobian takes at least a tenth of the time that the first one takes.
+FASTER = 10.0
+AT_REST = 1e-9  # [m, rad, m/s, ...] largest change of a state at rest in a step
+DIFFERENCE = 1e-7  # [m, rad, ...] of the Jacobians that find a state at rest
+NEUTRAL = 1e-7  # of the stiffest direction: a softer direction has no place of rest
+
+
+def in_time(ends: float, least: float = 0.0) -> None:
+    """Raises NotCertifiable if work that takes at least so many seconds more of processor time ends
+    after the processor time `ends` [s]."""
+    if time.process_time() + least > ends:
+        raise NotCertifiable(OUT_OF_TIME)
+
+
+def after_step(stepper: Stepper, space: TangentSpace, state: Array, control: Array) -> Array:
+    """The state after one step from a `state` under a `control`; no numbers if the engine's numbers
+    break down."""
+    try:
+        with border(Refused, Unsupported, ParameterError, NotCertifiable):
+            stepper.put(space.state_of(state))
+            stepper.advance(control[None], 1)
+            return numbers_of(stepper.state())
+    except Refused:
+        return np.full(state.size, math.nan)
+
+
+def step_jacobian(
+    stepper: Stepper,
+    space: TangentSpace,
+    state: Array,
+    control: Array,
+    difference: float,
+    directions: Array | None = None,
+    ends: float = math.inf,
+) -> Array:
+    """The derivative of the state after one step by the state before it, in the tangent space,
+    shape (m, m), by central differences of a size [m, rad, ...]; times `directions`, shape (m, k),
+    if given. Raises NotCertifiable from the processor time `ends` [s] on, and after the first
+    difference if all differences would end far beyond it."""
+    begin = time.process_time()
+    size = space.differences(state, state).size
+    wanted = np.eye(size) if directions is None else directions.T
+    shifts = difference * wanted
+    sides = (space.shifted(state, shifts), space.shifted(state, -shifts))
+    ahead = list[Array]()
+    behind = list[Array]()
+    for forward, backward in zip(*sides, strict=True):
+        in_time(ends)
+        ahead.append(after_step(stepper, space, forward, control))
+        in_time(ends)
+        behind.append(after_step(stepper, space, backward, control))
+        if len(ahead) == 1:
+            rest = len(shifts) - 1
+            in_time(ends, rest * (time.process_time() - begin) / FASTER)
+    return space.differences(np.array(ahead), np.array(behind)).T / (2.0 * difference)
+
+
+def state_at_rest(
+    stepper: Stepper, space: TangentSpace, state: Array, control: Array, ends: float = math.inf
+) -> Array | None:
+    """The state near by that one step under a `control` leaves as it is, stable or not, by Newton's
+    method; None if the method finds none. A body that nothing holds may be anywhere. Raises
+    NotCertifiable from the processor time `ends` [s] on."""
+    before = math.inf
+    while True:
+        in_time(ends)
+        moved = space.differences(after_step(stepper, space, state, control), state)
+        size = float(np.abs(moved).max())
+        if not size < before:
+            return None
+        if size < AT_REST:
+            return state
+        step = step_jacobian(stepper, space, state, control, DIFFERENCE, ends=ends)
+        free = np.eye(len(step)) - step
+        if not np.isfinite(free).all():
+            return None
+        shift = np.asarray(np.linalg.lstsq(free, moved, NEUTRAL)[0], float)
+        before = size
+        state = space.shifted(state, shift)
