@@ -19,10 +19,13 @@ if TYPE_CHECKING:  # what an engine takes of a user's own model
     from plumbob.engines.own_contacts import ContactModel
     from plumbob.engines.own_motion import Change, OwnModel, Start
     from plumbob.engines.peer_model import Layout, PeerModel
-    from plumbob.engines.stepper import SceneMechanism, State, Stepper
+    from plumbob.engines.stepper import EndDerivatives, SceneMechanism, State, Stepper
     from plumbob.models.gradient import Number
 
     Derivatives = Callable[[Number, Method, float], Mapping[str, float]]
+    OfMechanisms = Callable[
+        [Sequence[SceneMechanism], float, Method, float, float], EndDerivatives
+    ]
 
 ModelFields = Mapping[tuple[str, str], tuple[float, ...]]
 """Of a model file: {(field, name of the body, joint, geom or actuator): its numbers}, SI."""
@@ -201,6 +204,10 @@ class OwnDerivative:
     precision: float = 0.0  # relative, a step: what its own differences leave, a bound
     # the same by others, which tell how large their rounding is
     beside: Derivatives | None = None
+    of_mechanisms: OfMechanisms | None = None
+    """Three mechanisms in which a number is a little smaller, as it is, and a little larger; how
+    far the outer numbers are apart; method, step [s], duration [s] -> the derivatives of the end of
+    the middle one's run; raises Unsupported. None if the way is for scenes alone."""
 
 
 @dataclass(frozen=True)

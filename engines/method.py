@@ -203,4 +203,8 @@ class Engine:
 
     def ability(self, kind: type[Ability]) -> Ability | None:
         """The engine's ability of a kind; None where it has none."""
-        return next((can for can in self.abilities if isinstance(can, kind)), None)
+        return next(iter(self.abilities_of(kind)), None)
+
+    def abilities_of(self, kind: type[Ability]) -> list[Ability]:
+        """All the engine's abilities of a kind."""
+        return [ability for ability in self.abilities if isinstance(ability, kind)]
