@@ -1,16 +1,13 @@
-"""Derivatives of a model's end by its controls and its start: those of the continuous motion, and
-how far those of the model's own run are from them.
+"""Derivatives of a model's end by its controls and its start: the certified ones of the continuous
+motion, and the errors of those of a run, by MuJoCo or another engine.
 
 Central differences D(eps) of certified motions have an error C eps^2 + O(eps^4), so that
 
     (4 D(eps/2) - D(eps)) / 3                                                                  (1)
 
 has one of O(eps^4). It is computed twice, by another method with another eps; what the two differ
-by, with no discount, is the uncertainty. Of the model's own run the same is predicted for a central
-difference: C eps^2 and, of rounding u in each of N steps, u |x| sqrt(N) growth / eps, which add up
-to the least at
-
-    eps = (u |x| sqrt(N) growth / (2 C))^(1/3).                                                 (2)
+by, with no discount, is the uncertainty. The best eps of a run's central difference is predicted
+with this C and with R = u |x| sqrt(N) growth, of a rounding u in each of N steps.
 """
 
 from __future__ import annotations
@@ -60,7 +57,7 @@ Entry = Mapping[str, Any]
 
 @dataclass(frozen=True)
 class CertifiedGradient:
-    """The derivatives of the continuous motion, beside those of the model's own run."""
+    """The derivatives of the continuous motion, beside those of a run."""
 
     of: tuple[str, ...]  # coordinates
     by: tuple[str, ...]  # numbers: of the start, and constant additions to controls
@@ -70,7 +67,7 @@ class CertifiedGradient:
     uncertainty: Array  # shape (n, numbers), of the largest entry
     times: Array  # [s], shape (n,)
     ways: tuple[RunDerivatives, ...]
-    predicted_eps: float  # of a central difference, by eq. 2
+    predicted_eps: float  # of a central difference
     left_out: tuple[str, ...] = ()  # numbers that it is not known by, and why
 
     @cached_property
@@ -368,5 +365,5 @@ def _by_mechanisms(
             reasons[names[number]] = str(reason)
     if not np.isfinite(computed[-1]).any():
         return RunDerivatives(own.way, None, why=next(iter(reasons.values())))
-    why = "; ".join(f"by {name}: {reason}" for name, reason in reasons.items())
+    why = "; ".join(f"by {name}: {text}" for name, text in reasons.items())
     return RunDerivatives(own.way, computed, why=why)
