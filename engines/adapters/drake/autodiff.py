@@ -12,30 +12,31 @@ from pydrake.systems.analysis import Simulator_
 
 from plumbob.analytic.reference import Array
 from plumbob.engines.adapters.drake.stepper import DrakeStepper, advance
-from plumbob.engines.adapters.own_derivatives import nudged, of_end
-from plumbob.engines.adapters.stepped_mechanism import compiled_scene
 from plumbob.engines.method import Method, Unsupported
 from plumbob.engines.sampling import step_count
-from plumbob.engines.trajectory import ByName
-from plumbob.models.gradient import Number
-from plumbob.models.scene import Case
+from plumbob.engines.stepper import EndDerivatives, SceneMechanism
 
 
-def derivatives(number: Number, method: Method, step: float) -> ByName:
-    """Derivatives of the observables at the end; raises Unsupported."""
+def derivatives(
+    scenes: Sequence[SceneMechanism],
+    apart: float,
+    method: Method,
+    step: float,
+    duration: float,
+) -> EndDerivatives:
+    """Derivatives of the end of the middle one of three scenes by a number that is `apart` in the
+    outer ones; raises Unsupported."""
     if method.control == "tolerance":
         raise Unsupported("AutoDiffXd is stepped in discrete plants alone here")
-    case = number.case
-    cases, apart = nudged(number)
-    steps = step_count(case.scene.duration, step)
-    sides, fixed = zip(*(_started(each, method, step, steps) for each in cases), strict=True)
+    steps = step_count(duration, step)
+    sides, fixed = zip(*(_started(each, method, step, steps) for each in scenes), strict=True)
     if not all(map(np.array_equal, fixed[0], fixed[2])):
-        raise Unsupported(f"{number.name} is no parameter in a context of Drake's")
+        raise Unsupported("the number is no parameter in a context of Drake's")
     end = _end(sides, apart, steps, step)
     qpos, qvel = _of_joints(sides[1], np.array([x.value() for x in end]))
     by_qpos, by_qvel = _of_joints(sides[1], np.array([float(x.derivatives()[0]) for x in end]))
-    qpos = qpos + np.concatenate([joint.reference for joint in sides[1].mechanism.joints])
-    return of_end(case, qpos, by_qpos, qvel, by_qvel)
+    drawn = np.concatenate([joint.reference for joint in sides[1].mechanism.joints])
+    return EndDerivatives(qpos + drawn, by_qpos, qvel, by_qvel)
 
 
 def _end(sides: Sequence[DrakeStepper], apart: float, steps: int, step: float) -> Any:
@@ -61,12 +62,11 @@ def _of_joints(stepper: DrakeStepper, values: Array) -> tuple[Array, Array]:
 
 
 def _started(
-    case: Case, method: Method, step: float, steps: int
+    scene: SceneMechanism, method: Method, step: float, steps: int
 ) -> tuple[DrakeStepper, tuple[Array, ...]]:
-    """A case at its start, its source set for so many steps, and the numbers of its
+    """A scene at its start, its source set for so many steps, and the numbers of its
     diagram that no context has: gravity, the gains of actuators, and what the source tells. Raises
     Unsupported if it is no tree of hinges and slides."""
-    scene = compiled_scene(case)
     mechanism = scene.mechanism
     kinds = {joint.kind for joint in mechanism.joints}
     if mechanism.touching or mechanism.loops or kinds - {"hinge", "slide"}:

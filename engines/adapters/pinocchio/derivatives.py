@@ -3,6 +3,7 @@ variational equation."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -11,19 +12,20 @@ import pinocchio
 from plumbob.analytic.reference import Array
 from plumbob.engines.adapters.equation import Equation
 from plumbob.engines.adapters.integrators import fixed_steps
-from plumbob.engines.adapters.own_derivatives import nudged, of_end
 from plumbob.engines.adapters.pinocchio.builder import HINGED, Dynamics
-from plumbob.engines.adapters.stepped_mechanism import compiled_scene
 from plumbob.engines.method import Method, Unsupported
-from plumbob.engines.stepper import SceneMechanism
-from plumbob.engines.trajectory import ByName
-from plumbob.models.gradient import Number
+from plumbob.engines.stepper import EndDerivatives, SceneMechanism
 
 
-def derivatives(number: Number, method: Method, step: float) -> ByName:
-    """Derivatives of the observables at the end; raises Unsupported."""
-    cases, apart = nudged(number)
-    scenes = [compiled_scene(case) for case in cases]
+def derivatives(
+    scenes: Sequence[SceneMechanism],
+    apart: float,
+    method: Method,
+    step: float,
+    duration: float,
+) -> EndDerivatives:
+    """Derivatives of the end of the middle one of three scenes by a number that is `apart` in the
+    outer ones; raises Unsupported."""
     low, here, high = (scene.start for scene in scenes)
     count = len(here.qpos)
     equation = Equation(
@@ -34,18 +36,16 @@ def derivatives(number: Number, method: Method, step: float) -> ByName:
         names=tuple(f"q{i}" for i in range(2 * count)),
         rate_names=tuple(f"v{i}" for i in range(2 * count)),
     )
-    end = fixed_steps(
-        equation, method.scheme.integrator, number.case.scene.duration, step
-    ).run()
+    end = fixed_steps(equation, method.scheme.integrator, duration, step).run()
     parts = [end.observables[name][-1] for name in (*equation.names, *equation.rate_names)]
-    return of_end(number.case, *np.split(np.array(parts), 4))
+    return EndDerivatives(*np.split(np.array(parts), 4))
 
 
 class Variation:
     """The acceleration of a mechanism and of its derivative by a number, from the scene with that
     number a little smaller, as it is, and a little larger, the outer ones `apart`."""
 
-    def __init__(self, scenes: list[SceneMechanism], apart: float) -> None:
+    def __init__(self, scenes: Sequence[SceneMechanism], apart: float) -> None:
         mechanism = scenes[1].mechanism
         kinds = {joint.kind for joint in mechanism.joints}
         if mechanism.loops or kinds - set(HINGED):

@@ -8,11 +8,12 @@ from plumbob.engines.audit.audit import Audit
 from plumbob.engines.audit.contacts import HEADINGS, ContactAudit, Measured
 from plumbob.engines.audit.costs import Ratio
 from plumbob.engines.audit.engines import EngineError
-from plumbob.engines.audit.gradient import Gradients
+from plumbob.engines.audit.gradient import CertifiedGradient
 from plumbob.engines.audit.reference import MEASURE
 from plumbob.engines.audit.stability import LargestSteps, Limit
 from plumbob.engines.audit.step_errors import Compared, StateErrors
 from plumbob.engines.audit.trims import Trim
+from plumbob.engines.derivative_ways import CENTRAL
 from plumbob.reports.advice.json_records import plain
 from plumbob.reports.view.audit.page import answered, rows, versions
 
@@ -154,7 +155,7 @@ def stability_record(known: LargestSteps | None) -> Plain:
     }
 
 
-def gradient_record(known: Gradients | str | None) -> Plain:
+def gradient_record(known: CertifiedGradient | str | None) -> Plain:
     """Derivatives of the end, their horizon [s] and best eps, as plain data; nothing where they are
     not asked for."""
     if known is None:
@@ -166,7 +167,7 @@ def gradient_record(known: Gradients | str | None) -> Plain:
             "gradient_lost": [],
             "gradient_why": known,
         }
-    measured = next(way.eps for way in known.ways if way.name == "central")
+    measured = next(way.eps for way in known.ways if way.name == CENTRAL.name)
     return {
         "gradient": known.entries,
         "gradient_horizon": known.horizon,
