@@ -1,4 +1,4 @@
-"""A run, or a convergence study, as an assertion for a user's test."""
+"""Assertions for a user's tests: on one run, or on a convergence study."""
 
 from __future__ import annotations
 
@@ -33,12 +33,14 @@ def check(
     within: float | None = None,
     expect: str | None = None,
 ) -> Judgement:
-    """Run `scene` with `method` at `step` [s] (or relative tolerance), or without one at the step
-    sizes of the quick profile, as `plumbob validate` does, and return the judgement. Raises
-    AssertionError with the table when the verdict is not as declared, or not `expect` where that is
-    given, or the relative error, at `step` or the finest, exceeds `within`; and ParameterError for
-    a name or number that does not fit. At one step, a known limit's error lies within a factor of
-    two of what its convergence study spans.
+    """Judges `scene` with `method` and returns the judgement; raises AssertionError if the verdict
+    is not the declared one. With `step` [s] (or relative tolerance) it judges one run; without, it
+    runs the convergence study of the quick profile, as `plumbob validate` does. If `expect` is
+    given, it replaces the declared verdict. If `within` is given, the relative error at `step`, or
+    at the finest step, must not exceed it. `changes` replaces parameters of the scene. At one step,
+    a known limit's error must lie within a factor of two of the range that its convergence study
+    spans. The error's text has the errors and the terms of their tolerances. Raises ParameterError
+    for an unknown name or a number out of range.
 
     >>> check("cone-pendulum/rotating-base", "ode/rk4", step=1e-3).verdict
     'predicted'
@@ -62,8 +64,8 @@ def check(
         judgement = accurate(judgement, within)
         why = INACCURATE if judgement.verdict == "inaccurate" else why
     wanted = expected(chosen.name, how.name)
-    # A test that a step outside the asymptotic range, or a missing engine, cannot fail would claim
-    # nothing.
+    # A step outside the asymptotic range and a missing engine claim nothing: a test that they
+    # cannot fail would claim nothing either.
     nothing = judgement.verdict in ("pre-asymptotic", "missing")
     met = within is not None and bool(judgement.errors)
     if nothing and not met and not wanted.allows(judgement):
@@ -82,15 +84,15 @@ def check(
 
 
 def judged_runs(scene: Scene, method: Method, profile: str) -> tuple[ConvergenceStudy, Judged]:
-    """A scene with a method at all step sizes of a profile, as `plumbob validate` runs and judges
-    it."""
+    """Runs a scene with a method at all step sizes of a profile, as `plumbob validate` does;
+    returns the study and its verdicts."""
     runs = convergence_study(scene, method, most_steps(scene, profile), seed=SEED)
     case = case_of(scene)
     return runs, judged(runs, case.system, method, case.system.quantities(case))
 
 
 def _lines(run: Measurement, judgement: Judgement) -> Iterator[str]:
-    """Errors of a run, with the terms of their tolerances."""
+    """Yields the errors of a run as lines of text, with the terms of their tolerances."""
     yield f"  at {run.step:g}: {judgement.verdict}"
     for name, error in run.errors.items():
         yield f"  {name}: error {error.largest:.3e}"

@@ -1,6 +1,9 @@
-"""Does the error of a method that no theory covers go to zero with the step? Its envelope, the
-largest error of each octave of steps, has to fall, and what is smooth has to lead to the exact
-answer. Rules of judgement, chosen and not derived, are constants here."""
+"""Convergence of methods that no theory covers: does the error go to zero with the step?
+
+The errors' envelope is the largest error in each octave of steps. The envelope has to fall. If the
+error is smooth in the step, its extrapolation to a step of zero has to be zero. The constants are
+rules of judgement, chosen and not derived.
+"""
 
 from __future__ import annotations
 
@@ -18,31 +21,33 @@ from plumbob.engines.study.order import fit_order
 from plumbob.models.scene import Quantity
 
 PER_OCTAVE = 3  # least runs in an octave of steps: fewer may all be accurate by chance
-OCTAVES = 4  # over which the envelope has to fall
-SLOWEST = 0.5  # the slope's confidence interval lies above
-ROUND_OFFS = 10.0  # an error within so many round-offs has reached the floor
-STALLED = 0.7  # two octaves of finer steps that leave this much of an error have not helped
-SMOOTH = 0.05  # of the errors fitted: what a series in the step may leave of smooth ones
-LEFT = 0.5  # of the smallest error: what a smooth one may extrapolate to
+OCTAVES = 4  # octaves over which the envelope has to fall
+SLOWEST = 0.5  # lower bound on the confidence interval of the envelope's slope
+ROUND_OFFS = 10.0  # multiple of the round-off level: an error below it is not resolved
+STALLED = 0.7  # ratio of errors, two octaves apart, from which smaller steps do not help
+SMOOTH = 0.05  # largest residual of the series in the step, relative to the smallest error
+LEFT = 0.5  # largest extrapolated error relative to the smallest measured error
 
 
 @dataclass(frozen=True)
 class Convergence:
-    """The verdict of the envelope: `converges`, `not-converging`, or neither, and why."""
+    """The verdict by the envelope, with the reason: `converges`, `not-converging` or None."""
 
     verdict: Literal["converges", "not-converging"] | None
     reason: str
 
 
 def convergence(runs: Sequence[Measurement], quantities: Sequence[Quantity]) -> Convergence:
-    """Judge the runs of a method without theory, coarse to fine, by their relative errors."""
+    """Returns the verdict on the runs of a method without theory, coarse to fine, by their relative
+    errors."""
     rows = [row for m in runs if m.status == "done" and (row := _row(m, quantities))]
     steps, errors, floors, ends = np.reshape(rows, (-1, 4)).T
     resolved = errors > ROUND_OFFS * floors
     octaves = _octaves(steps, errors)
     above = octaves[resolved[octaves]]
     if len(octaves) < OCTAVES:
-        if len(steps) >= PER_OCTAVE and not resolved.any():  # which ends a study early
+        # A study ends early once its errors reach round-off.
+        if len(steps) >= PER_OCTAVE and not resolved.any():
             return Convergence("converges", f"within {ROUND_OFFS:g} round-offs at every step")
         return Convergence(None, f"{len(octaves)} octaves of steps, and {OCTAVES} are needed")
     least = f"the smallest error resolved is {errors[octaves].min():.2g}, relative"
@@ -66,7 +71,9 @@ def convergence(runs: Sequence[Measurement], quantities: Sequence[Quantity]) -> 
 def _falling(
     steps: Array, errors: Array, ends: Array, slope: tuple[float, float, float], least: str
 ) -> Convergence:
-    """Whether errors above round-off that fall do so to zero."""
+    """Returns the verdict on errors above round-off whose envelope falls. If they are smooth in the
+    step and extrapolate to an error far from zero, they do not converge. `slope` is the envelope's
+    slope with its confidence interval; `least` is a phrase on the smallest error."""
     fine = slice(-3 * PER_OCTAVE, None)
     left = _extrapolated(steps[fine], ends[fine], max(1, round(slope[0])))
     if left > LEFT * errors[-1]:
@@ -77,8 +84,9 @@ def _falling(
 
 
 def _row(run: Measurement, quantities: Sequence[Quantity]) -> tuple[float, ...]:
-    """A run's step [s]; relative to the quantity's scale its error, its round-off level, and its
-    error at the end, signed. Empty where it leaves the quantity out."""
+    """Returns four numbers of a run: its step [s], its error, its round-off level, and its signed
+    error at the end, all three relative to the scale of the worst quantity. Empty if the run lacks
+    a quantity."""
     quantity, relative = worst(run, quantities)
     if math.isnan(relative):
         return ()
@@ -88,8 +96,8 @@ def _row(run: Measurement, quantities: Sequence[Quantity]) -> tuple[float, ...]:
 
 
 def _octaves(steps: Array, errors: Array) -> npt.NDArray[np.intp]:
-    """Places of the runs with the largest error of each octave of steps, below the coarsest, that
-    has enough of them; coarse to fine."""
+    """Returns the indices of the runs with the largest error in each octave of steps, coarse to
+    fine. An octave counts if it has PER_OCTAVE runs or more."""
     octave = np.floor(np.log2(steps / steps.min(initial=np.inf)) + 1e-9)
     groups = [np.flatnonzero(octave == k) for k in np.unique(octave)[::-1]]
     full = [group[errors[group].argmax()] for group in groups if len(group) >= PER_OCTAVE]
@@ -97,8 +105,9 @@ def _octaves(steps: Array, errors: Array) -> npt.NDArray[np.intp]:
 
 
 def _slope(steps: list[float], errors: list[float]) -> tuple[float, float, float] | None:
-    """Slope of the envelope with its 95 % confidence interval, over the finest octaves, four or
-    more, over which the interval lies above the slowest; the finest four have to fall as fast."""
+    """Returns the slope of the envelope and the ends of its 95 % confidence interval, over the
+    finest octaves: as many, four or more, as bring the interval above SLOWEST. None if no number of
+    octaves does, or if the slope over the finest four is SLOWEST or less."""
     none = [0.0] * len(steps)
     for most in range(OCTAVES, len(steps) + 1):
         fit = fit_order(steps, errors, none, most)
@@ -110,8 +119,9 @@ def _slope(steps: list[float], errors: list[float]) -> tuple[float, float, float
 
 
 def _extrapolated(steps: Array, ends: Array, order: int) -> float:
-    """The magnitude of the error at the end, extrapolated to a step of zero by a series that begins
-    with this order; 0 where the error is not smooth in the step."""
+    """Returns the magnitude of the error at the end, extrapolated to a step of zero by a series in
+    the step that begins with the power `order`. Returns 0 if the error is not smooth in the
+    step."""
     x = steps / steps[0]
     terms = np.stack([np.ones_like(x), x**order, x ** (order + 1)], axis=1)
     weights = 1.0 / np.abs(x**order)

@@ -1,5 +1,6 @@
-"""Checks of an engine's adapter, by running it: that it builds its scenes, repeats itself, samples
-at its steps, writes nothing, reports a failed run, counts its steps, and converges at its order."""
+"""Checks of an engine's adapter, by running it: that the adapter builds its scenes, repeats its
+results, samples at its steps, writes nothing, reports a failed run, counts its steps, and converges
+at its declared order."""
 
 from __future__ import annotations
 
@@ -27,19 +28,19 @@ from plumbob.models.scene import Case, Scene
 from plumbob.reports.judge.expectations import expected
 from plumbob.reports.judge.verdict import judged
 
-# steps: of a method that converges the first sample is late by less and less of a step
+# Largest delay of the first sample, in steps. The delay of a method that converges tends to zero.
 LATE = 0.25
-SAME = 1e-3  # of a step's motion: by what runs of different lengths may differ at the same time
-BELOW = 0.3  # by how much an observed order may be lower than the declared one
-ORDERS, TRIED = 3, 9  # scenes that the order is to be seen on, and how many are tried for it
-STEPS = 1201  # of a run whose samples are looked at: one sample every three steps
-COARSE = 8  # steps in a run that is to diverge, if it can
+SAME = 1e-3  # largest difference of two runs at the same time, relative to one step's motion
+BELOW = 0.3  # largest amount by which an observed order may be below the declared order
+ORDERS, TRIED = 3, 9  # scenes that must show an order, and scenes that are tried for it
+STEPS = 1201  # most steps of a run whose samples are checked: one sample every three steps
+COARSE = 8  # steps in a run that should diverge
 
 Status = Literal["pass", "fail", "not checked"]
 
 
 class NotChecked(Exception):
-    """Why something cannot be checked for a method."""
+    """The reason why something cannot be checked for a method."""
 
 
 @dataclass(frozen=True)
@@ -48,30 +49,31 @@ class Checked:
 
     name: str
     status: Status
-    detail: str  # what was seen, or the method that fails and why
+    detail: str  # the result, or the method that fails and the reason
 
 
 @dataclass(frozen=True)
 class Subject:
-    """A method under check, and the scenes that it is meant for, those of fewest steps first."""
+    """A method under check, with the scenes that it is meant for, fewest steps first."""
 
     engine: Engine
     method: Method
     scenes: tuple[Scene, ...]
 
     def prepared(self, case: Case, step: float) -> Simulation:
-        """The case in the engine itself, whose errors are raised."""
+        """Returns the case built by the engine itself; the engine's errors are raised."""
         return self.engine.prepare(case, self.method, step)
 
     def step(self, scene: Scene) -> float:
-        """The step [s] that a scene is looked at with, or the tightest tolerance."""
+        """Returns the step [s] at which a scene is checked: the middle one of the quick profile's
+        step sizes. For a solver with a tolerance it returns the tightest tolerance."""
         sizes = chosen_step_sizes(scene, self.method, most_steps(scene, "quick"))
         return sizes[len(sizes) // 2] if self.method.control == "step" else sizes[-1]
 
     @property
     def short(self) -> tuple[Case, float]:
-        """The case of fewest steps that the engine builds, no longer than the steps that are looked
-        at, and its step; raises NotChecked where there is none."""
+        """Returns the first case that the engine builds, cut to at most STEPS steps, and its step;
+        raises NotChecked if the engine builds none."""
         for scene in self.scenes:
             case = case_of(scene)
             step = self.step(scene)
@@ -83,19 +85,21 @@ class Subject:
         raise NotChecked("it builds no scene")
 
     def run(self, case: Case, step: float) -> Trajectory:
-        """A run, with the samples, the end and the count of steps that were asked for."""
+        """Runs a case and returns the trajectory; raises AssertionError if the samples, the end or
+        the count of steps are not as asked for."""
         run = self.prepared(case, step).run()
         why = not_a_trajectory(run) or not_asked_for(case, self.method, step, run)
         _hold(not why, f"a run of {case.scene.name}: {why}")
         return run
 
 
-Look = Callable[[Subject], str]  # what was seen; raises AssertionError and NotChecked
+# A check: returns its result in words; raises AssertionError and NotChecked.
+Look = Callable[[Subject], str]
 
 
 def check_engine(methods: Sequence[Method], scenes: Sequence[Scene]) -> Iterator[Checked]:
-    """The checks of an engine's methods on those of `scenes` that they are meant for, one after the
-    other."""
+    """Yields the outcome of each check over an engine's methods. Each method is checked on those of
+    `scenes` that it is meant for."""
     subjects = [
         Subject(unguarded(method.engine), method, _ordered(method, scenes))
         for method in methods
@@ -105,7 +109,8 @@ def check_engine(methods: Sequence[Method], scenes: Sequence[Scene]) -> Iterator
 
 
 def _ordered(method: Method, scenes: Sequence[Scene]) -> tuple[Scene, ...]:
-    """The scenes that a method is meant for, hard ones last, those of fewest steps first."""
+    """Returns the scenes that a method is meant for: hard ones last, otherwise fewest steps
+    first."""
 
     def steps(scene: Scene) -> float:
         return scene.duration / min(scene.steps) * system_of(scene).weight
@@ -115,12 +120,12 @@ def _ordered(method: Method, scenes: Sequence[Scene]) -> tuple[Scene, ...]:
 
 
 def _outcome(name: str, look: Look, subjects: Sequence[Subject]) -> Checked:
-    """A check's outcome over all methods: the first failure, or the first result."""
+    """Returns a check's outcome over all methods: the first failure, else the first pass."""
     outcomes: dict[Status, list[str]] = {"fail": [], "pass": [], "not checked": []}
     for subject in subjects:
         status: Status = "fail"
         try:
-            # What it prints and leaves in an empty folder is a check of its own.
+            # Output and files of the engine are caught: `writes_nothing` checks for them.
             with TemporaryDirectory() as folder, chdir(folder), captured():
                 what = look(subject)
             status = "pass"
@@ -139,13 +144,13 @@ def _outcome(name: str, look: Look, subjects: Sequence[Subject]) -> Checked:
 
 
 def _hold(holds: object, why: str) -> None:
-    """Raise AssertionError with a reason, whatever the interpreter's options."""
+    """Raises AssertionError with a reason if a condition is false, under `python -O` too."""
     if not holds:
         raise AssertionError(why)
 
 
 def builds(subject: Subject) -> str:
-    """Every scene that the method is meant for is built, or declared as unsupported."""
+    """Checks that every scene that the method is meant for is built, or declared as unsupported."""
     built = 0
     for scene in subject.scenes:
         try:
@@ -163,7 +168,7 @@ def builds(subject: Subject) -> str:
 
 
 def repeats(subject: Subject) -> str:
-    """Two runs of one simulation, and a run of another, agree to the last bit."""
+    """Checks that two runs of one simulation, and a run of a second one, agree to the last bit."""
     case, step = subject.short
     simulation = subject.prepared(case, step)
     first, *others = simulation.run(), simulation.run(), subject.prepared(case, step).run()
@@ -175,8 +180,8 @@ def repeats(subject: Subject) -> str:
 
 
 def samples(subject: Subject) -> str:
-    """Samples stand at times of whole steps, from the start to the end, and hold what the engine
-    has reached by then: not a step later, nor earlier."""
+    """Checks that samples stand at times of whole steps, from the start to the end, and that each
+    sample holds the state at its time, not the state one step earlier or later."""
     case, step = subject.short
     run = subject.run(case, step)
     solver = subject.method.control == "tolerance"
@@ -197,9 +202,9 @@ def samples(subject: Subject) -> str:
 
 
 def _not_late(case: Case, run: Trajectory, step: float) -> None:
-    """After one step, what changes evenly at the start has changed by the exact amount, within part
-    of it: a step's own error is smaller by an order of the step, a sample's that is a step late is
-    as large as the change."""
+    """Checks the first step: an observable whose first two exact changes are equal within 10 %
+    changes by the exact amount, within LATE of it. A step's own error is smaller by an order of the
+    step. A sample that is one step late is wrong by the whole change."""
     times = np.array([0.0, step, 2.0 * step])
     exact = case.reference.observe(times)
     doubt = case.reference.uncertainty(times)
@@ -213,7 +218,7 @@ def _not_late(case: Case, run: Trajectory, step: float) -> None:
 
 
 def _agree(run: Trajectory, part: Trajectory, sample: int) -> None:
-    """A run that ends at a sample of a longer one ends with what that holds."""
+    """Checks that a shorter run ends with the values that a longer run holds at that sample."""
     for name, values in run.observables.items():
         moved = np.abs(np.diff(values[max(sample - 1, 0) : sample + 2])).max(initial=0.0)
         apart = abs(values[sample] - part.observables[name][-1])
@@ -222,14 +227,15 @@ def _agree(run: Trajectory, part: Trajectory, sample: int) -> None:
 
 
 def _states(case: Case, run: Trajectory) -> list[str]:
-    """Observables that are coordinates and rates, which steps change; forces are read off."""
+    """Names of the observables that a run gives and that are coordinates or rates. Forces are left
+    out: steps do not change them."""
     return [
         o.name for o in case.system.observables if not o.force and o.name in run.observables
     ]
 
 
 def writes_nothing(subject: Subject) -> str:
-    """Building and running leaves no file and writes nothing to stdout or stderr."""
+    """Checks that building and running leaves no file and prints nothing."""
     case, step = subject.short
     with captured() as output:
         simulation = subject.prepared(case, step)
@@ -242,12 +248,13 @@ def writes_nothing(subject: Subject) -> str:
 
 
 def divergence(subject: Subject) -> str:
-    """At steps far too large a run ends with finite samples, or with the time at which it was lost;
-    it raises nothing."""
+    """Checks that a run at far too large steps ends with finite samples, or with the time at which
+    the run diverged, and that it raises nothing."""
     if subject.method.control == "tolerance":
         raise NotChecked("it chooses its steps")
     lost = 0
-    kept = {scene.system: scene for scene in reversed(subject.scenes)}  # one scene a system
+    # The scene with the fewest steps of each system.
+    kept = {scene.system: scene for scene in reversed(subject.scenes)}
     for scene in kept.values():
         step = scene.duration / COARSE
         with suppress(Unsupported):
@@ -259,8 +266,8 @@ def divergence(subject: Subject) -> str:
 
 
 def cost(subject: Subject) -> str:
-    """A run counts its steps, and the steps that are timed alone are those of the fraction asked
-    for, and cost what steps of a run do."""
+    """Checks that a run counts its steps, that `stepped` takes the fraction of the steps asked for,
+    and that timed steps cost what steps of a run cost."""
     case, step = subject.short
     run = subject.run(case, step)
     simulation = subject.prepared(case, step)
@@ -282,8 +289,8 @@ def cost(subject: Subject) -> str:
 
 
 def order(subject: Subject) -> str:
-    """The error falls at the declared order, or at the one that theory predicts for the scene, and
-    is what theory says of it, on three scenes."""
+    """Checks, on three scenes, that the error falls at the declared order or at the order that
+    theory predicts for the scene, and that its verdict is as it should be."""
     method = subject.method
     if method.order is None:
         raise NotChecked("it chooses its steps: no order")

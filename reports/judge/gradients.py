@@ -1,4 +1,4 @@
-"""Is the error of a derivative the one that is predicted of it?"""
+"""Verdicts on derivatives: is the error of a derivative the predicted one?"""
 
 from __future__ import annotations
 
@@ -16,41 +16,44 @@ from plumbob.reports.judge.expectations import expected
 
 GradientVerdict = Literal["predicted", "off-prediction", "pre-asymptotic", "unsupported"]
 
-RESOLVED = 10.0  # uncertainties of the exact derivative, below which an error shows no order
+RESOLVED = 10.0  # multiple of the exact derivative's uncertainty: smaller errors show no order
 
 
 @dataclass(frozen=True)
 class JudgedGradient:
-    """A derivative with one eps, or without, and its verdict."""
+    """A derivative with its verdict, at one eps if it is a finite difference."""
 
     scene: str
     method: str
     gradient: Gradient
-    tried: Difference | None  # None: the way is unsupported
+    tried: Difference | None  # the computed derivative; None: the way is unsupported
     verdict: GradientVerdict
     why: str = ""
     surprise: str = ""  # why the verdict is not as expected
     known: str = ""  # the reason of a known limit
-    order: float | None = None  # of its error beside those at other steps, where there are any
+    order: float | None = None  # order of the error over several steps, if there are several
 
     @property
     def about(self) -> str:
-        """Which derivative it is."""
+        """Name of the derivative: the way, the quantity and the parameter."""
         return f"{self.gradient.way}, {self.gradient.of} by {self.gradient.by}"
 
     @property
     def relative_error(self) -> float | None:
-        """Signed; None where there is no exact derivative, or it is 0."""
+        """The signed relative error; None if there is no exact derivative, or if it is zero within
+        its uncertainty."""
         return None if self.tried is None else self._relative(self.tried.computed, -1.0)
 
     @property
     def predicted_error(self) -> float | None:
-        """The predicted one, relative and signed; None without theory."""
+        """The predicted relative error, signed; None without theory."""
         if self.tried is None or self.tried.predicted is None:
             return None
         return self._relative(self.tried.predicted)
 
     def _relative(self, value: float, more: float = 0.0) -> float | None:
+        """Returns `value` divided by the exact derivative, plus `more`; None if there is no exact
+        derivative, or if it is zero within its uncertainty."""
         exact = self.gradient.exact
         resolved = math.isfinite(exact) and abs(exact) > self.gradient.uncertainty
         return value / exact + more if resolved else None
@@ -88,8 +91,8 @@ class JudgedGradient:
 
 
 def judged_gradients(search: GradientSearch, found: Gradients) -> Iterator[JudgedGradient]:
-    """The derivatives of a search, judged: with the best eps of a sweep, or each that was asked
-    for."""
+    """Yields the judged derivatives of a search. If the user asked for values of eps, each eps
+    gives one; otherwise a finite difference is judged at its best eps."""
     for gradient in found.records:
         sweep = gradient.tried and not search.eps
         tried = (gradient.best,) if sweep else gradient.tried
@@ -98,10 +101,12 @@ def judged_gradients(search: GradientSearch, found: Gradients) -> Iterator[Judge
 
 
 def _judged(search: GradientSearch, of: Gradient, tried: Difference | None) -> JudgedGradient:
+    """Returns a derivative with its verdict, compared with the known limits of the method."""
     verdict, why = _verdict(of, tried)
     pair = search.scene, search.method
     known = None if search.changes else limits_of(search.method).gradient(pair, of.by, of.way)
-    run = expected(*pair)  # of a run whose error is not the predicted one its derivative is not
+    # If the error of the run is a known limit, the error of the derivative is one too.
+    run = expected(*pair)
     off = verdict == "off-prediction"
     reason = ""
     judged = JudgedGradient(*pair, of, tried, verdict, why)
@@ -119,7 +124,8 @@ def _judged(search: GradientSearch, of: Gradient, tried: Difference | None) -> J
 
 
 def _verdict(of: Gradient, tried: Difference | None) -> tuple[GradientVerdict, str]:
-    """Two-sided: by no more than is left open may the error differ from the predicted one."""
+    """Returns the verdict on a derivative, and its reason. The error may differ from the predicted
+    error, to either side, by no more than theory leaves open."""
     if tried is None:
         return "unsupported", of.why
     if of.no_exact:
@@ -136,8 +142,8 @@ def _verdict(of: Gradient, tried: Difference | None) -> tuple[GradientVerdict, s
 
 
 def study_gradients(study: Study) -> Iterator[JudgedGradient]:
-    """The derivatives that a study holds, those at several steps with their order; none of a search
-    whose engine is missing, or whose process was lost."""
+    """Yields the judged derivatives of a study; those at several steps have their order. A search
+    whose engine is missing, or whose process was lost, has none."""
     judged = [
         of
         for request in study.extras
@@ -151,12 +157,13 @@ def study_gradients(study: Study) -> Iterator[JudgedGradient]:
 
 
 def _pair(of: JudgedGradient) -> tuple[str, ...]:
+    """The key of a derivative without its step: scene, method and derivative."""
     return of.scene, of.method, of.about
 
 
 def _of_runs(of: JudgedGradient) -> float:
-    """The error that the runs give a derivative, without that of the difference; NaN where it is
-    not known."""
+    """Returns the magnitude of the part of a derivative's error that the runs cause, without the
+    truncation of the finite difference. NaN if it is not known."""
     tried = of.tried
     known = of.gradient
     if tried is None:
@@ -166,7 +173,8 @@ def _of_runs(of: JudgedGradient) -> float:
 
 
 def _order(errors: Mapping[float, float]) -> float | None:
-    """The slope of log error against log step; None of one step."""
+    """Returns the slope of log error against log step; None at a single step, or if an error is not
+    known."""
     steps = np.log(list(errors))
     sizes = np.log(list(errors.values()))
     if len(steps) < 2 or not np.isfinite(sizes).all():

@@ -1,4 +1,4 @@
-"""Is the time after which a method is wrong the one that theory predicts?"""
+"""Verdicts on long runs: is the time until an error reaches a level the predicted time?"""
 
 from __future__ import annotations
 
@@ -11,15 +11,16 @@ from plumbob.analytic.stability import LEVELS
 from plumbob.engines.study.long_runs import LongRunSearch, MeasuredLongRun
 from plumbob.reports.judge.stability import LimitVerdict
 
-# Calibrated (tests/study/test_long_runs.py, from both sides): samples of a run meet an error that
-# is at its largest once a period that much later. The last level is far beyond what is linear.
+# Calibrated from both sides in tests/study/test_long_runs.py: the measured time may differ from the
+# predicted time by this fraction and by this many periods. The error is at its largest once a
+# period, so the samples of a run meet it late.
 WITHIN, PERIODS = 0.1, 2.0
-JUDGED = LEVELS[:2]
+JUDGED = LEVELS[:2]  # levels that are judged: the last level is far beyond the linear range
 
 
 @dataclass(frozen=True)
 class JudgedLongRun:
-    """A long run with its verdict: `measured` where no theory predicts it."""
+    """A long run with its verdict: `measured` if no theory predicts its times."""
 
     search: LongRunSearch
     found: MeasuredLongRun
@@ -56,7 +57,7 @@ class JudgedLongRun:
 
 
 def judged_long_run(search: LongRunSearch, measured: MeasuredLongRun) -> JudgedLongRun:
-    """A long run, judged."""
+    """Returns a measured long run with its verdict."""
     if measured.predicted is None:
         return JudgedLongRun(search, measured, "measured")
     wrong = "; ".join(_wrong(measured))
@@ -64,7 +65,7 @@ def judged_long_run(search: LongRunSearch, measured: MeasuredLongRun) -> JudgedL
 
 
 def _wrong(run: MeasuredLongRun) -> Iterator[str]:
-    """Each time that is not as predicted."""
+    """Yields a message for each level whose time is not the predicted one."""
     assert run.predicted is not None
     slack = PERIODS * run.period
     for level in JUDGED:

@@ -1,5 +1,5 @@
-"""Which numbers of a model file (MJCF) engines' own readers take over, and which they drop, held to
-what MuJoCo reads of it."""
+"""Comparison of engines' own readers of model files (MJCF) with MuJoCo's: which numbers of a file a
+reader takes over, and which it drops."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ from plumbob.engines.study.model_reading import (
 )
 from plumbob.engines.workers import Workers
 
-RULE = "mujoco"  # the reader whose format it is
-# that a reader may seem to read where its default is the same
+RULE = "mujoco"  # engine whose reader defines the format
+# Options that a reader may ignore unnoticed if its default is the file's value.
 OPTIONS = ("gravity", "timestep")
 
 
@@ -30,11 +30,14 @@ class Reader:
     """The fields that an engine's reader takes from a file."""
 
     engine: str
-    refuses: str = ""  # why it reads nothing, one line
-    read: tuple[str, ...] = ()  # fields that it takes over, of everything in the file
-    dropped: Mapping[str, str] | None = None  # {field: what is there instead}
+    refuses: str = ""  # reason why the reader reads nothing, one line
+    read: tuple[str, ...] = ()  # fields of the file that the reader takes over
+    dropped: Mapping[str, str] | None = (
+        None  # {field that is dropped: the reader's value instead}
+    )
 
     def __str__(self) -> str:
+        """One line of text: the fields that are read, and the fields that are not."""
         if self.refuses:
             return f"refuses the file: {self.refuses}"
         text = f"reads {', '.join(self.read) or 'nothing'}"
@@ -45,8 +48,9 @@ class Reader:
 
 
 def read_by(file: Path) -> tuple[Reader, ...]:
-    """The readings of `file` by MuJoCo and every other installed engine with a reader, each in a
-    process of its own, since some crash on what they do not know. Raises ParameterError."""
+    """Returns what each installed engine's reader takes from `file`, MuJoCo's first. Each other
+    reader runs in a process of its own, since some readers crash on elements that they do not know.
+    Raises ParameterError if MuJoCo refuses the file."""
     rule, wanted = fields_of(find_engine(RULE), file)
     if rule:
         raise ParameterError("FILE", str(file), f"a MuJoCo model file ({rule})")
@@ -72,8 +76,9 @@ def read_by(file: Path) -> tuple[Reader, ...]:
 def compared(
     engine: str, wanted: ModelFields, fields: ModelFields, ignored: Collection[str] = ()
 ) -> Reader:
-    """Which of the numbers that a file states, as MuJoCo reads it, are among those that another
-    reader gives, who has fields of its own in place of those `ignored`."""
+    """Returns the fields that a reader takes from a file, and those it drops. `wanted` are the
+    fields as MuJoCo reads them, `fields` those of the other reader. The reader has constants of its
+    own for the fields in `ignored`."""
     lost = dict.fromkeys(ignored, "its default is the same") | dropped(wanted, fields)
     stated = fields_stated(wanted)
     read = tuple(field for field in stated if field not in lost)
@@ -81,13 +86,14 @@ def compared(
 
 
 def ignored(wanted: ModelFields, fields: ModelFields) -> tuple[str, ...]:
-    """The options that a reader takes from no file, seen by a model with uncommon ones, as MuJoCo
-    reads it and as that reader does."""
+    """Returns the options that a reader takes from no file. `wanted` and `fields` are a model with
+    uncommon options, as MuJoCo and as that reader read it."""
     return tuple(f for f in OPTIONS if not equal(wanted[f, ""], fields.get((f, ""))))
 
 
 def _seen(engine: str, file: str) -> tuple[str, ModelFields, tuple[str, ...]]:
-    """Why a reader refuses a file, the fields it takes from it, and those it always ignores."""
+    """Returns three things of one engine: the reason why its reader refuses a file, the fields that
+    it reads, and the options that it always ignores."""
     refuses, read = fields_of(find_engine(engine), Path(file))
     if refuses:
         return refuses, read, ()

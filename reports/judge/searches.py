@@ -1,4 +1,5 @@
-"""Judgements of a study that are on no run of its own: largest steps, and derivatives."""
+"""Judged searches of a study, apart from its convergence studies: largest steps, and
+derivatives."""
 
 from __future__ import annotations
 
@@ -12,10 +13,10 @@ Judged = JudgedLimit | JudgedGradient
 
 
 def judged_searches(study: Study) -> Sequence[Judged]:
-    """All that a study holds."""
+    """Returns all judged searches that a study holds."""
     return (*study_limits(study), *study_gradients(study))
 
 
 def unexpected(judged: Iterable[Judged]) -> Sequence[Judged]:
-    """Those whose verdict is not as expected."""
+    """Returns the judged searches whose verdict is not as expected."""
     return [of for of in judged if of.surprise]

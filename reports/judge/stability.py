@@ -1,4 +1,4 @@
-"""Is the largest step of a method that holds the one that theory predicts?"""
+"""Verdicts on largest steps: is the largest step at which a method holds the predicted one?"""
 
 from __future__ import annotations
 
@@ -11,22 +11,23 @@ from plumbob.engines.registry import limits_of
 from plumbob.engines.study.results import Study
 from plumbob.engines.study.stability import MeasuredLimit, Stability, StabilitySearch
 
-# Chosen, relative, between the prediction and the nearer end of a bracket of 1 %: eigenvalues set
-# the limit at an equilibrium; elsewhere where chaos begins depends on the start, too.
+# Chosen relative distances of the prediction from the nearer end of a bracket that is 1 % wide. At
+# an equilibrium eigenvalues set the limit. Elsewhere the limit is the step at which chaos begins,
+# and depends on the start too.
 AT_EQUILIBRIUM, ELSEWHERE = 0.02, 0.1
-KNOWN = 0.02  # of a known limit, about its ratio
+KNOWN = 0.02  # largest relative difference from the ratio of a known limit
 LimitVerdict = Literal["predicted", "off-prediction", "measured"]
 
 
 @dataclass(frozen=True)
 class JudgedLimit:
-    """A limit with its verdict: `measured` where no theory predicts it, or not of this motion."""
+    """A limit of the step with its verdict: `measured` if no theory predicts it for this motion."""
 
     scene: str
     method: str
-    limit: MeasuredLimit | None  # None: there is none
+    limit: MeasuredLimit | None  # None: the method has no limit on this scene
     verdict: LimitVerdict
-    why: str  # there is no limit, or what fails beyond it
+    why: str  # the reason why there is no limit, or the failure beyond the limit
     surprise: str = ""  # why the verdict is not as expected
     known: str = ""  # the reason of a known limit
     about = "largest step"
@@ -50,7 +51,8 @@ class JudgedLimit:
 
 
 def judged_limits(search: StabilitySearch, found: Stability) -> Iterator[JudgedLimit]:
-    """The limits of a scene with a method, judged; one without a limit where there is none."""
+    """Yields the judged limits of a scene with a method. If there is no limit, it yields one record
+    without a limit, with the reason."""
     names = search.scene, search.method
     if not found.limits:
         yield JudgedLimit(*names, None, "measured", found.why)
@@ -74,8 +76,9 @@ def judged_limits(search: StabilitySearch, found: Stability) -> Iterator[JudgedL
 
 
 def _of_another(limit: MeasuredLimit, found: Stability) -> bool:
-    """Whether a limit is one of another motion than the exact one, away from an equilibrium: the
-    motion is of another kind at clearly smaller steps. How long that lasts theory need not know."""
+    """Whether a limit belongs to another motion than the exact one. This happens away from an
+    equilibrium if the motion changes its kind at clearly smaller steps. Theory does not predict how
+    long the changed motion lasts."""
     if found.equilibrium or limit.kind != "unstable":
         return False
     changed = (other.fails for other in found.limits if other.kind == "changes-kind")
@@ -83,8 +86,9 @@ def _of_another(limit: MeasuredLimit, found: Stability) -> bool:
 
 
 def off_by(limit: MeasuredLimit) -> float | None:
-    """The measured limit over the predicted one: of the bracket the nearer end, 1 inside; None
-    without a prediction."""
+    """Returns the ratio of the measured limit to the predicted one. The measured limit is the end
+    of the bracket that is nearer to the prediction; the ratio is 1 if the prediction is inside the
+    bracket. None without a prediction."""
     if limit.predicted is None:
         return None
     if limit.fails is not None and limit.fails < limit.predicted:
@@ -96,8 +100,8 @@ def off_by(limit: MeasuredLimit) -> float | None:
 
 
 def study_limits(study: Study) -> Iterator[JudgedLimit]:
-    """The limits that a study holds; of a search whose engine is missing, or whose process was
-    lost, why there is none."""
+    """Yields the judged limits that a study holds. A search whose engine is missing, or whose
+    process was lost, gives one record with that reason."""
     for request in study.extras:
         if not (isinstance(request, StabilitySearch) and request.by_runs):
             continue

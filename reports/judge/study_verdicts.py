@@ -15,8 +15,8 @@ Judgements = Mapping[tuple[str, str], Judged]  # by scene and method
 
 
 def judge_study(study: Study, within: float | None = None) -> Judgements:
-    """The verdicts on everything that a study measured; each run is judged once. Where a relative
-    error `within` is asked for, a method whose finest run misses it fails."""
+    """Returns the verdicts on everything that a study measured; each run is judged once. If
+    `within` is given, a method whose finest run exceeds this relative error is `inaccurate`."""
     methods = {m.name: m for m in study.methods}
     observed = {s.name: StoredObservables(study.observables(s.name)) for s in study.scenes}
     verdicts = {}
@@ -29,8 +29,8 @@ def judge_study(study: Study, within: float | None = None) -> Judgements:
 
 
 def unexpected(study: Study, judgements: Judgements) -> list[str]:
-    """Scenes and methods whose verdicts are unexpected, and users' own methods whose errors are not
-    as predicted."""
+    """Returns "scene method" for each pair whose verdict is unexpected. A user's own method is
+    unexpected if its errors are not as predicted."""
     return [
         f"{scene.name} {method.name}"
         for scene, method in product(study.scenes, study.methods)

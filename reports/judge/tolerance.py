@@ -1,5 +1,5 @@
-"""The tolerance of a run: a budget of named terms, each with its reason; never a number that
-merely passes."""
+"""Tolerances of runs. Each is a sum of named terms, each with its reason; none is a number that was
+chosen because the runs pass it."""
 
 from __future__ import annotations
 
@@ -16,18 +16,21 @@ from plumbob.engines.study.measurement import Measurement, ObservedError, floor,
 from plumbob.models.scene import Quantity
 
 STARTS_OFF = "the run does not start where the scene does"
-START = 1e-6  # of an observable's size: an engine in single precision rounds it by 6e-8
-# of its unit: a small angle is read off an attitude, whose numbers are near one
+# Largest error at the start, relative to an observable's size. An engine in single precision rounds
+# by 6e-8.
+START = 1e-6
+# Largest error at the start, in the observable's unit: a small angle is read off an attitude, whose
+# numbers are near one.
 ROUNDED = 1e-15
 TOO_WIDE = "the model-error bound"
 MODEL_PART = 2.5e-3
-"""Of a quantity of interest: the most that an engine's own bound on its model's error may be at the
-finest step. A hundredth of friction, or of a mass, moves a capsule by four times as much."""
+"""Largest model-error bound of an engine at the finest step, relative to a quantity of interest.
+One per cent of friction, or of a mass, moves a capsule by four times as much."""
 
-AT_STEP = "discretisation"  # the term that is predicted to the last digit, where one is
+AT_STEP = "discretisation"  # name of the term that theory predicts to the last digit
 
 
-# Scenes, and the part of the motion, other than the usual one, that a model-error bound may be.
+# Patterns of scene names, with a fraction that replaces MODEL_PART.
 MODEL_PARTS = (
     ("*-pendulum/*", 1e-8),  # a joint: the bob's inertia adds less than rounding does
     ("free-body/*", 1e-8),  # one body that nothing touches: the model adds nothing
@@ -35,8 +38,8 @@ MODEL_PARTS = (
     ("capsule-turn/held*", 0.2),  # friction holds the body for most of the turn
     ("capsule-turn/pivot*", 5e-3),  # a support sticks while the body pivots about it
     ("capsule-turn/thousand", 0.3),  # bounds of a thousand turns add up, over one radian
-    # Many short manoeuvres, at the coarse steps that a profile leaves of them; a body that weighs
-    # a thousandth of its slider.
+    # Plans have many short manoeuvres, and a profile runs them at coarse steps alone. The body of
+    # heavy-slider weighs a thousandth of its slider.
     ("capsule-plan/near-free", 0.015),
     ("capsule-plan/heavy-slider", 0.5),
     ("capsule-plan/*", 0.2),
@@ -45,7 +48,7 @@ MODEL_PARTS = (
 
 @dataclass(frozen=True)
 class Term:
-    """One part of a tolerance."""
+    """One term of a tolerance."""
 
     name: str
     value: float
@@ -66,9 +69,9 @@ class Tolerance:
 
 
 def tolerance(run: Measurement, method: Method, observable: str, unit: str) -> Tolerance | None:
-    """The tolerance of one observable in one run; None where theory does not reach the step (the
-    expansion's last two terms are more than a tenth of it, or the response is nonlinear), or an
-    adaptive solver has no second run to be held to."""
+    """Returns the tolerance of one observable in one run; None if theory does not reach the step.
+    Theory does not reach a step if the last two terms of the expansion are more than a tenth of it,
+    if the response is nonlinear, or if an adaptive solver has no second run for comparison."""
     error = run.errors[observable]
     if method.control == "tolerance":
         step_terms: tuple[Term, ...] | None = _adaptive(error, method)
@@ -84,8 +87,9 @@ def tolerance(run: Measurement, method: Method, observable: str, unit: str) -> T
 
 
 def used(error: ObservedError, allowed: Tolerance) -> float:
-    """How much of what theory leaves open an error uses up: above 1 where it fails for it. Of a
-    predicted error it is the difference from the prediction, of another the error itself."""
+    """Returns the fraction of its tolerance that an error uses; above 1 if the error fails. If the
+    error is predicted, the fraction refers to the difference from the prediction; otherwise to the
+    error itself."""
     if error.controlled is not None and error.controlled.beyond > 0.0:
         return 1.0 + error.controlled.beyond / max(error.largest, error.controlled.largest)
     predicted = error.predicted
@@ -97,9 +101,10 @@ def used(error: ObservedError, allowed: Tolerance) -> float:
 
 
 def missed(error: ObservedError) -> str | None:
-    """Why an error is not the predicted one, or None: at no sample may it differ from the
-    prediction, with its sign, by more than theory leaves open there (a series' remainder, rounding)
-    and the bound of the model's error."""
+    """Message if an error is not the predicted one; None if it is. At every sample the signed error
+    may differ from the prediction by the bound of the model error and by what theory leaves open
+    there: the remainder of the series, and rounding. The error of an adaptive solver must stay
+    within its distance from a run with a much smaller tolerance."""
     if error.controlled is not None and error.controlled.beyond > 0.0:
         beside = "from those of a run with a much smaller tolerance"
         return f"{error.controlled.beyond:.3g} further off than {beside} follows"
@@ -110,8 +115,8 @@ def missed(error: ObservedError) -> str | None:
 
 
 def starts_off(run: Measurement) -> str:
-    """Why the first sample is not the start of the scene; empty where it is. An observable that is
-    zero throughout has no size, and is judged by its tolerance alone."""
+    """Message if the first sample is not the start of the scene; empty if it is. An observable that
+    is zero throughout has no size: its tolerance alone judges it."""
     for name, error in run.errors.items():
         allowed = START * error.scale + error.uncertainty + ROUNDED
         if error.scale > 0.0 and error.start > allowed:
@@ -120,8 +125,9 @@ def starts_off(run: Measurement) -> str:
 
 
 def too_wide(run: Measurement, quantities: Sequence[Quantity]) -> str:
-    """Why what an engine says itself of its model's error is more than a declared part of the
-    motion, and would hide other errors; empty where it is not, or rounding hides as much."""
+    """Message if an engine's own model-error bound exceeds the scene's allowed fraction of the
+    motion: so wide a bound hides other errors. Empty if it does not, or if rounding hides as
+    much."""
     part = model_part(run.scene)
     for quantity in quantities:
         error = run.errors.get(quantity.observable)
@@ -136,7 +142,8 @@ def too_wide(run: Measurement, quantities: Sequence[Quantity]) -> str:
 
 
 def model_part(scene: str) -> float:
-    """The part of a quantity of interest that is declared for the scenes of this name."""
+    """Returns the largest model-error bound allowed for a scene, as a fraction of a quantity of
+    interest. `scene` is the scene's name."""
     parts = (part for scenes, part in MODEL_PARTS if fnmatchcase(scene, scenes))
     return next(parts, MODEL_PART)
 
@@ -144,8 +151,9 @@ def model_part(scene: str) -> float:
 def exceeded(
     run: Measurement, name: str, allowed: Tolerance, units: Mapping[str, str]
 ) -> str | None:
-    """Why the error of an observable is not within its tolerance, or None. One that is exactly zero
-    throughout, as the heading on a line, may be what rounding makes of it."""
+    """Message if the error of an observable is not within its tolerance; None if it is. An
+    observable that is exactly zero throughout, as the heading on a line, may differ from zero by
+    rounding."""
     error = run.errors[name]
     if error.scale == 0.0 and error.largest <= round_off(run, name, units):
         return None
@@ -155,8 +163,9 @@ def exceeded(
 
 
 def round_off(run: Measurement, name: str, units: Mapping[str, str]) -> float:
-    """The round-off level of an error; an observable has that of the largest one of its unit, and
-    where it stays zero that of the largest of all."""
+    """Returns the round-off level of an error, in the unit of the observable. The level scales with
+    the largest observable of the same unit. If the observable stays zero, it scales with the
+    largest of all observables."""
     error = run.errors[name]
     every = run.errors
     alike = max(e.scale for n, e in every.items() if units.get(n) == units.get(name))
@@ -166,6 +175,8 @@ def round_off(run: Measurement, name: str, units: Mapping[str, str]) -> float:
 
 
 def _expansion(error: ObservedError, step: float) -> tuple[Term, ...] | None:
+    """Returns the terms of a predicted error; None without a prediction, or if the series does not
+    reach this step."""
     predicted = error.predicted
     if predicted is None:
         return None
@@ -193,13 +204,17 @@ def _expansion(error: ObservedError, step: float) -> tuple[Term, ...] | None:
 
 
 def _adaptive(error: ObservedError, method: Method) -> tuple[Term, ...] | None:
-    if (may := error.controlled) is None:  # a closed form takes no steps
+    """Returns the term of a solver that controls its local error; none for a closed form; None if
+    the solver has no second run for comparison."""
+    # A closed form takes no steps, and needs no term.
+    if (may := error.controlled) is None:
         return None if method.scheme.integrator == ADAPTIVE else ()
     reason = "twice its distance from a run on the same equations with a much smaller tolerance"
     return (Term("local error control", may.largest, reason),)
 
 
 def _double_precision(error: ObservedError, steps: int) -> tuple[Term, ...]:
+    """Returns the terms for the rounding of the inputs and of each of the `steps` steps."""
     moved = error.uncertainty
     what = "exact answer"
     if (predicted := error.predicted) and predicted.uncertainty is not None:

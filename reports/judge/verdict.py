@@ -1,6 +1,6 @@
-"""Is a run within its tolerance, and what does a whole convergence study say of its method?
+"""Verdicts on single runs and on convergence studies.
 
-Both questions are answered by rules in order: the first that applies gives the verdict.
+Each verdict is decided by rules in order: the first rule that applies gives the verdict.
 """
 
 from __future__ import annotations
@@ -43,31 +43,33 @@ Verdict = Literal[
     "missing",
 ]
 NO_STEP_FITS = "no step of the scene's step sizes fits"
-# Rules of judgement, chosen and not derived:
-ELSEWHERE = 0.5  # of the motion itself: a linear bound along the exact motion does not apply
-UNBOUNDED = 10.0  # times the motion: a predicted error beyond it is one of an unstable step
-FLAT = 0.7  # three finer steps that leave this much of an error have not helped
+# The next four rules are chosen, not derived.
+# Largest predicted error relative to the motion: above it a bound that is linearised along the
+# exact motion does not apply.
+ELSEWHERE = 0.5
+UNBOUNDED = 10.0  # predicted error relative to the motion, from which a step counts as unstable
+FLAT = 0.7  # ratio of errors, three steps apart, from which smaller steps do not help
 LEAVES_OUT = "the run leaves out"
 THEORY = "theory of its error"
-# multiples of the round-off level: an error within them may be resolved no further
+# Error relative to the round-off level, below which smaller steps need not reduce the error.
 FLOORS = 100.0
 
 
 @dataclass(frozen=True)
 class Judgement:
-    """A run's verdict, the tolerance of each observable it was compared with, and the reason."""
+    """The verdict on one run or on one convergence study, with the tolerances and the reason."""
 
     verdict: Verdict
     tolerances: Mapping[str, Tolerance]
     reason: str
-    cut: bool = False  # finer steps of the convergence study were left out, by the profile
+    cut: bool = False  # whether the profile left out finer steps of the convergence study
     unjudged: Mapping[str, str] = field(default_factory=dict)
-    """Observables that no tolerance is held to though others have one, and why."""
+    """{observable without a tolerance: reason}; empty if no observable has a tolerance."""
     errors: Mapping[float, float] = field(default_factory=dict)
-    """Relative errors of the runs that were made, by step [s], of the quantities of interest."""
-    drawn: Judgement | None = None  # of the run at a step that nobody listed
+    """{step [s] or tolerance: relative error of the quantities of interest} of the runs."""
+    drawn: Judgement | None = None  # the verdict on the run at a randomly drawn step
     versions: Mapping[str, str] | None = None
-    """Of the packages that it was measured with; None: those that are installed."""
+    """{package: version} at the time of measurement; None: the installed versions."""
 
 
 @dataclass(frozen=True)
@@ -80,7 +82,7 @@ class Judged:
 
 @dataclass(frozen=True)
 class StoredObservables:
-    """The observables of a scene as a study keeps them, the leading one first."""
+    """The observables of a scene as a stored study names them, the leading one first."""
 
     observables: tuple[Observable, ...]
 
@@ -91,8 +93,8 @@ Observed = System | StoredObservables
 def judged(
     series: ConvergenceStudy, system: Observed, method: Method, about: Sequence[Quantity]
 ) -> Judged:
-    """The verdict on a method on a scene, from those on its runs; `about` are the scene's
-    quantities of interest."""
+    """Returns the verdict on a method on a scene, with the verdicts on its runs. `about` are the
+    scene's quantities of interest."""
     every = [(m, judge(m, system, method, about)) for m in series.measurements]
     listed = [pair for pair in every if pair[0].step not in series.beside] or every
     beside = [run for m, run in every if m.step in series.beside]
@@ -108,8 +110,9 @@ def judged(
 def judge(
     measurement: Measurement, system: Observed, method: Method, about: Sequence[Quantity] = ()
 ) -> Judgement:
-    """Compare one run with its tolerances; `pre-asymptotic` where no theory reaches it. `about` are
-    the scene's quantities of interest, for the relative error."""
+    """Returns the verdict on one run: its errors compared with their tolerances. If no theory
+    reaches the run's step, the verdict is `pre-asymptotic`. `about` are the scene's quantities of
+    interest: the relative error refers to them."""
     units = {o.name: o.unit for o in system.observables}
     bounds = {
         name: tolerance(measurement, method, name, units[name]) for name in measurement.errors
@@ -124,7 +127,8 @@ def judge(
 def _of_a_run(
     run: Measurement, units: Mapping[str, str], held: Mapping[str, Tolerance]
 ) -> Judgement:
-    """The verdict on a run by the tolerances of observables that theory says something of."""
+    """Returns the verdict on a run. `held` are the tolerances of the observables that theory
+    covers; `units` are the units of all observables, the leading observable first."""
     if run.status != "done":
         return Judgement(run.status, {}, run.reason)
     if dropped := _dropped(run, tuple(units)):
@@ -133,10 +137,11 @@ def _of_a_run(
     error = run.errors.get(leading)
     predicted = error.predicted if error else None
     exactly = predicted is not None and predicted.for_this_step
-    stepped = predicted is not None and predicted.uncertainty is not None  # the motion itself
+    # A prediction with an uncertainty steps the motion itself, and needs no linearised bound.
+    stepped = predicted is not None and predicted.uncertainty is not None
     bounded = predicted if exactly and not stepped else None
     if error and bounded and bounded.largest > ELSEWHERE * error.scale > 0.0:
-        # Bounds of the model's error are linearised along the exact motion.
+        # The bounds of the model error are linearised along the exact motion.
         far = (
             f"the predicted error of {leading} at this step exceeds half the motion, where the "
         )
@@ -154,7 +159,8 @@ def _of_a_run(
         return Judgement(
             "pre-asymptotic", {}, f"{why} may have that holds rates below some limit"
         )
-    if error and leading in held:  # a tolerance as large as the motion itself tests nothing
+    # A tolerance as large as the motion itself tests nothing.
+    if error and leading in held:
         allowed = error.model_error if exactly else held[leading].bound
         if predicted and stepped:
             allowed = held[leading].bound - predicted.largest
@@ -169,15 +175,15 @@ def _of_a_run(
 
 
 def _unbounded(error: ObservedError) -> bool:
-    """Whether an error stays below one that is predicted to grow far beyond the motion: where a
-    step is unstable, an engine may limit what the equations do not."""
+    """Whether the prediction grows far beyond the motion and the error stays below the prediction.
+    At an unstable step this happens if an engine limits rates that the equations do not limit."""
     predicted = error.predicted.largest if error.predicted else 0.0
     return max(error.largest, UNBOUNDED * error.scale) < predicted
 
 
 def _dropped(run: Measurement, observables: Sequence[str]) -> Judgement | None:
-    """An observable that the run does not give, and that is not declared so, fails; and one that
-    does not begin as in the scene."""
+    """Returns `off-prediction` if a run lacks an observable that is not declared as missing, or if
+    the run does not start where the scene starts; otherwise None."""
     declared = not_read(run.scene, run.method)
     names = [name for name in observables if name not in run.errors and name not in declared]
     if run.status != "done":
@@ -189,7 +195,8 @@ def _dropped(run: Measurement, observables: Sequence[str]) -> Judgement | None:
 def _unjudged(
     run: Measurement, names: Iterable[str], held: Mapping[str, Tolerance]
 ) -> Mapping[str, str]:
-    """Observables without a tolerance where others have one, each with the reason."""
+    """Observables without a tolerance, each with the reason; empty if no observable has a
+    tolerance."""
     if run.status != "done" or not held:
         return {}
     known = not_read(run.scene, run.method)
@@ -197,6 +204,7 @@ def _unjudged(
 
 
 def _silent(run: Measurement, name: str) -> str:
+    """The reason why an observable has no tolerance in a run."""
     if name not in run.errors:
         return "the run does not give it"
     reached = run.errors[name].predicted or run.errors[name].controlled
@@ -204,8 +212,8 @@ def _silent(run: Measurement, name: str) -> str:
 
 
 def _never_judged(runs: Sequence[Judgement]) -> Mapping[str, str]:
-    """Observables that no run has a tolerance for, though runs have one for others; the reason is
-    that of the finest of them."""
+    """Observables that have a tolerance in no run, each with the reason in the finest run. Runs
+    without any tolerance do not count."""
     held = [run.unjudged for run in runs if run.tolerances]
     finest = held[-1] if held else {}
     return {name: why for name, why in finest.items() if all(name in of for of in held)}
@@ -219,9 +227,9 @@ def _of_runs(
     about: Sequence[Quantity],
     unjudged: Mapping[str, str],
 ) -> Judgement:
-    """The verdict on a method from its runs on a scene, coarse to fine; those `beside` its step
-    sizes tell of no order and no plateau, and are judged each by itself. `units` are those of the
-    observables, the leading one first."""
+    """Returns the verdict on a method from its runs on a scene, coarse to fine. The runs `beside`
+    the listed step sizes are judged one by one, and show no order and no plateau. `units` are the
+    units of the observables, the leading observable first."""
     found = [m for m, _ in listed]
     names = tuple(units)
     runs = [run for _, run in listed]
@@ -234,16 +242,17 @@ def _of_runs(
 
     if not_run := first("unsupported", "missing", "cut-short"):
         return not_run
-    # An observable that an engine leaves out is no known limit.
+    # A known limit does not excuse a missing observable: this rule stands before them.
     if dropped := next(filter(None, (_dropped(m, names) for m in found)), None):
         return dropped
-    if unpredicted(found, method):  # only the envelope of its errors is judged
+    # Without theory, the envelope of the errors alone is judged.
+    if unpredicted(found, method):
         result = convergence(found, about)
         diverged = first("diverged") if result.verdict is None else None
         return diverged or Judgement(result.verdict or "pre-asymptotic", {}, result.reason)
     failed = first("off-prediction")
     flat = _flat(found, units, names[0])
-    # Steps too large for theory show nothing about finer ones.
+    # If only steps that are too large for theory pass, they show nothing about finer steps.
     if flat and (failed or runs[-1].verdict not in ("predicted", "pre-asymptotic")):
         return Judgement("not-converging", failed.tolerances if failed else {}, flat)
     if failed:
@@ -260,7 +269,9 @@ def _finest(
     quantities: Sequence[Quantity],
     unjudged: Mapping[str, str],
 ) -> Judgement | None:
-    """The finest run that passes, which stands for all, or why it may not; None where none does."""
+    """Returns the finest run's verdict `predicted`, which stands for the method; None if no run is
+    `predicted`. If the method leaves an observable unjudged, or its model-error bound is too wide,
+    the verdict is `off-prediction` instead."""
     for finest, run in reversed(listed):
         if run.verdict == "predicted":
             too_much = _claims_too_much([m for m, _ in listed], names, unjudged)
@@ -270,8 +281,9 @@ def _finest(
 
 
 def _flat(found: Sequence[Measurement], units: Mapping[str, str], name: str) -> str:
-    """Why the error of an observable stays far above round-off; empty while smaller steps still
-    help, and if theory derives that what is left is the same at every step."""
+    """Message if the error of an observable stays far above round-off over the four finest runs;
+    empty if smaller steps still reduce the error. The part of the error that theory derives as the
+    same at every step does not count."""
     done = [m for m in found if m.status == "done" and name in m.errors][-4:]
     if len(done) < 4:
         return ""
@@ -285,10 +297,10 @@ def _flat(found: Sequence[Measurement], units: Mapping[str, str], name: str) -> 
 
 
 def _unexplained(found: Sequence[Measurement], units: Mapping[str, str]) -> Judgement | None:
-    """The verdict on runs that are as predicted, but whose error stays although theory does not
-    derive that; None if there is no such error. The measured error and a prediction that steps the
-    model are both differences from the same exact motion: if that is wrong, only an error that does
-    not fall with the step shows it. An error as large as the motion shows nothing yet."""
+    """Returns the verdict if every run is as predicted and yet an error stays that theory does not
+    derive; None if there is no such error. The exact motion is part of the measured error and of a
+    prediction that steps the model. If the exact motion is wrong, only an error that does not fall
+    with the step shows it. An error as large as the motion does not show it."""
     flat = {name: why for name in units if (why := _flat(found, units, name))}
     if not flat:
         return None
@@ -306,8 +318,8 @@ def _unexplained(found: Sequence[Measurement], units: Mapping[str, str]) -> Judg
 def _claims_too_much(
     found: Sequence[Measurement], names: Sequence[str], unjudged: Mapping[str, str]
 ) -> str:
-    """Why a method that passes does not: every observable that the engine gives is to be judged in
-    some run, and none that it is declared not to give."""
+    """Message if a method that passes leaves an observable unjudged in every run, or is judged by
+    an observable that its engine is declared not to give; otherwise empty."""
     given = [name for name in names if any(name in m.errors for m in found)]
     if silent := [name for name in given if name in unjudged]:
         return f"{', '.join(silent)}: not judged, {unjudged[silent[0]]}"
