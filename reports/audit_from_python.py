@@ -1,4 +1,4 @@
-"""The audit of a user model from Python: a path, or a compiled model and its controls."""
+"""The audit of a user model from Python: of a file, of a compiled model, or of an environment."""
 
 from __future__ import annotations
 
@@ -24,10 +24,10 @@ from plumbob.engines.registry import find_engine
 from plumbob.engines.workers import Workers
 from plumbob.reports.view.audit.results import ContactResult, MotionResult
 
-BUDGET = 60.0  # [s] of processor time
-FEWEST = 10  # evaluations of a model for any answer
-BRIEF = 0.05  # [s] of processor time: an evaluation that the audit of any budget has time for
-BESIDE = 1e-9  # [m, rad, ...] by which that evaluation is beside the start
+BUDGET = 60.0  # [s] default processor time of an audit
+FEWEST = 10  # least evaluations of a model for any answer
+BRIEF = 0.05  # [s] processor time of an evaluation that every budget allows
+BESIDE = 1e-9  # [m, rad, ...] distance from the start of the evaluation that is timed
 RECORDED = "policy, recorded at the model's own step"
 
 
@@ -49,22 +49,28 @@ def audit(
     engines: Sequence[str] = (),
     begun: Callable[[Audit], None] = lambda audit: None,
 ) -> MotionResult:
-    """How wrong `model`, a path to an MJCF file, a `mujoco.MjModel`, an `MjSpec`, an `MjData`,
-    whose positions and velocities are the start, or a MuJoCo environment of Gymnasium that has been
-    reset, is at its own integrator and step: its continuous motion is certified, and its steps are
-    held against it. It starts from a `keyframe`, or as it stands, with `qpos` and `qvel` in place
-    of those, if given.
+    """Audits a model: how wrong are its steps, with its own integrator and step? The audit
+    certifies the continuous motion of the model, and compares the model's steps with it.
 
-    `control` is "rest", "zero", "sines" or values of shape (periods, actuators), held for `period`
-    [s]; the motion lasts `duration` [s]; the whole takes about `budget` [s] of processor time. With
-    more `jobs` integrators run in as many processes; costs are measured alone. A `policy`, called
-    with time, qpos and qvel at the beginning of each period, by default of one step, takes the
-    control's place: what it gives at the model's own step is replayed by the reference and all
-    steps. That of an environment is called with its observations, and the environment is stepped,
-    so that the rollout is its own; a control is held as it holds an action. A `gradient` certifies
-    derivatives of the end by controls and start, too, in as much time again, and each of `engines`,
-    by name, runs the file, in as much. `begun` gets the audit before that. Raises ParameterError
-    for bad input, and for a model that no reference can be certified for.
+    `model` is a path to an MJCF file, a `mujoco.MjModel`, an `MjSpec`, an `MjData` whose positions
+    and velocities are the start, or a MuJoCo environment of Gymnasium that has been reset. The
+    motion starts from a `keyframe`, or from the model's state. `qpos` and `qvel`, if given, replace
+    the positions and velocities.
+
+    `control` is "rest", "zero", "sines" or values of shape (periods, actuators), each held for
+    `period` [s]. The motion lasts `duration` [s]. The audit takes about `budget` [s] of processor
+    time. With several `jobs` the integrators run in as many processes; costs are measured alone.
+
+    A `policy` replaces `control`. It is called with time, qpos and qvel at the beginning of each
+    period (default: one step) of a run at the model's own step. The reference and all other steps
+    replay the controls that it gave. If the model is an environment, its policy is called with its
+    observations, and the environment is stepped. A control is then held as long as the environment
+    holds an action.
+
+    If `gradient` is set, derivatives of the final state with respect to controls and start are
+    certified too, in as much time again. Each of `engines`, by name, runs the file too, each in as
+    much time. `begun` is called with the audit before anything is computed. Raises ParameterError
+    for bad input, and for a model for which no reference can be certified.
 
     >>> import mujoco
     >>> rod = '''<mujoco><worldbody><body><joint axis="0 1 0"/>
@@ -95,7 +101,7 @@ def audit(
 
 
 def _known(engines: Sequence[str], model: Any) -> None:
-    """Raises ParameterError for names of no engine, or of some without a file to read."""
+    """Raises ParameterError for unknown engines, and for engines that have no file to read."""
     for name in engines:
         find_engine(name)
     if engines and not (isinstance(model, (str, Path)) and Path(model).suffix == ".xml"):
@@ -111,8 +117,9 @@ def user_motion(
     period: float | None = None,
     budget: float = BUDGET,
 ) -> tuple[OwnModel, Script]:
-    """A user's model, and its motion, which a policy records; raises ParameterError, also where the
-    budget [s] is too small."""
+    """Returns a user's model, and its motion: start, controls and duration. A policy's motion is
+    recorded. Raises ParameterError for a model that has no continuous motion, and if the budget [s]
+    is too small."""
     name = str(model) if isinstance(model, (str, Path)) else "model"
     try:
         user_model = user_models().model(model, start)
@@ -130,15 +137,15 @@ def user_motion(
 
 
 def _affordable(user_model: OwnModel, moved: Script, budget: float) -> None:
-    """Raises ParameterError if the budget [s] is less than FEWEST evaluations of a model take,
-    which every reference needs. It is looked at first, since an evaluation that has begun cannot be
-    ended. One evaluation is timed beside the start, and not at it, where the solver of constraints
-    may need no iteration."""
+    """Raises ParameterError if FEWEST evaluations of the model take more than the budget [s]: every
+    reference needs as many. The check comes first, since an evaluation cannot be ended once it has
+    begun. One evaluation is timed at a state beside the start. At the start itself, the constraint
+    solver may need no iteration."""
     field = user_model.field()
     field.hold(moved.controls[0], 0.0, moved.start)
     beside = moved.start + np.resize((BESIDE, -BESIDE), moved.start.shape)
     begin = time.process_time()
-    # If the model fails here, the reference says why, later.
+    # If the model fails here, the reference reports the reason later.
     with suppress(NotCertifiable), np.errstate(all="ignore"):
         field(0.0, beside)
     spent = time.process_time() - begin
@@ -148,6 +155,7 @@ def _affordable(user_model: OwnModel, moved: Script, budget: float) -> None:
 
 
 def _lasting(duration: float | None) -> float:
+    """Returns the duration [s], or the default one; raises ParameterError if it is not positive."""
     return DURATION if duration is None else positive("duration", duration)
 
 
@@ -160,12 +168,14 @@ def audit_contacts(
     friction: float | None = None,
     keyframe: int | str | None = None,
 ) -> ContactResult:
-    """How far the free body `body` of `model` (the heaviest) slides on its plane from `speed`
-    [m/s], drifts under a push and depends on direction, with the model's own friction settings and
-    those of `plumbob settings`, beside Coulomb's answer. Joints are locked in the posture of the
-    start; `friction` replaces the coefficients of the model. `model` is a path to an MJCF file or a
-    compiled `mujoco.MjModel`. Raises ParameterError for bad input, and for a model that has no such
-    body, with the reason.
+    """Audits the contacts of a free body on its plane: how far it slides from `speed` [m/s], drifts
+    under a push, and depends on direction. The model's own friction settings and those that
+    `plumbob settings` recommends are compared with Coulomb's answer.
+
+    `model` is a path to an MJCF file or a compiled `mujoco.MjModel`. `body` names the body; without
+    a name it is the heaviest free body. Joints are locked in the posture of the start. `friction`
+    replaces the coefficients of the model. Raises ParameterError for bad input, and for a model
+    that has no such body, with the reason.
 
     >>> import mujoco
     >>> box = '''<mujoco><worldbody><geom name="floor" type="plane" size="9 9 1"/>

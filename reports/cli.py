@@ -19,7 +19,7 @@ from typing import Any, NoReturn
 import plumbob
 from plumbob.models.memory import UNMAPPED
 
-MOST_SHOWN = 300  # characters of a word in a message: the rest is left out
+MOST_SHOWN = 300  # longest word in a message, in characters
 USAGE, INCOMPLETE, DEFECT, INTERRUPTED = 2, 3, 4, 130
 COMMANDS = (
     "list",
@@ -45,16 +45,18 @@ COMMANDS = (
 
 
 class _Parser(argparse.ArgumentParser):
-    """A parser whose complaint is one line."""
+    """An argument parser that reports errors in one line."""
 
     def error(self, message: str) -> NoReturn:
+        """Prints one line and exits with the code for wrong use."""
         self.exit(USAGE, f"{self.prog}: {_line(message)} (see `{self.prog} --help`)\n")
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Run the command line `argv`; returns 0 for all as expected, 1 for a verdict that is not, 2
-    for wrong use, bad input or a stdout that takes no results, 3 for a missing engine or an
-    incomplete study, 4 for a defect of plumbob itself, 130 when interrupted."""
+    """Runs the command line `argv` and returns the exit code: 0 if all is as expected, 1 for an
+    unexpected verdict, 2 for wrong use, bad input or a stdout that takes no results, 3 for a
+    missing engine or an incomplete study, 4 for a defect of plumbob itself, 130 when
+    interrupted."""
     with _streams() as closed, _interrupts() as interrupts:
         if closed:
             return _said(USAGE, "stdout is closed: results have no place to go")
@@ -62,7 +64,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def _outcome(argv: Sequence[str] | None, interrupts: Sequence[int]) -> int:
-    """Run the command line; returns its exit code, or that of the error it ends with."""
+    """Runs the command line; returns its exit code, or the exit code of the error that ends it."""
     from plumbob.analytic.parameters import ParameterError
 
     try:
@@ -77,7 +79,7 @@ def _outcome(argv: Sequence[str] | None, interrupts: Sequence[int]) -> int:
     except SystemExit:
         raise
     except BaseException as error:
-        # A library that is interrupted while it loads may raise an error of its own.
+        # A library that is interrupted while it loads may raise another error.
         if interrupts:
             return _said(INTERRUPTED, "interrupted", error)
         if isinstance(error, ParameterError):
@@ -91,42 +93,43 @@ def _outcome(argv: Sequence[str] | None, interrupts: Sequence[int]) -> int:
 
 
 def _command(argv: Sequence[str] | None) -> int:
-    """Run the command of a command line; returns its exit code."""
+    """Runs the command of a command line; returns its exit code."""
     from plumbob.reports.commands.arguments.options import read
 
     words = list(sys.argv[1:] if argv is None else argv)
     first = [word for word in words[:1] if word in (*COMMANDS, "--version")]
     chosen = parser(first or COMMANDS).parse_args(words)
     read(chosen)
-    # Arguments may hold bytes that are no UTF-8.
+    # Arguments may hold bytes that are not UTF-8.
     line = shlex.join(["plumbob", *words]).encode("utf-8", "backslashreplace")
     chosen.line = line.decode()
     return int(chosen.command(chosen))
 
 
 def _lacks_memory(error: BaseException) -> bool:
-    """Whether memory did not suffice, to load a library for one. Nothing is imported for it."""
+    """Whether an error comes from a lack of memory, for example while a library loads. Imports
+    nothing, as memory may be exhausted."""
     unmapped = isinstance(error, ImportError) and UNMAPPED in str(error)
     refused = isinstance(error, OSError) and error.errno == errno.ENOMEM
     return unmapped or refused or isinstance(error, MemoryError)
 
 
 def _said(code: int, message: str, error: BaseException | None = None) -> int:
-    """Print the message and the notes on the error in one line; returns `code`."""
+    """Prints the message and the error's notes in one line; returns `code`."""
     text = "; ".join([message, *getattr(error, "__notes__", ())])
     print(f"plumbob: {_line(text)}", file=sys.stderr)
     return code
 
 
 def _line(text: str) -> str:
-    """A text in one line; the ends of words longer than MOST_SHOWN are left out. Nothing is
-    imported, as memory may be exhausted."""
+    """Returns a text as one line; the ends of words longer than MOST_SHOWN are left out. Imports
+    nothing, as memory may be exhausted."""
     words = (w if len(w) <= MOST_SHOWN else f"{w[:MOST_SHOWN]}..." for w in text.split())
     return " ".join(words)
 
 
 def _described(error: BaseException) -> str:
-    """The kind of an error, and the file that its traceback is in."""
+    """Returns the kind of an error, and the file that its traceback is written to."""
     import tempfile
     import traceback
 
@@ -145,8 +148,9 @@ def _described(error: BaseException) -> str:
 
 
 class _Printed:
-    """A stream to print on. If writing fails, all that is still printed is dropped. If the stream
-    has a `name`, the error is raised, with that name; else no exit code depends on it."""
+    """A stream to print on that survives write errors. After an error it drops everything that is
+    still printed. If the stream has a `name`, the error is raised with that name. A stream without
+    a name raises nothing: no exit code depends on it."""
 
     def __init__(self, stream: Any, name: str = "") -> None:
         self._stream, self._name = stream, name
@@ -155,18 +159,19 @@ class _Printed:
         return getattr(self._stream, name)
 
     def write(self, text: str) -> int:
-        """Write a text."""
+        """Writes a text; returns its length."""
         with self._errors():
             self._stream.write(text)
         return len(text)
 
     def flush(self) -> None:
-        """Write what waits in a buffer."""
+        """Writes the text that waits in a buffer."""
         with self._errors():
             self._stream.flush()
 
     @contextmanager
     def _errors(self) -> Iterator[None]:
+        """Handles an error of the stream: sends further output to the null device."""
         try:
             yield
         except OSError as error:
@@ -178,9 +183,9 @@ class _Printed:
 
 @contextmanager
 def _streams() -> Iterator[bool]:
-    """Makes stdout and stderr streams that escape characters which the terminal's encoding lacks;
-    yields whether stdout is closed. The null device takes the place of a closed stream: else the
-    next file that is opened would get what is printed."""
+    """Makes stdout and stderr escape characters that the terminal's encoding lacks; yields whether
+    stdout is closed. The null device replaces a closed stream. Otherwise the next file that is
+    opened would get the printed text."""
     before: tuple[Any, Any] = sys.stdout, sys.stderr
     with ExitStack() as opened:
         out, err = (
@@ -200,8 +205,8 @@ def _streams() -> Iterator[bool]:
 
 @contextmanager
 def _interrupts() -> Iterator[list[int]]:
-    """The interrupts (SIGINT, SIGTERM) that have come in since, each raised as KeyboardInterrupt,
-    too."""
+    """Raises each interrupt (SIGINT, SIGTERM) as KeyboardInterrupt; yields a list to which each
+    interrupt's number is added."""
     signals: list[int] = []
 
     def interrupt(number: int, frame: FrameType | None) -> None:
@@ -211,7 +216,7 @@ def _interrupts() -> Iterator[list[int]]:
     if threading.current_thread() is not threading.main_thread():
         yield signals
         return
-    # A job in the background may be started with interrupts ignored.
+    # A background job may be started with interrupts ignored: such handlers stay.
     now = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
     usual = (signal.default_int_handler, signal.SIG_DFL)
     before = {number: handler for number, handler in now.items() if handler in usual}
@@ -225,12 +230,14 @@ def _interrupts() -> Iterator[list[int]]:
 
 
 def _version(wanted: Sequence[str]) -> str:
-    """The text that `--version` prints; looking it up takes as long as a short command."""
+    """Returns the text that `--version` prints. It is looked up only if asked for, since this takes
+    as long as a short command."""
     return f"plumbob {plumbob.__version__}" if "--version" in wanted else "plumbob"
 
 
 def parser(wanted: Sequence[str]) -> argparse.ArgumentParser:
-    """The parser of the commands `wanted`, whose modules alone are loaded."""
+    """Returns the parser of the commands `wanted`; only the modules of these commands are
+    loaded."""
     from plumbob.reports.commands.arguments.options import declare
 
     top = _Parser(prog="plumbob", description="Holds physics engines against exact answers.")

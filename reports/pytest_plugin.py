@@ -18,8 +18,8 @@ OPTIONS = ("plumbob_scenes", "plumbob_methods", "plumbob_profile")
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
-    """Add what chooses the runs: the same words as `plumbob validate`. With any of them, each
-    chosen pair of a scene and a method is a test."""
+    """Adds the options that choose the runs, named as those of `plumbob validate`. With any of
+    them, each chosen pair of a scene and a method becomes a test."""
     group = parser.getgroup("plumbob", "validation of physics engines (plumbob)")
     group.addoption("--plumbob-scenes", metavar="GLOB", help="validate these scenes: 'cone-*'")
     group.addoption(
@@ -32,16 +32,17 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 @pytest.fixture(scope="session")
 def plumbob_check() -> Callable[..., Judgement]:
-    """`plumbob.check`: plumbob_check("cone-pendulum", "mujoco/rk4", step=1e-3) raises
-    AssertionError where the verdict is not the expected one."""
+    """Returns `plumbob.check`: plumbob_check("cone-pendulum", "mujoco/rk4", step=1e-3) raises
+    AssertionError if the verdict is not the expected one."""
     from plumbob import check
 
     return check
 
 
-@pytest.hookimpl(tryfirst=True)  # before -k and -m choose among the tests
+# This hook runs before pytest's -k and -m choose among the tests.
+@pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(session: pytest.Session, items: list[pytest.Item]) -> None:
-    """Add a test for each pair that the options choose."""
+    """Adds a test for each pair that the options choose."""
     scenes, methods, profile = (session.config.getoption(name) for name in OPTIONS)
     if scenes is methods is profile is None:
         return
@@ -69,14 +70,15 @@ def pytest_collection_modifyitems(session: pytest.Session, items: list[pytest.It
 
 
 class Validation(pytest.Item):
-    """A scene with a method at all step sizes of a profile."""
+    """A test of a scene with a method at all step sizes of a profile."""
 
     def __init__(self, *, scene: Scene, method: Method, profile: str, **rest: Any) -> None:
         super().__init__(**rest)
         self.scene, self.method, self.profile = scene, method, profile
 
     def runtest(self) -> None:
-        """Fails with one line; skips where the engine is not installed."""
+        """Fails with one line if the verdict is not expected; skips if the engine is not
+        installed."""
         from plumbob.reports.judge.assertion import judged_runs
         from plumbob.reports.judge.expectations import surprise
 
@@ -88,5 +90,5 @@ class Validation(pytest.Item):
             pytest.fail(f"{self.scene.name} with {self.method.name}: {why}", pytrace=False)
 
     def reportinfo(self) -> tuple[Path, int | None, str]:
-        """Where the test is from, as pytest shows it."""
+        """Returns the test's file, no line, and the test's name, as pytest shows them."""
         return self.path, None, f"plumbob {self.name}"

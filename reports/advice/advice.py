@@ -1,7 +1,7 @@
 """The cheapest method and step for a scene, or for the hardest of a family of scenes.
 
-The answer is made from a study of the scenes, whose runs every method is judged by, and from runs
-at steps between and beyond its own. The tables of a page are the answers from its study alone.
+A study of the scenes judges every method. The answer uses the runs of the study, and more runs at
+steps between and below the study's. The tables of a page use the study alone.
 """
 
 from __future__ import annotations
@@ -25,25 +25,28 @@ from plumbob.reports.advice.recommend import (
 from plumbob.reports.advice.step_search import Evidence, searched
 from plumbob.reports.judge.study_verdicts import Judgements, judge_study
 
-SECONDS = 45.0  # [s] of computing, roughly, that the search for steps may take
-PER_SCENE = 5.0  # [s] more for each further scene of a family
+SECONDS = 45.0  # [s] computing time, roughly, of the search for steps
+PER_SCENE = 5.0  # [s] computing time that each further scene of a family adds
 Run = Callable[[Scene, Method, float], Measurement]
 
 
 @dataclass(frozen=True)
 class Question:
-    """A question: scenes by one name or pattern, and the error that is wanted."""
+    """A question for the cheapest method: the scenes, the methods, and the wanted error."""
 
     name: str
     scenes: tuple[Scene, ...]
     methods: tuple[Method, ...]
     error: float  # relative, or in the unit of the observable
     absolute: bool = False
-    observable: str | None = None  # the one whose absolute error is meant; None: the first
+    # Name of the observable whose absolute error is meant; None: the first quantity of interest.
+    observable: str | None = None
 
     def quantities(self, study: Study, scene: str) -> Quantities:
-        """The quantities of a scene whose errors count: those that it is about, or one observable,
-        at its end if the scene is about that."""
+        """Returns the quantities of a scene whose errors count. For a relative error they are the
+        scene's quantities of interest. For an absolute error it is one observable with the scale 1;
+        if the scene's quantity of interest is that observable at the end, the error at the end
+        counts."""
         about = study.quantities(scene)
         if not self.absolute:
             return about
@@ -64,9 +67,10 @@ class Answer:
 def advise(
     asked: Question, study: Study, run: Run | None = None, judged: Judgements | None = None
 ) -> Answer:
-    """The cheapest method and step that reach an error on every scene asked about, from a `study`
-    of these and from more runs; without `run`, for these, what was measured counts alone. Raises
-    ParameterError for an error that is not positive."""
+    """Returns the cheapest method and step that reach an error on every scene asked about. `study`
+    is a study of the scenes; `run` makes more runs. Without `run`, the measured runs alone count.
+    `judged` are the study's verdicts, if they are known already. Raises ParameterError for an error
+    that is not positive."""
     evidence = _evidence(asked, study)
     evidence.run, evidence.seconds = run, SECONDS + PER_SCENE * (len(asked.scenes) - 1)
     every = _trusted(asked, study, evidence, judged)
@@ -101,24 +105,28 @@ def advise(
 def from_study(
     study: Study, scene: Scene, error: float, judged: Judgements | None = None
 ) -> Recommendation:
-    """The answer from one study of a scene, for a relative error; raises ParameterError."""
+    """Returns the recommendation for one scene and a relative error, from the runs of a study
+    alone; raises ParameterError for an error that is not positive."""
     asked = Question(scene.name, (scene,), study.methods, error)
     return advise(asked, study, judged=judged).recommendation
 
 
 def every_choice(asked: Question, study: Study, judged: Judgements) -> list[Choice]:
-    """Every run of a full model, on all scenes asked about, that may be named."""
+    """Returns every run of a full model, made on all scenes asked about, that may be
+    recommended."""
     evidence = _evidence(asked, study)
     every = _trusted(asked, study, evidence, judged)
     return _choices(evidence, [m for m in every if not m.surrogate])
 
 
 def _choices(evidence: Evidence, methods: Sequence[Method]) -> list[Choice]:
+    """Returns the runs of these methods at steps that the limits of stability allow."""
     return [c for m in methods for c in evidence.choices(m, evidence.allowed(m))]
 
 
 def _defaults(asked: Question, evidence: Evidence, choice: Choice | None) -> list[Choice]:
-    """MuJoCo's default settings and the chosen method at its default step, where that was run."""
+    """Returns the runs with MuJoCo's default settings, and with the chosen method at MuJoCo's
+    default step, if these runs were made."""
     named = (DEFAULT_METHOD, choice.method if choice else DEFAULT_METHOD)
     usual = [m for name in dict.fromkeys(named) for m in asked.methods if m.name == name]
     fixed = [m for m in usual if m.control == "step" and _timed(m, evidence)]
@@ -126,7 +134,8 @@ def _defaults(asked: Question, evidence: Evidence, choice: Choice | None) -> lis
 
 
 def _evidence(asked: Question, study: Study) -> Evidence:
-    """Every run, cost and limit that a study has of the scenes; raises ParameterError."""
+    """Returns the runs, costs and limits that a study has of the scenes; raises ParameterError for
+    an error that is not positive."""
     positive("absolute" if asked.absolute else "error", asked.error)
     keys = [(scene.name, method.name) for scene in asked.scenes for method in asked.methods]
     runs: dict[tuple[str, str], dict[float, Measurement]] = {key: {} for key in keys}
@@ -144,7 +153,8 @@ def _evidence(asked: Question, study: Study) -> Evidence:
 
 
 def _timed(method: Method, evidence: Evidence) -> bool:
-    """Whether a method simulates all scenes, and was timed on them."""
+    """Whether a method simulates all scenes, rather than evaluate a closed form, and was timed on
+    them."""
     exact = method.scheme.integrator == EXACT
     return not exact and all((s.name, method.name) in evidence.costs for s in evidence.scenes)
 
@@ -152,7 +162,7 @@ def _timed(method: Method, evidence: Evidence) -> bool:
 def _trusted(
     asked: Question, study: Study, evidence: Evidence, judged: Judgements | None
 ) -> list[Method]:
-    """The methods that may be named: nothing is known against them on any scene."""
+    """Returns the methods that may be recommended: no scene shows a reason against them."""
     verdicts = judge_study(study) if judged is None else judged
     return [
         m

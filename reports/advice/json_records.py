@@ -1,4 +1,4 @@
-"""Runs as JSON records, for other programs."""
+"""JSON records of runs, for other programs."""
 
 from __future__ import annotations
 
@@ -25,7 +25,8 @@ def record(
     order: Order | None,
     cost: Cost | None,
 ) -> dict[str, Any]:
-    """One run: its errors by observable (SI), their bounds, verdict and cost."""
+    """Returns the record of one run: its errors by observable (SI), their bounds, verdict and
+    cost."""
     per_step = (
         cost.ns_per_step if cost else (1e9 * run.seconds / run.steps if run.steps else None)
     )
@@ -60,8 +61,8 @@ def record(
 def records(
     study: Study, judged: Judgements, results: Sequence[UserResult] = ()
 ) -> list[dict[str, Any]]:
-    """One record a run, that at the step that was drawn too; that of the user's own settings at
-    their own step says what would be better."""
+    """Returns one record a run, including the runs at drawn steps. If the user's own settings were
+    run, the record at their own step also has the recommended replacements."""
     better = {result.scene: result for result in results}
     by_method = {method.name: method for method in study.methods}
     rows = []
@@ -82,8 +83,8 @@ def records(
 
 
 def plain(value: Any) -> Any:
-    """`value` as JSON knows it: arrays as lists, dataclasses by their fields, numbers that are not
-    finite as null."""
+    """Returns `value` as plain JSON data: arrays as lists, dataclasses by their fields, numbers
+    that are not finite as null."""
 
     def known(of: Any) -> Any:
         if is_dataclass(of):

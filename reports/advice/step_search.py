@@ -1,12 +1,13 @@
-"""The largest step of each method that reaches a wanted error on all scenes of a family, measured.
+"""Search for the largest step of each method that reaches a wanted error on all scenes of a family.
 
-A step reaches an error if the runs at it and at every smaller step that was run do. That is checked
-at two smaller steps at least, and at 24 where the errors do not lie on one straight line on
-logarithmic axes: a discontinuity inside a step makes the error a sawtooth, with zeros by chance.
+A step reaches an error if the run at this step, and the run at every smaller step, has an error no
+larger. At least two smaller steps are checked. If the errors do not lie on one straight line on
+logarithmic axes, 24 smaller steps are checked: a discontinuity inside a step makes the error a
+sawtooth, with zeros by chance.
 
-Every step at and above the smallest one that fails is ruled out: the cost there is the least that a
-method can have. Methods are searched from the cheapest on, until no other can be much cheaper than
-what was found.
+If a step fails, no larger step is recommended. The cost of the smallest step that fails is
+therefore a lower bound on the cost of the method. The search begins with the cheapest method, and
+ends when no other method can be much cheaper than the best one so far.
 """
 
 from __future__ import annotations
@@ -25,41 +26,41 @@ from plumbob.models.scene import Scene
 from plumbob.reports.advice.recommend import Choice
 from plumbob.reports.advice.work_precision import error_of
 
-# Chosen, and held from both sides by tests/validation/test_recommended.py:
-RESOLVED = 1.1  # ratio of the smallest step that fails to the one chosen
-STRIDE = 1.25  # below a step that fails, the next that is tried, of the many that checks leave
-ALLOWED = 0.8  # of a limit of stability: the largest step that is named is smaller
-CHEAPER = 1.3  # a method that could be cheaper by no more is not searched
-# Fractions of a step that are run beside it, none a multiple of another.
+# The next four are chosen; tests/validation/test_recommended.py holds them from both sides.
+RESOLVED = 1.1  # ratio of the smallest step that fails to the chosen step
+STRIDE = 1.25  # ratio of a step that fails to the next step that is tried
+ALLOWED = 0.8  # upper bound on recommended steps, relative to a limit of stability
+CHEAPER = 1.3  # least ratio of costs for which a method is searched
+# Ratios of the smaller steps that are checked to the step itself, none a multiple of another.
 FEW = (0.931, 0.787)
 MORE = (
     *(0.989, 0.977, 0.965, 0.953, 0.942, 0.92, 0.909, 0.897, 0.883, 0.871, 0.859),
     *(0.843, 0.827, 0.809, 0.769, 0.751, 0.727, 0.703, 0.677, 0.647, 0.613, 0.577),
 )
-# How far errors off a line stay below the wanted one: of 25 errors that are equally likely up to a
-# largest, one in a hundred times all are below 1/1.2 of that.
+# Margin by which errors off a line must stay below the wanted error. If 25 errors are uniformly
+# distributed up to a largest error, all lie below 1/1.2 of it with a probability of 1 %.
 SCATTER = 1.2
-_STRAIGHT = 0.05  # relative: errors nearer to a line on logarithmic axes lie on it
-_SMALLEST = 1e-9  # of the smallest step that was run
-_SHALLOW = 0.3  # a curve of errors with a smaller slope promises nothing
-_TRIES = 40
-_FEWEST = 8  # steps of a run
+_STRAIGHT = 0.05  # largest relative distance of an error from a line on logarithmic axes
+_SMALLEST = 1e-9  # smallest factor by which a step is extrapolated below all that were run
+_SHALLOW = 0.3  # least slope of log error against log step that is extrapolated
+_TRIES = 40  # most bisection steps
+_FEWEST = 8  # least steps of a run
 _TOLERANCES = (1e-13, 0.1)  # the tightest and the loosest relative tolerance
-_COMPILE = 0.1  # [s] that a run takes beside its steps, roughly
+_COMPILE = 0.1  # [s] rough time that a run takes apart from its steps
 
 
 @dataclass
 class Evidence:
-    """Measurements of methods on the scenes of a family, and the means to run more."""
+    """Measurements of methods on the scenes of a family, and the means to make more runs."""
 
     scenes: tuple[Scene, ...]
-    quantities: Mapping[str, Quantities]  # by scene
-    costs: Mapping[Key, float]  # [ns of a step]
-    runs: dict[Key, dict[float, Measurement]]  # by step
-    # None: nothing more is run
+    quantities: Mapping[str, Quantities]  # {scene: its quantities whose errors count}
+    costs: Mapping[Key, float]  # [ns] wall time of a step
+    runs: dict[Key, dict[float, Measurement]]  # {scene and method: {step: run}}
+    # Function that makes one more run; None if no more runs are to be made.
     run: Callable[[Scene, Method, float], Measurement] | None = None
-    seconds: float = math.inf  # [s] of computing that may still be spent
-    limits: Mapping[Key, KnownLimit] = field(default_factory=dict)  # of the step
+    seconds: float = math.inf  # [s] computing time that is left
+    limits: Mapping[Key, KnownLimit] = field(default_factory=dict)  # limits of the step
 
     @property
     def scale(self) -> float:
@@ -67,7 +68,8 @@ class Evidence:
         return max(about[0].scale for about in self.quantities.values())
 
     def errors(self, method: Method) -> dict[float, float]:
-        """The largest relative error over the scenes at each step that any of them ran."""
+        """Returns {step: largest relative error over the scenes} for each step that was run on any
+        scene."""
         largest: dict[float, float] = {}
         for scene in self.scenes:
             for step, run in self._runs(scene, method).items():
@@ -76,20 +78,24 @@ class Evidence:
         return largest
 
     def _runs(self, scene: Scene, method: Method) -> dict[float, Measurement]:
+        """Returns {step: run} of a method on a scene."""
         return self.runs[scene.name, method.name]
 
     def common(self, method: Method, below: float = math.inf) -> list[float]:
-        """The steps below one that were run on every scene, from small to large."""
+        """Returns the steps smaller than `below` that were run on every scene, from small to
+        large."""
         every = (set(self._runs(scene, method)) for scene in self.scenes)
         return sorted(h for h in set.intersection(*every) if h < below)
 
     def cost(self, method: Method, step: float) -> float:
-        """[ns] of wall time per simulated second, over the family; 0 at an infinite step."""
+        """Returns the wall time [ns] per simulated second, over the family; 0 at an infinite
+        step."""
         total = sum(self._price(scene, method, step) for scene in self.scenes)
         return total / sum(scene.duration for scene in self.scenes)
 
     def _price(self, scene: Scene, method: Method, step: float) -> float:
-        """[ns] of a run, at a tolerance that of the nearest run."""
+        """Returns the wall time [ns] of a run. At a tolerance, the steps are counted by the run at
+        the nearest tolerance."""
         runs = self._runs(scene, method)
         if math.isinf(step) or not runs:
             return 0.0
@@ -99,7 +105,7 @@ class Evidence:
         return steps * self.costs[scene.name, method.name]
 
     def limit(self, method: Method) -> KnownLimit | None:
-        """The smallest limit of a method's step on any scene; None where none is known."""
+        """Returns the smallest limit of a method's step on any scene; None if no limit is known."""
         if method.control == "tolerance":
             return None
         known = (self.limits.get((scene.name, method.name)) for scene in self.scenes)
@@ -107,22 +113,24 @@ class Evidence:
         return min(finite, key=lambda limit: limit.step, default=None)
 
     def allowed(self, method: Method) -> float:
-        """The step that all steps that are named are below; infinite without a limit."""
+        """Returns the step [s] that every recommended step is below; infinite without a limit."""
         limit = self.limit(method)
         return math.inf if limit is None else ALLOWED * limit.step
 
     def missing(self, method: Method, wanted: float) -> float:
-        """The smallest step with an error above the wanted one on any scene; infinite if none."""
+        """Returns the smallest step whose error exceeds the wanted one on any scene; infinite if
+        there is none."""
         errors = self.errors(method).items()
         return min((h for h, error in errors if not error <= wanted), default=math.inf)
 
     def failing(self, method: Method, wanted: float) -> float:
-        """The smallest step that is not to be named; infinite if there is none."""
+        """Returns the smallest step that is ruled out, by its error or a limit; infinite if there
+        is none."""
         return min(self.allowed(method), self.missing(method, wanted))
 
     def choice(self, method: Method, step: float, error: float, wanted: float = 0.0) -> Choice:
-        """A step that was run, with the relative `error` that is said of it, as an answer to the
-        one `wanted`."""
+        """Returns the choice of a step that was run, with the bound `error` on its relative error.
+        `wanted` is the error that was asked for; 0 if none was."""
         limit = self.limit(method)
         allowed = self.allowed(method)
         missing = self.missing(method, wanted)
@@ -141,14 +149,15 @@ class Evidence:
         )
 
     def choices(self, method: Method, below: float = math.inf) -> list[Choice]:
-        """The runs of a method on every scene that ended, at the steps below one."""
+        """Returns the choices of a method at steps smaller than `below` that were run to the end on
+        every scene."""
         errors = self.errors(method)
         common = self.common(method, below)
         return [self.choice(method, h, errors[h]) for h in common if math.isfinite(errors[h])]
 
     def reaches(self, method: Method, step: float, wanted: float, margin: float) -> bool | None:
-        """Whether the error at a step is the wanted one over a `margin`, or smaller, on every
-        scene; runs what is missing, and is None where there is no time for that."""
+        """Whether `margin` times the error at a step is at most `wanted` on every scene. Makes the
+        runs that are missing; returns None if there is no time for a run."""
         for scene in self.scenes:
             steps = 0.0, scene.duration / _FEWEST
             least, most = steps if method.control == "step" else _TOLERANCES
@@ -160,7 +169,8 @@ class Evidence:
         return True
 
     def _run(self, scene: Scene, method: Method, step: float) -> Measurement | None:
-        """A run, made now where it is missing and there is time for it."""
+        """Returns the run at a step. Makes the run if it is missing; returns None if there is no
+        time for it."""
         runs = self._runs(scene, method)
         if step not in runs and self.run is not None:
             seconds = _COMPILE + 1e-9 * self._price(scene, method, step)
@@ -172,8 +182,10 @@ class Evidence:
         return runs.get(step)
 
     def holds(self, method: Method, step: float, wanted: float) -> bool | None:
-        """Whether a step and smaller ones beside it reach the error: two, or 24 where the errors
-        scatter, and those by a margin; None where there is no time for it."""
+        """Whether a step and smaller steps near it reach the error. If the method has a fixed step
+        and the errors at the step and at two smaller ones lie on a straight line, these three
+        decide. Otherwise 22 more are run, and SCATTER times each of the 25 errors must be at most
+        the wanted error. Returns None if there is no time for a run."""
         few, more = ([float(f"{step * part:.4g}") for part in parts] for parts in (FEW, MORE))
         few = [step, *few]
 
@@ -190,13 +202,14 @@ class Evidence:
 def searched(
     evidence: Evidence, methods: Sequence[Method], wanted: float, best: float = math.inf
 ) -> list[Choice]:
-    """The cheapest steps that reach the error, the cheapest first, at most one a method: those that
-    could be the cheapest by far are searched, of others what was run before counts; `best` [ns per
-    simulated second] is what others cost."""
+    """Returns the cheapest choices that reach the error, at most one a method, the cheapest first.
+    Methods that may be cheaper than all others by CHEAPER are searched with new runs. For other
+    methods the runs made before count. `best` is the cost [ns per simulated second] of the cheapest
+    method known so far."""
     choices: list[Choice] = []
 
     def hoped(method: Method) -> float:
-        """The cost, roughly, before it is searched."""
+        """Returns a rough cost of a method before the search."""
         good = evidence.common(method, evidence.failing(method, wanted))
         return evidence.cost(method, good[-1]) if good else math.inf
 
@@ -210,12 +223,12 @@ def searched(
 
 
 def _largest(evidence: Evidence, method: Method, wanted: float, best: float) -> float | None:
-    """The largest step that reaches the error, by bisection between the smallest that fails and the
-    largest that holds, or the cheapest that was run where nothing more is to be; None if there is
-    none."""
+    """Returns the largest step that reaches the error; None if there is none. The step is found by
+    bisection between the smallest step that fails and the largest one that reaches the error. If no
+    more runs are to be made, it is the cheapest step that was run."""
 
     def expensive(step: float) -> bool:
-        """Whether a smaller step cannot be much cheaper than what is there."""
+        """Whether the smaller steps cannot be much cheaper than the best cost so far."""
         return best <= CHEAPER * evidence.cost(method, step)
 
     ceiling = evidence.failing(method, wanted)
@@ -223,7 +236,7 @@ def _largest(evidence: Evidence, method: Method, wanted: float, best: float) -> 
         # A looser tolerance need not be the cheaper one.
         good = evidence.common(method, ceiling)
         return min(good, key=partial(evidence.cost, method), default=None)
-    # cost: the 8th root, or so
+    # The cost goes roughly as the 8th root of the tolerance.
     resolved = RESOLVED if method.control == "step" else RESOLVED**8
     chosen = 0.0
     for _ in range(_TRIES):
@@ -247,8 +260,8 @@ def _largest(evidence: Evidence, method: Method, wanted: float, best: float) -> 
 
 
 def _finer(evidence: Evidence, method: Method, wanted: float, failing: float) -> float:
-    """A step below all that were run, where the curve of errors leads to the wanted one; 0 where it
-    leads nowhere."""
+    """Returns a step below all steps that were run, at which the extrapolated error is the wanted
+    one; 0 if the errors do not fall with the step."""
     steps = evidence.common(method)
     errors = evidence.errors(method)
     if len(steps) < 2 or not 0.0 < errors[steps[0]] < errors[steps[1]] < math.inf:
@@ -258,7 +271,7 @@ def _finer(evidence: Evidence, method: Method, wanted: float, failing: float) ->
     if slope < _SHALLOW:
         return 0.0
     factor = min(0.8, 0.9 * (wanted / errors[small]) ** (1.0 / slope))
-    # Smaller steps take too long, and may underflow.
+    # A smaller factor would take too long, and may underflow.
     return _rounded(min(failing, small) * factor) if factor > _SMALLEST else 0.0
 
 
@@ -272,6 +285,6 @@ def _straight(steps: Sequence[float], errors: Mapping[float, float]) -> bool:
 
 
 def _rounded(step: float) -> float:
-    """A step rounded down to three significant digits."""
+    """Returns a step rounded down to three significant digits."""
     exponent = math.floor(math.log10(step)) - 2
     return float(f"{math.floor(step / 10.0**exponent * (1 + 1e-12))}e{exponent}")

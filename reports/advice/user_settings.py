@@ -1,4 +1,4 @@
-"""A user's own settings in a study: their error at their own step, and what would be better."""
+"""Results of a user's own settings in a study, with choices that are more accurate or cheaper."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ from plumbob.reports.advice.work_precision import error_of, points
 from plumbob.reports.judge.study_verdicts import Judgements
 from plumbob.reports.judge.verdict import Verdict
 
-HERE = "mujoco/"  # methods that are other settings of the user's own engine
+HERE = "mujoco/"  # prefix of the methods of the user's own engine
 
 
 @dataclass(frozen=True)
 class Instead:
-    """A recommendation in place of a setting: in the user's engine, and in any."""
+    """A recommendation in place of the user's settings: in the user's engine, and in any engine."""
 
     here: Choice | None
     anywhere: Choice | None
@@ -31,26 +31,25 @@ class Instead:
 
 @dataclass(frozen=True)
 class UserResult:
-    """One scene with the user's settings, and what the same study knows to be better."""
+    """The result of the user's settings on one scene, with better choices from the same study."""
 
     scene: str
     observable: str
     unit: str
-    step: float  # [s], the user's own
-    error: float  # of the observable at that step; infinite where the run diverged
-    relative: float  # the error of that run, of all quantities of interest
-    ns_per_second: float  # [ns] of wall time per simulated second; infinite where it diverged
-    verdict: Verdict  # on all steps that were run
-    finest: (
-        tuple[float, float] | None
-    )  # the smallest step [s] that was run, and the error there
-    at_equal_accuracy: Instead  # the cheapest with an error no larger
-    better: Instead  # the most accurate that costs no more
+    step: float  # [s] step of the user's settings
+    error: float  # error of the observable at that step; infinite if the run diverged
+    relative: float  # largest relative error of the quantities of interest in that run
+    ns_per_second: float  # [ns] wall time per simulated second; infinite if the run diverged
+    verdict: Verdict  # verdict on all steps that were run
+    # The smallest step [s] that was run, and the observable's error there; None: the user's step.
+    finest: tuple[float, float] | None
+    at_equal_accuracy: Instead  # the cheapest choice with an error no larger
+    better: Instead  # the most accurate choice that costs no more
 
 
 def user_results(study: Study, judged: Judgements) -> tuple[UserResult, ...]:
-    """A study's results for the user's settings, a scene each; scenes that they did not run are
-    left out."""
+    """Returns a study's results for the user's settings, one a scene. A scene without a run of
+    these settings is left out."""
     scenes = {scene.name: scene for scene in study.scenes}
     return tuple(
         _of_scene(study, scenes[c.scene], c, judged)
@@ -63,9 +62,10 @@ def user_results(study: Study, judged: Judgements) -> tuple[UserResult, ...]:
 def _of_scene(
     study: Study, scene: Scene, runs: ConvergenceStudy, judged: Judgements
 ) -> UserResult:
+    """Returns the result of the user's settings on one scene."""
     run = runs.measurements[0]
     about = study.quantities(scene.name)
-    first = replace(about[0], scale=1.0)  # in its own unit
+    first = replace(about[0], scale=1.0)  # its error is in its own unit
     unit = next(o.unit for o in study.observables(scene.name) if o.name == first.observable)
     relative = error_of(run, about)
     prices = [p.ns_per_second for p in points(study, scene.name) if p.method == USER_METHOD]
@@ -96,8 +96,8 @@ def _of_scene(
 
 
 def _same(other: ConvergenceStudy, run: Measurement, leading: str) -> bool:
-    """Whether a method of the user's engine gives the same bits on a scene as the user's setting:
-    it is the same setting under another name, or its own."""
+    """Whether a method is the user's setting on a scene. It is if it bears the user's name, or if
+    it is a method of the user's engine whose error at the same step agrees to 1e-12."""
     if other.scene != run.scene:
         return False
     if other.method == USER_METHOD:
@@ -114,6 +114,6 @@ def _same(other: ConvergenceStudy, run: Measurement, leading: str) -> bool:
 
 
 def _first(choices: Sequence[Choice]) -> Instead:
-    """The first of all choices, and of those in the user's engine."""
+    """Returns the first of all choices, and the first choice in the user's engine."""
     here = (c for c in choices if c.method.startswith(HERE))
     return Instead(next(here, None), next(iter(choices), None))

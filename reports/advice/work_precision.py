@@ -1,7 +1,7 @@
-"""Error against cost: the points of a study, and those that no other beats in both.
+"""Errors against costs: the points of a study, and its Pareto front.
 
-An error is that of quantities of interest, relative to their scales; in a quantity of scale 1 it is
-in the observable's own unit.
+An error is the largest error of the quantities of interest relative to their scales. The error of a
+quantity of scale 1 is in the observable's own unit.
 """
 
 from __future__ import annotations
@@ -15,19 +15,19 @@ from plumbob.engines.study.measurement import Measurement, relative_error
 from plumbob.engines.study.results import Quantities, Study
 
 T = TypeVar("T")
-# that a curve has at least, to show that it falls
+# A curve needs this many runs, and this ratio of steps, to show that it falls.
 _RUNS = 5
 _OCTAVES = 2.0**4
 
 
 @dataclass(frozen=True)
 class Point:
-    """One run: its error and its cost."""
+    """The error and the cost of one run."""
 
     method: str
-    step: float  # [s], or the relative tolerance
-    error: float  # relative to the scales; infinite for a run that diverged
-    ns_per_second: float  # [ns] of wall time per simulated second
+    step: float  # step size [s], or relative tolerance
+    error: float  # error relative to the scales; infinite if the run diverged
+    ns_per_second: float  # [ns] wall time per simulated second
 
     @property
     def speed(self) -> float:
@@ -36,9 +36,8 @@ class Point:
 
 
 def points(study: Study, scene: str) -> tuple[Point, ...]:
-    """Every run of `scene` whose cost is known, by method, coarse to fine, with the
-    error of what the scene is about; runs that diverged at the end of the curve
-    they belong to, with an infinite error and cost."""
+    """Returns the error and cost of every run of `scene` whose cost is known, method by method,
+    coarse to fine. A run that diverged has an infinite error and an infinite cost."""
     about = study.quantities(scene)
     return tuple(
         Point(
@@ -60,8 +59,8 @@ def points(study: Study, scene: str) -> tuple[Point, ...]:
 def front(
     runs: Iterable[T], cost_and_error: Callable[[T], tuple[float, float]]
 ) -> tuple[T, ...]:
-    """The Pareto front: the runs with no other that is both cheaper and more accurate, from cheap
-    to accurate."""
+    """Returns the Pareto front, from cheap to accurate: the runs that no other run beats in cost
+    and in error."""
     best = math.inf
     kept = []
     for run in sorted(runs, key=cost_and_error):
@@ -72,14 +71,15 @@ def front(
 
 
 def error_of(run: Measurement, quantities: Quantities) -> float:
-    """The relative error of a run; infinite where it leaves a quantity out too."""
+    """Returns the relative error of a run; infinite if the run lacks one of the quantities."""
     error = relative_error(run, quantities)
     return math.inf if math.isnan(error) else error
 
 
 def converging(curve: Iterable[tuple[float, float]]) -> bool:
-    """Whether the largest error at a step or below, of steps and errors, falls over at least four
-    octaves, no slower than the square root of the step."""
+    """Whether errors converge. `curve` are pairs of step and error. They must be _RUNS or more and
+    span four octaves or more. The largest error must be larger than the error at the smallest step
+    by the square root of the ratio of the steps, or more."""
     done = sorted((step, error) for step, error in curve if math.isfinite(error))
     if len(done) < _RUNS or done[-1][0] < _OCTAVES * done[0][0]:
         return False

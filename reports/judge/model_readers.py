@@ -32,9 +32,8 @@ class Reader:
     engine: str
     refuses: str = ""  # reason why the reader reads nothing, one line
     read: tuple[str, ...] = ()  # fields of the file that the reader takes over
-    dropped: Mapping[str, str] | None = (
-        None  # {field that is dropped: the reader's value instead}
-    )
+    # {field that the reader drops: the value that it has instead}
+    dropped: Mapping[str, str] | None = None
 
     def __str__(self) -> str:
         """One line of text: the fields that are read, and the fields that are not."""
