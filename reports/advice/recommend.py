@@ -20,7 +20,7 @@ from plumbob.engines.study.measurement import Measurement
 from plumbob.engines.study.results import Quantities
 from plumbob.engines.study.stability import KnownLimit
 from plumbob.reports.advice.work_precision import converging, error_of
-from plumbob.reports.judge.verdict import Judged
+from plumbob.reports.judge.verdict import JudgedMethod
 
 DEFAULT_METHOD, DEFAULT_STEP = DEFAULT
 UNTRUSTED = (
@@ -69,7 +69,9 @@ class Recommendation:
     surrogate: Choice | None = None  # the cheapest surrogate, if cheaper than `choice`
 
 
-def trusted(judged: Judged | None, runs: Sequence[Measurement], about: Quantities) -> bool:
+def trusted(
+    judged: JudgedMethod | None, runs: Sequence[Measurement], about: Quantities
+) -> bool:
     """Whether a method may be recommended on a scene by its verdict. If the verdict is
     `pre-asymptotic`, the errors of its `runs` have to converge. Without a verdict it may be
     recommended."""

@@ -22,8 +22,8 @@ from plumbob.reports.advice.user_settings import user_results
 from plumbob.reports.analyses.replay import replay
 from plumbob.reports.judge.expectations import expected, standing, surprise
 from plumbob.reports.judge.study_verdicts import Judgements
-from plumbob.reports.judge.tolerance import exceeded
-from plumbob.reports.judge.verdict import Judged, Judgement
+from plumbob.reports.judge.tolerance import tolerance_excess
+from plumbob.reports.judge.verdict import JudgedMethod, Judgement
 from plumbob.reports.view.records import (
     Budget,
     ExactRecord,
@@ -103,7 +103,7 @@ def _run(run: Judgement, leading: str) -> RunVerdict:
 
 
 def _budgets(
-    study: Study, series: ConvergenceStudy, judged: Judged
+    study: Study, series: ConvergenceStudy, judged: JudgedMethod
 ) -> tuple[float, tuple[Budget, ...]]:
     """The step, and the tolerances that are shown, of the first run that fails, of all observables,
     or else of the finest that is judged, of the leading one."""
@@ -121,7 +121,7 @@ def _budgets(
 
 def _budget(run: Measurement, judged: Judgement, name: str, units: Mapping[str, str]) -> Budget:
     held = judged.tolerances[name]
-    why = exceeded(run, name, held, units) or ""
+    why = tolerance_excess(run, name, held, units) or ""
     return Budget(name, run.errors[name].largest, held, why)
 
 

@@ -42,7 +42,10 @@ class JudgedGradient:
     def relative_error(self) -> float | None:
         """The signed relative error; None if there is no exact derivative, or if it is zero within
         its uncertainty."""
-        return None if self.tried is None else self._relative(self.tried.computed, -1.0)
+        if self.tried is None:
+            return None
+        ratio = self._relative(self.tried.computed)
+        return None if ratio is None else ratio - 1.0
 
     @property
     def predicted_error(self) -> float | None:
@@ -51,38 +54,43 @@ class JudgedGradient:
             return None
         return self._relative(self.tried.predicted)
 
-    def _relative(self, value: float, more: float = 0.0) -> float | None:
-        """Returns `value` divided by the exact derivative, plus `more`; None if there is no exact
-        derivative, or if it is zero within its uncertainty."""
+    def _relative(self, value: float) -> float | None:
+        """Returns `value` divided by the exact derivative; None if there is no exact derivative, or
+        if it is zero within its uncertainty."""
         exact = self.gradient.exact
-        resolved = math.isfinite(exact) and abs(exact) > self.gradient.uncertainty
-        return value / exact + more if resolved else None
+        if not math.isfinite(exact) or abs(exact) <= self.gradient.uncertainty:
+            return None
+        # Adding zero turns -0.0 into 0.0.
+        return value / exact + 0.0
 
     def record(self) -> dict[str, Any]:
         """The record that `plumbob gradient --json` prints."""
-        of = self.gradient
+        gradient = self.gradient
         tried = self.tried
-        below, above = of.one_sided or (None, None)
+        below, above = gradient.one_sided or (None, None)
+        left_open = None
+        if tried is not None:
+            left_open = self._relative(math.copysign(tried.left_open, gradient.exact))
         return {
             "scene": self.scene,
             "method": self.method,
-            "step": of.step,
-            "at": of.at,
-            "of": of.of,
-            "by": of.by,
-            "way": of.way,
-            "exact": of.exact,
+            "step": gradient.step,
+            "at": gradient.at,
+            "of": gradient.of,
+            "by": gradient.by,
+            "way": gradient.way,
+            "exact": gradient.exact,
             "below": below,
             "above": above,
             "computed": tried and tried.computed,
             "relative_error": self.relative_error,
             "predicted_error": self.predicted_error,
-            "left_open": tried and self._relative(math.copysign(tried.left_open, of.exact)),
+            "left_open": left_open,
             "eps": tried and tried.eps,
-            "predicted_best_eps": of.predicted_best,
-            "measured_best_eps": of.measured_best,
+            "predicted_best_eps": gradient.predicted_best,
+            "measured_best_eps": gradient.measured_best,
             "order": self.order,
-            "cost": of.cost,
+            "cost": gradient.cost,
             "verdict": self.verdict,
             "why": self.why,
             "expected": not self.surprise,
@@ -90,93 +98,106 @@ class JudgedGradient:
         }
 
 
-def judged_gradients(search: GradientSearch, found: Gradients) -> Iterator[JudgedGradient]:
+def judged_gradients(search: GradientSearch, gradients: Gradients) -> Iterator[JudgedGradient]:
     """Yields the judged derivatives of a search. If the user asked for values of eps, each eps
     gives one; otherwise a finite difference is judged at its best eps."""
-    for gradient in found.records:
+    for gradient in gradients.records:
         sweep = gradient.tried and not search.eps
-        tried = (gradient.best,) if sweep else gradient.tried
-        for difference in tried or (None,):
-            yield _judged(search, gradient, difference)
+        differences = (gradient.best,) if sweep else gradient.tried
+        for difference in differences or (None,):
+            yield _judged_gradient(search, gradient, difference)
 
 
-def _judged(search: GradientSearch, of: Gradient, tried: Difference | None) -> JudgedGradient:
+def _judged_gradient(
+    search: GradientSearch, gradient: Gradient, tried: Difference | None
+) -> JudgedGradient:
     """Returns a derivative with its verdict, compared with the known limits of the method."""
-    verdict, why = _verdict(of, tried)
     pair = search.scene, search.method
-    known = None if search.changes else limits_of(search.method).gradient(pair, of.by, of.way)
-    # If the error of the run is a known limit, the error of the derivative is one too.
-    run = expected(*pair)
-    off = verdict == "off-prediction"
-    reason = ""
-    judged = JudgedGradient(*pair, of, tried, verdict, why)
+    verdict, why = _gradient_verdict(gradient, tried)
+    judged = JudgedGradient(*pair, gradient, tried, verdict, why)
+    off_prediction = verdict == "off-prediction"
+    known = None
+    if not search.changes:
+        known = limits_of(search.method).gradient(pair, gradient.by, gradient.way)
     if known is None:
-        reason = run.reason if run.limit and off else ""
-        return replace(judged, surprise=why if off and not reason else "", known=reason)
-    surprise = "predicted, expected off-prediction" if verdict == "predicted" else ""
+        if not off_prediction:
+            return judged
+        # If the error of the run is a known limit, the error of the derivative is one too.
+        run_expectation = expected(*pair)
+        reason = run_expectation.reason if run_expectation.limit else ""
+        return replace(judged, surprise="" if reason else why, known=reason)
+    surprise = ""
     error = abs(judged.relative_error or 0.0)
     factor = known.factor
-    if off and not known.size / factor <= error <= known.size * factor:
+    if verdict == "predicted":
+        surprise = "predicted, expected off-prediction"
+    elif off_prediction and not known.size / factor <= error <= known.size * factor:
         within = f"within a factor of {factor:g}"
         surprise = f"its error is {error:.3g}, and known to be {known.size:g}, {within}"
     reason = known.reason if verdict != "unsupported" else ""
     return replace(judged, surprise=surprise, known=reason)
 
 
-def _verdict(of: Gradient, tried: Difference | None) -> tuple[GradientVerdict, str]:
+def _gradient_verdict(
+    gradient: Gradient, tried: Difference | None
+) -> tuple[GradientVerdict, str]:
     """Returns the verdict on a derivative, and its reason. The error may differ from the predicted
     error, to either side, by no more than theory leaves open."""
     if tried is None:
-        return "unsupported", of.why
-    if of.no_exact:
-        return "pre-asymptotic", f"there is no derivative: {of.no_exact}"
+        return "unsupported", gradient.why
+    if gradient.no_exact:
+        return "pre-asymptotic", f"there is no derivative: {gradient.no_exact}"
     if tried.predicted is None:
         return "pre-asymptotic", "there is no theory of its error"
-    off = abs(tried.computed - of.exact - tried.predicted)
-    allowed = tried.left_open + of.uncertainty
-    if tried.left_open > abs(of.exact) > of.uncertainty:
+    if tried.left_open > abs(gradient.exact) > gradient.uncertainty:
         return "pre-asymptotic", f"{tried.left_open:.3g} is left open, more than the derivative"
-    if off <= allowed:
+    difference = abs(tried.computed - gradient.exact - tried.predicted)
+    allowed = tried.left_open + gradient.uncertainty
+    if difference <= allowed:
         return "predicted", ""
-    return "off-prediction", f"{off:.3g} off its prediction, allowed {allowed:.3g}"
+    return "off-prediction", f"{difference:.3g} off its prediction, allowed {allowed:.3g}"
 
 
 def study_gradients(study: Study) -> Iterator[JudgedGradient]:
     """Yields the judged derivatives of a study; those at several steps have their order. A search
     whose engine is missing, or whose process was lost, has none."""
-    judged = [
-        of
-        for request in study.extras
-        if isinstance(request, GradientSearch) and (found := study.answer(request))
-        for of in judged_gradients(request, found)
-    ]
+    judged: list[JudgedGradient] = []
+    for request in study.extras:
+        if not isinstance(request, GradientSearch):
+            continue
+        gradients = study.answer(request)
+        if gradients:
+            judged += judged_gradients(request, gradients)
     errors: dict[tuple[str, ...], dict[float, float]] = {}
-    for of in judged:
-        errors.setdefault(_pair(of), {}).setdefault(of.gradient.step, _of_runs(of))
-    return (replace(of, order=_order(errors[_pair(of)])) for of in judged)
+    for derivative in judged:
+        errors_by_step = errors.setdefault(_derivative_key(derivative), {})
+        errors_by_step.setdefault(derivative.gradient.step, _run_error(derivative))
+    for derivative in judged:
+        order = _error_order(errors[_derivative_key(derivative)])
+        yield replace(derivative, order=order)
 
 
-def _pair(of: JudgedGradient) -> tuple[str, ...]:
+def _derivative_key(derivative: JudgedGradient) -> tuple[str, ...]:
     """The key of a derivative without its step: scene, method and derivative."""
-    return of.scene, of.method, of.about
+    return derivative.scene, derivative.method, derivative.about
 
 
-def _of_runs(of: JudgedGradient) -> float:
+def _run_error(derivative: JudgedGradient) -> float:
     """Returns the magnitude of the part of a derivative's error that the runs cause, without the
     truncation of the finite difference. NaN if it is not known."""
-    tried = of.tried
-    known = of.gradient
+    tried = derivative.tried
+    gradient = derivative.gradient
     if tried is None:
         return math.nan
-    error = abs(tried.computed - known.exact - tried.truncation)
-    return error if error > RESOLVED * known.uncertainty else math.nan
+    error = abs(tried.computed - gradient.exact - tried.truncation)
+    return error if error > RESOLVED * gradient.uncertainty else math.nan
 
 
-def _order(errors: Mapping[float, float]) -> float | None:
+def _error_order(errors: Mapping[float, float]) -> float | None:
     """Returns the slope of log error against log step; None at a single step, or if an error is not
     known."""
-    steps = np.log(list(errors))
-    sizes = np.log(list(errors.values()))
-    if len(steps) < 2 or not np.isfinite(sizes).all():
+    log_steps = np.log(list(errors))
+    log_errors = np.log(list(errors.values()))
+    if len(log_steps) < 2 or not np.isfinite(log_errors).all():
         return None
-    return float(np.polyfit(steps, sizes, 1)[0])
+    return float(np.polyfit(log_steps, log_errors, 1)[0])

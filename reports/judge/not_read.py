@@ -12,7 +12,8 @@ from plumbob.models.registry import find_system
 def not_read(scene: str, method: str) -> Mapping[str, str]:
     """Returns {observable: reason} for the observables of a scene that a method is declared not to
     give."""
-    if not (reasons := limits_of(method).unread(scene, method)):
+    reasons = limits_of(method).unread(scene, method)
+    if not reasons:
         return {}
     names = {o.name for o in find_system(scene.partition("/")[0]).observables}
-    return {name: why for name, why in reasons.items() if name in names}
+    return {name: reason for name, reason in reasons.items() if name in names}

@@ -9,14 +9,14 @@ from plumbob.engines.study.results import Study
 from plumbob.reports.judge.gradients import JudgedGradient, study_gradients
 from plumbob.reports.judge.stability import JudgedLimit, study_limits
 
-Judged = JudgedLimit | JudgedGradient
+JudgedSearch = JudgedLimit | JudgedGradient
 
 
-def judged_searches(study: Study) -> Sequence[Judged]:
+def judged_searches(study: Study) -> Sequence[JudgedSearch]:
     """Returns all judged searches that a study holds."""
     return (*study_limits(study), *study_gradients(study))
 
 
-def unexpected(judged: Iterable[Judged]) -> Sequence[Judged]:
+def unexpected_searches(judged: Iterable[JudgedSearch]) -> Sequence[JudgedSearch]:
     """Returns the judged searches whose verdict is not as expected."""
-    return [of for of in judged if of.surprise]
+    return [search for search in judged if search.surprise]

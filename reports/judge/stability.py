@@ -15,7 +15,7 @@ from plumbob.engines.study.stability import MeasuredLimit, Stability, StabilityS
 # an equilibrium eigenvalues set the limit. Elsewhere the limit is the step at which chaos begins,
 # and depends on the start too.
 AT_EQUILIBRIUM, ELSEWHERE = 0.02, 0.1
-KNOWN = 0.02  # largest relative difference from the ratio of a known limit
+KNOWN_RATIO = 0.02  # largest relative difference from the ratio of a known limit
 LimitVerdict = Literal["predicted", "off-prediction", "measured"]
 
 
@@ -50,60 +50,87 @@ class JudgedLimit:
         }
 
 
-def judged_limits(search: StabilitySearch, found: Stability) -> Iterator[JudgedLimit]:
+def judged_limits(search: StabilitySearch, measured: Stability) -> Iterator[JudgedLimit]:
     """Yields the judged limits of a scene with a method. If there is no limit, it yields one record
     without a limit, with the reason."""
-    names = search.scene, search.method
-    if not found.limits:
-        yield JudgedLimit(*names, None, "measured", found.why)
-    for limit in found.limits:
-        allowed = AT_EQUILIBRIUM if found.equilibrium else ELSEWHERE
-        ratio = None if _of_another(limit, found) else off_by(limit)
-        off = ratio is not None and abs(ratio - 1.0) > allowed
-        verdict: LimitVerdict = "off-prediction" if off else "predicted"
-        if ratio is None:
-            verdict = "measured"
-        known = limits_of(search.method).step_limit(*names, limit.kind)
-        expected = 1.0 if known is None else known.ratio
-        surprise = ""
-        if off and known is None:
-            surprise = f"{ratio:.3g} of the step that is predicted"
-        elif known is not None and (ratio is None or abs(ratio - expected) > KNOWN * expected):
-            measured = "without a prediction" if ratio is None else f"{ratio:.3g} of it"
-            surprise = f"known as {expected:g} of the step that is predicted, now {measured}"
-        reason = "" if known is None else known.reason
-        yield JudgedLimit(*names, limit, verdict, limit.why, surprise, reason)
+    if not measured.limits:
+        yield JudgedLimit(search.scene, search.method, None, "measured", measured.why)
+    for limit in measured.limits:
+        yield _judged_limit(search, measured, limit)
 
 
-def _of_another(limit: MeasuredLimit, found: Stability) -> bool:
+def _judged_limit(
+    search: StabilitySearch, measured: Stability, limit: MeasuredLimit
+) -> JudgedLimit:
+    """Returns one of the measured limits with its verdict, compared with the known limits of the
+    method."""
+    ratio = None
+    if not _belongs_to_changed_motion(limit, measured):
+        ratio = limit_ratio(limit)
+    allowed = AT_EQUILIBRIUM if measured.equilibrium else ELSEWHERE
+    verdict: LimitVerdict = "predicted"
+    if ratio is None:
+        verdict = "measured"
+    elif abs(ratio - 1.0) > allowed:
+        verdict = "off-prediction"
+    known = limits_of(search.method).step_limit(search.scene, search.method, limit.kind)
+    surprise = ""
+    if known is not None:
+        surprise = _known_ratio_mismatch(ratio, known.ratio)
+    elif verdict == "off-prediction":
+        surprise = f"{ratio:.3g} of the step that is predicted"
+    return JudgedLimit(
+        scene=search.scene,
+        method=search.method,
+        limit=limit,
+        verdict=verdict,
+        why=limit.why,
+        surprise=surprise,
+        known="" if known is None else known.reason,
+    )
+
+
+def _known_ratio_mismatch(ratio: float | None, known: float) -> str:
+    """Message if the ratio of a limit to its prediction differs from the known ratio, or if there
+    is no prediction; empty if it does not."""
+    if ratio is None:
+        now = "without a prediction"
+    elif abs(ratio - known) > KNOWN_RATIO * known:
+        now = f"{ratio:.3g} of it"
+    else:
+        return ""
+    return f"known as {known:g} of the step that is predicted, now {now}"
+
+
+def _belongs_to_changed_motion(limit: MeasuredLimit, measured: Stability) -> bool:
     """Whether a limit belongs to another motion than the exact one. This happens away from an
     equilibrium if the motion changes its kind at clearly smaller steps. Theory does not predict how
     long the changed motion lasts."""
-    if found.equilibrium or limit.kind != "unstable":
+    if measured.equilibrium or limit.kind != "unstable":
         return False
-    changed = (other.fails for other in found.limits if other.kind == "changes-kind")
-    return any(f is not None and f < (1.0 - ELSEWHERE) * (limit.holds or 0.0) for f in changed)
+    clearly_smaller = (1.0 - ELSEWHERE) * (limit.holds or 0.0)
+    changes = [other.fails for other in measured.limits if other.kind == "changes-kind"]
+    return any(fails is not None and fails < clearly_smaller for fails in changes)
 
 
-def off_by(limit: MeasuredLimit) -> float | None:
+def limit_ratio(limit: MeasuredLimit) -> float | None:
     """Returns the ratio of the measured limit to the predicted one. The measured limit is the end
     of the bracket that is nearer to the prediction; the ratio is 1 if the prediction is inside the
     bracket. None without a prediction."""
-    if limit.predicted is None:
+    predicted = limit.predicted
+    if predicted is None:
         return None
-    if limit.fails is not None and limit.fails < limit.predicted:
-        return limit.fails / limit.predicted
-    if limit.holds is not None and limit.holds > limit.predicted and limit.fails is not None:
-        return limit.holds / limit.predicted
-    beyond = limit.fails is None and limit.holds is not None and limit.predicted < limit.holds
-    return math.inf if beyond else 1.0
+    if limit.fails is not None and limit.fails < predicted:
+        return limit.fails / predicted
+    if limit.holds is None or limit.holds <= predicted:
+        return 1.0
+    return math.inf if limit.fails is None else limit.holds / predicted
 
 
 def study_limits(study: Study) -> Iterator[JudgedLimit]:
     """Yields the judged limits that a study holds. A search whose engine is missing, or whose
     process was lost, gives one record with that reason."""
+    lost = Stability((), why="its engine is missing, or its process was lost")
     for request in study.extras:
-        if not (isinstance(request, StabilitySearch) and request.by_runs):
-            continue
-        why = "its engine is missing, or its process was lost"
-        yield from judged_limits(request, study.answer(request) or Stability((), why=why))
+        if isinstance(request, StabilitySearch) and request.by_runs:
+            yield from judged_limits(request, study.answer(request) or lost)

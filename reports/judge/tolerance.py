@@ -18,12 +18,12 @@ from plumbob.models.scene import Quantity
 STARTS_OFF = "the run does not start where the scene does"
 # Largest error at the start, relative to an observable's size. An engine in single precision rounds
 # by 6e-8.
-START = 1e-6
+START_ERROR = 1e-6
 # Largest error at the start, in the observable's unit: a small angle is read off an attitude, whose
 # numbers are near one.
-ROUNDED = 1e-15
+START_ROUNDING = 1e-15
 TOO_WIDE = "the model-error bound"
-MODEL_PART = 2.5e-3
+MODEL_FRACTION = 2.5e-3
 """Largest model-error bound of an engine at the finest step, relative to a quantity of interest.
 One per cent of friction, or of a mass, moves a capsule by four times as much."""
 
@@ -31,7 +31,7 @@ AT_STEP = "discretisation"  # name of the term that theory predicts to the last 
 
 
 # Patterns of scene names, with a fraction that replaces MODEL_PART.
-MODEL_PARTS = (
+MODEL_FRACTIONS = (
     ("*-pendulum/*", 1e-8),  # a joint: the bob's inertia adds less than rounding does
     ("free-body/*", 1e-8),  # one body that nothing touches: the model adds nothing
     ("capsule-line/w1-threshold*", 0.5),  # the body moves by 1.3 nm in all
@@ -74,81 +74,88 @@ def tolerance(run: Measurement, method: Method, observable: str, unit: str) -> T
     if the response is nonlinear, or if an adaptive solver has no second run for comparison."""
     error = run.errors[observable]
     if method.control == "tolerance":
-        step_terms: tuple[Term, ...] | None = _adaptive(error, method)
+        step_terms: tuple[Term, ...] | None = _adaptive_terms(error, method)
     else:
-        step_terms = _expansion(error, run.step)
+        step_terms = _prediction_terms(error, run.step)
     if step_terms is None:
         return None
-    model = tuple(
+    model_terms = tuple(
         Term(f"regularisation: {name}", value, "the model differs from the equations by this")
         for name, value in error.model.items()
     )
-    return Tolerance(unit, (*step_terms, *model, *_double_precision(error, run.steps)))
+    return Tolerance(unit, (*step_terms, *model_terms, *_rounding_terms(error, run.steps)))
 
 
-def used(error: ObservedError, allowed: Tolerance) -> float:
+def used_fraction(error: ObservedError, allowed: Tolerance) -> float:
     """Returns the fraction of its tolerance that an error uses; above 1 if the error fails. If the
     error is predicted, the fraction refers to the difference from the prediction; otherwise to the
     error itself."""
-    if error.controlled is not None and error.controlled.beyond > 0.0:
-        return 1.0 + error.controlled.beyond / max(error.largest, error.controlled.largest)
+    controlled = error.controlled
+    if controlled is not None and controlled.beyond > 0.0:
+        return 1.0 + controlled.beyond / max(error.largest, controlled.largest)
     predicted = error.predicted
-    left = error.left_open
-    if predicted is None or not left:
+    left_open = error.left_open
+    if predicted is None or not left_open:
         return error.largest / allowed.bound if allowed.bound else float(error.largest > 0.0)
-    further = predicted.beyond - error.model_error
-    return 1.0 + further / left if further > 0.0 else min(predicted.difference / left, 1.0)
+    excess = predicted.beyond - error.model_error
+    if excess > 0.0:
+        return 1.0 + excess / left_open
+    return min(predicted.difference / left_open, 1.0)
 
 
-def missed(error: ObservedError) -> str | None:
+def prediction_mismatch(error: ObservedError) -> str | None:
     """Message if an error is not the predicted one; None if it is. At every sample the signed error
     may differ from the prediction by the bound of the model error and by what theory leaves open
     there: the remainder of the series, and rounding. The error of an adaptive solver must stay
     within its distance from a run with a much smaller tolerance."""
-    if error.controlled is not None and error.controlled.beyond > 0.0:
-        beside = "from those of a run with a much smaller tolerance"
-        return f"{error.controlled.beyond:.3g} further off than {beside} follows"
+    controlled = error.controlled
+    if controlled is not None and controlled.beyond > 0.0:
+        bound = "from those of a run with a much smaller tolerance follows"
+        return f"{controlled.beyond:.3g} further off than {bound}"
     predicted = error.predicted
     if predicted is None or predicted.beyond <= error.model_error:
         return None
     return f"{predicted.difference:.3g} off its prediction, allowed {error.left_open:.3g}"
 
 
-def starts_off(run: Measurement) -> str:
+def start_mismatch(run: Measurement) -> str:
     """Message if the first sample is not the start of the scene; empty if it is. An observable that
     is zero throughout has no size: its tolerance alone judges it."""
     for name, error in run.errors.items():
-        allowed = START * error.scale + error.uncertainty + ROUNDED
+        allowed = START_ERROR * error.scale + error.uncertainty + START_ROUNDING
         if error.scale > 0.0 and error.start > allowed:
             return f"{STARTS_OFF}: {name} is {error.start:.3g} off, allowed {allowed:.3g}"
     return ""
 
 
-def too_wide(run: Measurement, quantities: Sequence[Quantity]) -> str:
+def wide_model_bound(run: Measurement, quantities: Sequence[Quantity]) -> str:
     """Message if an engine's own model-error bound exceeds the scene's allowed fraction of the
     motion: so wide a bound hides other errors. Empty if it does not, or if rounding hides as
     much."""
-    part = model_part(run.scene)
+    allowed = model_fraction(run.scene)
     for quantity in quantities:
         error = run.errors.get(quantity.observable)
         if error is None or error.model_error <= rounding(error, run.steps):
             continue
-        if (wide := error.model_error / quantity.scale) > part:
-            of = f"{TOO_WIDE} of {quantity.observable}"
+        fraction = error.model_error / quantity.scale
+        if fraction > allowed:
             return (
-                f"{of} is {wide:.3g} of its scale at the finest step, declared {part:g} at most"
+                f"{TOO_WIDE} of {quantity.observable} is {fraction:.3g} of its scale at the "
+                f"finest step, declared {allowed:g} at most"
             )
     return ""
 
 
-def model_part(scene: str) -> float:
+def model_fraction(scene: str) -> float:
     """Returns the largest model-error bound allowed for a scene, as a fraction of a quantity of
     interest. `scene` is the scene's name."""
-    parts = (part for scenes, part in MODEL_PARTS if fnmatchcase(scene, scenes))
-    return next(parts, MODEL_PART)
+    for pattern, fraction in MODEL_FRACTIONS:
+        if fnmatchcase(scene, pattern):
+            return fraction
+    return MODEL_FRACTION
 
 
-def exceeded(
+def tolerance_excess(
     run: Measurement, name: str, allowed: Tolerance, units: Mapping[str, str]
 ) -> str | None:
     """Message if the error of an observable is not within its tolerance; None if it is. An
@@ -159,7 +166,8 @@ def exceeded(
         return None
     if not error.largest <= allowed.bound:
         return f"{error.largest:.3g} {allowed.unit}, allowed {allowed.bound:.3g}"
-    return None if (why := missed(error)) is None else f"{why} {allowed.unit}"
+    mismatch = prediction_mismatch(error)
+    return None if mismatch is None else f"{mismatch} {allowed.unit}"
 
 
 def round_off(run: Measurement, name: str, units: Mapping[str, str]) -> float:
@@ -167,14 +175,16 @@ def round_off(run: Measurement, name: str, units: Mapping[str, str]) -> float:
     the largest observable of the same unit. If the observable stays zero, it scales with the
     largest of all observables."""
     error = run.errors[name]
-    every = run.errors
-    alike = max(e.scale for n, e in every.items() if units.get(n) == units.get(name))
-    scale = alike if error.scale else max(e.scale for e in every.values())
-    doubt = max(error.uncertainty, float_info.epsilon * scale)
-    return floor(replace(error, model={}, uncertainty=doubt), run.steps)
+    if error.scale:
+        same_unit = [other for other in run.errors if units.get(other) == units.get(name)]
+        scale = max(run.errors[other].scale for other in same_unit)
+    else:
+        scale = max(other.scale for other in run.errors.values())
+    uncertainty = max(error.uncertainty, float_info.epsilon * scale)
+    return floor(replace(error, model={}, uncertainty=uncertainty), run.steps)
 
 
-def _expansion(error: ObservedError, step: float) -> tuple[Term, ...] | None:
+def _prediction_terms(error: ObservedError, step: float) -> tuple[Term, ...] | None:
     """Returns the terms of a predicted error; None without a prediction, or if the series does not
     reach this step."""
     predicted = error.predicted
@@ -183,52 +193,55 @@ def _expansion(error: ObservedError, step: float) -> tuple[Term, ...] | None:
     if predicted.for_this_step:
         reason = f"what the scheme does to this motion at this step, h = {step:g} s"
         return (Term(AT_STEP, predicted.largest, reason),)
-    if not reaches(predicted.terms, predicted.largest, predicted.nonlinearity):
+    terms = predicted.terms
+    if not reaches(terms, predicted.largest, predicted.nonlinearity):
         return None
-    last = sum(predicted.terms[p] for p in sorted(predicted.terms)[-2:])
-    nonlinear = nonlinear_part(predicted.terms, predicted.nonlinearity) * predicted.largest
-    powers = " + ".join(f"C{p} h^{p}" for p in sorted(predicted.terms))
-    return (
-        Term(
-            "discretisation",
-            predicted.largest,
-            f"{powers} of the scheme on this motion, h = {step:g} s",
-        ),
-        Term(
-            "discretisation: remainder",
-            last + nonlinear,
-            "what follows in the series is less than its last two terms and the first "
-            "nonlinear term that the series leaves out",
-        ),
+    powers = sorted(terms)
+    last_two = sum(terms[power] for power in powers[-2:])
+    nonlinear = nonlinear_part(terms, predicted.nonlinearity) * predicted.largest
+    series = " + ".join(f"C{power} h^{power}" for power in powers)
+    discretisation = Term(
+        "discretisation",
+        predicted.largest,
+        f"{series} of the scheme on this motion, h = {step:g} s",
     )
+    remainder = Term(
+        "discretisation: remainder",
+        last_two + nonlinear,
+        "what follows in the series is less than its last two terms and the first nonlinear "
+        "term that the series leaves out",
+    )
+    return discretisation, remainder
 
 
-def _adaptive(error: ObservedError, method: Method) -> tuple[Term, ...] | None:
+def _adaptive_terms(error: ObservedError, method: Method) -> tuple[Term, ...] | None:
     """Returns the term of a solver that controls its local error; none for a closed form; None if
     the solver has no second run for comparison."""
-    # A closed form takes no steps, and needs no term.
-    if (may := error.controlled) is None:
+    controlled = error.controlled
+    if controlled is None:
+        # A closed form takes no steps, and needs no term.
         return None if method.scheme.integrator == ADAPTIVE else ()
     reason = "twice its distance from a run on the same equations with a much smaller tolerance"
-    return (Term("local error control", may.largest, reason),)
+    return (Term("local error control", controlled.largest, reason),)
 
 
-def _double_precision(error: ObservedError, steps: int) -> tuple[Term, ...]:
+def _rounding_terms(error: ObservedError, steps: int) -> tuple[Term, ...]:
     """Returns the terms for the rounding of the inputs and of each of the `steps` steps."""
-    moved = error.uncertainty
-    what = "exact answer"
-    if (predicted := error.predicted) and predicted.uncertainty is not None:
-        moved = predicted.uncertainty
-        what = "answer of this step"
-    return (
-        Term(
-            "conditioning",
-            moved,
-            f"one unit in the last place of every input moves the {what} by this",
-        ),
-        Term(
-            "round-off",
-            2.0 * steps**0.5 * moved,
-            "each step's rounding, half an ulp, in a random walk: four standard deviations",
-        ),
+    predicted = error.predicted
+    if predicted is not None and predicted.uncertainty is not None:
+        uncertainty = predicted.uncertainty
+        answer = "answer of this step"
+    else:
+        uncertainty = error.uncertainty
+        answer = "exact answer"
+    conditioning = Term(
+        "conditioning",
+        uncertainty,
+        f"one unit in the last place of every input moves the {answer} by this",
     )
+    random_walk = Term(
+        "round-off",
+        2.0 * steps**0.5 * uncertainty,
+        "each step's rounding, half an ulp, in a random walk: four standard deviations",
+    )
+    return conditioning, random_walk
