@@ -25,10 +25,10 @@ from plumbob.engines.workers import Workers
 from plumbob.reports.view.audit.results import ContactResult, MotionResult
 
 BUDGET = 60.0  # [s] default processor time of an audit
-FEWEST = 10  # least evaluations of a model for any answer
-BRIEF = 0.05  # [s] processor time of an evaluation that every budget allows
-BESIDE = 1e-9  # [m, rad, ...] distance from the start of the evaluation that is timed
-RECORDED = "policy, recorded at the model's own step"
+LEAST_EVALUATIONS = 10  # least evaluations of a model for any answer
+ALLOWED_SECONDS = 0.05  # [s] processor time of an evaluation that every budget allows
+START_OFFSET = 1e-9  # [m, rad, ...] distance from the start of the evaluation that is timed
+RECORDED_POLICY = "policy, recorded at the model's own step"
 
 
 @quiet()
@@ -82,29 +82,40 @@ def audit(
     positive("budget", budget)
     counting("jobs", jobs)
     engines = engines.split(",") if isinstance(engines, str) else engines
-    _known(engines, model)
+    _check_engines(engines, model)
     start = Start(keyframe, qpos, qvel)
-    named = RECORDED if policy is not None else control if isinstance(control, str) else "given"
+    control_name = _control_name(control, policy)
     if hasattr(getattr(model, "unwrapped", None), "frame_skip"):
         environment = model
         model, period = start_and_period(environment)
         if policy is not None:
-            control, policy = rollout(environment, policy, _lasting(duration)), None
+            control = rollout(environment, policy, _duration_or_default(duration))
+            policy = None
             duration = None
-    user_model, moved = user_motion(model, start, control, policy, duration, period, budget)
+    user_model, motion = user_motion(model, start, control, policy, duration, period, budget)
     with Workers(jobs) as workers:
-        beside = Allowance(budget, executor=workers if jobs > 1 else None, progress=progress)
-        answer = audited(user_model, moved, named, beside, begun)
+        executor = workers if jobs > 1 else None
+        allowance = Allowance(budget, executor=executor, progress=progress)
+        result = audited(user_model, motion, control_name, allowance, begun)
     if gradient:
-        answer = with_gradient(answer, Allowance(budget, progress=progress))
-    return MotionResult(**vars(with_engines(answer, model, engines, budget, progress)))
+        result = with_gradient(result, Allowance(budget, progress=progress))
+    result = with_engines(result, model, engines, budget, progress)
+    return MotionResult(**vars(result))
 
 
-def _known(engines: Sequence[str], model: Any) -> None:
-    """Raises ParameterError for unknown engines, and for engines that have no file to read."""
+def _control_name(control: str | Array, policy: Policy | None) -> str:
+    """Returns the name of the controls in the audit: a policy's, a named control's, or `given`."""
+    if policy is not None:
+        return RECORDED_POLICY
+    return control if isinstance(control, str) else "given"
+
+
+def _check_engines(engines: Sequence[str], model: Any) -> None:
+    """Raises ParameterError for unknown engines, and for engines without an MJCF file to read."""
     for name in engines:
         find_engine(name)
-    if engines and not (isinstance(model, (str, Path)) and Path(model).suffix == ".xml"):
+    is_file = isinstance(model, (str, Path)) and Path(model).suffix == ".xml"
+    if engines and not is_file:
         raise ParameterError("engines", ",".join(engines), "left out, but with an MJCF file")
 
 
@@ -120,41 +131,45 @@ def user_motion(
     """Returns a user's model, and its motion: start, controls and duration. A policy's motion is
     recorded. Raises ParameterError for a model that has no continuous motion, and if the budget [s]
     is too small."""
-    name = str(model) if isinstance(model, (str, Path)) else "model"
     try:
         user_model = user_models().model(model, start)
         if policy is not None:
             held = user_model.step if period is None else positive("ctrl period", period)
-            control = user_model.recorded(policy, held, _lasting(duration))
+            control = user_model.recorded(policy, held, _duration_or_default(duration))
             period, duration = held, None
-        moved = script(user_model, control, duration, period)
-    except NotCertifiable as why:
-        raise ParameterError(
-            "model", name, f"one that has a continuous motion; {why}"
-        ) from None
-    _affordable(user_model, moved, budget)
-    return user_model, moved
+        motion = script(user_model, control, duration, period)
+    except NotCertifiable as reason:
+        wanted = f"one that has a continuous motion; {reason}"
+        raise ParameterError("model", _model_name(model), wanted) from None
+    _check_budget(user_model, motion, budget)
+    return user_model, motion
 
 
-def _affordable(user_model: OwnModel, moved: Script, budget: float) -> None:
-    """Raises ParameterError if FEWEST evaluations of the model take more than the budget [s]: every
+def _model_name(model: Any) -> str:
+    """Returns the name of a model in a message: its path, or "model"."""
+    return str(model) if isinstance(model, (str, Path)) else "model"
+
+
+def _check_budget(model: OwnModel, motion: Script, budget: float) -> None:
+    """Raises ParameterError if LEAST_EVALUATIONS of the model take more than the budget [s]: every
     reference needs as many. The check comes first, since an evaluation cannot be ended once it has
     begun. One evaluation is timed at a state beside the start. At the start itself, the constraint
     solver may need no iteration."""
-    field = user_model.field()
-    field.hold(moved.controls[0], 0.0, moved.start)
-    beside = moved.start + np.resize((BESIDE, -BESIDE), moved.start.shape)
+    field = model.field()
+    field.hold(motion.controls[0], 0.0, motion.start)
+    beside_start = motion.start + np.resize((START_OFFSET, -START_OFFSET), motion.start.shape)
     begin = time.process_time()
     # If the model fails here, the reference reports the reason later.
     with suppress(NotCertifiable), np.errstate(all="ignore"):
-        field(0.0, beside)
-    spent = time.process_time() - begin
-    if spent > max(budget / FEWEST, BRIEF):
-        what = f"{FEWEST * spent:.2g} or more: one evaluation of the model takes {spent:.2g} s"
-        raise ParameterError("budget", budget, what)
+        field(0.0, beside_start)
+    seconds = time.process_time() - begin
+    if seconds > max(budget / LEAST_EVALUATIONS, ALLOWED_SECONDS):
+        least = f"{LEAST_EVALUATIONS * seconds:.2g} or more"
+        reason = f"one evaluation of the model takes {seconds:.2g} s"
+        raise ParameterError("budget", budget, f"{least}: {reason}")
 
 
-def _lasting(duration: float | None) -> float:
+def _duration_or_default(duration: float | None) -> float:
     """Returns the duration [s], or the default one; raises ParameterError if it is not positive."""
     return DURATION if duration is None else positive("duration", duration)
 
@@ -188,11 +203,9 @@ def audit_contacts(
     positive("speed", speed)
     if friction is not None:
         positive("friction", friction)
-    name = str(model) if isinstance(model, (str, Path)) else "model"
     try:
-        start = Start(keyframe)
-        standing = user_models().contacts(model, start, body, friction)
+        standing = user_models().contacts(model, Start(keyframe), body, friction)
         return ContactResult(**vars(contacts_audited(standing, speed)))
-    except NotCertifiable as why:
-        what = f"one whose contacts can be audited; {why}"
-        raise ParameterError("model", name, what) from None
+    except NotCertifiable as reason:
+        wanted = f"one whose contacts can be audited; {reason}"
+        raise ParameterError("model", _model_name(model), wanted) from None

@@ -43,8 +43,10 @@ def plumbob_check() -> Callable[..., Judgement]:
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(session: pytest.Session, items: list[pytest.Item]) -> None:
     """Adds a test for each pair that the options choose."""
-    scenes, methods, profile = (session.config.getoption(name) for name in OPTIONS)
-    if scenes is methods is profile is None:
+    scene_pattern, method_pattern, profile = (
+        session.config.getoption(name) for name in OPTIONS
+    )
+    if scene_pattern is method_pattern is profile is None:
         return
     from plumbob.analytic.parameters import ParameterError
     from plumbob.engines.registry import engine_of, installed
@@ -54,19 +56,19 @@ def pytest_collection_modifyitems(session: pytest.Session, items: list[pytest.It
 
     profile = profile or "quick"
     try:
-        methods_of_plugin = find_methods(methods or "*")
-        chosen = pairs(find_scenes(scenes or "*", profile), methods_of_plugin)
+        methods = find_methods(method_pattern or "*")
+        chosen = pairs(find_scenes(scene_pattern or "*", profile), methods)
     except ParameterError as error:
         raise pytest.UsageError(f"--plumbob-{error}") from None
     for scene, method in chosen:
-        if methods is None and engine_of(method).optional and not installed(engine_of(method)):
+        engine = engine_of(method)
+        if method_pattern is None and engine.optional and not installed(engine):
             continue
         name = f"{scene.name}-{method.name}"
-        items.append(
-            Validation.from_parent(
-                session, name=name, scene=scene, method=method, profile=profile
-            )
+        test = Validation.from_parent(
+            session, name=name, scene=scene, method=method, profile=profile
         )
+        items.append(test)
 
 
 class Validation(pytest.Item):
@@ -82,12 +84,14 @@ class Validation(pytest.Item):
         from plumbob.reports.judge.assertion import judged_runs
         from plumbob.reports.judge.expectations import surprise
 
-        judgement = judged_runs(self.scene, self.method, self.profile)[1].whole
+        _, judged = judged_runs(self.scene, self.method, self.profile)
+        judgement = judged.whole
         if judgement.verdict == "missing":
             pytest.skip(judgement.reason)
-        if why := surprise(self.scene, self.method, judgement):
-            why += f" ({judgement.reason})" if judgement.reason else ""
-            pytest.fail(f"{self.scene.name} with {self.method.name}: {why}", pytrace=False)
+        message = surprise(self.scene, self.method, judgement)
+        if message:
+            message += f" ({judgement.reason})" if judgement.reason else ""
+            pytest.fail(f"{self.scene.name} with {self.method.name}: {message}", pytrace=False)
 
     def reportinfo(self) -> tuple[Path, int | None, str]:
         """Returns the test's file, no line, and the test's name, as pytest shows them."""

@@ -19,19 +19,16 @@ from plumbob.engines.study.convergence import DEFAULT
 from plumbob.engines.study.measurement import Measurement
 from plumbob.engines.study.results import Quantities
 from plumbob.engines.study.stability import KnownLimit
-from plumbob.reports.advice.work_precision import converging, error_of
+from plumbob.reports.advice.work_precision import error_or_infinity, errors_converge
 from plumbob.reports.judge.verdict import JudgedMethod
 
 DEFAULT_METHOD, DEFAULT_STEP = DEFAULT
-UNTRUSTED = (
-    "off-prediction",
-    "inaccurate",
-    "not-converging",
-    "diverged",
-    "cut-short",
-)  # verdicts that rule a method out
+# Verdicts that rule a method out.
+UNTRUSTED = ("off-prediction", "inaccurate", "not-converging", "diverged", "cut-short")
 UNJUDGED = "pre-asymptotic"  # verdict with which the errors of the runs decide
-EXACT = "closed-form"  # integrator of methods that are no simulation, and are not recommended
+CLOSED_FORM = (
+    "closed-form"  # integrator of methods that are no simulation, and are not recommended
+)
 
 
 @dataclass(frozen=True)
@@ -69,8 +66,8 @@ class Recommendation:
     surrogate: Choice | None = None  # the cheapest surrogate, if cheaper than `choice`
 
 
-def trusted(
-    judged: JudgedMethod | None, runs: Sequence[Measurement], about: Quantities
+def may_recommend(
+    judged: JudgedMethod | None, runs: Sequence[Measurement], quantities: Quantities
 ) -> bool:
     """Whether a method may be recommended on a scene by its verdict. If the verdict is
     `pre-asymptotic`, the errors of its `runs` have to converge. Without a verdict it may be
@@ -80,4 +77,4 @@ def trusted(
     verdict = judged.whole.verdict
     if verdict != UNJUDGED:
         return verdict not in UNTRUSTED
-    return converging([(m.step, error_of(m, about)) for m in runs])
+    return errors_converge([(run.step, error_or_infinity(run, quantities)) for run in runs])

@@ -17,7 +17,7 @@ from plumbob.engines.study.measurement import REFERENCE_STEP, Measurement
 from plumbob.engines.study.results import Study
 from plumbob.models.registry import case_of, system_of, systems_of
 from plumbob.models.scene import Case, Scene, System
-from plumbob.reports.advice.advice import from_study
+from plumbob.reports.advice.advice import study_recommendation
 from plumbob.reports.advice.user_settings import user_results
 from plumbob.reports.analyses.replay import replay
 from plumbob.reports.judge.expectations import expected, standing, surprise
@@ -61,7 +61,9 @@ def scene_record(study: Study, judged: Judgements, scene: Scene) -> SceneRecord:
     held = any(m.status == "done" for c in series for m in c.measurements)
     return SceneRecord(
         {c.method: verdict_on(study, c, judged) for c in series},
-        tuple(from_study(study, scene, e, judged) for e, _ in ERRORS) if study.costs else (),
+        tuple(study_recommendation(study, scene, e, judged) for e, _ in ERRORS)
+        if study.costs
+        else (),
         _exact(study, scene) if held or not system_of(scene).distribution else None,
     )
 

@@ -24,7 +24,7 @@ from plumbob.engines.study.scheduler import Progress
 from plumbob.engines.workers import Workers
 from plumbob.models.registry import scenes as find_scenes
 from plumbob.models.scene import Scene
-from plumbob.reports.advice.json_records import records
+from plumbob.reports.advice.json_records import study_records
 from plumbob.reports.advice.user_settings import user_results
 from plumbob.reports.commands.arguments import values
 from plumbob.reports.commands.arguments.like import METHODS as LIKE_METHODS
@@ -132,7 +132,7 @@ def _report(
         write_junit(junit, study, every)
     values.show(
         chosen,
-        records(study, judged, results),
+        study_records(study, judged, results),
         "study",
         **study_values(study, every, chosen.verbose),
         page=page,

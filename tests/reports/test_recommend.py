@@ -16,7 +16,7 @@ from plumbob.engines.study.stability import (
     StabilitySearch,
 )
 from plumbob.models.scene import step_sizes
-from plumbob.reports.advice.advice import from_study
+from plumbob.reports.advice.advice import study_recommendation
 from plumbob.reports.judge.verdict import JudgedMethod, Judgement
 from plumbob.reports.view.top_tables import ERRORS
 from plumbob.tests.site import whole_profile
@@ -34,7 +34,7 @@ def one(method, error):
 
 def cheapest(study, error, judged=None):
     """The answer from a study of one scene, by default with nothing known against any method."""
-    return from_study(study, study.scenes[0], error, judged or {})
+    return study_recommendation(study, study.scenes[0], error, judged or {})
 
 
 @given(c4=positive, c5=positive, wanted=st.floats(-12, -1).map(lambda x: 10.0**x))
