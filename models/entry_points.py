@@ -1,5 +1,6 @@
-"""Additions of other installed packages by entry points: they are loaded when a name is asked for
-that is none of ours, and a broken one costs a line on stderr, not the study."""
+"""Engines and systems that other installed packages add by entry points. They are loaded when a
+name is asked for that plumbob itself does not have. A broken package costs a line on stderr, not
+the study."""
 
 from __future__ import annotations
 
@@ -16,37 +17,38 @@ from typing import Any
 
 from plumbob.models.border import Refused, border, shortened
 
-ENGINES, SYSTEMS = "plumbob.engines", "plumbob.systems"  # the groups
+ENGINES, SYSTEMS = "plumbob.engines", "plumbob.systems"  # groups of entry points
 
-Wrong = Callable[[Any, str], str]  # object and its name -> why it is not valid
+# Returns the reason why an object with a name is not valid; empty if it is valid.
+Wrong = Callable[[Any, str], str]
 
 
 @dataclass(frozen=True)
 class Addition:
-    """An object that a package adds, or the reason why it cannot."""
+    """An object that a package adds, or the reason why it cannot be used."""
 
-    package: str  # with its version: "toy-engine 1.0"
-    found: Any = None
-    reason: str = ""  # why there is nothing, one line
+    package: str  # name and version: "toy-engine 1.0"
+    found: Any = None  # the object; None if it cannot be used
+    reason: str = ""  # reason why the object cannot be used, one line
 
     @property
     def distribution(self) -> str:
-        """Name of the package that is installed."""
+        """Name of the installed package."""
         return self.package.partition(" ")[0]
 
 
 @cache
 def points(group: str) -> Mapping[str, tuple[metadata.EntryPoint, ...]]:
-    """The entry points of a group by name, none of them loaded; several packages may have one of
-    the same name."""
-    # a folder may be on the path twice
+    """Returns the entry points of a group by name, none of them loaded. Several packages may have
+    an entry point of one name."""
+    # An entry point is listed twice if its folder is on the path twice.
     every = dict.fromkeys(metadata.entry_points(group=group))
     names = dict.fromkeys(point.name for point in every)
     return MappingProxyType({n: tuple(p for p in every if p.name == n) for n in names})
 
 
 def versions() -> Mapping[str, str]:
-    """The versions of the packages that add engines or systems, by the packages' names."""
+    """Returns {package: version} for the packages that add engines or systems."""
     several = (points(group).values() for group in (ENGINES, SYSTEMS))
     added = (p.dist for entries in several for group in entries for p in group if p.dist)
     return {package.name: package.version for package in added}
@@ -54,19 +56,22 @@ def versions() -> Mapping[str, str]:
 
 @cache
 def additions(group: str, wrong: Wrong) -> Mapping[str, Addition]:
-    """The objects that packages add to a group, by their names, loaded once a process; of one that
-    cannot be used, or prints, stderr says so."""
+    """Returns the objects that packages add to a group, by name, loaded once a process. If an
+    object cannot be used, or prints while it is loaded, a line on stderr says so."""
     return {name: _addition(name, several, wrong) for name, several in points(group).items()}
 
 
 def broken(group: str, wrong: Wrong, name: str) -> str:
-    """The requirement on a name whose package cannot be used; else empty."""
+    """Returns the requirement on a name whose package cannot be used, for a message; otherwise
+    empty."""
     added = additions(group, wrong).get(name)
     reason = added and added.reason and f"one that can be used; {added.package}: {added.reason}"
     return reason or ""
 
 
 def _addition(name: str, several: tuple[metadata.EntryPoint, ...], wrong: Wrong) -> Addition:
+    """Loads and validates the object with this name. `several` are the entry points of the name,
+    one a package; more than one is an error."""
     packages = [f"{p.dist.name} {p.dist.version}" if p.dist else p.module for p in several]
     loaded = None
     reason = ""
@@ -92,8 +97,8 @@ def _addition(name: str, several: tuple[metadata.EntryPoint, ...], wrong: Wrong)
 
 @contextmanager
 def captured() -> Iterator[list[str]]:
-    """Take what is written to stdout and stderr, by Python or by a library in C; the list holds it
-    as one text afterwards."""
+    """Captures the output to stdout and stderr, of Python and of libraries in C. Afterwards the
+    list holds the output as one text."""
     import tempfile
 
     output: list[str] = []
@@ -117,7 +122,7 @@ def captured() -> Iterator[list[str]]:
 
 @contextmanager
 def on_stderr() -> Iterator[None]:
-    """Redirects to stderr what the block prints on stdout, in Python or in C: a user's own code may
+    """Redirects to stderr what the block prints on stdout, in Python or in C. A user's own code may
     print, and stdout is for results."""
     sys.stdout.flush()
     kept = os.dup(1) if _open(1) and _open(2) else None
@@ -133,6 +138,7 @@ def on_stderr() -> Iterator[None]:
 
 
 def _open(number: int) -> bool:
+    """Whether a file descriptor is open."""
     try:
         os.fstat(number)
     except OSError:

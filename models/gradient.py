@@ -1,4 +1,5 @@
-"""Exact derivatives of a case's observables by its parameters, the start among them."""
+"""Exact derivatives of a case's observables with respect to its parameters, including those of the
+start."""
 
 from __future__ import annotations
 
@@ -24,23 +25,24 @@ from plumbob.analytic.sensitivities.neighbours import (
 from plumbob.analytic.sensitivities.phases import Phased, phased_gradients
 from plumbob.models.scene import Case, Gradients, Parameters, System
 
-STEP = 1e-3  # of a parameter, or of its unit where that is 0, to the nearest neighbour
-SHRINK = 0.5  # from one attempt to the next, until all neighbours are possible
-SMALLEST = 1e-10
+STEP = 1e-3  # distance of the nearest neighbour, relative to the number's size
+SHRINK = 0.5  # factor of the distance from one attempt to the next
+SMALLEST = 1e-10  # smallest distance, relative to the number's size
 SIDES = ("below", "above")
 Beside = tuple[dict[str, Neighbours[Any]], str]
-"""The neighbours on both sides of one number, else on either, and why not on both."""
+"""{side: neighbours of a number}, and the reason why there is no side "both"."""
 
 
 def exact_gradient(
     case: Case, by: Sequence[str], times: Array, of: Sequence[str] = ()
 ) -> Mapping[str, Sensitivity]:
-    """Derivatives of the observables `of` (none named: all) at `times` [s], shape (n,), by each
-    parameter in `by`, at fixed values of the others. A parameter has the name of `--set`, one
-    number of several an index: "supports[0][1]"; without an index all its numbers are meant. At a
-    time at which something switches they are those of the interval that begins there.
+    """Returns the derivatives of the observables `of` (none named: all) at `times` [s], shape (n,),
+    with respect to each parameter in `by`, the other parameters fixed. A parameter has the name of
+    `--set`. An index selects one of several numbers: "supports[0][1]"; without an index each number
+    of the parameter gives an entry. At a time at which something switches, the derivatives are
+    those of the interval that begins there.
 
-    Raises ParameterError for a name that is unknown or that the case leaves out.
+    Raises ParameterError for a name that is unknown, or that the case leaves out.
 
     >>> from plumbob.models.registry import case_of, scene
     >>> case = case_of(scene("capsule-line/heading-030"))
@@ -60,28 +62,28 @@ class Number:
     """One number among a case's parameters, which may vary."""
 
     case: Case
-    name: str  # as it was asked for, with an index where a parameter has several
-    parameters: Parameters  # of the case, with this one where a scene leaves it out
-    path: tuple[int, ...]
+    name: str  # name with indices, if the parameter has several numbers
+    parameters: Parameters  # parameters of the case, including the number's own
+    path: tuple[int, ...]  # indices of the number in its parameter
 
     @property
     def parameter(self) -> str:
-        """The name of the parameter that it is of."""
+        """Name of the parameter that the number belongs to."""
         return _parsed(self.name)[0]
 
     @property
     def value(self) -> Any:
-        """The number itself, or what else is there."""
+        """The number itself; anything else if the parameter is no number."""
         return _at(self.parameters[self.parameter], self.path)
 
     @property
     def size(self) -> float:
-        """Its magnitude, or its unit where it is 0."""
+        """Magnitude of the number; its unit if the number is 0."""
         return abs(self.value) or 1.0
 
     def problem(self, number: float) -> Any:
-        """The problem with this number in its place; raises ParameterError where it is not one of
-        the same kind."""
+        """Returns the case's problem with `number` in place of this number; raises ParameterError
+        if that changes the structure of the problem."""
         changed = self._changed(number)
         system = self.case.system
         moved = system.problem(changed)
@@ -91,26 +93,29 @@ class Number:
         return moved
 
     def moved(self, number: float) -> Case:
-        """The case with this number in its place; raises ParameterError as `problem` does."""
+        """Returns the case with `number` in place of this number; raises ParameterError as
+        `problem` does."""
         self.problem(number)
         scene = replace(self.case.scene, parameters=self._changed(number))
         return self.case.system.case(scene)
 
     def _changed(self, number: float) -> Parameters:
+        """Returns the case's parameters with `number` in place of this number."""
         value = _with(self.parameters[self.parameter], self.path, number)
         return self.case.system.change(self.parameters, {self.parameter: value})
 
 
 def numbers(case: Case, wanted: str) -> Iterator[Number]:
-    """Each number that is meant, one of several by its index; raises ParameterError for a name that
-    is unknown or that the case leaves out."""
+    """Yields each number that `wanted` means, a parameter or one of its numbers by index; raises
+    ParameterError for a name that is unknown, or that the case leaves out."""
     parameters = _complete(case, _parsed(wanted)[0])
     for name, path in _numbers(parameters, wanted):
         yield Number(case, name, parameters, path)
 
 
 def _sensitivity(number: Number, times: Array, names: Sequence[str]) -> Sensitivity:
-    """The derivatives by one number, on both of its sides or on one."""
+    """Returns the derivatives with respect to one number. If the number can vary on both of its
+    sides together, there is one derivative; otherwise one for each side on which it can vary."""
     (sides, why) = _beside(number)
     system = number.case.system
     gradients = system.sensitivity or _general(system)
@@ -119,7 +124,7 @@ def _sensitivity(number: Number, times: Array, names: Sequence[str]) -> Sensitiv
     )
     nothing = dict.fromkeys(names, np.full(times.shape, np.nan))
     values = {side: {n: one.values[n] for n in names} for side, one in found.items()}
-    # Where there are both sides apart, the larger of their uncertainties.
+    # If both sides have a derivative each, the larger uncertainty counts.
     unsure = [one.uncertainty for one in found.values()] or [nothing]
     uncertain = {n: np.max([one[n] for one in unsure], axis=0) for n in names}
     if "both" in found:
@@ -129,8 +134,9 @@ def _sensitivity(number: Number, times: Array, names: Sequence[str]) -> Sensitiv
 
 
 def _general(system: System) -> Gradients:
-    """For a system that does not say how: its variational equation where its motion has one, else
-    stencils of the exact motion itself."""
+    """Returns the derivatives' function for a system that has none of its own. If the system's
+    motion has a variational equation, the function solves it. Otherwise it takes differences of the
+    exact motion."""
 
     def gradients(problems: Sequence[Neighbours[Any]], times: Array) -> list[Sensitivity]:
         start = np.zeros(1)
@@ -148,21 +154,23 @@ def _general(system: System) -> Gradients:
 
 
 def _parsed(name: str) -> tuple[str, tuple[int, ...]]:
-    """A parameter and the indices of one of its numbers."""
+    """Returns the name of a parameter and the indices of one of its numbers, of "name[0][1]"."""
     indices = re.findall(r"\[(\d+)\]", name)
     return name.partition("[")[0], tuple(int(index) for index in indices)
 
 
 def _complete(case: Case, name: str) -> Parameters:
-    """The case's parameters with the value that `name` has where it is left out: that with which
-    the motion is the same."""
+    """Returns the case's parameters, including the parameter `name`. If the scene leaves `name`
+    out, it gets the value with which the motion is the same. Raises ParameterError if there is no
+    such value."""
     system = case.system
     parameters = case.scene.parameters
     if name not in system.parameters:
         raise ParameterError("by", name, f"one of {nearest(name, list(system.parameters))}")
     if name in parameters:
         return parameters
-    # A left out parameter of another description of the case comes with the rest of that.
+    # The parameter may belong to another description of the case, whose other parameters come with
+    # it: setting one of those may bring `name`.
     for other in (name, *system.parameters):
         if other in parameters:
             continue
@@ -176,6 +184,8 @@ def _complete(case: Case, name: str) -> Parameters:
 
 
 def _same(case: Case, parameters: Parameters) -> bool:
+    """Whether other parameters give the same motion, within the uncertainty of the exact answer, at
+    three times."""
     ends = np.array([0.0, 0.3, 1.0]) * case.scene.duration
     motion = case.system.reference(case.system.problem(parameters)).observe(ends)
     exact = case.reference.observe(ends)
@@ -188,7 +198,7 @@ def _same(case: Case, parameters: Parameters) -> bool:
 
 
 def _numbers(parameters: Parameters, wanted: str) -> Iterator[tuple[str, tuple[int, ...]]]:
-    """Each number that is meant, by name, with its indices."""
+    """Yields the name and the indices of each number that `wanted` means."""
     name, path = _parsed(wanted)
     try:
         value = _at(parameters[name], path)
@@ -202,11 +212,12 @@ def _numbers(parameters: Parameters, wanted: str) -> Iterator[tuple[str, tuple[i
 
 
 def _at(value: Any, path: tuple[int, ...]) -> Any:
+    """Returns the part of a nested sequence at the indices `path`."""
     return reduce(getitem, path, value)
 
 
 def _with(value: Any, path: tuple[int, ...], number: float) -> Any:
-    """A value with the number at the indices `path` replaced."""
+    """Returns a nested sequence with the number at the indices `path` replaced."""
     if not path:
         return number
     changed = list(value)
@@ -215,13 +226,17 @@ def _with(value: Any, path: tuple[int, ...], number: float) -> Any:
 
 
 def _beside(of: Number) -> Beside:
-    """The neighbours on both sides of one number, else on either, and why not on both."""
+    """Returns the problems near one number, by side, and a reason. If the number can vary on both
+    sides at once, the side is "both" and the reason empty. Otherwise the sides are those on which
+    it can vary; the reason says why it cannot vary on the other."""
     number = of.value
     system = of.case.system
     if isinstance(number, (bool, str)) or not isinstance(number, (int, float)):
         return {}, f"{of.name} = {number!r} is not a number that can vary"
 
     def neighbours(stencil: tuple[int, ...]) -> Neighbours[Any] | ParameterError:
+        """Returns the problems at `stencil` multiples of a step from the number. The step shrinks
+        until all of them are possible; returns the error if it becomes too small."""
         step = STEP * of.size
         while True:
             values = [number + k * step for k in stencil]

@@ -1,5 +1,5 @@
-"""The registry of systems: every folder of `models` lists its own in SYSTEMS, and other installed
-packages add theirs by entry points of the group `plumbob.systems`."""
+"""The registry of systems. Each folder of `models` lists its systems in SYSTEMS. Other installed
+packages add systems by entry points of the group `plumbob.systems`."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from plumbob.models.scene import ONE_SMOOTH, Case, Scene, System
 
 @cache
 def built_in() -> Mapping[str, System]:
-    """The systems of plumbob itself by name, in the order of their names."""
+    """Returns plumbob's own systems by name, sorted by name."""
     folders = pkgutil.iter_modules([str(Path(__file__).parent)])
     modules = [import_module(f"plumbob.models.{f.name}") for f in folders if f.ispkg]
     declared = [system for module in modules for system in getattr(module, "SYSTEMS", ())]
@@ -32,13 +32,13 @@ def built_in() -> Mapping[str, System]:
 
 
 def _of_its_kind(system: System) -> System:
-    """A system whose scenes say its kind."""
+    """Returns a system whose scenes state the system's kind."""
     return replace(system, scenes=tuple(replace(s, kind=system.kind) for s in system.scenes))
 
 
 @cache
 def systems() -> Mapping[str, System]:
-    """All systems by name, in the order of their names.
+    """Returns all systems by name, sorted by name.
 
     >>> "cone-pendulum" in systems()
     True
@@ -53,28 +53,29 @@ def systems() -> Mapping[str, System]:
 
 
 def systems_of(*names: str) -> Mapping[str, System]:
-    """The systems among which names of systems or scenes are: those of other packages are loaded
-    where a name is none of ours."""
+    """Returns systems among which the systems with these names, or with scenes of these names, are.
+    Other packages are loaded only if plumbob itself has no system of one of the names."""
     ours = built_in()
     return ours if all(name.partition("/")[0] in ours for name in names) else systems()
 
 
 def find_system(name: str) -> System:
-    """The system of this name; raises ParameterError."""
+    """Returns the system of this name; raises ParameterError."""
     if (system := systems_of(name).get(name)) is not None:
         return system
     raise ParameterError("scene", name, _one_of(name, systems()))
 
 
 def added_system(name: str) -> System | None:
-    """The system that another package adds under this name; else None."""
-    # Where no package adds it, nothing needs to be loaded.
+    """Returns the system that another package adds under this name; None if no package does."""
+    # If no package adds the name, nothing needs to be loaded.
     added = name in entry_points.points(entry_points.SYSTEMS) and name not in built_in()
     return systems().get(name) if added else None
 
 
 def _one_of(name: str, names: Iterable[str]) -> str:
-    """The requirement on a name of a system or a scene."""
+    """Returns the requirement on a name of a system or a scene, for a message: the reason why its
+    package cannot be used, or the nearest names."""
     system = name.partition("/")[0]
     return entry_points.broken(entry_points.SYSTEMS, _wrong, system) or unknown(
         name, list(names)
@@ -82,8 +83,8 @@ def _one_of(name: str, names: Iterable[str]) -> str:
 
 
 def _wrong(candidate: Any, name: str) -> str:
-    """Why a package's object is not a valid system of this name; empty where it is. Each scene's
-    exact motion is evaluated once, at its start and its end."""
+    """Message if a package's object is not a valid system of this name; empty if it is. The exact
+    motion of each scene is evaluated once, at its start and its end."""
     if not isinstance(candidate, System):
         return f"{type(candidate).__name__} in place of a plumbob System"
     if name in built_in():
@@ -111,14 +112,14 @@ def _wrong(candidate: Any, name: str) -> str:
 
 
 def matches(name: str, pattern: str) -> bool:
-    """Whether `system/case` or `engine/method` is of a shell pattern, or of the system or engine
-    that it names."""
+    """Whether `system/case` or `engine/method` matches a shell pattern, or belongs to the system or
+    engine that `pattern` names."""
     return fnmatch.fnmatchcase(name, pattern) or name.partition("/")[0] == pattern
 
 
 def scenes(pattern: str = "*", profile: str = "full") -> tuple[Scene, ...]:
-    """Scenes whose name, or system, matches the shell pattern (several with commas), of the
-    profile; raises ParameterError when there is none."""
+    """Returns the scenes of a profile whose name, or system, matches the shell pattern (several
+    with commas); raises ParameterError if there is none."""
     wanted = pattern.split(",")
     every = [scene for system in systems_of(*wanted).values() for scene in system.scenes]
     for part in wanted:
@@ -134,10 +135,10 @@ def scenes(pattern: str = "*", profile: str = "full") -> tuple[Scene, ...]:
 
 
 def scene(name: str, changes: Mapping[str, Any] | None = None) -> Scene:
-    """The scene `system/case`, or a system's default case, with some parameters changed (SI units
-    and radians; the names of `--set`).
+    """Returns the scene `system/case`, or a system's default case, with some parameters changed (SI
+    units and radians, by the names of `--set`).
 
-    Raises ParameterError for an unknown name or a parameter that the equations do not allow.
+    Raises ParameterError for an unknown name, and for a parameter that the equations do not allow.
 
     >>> scene("simple-pendulum/free-large").duration
     50.0
@@ -158,43 +159,45 @@ def scene(name: str, changes: Mapping[str, Any] | None = None) -> Scene:
     known(changes, system.parameters)
     changed = replace(chosen, parameters=system.change(chosen.parameters, changes))
     try:
-        case_of(changed)  # cached for the run
+        case_of(changed)  # the run finds the case in the cache
     except ParameterError as error:
         raise error.due_to(changes, system.parameters) from None
     return changed
 
 
 def system_of(scene: Scene) -> System:
-    """The system that a scene belongs to; raises ParameterError where it is no longer there."""
+    """Returns the system of a scene; raises ParameterError if the system is no longer installed."""
     return find_system(scene.system)
 
 
 def case_of(scene: Scene) -> Case:
-    """The case of a scene: its problem and its exact motion, which all scenes with the same
-    parameters share; raises ParameterError."""
+    """Returns the case of a scene: its problem and its exact motion. All scenes with the same
+    parameters share one case. Raises ParameterError."""
     case = _worked_out(scene.system, pickle.dumps(dict(scene.parameters)))
     return replace(case, scene=scene)
 
 
 def stability_of(case: Case) -> StabilityTheory | None:
-    """The theory of the largest step of a case, worked out once for all its methods; None without
-    one."""
+    """Returns the theory of the largest step of a case, computed once for all methods; None without
+    a theory."""
     return _stability(case.system.name, pickle.dumps(dict(case.scene.parameters)))
 
 
 @lru_cache(maxsize=16)
 def _stability(system: str, parameters: bytes) -> StabilityTheory | None:
+    """Returns the theory of the largest step of a system with these pickled parameters."""
     case = _worked_out(system, parameters)
     return case.system.stability(case.problem) if case.system.stability else None
 
 
 @lru_cache(maxsize=128)
 def _worked_out(system: str, parameters: bytes) -> Case:
-    """The case of a system with these pickled parameters, which no dict could be a key for."""
+    """Returns the case of a system with these parameters. They are pickled because a dict cannot be
+    a key of the cache."""
     of = find_system(system)
     return of.case(replace(of.scenes[0], parameters=pickle.loads(parameters)))
 
 
 def unknown(name: str, names: list[str]) -> str:
-    """The requirement on an unknown name, with the nearest ones that exist."""
+    """Returns the requirement on an unknown name, for a message: the nearest names that exist."""
     return f"one of {nearest(name, names, '... (see `plumbob list`)')}"

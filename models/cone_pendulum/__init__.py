@@ -1,4 +1,5 @@
-"""The cone pendulum on a rotating platform: its scenes as data, their invariants and scales."""
+"""The cone pendulum on a rotating platform: its scenes as data, its invariants, facts and
+quantities."""
 
 from __future__ import annotations
 
@@ -41,9 +42,9 @@ SOURCE = (
 )
 _CONE = ("density", "height", "apex_angle")
 _BODY = ("mass", "com_distance", "inertia_x", "inertia_y", "inertia_z")
-_PRODUCT = "inertia_yz"  # may be left out
+_PRODUCT = "inertia_yz"  # parameter that may be left out
 _REST = ("pivot_x", "pivot_y", "platform_rate", "gravity", "theta", "theta_dot")
-_MORE = ("excess", "pivot_z")  # may be left out
+_MORE = ("excess", "pivot_z")  # parameters that may be left out
 _STEEL: Parameters = MappingProxyType(
     {
         "density": 8000.0,
@@ -57,11 +58,11 @@ _STEEL: Parameters = MappingProxyType(
         "theta_dot": 37.0,
     }
 )
-_PITCHFORK = 6.4482287920129893  # [rad/s], omega^2 = c / (I_x - I_z), physics of the steel cone
+_PITCHFORK = 6.4482287920129893  # [rad/s] omega^2 = c / (I_x - I_z), for the steel cone
 
 
 def problem(parameters: Parameters) -> ConePendulum:
-    """The cone pendulum that parameters describe; raises ParameterError."""
+    """Returns the cone pendulum that parameters describe; raises ParameterError."""
     general = "mass" in parameters
     shaping = (*_BODY, _PRODUCT) if general else _CONE
     known(parameters, (*shaping, *_REST, *_MORE))
@@ -72,7 +73,9 @@ def problem(parameters: Parameters) -> ConePendulum:
 
 
 def change(parameters: Parameters, changes: Parameters) -> Parameters:
-    """Parameters with some values changed; those of a general body replace the cone's three."""
+    """Returns parameters with some values changed. If a parameter of a general body is changed, the
+    parameters of such a body replace the cone's three. A change of theta_dot removes the excess of
+    energy."""
     if "mass" not in parameters and not {*_BODY, _PRODUCT}.isdisjoint(changes):
         kept = {name: parameters[name] for name in parameters if name not in _CONE}
         return {**_mass_properties(problem(parameters).body), **kept, **changes}
@@ -82,13 +85,14 @@ def change(parameters: Parameters, changes: Parameters) -> Parameters:
 
 
 def _mass_properties(body: Body) -> dict[str, float]:
-    """The parameters that give a body of any shape."""
+    """Returns the parameters that describe a body of any shape."""
     return {name: getattr(body, name) for name in (*_BODY, _PRODUCT)}
 
 
 def invariants(problem: ConePendulum, observed: Signals) -> Signals:
-    """Drift of the Jacobi integral [J] over the spread of the potential; and of the action over its
-    own start, where a motion repeats: dI = dH/Omega, Sudakov 2015, eq. 12, to first order in dH."""
+    """Returns the drift of the Jacobi integral [J], relative to the spread of the potential. A
+    motion that repeats also has the drift of the action, relative to the action at the start: dI =
+    dH/Omega, Sudakov 2015, eq. 12, to first order in dH."""
     motion = problem.motion
     inertia = problem.body.inertia_x
     rates = observed["theta_dot"]
@@ -102,7 +106,8 @@ def invariants(problem: ConePendulum, observed: Signals) -> Signals:
 
 
 def facts(problem: ConePendulum) -> Mapping[str, Any]:
-    """Mass properties, barrier, equilibria, period and action; the printed Hamiltonian's apart."""
+    """Returns mass properties, barrier, equilibria, period and action; those of the printed
+    Hamiltonian stand apart."""
     motion = problem.motion
     offset = problem.potential_offset
     barrier, at = problem.printed_barrier
@@ -125,7 +130,7 @@ def facts(problem: ConePendulum) -> Mapping[str, Any]:
 
 
 def interest(case: Case) -> tuple[Quantity, ...]:
-    """The angle, with the amplitude of a libration, or one radian, as its scale."""
+    """Returns the angle; its scale is the amplitude of a libration, otherwise one radian."""
     motion: PendulumMotion = case.problem.motion
     if motion.regime != "libration":
         return (Quantity("theta", RADIAN),)
@@ -133,6 +138,7 @@ def interest(case: Case) -> tuple[Quantity, ...]:
 
 
 def _about(motion: PendulumMotion) -> Mapping[str, Any]:
+    """Returns the facts on a motion."""
     return {
         "kind": motion.regime,
         "well": motion.well,
@@ -144,7 +150,7 @@ def _about(motion: PendulumMotion) -> Mapping[str, Any]:
 
 
 def stability(problem: ConePendulum) -> StabilityTheory:
-    """Theory of the largest steps on the motion."""
+    """Returns the theory of the largest steps on the motion."""
     motion = problem.motion
     theta, theta_dot = (float(part[0]) for part in motion.closed_form.state(np.zeros(1)))
     theory: StabilityTheory = from_analytic("errors.stability.pendulums.pendulum_stability")(
@@ -180,7 +186,8 @@ _equal = partial(
 
 
 def _near(side: str, k: int, theta_dot: float) -> Scene:
-    """Energy a relative 10^-k off the barrier, over two passages of the saddle."""
+    """Returns the scene whose energy is a relative 10^-k off the barrier, over two passages of the
+    saddle."""
     return _scene(
         f"{side}-barrier-1e-{k}",
         f"energy {side} the barrier by 10^-{k} of it",
@@ -192,8 +199,9 @@ def _near(side: str, k: int, theta_dot: float) -> Scene:
     )
 
 
-# Rates [rad/s] above and below the barrier, by k, as `started` has them for the excess of energy: a
-# test works them out. Here they are numbers, since a list of scenes needs no elliptic functions.
+# For each k, the rates [rad/s] with which the energy is 10^-k above and below the barrier. A test
+# computes them from the excess of energy. They are numbers here: listing scenes should not evaluate
+# elliptic functions.
 _RATES = (
     (3, 15.81226596825229, 15.801534486539067),
     (4, 15.807437703058957, 15.806364554948845),

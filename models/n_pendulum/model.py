@@ -1,4 +1,4 @@
-"""The numbers of a chain of rods in n_pendulum.xml."""
+"""The relation of a chain of rods to n_pendulum.xml."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ from plumbob.models.model_file import ModelFile
 
 
 def fill(spec: Any, chain: NPendulum) -> None:
-    """Write the numbers of a chain into an MjSpec of n_pendulum.xml, which gets as many rods as the
-    chain has."""
+    """Writes the numbers of a chain into an MjSpec of n_pendulum.xml, and gives it as many rods as
+    the chain has."""
     spec.option.gravity = [0.0, 0.0, -chain.gravity]
     above = None
     end = 0.0
@@ -35,7 +35,7 @@ def fill(spec: Any, chain: NPendulum) -> None:
 
 
 def _added(above: Any, number: int) -> Any:
-    """One more rod on the rod `above`, with a geom of the same type."""
+    """Adds one more rod to the rod `above`, with a geom of the same type; returns the rod."""
     rod = above.add_body(name=f"rod_{number}")
     rod.add_joint(name=f"hinge_{number}", axis=[0.0, -1.0, 0.0])
     rod.add_geom(type=above.first_geom().type, size=[0.015, 0.0, 0.0], mass=0.0)
@@ -44,13 +44,13 @@ def _added(above: Any, number: int) -> Any:
 
 
 def observe(chain: NPendulum, qpos: Array, qvel: Array) -> Signals:
-    """The angles of the rods from the vertical, their rates and the tip's place."""
+    """Returns the angles of the rods from the vertical, their rates, and the tip's place."""
     return of_chain(chain.motion.system, qpos, qvel)
 
 
 def of_chain(system: SmoothSystem, qpos: Array, qvel: Array) -> Signals:
-    """The observables of a chain. Each hinge of the file has the angle from the rod above, and each
-    coordinate of the system the angle from the vertical."""
+    """Returns the observables of a chain. A hinge of the file has the angle from the rod above; a
+    coordinate of the system has the angle from the vertical."""
     states = np.concatenate([np.cumsum(qpos, axis=1), np.cumsum(qvel, axis=1)], axis=1)
     return system.observed(states.T)
 

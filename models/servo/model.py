@@ -1,4 +1,4 @@
-"""The numbers of a servo in servo.xml."""
+"""The relation of a servo to servo.xml."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from plumbob.models.simple_pendulum.model import first_coefficient, of_hinge
 
 
 def fill(spec: Any, servo: Servo) -> None:
-    """Write the numbers of a servo into an MjSpec of servo.xml."""
+    """Writes the numbers of a servo into an MjSpec of servo.xml."""
     joint = spec.joint("theta")
     motor = spec.actuator("motor")
     start = spec.key("start")
@@ -31,7 +31,7 @@ def fill(spec: Any, servo: Servo) -> None:
 
 
 def observe(servo: Servo, qpos: Array, qvel: Array) -> Signals:
-    """The angle from the target, and the angle's rate."""
+    """Returns the angle from the target, and its rate."""
     return of_hinge(qpos, qvel)
 
 

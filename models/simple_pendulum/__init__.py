@@ -1,4 +1,5 @@
-"""The simple pendulum and its linear companion: scenes as data, their invariants and scales."""
+"""The simple pendulum and the linear pendulum: their scenes as data, their invariants, facts and
+quantities."""
 
 from __future__ import annotations
 
@@ -32,8 +33,8 @@ SOURCE = (
     "Pêndulo Simples, course notebook: the simple pendulum, linear and non-linear, free, damped "
     "and forced, by RK4"
 )
-FROM_TOP = "theta_from_top"  # in place of theta
-# The notebook's own C [kg/s] and F_0 [N], of F(t) = F_0 sin(Omega t), in place of the rates.
+FROM_TOP = "theta_from_top"  # parameter that replaces theta
+# The notebook's C [kg/s] and F_0 [N], of F(t) = F_0 sin(Omega t), and the rates that they replace.
 OWN_FORM = MappingProxyType({"damping": "damping_rate", "force": "forcing_amplitude"})
 _REST: Parameters = MappingProxyType(
     {
@@ -51,7 +52,7 @@ _DEGREE = math.pi / 180
 
 
 def problem(parameters: Parameters, linear: bool = False) -> SimplePendulum:
-    """The pendulum that parameters describe; raises ParameterError."""
+    """Returns the pendulum that parameters describe; raises ParameterError."""
     known(parameters, PARAMETERS if linear else (*PARAMETERS, FROM_TOP))
     if FROM_TOP in parameters:
         finite(FROM_TOP, parameters[FROM_TOP])
@@ -59,12 +60,14 @@ def problem(parameters: Parameters, linear: bool = False) -> SimplePendulum:
             raise ParameterError(
                 FROM_TOP, parameters[FROM_TOP], "left out where theta is given"
             )
-        parameters = {**parameters, "theta": math.pi}  # which only says near which turn
+        # Here theta selects the turn that theta_from_top is measured from.
+        parameters = {**parameters, "theta": math.pi}
     return SimplePendulum(**per_unit_mass(parameters), linear=linear)
 
 
 def per_unit_mass(parameters: Parameters) -> dict[str, Any]:
-    """Parameters with xi = C/m and A = F_0/(m L) in place of C and F_0; raises ParameterError."""
+    """Returns parameters with xi = C/m and A = F_0/(m L) in place of C and F_0; raises
+    ParameterError if both forms are given."""
     values = dict(parameters)
     for name, rate in OWN_FORM.items():
         if name not in values:
@@ -80,8 +83,8 @@ def per_unit_mass(parameters: Parameters) -> dict[str, Any]:
 
 
 def change(parameters: Parameters, changes: Parameters) -> Parameters:
-    """Parameters with some values changed; of theta and theta_from_top one takes the other's
-    place, and so do C and its rate, F_0 and its amplitude."""
+    """Returns parameters with some values changed. A change of theta_from_top replaces theta, and
+    the reverse. In the same way C and its rate, and F_0 and its amplitude, replace each other."""
     for pair in (*OWN_FORM.items(), ("theta", FROM_TOP)):
         if chosen := set(pair).intersection(changes):
             parameters = {n: v for n, v in parameters.items() if n not in pair or n in chosen}
@@ -89,8 +92,8 @@ def change(parameters: Parameters, changes: Parameters) -> Parameters:
 
 
 def invariants(problem: SimplePendulum, observed: Signals) -> Signals:
-    """Drift of the energy over the energy needed to reach the top, where the energy is
-    conserved."""
+    """Returns the drift of the energy, relative to the energy needed to reach the top; empty if the
+    energy is not conserved."""
     rotor = problem.rotor
     if not rotor.conservative:
         return {}
@@ -101,7 +104,7 @@ def invariants(problem: SimplePendulum, observed: Signals) -> Signals:
 
 
 def stability(problem: SimplePendulum) -> StabilityTheory:
-    """Theory of the largest steps on the motion."""
+    """Returns the theory of the largest steps on the motion."""
     start = problem.started
     elliptic = problem.elliptic
     period = math.inf if elliptic is None else elliptic.period
@@ -113,12 +116,12 @@ def stability(problem: SimplePendulum) -> StabilityTheory:
 
 
 errors = from_analytic("errors.smooth_motion.rotor_errors.simple_pendulum_errors")
-"""Theory of the errors of fixed steps on the motion of a problem."""
+"""Returns the theory of the errors of fixed steps on the motion of a problem."""
 
 
 def facts(problem: SimplePendulum) -> Mapping[str, Any]:
-    """Kind of motion; period, action and barrier of an undamped one; natural frequency and damping
-    ratio."""
+    """Returns the kind of motion, the natural frequency [rad/s] and the damping ratio. An undamped
+    motion also has period [s], action and barrier."""
     natural = math.sqrt(problem.gravity / problem.length)
     about: dict[str, Any] = {
         "kind": _kind(problem),
@@ -142,6 +145,7 @@ def facts(problem: SimplePendulum) -> Mapping[str, Any]:
 
 
 def _kind(problem: SimplePendulum) -> str:
+    """Returns the kind of motion in words."""
     if problem.elliptic is not None:
         return problem.elliptic.regime
     damping = problem.damping_rate
@@ -155,7 +159,7 @@ def _kind(problem: SimplePendulum) -> str:
 _scene = partial(
     scene_of,
     duration=50.0,
-    steps=step_sizes(1e-1, 1e-5),  # the notebook's 0.05 s among them
+    steps=step_sizes(1e-1, 1e-5),  # includes the notebook's 0.05 s
     base=_REST,
     source=SOURCE,
     change=change,
@@ -171,7 +175,8 @@ def _both(
     hard: str = "",
     **values: Any,
 ) -> tuple[Scene, Scene]:
-    """A scene of the simple pendulum, and the same start of the linear one."""
+    """Returns a scene of the simple pendulum, and a scene of the linear pendulum with the same
+    start."""
     fewer = {"steps": step_sizes(1e-1, 1e-4), **values}
     return (
         _scene(case, summary, system="simple-pendulum", profile=profile, hard=hard, **values),
@@ -180,6 +185,7 @@ def _both(
 
 
 def _near_top(k: int) -> Scene:
+    """Returns the scene that starts from rest 10^-k rad off the top."""
     return _scene(
         f"near-top-1e-{k}",
         f"from rest 10^-{k} off the top, through the bottom and up the other side",
@@ -351,6 +357,7 @@ _SCENES = (
 
 
 def _system(name: str, title: str, observables: tuple[Observable, ...], linear: bool) -> System:
+    """Returns the system of the simple or the linear pendulum."""
     return System(
         name=name,
         title=title,

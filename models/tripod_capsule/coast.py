@@ -1,4 +1,4 @@
-"""The slider fixed, the body coasting to rest, in closed form or not: capsule-coast."""
+"""capsule-coast: the slider is fixed, and the body coasts to rest."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ _ROUND = tuple((_ARM * math.cos(a), _ARM * math.sin(a)) for a in (0.3, 2.2, 4.6)
 
 
 def problem(parameters: Parameters) -> CapsuleProblem:
-    """Residual motion that parameters describe, by its formula where it has one; raises
+    """Returns the residual motion that parameters describe, by its formula if it has one; raises
     ParameterError."""
     known(parameters, NAMES)
     body = capsule(parameters)
@@ -66,10 +66,11 @@ def problem(parameters: Parameters) -> CapsuleProblem:
 
 
 def invariants(problem: CapsuleProblem, observed: Signals) -> Signals:
-    """How much the kinetic energy rises from one sample to the next, over that at the start."""
+    """Returns the rise of the kinetic energy from one sample to the next, relative to the energy at
+    the start."""
     body = problem.setup.capsule
     still = np.zeros_like(observed["velocity_x"])
-    # a model that has no turn is still
+    # A model without a turn has a heading of zero.
     rate, turn = (observed.get(name, still) for name in ("heading_rate", "heading"))
     velocity = observed["velocity_x"] + 1j * observed["velocity_y"]
     slider = velocity + 1j * rate * np.exp(1j * turn) * complex(*problem.setup.slider)
@@ -79,7 +80,7 @@ def invariants(problem: CapsuleProblem, observed: Signals) -> Signals:
 
 
 def facts(problem: CapsuleProblem) -> Mapping[str, Any]:
-    """How far and how long the body coasts."""
+    """Returns how far and how long the body coasts."""
     motion = problem.motion
     about = dict[str, Any]()
     if motion.kind == "plane":

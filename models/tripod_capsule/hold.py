@@ -1,4 +1,4 @@
-"""A body held by friction, under tilted gravity or with a slowly moving slider: capsule-hold."""
+"""capsule-hold: a body held by friction, under tilted gravity or with a slowly moving slider."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ _TILTED: Parameters = MappingProxyType({**CHECK, "direction": 0.7, "slider": (0.
 
 
 def problem(parameters: Parameters) -> CapsuleProblem:
-    """Body under tilted gravity, or if a `length` is given in a slow motion; raises
+    """Returns the body under tilted gravity, or, if a `length` is given, with a slow stroke; raises
     ParameterError."""
     known(parameters, NAMES)
     if "length" in parameters:
@@ -51,6 +51,7 @@ def problem(parameters: Parameters) -> CapsuleProblem:
 
 
 def _stroke(parameters: Parameters) -> CapsuleProblem:
+    """Returns the body with a slow stroke of its slider; raises ParameterError."""
     body = capsule(parameters)
     length = parameters["length"]
     fraction = parameters["fraction"]
@@ -61,7 +62,7 @@ def _stroke(parameters: Parameters) -> CapsuleProblem:
 
 
 def facts(problem: CapsuleProblem) -> Mapping[str, Any]:
-    """The load on friction, and the friction limit."""
+    """Returns the load on friction, and the friction limit."""
     body = problem.setup.capsule
     hold = problem.motion
     about: dict[str, Any] = {

@@ -1,4 +1,4 @@
-"""One push and one brake of the slider along a line through C: capsule-line."""
+"""capsule-line: one push and one brake of the slider along a line through C."""
 
 from __future__ import annotations
 
@@ -47,14 +47,15 @@ _LINE: Parameters = MappingProxyType(
 
 
 def problem(parameters: Parameters) -> CapsuleProblem:
-    """The line manoeuvre that parameters describe; raises ParameterError."""
+    """Returns the line manoeuvre that parameters describe; raises ParameterError."""
     known(parameters, NAMES)
     return on_line(manoeuvre(parameters), parameters)
 
 
 def invariants(problem: CapsuleProblem, observed: Signals) -> Signals:
-    """Friction is f (M + m) g at most: its relative excess. Without friction the common centre of
-    mass stays at rest: its displacement relative to the body's."""
+    """Returns by how much the friction force exceeds its largest value f (M + m) g, as a fraction.
+    Without friction the common centre of mass stays at rest: returns its displacement relative to
+    the body's."""
     body = problem.setup.capsule
     if body.friction == 0.0:
         shift = observed["displacement"] + body.mass_ratio * observed["stroke"]
@@ -68,8 +69,8 @@ def invariants(problem: CapsuleProblem, observed: Signals) -> Signals:
 
 
 def facts(problem: CapsuleProblem) -> Mapping[str, Any]:
-    """Displacement, stroke and times of the manoeuvre; its demand on the actuator until t2; loads;
-    and the source's misprints."""
+    """Returns displacement, stroke and times of the manoeuvre, its demand on the actuator until t2,
+    the loads, and the source's misprints."""
     line = problem.motion
     lowest, _ = lowest_normal_forces(line.capsule, line.ends)
     late = np.array([line.t_star])
@@ -108,7 +109,8 @@ _scene = partial(
 
 
 def _mass_ratio(case: str, slider_mass: float, summary: str, t1: float, **values: Any) -> Scene:
-    """A slider of another mass, its accelerations the same multiples of f g/mu."""
+    """Returns a scene with a slider of another mass; its accelerations are the same multiples of f
+    g/mu."""
     holding = threshold({"slider_mass": slider_mass})
     return _scene(
         case,
@@ -123,7 +125,7 @@ def _mass_ratio(case: str, slider_mass: float, summary: str, t1: float, **values
 
 
 def _start(reach: float) -> float:
-    """Where the slider starts [m], for the combined centre to end at `reach` [m] from C."""
+    """Returns the slider's start [m] with which the combined centre ends at `reach` [m] from C."""
     line = manoeuvre(_LINE)
     return reach / line.capsule.mass_ratio - line.stroke
 

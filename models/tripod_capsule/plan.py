@@ -1,4 +1,4 @@
-"""A plan that brings the capsule from one rest pose to another: capsule-plan."""
+"""capsule-plan: a plan that brings the capsule from one rest pose to another."""
 
 from __future__ import annotations
 
@@ -34,12 +34,13 @@ if TYPE_CHECKING:
     from plumbob.analytic.systems.planner.tracks import ArcName, Pair
 
 LIMITS = tuple(field.name for field in fields(Limits))
-CURVE = ("legs", "segments", "arc")  # of the slider, where it is not free
+CURVE = ("legs", "segments", "arc")  # parameters of the slider's curve, if it is not free
 NAMES = (*BODY, *LIMITS, "to", "track", "start", "slider", "slider_at_end", *CURVE)
 _POSE = "a pose [x, y, psi]"
 STEPS = (1e-3, 5e-4, 2e-4, 1e-4, 5e-5)
-LONG = 10.0  # [s]: a plan that takes more is not run at the finest step
-# Whole steps of every size, a little after the last manoeuvre has ended.
+LONG = 10.0  # [s] longest plan that is run at the finest step
+# Durations [s] of the plans on a free plane and on the curve: a little longer than the plans, and
+# whole numbers of steps of every size.
 _LASTING: Mapping[str, tuple[float, float]] = MappingProxyType(
     {
         "near": (1.65, 6.95),
@@ -49,10 +50,10 @@ _LASTING: Mapping[str, tuple[float, float]] = MappingProxyType(
         "ahead": (3.65, 6.95),
     }
 )
-TURNED = 0.65  # [s]: the plan to BESIDE on a free plane, and a little more
-BESIDE = RestPose(0.01, 0.01, 0.1)  # near enough that the curve's plans cost little
+TURNED = 0.65  # [s] duration: a little longer than the plan to BESIDE on a free plane
+BESIDE = RestPose(0.01, 0.01, 0.1)  # goal so near that plans on the curve cost little
 POSE = (BESIDE.x, BESIDE.y, BESIDE.heading)
-# Name, supports and arc of the curve, duration of the plan to BESIDE [s], and the profile.
+# For each curve: name, supports, arc, duration of the plan to BESIDE [s], and profile.
 CURVES: tuple[tuple[str, Pair, ArcName, float, Literal["quick", "full"]], ...] = (
     ("12", (1, 2), "shorter", 1.75, "full"),
     ("23-longer", (2, 3), "longer", 1.55, "quick"),
@@ -69,13 +70,14 @@ def _planned(
     start: RestPose,
     **curve: Any,
 ) -> Plan:
+    """Returns a plan, computed once for the same arguments."""
     from plumbob.analytic.systems.planner.construction import plan
 
     return plan(body, goal, limits, track, start, **curve)
 
 
 def planned(parameters: Parameters) -> Plan:
-    """The plan that parameters ask for, found once; raises ParameterError."""
+    """Returns the plan that parameters ask for, computed once; raises ParameterError."""
     from plumbob.analytic.systems.planner.tracks import checked_curve
 
     known(parameters, NAMES)
@@ -98,13 +100,14 @@ def planned(parameters: Parameters) -> Plan:
 
 
 def problem(parameters: Parameters) -> CapsuleProblem:
-    """The plan as a motion in the axes of its start; raises ParameterError."""
+    """Returns the plan as a motion in the axes of its start; raises ParameterError."""
     plan = planned(parameters)
     return plane_problem(plan, plan.motion, plan.start.heading)
 
 
 def facts(problem: CapsuleProblem) -> Mapping[str, Any]:
-    """Its manoeuvres, how long it takes, and how far from the goal the exact motion ends."""
+    """Returns the plan's manoeuvres, its duration, and the distance of the exact motion's end from
+    the goal."""
     plan = problem.motion
     distance, angle = plan.error
     return {
@@ -120,7 +123,8 @@ def facts(problem: CapsuleProblem) -> Mapping[str, Any]:
 
 
 def structure(problem: CapsuleProblem) -> tuple[str, ...]:
-    """The kinds of its manoeuvres, in order, and of the slider's paths in them."""
+    """Returns the kinds of the plan's manoeuvres, in order, with the number of pieces of the
+    slider's path in each."""
     manoeuvres = problem.motion.manoeuvres
     pieces = (f"{m.kind} {len(m.path.pieces)}" for m in manoeuvres)
     return tuple(pieces)
@@ -130,6 +134,7 @@ _scene = partial(scene_of, system="capsule-plan", steps=STEPS, base=CHECK, sourc
 
 
 def _to_pose(case: str, goal: RestPose, track: TrackName) -> Scene:
+    """Returns the scene of the plan to a pose on a track."""
     to = (goal.x, goal.y, goal.heading)
     lasting = _LASTING[case][track == "curve"]
     where = "on a free plane" if track == "free" else "along the source's single curve"
@@ -149,7 +154,7 @@ _BESIDE = f"to {BESIDE.x:g}, {BESIDE.y:g} m and {BESIDE.heading:g} rad"
 
 
 def _turned(angle: float) -> Scene:
-    """The plan to BESIDE, where all of it is turned by `angle` [degrees]."""
+    """Returns the scene of the plan to BESIDE with start and goal turned by `angle` [degrees]."""
     turn = math.radians(angle)
     to = BESIDE.place * cmath.rect(1.0, turn)
     return _scene(
@@ -203,7 +208,7 @@ SCENES = (
 SYSTEM = capsule_system(
     name="capsule-plan",
     title="Capsule brought to a pose",
-    # A place first: a plan of lines alone keeps its heading.
+    # A place is the leading observable: a plan of lines alone keeps its heading.
     observables=(*OBSERVED[:2], Observable("heading", "rad"), *OBSERVED[2:]),
     parameters=NAMES,
     scenes=SCENES,

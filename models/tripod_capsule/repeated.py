@@ -1,4 +1,4 @@
-"""Repeated line manoeuvres, each with a slow return of the slider: capsule-train."""
+"""capsule-train: repeated line manoeuvres, each with a slow return of the slider."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from plumbob.models.tripod_capsule.parameters import (
 )
 
 NAMES = (*line.NAMES, "count", "fraction", "pause")
-_PERIOD = 0.32  # [s], a whole number of steps of every size
+_PERIOD = 0.32  # [s] period of a manoeuvre: a whole number of steps of every size
 _LINE: Parameters = MappingProxyType(
     {
         **CHECK,
@@ -40,17 +40,19 @@ _LINE: Parameters = MappingProxyType(
 
 
 def _repeated(parameters: Parameters, count: int, pause: float) -> RepeatedLine:
+    """Returns `count` manoeuvres, each with a slow return and a pause [s]."""
     return RepeatedLine(manoeuvre(parameters), count, parameters["fraction"], pause)
 
 
 def problem(parameters: Parameters) -> CapsuleProblem:
-    """The repeated manoeuvres that parameters describe; raises ParameterError."""
+    """Returns the repeated manoeuvres that parameters describe; raises ParameterError."""
     known(parameters, NAMES)
     return on_line(_repeated(parameters, parameters["count"], parameters["pause"]), parameters)
 
 
 def facts(problem: CapsuleProblem) -> Mapping[str, Any]:
-    """Displacement and time of all manoeuvres, and of one; a period's demand on the actuator."""
+    """Returns displacement and time of all manoeuvres, and of one, with the demand of one period on
+    the actuator."""
     repeated = problem.motion
     once = replace(repeated, count=1)
     return {
@@ -67,13 +69,15 @@ def facts(problem: CapsuleProblem) -> Mapping[str, Any]:
 
 
 def _fastest(manoeuvre: LineManoeuvre) -> dict[str, float]:
-    """The mean speed [m/s] that no manoeuvre of this stroke exceeds; none without friction."""
+    """Returns the mean speed [m/s] that no manoeuvre of this stroke exceeds; empty without
+    friction."""
     if manoeuvre.capsule.friction == 0.0:
         return {}
     return {"mean_speed_bound": fastest_speed(manoeuvre.capsule, manoeuvre.stroke)}
 
 
 def _scene(case: str, count: int, profile: Any, steps: tuple[float, ...]) -> Scene:
+    """Returns a scene of `count` manoeuvres."""
     pause = _PERIOD - _repeated(_LINE, 1, 0.0).period
     return Scene(
         f"capsule-train/{case}",

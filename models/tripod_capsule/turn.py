@@ -1,4 +1,4 @@
-"""The slider round a circle, the body turning the other way: capsule-turn."""
+"""capsule-turn: the slider goes round a circle, and the body turns the other way."""
 
 from __future__ import annotations
 
@@ -32,8 +32,8 @@ from plumbob.models.tripod_capsule.parameters import (
 TURN = ("radius", "angular_acceleration", "half_time", "start", "count", "pause")
 NAMES = (*BODY, *TURN, "heading")
 EPSILONS = (0.3, 0.1, 0.03, 0.01, 0.003, 0.001)
-LASTING = 5.0  # half times: a residual motion ends by 4.2 of them
-PARTS = (50, 100, 200, 400, 800, 1600, 3200)  # steps in a half time; samples fall on 2 tau
+LASTING = 5.0  # duration in half times: the residual motion ends by 4.2
+PARTS = (50, 100, 200, 400, 800, 1600, 3200)  # steps in a half time: samples fall on 2 tau
 OBSERVED = (
     Observable("x", "m"),
     Observable("y", "m"),
@@ -45,7 +45,8 @@ OBSERVED = (
 
 
 def problem(parameters: Parameters) -> CapsuleProblem:
-    """The turn manoeuvre, or a repeated one, that parameters describe; raises ParameterError."""
+    """Returns the turn manoeuvre, once or repeated, that parameters describe; raises
+    ParameterError."""
     known(parameters, NAMES)
     turn = TurnManoeuvre(
         capsule(parameters),
@@ -58,13 +59,15 @@ def problem(parameters: Parameters) -> CapsuleProblem:
     return plane_problem(turns, turns, heading(parameters))
 
 
-@lru_cache(maxsize=8)  # the same for every method and step of a scene
+@lru_cache(maxsize=8)  # every method and step of a scene has the same motion
 def _repeated(turn: TurnManoeuvre, count: int, pause: float) -> RepeatedTurn:
+    """Returns `count` turns with pauses [s] between them."""
     return RepeatedTurn(turn, count, pause)
 
 
 def invariants(problem: CapsuleProblem, observed: Signals) -> Signals:
-    """Without friction the common centre of mass stays where it is (over the body's way)."""
+    """Returns the displacement of the common centre of mass relative to the body's way: without
+    friction it stays where it is. Empty with friction."""
     if problem.setup.capsule.friction > 0.0:
         return {}
     begin = complex(*problem.setup.slider)
@@ -78,7 +81,8 @@ def invariants(problem: CapsuleProblem, observed: Signals) -> Signals:
 
 
 def facts(problem: CapsuleProblem) -> Mapping[str, Any]:
-    """Angle at 2 tau and at rest, exact and by the formulas; sizes; loads."""
+    """Returns the body's angle at 2 tau and at rest, exact and by the formulas, with rates, sizes,
+    loads and events."""
     turns = problem.motion
     turn = turns.manoeuvre
     stop = np.array([2.0 * turns.manoeuvre.half_time])
@@ -113,7 +117,8 @@ def facts(problem: CapsuleProblem) -> Mapping[str, Any]:
 
 
 def _parameters(epsilon: float, body_angle: float, **values: Any) -> dict[str, Any]:
-    """A turn with tau = epsilon T through `body_angle` [rad] to leading order."""
+    """Returns the parameters of a turn with tau = epsilon T that turns the body by `body_angle`
+    [rad] to leading order."""
     parameters: dict[str, Any] = {**CHECK, "radius": 0.12, "start": 0.0, **values}
     turn = turn_of(
         capsule(parameters), parameters["radius"], epsilon, body_angle, parameters["start"]
@@ -130,6 +135,8 @@ def _scene(
     lasting: float = LASTING,
     **more: Any,
 ) -> Scene:
+    """Returns a scene whose duration is `lasting` half times. `parts` are the numbers of steps in a
+    half time."""
     name = f"capsule-turn/{case}"
     tau = parameters["half_time"]
     steps = tuple(tau / part for part in parts)
@@ -137,6 +144,7 @@ def _scene(
 
 
 def _epsilon(epsilon: float, *, stop: bool) -> Scene:
+    """Returns the scene with this epsilon, until the slider stops, or until the body is at rest."""
     hard = (
         "" if epsilon >= 0.03 else "centripetal forces of up to 1e5 N, and slips of micrometres"
     )
@@ -153,7 +161,7 @@ def _epsilon(epsilon: float, *, stop: bool) -> Scene:
 def _hard(
     case: str, summary: str, parameters: Parameters, hard: str, lasting: float
 ) -> tuple[Scene, Scene]:
-    """A hard scene, and the same until `lasting` tau in four steps."""
+    """Returns a hard scene, and the same scene until `lasting` half times with four step sizes."""
     return (
         _scene(case, summary, parameters, hard=hard),
         _scene(
@@ -169,13 +177,14 @@ def _hard(
 
 
 def _circle(slider_mass: float) -> float:
-    """The body's turn [rad], to leading order, while a slider of this mass goes round a circle."""
+    """Returns the body's turn [rad], to leading order, while a slider of this mass goes round a
+    circle."""
     body = capsule({**CHECK, "slider_mass": slider_mass})
     return 2.0 * math.pi * turn_of(body, 0.12, 1.0).inertia_ratio
 
 
 def _circles(count: int) -> dict[str, Any]:
-    """Turns for which the slider goes round one whole circle."""
+    """Returns the parameters of `count` turns; in each the slider goes round one whole circle."""
     parameters = _parameters(0.1, -_circle(CHECK["slider_mass"]))
     return {**parameters, "count": count, "pause": (LASTING - 2.0) * parameters["half_time"]}
 
