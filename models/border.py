@@ -15,7 +15,7 @@ from pathlib import Path
 
 from plumbob.analytic.parameters import ParameterError
 
-LONGEST = 160  # characters in an error's line: two lines of a terminal
+LONGEST_LINE = 160  # characters in an error's line: two lines of a terminal
 LARGEST_FILE = 10_000_000  # [bytes] largest model file: far more than one without meshes has
 
 
@@ -33,7 +33,7 @@ def border(
     try:
         yield
     except BaseException as error:
-        if isinstance(error, unchanged) or _of_signal(error):
+        if isinstance(error, unchanged) or _raised_by_signal(error):
             raise
         raise refused(one_line(error)) from None
 
@@ -46,26 +46,27 @@ def must_be(
     return border(lambda line: ParameterError(name, value, f"{what} ({line})"), *passing)
 
 
-def regular(name: str, file: Path, most: float = LARGEST_FILE) -> Path:
+def regular_file(name: str, file: Path, most: float = LARGEST_FILE) -> Path:
     """Returns `file`, given as the argument `name`, if it is a regular file, or a link to one, of
     at most `most` bytes; otherwise raises ParameterError. The file is not opened: opening a pipe
     that nobody writes to takes forever."""
     with must_be("a file that can be read", name, str(file)):
-        there = file.exists()
-        fits = file.is_file() and file.stat().st_size <= most
-    if not there:
+        exists = file.exists()
+        is_regular = file.is_file() and file.stat().st_size <= most
+    if not exists:
         raise ParameterError(name, str(file), "a file that exists")
-    if not fits:
+    if not is_regular:
         raise ParameterError(name, str(file), f"a regular file of at most {most:.0f} bytes")
     return file
 
 
-def _of_signal(error: BaseException) -> bool:
+def _raised_by_signal(error: BaseException) -> bool:
     """Whether a signal handler raised an error: a caller's own handler may end the process by
     SystemExit."""
-    handlers = map(signal.getsignal, signal.valid_signals())
+    handlers = [signal.getsignal(number) for number in signal.valid_signals()]
     codes = {getattr(handler, "__code__", None) for handler in handlers} - {None}
-    return any(frame.f_code in codes for frame, _ in traceback.walk_tb(error.__traceback__))
+    frames = [frame for frame, _ in traceback.walk_tb(error.__traceback__)]
+    return any(frame.f_code in codes for frame in frames)
 
 
 def one_line(error: BaseException) -> str:
@@ -86,7 +87,7 @@ def message_of(error: BaseException) -> str:
         return ""
 
 
-def shortened(text: str, most: int = LONGEST) -> str:
+def shortened(text: str, most: int = LONGEST_LINE) -> str:
     """Returns a text in one line of at most `most` characters: dots replace the end of a longer
     text."""
     line = " ".join(text.split())

@@ -32,11 +32,11 @@ def field_system(model: type[Any], mjcf: Path | None = None, **about: Any) -> Sy
     file that is named as the dataclass's module. `about` are the other fields of
     `plumbob.models.scene.System`, by name."""
     names = field_names(model)
-    own = model.__module__.rpartition(".")[2]
-    mjcf = mjcf or Path(__file__).parent / own / f"{own}.xml"
+    module_name = model.__module__.rpartition(".")[2]
+    mjcf = mjcf or Path(__file__).parent / module_name / f"{module_name}.xml"
     return System(
         parameters=names,
-        problem=partial(_problem, model, names),
+        problem=partial(_checked_problem, model, names),
         mjcf=mjcf,
         family=mjcf.stem,
         **about,
@@ -47,14 +47,12 @@ def smooth_system(model: type[Any], mjcf: Path | None = None, **about: Any) -> S
     """Returns the system of a dataclass that has a certified exact `motion`. If the mechanism has a
     loop that engines close softly, the dataclass's `soft` describes that. The energy is conserved,
     unless `about` has other invariants. The arguments are those of `field_system`."""
+    smooth_errors = from_analytic("errors.smooth_motion.stepped_system.smooth_errors")
+    smooth_stability = from_analytic("errors.stability.smooth_systems.smooth_stability")
     about = {
         "invariants": energy_drift,
-        "errors": lambda problem: from_analytic(
-            "errors.smooth_motion.stepped_system.smooth_errors"
-        )(problem.motion, getattr(problem, "soft", None)),
-        "stability": lambda problem: from_analytic(
-            "errors.stability.smooth_systems.smooth_stability"
-        )(problem.motion),
+        "errors": lambda problem: smooth_errors(problem.motion, getattr(problem, "soft", None)),
+        "stability": lambda problem: smooth_stability(problem.motion),
         **about,
     }
     return field_system(
@@ -106,7 +104,7 @@ def energy_drift(problem: Any, observed: Signals) -> Signals:
     return {"energy": (energies - energies[0]) / scale} if scale else {}
 
 
-def _problem(model: type[Any], names: tuple[str, ...], parameters: Parameters) -> Any:
+def _checked_problem(model: type[Any], names: tuple[str, ...], parameters: Parameters) -> Any:
     """Returns the problem that parameters describe; raises ParameterError."""
     known(parameters, names)
     return model(**parameters)

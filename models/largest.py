@@ -9,10 +9,10 @@ from typing import Any
 from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
 
 # Ratio to the largest possible magnitude: above it a run has diverged, below it it has an error.
-BEYOND = 10.0
+DIVERGED_RATIO = 10.0
 
 
-def fastest(problem: Any, duration: float = math.inf) -> float:
+def fastest_rate(problem: Any, duration: float = math.inf) -> float:
     """Returns a speed [rad/s] that a pendulum, simple or on a cone, never exceeds within `duration`
     [s]. It is the speed by the energy at the start, plus what the forcing adds before damping
     removes as much."""
@@ -23,10 +23,11 @@ def fastest(problem: Any, duration: float = math.inf) -> float:
     free = math.sqrt(problem.theta_dot**2 + spring + 2 * span)
     if rotor.autonomous:
         return free
-    lasting = 2.0 / rotor.damping_rate if rotor.damping_rate else math.inf
-    return free + abs(rotor.forcing_amplitude) * min(duration, lasting)
+    # After this time [s] damping removes as much speed as forcing adds.
+    forcing_time = 2.0 / rotor.damping_rate if rotor.damping_rate else math.inf
+    return free + abs(rotor.forcing_amplitude) * min(duration, forcing_time)
 
 
-def rates_of_a_pendulum(problem: Any) -> Mapping[str, float]:
+def largest_pendulum_rates(problem: Any) -> Mapping[str, float]:
     """Returns magnitudes of a pendulum's observables that only a diverged run exceeds."""
-    return {"theta_dot": BEYOND * fastest(problem)}
+    return {"theta_dot": DIVERGED_RATIO * fastest_rate(problem)}

@@ -117,21 +117,30 @@ def scene_of(
 ) -> Scene:
     """Returns a scene of a system. `values` replace some of the parameters of `base`, by the
     function `change`; `duration` and `steps` are in [s]."""
-    parameters = change(base, values)
     return Scene(
-        f"{system}/{case}", summary, parameters, duration, steps, source, profile, hard
+        name=f"{system}/{case}",
+        summary=summary,
+        parameters=change(base, values),
+        duration=duration,
+        steps=steps,
+        source=source,
+        profile=profile,
+        hard=hard,
     )
 
 
 def step_sizes(coarse: float, fine: float) -> tuple[float, ...]:
     """Returns step sizes [s], 1, 2 and 5 times powers of ten, from `coarse` down to `fine`, both
     included."""
-    decades = range(math.ceil(math.log10(coarse)), math.floor(math.log10(fine)) - 1, -1)
-    # Decimal text gives the nearest double: 5e-4 is nearest to 0.0005, 5 * 10**-4 need not be.
-    round_numbers = [
-        float(f"{digit}e{exponent}") for exponent in decades for digit in (5, 2, 1)
-    ]
-    return tuple(h for h in round_numbers if fine * (1 - 1e-9) <= h <= coarse * (1 + 1e-9))
+    largest_exponent = math.ceil(math.log10(coarse))
+    smallest_exponent = math.floor(math.log10(fine))
+    round_numbers: list[float] = []
+    for exponent in range(largest_exponent, smallest_exponent - 1, -1):
+        # Decimal text gives the nearest double: 5e-4 is nearest to 0.0005, 5 * 10**-4 need not be.
+        round_numbers += [float(f"{digit}e{exponent}") for digit in (5, 2, 1)]
+    smallest = fine * (1 - 1e-9)
+    largest = coarse * (1 + 1e-9)
+    return tuple(step for step in round_numbers if smallest <= step <= largest)
 
 
 @dataclass(frozen=True)
@@ -189,8 +198,8 @@ class System:
         file."""
         if not self.model_module:
             return None
-        found: ModelFile = import_module(self.model_module).MODEL
-        return found
+        model_file: ModelFile = import_module(self.model_module).MODEL
+        return model_file
 
     def quantities(self, case: Case) -> tuple[Quantity, ...]:
         """Returns the quantities of interest of a case of this system, with their scales."""

@@ -20,7 +20,7 @@ from plumbob.analytic.stability import StabilityTheory
 from plumbob.analytic.systems.cone_pendulum import Body, ConePendulum, cone
 from plumbob.analytic.systems.pendulums.pendulum_motion import PendulumMotion
 from plumbob.models.cone_pendulum.answers import over_angle, over_time
-from plumbob.models.quantities import RADIAN, swing
+from plumbob.models.quantities import RADIAN, swing_quantities
 from plumbob.models.scene import (
     ONE_SMOOTH,
     Case,
@@ -63,12 +63,12 @@ _PITCHFORK = 6.4482287920129893  # [rad/s] omega^2 = c / (I_x - I_z), for the st
 
 def problem(parameters: Parameters) -> ConePendulum:
     """Returns the cone pendulum that parameters describe; raises ParameterError."""
-    general = "mass" in parameters
-    shaping = (*_BODY, _PRODUCT) if general else _CONE
-    known(parameters, (*shaping, *_REST, *_MORE))
+    is_general = "mass" in parameters
+    shape_names = (*_BODY, _PRODUCT) if is_general else _CONE
+    known(parameters, (*shape_names, *_REST, *_MORE))
     values = dict(parameters)
-    shape = [values.pop(name) for name in shaping if name in values or name != _PRODUCT]
-    body = Body(*shape) if general else cone(*shape)
+    shape = [values.pop(name) for name in shape_names if name in values or name != _PRODUCT]
+    body = Body(*shape) if is_general else cone(*shape)
     return ConePendulum(body=body, **values)
 
 
@@ -76,10 +76,11 @@ def change(parameters: Parameters, changes: Parameters) -> Parameters:
     """Returns parameters with some values changed. If a parameter of a general body is changed, the
     parameters of such a body replace the cone's three. A change of theta_dot removes the excess of
     energy."""
-    if "mass" not in parameters and not {*_BODY, _PRODUCT}.isdisjoint(changes):
-        kept = {name: parameters[name] for name in parameters if name not in _CONE}
-        return {**_mass_properties(problem(parameters).body), **kept, **changes}
-    if "theta_dot" in changes and "excess" in parameters and "excess" not in changes:
+    changes_body = not {*_BODY, _PRODUCT}.isdisjoint(changes)
+    if changes_body and "mass" not in parameters:
+        others = {name: parameters[name] for name in parameters if name not in _CONE}
+        return {**_mass_properties(problem(parameters).body), **others, **changes}
+    if "theta_dot" in changes and "excess" not in changes:
         parameters = {name: parameters[name] for name in parameters if name != "excess"}
     return replaced(parameters, changes)
 
@@ -110,20 +111,24 @@ def facts(problem: ConePendulum) -> Mapping[str, Any]:
     Hamiltonian stand apart."""
     motion = problem.motion
     offset = problem.potential_offset
-    barrier, at = problem.printed_barrier
+    barrier = None
+    if motion.barriers.size:
+        barrier = float(double(motion.barriers[0])) + offset
+    printed_motion = problem.printed_motion()
+    printed_barrier, printed_barrier_theta = problem.printed_barrier
     return {
-        **_about(motion),
+        **_motion_facts(motion),
         "jacobi_integral": float(double(motion.energy)) + offset,
-        "barrier": float(double(motion.barriers[0])) + offset if motion.barriers.size else None,
+        "barrier": barrier,
         "body": _mass_properties(problem.body),
-        "equilibria": [asdict(e) for e in problem.equilibria],
+        "equilibria": [asdict(equilibrium) for equilibrium in problem.equilibria],
         "pitchfork_rate": problem.pitchfork_rate,
         "saddle_node_rate": problem.saddle_node_rate,
         "printed_hamiltonian": {
-            **_about(problem.printed_motion()),
-            "energy": float(double(problem.printed_motion().energy)),
-            "barrier": barrier,
-            "barrier_theta": at,
+            **_motion_facts(printed_motion),
+            "energy": float(double(printed_motion.energy)),
+            "barrier": printed_barrier,
+            "barrier_theta": printed_barrier_theta,
             "note": "eq. 9 as printed, T + U: not conserved; kept for the paper's figures alone",
         },
     }
@@ -134,10 +139,10 @@ def interest(case: Case) -> tuple[Quantity, ...]:
     motion: PendulumMotion = case.problem.motion
     if motion.regime != "libration":
         return (Quantity("theta", RADIAN),)
-    return swing(case, motion.period)
+    return swing_quantities(case, motion.period)
 
 
-def _about(motion: PendulumMotion) -> Mapping[str, Any]:
+def _motion_facts(motion: PendulumMotion) -> Mapping[str, Any]:
     """Returns the facts on a motion."""
     return {
         "kind": motion.regime,
@@ -153,7 +158,8 @@ def stability(problem: ConePendulum) -> StabilityTheory:
     """Returns the theory of the largest steps on the motion."""
     motion = problem.motion
     theta, theta_dot = (float(part[0]) for part in motion.closed_form.state(np.zeros(1)))
-    theory: StabilityTheory = from_analytic("errors.stability.pendulums.pendulum_stability")(
+    pendulum_stability = from_analytic("errors.stability.pendulums.pendulum_stability")
+    theory: StabilityTheory = pendulum_stability(
         motion.rotor, (theta, theta_dot), motion, motion.period, problem.tilt
     )
     return theory
@@ -185,18 +191,33 @@ _equal = partial(
 )
 
 
-def _near(side: str, k: int, theta_dot: float) -> Scene:
-    """Returns the scene whose energy is a relative 10^-k off the barrier, over two passages of the
-    saddle."""
-    return _scene(
-        f"{side}-barrier-1e-{k}",
-        f"energy {side} the barrier by 10^-{k} of it",
-        1.5,
-        hard=f"errors grow as e^(24.7 t) at the saddle; period grows as ln(10^{k})",
-        theta_dot=theta_dot,
-        profile="quick" if (side, k) == ("above", 6) else "full",
-        steps=step_sizes(1e-3, 1e-5),
+def _near_barrier(k: int, above: float, below: float) -> tuple[Scene, Scene]:
+    """Returns the scenes whose energy is a relative 10^-k above and below the barrier, over two
+    passages of the saddle. `above` and `below` are the rates theta_dot [rad/s] of the start."""
+
+    def scene(side: str, theta_dot: float, profile: str) -> Scene:
+        return _scene(
+            f"{side}-barrier-1e-{k}",
+            f"energy {side} the barrier by 10^-{k} of it",
+            1.5,
+            hard=f"errors grow as e^(24.7 t) at the saddle; period grows as ln(10^{k})",
+            theta_dot=theta_dot,
+            profile=profile,
+            steps=step_sizes(1e-3, 1e-5),
+        )
+
+    return (
+        scene("above", above, "quick" if k == 6 else "full"),
+        scene("below", below, "full"),
     )
+
+
+def _barrier_scenes() -> tuple[Scene, ...]:
+    """Returns the scenes near the barrier, for each k the one above it first."""
+    scenes: list[Scene] = []
+    for k, above, below in _RATES:
+        scenes += _near_barrier(k, above, below)
+    return tuple(scenes)
 
 
 # For each k, the rates [rad/s] with which the energy is 10^-k above and below the barrier. A test
@@ -245,11 +266,7 @@ SCENES = (
         0.5,
         inertia_yz=0.029,
     ),
-    *(
-        _near(side, k, rate)
-        for k, *rates in _RATES
-        for side, rate in zip(("above", "below"), rates, strict=True)
-    ),
+    *_barrier_scenes(),
     _pitchfork(
         "pitchfork",
         "hanging at the rate where it stops being stable",

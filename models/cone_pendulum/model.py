@@ -11,9 +11,9 @@ from plumbob.analytic.parameters import finite
 from plumbob.analytic.reference import Array, Signals
 from plumbob.analytic.systems.cone_pendulum import Body, ConePendulum
 from plumbob.models.idealisations import Idealisations
-from plumbob.models.largest import rates_of_a_pendulum
+from plumbob.models.largest import largest_pendulum_rates
 from plumbob.models.model_file import ModelFile
-from plumbob.models.simple_pendulum.model import of_hinge
+from plumbob.models.simple_pendulum.model import hinge_angle
 
 PLATFORM_RATIO = 1e15  # ratio of the platform's moment of inertia to its load's
 
@@ -33,7 +33,8 @@ def fill(spec: Any, problem: ConePendulum) -> None:
     cone.ipos = [0.0, 0.0, -body.com_distance]
     cone.inertia = np.diag(moments)
     # With `fullinertia` MuJoCo computes the principal axes.
-    if product := moments[1, 2]:
+    product = moments[1, 2]
+    if product:
         cone.inertia = [0.0, 0.0, 0.0]
         cone.fullinertia = [*np.diag(moments), 0.0, 0.0, product]
     start.qpos = [0.0, finite("theta", pendulum.theta)]
@@ -68,9 +69,9 @@ def ideal(problem: ConePendulum) -> Idealisations:
 
 def observe(problem: ConePendulum, qpos: Array, qvel: Array) -> Signals:
     """Returns the cone's angle and its rate."""
-    return of_hinge(qpos, qvel)
+    return hinge_angle(qpos, qvel)
 
 
 MODEL = ModelFile(
-    fill, observe, ideal, largest=lambda problem: rates_of_a_pendulum(problem.started)
+    fill, observe, ideal, largest=lambda problem: largest_pendulum_rates(problem.started)
 )

@@ -8,7 +8,7 @@ from typing import Any
 from plumbob.analytic.reference import Array, Signals
 from plumbob.analytic.systems.free_body.problem import FreeBody
 from plumbob.analytic.systems.free_body.rotation import ATTITUDE, RATES
-from plumbob.models.largest import BEYOND
+from plumbob.models.largest import DIVERGED_RATIO
 from plumbob.models.model_file import ModelFile
 
 
@@ -26,7 +26,7 @@ def observe(body: FreeBody, qpos: Array, qvel: Array) -> Signals:
 
 def largest(body: FreeBody) -> Mapping[str, float]:
     """Returns angular velocities [rad/s] that no motion reaches."""
-    return dict.fromkeys(RATES, BEYOND * body.fastest or 1.0)
+    return dict.fromkeys(RATES, DIVERGED_RATIO * body.fastest or 1.0)
 
 
 MODEL = ModelFile(fill, observe, largest=largest)

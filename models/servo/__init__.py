@@ -12,7 +12,7 @@ from plumbob.analytic.systems.servo import Servo
 from plumbob.analytic.theory import ErrorTheory
 from plumbob.models import simple_pendulum as linear
 from plumbob.models.field_systems import field_system, field_values
-from plumbob.models.quantities import swing
+from plumbob.models.quantities import swing_quantities
 from plumbob.models.scene import ONE_SMOOTH, Observable, from_analytic, scene_of, step_sizes
 
 
@@ -119,6 +119,6 @@ SYSTEMS = (
         facts=facts,
         kind=ONE_SMOOTH,
         start=("theta", "theta_dot"),
-        interest=swing,
+        interest=swing_quantities,
     ),
 )

@@ -6,9 +6,9 @@ from typing import Any
 
 from plumbob.analytic.reference import Array, Signals
 from plumbob.analytic.systems.servo import Servo
-from plumbob.models.largest import rates_of_a_pendulum
+from plumbob.models.largest import largest_pendulum_rates
 from plumbob.models.model_file import ModelFile
-from plumbob.models.simple_pendulum.model import first_coefficient, of_hinge
+from plumbob.models.simple_pendulum.model import first_coefficient, hinge_angle
 
 
 def fill(spec: Any, servo: Servo) -> None:
@@ -32,7 +32,7 @@ def fill(spec: Any, servo: Servo) -> None:
 
 def observe(servo: Servo, qpos: Array, qvel: Array) -> Signals:
     """Returns the angle from the target, and its rate."""
-    return of_hinge(qpos, qvel)
+    return hinge_angle(qpos, qvel)
 
 
-MODEL = ModelFile(fill, observe, largest=lambda servo: rates_of_a_pendulum(servo.started))
+MODEL = ModelFile(fill, observe, largest=lambda servo: largest_pendulum_rates(servo.started))

@@ -9,7 +9,7 @@ import numpy as np
 from plumbob.analytic.reference import Array, Signals
 from plumbob.analytic.systems.simple_pendulum import SimplePendulum
 from plumbob.models.idealisations import Idealisations
-from plumbob.models.largest import rates_of_a_pendulum
+from plumbob.models.largest import largest_pendulum_rates
 from plumbob.models.model_file import Controls, ModelFile
 
 
@@ -52,10 +52,10 @@ def ideal(problem: SimplePendulum) -> Idealisations:
 
 def observe(problem: SimplePendulum, qpos: Array, qvel: Array) -> Signals:
     """Returns the angle and its rate."""
-    return of_hinge(qpos, qvel)
+    return hinge_angle(qpos, qvel)
 
 
-def of_hinge(qpos: Array, qvel: Array) -> Signals:
+def hinge_angle(qpos: Array, qvel: Array) -> Signals:
     """Returns the angle and the rate of a model's last joint, a hinge."""
     return {"theta": qpos[:, -1], "theta_dot": qvel[:, -1]}
 
@@ -82,10 +82,10 @@ def forces(
 
 
 MODEL = ModelFile(
-    fill,
-    observe,
-    ideal,
-    controls,
-    lambda problem: rates_of_a_pendulum(problem.started),
-    forces,
+    fill=fill,
+    observe=observe,
+    ideal=ideal,
+    controls=controls,
+    largest=lambda problem: largest_pendulum_rates(problem.started),
+    forces=forces,
 )

@@ -28,13 +28,13 @@ from plumbob.models.tripod_capsule.parameters import (
     SOURCE,
     capsule_system,
     change_line,
+    holding_acceleration,
+    line_problem,
     manoeuvre,
-    on_line,
-    threshold,
 )
 
 NAMES = (*BODY, *LINE, "heading")
-_HOLDING = threshold({})
+_HOLDING = holding_acceleration({})
 _LINE: Parameters = MappingProxyType(
     {
         **CHECK,
@@ -49,7 +49,7 @@ _LINE: Parameters = MappingProxyType(
 def problem(parameters: Parameters) -> CapsuleProblem:
     """Returns the line manoeuvre that parameters describe; raises ParameterError."""
     known(parameters, NAMES)
-    return on_line(manoeuvre(parameters), parameters)
+    return line_problem(manoeuvre(parameters), parameters)
 
 
 def invariants(problem: CapsuleProblem, observed: Signals) -> Signals:
@@ -58,14 +58,15 @@ def invariants(problem: CapsuleProblem, observed: Signals) -> Signals:
     the body's."""
     body = problem.setup.capsule
     if body.friction == 0.0:
-        shift = observed["displacement"] + body.mass_ratio * observed["stroke"]
-        return {
-            "centre_of_mass": shift / (float(np.abs(observed["displacement"]).max()) or 1.0)
-        }
+        displacement = observed["displacement"]
+        centre_of_mass = displacement + body.mass_ratio * observed["stroke"]
+        scale = float(np.abs(displacement).max()) or 1.0
+        return {"centre_of_mass": centre_of_mass / scale}
     if "friction_force" not in observed:
         return {}
-    most = body.friction * body.weight
-    return {"friction_beyond": np.maximum(np.abs(observed["friction_force"]) / most - 1.0, 0.0)}
+    friction_limit = body.friction * body.weight
+    excess = np.abs(observed["friction_force"]) / friction_limit - 1.0
+    return {"friction_beyond": np.maximum(excess, 0.0)}
 
 
 def facts(problem: CapsuleProblem) -> Mapping[str, Any]:
@@ -108,10 +109,12 @@ _scene = partial(
 )
 
 
-def _mass_ratio(case: str, slider_mass: float, summary: str, t1: float, **values: Any) -> Scene:
+def _mass_ratio_scene(
+    case: str, slider_mass: float, summary: str, t1: float, **values: Any
+) -> Scene:
     """Returns a scene with a slider of another mass; its accelerations are the same multiples of f
     g/mu."""
-    holding = threshold({"slider_mass": slider_mass})
+    holding = holding_acceleration({"slider_mass": slider_mass})
     return _scene(
         case,
         summary,
@@ -124,7 +127,7 @@ def _mass_ratio(case: str, slider_mass: float, summary: str, t1: float, **values
     )
 
 
-def _start(reach: float) -> float:
+def _slider_start(reach: float) -> float:
     """Returns the slider's start [m] with which the combined centre ends at `reach` [m] from C."""
     line = manoeuvre(_LINE)
     return reach / line.capsule.mass_ratio - line.stroke
@@ -183,11 +186,11 @@ SCENES = (
         steps=step_sizes(1e-3, 1e-4),
         hard="w1 = f g/mu (1 + 1e-6): a motion of 1e-9 m, of condition 1e6",
     ),
-    _mass_ratio(
+    _mass_ratio_scene(
         "light-slider", 1e-3, "m/M = 1e-3", 0.002, duration=0.01, steps=step_sizes(5e-5, 5e-7)
     ),
-    _mass_ratio("heavy-slider", 1e3, "m/M = 1e3", 0.03),
-    _mass_ratio(
+    _mass_ratio_scene("heavy-slider", 1e3, "m/M = 1e3", 0.03),
+    _mass_ratio_scene(
         "lightest-slider",
         1e-6,
         "m/M = 1e-6",
@@ -200,13 +203,13 @@ SCENES = (
         "the combined centre ends 0.1 mm inside an edge",
         hard="N_1 -> 0",
         direction=math.pi,
-        start=_start(0.0999),
+        start=_slider_start(0.0999),
     ),
     _scene(
         "near-vertex",
         "the combined centre ends 0.1 mm inside a vertex",
         hard="N_2 and N_3 -> 0",
-        start=_start(0.1999),
+        start=_slider_start(0.1999),
     ),
     _scene(
         "off-grid",

@@ -11,7 +11,7 @@ from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.capsule_setup import CapsuleProblem, CapsuleSetup
 from plumbob.models.idealisations import Idealisations, Velocity
 from plumbob.models.model_file import ModelFile
-from plumbob.models.tripod_capsule.observed import limits, observe, start_velocity
+from plumbob.models.tripod_capsule.observed import largest_magnitudes, observe, start_velocity
 
 ARMATURE_RATIO = 1e10  # least ratio of the slider's armature to its mass
 PLACES = 2001  # samples of the slider's path, for the maximum of a smooth function on it
@@ -49,14 +49,16 @@ def fill(spec: Any, problem: CapsuleProblem) -> None:
 def _add_start(spec: Any, setup: CapsuleSetup) -> None:
     """Adds the keyframe of the start: C at the origin, turned by the heading, and the slider at its
     place."""
-    half = setup.heading / 2.0
-    moves = [float(velocity(np.zeros(1))[0]) for velocity in _velocities(setup).values()]
-    attitude = [math.cos(half), 0.0, 0.0, math.sin(half)]
-    turning = [0.0, 0.0, setup.heading_rate]
+    half_angle = setup.heading / 2.0
+    attitude = [math.cos(half_angle), 0.0, 0.0, math.sin(half_angle)]
+    start = np.zeros(1)
+    slider_rates = [float(velocity(start)[0]) for velocity in _velocities(setup).values()]
+    slider_places = [0.0] * len(slider_rates)
+    angular_velocity = [0.0, 0.0, setup.heading_rate]
     spec.add_key(
         name="start",
-        qpos=[0.0, 0.0, 0.0, *attitude, *[0.0] * len(moves)],
-        qvel=[*start_velocity(setup), 0.0, *turning, *moves],
+        qpos=[0.0, 0.0, 0.0, *attitude, *slider_places],
+        qvel=[*start_velocity(setup), 0.0, *angular_velocity, *slider_rates],
     )
 
 
@@ -74,10 +76,11 @@ def set_slider(spec: Any, setup: CapsuleSetup) -> None:
     impose(spec, armature(setup))
 
 
-def impose(spec: Any, hold: float) -> None:
+def impose(spec: Any, armature: float) -> None:
     """Sets the armature [kg] by which the slider's joints impose its motion."""
     for motor in spec.actuators:
-        spec.joint(motor.target).armature = motor.gear[0] = hold
+        motor.gear[0] = armature
+        spec.joint(motor.target).armature = armature
 
 
 def driven_joints(setup: CapsuleSetup) -> tuple[str, ...]:
@@ -136,16 +139,18 @@ def tilt_inertia(problem: CapsuleProblem) -> float:
     capsule = problem.setup.capsule
     centres = capsule.mass_ratio * problem.slider_places(PLACES)
     arms = np.asarray(capsule.supports)[None] - centres[:, None]
-    spread = float(np.square(arms).sum(axis=(1, 2)).max())
-    least = max((capsule.body_mass + capsule.slider_mass) / 3 * spread, capsule.inertia / 2)
-    unit = 10.0 ** (math.floor(math.log10(least)) - 1)
-    return float(f"{math.ceil(least / unit * (1 - 1e-12)) * unit:.1e}")
+    sum_of_squares = float(np.square(arms).sum(axis=(1, 2)).max())
+    by_modes = (capsule.body_mass + capsule.slider_mass) / 3 * sum_of_squares
+    least = max(by_modes, capsule.inertia / 2)
+    second_digit = 10.0 ** (math.floor(math.log10(least)) - 1)
+    rounded_up = math.ceil(least / second_digit * (1 - 1e-12)) * second_digit
+    return float(f"{rounded_up:.1e}")
 
 
 MODEL = ModelFile(
     fill,
     observe,
     ideal,
-    largest=lambda problem: limits(problem.setup),
+    largest=lambda problem: largest_magnitudes(problem.setup),
     variant=variant,
 )

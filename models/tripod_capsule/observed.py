@@ -13,7 +13,7 @@ import numpy as np
 from plumbob.analytic.reference import Array, Signals
 from plumbob.analytic.systems.capsule_setup import CapsuleProblem, CapsuleSetup
 
-FAR = 1e3  # ratio of a distance to the capsule's size that no sliding body reaches
+UNREACHED_RATIO = 1e3  # ratio of a distance to the capsule's size that no sliding body reaches
 
 
 @dataclass(frozen=True)
@@ -36,32 +36,37 @@ def start_velocity(setup: CapsuleSetup) -> tuple[float, float]:
     return velocity.real, velocity.imag
 
 
-def limits(setup: CapsuleSetup) -> Mapping[str, float]:
+def largest_magnitudes(setup: CapsuleSetup) -> Mapping[str, float]:
     """Returns magnitudes of observables that only a diverged run exceeds."""
     size = float(np.abs(setup.capsule.supports).max())
-    return dict.fromkeys(("displacement", "x", "y"), FAR * size)
+    return dict.fromkeys(("displacement", "x", "y"), UNREACHED_RATIO * size)
 
 
 def observe(problem: CapsuleProblem, qpos: Array, qvel: Array) -> Signals:
     """Returns the observables that the coordinates of a free body and of its slider show: the place
     and velocity of C, and the slider's stroke if it keeps to a line."""
     setup = problem.setup
-    slid = np.zeros((2, len(qpos)))
+    slid = np.zeros(len(qpos))
+    slid_rate = np.zeros(len(qpos))
     if setup.relative_velocity is not None:
-        slid[:] = qpos[:, -1], qvel[:, -1]
-    place, velocity = (plane[:, :2] @ np.array([1.0, 1.0j]) for plane in (qpos, qvel))
+        slid[:] = qpos[:, -1]
+        slid_rate[:] = qvel[:, -1]
+    as_complex = np.array([1.0, 1.0j])
+    place = qpos[:, :2] @ as_complex
+    velocity = qvel[:, :2] @ as_complex
     # An attitude gives the angle up to whole turns.
     angles = np.unwrap(heading(qpos[:, 3:7]))
-    facing = angles + (nearest_turn(angles[0], setup.heading) - angles[0])
-    return observed(setup, Pose(place, velocity, facing, qvel[:, 5], *slid))
+    turns = nearest_turn(angles[0], setup.heading) - angles[0]
+    pose = Pose(place, velocity, angles + turns, qvel[:, 5], slid, slid_rate)
+    return pose_observables(setup, pose)
 
 
-def observed(setup: CapsuleSetup, pose: Pose) -> dict[str, Any]:
+def pose_observables(setup: CapsuleSetup, pose: Pose) -> dict[str, Any]:
     """Returns the observables that a pose shows: all but the forces."""
     axis = setup.heading + (0.0 if setup.in_plane else setup.direction)
-    back = cmath.rect(1.0, -axis)
-    place = pose.place * back
-    velocity = pose.velocity * back
+    to_axis = cmath.rect(1.0, -axis)
+    place = pose.place * to_axis
+    velocity = pose.velocity * to_axis
     if setup.in_plane:
         return {
             "x": place.real,

@@ -15,7 +15,7 @@ from plumbob.analytic.systems.capsule import Capsule, Point, direction_to
 from plumbob.analytic.systems.capsule_setup import CapsuleProblem, CapsuleSetup
 from plumbob.analytic.systems.manoeuvres.line_manoeuvre import LineManoeuvre
 from plumbob.analytic.systems.three_points.reference import PlaneReference
-from plumbob.models.quantities import displaced
+from plumbob.models.quantities import displacement_quantities
 from plumbob.models.scene import (
     ON_SUPPORTS,
     Observable,
@@ -31,7 +31,7 @@ SOURCE = (
     "https://danphysras.ru"
 )
 MJCF = Path(__file__).parent / "tripod_capsule.xml"
-CONTACTS = 4.0  # cost of a step, in steps of a pendulum: three contacts, three forces to read
+STEP_COST = 4.0  # cost of a step, in steps of a pendulum: three contacts, three forces to read
 BODY = ("body_mass", "slider_mass", "inertia", "supports", "friction", "gravity")
 LINE = ("w1", "w2", "t1", "support", "direction", "start")
 CHECK: Parameters = MappingProxyType(
@@ -76,8 +76,8 @@ capsule_system = partial(
     mjcf=MJCF,
     family="capsule",
     kind=ON_SUPPORTS,
-    weight=CONTACTS,
-    interest=displaced,
+    weight=STEP_COST,
+    interest=displacement_quantities,
     sensitivity=from_analytic("sensitivities.capsule.capsule_gradients"),
     alike=from_analytic("sensitivities.capsule.alike"),
 )
@@ -93,12 +93,12 @@ UNLOADING = 0.099 / capsule(CHECK).mass_ratio
 """[m] distance of the slider from C, away from A1, with which A1 carries 1/300 of the weight."""
 
 
-def threshold(changes: Parameters) -> float:
+def holding_acceleration(changes: Parameters) -> float:
     """Returns f g/mu [m/s^2] of the body with some of CHECK's parameters changed."""
     return capsule({**CHECK, **changes}).holding_acceleration
 
 
-def along(parameters: Parameters, body: Capsule) -> float:
+def line_angle(parameters: Parameters, body: Capsule) -> float:
     """Returns the angle [rad] of the slider's line: `direction`, or the direction to `support`;
     raises ParameterError."""
     if "support" in parameters:
@@ -114,20 +114,20 @@ def manoeuvre(parameters: Parameters) -> LineManoeuvre:
         parameters["w1"],
         parameters["w2"],
         parameters["t1"],
-        along(parameters, body),
+        line_angle(parameters, body),
         parameters.get("start", 0.0),
     )
 
 
-def on_line(motion: Any, parameters: Parameters) -> CapsuleProblem:
+def line_problem(motion: Any, parameters: Parameters) -> CapsuleProblem:
     """Returns the problem of a `motion` whose slider stays on a line; raises ParameterError."""
-    once = motion.single
-    (x, y) = once.ends[0]
-    body = once.capsule
+    single = motion.single
+    x, y = single.ends[0]
+    body = single.capsule
     setup = CapsuleSetup(
         body,
         (x, y),
-        once.direction,
+        single.direction,
         heading(parameters),
         press=body.gravity,
         relative_velocity=motion.relative_velocity,
@@ -162,18 +162,16 @@ def change_line(parameters: Parameters, changes: Parameters) -> Parameters:
     """Returns parameters with some values changed. A change of `support` replaces `direction`, and
     the reverse."""
     if "support" in changes and "direction" in changes:
-        raise ParameterError(
-            "direction", changes["direction"], "left out where support is given"
-        )
+        direction = changes["direction"]
+        raise ParameterError("direction", direction, "left out where support is given")
     for chosen, other in (("support", "direction"), ("direction", "support")):
         if chosen in changes:
             parameters = {name: value for name, value in parameters.items() if name != other}
     return replaced(parameters, changes)
 
 
-def place(parameters: Parameters) -> Point:
+def slider_place(parameters: Parameters) -> Point:
     """Returns the position of the fixed slider relative to C [m]; raises ParameterError."""
-    slider: Point = numbers(
-        "slider", parameters.get("slider", (0.0, 0.0)), (2,), "a point (x, y)"
-    )
+    value = parameters.get("slider", (0.0, 0.0))
+    slider: Point = numbers("slider", value, (2,), "a point (x, y)")
     return slider

@@ -20,9 +20,9 @@ from plumbob.models.tripod_capsule.parameters import (
     SOURCE,
     capsule_system,
     change_line,
+    holding_acceleration,
+    line_problem,
     manoeuvre,
-    on_line,
-    threshold,
 )
 
 NAMES = (*line.NAMES, "count", "fraction", "pause")
@@ -30,8 +30,8 @@ _PERIOD = 0.32  # [s] period of a manoeuvre: a whole number of steps of every si
 _LINE: Parameters = MappingProxyType(
     {
         **CHECK,
-        "w1": 3 * threshold({}),
-        "w2": 0.8 * threshold({}),
+        "w1": 3 * holding_acceleration({}),
+        "w2": 0.8 * holding_acceleration({}),
         "t1": 0.03,
         "support": 1,
         "fraction": 0.9,
@@ -47,7 +47,8 @@ def _repeated(parameters: Parameters, count: int, pause: float) -> RepeatedLine:
 def problem(parameters: Parameters) -> CapsuleProblem:
     """Returns the repeated manoeuvres that parameters describe; raises ParameterError."""
     known(parameters, NAMES)
-    return on_line(_repeated(parameters, parameters["count"], parameters["pause"]), parameters)
+    manoeuvres = _repeated(parameters, parameters["count"], parameters["pause"])
+    return line_problem(manoeuvres, parameters)
 
 
 def facts(problem: CapsuleProblem) -> Mapping[str, Any]:
@@ -63,12 +64,12 @@ def facts(problem: CapsuleProblem) -> Mapping[str, Any]:
         "one_displacement": repeated.manoeuvre.displacement,
         "stroke": repeated.manoeuvre.stroke,
         "mean_speed": repeated.mean_speed,
-        **_fastest(once.manoeuvre),
+        **_mean_speed_bound(once.manoeuvre),
         **demand(once, once.period).facts(),
     }
 
 
-def _fastest(manoeuvre: LineManoeuvre) -> dict[str, float]:
+def _mean_speed_bound(manoeuvre: LineManoeuvre) -> dict[str, float]:
     """Returns the mean speed [m/s] that no manoeuvre of this stroke exceeds; empty without
     friction."""
     if manoeuvre.capsule.friction == 0.0:
@@ -80,13 +81,13 @@ def _scene(case: str, count: int, profile: Any, steps: tuple[float, ...]) -> Sce
     """Returns a scene of `count` manoeuvres."""
     pause = _PERIOD - _repeated(_LINE, 1, 0.0).period
     return Scene(
-        f"capsule-train/{case}",
-        f"{count} manoeuvres, each with a slow return and a pause",
-        {**_LINE, "count": count, "pause": pause},
-        count * _PERIOD,
-        steps,
-        SOURCE,
-        profile,
+        name=f"capsule-train/{case}",
+        summary=f"{count} manoeuvres, each with a slow return and a pause",
+        parameters={**_LINE, "count": count, "pause": pause},
+        duration=count * _PERIOD,
+        steps=steps,
+        source=SOURCE,
+        profile=profile,
     )
 
 

@@ -38,7 +38,7 @@ from plumbob.engines.adapters.pymunk.assembly import (
     place_part,
 )
 from plumbob.engines.adapters.pymunk.simulation import vector
-from plumbob.models.tripod_capsule.observed import observed
+from plumbob.models.tripod_capsule.observed import pose_observables
 
 FOOT_FRACTION = 0.1  # of the body's mass in each foot: with lighter feet the solver is slower
 LEAST_INERTIA = 0.25  # fraction of the body's inertia that the feet leave to it
@@ -89,7 +89,7 @@ def from_above(setup: CapsuleSetup, step: float, feet: bool, turning: bool) -> V
     set_limits(assembly.start)
     return View(
         assembly,
-        lambda: observed(setup, assembly.pose),
+        lambda: pose_observables(setup, assembly.pose),
         lambda: loads(assembly.motion[2]),
         set_limits,
     )
