@@ -33,15 +33,8 @@ TURN = ("radius", "angular_acceleration", "half_time", "start", "count", "pause"
 NAMES = (*BODY, *TURN, "heading")
 EPSILONS = (0.3, 0.1, 0.03, 0.01, 0.003, 0.001)
 DURATION = 5.0  # duration in half times: the residual motion ends by 4.2
-STEPS_IN_HALF = (
-    50,
-    100,
-    200,
-    400,
-    800,
-    1600,
-    3200,
-)  # steps in a half time: samples fall on 2 tau
+# Numbers of steps in a half time: samples fall on 2 tau.
+STEPS_IN_HALF = (50, 100, 200, 400, 800, 1600, 3200)
 OBSERVED = (
     Observable("x", "m"),
     Observable("y", "m"),

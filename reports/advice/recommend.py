@@ -26,9 +26,8 @@ DEFAULT_METHOD, DEFAULT_STEP = DEFAULT
 # Verdicts that rule a method out.
 UNTRUSTED = ("off-prediction", "inaccurate", "not-converging", "diverged", "cut-short")
 UNJUDGED = "pre-asymptotic"  # verdict with which the errors of the runs decide
-CLOSED_FORM = (
-    "closed-form"  # integrator of methods that are no simulation, and are not recommended
-)
+# Integrator of methods that are no simulation, and are not recommended.
+CLOSED_FORM = "closed-form"
 
 
 @dataclass(frozen=True)

@@ -41,9 +41,8 @@ MORE_RATIOS = (
 # distributed up to a largest error, all lie below 1/1.2 of it with a probability of 1 %.
 SCATTER_MARGIN = 1.2
 _LINE_DISTANCE = 0.05  # largest relative distance of an error from a line on logarithmic axes
-_SMALLEST_FACTOR = (
-    1e-9  # smallest factor by which a step is extrapolated below all that were run
-)
+# Smallest factor by which a step is extrapolated below all that were run.
+_SMALLEST_FACTOR = 1e-9
 _LEAST_SLOPE = 0.3  # least slope of log error against log step that is extrapolated
 _MOST_BISECTIONS = 40  # most bisection steps
 _LEAST_STEPS = 8  # least steps of a run

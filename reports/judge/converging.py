@@ -25,9 +25,8 @@ LEAST_OCTAVES = 4  # octaves over which the envelope has to fall
 LEAST_SLOPE = 0.5  # lower bound on the confidence interval of the envelope's slope
 ROUND_OFFS = 10.0  # multiple of the round-off level: an error below it is not resolved
 STALLED_RATIO = 0.7  # ratio of errors, two octaves apart, from which smaller steps do not help
-SMOOTH_RESIDUAL = (
-    0.05  # largest residual of the series in the step, relative to the smallest error
-)
+# Largest residual of the series in the step, relative to the smallest error.
+SMOOTH_RESIDUAL = 0.05
 EXTRAPOLATED_RATIO = 0.5  # largest extrapolated error relative to the smallest measured error
 
 
@@ -119,8 +118,8 @@ def _envelope_slope(
     steps: list[float], errors: list[float]
 ) -> tuple[float, float, float] | None:
     """Returns the slope of the envelope and the ends of its 95 % confidence interval, over the
-    finest octaves: as many, four or more, as bring the interval above SLOWEST. None if no number of
-    octaves does, or if the slope over the finest four is SLOWEST or less."""
+    finest octaves: as many, four or more, as bring the interval above LEAST_SLOPE. None if no
+    number of octaves does, or if the slope over the finest four is LEAST_SLOPE or less."""
     no_round_off = [0.0] * len(steps)
     for most in range(LEAST_OCTAVES, len(steps) + 1):
         fit = fit_order(steps, errors, no_round_off, most)

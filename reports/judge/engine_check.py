@@ -30,14 +30,11 @@ from plumbob.reports.judge.verdict import judge_method
 
 # Largest delay of the first sample, in steps. The delay of a method that converges tends to zero.
 LARGEST_DELAY = 0.25
-SAME_TIME_ERROR = (
-    1e-3  # largest difference of two runs at the same time, relative to one step's motion
-)
+# Largest difference of two runs at the same time, relative to one step's motion.
+SAME_TIME_ERROR = 1e-3
 ORDER_MARGIN = 0.3  # largest amount by which an observed order may be below the declared order
-ORDER_SCENES, TRIED_SCENES = (
-    3,
-    9,
-)  # scenes that must show an order, and scenes that are tried for it
+# Scenes that must show an order, and scenes that are tried for it.
+ORDER_SCENES, TRIED_SCENES = 3, 9
 MOST_STEPS = 1201  # most steps of a run whose samples are checked: one sample every three steps
 COARSE_STEPS = 8  # steps in a run that should diverge
 
@@ -77,8 +74,8 @@ class CheckedMethod:
 
     @property
     def short_case(self) -> tuple[Case, float]:
-        """Returns the first case that the engine builds, cut to at most STEPS steps, and its step;
-        raises NotChecked if the engine builds none."""
+        """Returns the first case that the engine builds, cut to at most MOST_STEPS steps, and its
+        step; raises NotChecked if the engine builds none."""
         for scene in self.scenes:
             case = case_of(scene)
             step = self.checked_step(scene)
@@ -220,9 +217,10 @@ def check_samples(checked: CheckedMethod) -> str:
 
 
 def _check_first_step(case: Case, run: Trajectory, step: float) -> None:
-    """Checks the first step: an observable whose first two exact changes are equal within 10 %
-    changes by the exact amount, within LATE of it. A step's own error is smaller by an order of the
-    step. A sample that is one step late is wrong by the whole change."""
+    """Checks that an observable that changes evenly at the start changes by the exact amount in the
+    first step, to LARGEST_DELAY of it. Its change is even if the change over two steps is twice the
+    change over one, within 10 %. A method's own error is smaller by an order of the step. A sample
+    that is one step late is wrong by the whole change."""
     times = np.array([0.0, step, 2.0 * step])
     exact = case.reference.observe(times)
     uncertainty = case.reference.uncertainty(times)
@@ -314,7 +312,7 @@ def check_cost(checked: CheckedMethod) -> str:
 
 def check_order(checked: CheckedMethod) -> str:
     """Checks, on three scenes, that the error falls at the declared order or at the order that
-    theory predicts for the scene, and that its verdict is as it should be."""
+    theory predicts for the scene, and that the verdict shows no fault."""
     method = checked.method
     if method.order is None:
         raise NotChecked("it chooses its steps: no order")

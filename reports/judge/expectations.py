@@ -29,11 +29,8 @@ from plumbob.reports.judge.known_sizes import (
 from plumbob.reports.judge.tolerance import STARTS_OFF, TOO_WIDE
 from plumbob.reports.judge.verdict import LEAVES_OUT, NO_STEP_FITS, Judgement, Verdict
 
-NEVER_LIMITS = (
-    LEAVES_OUT,
-    STARTS_OFF,
-    TOO_WIDE,
-)  # reasons of failures that no known limit allows
+# Reasons of failures that no known limit allows.
+NEVER_LIMITS = (LEAVES_OUT, STARTS_OFF, TOO_WIDE)
 INACCURATE = "inaccurate, off the accuracy asked for"
 # Calibrated: largest ratio of the error at a drawn step, or tolerance, to the largest error at
 # listed ones, if no theory predicts the error. The largest ratios of 1752 draws of the quick

@@ -65,8 +65,8 @@ def tolerance_sizes_mismatch(
     """Message if relative errors at tolerances differ from the `known` errors by more than a
     factor; empty if they do not, or if none of these tolerances was run. The median ratio over the
     tolerances must lie within `factor`. Rounding moves the steps, so one error may be small by
-    chance: a single ratio must lie within SCATTER, unless the versions are those of the
-    measurement."""
+    chance: a single ratio must lie within SINGLE_TOLERANCE_FACTOR, unless the versions are those of
+    the measurement."""
     single_factor = factor if factor < FACTOR else SINGLE_TOLERANCE_FACTOR
     ratios: list[float] = []
     for tolerance, size in known.items():

@@ -30,7 +30,7 @@ One per cent of friction, or of a mass, moves a capsule by four times as much.""
 AT_STEP = "discretisation"  # name of the term that theory predicts to the last digit
 
 
-# Patterns of scene names, with a fraction that replaces MODEL_PART.
+# Patterns of scene names, with a fraction that replaces MODEL_FRACTION.
 MODEL_FRACTIONS = (
     ("*-pendulum/*", 1e-8),  # a joint: the bob's inertia adds less than rounding does
     ("free-body/*", 1e-8),  # one body that nothing touches: the model adds nothing

@@ -47,9 +47,8 @@ NO_STEP_FITS = "no step of the scene's step sizes fits"
 # Largest predicted error relative to the motion: above it a bound that is linearised along the
 # exact motion does not apply.
 LINEAR_RANGE = 0.5
-UNSTABLE_RATIO = (
-    10.0  # predicted error relative to the motion, from which a step counts as unstable
-)
+# Predicted error relative to the motion, from which a step counts as unstable.
+UNSTABLE_RATIO = 10.0
 PLATEAU_RATIO = 0.7  # ratio of errors, three steps apart, from which smaller steps do not help
 LEAVES_OUT = "the run leaves out"
 ERROR_THEORY = "theory of its error"
