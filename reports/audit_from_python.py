@@ -52,25 +52,20 @@ def audit(
     """Audits a model: how wrong are its steps, with its own integrator and step? The audit
     certifies the continuous motion of the model, and compares the model's steps with it.
 
-    `model` is a path to an MJCF file, a `mujoco.MjModel`, an `MjSpec`, an `MjData` whose positions
-    and velocities are the start, or a MuJoCo environment of Gymnasium that has been reset. The
-    motion starts from a `keyframe`, or from the model's state. `qpos` and `qvel`, if given, replace
-    the positions and velocities.
+    `model` is a path to an MJCF file, a `mujoco.MjModel`, an `MjSpec`, an `MjData` (its state is
+    the start), or a MuJoCo environment of Gymnasium that has been reset. The motion starts from a
+    `keyframe`, or from the model's state; `qpos` and `qvel` replace positions and velocities. It
+    lasts `duration` [s]. `control` is "rest", "zero", "sines" or values of shape (periods,
+    actuators), each held for `period` [s]. A `policy` replaces `control`: it is called with time,
+    qpos and qvel at the beginning of each period (default: one step) of a run at the model's own
+    step. The reference and all other steps replay its controls. An environment's policy is called
+    with observations, and a control is held as long as the environment holds an action.
 
-    `control` is "rest", "zero", "sines" or values of shape (periods, actuators), each held for
-    `period` [s]. The motion lasts `duration` [s]. The audit takes about `budget` [s] of processor
-    time. With several `jobs` the integrators run in as many processes; costs are measured alone.
-
-    A `policy` replaces `control`. It is called with time, qpos and qvel at the beginning of each
-    period (default: one step) of a run at the model's own step. The reference and all other steps
-    replay the controls that it gave. If the model is an environment, its policy is called with its
-    observations, and the environment is stepped. A control is then held as long as the environment
-    holds an action.
-
+    The audit takes about `budget` [s] of processor time, with the integrators in `jobs` processes.
     If `gradient` is set, derivatives of the final state with respect to controls and start are
-    certified too, in as much time again. Each of `engines`, by name, runs the file too, each in as
-    much time. `begun` is called with the audit before anything is computed. Raises ParameterError
-    for bad input, and for a model for which no reference can be certified.
+    certified in as much time again. Each of `engines`, by name, runs the file, in as much time.
+    `begun` is called with the audit before anything is computed. Raises ParameterError for bad
+    input, and for a model for which no reference can be certified.
 
     >>> import mujoco
     >>> rod = '''<mujoco><worldbody><body><joint axis="0 1 0"/>
@@ -86,12 +81,8 @@ def audit(
     start = Start(keyframe, qpos, qvel)
     control_name = _control_name(control, policy)
     if hasattr(getattr(model, "unwrapped", None), "frame_skip"):
-        environment = model
-        model, period = start_and_period(environment)
-        if policy is not None:
-            control = rollout(environment, policy, _duration_or_default(duration))
-            policy = None
-            duration = None
+        model, control, duration, period = _environment_motion(model, control, policy, duration)
+        policy = None
     user_model, motion = user_motion(model, start, control, policy, duration, period, budget)
     with Workers(jobs) as workers:
         executor = workers if jobs > 1 else None
@@ -101,6 +92,18 @@ def audit(
         result = with_gradient(result, Allowance(budget, progress=progress))
     result = with_engines(result, model, engines, budget, progress)
     return MotionResult(**vars(result))
+
+
+def _environment_motion(
+    environment: Any, control: str | Array, policy: Policy | None, duration: float | None
+) -> tuple[Any, str | Array, float | None, float]:
+    """Returns an environment's model, and the controls, the duration [s] and the control period [s]
+    of its motion. If there is a policy, its rollout gives the controls and the duration."""
+    model, period = start_and_period(environment)
+    if policy is not None:
+        control = rollout(environment, policy, _duration_or_default(duration))
+        duration = None
+    return model, control, duration, period
 
 
 def _control_name(control: str | Array, policy: Policy | None) -> str:
