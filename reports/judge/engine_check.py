@@ -164,7 +164,7 @@ def check_builds(checked: CheckedMethod) -> str:
             simulation = checked.simulation(case_of(scene), checked.checked_step(scene))
         except Unsupported as reason:
             verdict = expected(scene.name, checked.method.name).verdict
-            message = f"it is meant for {scene.name}, and says: {reason}"
+            message = f"it is meant for {scene.name}, and refuses it: {reason}"
             _require(verdict == "unsupported", message)
             continue
         for part in ("run", "stepped"):
@@ -186,7 +186,8 @@ def check_repeats(checked: CheckedMethod) -> str:
     for number, run in ((2, second), (3, third)):
         for name, values in first.observables.items():
             same = np.array_equal(values, run.observables[name])
-            _require(same, f"{name} of run {number} of {case.scene.name} is not that of run 1")
+            pair = f"run {number} of {case.scene.name} and run 1"
+            _require(same, f"{name} differs between {pair}")
     return f"3 runs of {case.scene.name}, the same bits"
 
 
@@ -202,12 +203,13 @@ def check_samples(checked: CheckedMethod) -> str:
         error = run.observables[name] - exact[name]
         size = np.abs(exact[name]).max() or 1.0
         allowed = 10.0 * uncertainty[name][0] + 1e-9 * size
-        wrong_start = f"{name} starts {error[0]:.3g} off the start of {case.scene.name}"
+        wrong_start = f"{name} starts {error[0]:.3g} from the start of {case.scene.name}"
         _require(abs(error[0]) <= allowed, wrong_start)
         if solver:
             largest_change = np.abs(np.diff(exact[name])).max()
             on_time = np.abs(error).max() <= LARGEST_DELAY * largest_change
-            _require(on_time, f"{name} is late by much of a sample")
+            late = f"more than {LARGEST_DELAY:g} of a sample"
+            _require(on_time, f"{name} is late by {late}")
     if not solver:
         _check_first_step(case, checked.run(case.lasting(step), step), step)
         for sample in {1, len(run.times) // 2}:
@@ -243,7 +245,8 @@ def _check_shorter_run(run: Trajectory, shorter: Trajectory, sample: int) -> Non
         difference = abs(values[sample] - shorter.observables[name][-1])
         same = difference <= SAME_TIME_ERROR * step_motion + 1e-9 * size
         steps = shorter.steps
-        _require(same, f"{name} at step {steps} is not that of a run of {steps} steps")
+        message = f"{name} at step {steps} differs from the end of a run of {steps} steps"
+        _require(same, message)
 
 
 def _state_names(case: Case, run: Trajectory) -> list[str]:
@@ -261,7 +264,7 @@ def check_output(checked: CheckedMethod) -> str:
         simulation.run()
         simulation.stepped(0.5)
     files = sorted(os.listdir())
-    _require(not files, f"it leaves {', '.join(files[:3])}")
+    _require(not files, f"it leaves files: {', '.join(files[:3])}")
     _require(not output[0].strip(), f"it prints: {output[0].strip()[:80]}")
     return "no output, no file"
 
@@ -282,7 +285,8 @@ def check_divergence(checked: CheckedMethod) -> str:
             _require(not fault, f"{scene.name} at a step of {step:g} s: {fault}")
             diverged += run.diverged_at is not None
     return (
-        f"{diverged} of {len(scenes)} systems lost at {COARSE_STEPS} steps in all, and said so"
+        f"{diverged} of {len(scenes)} systems diverged in runs of {COARSE_STEPS} steps, and "
+        "reported it"
     )
 
 

@@ -31,7 +31,7 @@ from plumbob.reports.judge.verdict import LEAVES_OUT, NO_STEP_FITS, Judgement, V
 
 # Reasons of failures that no known limit allows.
 NEVER_LIMITS = (LEAVES_OUT, STARTS_OFF, TOO_WIDE)
-INACCURATE = "inaccurate, off the accuracy asked for"
+INACCURATE = "inaccurate, misses the accuracy asked for"
 # Calibrated: largest ratio of the error at a drawn step, or tolerance, to the largest error at
 # listed ones, if no theory predicts the error. The largest ratios of 1752 draws of the quick
 # profile with the seeds 1 to 4 were 2.2 and 6.6
@@ -132,10 +132,12 @@ def _drawn_surprise(scene: Scene, method: Method, judgement: Judgement) -> str:
         largest = max(listed_errors)
         # Errors at listed steps may all be zero, hence the machine epsilon.
         if error > DRAWN_RATIO[method.control] * max(largest, float_info.epsilon):
-            reason = f"the relative error is {error:.3g}, and {largest:.3g} at listed ones"
+            reason = (
+                f"the relative error is {error:.3g}, and {largest:.3g} at most at listed steps"
+            )
     if not reason:
         return ""
-    return f"at a step that is drawn, {reason}: {drawn.reason}".rstrip(": ")
+    return f"at a randomly drawn step, {reason}: {drawn.reason}".rstrip(": ")
 
 
 def compared_errors(
@@ -227,7 +229,7 @@ def _size_mismatch(
     elif known is not None:
         mismatch = size_mismatch(known, errors, known_factor(method, judgement.versions))
     elif not expectation.size:
-        mismatch = "no size of it is known"
+        mismatch = "its size is not known"
     else:
         mismatch = "" if run else median_mismatch(expectation.size, errors)
     return f"{judgement.verdict}, a known limit, but {mismatch}" if mismatch else ""

@@ -150,12 +150,13 @@ def _gradient_verdict(
     if tried.predicted is None:
         return "pre-asymptotic", "there is no theory of its error"
     if tried.left_open > abs(gradient.exact) > gradient.uncertainty:
-        return "pre-asymptotic", f"{tried.left_open:.3g} is left open, more than the derivative"
+        reason = f"theory leaves {tried.left_open:.3g} open, more than the derivative itself"
+        return "pre-asymptotic", reason
     difference = abs(tried.computed - gradient.exact - tried.predicted)
     allowed = tried.left_open + gradient.uncertainty
     if difference <= allowed:
         return "predicted", ""
-    return "off-prediction", f"{difference:.3g} off its prediction, allowed {allowed:.3g}"
+    return "off-prediction", f"{difference:.3g} from its prediction, allowed {allowed:.3g}"
 
 
 def study_gradients(study: Study) -> Iterator[JudgedGradient]:

@@ -31,7 +31,8 @@ def size_mismatch(known: Size, errors: Mapping[float, float], factor: float = FA
         error for step, error in errors.items() if _in_range(step, known.coarse, known.fine)
     ]
     if not in_range:
-        return f"no run at steps from {known.coarse:g} to {known.fine:g} s, where it is known"
+        steps = f"{known.coarse:g} to {known.fine:g} s"
+        return f"its size is known at steps from {steps}, and no run has such a step"
     return _error_mismatch(median(in_range), known.size, known.size, factor)
 
 
@@ -80,8 +81,8 @@ def tolerance_sizes_mismatch(
     if 1.0 / factor <= median_ratio <= factor:
         return ""
     return (
-        f"its relative errors are {median_ratio:.3g} of those known, in the median over "
-        f"tolerances, and known within a factor of {factor:g}"
+        f"the median ratio of its relative errors to the known ones is {median_ratio:.3g}, and "
+        f"must lie within a factor of {factor:g}"
     )
 
 

@@ -69,7 +69,7 @@ def _isolated_reading(engine: str, file: Path, reference: ModelFields) -> FileRe
             task = workers.submit(_engine_reading, engine, str(file))
             refusal, fields, ignored = task.result()
     except BrokenExecutor:
-        return FileReading(engine, "its process ends")
+        return FileReading(engine, "its process crashes")
     if refusal:
         return FileReading(engine, refusal)
     return compared_reading(engine, reference, fields, ignored)

@@ -78,7 +78,7 @@ def _judged_limit(
     if known is not None:
         surprise = _known_ratio_mismatch(ratio, known.ratio)
     elif verdict == "off-prediction":
-        surprise = f"{ratio:.3g} of the step that is predicted"
+        surprise = f"{ratio:.3g} of the predicted step"
     return JudgedLimit(
         scene=search.scene,
         method=search.method,
@@ -99,7 +99,7 @@ def _known_ratio_mismatch(ratio: float | None, known: float) -> str:
         now = f"{ratio:.3g} of it"
     else:
         return ""
-    return f"known as {known:g} of the step that is predicted, now {now}"
+    return f"known as {known:g} of the predicted step, now {now}"
 
 
 def _belongs_to_changed_motion(limit: MeasuredLimit, measured: Stability) -> bool:

@@ -103,19 +103,20 @@ def used_fraction(error: ObservedError, allowed: Tolerance) -> float:
     return min(predicted.difference / left_open, 1.0)
 
 
-def prediction_mismatch(error: ObservedError) -> str | None:
+def prediction_mismatch(error: ObservedError, unit: str) -> str | None:
     """Message if an error is not the predicted one; None if it is. At every sample the signed error
     may differ from the prediction by the bound of the model error and by what theory leaves open
     there: the remainder of the series, and rounding. The error of an adaptive solver must stay
     within its distance from a run with a much smaller tolerance."""
     controlled = error.controlled
     if controlled is not None and controlled.beyond > 0.0:
-        bound = "from those of a run with a much smaller tolerance follows"
-        return f"{controlled.beyond:.3g} further off than {bound}"
+        bound = "the bound by a run with a much smaller tolerance"
+        return f"{controlled.beyond:.3g} {unit} above {bound}"
     predicted = error.predicted
     if predicted is None or predicted.beyond <= error.model_error:
         return None
-    return f"{predicted.difference:.3g} off its prediction, allowed {error.left_open:.3g}"
+    difference = f"{predicted.difference:.3g} {unit} from its prediction"
+    return f"{difference}, allowed {error.left_open:.3g}"
 
 
 def start_mismatch(run: Measurement) -> str:
@@ -124,7 +125,7 @@ def start_mismatch(run: Measurement) -> str:
     for name, error in run.errors.items():
         allowed = START_ERROR * error.scale + error.uncertainty + START_ROUNDING
         if error.scale > 0.0 and error.start > allowed:
-            return f"{STARTS_OFF}: {name} is {error.start:.3g} off, allowed {allowed:.3g}"
+            return f"{STARTS_OFF}: {name} differs by {error.start:.3g}, allowed {allowed:.3g}"
     return ""
 
 
@@ -141,7 +142,7 @@ def wide_model_bound(run: Measurement, quantities: Sequence[Quantity]) -> str:
         if fraction > allowed:
             return (
                 f"{TOO_WIDE} of {quantity.observable} is {fraction:.3g} of its scale at the "
-                f"finest step, declared {allowed:g} at most"
+                f"finest step, allowed {allowed:g}"
             )
     return ""
 
@@ -166,8 +167,7 @@ def tolerance_excess(
         return None
     if not error.largest <= allowed.bound:
         return f"{error.largest:.3g} {allowed.unit}, allowed {allowed.bound:.3g}"
-    mismatch = prediction_mismatch(error)
-    return None if mismatch is None else f"{mismatch} {allowed.unit}"
+    return prediction_mismatch(error, allowed.unit)
 
 
 def round_off(run: Measurement, name: str, units: Mapping[str, str]) -> float:
@@ -191,7 +191,7 @@ def _prediction_terms(error: ObservedError, step: float) -> tuple[Term, ...] | N
     if predicted is None:
         return None
     if predicted.for_this_step:
-        reason = f"what the scheme does to this motion at this step, h = {step:g} s"
+        reason = f"error of the scheme on this motion at this step, h = {step:g} s"
         return (Term(AT_STEP, predicted.largest, reason),)
     terms = predicted.terms
     if not reaches(terms, predicted.largest, predicted.nonlinearity):
@@ -208,7 +208,7 @@ def _prediction_terms(error: ObservedError, step: float) -> tuple[Term, ...] | N
     remainder = Term(
         "discretisation: remainder",
         last_two + nonlinear,
-        "what follows in the series is less than its last two terms and the first nonlinear "
+        "the rest of the series is smaller than its last two terms and the first nonlinear "
         "term that the series leaves out",
     )
     return discretisation, remainder

@@ -172,8 +172,8 @@ def _beyond_linear_range(run: Measurement, leading: str) -> Judgement | None:
     if not predicted.largest > LINEAR_RANGE * error.scale > 0.0:
         return None
     reason = (
-        f"the predicted error of {leading} at this step exceeds half the motion, where the "
-        "bound of the model's error is not known"
+        f"the predicted error of {leading} at this step exceeds half the motion: the bound of "
+        "the model error is not known there"
     )
     return Judgement("pre-asymptotic", {}, reason)
 
@@ -195,8 +195,8 @@ def _tolerance_failure(
     if not excesses:
         return None
     reason = (
-        f"the predicted error of {', '.join(excesses)} at this step has no bounds, as an engine "
-        "may have that holds rates below some limit"
+        f"the predicted error of {', '.join(excesses)} grows without bound at this step, and "
+        "the measured one does not: the engine may limit rates that the equations do not limit"
     )
     return Judgement("pre-asymptotic", {}, reason)
 
@@ -219,8 +219,8 @@ def _loose_tolerance(
     if not 0.0 < error.scale <= allowed:
         return None
     reason = (
-        f"{leading} may be {allowed:.3g} {unit} beside what is predicted of it, and is "
-        f"{error.scale:.3g} in all"
+        f"the tolerance of {leading}, {allowed:.3g} {unit}, is as large as its motion, "
+        f"{error.scale:.3g} {unit}"
     )
     return Judgement("pre-asymptotic", tolerances, reason)
 
@@ -415,5 +415,5 @@ def _observables_mismatch(
     declared = not_read(runs[0].scene, runs[0].method)
     judged = [name for name in declared if name not in unjudged]
     if judged:
-        return f"{', '.join(judged)}: judged, and declared to be not"
+        return f"{', '.join(judged)}: judged, although the engine is declared not to give it"
     return ""

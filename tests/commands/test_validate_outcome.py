@@ -274,5 +274,5 @@ def test_an_accuracy_of_ones_own(validate, within, code):
     assert found.failure(CONE, "ode/rk4") == ""
     failure = found.failure(CONE, "mujoco/euler")
     assert failure.startswith(
-        "inaccurate, off the accuracy asked for: the relative error"
+        "inaccurate, misses the accuracy asked for: the relative error"
     ) == bool(code)
