@@ -40,9 +40,9 @@ def over_time(problem: ConePendulum, times: Array) -> Mapping[Observable, Array]
 
 
 def over_angle(problem: ConePendulum, theta: Array) -> Mapping[Observable, Array]:
-    """Returns the source's own form, as functions of the angle `theta` [rad], shape (n,): the time
-    at which the motion first reaches the angle (16), and the momentum (15), the rate and the phase
-    (13) at that time. They are NaN if the motion never reaches the angle."""
+    """Returns the motion as the source writes it, as functions of the angle `theta` [rad], shape
+    (n,): the time at which the motion first reaches the angle (16), and the momentum (15), the rate
+    and the phase (13) at this time. All are NaN if the motion never reaches the angle."""
     reference = problem.reference
     times = reference.time_at(theta)
     reached = np.isfinite(times)

@@ -46,8 +46,8 @@ _ROUND = tuple((_ARM * math.cos(a), _ARM * math.sin(a)) for a in (0.3, 2.2, 4.6)
 
 
 def problem(parameters: Parameters) -> CapsuleProblem:
-    """Returns the residual motion that parameters describe, by its formula if it has one; raises
-    ParameterError."""
+    """Returns the problem of the residual motion that parameters describe, by its formula if it has
+    one; raises ParameterError."""
     known(parameters, NAMES)
     body = capsule(parameters)
     slider = slider_place(parameters)

@@ -32,8 +32,8 @@ _TILTED: Parameters = MappingProxyType({**CHECK, "direction": 0.7, "slider": (0.
 
 
 def problem(parameters: Parameters) -> CapsuleProblem:
-    """Returns the body under tilted gravity, or, if a `length` is given, with a slow stroke; raises
-    ParameterError."""
+    """Returns the problem of a body under tilted gravity, or, if a `length` is given, of a slow
+    stroke; raises ParameterError."""
     known(parameters, NAMES)
     if "length" in parameters:
         return _stroke_problem(parameters)
@@ -50,7 +50,7 @@ def problem(parameters: Parameters) -> CapsuleProblem:
 
 
 def _stroke_problem(parameters: Parameters) -> CapsuleProblem:
-    """Returns the body with a slow stroke of its slider; raises ParameterError."""
+    """Returns the problem of a slow stroke of the slider, out and back; raises ParameterError."""
     body = capsule(parameters)
     line = line_angle(parameters, body)
     start = parameters.get("start", 0.0)

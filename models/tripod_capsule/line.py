@@ -47,7 +47,7 @@ _LINE: Parameters = MappingProxyType(
 
 
 def problem(parameters: Parameters) -> CapsuleProblem:
-    """Returns the line manoeuvre that parameters describe; raises ParameterError."""
+    """Returns the problem of the line manoeuvre that parameters describe; raises ParameterError."""
     known(parameters, NAMES)
     return line_problem(manoeuvre(parameters), parameters)
 

@@ -45,7 +45,8 @@ def _repeated(parameters: Parameters, count: int, pause: float) -> RepeatedLine:
 
 
 def problem(parameters: Parameters) -> CapsuleProblem:
-    """Returns the repeated manoeuvres that parameters describe; raises ParameterError."""
+    """Returns the problem of the repeated manoeuvres that parameters describe; raises
+    ParameterError."""
     known(parameters, NAMES)
     manoeuvres = _repeated(parameters, parameters["count"], parameters["pause"])
     return line_problem(manoeuvres, parameters)

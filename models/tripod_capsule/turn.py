@@ -46,7 +46,7 @@ OBSERVED = (
 
 
 def problem(parameters: Parameters) -> CapsuleProblem:
-    """Returns the turn manoeuvre, once or repeated, that parameters describe; raises
+    """Returns the problem of the turn manoeuvre, once or repeated, that parameters describe; raises
     ParameterError."""
     known(parameters, NAMES)
     turn = TurnManoeuvre(

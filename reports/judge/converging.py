@@ -118,8 +118,9 @@ def _envelope_slope(
     steps: list[float], errors: list[float]
 ) -> tuple[float, float, float] | None:
     """Returns the slope of the envelope and the ends of its 95 % confidence interval, over the
-    finest octaves: as many, four or more, as bring the interval above LEAST_SLOPE. None if no
-    number of octaves does, or if the slope over the finest four is LEAST_SLOPE or less."""
+    finest octaves. Their number is the smallest, four or more, with which the interval lies above
+    LEAST_SLOPE. Returns None if there is no such number, or if the slope over the finest four is
+    LEAST_SLOPE or less."""
     no_round_off = [0.0] * len(steps)
     for most in range(LEAST_OCTAVES, len(steps) + 1):
         fit = fit_order(steps, errors, no_round_off, most)

@@ -97,6 +97,7 @@ def judge_method(
     """Returns the verdict on a method on a scene, with the verdicts on its runs. `quantities` are
     the scene's quantities of interest."""
     judged_runs = [(run, judge(run, system, method, quantities)) for run in study.measurements]
+    # Runs beside the listed step sizes show no order and no plateau.
     listed = [pair for pair in judged_runs if pair[0].step not in study.beside] or judged_runs
     beside = [judgement for run, judgement in judged_runs if run.step in study.beside]
     units = {o.name: o.unit for o in system.observables}
@@ -134,8 +135,8 @@ def judge(
 def _run_verdict(
     run: Measurement, units: Mapping[str, str], tolerances: Mapping[str, Tolerance]
 ) -> Judgement:
-    """Returns the verdict on a run. `tolerances` are those of the observables that theory covers;
-    `units` are the units of all observables, the leading observable first."""
+    """Returns the verdict on a run. `tolerances` has the observables that theory covers; `units`
+    has the units of all observables, the leading observable first."""
     if run.status != "done":
         return Judgement(run.status, {}, run.reason)
     failure = _content_failure(run, tuple(units))
@@ -159,9 +160,9 @@ def _run_verdict(
 
 
 def _beyond_linear_range(run: Measurement, leading: str) -> Judgement | None:
-    """Returns `pre-asymptotic` if the predicted error of the leading observable is so large that
-    the bound of the model error, which is linearised along the exact motion, does not apply;
-    otherwise None."""
+    """Returns `pre-asymptotic` if the predicted error of the leading observable is too large for
+    the bound of the model error: the bound is linearised along the exact motion. Otherwise returns
+    None."""
     error = run.errors.get(leading)
     if error is None or error.predicted is None:
         return None
@@ -318,8 +319,8 @@ def _method_verdict(
 
 
 def _first_with(judgements: Iterable[Judgement], *verdicts: Verdict) -> Judgement | None:
-    """Returns the first judgement with the first of these verdicts that any has; None if no
-    judgement has one of them."""
+    """Returns a judgement that has one of these verdicts; an earlier verdict goes before a later
+    one. None if no judgement has one."""
     for verdict in verdicts:
         for judgement in judgements:
             if judgement.verdict == verdict:
