@@ -24,8 +24,8 @@ def fill(spec: Any, problem: RollingDisc) -> None:
     spec.geom("rim").size = [radius, radius, 1e-6 * radius]
     spec.geom("disc").size[:2] = [radius, 0.02 * radius]
     start.qpos = [0.0, 0.0, radius * np.sin(problem.tilt), *system.position]
-    held = rolling(problem, np.array(system.position))[:, 3:] @ system.rate
-    start.qvel = [*-held, *system.rate]
+    contact_velocity = rolling(problem, np.array(system.position))[:, 3:] @ system.rate
+    start.qvel = [*-contact_velocity, *system.rate]
 
 
 def observe(problem: RollingDisc, qpos: Array, qvel: Array) -> Signals:

@@ -318,7 +318,7 @@ def _method_verdict(
     return _unexplained_plateau(runs, units) or finest
 
 
-def _first_with(judgements: Iterable[Judgement], *verdicts: Verdict) -> Judgement | None:
+def _first_with(judgements: Sequence[Judgement], *verdicts: Verdict) -> Judgement | None:
     """Returns a judgement that has one of these verdicts; an earlier verdict goes before a later
     one. None if no judgement has one."""
     for verdict in verdicts:
@@ -329,7 +329,7 @@ def _first_with(judgements: Iterable[Judgement], *verdicts: Verdict) -> Judgemen
 
 
 def _envelope_verdict(
-    runs: Sequence[Measurement], quantities: Sequence[Quantity], judgements: Iterable[Judgement]
+    runs: Sequence[Measurement], quantities: Sequence[Quantity], judgements: Sequence[Judgement]
 ) -> Judgement:
     """Returns the verdict on a method without theory. If the envelope of the errors decides
     nothing, a run that diverged does; `judgements` are the verdicts on the runs."""
