@@ -214,7 +214,7 @@ def test_a_doctored_derivative(validate, tmp_path, capsys, monkeypatch, factor, 
     assert f"0 known limits, {off} unexpected" in outcome.out
     if off:
         assert f"UNEXPECTED {CONE} ode/rk4: central, theta by gravity, " in outcome.out
-        assert "off its prediction" in outcome.failure(
+        assert "from its prediction" in outcome.failure(
             CONE, "ode/rk4, central, theta by gravity"
         )
 
