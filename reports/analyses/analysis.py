@@ -12,7 +12,7 @@ import numpy as np
 from plumbob.engines.study.extra_runs import Requests, StudyPlan
 from plumbob.engines.study.request import Request
 from plumbob.engines.study.results import Analysed, Study
-from plumbob.reports.judge.study_verdicts import Judgements, unexpected
+from plumbob.reports.judge.study_verdicts import Judgements, unexpected_pairs
 from plumbob.reports.view.content import Claim
 
 Record = SimpleNamespace
@@ -62,7 +62,7 @@ def analysed(
             )
             results.append(replace(left_out, numbers=plain(numbers), claims=claims))
         except Exception:
-            if not (pairs := unexpected(study, judged)):
+            if not (pairs := unexpected_pairs(study, judged)):
                 raise
             results.append(replace(left_out, claims=tuple((pair, False) for pair in pairs)))
     return tuple(results)

@@ -17,13 +17,13 @@ from plumbob.engines.study.measurement import REFERENCE_STEP, Measurement
 from plumbob.engines.study.results import Study
 from plumbob.models.registry import case_of, system_of, systems_of
 from plumbob.models.scene import Case, Scene, System
-from plumbob.reports.advice.advice import from_study
+from plumbob.reports.advice.advice import study_recommendation
 from plumbob.reports.advice.user_settings import user_results
 from plumbob.reports.analyses.replay import replay
 from plumbob.reports.judge.expectations import expected, standing, surprise
 from plumbob.reports.judge.study_verdicts import Judgements
-from plumbob.reports.judge.tolerance import exceeded
-from plumbob.reports.judge.verdict import Judged, Judgement
+from plumbob.reports.judge.tolerance import tolerance_excess
+from plumbob.reports.judge.verdict import JudgedMethod, Judgement
 from plumbob.reports.view.records import (
     Budget,
     ExactRecord,
@@ -61,7 +61,9 @@ def scene_record(study: Study, judged: Judgements, scene: Scene) -> SceneRecord:
     held = any(m.status == "done" for c in series for m in c.measurements)
     return SceneRecord(
         {c.method: verdict_on(study, c, judged) for c in series},
-        tuple(from_study(study, scene, e, judged) for e, _ in ERRORS) if study.costs else (),
+        tuple(study_recommendation(study, scene, e, judged) for e, _ in ERRORS)
+        if study.costs
+        else (),
         _exact(study, scene) if held or not system_of(scene).distribution else None,
     )
 
@@ -103,7 +105,7 @@ def _run(run: Judgement, leading: str) -> RunVerdict:
 
 
 def _budgets(
-    study: Study, series: ConvergenceStudy, judged: Judged
+    study: Study, series: ConvergenceStudy, judged: JudgedMethod
 ) -> tuple[float, tuple[Budget, ...]]:
     """The step, and the tolerances that are shown, of the first run that fails, of all observables,
     or else of the finest that is judged, of the leading one."""
@@ -121,7 +123,7 @@ def _budgets(
 
 def _budget(run: Measurement, judged: Judgement, name: str, units: Mapping[str, str]) -> Budget:
     held = judged.tolerances[name]
-    why = exceeded(run, name, held, units) or ""
+    why = tolerance_excess(run, name, held, units) or ""
     return Budget(name, run.errors[name].largest, held, why)
 
 

@@ -25,7 +25,7 @@ from plumbob.engines.audit.environments import environment
 from plumbob.engines.audit.trims import tried
 from plumbob.engines.audit.user_models import quiet, user_models
 from plumbob.engines.own_motion import AS_IT_STANDS, Policy, Start
-from plumbob.models.border import must_be, regular
+from plumbob.models.border import must_be, regular_file
 from plumbob.models.entry_points import on_stderr
 from plumbob.reports.audit_from_python import BUDGET, audit, audit_contacts
 from plumbob.reports.commands import several_audits
@@ -117,7 +117,7 @@ def _pages(chosen: argparse.Namespace, models: Sequence[Path]) -> dict[str, str]
     several = [] if chosen.alone else [several_audits.PAGE]
     _writable(chosen, models, [*pages.values(), *several])
     if chosen.alone and not chosen.gym:
-        regular("model", models[0], math.inf)
+        regular_file("model", models[0], math.inf)
     return pages
 
 
@@ -327,7 +327,7 @@ def _missed(result: Audit | ContactAudit, chosen: argparse.Namespace) -> Iterato
 def stored_audits(file: Path) -> list[Any]:
     """The audits of motions in a file, as --json printed them; raises ParameterError."""
     what = "a file that this `plumbob audit --json` has printed"
-    regular("against", file, LARGEST_OLD)
+    regular_file("against", file, LARGEST_OLD)
     with must_be(what, "against", str(file)):
         content = json.loads(file.read_text("utf-8"), parse_int=float)
         stored: list[Any] = content if isinstance(content, list) else [content]

@@ -24,7 +24,7 @@ from plumbob.reports.commands.budget import certify
 from plumbob.reports.commands.own_file import described, is_file, motion
 from plumbob.reports.commands.stability import measured
 from plumbob.reports.judge.gradients import study_gradients
-from plumbob.reports.judge.searches import unexpected
+from plumbob.reports.judge.searches import unexpected_searches
 from plumbob.reports.view.tables import table
 from plumbob.reports.view.terminal import aligned
 
@@ -53,7 +53,7 @@ def command(chosen: argparse.Namespace) -> int:
     records = [of.record() for of in judged]
     shown = aligned(table("gradients", records=records))
     values.show(chosen, records, "gradient", rows=shown, judged=judged)
-    if unexpected(judged):
+    if unexpected_searches(judged):
         return 1
     missing = dict.fromkeys(e.package for m in methods if not installed(e := engine_of(m)))
     for package in missing:

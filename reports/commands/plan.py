@@ -20,7 +20,7 @@ from plumbob.models.registry import case_of
 from plumbob.models.registry import scene as find_scene
 from plumbob.models.scene import Scene
 from plumbob.models.tripod_capsule.parameters import BODY, CHECK, capsule
-from plumbob.models.tripod_capsule.plan import CURVE, LIMITS, planned
+from plumbob.models.tripod_capsule.plan import CURVE, LIMITS, requested_plan
 from plumbob.reports.analyses.capsule_plan.pose_errors import (
     by_kind,
     named,
@@ -64,7 +64,7 @@ def command(chosen: argparse.Namespace) -> int:
         raise ParameterError("step", chosen.step, "given with --method, and only with it")
     measured = None
     with values.representable(changes or {"to": chosen.to}):
-        found = planned({**CHECK, **parameters})
+        found = requested_plan({**CHECK, **parameters})
         answer = described(found)
         if chosen.method:
             scene = find_scene(SYSTEM, parameters)

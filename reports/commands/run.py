@@ -17,7 +17,7 @@ from plumbob.engines.workers import Lost, Task, Workers
 from plumbob.models.registry import case_of
 from plumbob.models.registry import scene as find_scene
 from plumbob.models.scene import Scene
-from plumbob.reports.advice.json_records import record
+from plumbob.reports.advice.json_records import run_record
 from plumbob.reports.commands.arguments import values
 from plumbob.reports.commands.arguments.console import note, progress
 from plumbob.reports.commands.arguments.like import own_method
@@ -60,7 +60,7 @@ def command(chosen: argparse.Namespace) -> int:
             certified = _certified_record(chosen, scene, method, run)
         judgement = judge(run, case.system, method, about)
         worlds = batch_costs(case, method, step, chosen.worlds or [])
-        records.append(record(method, run, judgement, None, cost))
+        records.append(run_record(method, run, judgement, None, cost))
         if worlds:
             records[-1]["worlds"] = worlds
         codes.append(_code(scene, method, run, judgement))

@@ -18,7 +18,7 @@ from xml.etree import ElementTree
 
 from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.workers import Lost, Task, Workers
-from plumbob.models.border import must_be, regular
+from plumbob.models.border import must_be, regular_file
 from plumbob.reports.view.audit.page import page_of
 from plumbob.reports.view.content import Finding
 from plumbob.reports.view.finding_text import written as worded
@@ -122,7 +122,7 @@ def _models_in(folder: Path) -> tuple[list[Path], list[Path]]:
 def _text(path: Path) -> str | None:
     """The text of a file; None if the file is not regular, too large for a model or unreadable."""
     try:
-        regular("model", path)
+        regular_file("model", path)
         with must_be("a file that can be read", "model", str(path)):
             return path.read_text("utf-8", "replace")
     except ParameterError:

@@ -19,14 +19,14 @@ from plumbob.engines.study.runner import run_study
 from plumbob.engines.workers import Workers
 from plumbob.models.registry import scenes as find_scenes
 from plumbob.models.scene import Scene
-from plumbob.reports.advice.json_records import records
+from plumbob.reports.advice.json_records import study_records
 from plumbob.reports.advice.user_settings import user_results
 from plumbob.reports.commands.arguments import values
 from plumbob.reports.commands.arguments.console import note, progress, writable_folder
 from plumbob.reports.commands.arguments.like import METHODS as LIKE_METHODS
 from plumbob.reports.commands.arguments.like import SCENES as LIKE_SCENES
 from plumbob.reports.commands.arguments.like import beside, own_method
-from plumbob.reports.judge.searches import judged_searches, unexpected
+from plumbob.reports.judge.searches import judged_searches, unexpected_searches
 from plumbob.reports.judge.study_verdicts import Judgements, judge_study
 from plumbob.reports.view.junit import write_junit
 from plumbob.reports.view.method_results import Results, results_of
@@ -128,7 +128,7 @@ def _report(
         write_junit(junit, study, every)
     values.show(
         chosen,
-        records(study, judged, results),
+        study_records(study, judged, results),
         "study",
         **study_values(study, every, chosen.verbose),
         page=page,
@@ -152,7 +152,7 @@ def _methods(pattern: str | None, like: str | None) -> tuple[Method, ...]:
 def exit_code(study: Study, every: Results) -> int:
     """1 when a verdict is not as expected, else 3 when an engine is missing or the user's own
     settings ran nothing, else 0."""
-    if unexpected(judged_searches(study)) or "unexpected" in {
+    if unexpected_searches(judged_searches(study)) or "unexpected" in {
         of.meaning for of in every.values()
     }:
         return 1

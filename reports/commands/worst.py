@@ -63,14 +63,16 @@ def of_tolerance(case: Case, method: Method, step: float) -> float:
     """The most of its tolerance that an observable's error uses up in a run: above 1 its verdict is
     `off-prediction`; 0 where nothing is judged, infinite where the run diverged or is cut short."""
     from plumbob.engines.study.measurement import measure
-    from plumbob.reports.judge.tolerance import used
+    from plumbob.reports.judge.tolerance import used_fraction
     from plumbob.reports.judge.verdict import judge
 
     run, _ = measure(case, method, step)
     if run.status != "done":
         return math.inf if run.status in ("diverged", "cut-short") else 0.0
     allowed = judge(run, case.system, method, case.system.quantities(case)).tolerances
-    return max((used(run.errors[n], bound) for n, bound in allowed.items()), default=0.0)
+    return max(
+        (used_fraction(run.errors[n], bound) for n, bound in allowed.items()), default=0.0
+    )
 
 
 def _record(worst: Found) -> dict[str, Any]:

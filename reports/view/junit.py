@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from plumbob.engines.study.results import Study
-from plumbob.reports.judge.searches import judged_searches, unexpected
+from plumbob.reports.judge.searches import judged_searches, unexpected_searches
 from plumbob.reports.view.method_results import MethodResult, Results
 from plumbob.reports.view.page import TEMPLATES, written
 from plumbob.reports.view.tables import environment
@@ -37,7 +37,7 @@ def write_junit(file: Path, study: Study, every: Results) -> None:
         Case(
             of.scene, f"{of.method}, {of.about}", 0.0, {}, "failure", f"{of.surprise}: {of.why}"
         )
-        for of in unexpected(judged_searches(study))
+        for of in unexpected_searches(judged_searches(study))
     ]
     date = study.provenance.date.removesuffix(" UTC").replace(" ", "T")
     cases = [*map(_case, every.values()), *searches]

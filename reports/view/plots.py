@@ -8,8 +8,8 @@ import numpy as np
 
 from plumbob.engines.method import Method
 from plumbob.engines.study.results import Observables
-from plumbob.reports.advice.recommend import EXACT
-from plumbob.reports.advice.work_precision import Point, front
+from plumbob.reports.advice.recommend import CLOSED_FORM
+from plumbob.reports.advice.work_precision import Point, pareto_front
 from plumbob.reports.view.content import Figure
 from plumbob.reports.view.method_results import MethodResult, finite_limits
 from plumbob.reports.view.palette import Style
@@ -107,7 +107,7 @@ def error_against_cost(
     nothing, is left out."""
     lines: dict[str, list[Point]] = {}
     for p in points:
-        if np.isfinite(p.error) and methods[p.method].scheme.integrator != EXACT:
+        if np.isfinite(p.error) and methods[p.method].scheme.integrator != CLOSED_FORM:
             lines.setdefault(p.method, []).append(p)
     ends = []
     for name, limit in limits.items():
@@ -116,7 +116,7 @@ def error_against_cost(
             ends.append((limit, last, last.speed * limit / last.step))
     every = [p for of in lines.values() for p in of]
     band = [p for p in every if p.method in chosen] or every
-    best, shown = (front(of, lambda p: (-p.speed, p.error)) for of in (every, band))
+    best, shown = (pareto_front(of, lambda p: (-p.speed, p.error)) for of in (every, band))
     (drawn,) = figures(
         "work_precision",
         methods=methods,

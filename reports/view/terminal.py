@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from typing import Any
 
 from plumbob.engines.study.results import Study
-from plumbob.reports.judge.searches import judged_searches, unexpected
+from plumbob.reports.judge.searches import judged_searches, unexpected_searches
 from plumbob.reports.view.content import Table
 from plumbob.reports.view.method_results import Results
 from plumbob.reports.view.tables import table
@@ -31,7 +31,7 @@ def study_values(study: Study, every: Results, verbose: bool) -> dict[str, Any]:
     known = sum(bool(of.known and not of.surprise) for of in searches)
     return {
         "surprises": [of for of in every.values() if of.judged.mark == "unexpected"],
-        "searches": unexpected(searches),
+        "searches": unexpected_searches(searches),
         "scenes": scenes,
         "verbose": verbose,
         "runs": sum(len(of.errors) for of in every.values()),

@@ -250,7 +250,7 @@ def test_a_known_limit_without_a_size_is_unexpected(monkeypatch):
     )
     found = Judgement("not-converging", {}, "", errors={1e-4: 0.1})
     how = registry.method("mujoco/euler")
-    assert surprise(find_scene(LINE), how, found).endswith("no size of it is known")
+    assert surprise(find_scene(LINE), how, found).endswith("its size is not known")
 
 
 def test_every_known_limit_of_the_quick_profile_has_a_size():
@@ -274,5 +274,5 @@ def test_an_accuracy_of_ones_own(validate, within, code):
     assert found.failure(CONE, "ode/rk4") == ""
     failure = found.failure(CONE, "mujoco/euler")
     assert failure.startswith(
-        "inaccurate, off the accuracy asked for: the relative error"
+        "inaccurate, misses the accuracy asked for: the relative error"
     ) == bool(code)

@@ -6,7 +6,7 @@ import pytest
 
 from plumbob.engines.registry import method
 from plumbob.models.registry import scene
-from plumbob.models.tripod_capsule.plan import planned
+from plumbob.models.tripod_capsule.plan import requested_plan
 from plumbob.reports.analyses.capsule_plan.pose_errors import POSE, by_kind, named
 from plumbob.reports.cli import main
 from plumbob.reports.commands.plan import run_plan
@@ -18,7 +18,7 @@ FEET = method("pymunk/feet")
 @pytest.mark.long
 def test_the_errors_of_all_manoeuvres_add_up_to_the_error_at_the_end():
     short = scene("capsule-plan", {"to": TO})
-    found = planned(short.parameters)
+    found = requested_plan(short.parameters)
     run = run_plan(found, short, FEET, 2e-4)
     assert {"turn", "line", "slow"} <= (kinds := {m.kind for m in found.manoeuvres})
     last = run.after[-1]

@@ -17,8 +17,8 @@ from plumbob.models.registry import scene as find_scene
 from plumbob.reports.analyses import section
 from plumbob.reports.analyses.cone_pendulum import source_claims
 from plumbob.reports.analyses.page_numbers import verdict_on
-from plumbob.reports.judge.tolerance import exceeded, round_off, tolerance
-from plumbob.reports.judge.verdict import Judged, judge
+from plumbob.reports.judge.tolerance import round_off, tolerance, tolerance_excess
+from plumbob.reports.judge.verdict import JudgedMethod, judge
 from plumbob.reports.view import notation, sources, tables, top_tables
 from plumbob.reports.view.content import StatementVerdict
 from plumbob.reports.view.method_results import MethodResult
@@ -95,12 +95,12 @@ def test_a_rounding_of_zero_is_no_failure():
     assert allowed
     level = round_off(found, "heading", units)
     assert 0.0 < heading.largest < level < 1e-13
-    assert exceeded(found, "heading", allowed, units) is None
+    assert tolerance_excess(found, "heading", allowed, units) is None
     shown = judge(found, system, how)
     assert shown.verdict == "off-prediction"  # of the displacement
     c = ConvergenceStudy(scene.name, how.name, (found,))
     study = replace(nothing(), scenes=(scene,), methods=(how,), convergence=(c,))
-    both = verdict_on(study, c, {(scene.name, how.name): Judged(shown, (shown,))})
+    both = verdict_on(study, c, {(scene.name, how.name): JudgedMethod(shown, (shown,))})
     of = MethodResult(scene, how, c, both, ())
     cells = texts(tables.table("budgets", rows=[of], units=units))
     rows = zip(cells["observable"], cells["reason"], strict=True)
@@ -109,7 +109,7 @@ def test_a_rounding_of_zero_is_no_failure():
     assert said["displacement"] == "the sum: EXCEEDED"
     more = replace(heading, largest=1.01 * level)  # and no more than rounding
     wrong = replace(found, errors={**found.errors, "heading": more})
-    assert exceeded(wrong, "heading", allowed, units) is not None
+    assert tolerance_excess(wrong, "heading", allowed, units) is not None
 
 
 # Every number that a source prints as a result of its own.

@@ -14,7 +14,7 @@ from plumbob.models.gradient import exact_gradient
 from plumbob.models.registry import case_of, scene
 from plumbob.models.scene import Case
 from plumbob.models.tripod_capsule.parameters import CHECK
-from plumbob.models.tripod_capsule.plan import planned
+from plumbob.models.tripod_capsule.plan import requested_plan
 from plumbob.reports.analyses.analysis import Analysis, Record
 
 LINE, REPEATED = "capsule-line/ca1", "capsule-train/ten"
@@ -104,7 +104,7 @@ def numbers(study: Study) -> Record:
 def to_pose() -> Record:
     """A plan within the bench's limits, and how far from its goal it ends where friction is higher
     by what is known of it."""
-    plan = planned({**CHECK, **LIMITS, "to": TO})
+    plan = requested_plan({**CHECK, **LIMITS, "to": TO})
     rougher = plan.capsule.friction + KNOWN["friction"]
     away, turned = replace(plan, capsule=replace(plan.capsule, friction=rougher)).error
     return Record(

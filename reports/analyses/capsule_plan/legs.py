@@ -11,7 +11,7 @@ from plumbob.analytic.systems.planner.result import Plan
 from plumbob.analytic.systems.planner.tracks import ArcName, Ends, LineSegment, Pair
 from plumbob.engines.study.results import Study
 from plumbob.models.tripod_capsule.parameters import CHECK
-from plumbob.models.tripod_capsule.plan import CURVES, POSE, planned
+from plumbob.models.tripod_capsule.plan import CURVES, POSE, requested_plan
 from plumbob.reports.analyses.analysis import Analysis, Record
 from plumbob.reports.analyses.capsule_plan.plans import plan_numbers, plan_of
 from plumbob.reports.analyses.measurements import covers
@@ -35,8 +35,8 @@ def plans() -> tuple[Plan, ...]:
     to = {**CHECK, "to": POSE, "track": "curve"}
     curves = itertools.product(PAIRS, ARCS)
     return (
-        *(planned({**to, "legs": legs, "arc": arc}) for legs, arc in curves),
-        *(planned({**to, "arc": arc, "segments": segments}) for arc, segments in PIECES),
+        *(requested_plan({**to, "legs": legs, "arc": arc}) for legs, arc in curves),
+        *(requested_plan({**to, "arc": arc, "segments": segments}) for arc, segments in PIECES),
     )
 
 
@@ -48,7 +48,9 @@ def numbers(study: Study) -> Record | None:
     corners = np.array(every[0].capsule.supports)
     curves = tuple(_along(plan) for plan in every)
     times = [plan.duration for plan in every if not plan.segments]
-    moved = planned({**CHECK, "to": POSE, "slider": SLIDER[0], "slider_at_end": SLIDER[1]})
+    moved = requested_plan(
+        {**CHECK, "to": POSE, "slider": SLIDER[0], "slider_at_end": SLIDER[1]}
+    )
     return Record(
         curves=curves,
         supports=np.vstack([corners, corners[:1]]),  # [m], shape (4, 2): a closed loop

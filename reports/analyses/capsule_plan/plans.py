@@ -6,7 +6,7 @@ from plumbob.analytic.systems.planner.result import Plan
 from plumbob.engines.study.extra_runs import StudyPlan
 from plumbob.engines.study.results import Study
 from plumbob.models.registry import scene, scenes
-from plumbob.models.tripod_capsule.plan import planned
+from plumbob.models.tripod_capsule.plan import requested_plan
 from plumbob.reports.analyses.analysis import Record
 
 SYSTEM = "capsule-plan"
@@ -14,7 +14,7 @@ SYSTEM = "capsule-plan"
 
 def plan_of(name: str) -> Plan:
     """The plan of a scene."""
-    return planned(scene(name).parameters)
+    return requested_plan(scene(name).parameters)
 
 
 def names(study: Study | StudyPlan) -> tuple[str, ...]:

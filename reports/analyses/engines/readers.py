@@ -13,7 +13,12 @@ from plumbob.engines.study.model_reading import ModelRead, ModelReading, fields_
 from plumbob.engines.study.results import Study
 from plumbob.reports.analyses.analysis import Analysis, Record
 from plumbob.reports.analyses.measurements import plan_of
-from plumbob.reports.judge.model_readers import RULE, Reader, compared, ignored
+from plumbob.reports.judge.model_readers import (
+    REFERENCE_READER,
+    FileReading,
+    compared_reading,
+    ignored_options,
+)
 
 KNOWN: Mapping[str, Record] = MappingProxyType(
     {
@@ -41,7 +46,11 @@ def requests(plan: StudyPlan) -> Sequence[ModelReading]:
     """The readings of those of the plan's engines that read files, MuJoCo's first; none without
     MuJoCo, whose format it is."""
     engines = {method.engine for method in plan.methods}
-    first = (RULE, *sorted(engines - {RULE})) if RULE in engines else ()
+    first = (
+        (REFERENCE_READER, *sorted(engines - {REFERENCE_READER}))
+        if REFERENCE_READER in engines
+        else ()
+    )
     return tuple(
         ModelReading(e) for e in first if find_engine(e).ability(ModelReader) is not None
     )
@@ -50,7 +59,7 @@ def requests(plan: StudyPlan) -> Sequence[ModelReading]:
 def numbers(study: Study) -> Record | None:
     """Which fields each reader takes over; None where MuJoCo read nothing."""
     every = {request.engine: study.answer(request) for request in requests(plan_of(study))}
-    rule = every.get(RULE)
+    rule = every.get(REFERENCE_READER)
     if rule is None or rule.refuses:
         return None
     readers = [_reader(engine, rule, read) for engine, read in every.items() if read]
@@ -59,16 +68,16 @@ def numbers(study: Study) -> Record | None:
         readers=readers,  # in this study, MuJoCo first
         # known of engines that the study did not read with
         others=[Record(engine=e, **vars(of)) for e, of in KNOWN.items() if not every.get(e)],
-        rule=RULE,
+        rule=REFERENCE_READER,
     )
 
 
 def _reader(engine: str, rule: ModelRead, read: ModelRead) -> Record:
     """The fields that an engine takes over."""
-    beside = Reader(engine, read.refuses)
+    beside = FileReading(engine, read.refuses)
     if not read.refuses:
-        never = ignored(rule.fields, read.fields)
-        beside = compared(engine, rule.fields, read.fields, never)
+        never = ignored_options(rule.fields, read.fields)
+        beside = compared_reading(engine, rule.fields, read.fields, never)
     return Record(
         engine=engine,
         version=read.version,

@@ -14,7 +14,7 @@ from plumbob.engines.audit.audit import Audit
 from plumbob.engines.audit.reference import RESOLVED
 from plumbob.engines.audit.step_errors import TARGETS, Compared, horizon
 from plumbob.engines.own_motion import OUT_OF_TIME
-from plumbob.reports.advice.work_precision import front
+from plumbob.reports.advice.work_precision import pareto_front
 
 SHOWN = 5  # errors of a halving
 COURSES = 4  # steps of the own integrator in the figure over time
@@ -81,7 +81,7 @@ def _costs(steps: Compared) -> dict[str, Any]:
     groups = groupby(timed, lambda point: point[0])
     return {
         "costs": [(of, *list(zip(*points, strict=True))[1:]) for of, points in groups],
-        "front": front([point[2:] for point in timed], lambda point: point),
+        "front": pareto_front([point[2:] for point in timed], lambda point: point),
     }
 
 

@@ -10,8 +10,8 @@ from typing import Any, get_args
 from plumbob.engines.study.measurement import reference_run
 from plumbob.engines.study.results import Study
 from plumbob.models.scene import Scene
-from plumbob.reports.advice.recommend import DEFAULT_METHOD, EXACT, Recommendation
-from plumbob.reports.advice.work_precision import points
+from plumbob.reports.advice.recommend import CLOSED_FORM, DEFAULT_METHOD, Recommendation
+from plumbob.reports.advice.work_precision import work_precision_points
 from plumbob.reports.judge.verdict import Verdict
 from plumbob.reports.view import hard_cases, notation, top_tables
 from plumbob.reports.view.about import described
@@ -92,7 +92,7 @@ def scene_view(
             "parameters", parameters=scene.parameters, facts=exact.facts, source=scene.source
         ),
     )
-    timed = points(study, scene.name)
+    timed = work_precision_points(study, scene.name)
     typical = (
         reference_run(ran[at_first[-1]].done, ran[at_first[-1]].method) if at_first else None
     )
@@ -144,7 +144,7 @@ def _at_first(
     """MuJoCo's default settings, and of each engine the cheapest method for a small error, or else
     the one with the smallest error; no closed form, which is no curve."""
     best: dict[str, str] = {}
-    simulated = [of for of in ran.values() if of.method.scheme.integrator != EXACT]
+    simulated = [of for of in ran.values() if of.method.scheme.integrator != CLOSED_FORM]
     for of in sorted(
         simulated, key=lambda of: (bool(of.method.surrogate), min(of.errors.values()))
     ):
