@@ -1,4 +1,4 @@
-"""The findings of a study, as its stored numbers and the templates write them."""
+"""The findings and galleries of a study, written by the templates from the stored numbers."""
 
 from __future__ import annotations
 
@@ -13,9 +13,10 @@ NOT_SHOWN = "not shown"
 
 
 def formed(study: Study, of: str, place: str = "finding") -> tuple[Finding, ...]:
-    """The findings on a system, or of "engines", or the galleries. In place of those that the runs
-    of the study do not allow, whose verdicts are unexpected, one says so; and so does one in place
-    of those whose templates ask for numbers that are not stored."""
+    """Returns the findings of one system, or of "engines"; with `place` "gallery", its galleries.
+
+    If unexpected verdicts rule an analysis out, one finding names the pairs with these verdicts.
+    If a template needs a number that the study does not store, one finding lists such templates."""
     from jinja2 import UndefinedError
 
     shown = list[Finding]()
@@ -41,8 +42,8 @@ def formed(study: Study, of: str, place: str = "finding") -> tuple[Finding, ...]
 
 
 def as_measured(findings: Iterable[Finding]) -> tuple[Finding, ...]:
-    """Findings as a study shows them: one whose figures are not what its words say is no longer
-    claimed, says which figures those are, and judges no statement of a source."""
+    """Returns the findings, each replaced by a "not shown" finding if one of its claims fails. The
+    replacement lists the claims that failed and judges no statement of a source."""
     return tuple(_as_measured(finding) for finding in findings)
 
 

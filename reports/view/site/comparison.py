@@ -1,4 +1,5 @@
-"""The page of two studies compared: versions, what moved beyond scatter, vanished or is new."""
+"""The page that compares two studies: versions, changes beyond the scatter, and pairs of scene and
+method that vanished or are new."""
 
 from __future__ import annotations
 
@@ -23,9 +24,11 @@ def write_comparison(
     command: str,
     **growth: Any,
 ) -> Path:
-    """Write the page of two studies, each with its name, whole or not at all, and return its path;
-    `command` is what reproduces it, `growth` what is said of errors that grew. Raises OSError where
-    its folder cannot be written."""
+    """Writes the page that compares two studies, whole or not at all, and returns its path.
+
+    `studies` are the old and the new study, each with its name; `moved` holds the changes of
+    verdicts, errors and presence; `command` reproduces the page; `growth` are the values that the
+    template needs for errors that grew. Raises OSError if the folder cannot be written."""
     by_pair: dict[tuple[str, str], list[Change]] = {}
     for move in moved["errors"]:
         by_pair.setdefault((move["scene"], move["method"]), []).append(move)

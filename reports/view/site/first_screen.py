@@ -1,4 +1,4 @@
-"""The first screen: what was checked, what to use, and the findings that matter most."""
+"""The first screen of the index: counts of verdicts, recommended settings and key findings."""
 
 from __future__ import annotations
 
@@ -28,8 +28,10 @@ KEY_FINDINGS = (
     "capsule-turn-second-order",
 )
 MOST_FINDINGS = 5
-# Of a kind of robot: its name, its title and that of its settings, its systems, those that the
-# ranges of errors are of, and its methods: the default, the one to use, and that for more motions.
+# A row for each kind of robot: the name of the kind, its title, the title of its settings, a
+# pattern of its systems, a pattern of the systems that the error ranges cover, and methods. The
+# methods are the default, the recommended one, and, if there is a third, the one for more kinds of
+# motion.
 KINDS = (
     (
         *(
@@ -51,8 +53,8 @@ Ran = tuple[Scene, Mapping[str, Shown]]  # errors at the reference step, by meth
 
 
 def by_engine(every: Results) -> Mapping[str, Counter[str]]:
-    """For each engine that ran how many of its pairs of a scene and a method are as predicted,
-    converge, and so on."""
+    """Counts of meanings ("predicted", "converges", …) over the pairs of scene and method, for each
+    engine that ran."""
     engines: dict[str, Counter[str]] = {}
     for of in every.values():
         if of.meaning != "not-run":
@@ -61,7 +63,7 @@ def by_engine(every: Results) -> Mapping[str, Counter[str]]:
 
 
 def made(every: Results) -> tuple[int, int, int]:
-    """How many runs were made, on how many scenes, and with how many methods."""
+    """Numbers of runs, of scenes and of methods that ran."""
     ran = [of for of in every.values() if of.errors]
     scenes = {of.scene.name for of in ran}
     methods = {of.name for of in ran}
@@ -69,23 +71,23 @@ def made(every: Results) -> tuple[int, int, int]:
 
 
 def cards(findings: Sequence[Finding]) -> Sequence[Finding]:
-    """The findings that matter most, each with a figure; where a study lacks one, or does not show
-    it, others that have one."""
+    """At most `MOST_FINDINGS` findings with a figure, the key findings first. Other findings
+    replace the key findings that the study lacks or does not show."""
     known = {f.name: f for f in findings if f.judgement != NOT_SHOWN and f.figures}
     names = dict.fromkeys((*(name for name in KEY_FINDINGS if name in known), *known))
     return [known[name] for name in names][:MOST_FINDINGS]
 
 
 def answers(study: Study, record: StudyRecord, every: Results) -> Sequence[View]:
-    """The settings to use with contacts and without, what they give and what they cost, of what
-    was measured."""
+    """A view for each kind of robot, with and without contacts: the recommended settings, their
+    measured errors and their measured costs. A kind without any usual scene is left out."""
     shown = []
     for name, title, heading, systems, first_systems, methods in KINDS:
         default = methods[0]
         better = methods[1]
         last = methods[-1]
         ran = _ran(every, [s for s in study.scenes if fnmatch(s.system, systems)], methods)
-        # hard cases, and those without friction, are no usual motions
+        # Hard cases and frictionless scenes are not typical of a robot: they are listed separately.
         apart = [of for of in ran if of[0].hard or of[0].parameters.get("friction") == 0.0]
         usual = [of for of in ran if of not in apart]
         first = [of for of in usual if fnmatch(of[0].system, first_systems)]
@@ -111,7 +113,8 @@ def answers(study: Study, record: StudyRecord, every: Results) -> Sequence[View]
 
 
 def _ran(every: Results, scenes: Sequence[Scene], methods: Sequence[str]) -> list[Ran]:
-    """The errors of these methods on the scenes that all of them ran, system by system."""
+    """The scenes that all `methods` ran, in the order of their systems, each with the errors of
+    these methods at the reference step."""
     ran = list[Ran]()
     for scene in ordered(scenes):
         results = {name: every.get((scene.name, name)) for name in methods}
@@ -122,14 +125,15 @@ def _ran(every: Results, scenes: Sequence[Scene], methods: Sequence[str]) -> lis
 
 
 def _by_error(ran: Sequence[Ran], method: str) -> list[tuple[Scene, Shown]]:
-    """The errors of a method, the largest last, each with its scene."""
+    """The scenes with the error of one method, sorted from the smallest error to the largest."""
     return sorted(((scene, of[method]) for scene, of in ran), key=lambda pair: pair[1].error)
 
 
 def _costs(
     study: Study, scenes: Sequence[Scene], methods: Sequence[str]
 ) -> Mapping[str, float]:
-    """The median cost of a step [ns] of each method, over the scenes that all were timed on."""
+    """The median cost of a step [ns] of each method, over the scenes on which all `methods` were
+    timed; empty if there is no such scene."""
     timed = [s.name for s in scenes if all((s.name, name) in study.costs for name in methods)]
     return {
         name: median_high(study.costs[scene, name].ns_per_step for scene in timed)

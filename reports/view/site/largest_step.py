@@ -1,4 +1,4 @@
-"""The largest step that one may take, on the first screen: a few motions and a few methods."""
+"""The table of largest stable steps on the first screen, for a few motions and methods."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from plumbob.reports.view.method_results import Results
 from plumbob.reports.view.site.views import View
 from plumbob.reports.view.tables import table
 
-# Whose limits the quick profile predicts.
+# The quick profile predicts the stability limits of these scenes.
 SCENES = (
     "simple-pendulum/free-large",
     "cone-pendulum/rotating-base",
@@ -23,7 +23,8 @@ METHODS = (
 
 
 def largest_step(every: Results) -> View | None:
-    """Of the first motion on which the default settings have a limit; None without one."""
+    """The table of the largest stable steps, and the result of the default method on the first
+    scene where that method has a limit; None if the default method has none on any scene."""
     ranges = {
         scene: {name: of for (where, name), of in every.items() if where == scene and of.limit}
         for scene in SCENES

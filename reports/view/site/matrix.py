@@ -1,4 +1,4 @@
-"""Scenes against methods: the order of both, and the results of each pair."""
+"""The matrix of results, scenes by methods, and the order of systems and engines in it."""
 
 from __future__ import annotations
 
@@ -35,25 +35,28 @@ ENGINES = MappingProxyType(
 
 @dataclass(frozen=True)
 class Matrix:
-    """Scenes of one kind against the methods that ran any of them."""
+    """The results of all scenes of one kind (rows) by the methods that ran any of them
+    (columns)."""
 
     kind: str
     methods: Sequence[str]
-    rows: Sequence[tuple[str, Sequence[MethodResult | None]]]  # scenes, with a cell a method
+    rows: Sequence[tuple[str, Sequence[MethodResult | None]]]  # scene, one result per method
 
 
 def rank(name: str, first: Sequence[str] = ORDER) -> tuple[int, str]:
-    """Sorts systems in the order of the sources, those that are not among the first after them."""
+    """Returns a sort key that puts the names in `first` first, in that order, and all other names
+    after them, alphabetically."""
     return (first.index(name) if name in first else len(first)), name
 
 
 def ordered(scenes: Sequence[Scene]) -> Sequence[Scene]:
-    """Scenes in the order of their systems."""
+    """Returns the scenes sorted by their systems, systems in the order of `ORDER`."""
     return sorted(scenes, key=lambda scene: rank(scene.system))
 
 
 def matrices(study: Study, every: Results, scenes: Sequence[Scene]) -> list[Matrix]:
-    """A matrix for each kind of system."""
+    """Returns one matrix for each kind of scene among `scenes`. A cell is None if the method has no
+    error at the reference step of that scene."""
     order = engines(study)
     methods = sorted(study.methods, key=lambda m: order.index(m.engine))
     ran = {pair: of for pair, of in every.items() if of.at_reference}
@@ -67,5 +70,6 @@ def matrices(study: Study, every: Results, scenes: Sequence[Scene]) -> list[Matr
 
 
 def engines(study: Study) -> list[str]:
-    """The engines of a study in the order of ENGINES, others after them by name."""
+    """Returns the names of the study's engines in the order of `ENGINES`, then all others
+    alphabetically."""
     return sorted({m.engine for m in study.methods}, key=lambda name: rank(name, [*ENGINES]))

@@ -1,4 +1,4 @@
-"""The canon's phenomena against engines: which method has the smallest error, and how small."""
+"""The table of canonical phenomena by engine: the engine's best method and its errors."""
 
 from __future__ import annotations
 
@@ -27,9 +27,12 @@ CANON = (
 
 
 def phenomena(study: Study, every: Results, systems: Sequence[SystemRecord]) -> Table | None:
-    """A row a system of the canon, a column an engine: of the engine's method whose largest error
-    at 1 ms over its scenes is the smallest, that error, and the largest of the smallest errors of
-    its runs; None where no scene of the canon was run."""
+    """Returns the table with a row for each system of `CANON` and a column for each engine; None if
+    no scene of these systems was run.
+
+    A cell shows the best method of the engine for the system, with two relative errors: the largest
+    error over the scenes at 1 ms, and the largest over the scenes of the smallest error at any
+    step."""
     names = [name for name in engines(study) if name != "exact"]
     ran: dict[tuple[str, str], dict[str, list[MethodResult]]] = {}
     for of in every.values():
@@ -46,8 +49,12 @@ def phenomena(study: Study, every: Results, systems: Sequence[SystemRecord]) -> 
 
 
 def _cell(ran: Mapping[str, Sequence[MethodResult]]) -> str:
-    """Of an engine's methods that do the most of a system's scenes, those first that are as
-    predicted or converge on all, and then small errors; empty where the engine has none."""
+    """Returns the text of one cell, for the best of an engine's methods on one system; empty if the
+    engine has none. `ran` holds each method's results on the scenes of the system.
+
+    Only the methods that ran the most scenes are compared. A method that is as predicted or
+    converges on all its scenes precedes every other; after that, the method whose largest error at
+    the reference step is the smallest comes first."""
     most = max(map(len, ran.values()), default=0)
     ranks = []
     for name, results in ran.items():

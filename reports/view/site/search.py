@@ -8,22 +8,23 @@ from typing import Any
 
 from plumbob.reports.view.tables import paragraphs
 
-Terms = Sequence[tuple[str, str]]  # each with its meaning
+Terms = Sequence[tuple[str, str]]  # (term, meaning)
 
 
 def defined(template: str) -> Terms:
-    """The terms that a template of paragraphs `term: meaning` explains."""
+    """Returns the terms and meanings in a template whose paragraphs read `term: meaning`."""
     parted = (text.partition(": ") for text in paragraphs(template))
     return [(term, meaning) for term, _, meaning in parted]
 
 
 def entries_text(common: Mapping[str, Any], href: Callable[[str], str]) -> str:
-    """Kind, name, text and address of each entry as JSON."""
+    """Returns the search entries as a JSON array of [kind, name, text, address]; `href` returns the
+    address of an id."""
     return json.dumps(list(_entries(common, href)), ensure_ascii=False)
 
 
 def place_of(term: str) -> str:
-    """The id of a term's place on the page of the glossary."""
+    """Returns the id of a term on the glossary page."""
     return "term-" + "".join(c if c.isalnum() else "-" for c in term)
 
 

@@ -1,4 +1,4 @@
-"""Views of a site's pages: one a scene, and one a system."""
+"""Views: the values that the templates of scene pages and of system pages read."""
 
 from __future__ import annotations
 
@@ -26,22 +26,25 @@ from plumbob.reports.view.top_tables import anchor
 from plumbob.reports.view.trimming import trimming
 
 View = SimpleNamespace
-"""A scene or a system as its page shows it, by the names that a template reads."""
-# the section of what holds for engines, whatever the system, and its page
+"""The content of a scene's or a system's page; its attributes are the names in the template."""
+# section and page with the findings on engines that hold for every system
 OF_ENGINES = "engines"
-WANTED = 1e-3  # relative: the error that a method is recommended for
-DERIVATIVES = "engines/gradients"  # the analysis that has those of every scene
+WANTED = 1e-3  # relative error for which a scene's page recommends a method
+DERIVATIVES = (
+    "engines/gradients"  # template of the analysis with the derivatives of every scene
+)
 
 
 def in_order(study: Study, system: SystemRecord) -> list[Scene]:
-    """The scenes of a system that `study` has: the one that stands for it first, hard ones last."""
+    """Returns the scenes of `system` in `study`: its default scene first, hard scenes last."""
     scenes = [scene for scene in study.scenes if scene.system == system.name]
     default = f"{system.name}/{system.default}"
     return sorted(scenes, key=lambda scene: (scene.name != default, bool(scene.hard)))
 
 
 def system_view(study: Study, records: Records, system: SystemRecord, every: Results) -> View:
-    """One system with the scenes of `study`, and the results of every method on every scene."""
+    """Returns the view of one system: the views of its scenes in `study`, its findings, galleries
+    and matrices. `every` holds the results of all methods on all scenes."""
     scenes = in_order(study, system)
     by_scene = {
         scene.name: [of for (where, _), of in every.items() if where == scene.name]
@@ -67,7 +70,10 @@ def system_view(study: Study, records: Records, system: SystemRecord, every: Res
 def scene_view(
     study: Study, record: SceneRecord, exact: ExactRecord, results: Sequence[MethodResult]
 ) -> View:
-    """One scene of `study`, by the results of its methods."""
+    """Returns the view of one scene of `study`: its figures, tables, sentences and replay.
+
+    `record` holds the scene's verdicts and recommendations, `exact` its exact motion, and `results`
+    the result of each method on the scene."""
     scene = results[0].scene
     observables = study.observables(results[0].scene.name)
     rows = [of for of in results if of.judged.verdict != "missing"]
@@ -119,8 +125,8 @@ def scene_view(
 
 
 def sentences(rows: Sequence[MethodResult], answer: Recommendation | None) -> tuple[str, ...]:
-    """The error of MuJoCo's default settings, the method to use by an answer and its cost, and for
-    both whether a smaller step helps."""
+    """Returns the sentences at the top of a scene's page: the error of MuJoCo's default settings,
+    the recommended method and its cost, and for both whether a smaller step helps."""
     return paragraphs(
         "scene",
         default=DEFAULT_METHOD,
@@ -131,7 +137,8 @@ def sentences(rows: Sequence[MethodResult], answer: Recommendation | None) -> tu
 
 
 def _derivatives(study: Study, scene: str) -> list[Any]:
-    """Those of what a scene's runs end with, way by way."""
+    """Returns the records of the derivatives of a scene's final state, one per way of
+    differentiating."""
     judged = [
         a.numbers["records"] for a in study.analyses if a.template == DERIVATIVES and a.numbers
     ]
@@ -141,8 +148,11 @@ def _derivatives(study: Study, scene: str) -> list[Any]:
 def _at_first(
     answer: Recommendation | None, ran: Mapping[str, MethodResult]
 ) -> tuple[str, ...]:
-    """MuJoCo's default settings, and of each engine the cheapest method for a small error, or else
-    the one with the smallest error; no closed form, which is no curve."""
+    """Returns the names of the methods whose curves are drawn before a reader chooses others.
+
+    These are MuJoCo's default settings and one method of each engine: the recommended one, or, if
+    there is none, the method with the smallest error. A closed form has no curve and is left
+    out."""
     best: dict[str, str] = {}
     simulated = [of for of in ran.values() if of.method.scheme.integrator != EXACT]
     for of in sorted(

@@ -38,8 +38,10 @@ from plumbob.reports.view.site.phenomena import phenomena
 from plumbob.reports.view.site.views import OF_ENGINES, View, system_view
 from plumbob.reports.view.user_settings import table as own_table
 
-SMOOTH = "cone-pendulum/rotating-base"  # the scene without contacts of whose costs it has one
-GRADIENTS = "gradients-through-contact"  # the finding that the index has a picture of
+SMOOTH = (
+    "cone-pendulum/rotating-base"  # scene without contacts whose cost figure is on the index
+)
+GRADIENTS = "gradients-through-contact"  # finding whose picture is on the index
 BESIDE = MappingProxyType(
     {
         OF_ENGINES: "on_engines",
@@ -47,29 +49,32 @@ BESIDE = MappingProxyType(
         "sources": "sources",
         "glossary": "terms",
     }
-)  # pages that belong to no system, by name, with what they are there for
+)  # pages that belong to no system, each with the common value without which it is left out
 SEARCH = "search.js"
 BARE, FRAME = "bare.html.jinja", "frame.html.jinja"
-Page = tuple[str, str, dict[str, Any]]  # its name, its template and what fills that
+Page = tuple[str, str, dict[str, Any]]  # name of the page, its template, values of the template
 
 
 @dataclass(frozen=True)
 class Content:
-    """The content of a study's pages."""
+    """The content of all pages of a study's site."""
 
-    common: dict[str, Any]  # what every page may show
-    pages: Sequence[Page]  # beside the index
+    common: dict[str, Any]  # values that every page may show, by name
+    pages: Sequence[Page]  # all pages but the index
 
 
 def write_page(study: Study, folder: Path) -> Path:
-    """Write the site of `study` into `folder` and return the path of its index. The pages take the
-    place of older ones at once, and the index after them. Raises OSError where the folder cannot be
-    written, ParameterError where a file there is not plumbob's, and as `records_of`."""
+    """Writes the site of `study` into `folder` and returns the path of its index.
+
+    The new folder of pages replaces the old one in one move, and the index follows. Raises OSError
+    if `folder` cannot be written, ParameterError if it would replace a file that plumbob did not
+    write, and the errors of `records_of`."""
     return site(content(study), folder)
 
 
 def site(content: Content, folder: Path) -> Path:
-    """The same of a content that is there already."""
+    """Writes the site with this content into `folder` and returns the path of its index; raises
+    OSError and ParameterError as `write_page` does."""
     own_site("out", folder)
     files, index = _files(content)
     files = {**files, LIST: "".join(f"{name}\n" for name in files)}
@@ -77,7 +82,7 @@ def site(content: Content, folder: Path) -> Path:
     with tempfile.TemporaryDirectory(prefix=".plumbob-", dir=folder) as scratch:
         new = Path(scratch) / PAGES
         pages = folder / PAGES
-        new.mkdir()  # whose permissions are those that the user's umask leaves
+        new.mkdir()  # with the permissions of the user's umask, unlike the temporary folder
         for name, text in files.items():
             (new / name).write_bytes(encoded(text))
         if pages.is_dir():
@@ -87,15 +92,15 @@ def site(content: Content, folder: Path) -> Path:
 
 
 def own_site(name: str, folder: Path) -> None:
-    """Raises ParameterError with the `name` of an option if the site would replace a file in
-    `folder` that is not plumbob's."""
+    """Raises ParameterError, naming the option `name`, if the site would replace a file in `folder`
+    that plumbob did not write."""
     replaceable(name, folder / NAME)
     replaceable_folder(name, folder / PAGES)
 
 
 def one_file(content: Content) -> str:
-    """The whole site of a study as one HTML file: a function of what is stored, which runs no
-    engine. The pages beside the index stand in templates, which our script shows."""
+    """Returns the whole site as one HTML text. All pages but the index are HTML templates inside
+    the index, which the page's script shows on demand."""
     common = content.common
     inside = [
         (name, filled(template, shared="", single=True, frame=BARE, **common, **values))
@@ -106,7 +111,7 @@ def one_file(content: Content) -> str:
 
 
 def _files(content: Content) -> tuple[Mapping[str, str | bytes], str]:
-    """The files of the folder of a site's pages by name, and its index."""
+    """Returns the files of the site's folder of pages, by file name, and the text of the index."""
     common = content.common
     texts = dict[str, str]()
     files: dict[str, str | bytes] = dict(shared_files())
@@ -132,10 +137,10 @@ def _files(content: Content) -> tuple[Mapping[str, str | bytes], str]:
 
 
 def content(study: Study) -> Content:
-    """The content of the pages of `study`; raises as `records_of`."""
+    """Returns the content of the pages of `study`; raises the errors of `records_of`."""
     records = records_of(study)
     every = results_of(study, records)
-    asked = {scene for scene, _ in every}  # of others no method is meant for what the study has
+    asked = {scene for scene, _ in every}  # a scene is missing if no method was meant for it
     study = replace(study, scenes=tuple(s for s in study.scenes if s.name in asked))
     views = _views(study, records, every)
     common = _common(study, records, views, every)
@@ -143,12 +148,13 @@ def content(study: Study) -> Content:
 
 
 def _views(study: Study, records: Records, every: Results) -> list[View]:
-    """A view of each system that ran, in the order of the sources."""
+    """Returns the view of each system of the study, in the order of the sources. A system of
+    another package is left out if no run of it reached its end."""
     done = {
         c.scene for c in study.convergence if any(m.status == "done" for m in c.measurements)
     }
     ran = {scene.system for scene in study.scenes if scene.name in done}
-    # The exact motion of another package, which no run was held to, may be a defect.
+    # If no run was compared with another package's exact motion, that motion may be defective.
     here = {scene.system for scene in study.scenes}
     systems = {s.name: s for s in records.study.systems if s.name in (ran if s.added else here)}
     return [
@@ -160,7 +166,7 @@ def _views(study: Study, records: Records, every: Results) -> list[View]:
 def _common(
     study: Study, records: Records, views: Sequence[View], every: Results
 ) -> dict[str, Any]:
-    """Values that every page may show, by name."""
+    """Returns the values that every page may show, by their names in the templates."""
     on_engines = formed(study, OF_ENGINES)
     findings = [*(finding for view in views for finding in view.findings), *on_engines]
     answers = first_screen.answers(study, records.study, every)
@@ -208,7 +214,7 @@ def _common(
 
 
 def _pages(views: Sequence[View], common: Mapping[str, Any]) -> list[Page]:
-    """The pages beside the index."""
+    """Returns all pages but the index: systems, scenes, then the pages that belong to no system."""
     pages: list[Page] = [
         *((view.system.name, "system.html.jinja", {"view": view}) for view in views),
         *(
