@@ -1,4 +1,4 @@
-"""A figure as its SVG template draws it: curves and maps on axes, at places of a picture."""
+"""Geometry of a figure for its SVG template: curves, maps, ticks and names in pixels."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ from plumbob.reports.view.plotly_figure import FRONT
 from plumbob.reports.view.point_names import named
 
 WIDTH, WIDE, SQUARE = 560, 860, 400  # [px]
-# margins [px], with a map's scale in place
+# margins [px]; SCALE is the right margin of a map, which holds its colour scale
 LEFT, RIGHT, SCALE, TOP, BOTTOM = 64, 18, 68, 10, 40
-LETTER, LARGE_LETTER = 7.4, 10.0  # [px] at most, and where a picture is shown smaller
+LETTER, LARGE_LETTER = 7.4, 10.0  # [px] widest letter at full size, and in a shrunken picture
 MOST_TICKS, SHADES = 6, 16
-# Marks by plotly's names, in tenths of a pixel from their middles; a disc is the round end of a
-# line without length.
+# SVG paths of marks by plotly's names, in tenths of a pixel from the middle of the mark. A disc is
+# the round end of a line of zero length.
 GLYPHS = MappingProxyType(
     {
         "circle": "h0",
@@ -40,7 +40,7 @@ DASHES = MappingProxyType({"dash": "6 4", "dot": "2 3", "dashdot": "6 3 2 3"})
 
 @dataclass(frozen=True)
 class Path:
-    """A path of a picture, in tenths of a pixel, and how it is drawn."""
+    """An SVG path in tenths of a pixel, with its colours, line width and dashes."""
 
     d: str
     fill: str = ""
@@ -51,13 +51,14 @@ class Path:
 
 
 Drawing = SimpleNamespace
-"""A picture of a size [px] with its axes, their ticks, paths in tenths of a pixel, names of points,
-the shades of a map with ticks beside them, and the names, colours and dashes of its curves."""
+"""The values of the SVG template: size [px], axes and their ticks, paths in tenths of a pixel,
+names of points, the shades of a map with the ticks of its scale, and the legend: name, colour and
+dashes of each curve."""
 
 
 def drawing(figure: Figure, chosen: Sequence[str] = ()) -> Drawing | None:
-    """A figure, of curves that belong to methods with those of the `chosen` ones, if there are any;
-    None where nothing has a place on its axes."""
+    """Returns the drawing of a figure, restricted to the curves of the `chosen` methods if the
+    figure has any of these; None if no value has a place on one of the axes."""
     traces = shown(figure, chosen)
     layout = figure.layout
     width = WIDE if figure.wide else WIDTH
@@ -98,7 +99,8 @@ def drawing(figure: Figure, chosen: Sequence[str] = ()) -> Drawing | None:
 
 
 def shown(figure: Figure, chosen: Sequence[str]) -> Sequence[Trace]:
-    """The traces of a figure that a picture has: of the `chosen` methods, where one has any."""
+    """Returns the traces of a figure that its picture shows: the traces of the `chosen` methods and
+    of the Pareto front; all traces if the figure has none of the `chosen` methods."""
     kept = [t for t in figure.traces if t.get("meta", FRONT) in (*chosen, FRONT)]
     return kept if any(t.get("meta") != FRONT for t in kept) else figure.traces
 
@@ -106,7 +108,8 @@ def shown(figure: Figure, chosen: Sequence[str]) -> Sequence[Trace]:
 def _axis(
     layout: Layout, traces: Sequence[Trace], key: str, start: float, end: float
 ) -> Axis | None:
-    """An axis with the values of all traces, or of a declared range; None without any."""
+    """Returns the axis from pixel `start` to pixel `end`, over the range that `layout` declares or,
+    by default, over the values `key` ("x" or "y") of all traces; None if there are no values."""
     logarithmic = layout.get("type") == "log"
     values = [v for trace in traces for v in trace[key] if v is not None]
     places = [math.log10(v) for v in values if v > 0.0] if logarithmic else values
@@ -126,8 +129,8 @@ def _ticks(layout: Layout, axis: Axis) -> Ticks:
 
 
 def apart(ticks: Ticks) -> Ticks:
-    """The ticks of an axis from left to right without those that would touch one before where
-    letters are largest, on a telephone."""
+    """Returns the ticks of a horizontal axis without each tick whose text would touch the text
+    before it. Letters are taken as large as on a telephone, where they are the largest."""
     kept: list[tuple[float, str]] = []
     for place, text in ticks:
         letters = len(text) + len(kept[-1][1]) if kept else 0
@@ -137,7 +140,7 @@ def apart(ticks: Ticks) -> Ticks:
 
 
 def _marks(trace: Trace, x: Axis, y: Axis) -> Iterator[Path]:
-    """The line of a trace and its marks."""
+    """Yields the path of a trace's line and the path of its marks, as far as the trace has them."""
     places = 10.0 * np.column_stack([x.along(trace["x"]), y.along(trace["y"])])
     there = np.isfinite(places.sum(axis=1))
     colour = trace["line"]["color"]
@@ -167,14 +170,14 @@ def _marks(trace: Trace, x: Axis, y: Axis) -> Iterator[Path]:
 
 
 def _named_points(trace: Trace, x: Axis, y: Axis) -> Iterator[tuple[float, float, str]]:
-    """The points [px] of a trace whose texts stand beside them."""
+    """Yields (x [px], y [px], text) of each point, if the texts of the trace are shown."""
     if "text" in trace.get("mode", ""):
         places = zip(x.along(trace["x"]), y.along(trace["y"]), trace["text"], strict=True)
         yield from ((float(a), float(b), text) for a, b, text in places)
 
 
 def _map(trace: Trace, x: Axis, y: Axis) -> Iterator[Path]:
-    """The cells of a map, those of one shade as one path."""
+    """Yields the cells of a map, as one path for each shade."""
     xs, ys = (10.0 * _edges(axis.along(trace[key])) for key, axis in (("x", x), ("y", y)))
     part = np.array(trace["z"], dtype=float) - trace["zmin"]
     shades = np.rint(SHADES * np.clip(part / (trace["zmax"] - trace["zmin"]), 0.0, 1.0))
@@ -187,17 +190,18 @@ def _map(trace: Trace, x: Axis, y: Axis) -> Iterator[Path]:
 
 
 def _edges(places: Array) -> Array:
-    """The edges of cells about their middles."""
+    """Returns the n + 1 edges of n cells whose middles are `places`; the outer edges are the
+    middles of the outer cells."""
     return np.concatenate([places[:1], (places[1:] + places[:-1]) / 2, places[-1:]])
 
 
 def _shade(trace: Trace, part: float) -> str:
-    """The colour of a map at a part of its scale."""
+    """Returns the colour of a map at a fraction `part` of its colour scale, as "#rrggbb"."""
     places, colours = zip(*trace["colorscale"], strict=True)
     channels = np.array([list(bytes.fromhex(c[1:])) for c in colours]).T
     return "#" + "".join(f"{round(float(np.interp(part, places, c))):02x}" for c in channels)
 
 
 def dashes(trace: Trace) -> str:
-    """The dashes of a trace, empty for a solid line."""
+    """Returns the SVG dash pattern of a trace [px]; empty for a solid line."""
     return DASHES.get(trace["line"]["dash"], "")

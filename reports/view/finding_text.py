@@ -1,7 +1,7 @@
-"""Findings and galleries as their templates write them: words, tables, figures, statements.
+"""Findings and galleries read from the text of their templates: words, tables, figures, statements.
 
-A template of reports/templates is filled with stored numbers, by their names, and its text read in
-blocks, which an empty line separates:
+A template of reports/templates is filled with stored numbers, by their names. Its text is read in
+blocks that are separated by empty lines:
 
     judgement: confirmed             the head: lines of `name: value`, a `command` for each command
     command: plumbob solve {{ scene }}
@@ -22,9 +22,8 @@ blocks, which an empty line separates:
 
     {{ figure("Title", "Caption.", [curve(times, errors, name="...")], linear("t"), linear("e")) }}
 
-Tables, filters and functions are those of `plumbob.reports.view.tables`; a macro of another file
-gets all numbers as `numbers`.
-"""
+`plumbob.reports.view.tables` defines the tables, filters and functions. A macro in another file
+gets all numbers as `numbers`."""
 
 from __future__ import annotations
 
@@ -54,9 +53,11 @@ class TextError(ValueError):
 
 
 def findings_of(analysis: Analysed) -> tuple[Finding, ...]:
-    """The finding, the galleries, or the figures and tables of a hard scene, that a template writes
-    of stored numbers; raises jinja2.UndefinedError where the template needs numbers that are not
-    stored, and TextError."""
+    """Returns the finding, the galleries, or the figures and tables of a hard scene, that the
+    template of an analysis writes from its stored numbers.
+
+    Raises jinja2.UndefinedError if the template needs a number that is not stored, and TextError if
+    its text cannot be read."""
     claims = tuple(Claim(text, holds) for text, holds in analysis.claims)
     return written(analysis.template, analysis.numbers, claims)
 
@@ -64,7 +65,8 @@ def findings_of(analysis: Analysed) -> tuple[Finding, ...]:
 def written(
     template: str, numbers: Mapping[str, Any], claims: tuple[Claim, ...] = ()
 ) -> tuple[Finding, ...]:
-    """The same of a template by its name, and numbers: one for each title in its text."""
+    """Returns the findings that a template writes from `numbers`, one for each title in its text;
+    each finding has all the `claims`. Raises the errors of `findings_of`."""
     parts = Parts()
     whole = filled_text(template, parts, {"numbers": numbers} | dict(numbers))
     head, *sections = re.split(r"^# ", whole.strip(), flags=re.MULTILINE)
@@ -77,7 +79,8 @@ def written(
 
 
 def _filled(empty: Finding, section: str, template: str, parts: Parts) -> Finding:
-    """A finding with the title, the paragraphs and the parts of a section of text."""
+    """Returns the finding `empty` with the title, paragraphs, tables, figures and statements of one
+    section of a template's text."""
     title, *texts = re.split(r"\n(?:[ \t]*\n)+", section.strip())
     blocks = [parts.made.get(block, block) for block in map(str.strip, texts) if block]
     statements = [
@@ -106,12 +109,13 @@ def _filled(empty: Finding, section: str, template: str, parts: Parts) -> Findin
 
 
 def _line(block: str) -> str:
-    """A block as one line."""
+    """Returns a block of text as one line."""
     return " ".join(block.split())
 
 
 def keys_of(block: str, template: str) -> dict[str, list[str]]:
-    """The values of a block of lines `name: value`, by name; a line without one goes on."""
+    """Returns the values in a block of lines `name: value`, by name. A line without a name
+    continues the value before it. Raises TextError if the first line has no name."""
     values: dict[str, list[str]] = {}
     key = ""
     for line in filter(str.strip, block.splitlines()):
@@ -126,7 +130,8 @@ def keys_of(block: str, template: str) -> dict[str, list[str]]:
 
 
 def _statement(block: str, template: str) -> Statement:
-    """A source's statement and the result for it."""
+    """Reads a source's statement and the result for it from a block of lines; raises TextError if
+    the block names none of the sources."""
     keys = {name: " ".join(lines) for name, lines in keys_of(block, template).items()}
     source = next((name for name in SOURCES if keys["statement"].startswith(f"{name}, ")), None)
     if source is None:
