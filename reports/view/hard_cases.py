@@ -1,4 +1,4 @@
-"""The table of hard cases: digits that motions lose, and what methods lose beside them."""
+"""The table of hard cases: digits lost by the motion itself, and further digits lost by methods."""
 
 from __future__ import annotations
 
@@ -9,18 +9,18 @@ from plumbob.reports.view.content import Table
 from plumbob.reports.view.method_results import MethodResult
 from plumbob.reports.view.tables import table_or_none
 
-ROUNDING = 2.0**-53  # relative
+ROUNDING = 2.0**-53  # relative rounding error of a double
 
 
 def digits_lost(relative: float) -> float:
-    """Decimal digits of a double that an error of this relative size leaves without a meaning: at
-    most all that it has."""
+    """Returns the number of decimal digits of a double that a relative error makes meaningless; at
+    most all of its digits (16)."""
     return math.log10(max(min(relative, 1.0) / ROUNDING, 1.0))
 
 
 def lost_by_motion(results: Sequence[MethodResult]) -> float | None:
-    """Digits that roundings of a scene's inputs cost its exact answer, of what the scene is about;
-    None where no run of it is stored."""
+    """Returns the decimal digits that the exact answer of a scene loses to rounding of the scene's
+    inputs, the most over its quantities of interest; None if no run is stored."""
     doubts = [
         run.errors[quantity.observable].uncertainty / quantity.scale
         for of in results
@@ -32,9 +32,12 @@ def lost_by_motion(results: Sequence[MethodResult]) -> float | None:
 
 
 def table(scenes: Sequence[Sequence[MethodResult]]) -> Table | None:
-    """Methods on scenes, with what makes each hard and the digits that its motion loses: their
-    largest steps, who is limited by which, the smallest error, and the digits that it loses more
-    than the motion; None where no run is stored. With one scene, that scene is named nowhere."""
+    """Returns the table of hard cases, with a row for each scene and method; None if no run is
+    stored.
+
+    A row has the reason that the scene is hard, the digits that its motion loses, the largest steps
+    of the method and what limits them, its smallest error, and the digits that the method loses
+    beyond the motion. If there is only one scene, the table does not name it."""
     rows = []
     for results in scenes:
         motion = lost_by_motion(results)

@@ -1,4 +1,4 @@
-"""JUnit XML: a case for each scene and method, or for each of other things that were judged."""
+"""JUnit XML of a study, with a test case for each scene and method, and for each failed search."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from plumbob.reports.view.method_results import MethodResult, Results
 from plumbob.reports.view.page import TEMPLATES, written
 from plumbob.reports.view.tables import environment
 
-# characters that XML does not have, not even escaped: most control characters, half of a pair
+# characters that XML forbids even when escaped: most control characters and single surrogates
 NO_XML = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 
 
 class Case(NamedTuple):
-    """A test case: what it is of, and how it ends."""
+    """A test case and its outcome."""
 
-    of: str
+    of: str  # scene, written as the class of the test case
     name: str
     seconds: float
     properties: Mapping[str, str]
@@ -30,9 +30,10 @@ class Case(NamedTuple):
 
 
 def write_junit(file: Path, study: Study, every: Results) -> None:
-    """Write one test case for each scene and method: a failure where the verdict is unexpected,
-    skipped with the reason where it is a known limit or claims nothing; and a failure for each
-    largest step and each derivative that is unexpected."""
+    """Writes the JUnit file of a study, with a test case for each scene and method.
+
+    An unexpected verdict is a failure. A known limit, and a verdict that claims nothing, is
+    skipped, with its reason. Each unexpected largest step or derivative adds a failure."""
     searches = [
         Case(
             of.scene, f"{of.method}, {of.about}", 0.0, {}, "failure", f"{of.surprise}: {of.why}"
@@ -45,8 +46,9 @@ def write_junit(file: Path, study: Study, every: Results) -> None:
 
 
 def _case(of: MethodResult) -> Case:
-    """A pair, with its verdict and order, the relative error at the reference step [s] (or the
-    tightest tolerance), of which quantity of interest it is, and the step."""
+    """Returns the test case of a scene and a method. Its properties are the verdict, the order, the
+    largest relative error at the reference step (or the tightest tolerance), the quantity with that
+    error, and the step."""
     judged = of.judged
     order = of.series.order
     properties: dict[str, str] = {"verdict": judged.verdict}
@@ -68,7 +70,7 @@ def _case(of: MethodResult) -> Case:
 
 
 def write_cases(file: Path, cases: Sequence[Case], seconds: float, date: str) -> None:
-    """Write a suite of test cases that took so many `seconds` and began at a `date`."""
+    """Writes a suite of test cases that took `seconds` in all and began at `date`."""
     template = environment(TEMPLATES, autoescape=True).get_template("junit.xml.jinja")
     counts = Counter(case.outcome for case in cases)
     text = template.render(cases=cases, counts=counts, seconds=seconds, date=date)

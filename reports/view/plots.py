@@ -1,4 +1,4 @@
-"""The plots that every scene has: the motion, and the error over time, step and cost."""
+"""The figures of a scene's page: the motion, and the errors over time, step and cost."""
 
 from __future__ import annotations
 
@@ -21,11 +21,11 @@ GREEK = (
     ("theta_dot", "dθ/dt"),
     ("psi", "ψ"),
     ("phi", "φ"),
-)  # as formulas have them
+)  # names of observables with their symbols in formulas
 
 
 def symbol(name: str) -> str:
-    """An observable's name as a plot shows it."""
+    """Returns the name of an observable as a plot shows it."""
     return dict(GREEK).get(name, name.replace("_", " "))
 
 
@@ -37,9 +37,11 @@ def scene_figures(
     points: Sequence[Point],
     chosen: Sequence[str],
 ) -> tuple[Figure, ...]:
-    """All figures of one scene by the results of its methods, of which the `chosen` ones are drawn
-    first, that of errors against cost before others; what was not measured leaves its figure out.
-    """
+    """Returns the figures of a scene's page, the figure of errors against cost first. A figure
+    without any measurement is left out.
+
+    `results` are the results of all methods, `styles` their drawing styles, `points` their timed
+    runs, and `chosen` the names of the methods whose Pareto front is drawn."""
     stepped = [of for of in results if of.method.control == "step"]
     limits = finite_limits(results)
     written = figures(
@@ -70,7 +72,8 @@ def scene_figures(
 def _errors(
     stepped: Sequence[MethodResult], leading: str
 ) -> Iterator[tuple[str, Mapping[float, float], Mapping[float, float]]]:
-    """Of each method the largest errors by step [s], and those predicted."""
+    """Yields, for each method, its name, the largest errors of the observable `leading` by step
+    [s], and the predicted largest errors by step."""
     for of in stepped:
         errors = {m.step: m.errors[leading] for m in of.done if leading in m.errors}
         predicted = {
@@ -85,7 +88,7 @@ def _errors(
 def _drifts(
     stepped: Sequence[MethodResult],
 ) -> Mapping[str, Mapping[str, Mapping[float, float]]]:
-    """By invariant and method the largest relative drifts by step [s]."""
+    """Returns the largest relative drift by invariant, method and step [s]."""
     rows: dict[str, dict[str, dict[float, float]]] = {}
     for of in stepped:
         for m in of.done:
@@ -101,10 +104,12 @@ def error_against_cost(
     limits: Mapping[str, float],
     chosen: Sequence[str],
 ) -> Figure:
-    """Relative error against speed, with the Pareto front of the `chosen` methods, or of all where
-    none of these was timed; `limits` are the largest steps [s] before a method is lost: its speed
-    there is marked at the error of its largest step that is stable. A closed form, which simulates
-    nothing, is left out."""
+    """Returns the figure of relative error against speed, with the Pareto front of the `chosen`
+    methods, or of all methods if none of the chosen was timed.
+
+    `limits` are the largest stable steps [s]. The figure marks the speed at such a step, at the
+    error of the largest stable step that was run. A closed form simulates nothing and is left
+    out."""
     lines: dict[str, list[Point]] = {}
     for p in points:
         if np.isfinite(p.error) and methods[p.method].scheme.integrator != EXACT:

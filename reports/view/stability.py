@@ -1,4 +1,4 @@
-"""The largest steps that hold, or the times of long runs, as a table and as a page."""
+"""The largest stable steps, or the results of long runs, as a table and as a page."""
 
 from __future__ import annotations
 
@@ -17,7 +17,8 @@ Judged = Sequence[JudgedLimit | JudgedLongRun]
 
 
 def write_page(judged: Judged, provenance: Provenance, folder: Path) -> Path:
-    """Write `stability.html` into `folder` and return its path; raises OSError."""
+    """Writes `stability.html` into `folder` and returns its path; raises OSError if the folder
+    cannot be written."""
     long = _long(judged)
     shown = table(judged)
     page = filled("stability.html.jinja", table=shown, long=long, made=provenance)
@@ -25,7 +26,7 @@ def write_page(judged: Judged, provenance: Provenance, folder: Path) -> Path:
 
 
 def table(judged: Judged) -> Table:
-    """A row a limit, or a long run."""
+    """Returns the table with a row for each largest step, or for each long run."""
     if _long(judged):
         return table_of("long_runs", judged=judged)
     return table_of("largest_steps", limits=[of.record() for of in judged], folded=False)

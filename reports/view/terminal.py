@@ -1,4 +1,5 @@
-"""The output of `plumbob validate`: the unexpected first, a table a scene, and the summary last."""
+"""Values of the output of `plumbob validate`: unexpected verdicts first, then a table for each
+scene, and the summary last."""
 
 from __future__ import annotations
 
@@ -15,10 +16,12 @@ from plumbob.reports.view.tables import table
 
 
 def study_values(study: Study, every: Results, verbose: bool) -> dict[str, Any]:
-    """Numbers in the lines of a study: unexpected verdicts, with those on largest steps and
-    derivatives; of each scene a line a method, its relative error at the reference step and
-    what that costs, and with `verbose` every interval of an order and the cost of a step too; and
-    counts."""
+    """Returns the values of the template that writes a study to the terminal.
+
+    They are the unexpected verdicts, on methods as well as on largest steps and derivatives; for
+    each scene, its lines, one per method with its relative error at the reference step and its
+    cost; and counts of verdicts. With `verbose`, a line also has each interval of the order and the
+    cost of a step."""
     searches = judged_searches(study)
     scenes = []
     for scene in study.scenes:
@@ -44,7 +47,7 @@ def study_values(study: Study, every: Results, verbose: bool) -> dict[str, Any]:
 
 
 def aligned(table: Table) -> Iterator[str]:
-    """A table as lines whose columns are below one another."""
+    """Yields the lines of a table with aligned columns."""
     rows = [table.heads, *([cell.text for cell in row] for row in table.rows)]
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     for cells in rows:

@@ -1,4 +1,4 @@
-"""The figures of an audit's answer that its template needs beside the audit itself."""
+"""Numbers that the template of a motion audit needs beside the audit itself."""
 
 from __future__ import annotations
 
@@ -16,17 +16,21 @@ from plumbob.engines.audit.step_errors import TARGETS, Compared, horizon
 from plumbob.engines.own_motion import OUT_OF_TIME
 from plumbob.reports.advice.work_precision import front
 
-SHOWN = 5  # errors of a halving
-COURSES = 4  # steps of the own integrator in the figure over time
+SHOWN = 5  # largest number of errors listed as the step is halved
+COURSES = 4  # number of steps of the model's integrator in the figure over time
 
 
 def motion_of(audit: Audit) -> dict[str, Any]:
-    """Results of an audit whose motion is certified: `runs` of the own integrator at the own step
-    and halves of it, their `errors` [m] where the motion is known, those that it `resolved`,
-    from `known` [m] on, and their mean `ratio`; the largest step [s] that `holds` to the end, and
-    whether the own one has `diverged`; `horizons`, errors [m] and up to when [s] the most accurate
-    step keeps them (None: to the end); contacts and limits that begin or cease to act in a second;
-    and what to choose."""
+    """Returns the numbers of the template; empty if no motion was certified.
+
+    - `runs`: the runs of the model's integrator at the model's step and at its halves; `errors`:
+    the error [m] of each at the last time at which the exact motion is known - `resolved`: the
+    errors above `known` [m], which the uncertainty allows to resolve; `ratio`: the mean ratio of
+    one resolved error to the next - `holds`: the largest step [s] that stays finite to the end;
+    `diverged`: whether the model's step does not - `horizons`: pairs of an error [m] and the time
+    [s] up to which the most accurate step stays within it (None: to the end) - `event_rate`:
+    contacts and limits that begin or cease to act [1/s] - `courses`, `uncertainty`: curves of
+    errors and of the uncertainty [m] over time - and the entries of `_choices` and `_costs`."""
     if audit.found is None:
         return {}
     steps = audit.found
@@ -61,8 +65,10 @@ def motion_of(audit: Audit) -> dict[str, Any]:
 
 
 def _choices(audit: Audit, steps: Compared) -> dict[str, Any]:
-    """The cheapest for an error that is smaller than the own step's, and what saves most where that
-    is enough."""
+    """Returns two choices: `better`, the cheapest step and integrator for an error below the error
+    of the model's step; and `enough`, the cheapest one for the smallest target error that is no
+    smaller than the error of the model's step. Each is None if there is none; `enough` also if the
+    audit is not complete or nothing is saved."""
     least = audit.error + audit.uncertainty
     better = (choice for choice in steps.cheapest if choice.target < audit.error)
     enough = [choice for choice in steps.cheapest if choice.target >= least][-1:]
@@ -71,8 +77,8 @@ def _choices(audit: Audit, steps: Compared) -> dict[str, Any]:
 
 
 def _costs(steps: Compared) -> dict[str, Any]:
-    """Of each integrator the runs that reach the end: steps [s], costs [ns per simulated second]
-    and errors [m]; and the last two of runs that no other is better than."""
+    """Returns `costs`: for each integrator the steps [s], the costs [ns per simulated second] and
+    the errors [m] of its timed runs; and `front`: the costs and errors of the Pareto front."""
     timed = [
         (run.integrator, run.step, run.ns_per_second or math.inf, run.at(steps.index))
         for run in steps.steps
@@ -86,7 +92,7 @@ def _costs(steps: Compared) -> dict[str, Any]:
 
 
 def mean_ratio(errors: Sequence[float]) -> float:
-    """Of each to the one before it, on average."""
+    """Returns the geometric mean of the ratios of each error to the error before it."""
     return float((errors[-1] / errors[0]) ** (1 / (len(errors) - 1)))
 
 

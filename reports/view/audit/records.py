@@ -1,4 +1,4 @@
-"""An audit as plain data, as JSON has it."""
+"""An audit as plain data for JSON."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ from plumbob.reports.advice.json_records import plain
 from plumbob.reports.view.audit.page import answered, rows, versions
 
 Plain = dict[str, Any]
-"""A record as JSON has it."""
+"""A record as a JSON object."""
 
 
 def record(audit: Audit | ContactAudit) -> Plain:
-    """An audit as plain data: what `--json` prints."""
+    """Returns an audit as the JSON object that `--json` prints."""
     return dict(plain(_contacts(audit) if isinstance(audit, ContactAudit) else _motion(audit)))
 
 
@@ -75,7 +75,8 @@ def _motion(audit: Audit) -> Plain:
 
 
 def _of_states(errors: StateErrors | None) -> Plain:
-    """Errors of attitudes [rad], joint coordinates [rad or m] and activations, as plain data."""
+    """Returns errors of attitudes [rad], joint coordinates [rad or m] and activations; each is None
+    if it is not known."""
     return {
         "attitude_error": errors and errors.attitude,
         "coordinate_error": errors and errors.coordinates,
@@ -84,8 +85,8 @@ def _of_states(errors: StateErrors | None) -> Plain:
 
 
 def _steps(found: Compared | None) -> Plain:
-    """The own step's error over time [m], order, and errors and costs of other steps, as plain
-    data."""
+    """Returns the error of the model's step over time [m], its order of convergence, and the errors
+    and costs of other steps and integrators."""
     if found is None:
         return {
             "worst_body": None,
@@ -112,7 +113,7 @@ def _steps(found: Compared | None) -> Plain:
 
 
 def _engine(row: EngineError) -> Plain:
-    """An engine's error [m], and what differs first, as plain data."""
+    """Returns an engine's error [m] and the first term in which it differs from the model."""
     return {
         **_named(row, "engine", "version", "error"),
         **_of_states(row.state_errors),
@@ -128,7 +129,8 @@ def _engine(row: EngineError) -> Plain:
 
 
 def stability_record(known: Stability | None) -> Plain:
-    """The largest steps that hold [s], and what raises the own integrator's, as plain data."""
+    """Returns the largest stable step [s] of each integrator, and the remedies that raise the
+    largest step of the model's integrator."""
 
     def limit(largest: Limit) -> Plain:
         names = (
@@ -155,8 +157,8 @@ def stability_record(known: Stability | None) -> Plain:
 
 
 def gradient_record(known: Gradients | str | None) -> Plain:
-    """Derivatives of the end, their horizon [s] and best eps, as plain data; nothing where they are
-    not asked for."""
+    """Returns derivatives of the final state, their horizon [s] and the best eps of differences;
+    empty if no derivatives were asked for."""
     if known is None:
         return {}
     if isinstance(known, str):
@@ -179,7 +181,8 @@ def gradient_record(known: Gradients | str | None) -> Plain:
 
 
 def spread(cost: Ratio | None) -> Plain:
-    """A cost in multiples of the model's own, and what its quartiles leave open, as plain data."""
+    """Returns a cost in multiples of the cost of the model's step, and its spread, from quartile to
+    quartile; both None if it was not measured."""
     if cost is None:
         return {"cost": None, "spread": None}
     return {"cost": cost.value, "spread": [cost.low, cost.high]}

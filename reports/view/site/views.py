@@ -61,7 +61,7 @@ def system_view(study: Study, records: Records, system: SystemRecord, every: Res
         galleries=formed(study, system.name, "gallery"),
         findings=formed(study, system.name),
         scenes=views,  # the one that stands for the system first
-        leading=views[0] if views else None,  # whose measurements the system's page shows
+        leading=views[0] if views else None,  # the system's page shows its measurements
         matrices=matrix.matrices(study, every, scenes),
         hard=hard_cases.table([of.results for of in views if of.scene.hard]),
     )

@@ -21,24 +21,24 @@ from plumbob.reports.view.page import filled, written
 from plumbob.reports.view.plotly_figure import ZERO, linear, logarithmic
 from plumbob.reports.view.sweep.text import place, rows, sides, size
 
-MOST = 160  # columns and rows of a map: the worst of some neighbours stands for them
-# Viridis, which is read alike by those who do not tell red from green.
+MOST = 160  # most columns and rows of a map: beyond, a cell shows the worst of several points
+# Viridis can be read with red-green colour blindness.
 SHADES = ("#440154", "#3b528b", "#21918c", "#5ec962", "#fde725")
 
 
 def page_name(sweep: Sweep, key: str) -> str:
-    """The name of the page of a sweep that has this key."""
+    """Returns the file name of the page of a sweep; `key` identifies the sweep in its store."""
     return f"sweep-{sweep.box.scene.replace('/', '-')}-{key[:8]}.html"
 
 
 def write_sweep_page(swept: Swept, folder: Path, provenance: Provenance, key: str) -> Path:
-    """Write `sweep-SCENE-KEY.html` into `folder` and return its path. Raises OSError where the
+    """Writes `sweep-SCENE-KEY.html` into `folder` and returns its path; raises OSError if the
     folder cannot be written."""
     return written(render(swept, provenance), folder, page_name(swept.sweep, key))
 
 
 def render(swept: Swept, provenance: Provenance) -> str:
-    """The page of a sweep as HTML, in one file."""
+    """Returns the page of a sweep as one HTML file."""
     every = rows(swept)
     words = {"size": size, "place": place}
     return filled(
@@ -55,8 +55,9 @@ def render(swept: Swept, provenance: Provenance) -> str:
 
 
 def figures(swept: Swept) -> tuple[Figure, ...]:
-    """A map each of the first two sides where there are two or more, and curves over every other
-    side; where there is one side alone, curves over that."""
+    """Returns the figures of a sweep. If two or more parameters vary, each method and step has a
+    map over the first two, and every further parameter has curves. If one parameter varies, it has
+    curves."""
     of = swept.sweep
     finite = swept.errors[np.isfinite(swept.errors)]
     ends = (finite.min(), finite.max()) if finite.size else (ZERO, 1.0)
@@ -78,8 +79,9 @@ def figures(swept: Swept) -> tuple[Figure, ...]:
 
 
 def _maps(swept: Swept) -> Iterator[tuple[str, float, str, Array, Array, Array]]:
-    """Method, step and what that means, with a map over the first two sides: places on both, and
-    powers of ten of the errors, shape (y, x)."""
+    """Yields a map over the first two parameters for each method and step: the name of the method,
+    the step, its kind ("step" or "tolerance"), the values of both parameters, and the base-10
+    logarithms of the largest relative errors, shape (y, x)."""
     of = swept.sweep
     xs, ys = (side.values(n) for side, n in zip(of.box.sides[:2], of.counts, strict=False))
     across, along = (np.arange(0, len(v), -(-len(v) // MOST)) for v in (xs, ys))
@@ -92,7 +94,8 @@ def _maps(swept: Swept) -> Iterator[tuple[str, float, str, Array, Array, Array]]
 
 
 def _curves(swept: Swept, side: int) -> dict[str, Any]:
-    """The largest errors over one side, by method and step."""
+    """Returns the largest relative errors over the values of parameter number `side`, as one line
+    for each method and step."""
     of = swept.sweep
     axes = tuple(k for k in range(2, swept.errors.ndim) if k != side + 2)
     largest = np.fmax.reduce(swept.errors, axis=axes)
@@ -104,7 +107,7 @@ def _curves(swept: Swept, side: int) -> dict[str, Any]:
 
 
 def _axis(side: Side) -> Layout:
-    """The axis of a parameter, with its unit."""
+    """Returns the axis of a varied parameter, titled with its name and unit."""
     by_unit = (line.split(": ") for line in tables.paragraphs("units"))
     units = {name: f" [{unit}]" for unit, names in by_unit for name in names.split(", ")}
     title = side.name + units.get(side.name, "")

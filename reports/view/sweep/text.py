@@ -1,4 +1,4 @@
-"""A sweep as text: the runs, errors of each method and step, and the worst points."""
+"""A sweep as text: number of runs, errors of each method and step, and the worst points."""
 
 from __future__ import annotations
 
@@ -13,11 +13,12 @@ from plumbob.engines.box import Side
 from plumbob.engines.sweep.sweep import Swept
 from plumbob.reports.view.notation import number, relative
 
-MOST = 10  # worst points that are listed of a method and a step
+MOST = 10  # number of worst points listed for each method and step
 
 
 def rows(swept: Swept) -> tuple[dict[str, Any], ...]:
-    """Every method with every step, in the order in which they were asked for."""
+    """Returns the errors of every method at every step, as a row each, in the order that the user
+    gave."""
     return tuple(
         _row(swept, i, j)
         for i in range(len(swept.sweep.methods))
@@ -26,7 +27,7 @@ def rows(swept: Swept) -> tuple[dict[str, Any], ...]:
 
 
 def _row(swept: Swept, i: int, j: int) -> dict[str, Any]:
-    """The errors of a method at a step over all points."""
+    """Returns the statistics of the errors over all points, for method `i` at step `j`."""
     method = swept.sweep.methods[i]
     step = swept.sweep.steps[j]
     errors = swept.errors[i, j].ravel()
@@ -43,17 +44,20 @@ def _row(swept: Swept, i: int, j: int) -> dict[str, Any]:
         "method": method.name,
         "step": step,  # [s], or relative tolerance
         "control": method.control,  # what the step means
-        "median": median,  # relative error, of the runs that have one
-        "ninety": ninety,  # that nine runs of ten do not exceed
+        "median": median,  # median relative error of the runs with an error
+        "ninety": ninety,  # relative error that nine of ten runs do not exceed
         "largest": largest,
-        "diverged": int(np.isinf(there).sum()),  # runs
-        "without": int(np.isnan(errors).sum()),  # points: no exact answer, or no model
+        "diverged": int(np.isinf(there).sum()),  # number of runs that diverged
+        "without": int(
+            np.isnan(errors).sum()
+        ),  # number of points without exact answer or model
         "worst": worst,
     }
 
 
 def _worst(swept: Swept, point: int, error: float, method: str, step: float) -> dict[str, Any]:
-    """A point with a large error, infinite where the run diverged, and what repeats it."""
+    """Returns a point with a large error: its varied parameters, its relative error (infinite if
+    the run diverged), and the command that repeats the run."""
     place = swept.sweep.place(point)
     varied = {s.name: s.at(x) for s, x in zip(swept.sweep.box.sides, place, strict=True)}
     again = command(swept.sweep.box.scene, method, step, swept.sweep.box.parameters(place))
@@ -61,7 +65,7 @@ def _worst(swept: Swept, point: int, error: float, method: str, step: float) -> 
 
 
 def command(scene: str, method: str, step: float, parameters: Mapping[str, Any]) -> str:
-    """The command that repeats one run, every parameter to its last bit."""
+    """Returns the command that repeats one run, with every parameter to its last bit."""
     words = ["plumbob", "run", scene, method, "--step", repr(step)]
     for name, value in parameters.items():
         words += ["--set", f"{name}={json.dumps(value)}"]
@@ -69,22 +73,22 @@ def command(scene: str, method: str, step: float, parameters: Mapping[str, Any])
 
 
 def size(error: float) -> str:
-    """A relative error, or that the run diverged."""
+    """Returns a relative error as text; "diverged" if it is infinite."""
     return "diverged" if np.isinf(error) else relative(error)
 
 
 def place(parameters: Mapping[str, float]) -> str:
-    """Varied parameters with their values."""
+    """Returns the varied parameters and their values as text."""
     return ", ".join(f"{name} {number(value, 5)}" for name, value in parameters.items())
 
 
 def sides(of: Sequence[Side]) -> str:
-    """The varied parameters and their bounds."""
+    """Returns the varied parameters and their bounds as text."""
     return " and ".join(f"{s.name} from {number(s.low, 4)} to {number(s.high, 4)}" for s in of)
 
 
 def words(swept: Swept) -> dict[str, Any]:
-    """The sweep as the terminal's lines take it."""
+    """Returns the values of the template that writes a sweep to the terminal."""
     box = swept.sweep.box
     return {
         "scene": box.scene,
