@@ -23,14 +23,17 @@ COURSES = 4  # number of steps of the model's integrator in the figure over time
 def motion_of(audit: Audit) -> dict[str, Any]:
     """Returns the numbers of the template; empty if no motion was certified.
 
-    - `runs`: the runs of the model's integrator at the model's step and at its halves; `errors`:
-    the error [m] of each at the last time at which the exact motion is known - `resolved`: the
-    errors above `known` [m], which the uncertainty allows to resolve; `ratio`: the mean ratio of
-    one resolved error to the next - `holds`: the largest step [s] that stays finite to the end;
-    `diverged`: whether the model's step does not - `horizons`: pairs of an error [m] and the time
-    [s] up to which the most accurate step stays within it (None: to the end) - `event_rate`:
-    contacts and limits that begin or cease to act [1/s] - `courses`, `uncertainty`: curves of
-    errors and of the uncertainty [m] over time - and the entries of `_choices` and `_costs`."""
+    - `runs`: the runs of the model's integrator at the model's step and at its halves
+    - `errors`: the error [m] of each run at the end of the last period in which the steps converge
+    - `resolved`: the errors above `known` [m], the level set by the uncertainty of the reference
+    - `ratio`: the mean ratio of one resolved error to the next
+    - `holds`: the largest step [s] whose error stays finite to the end
+    - `diverged`: whether the error of the model's step does not
+    - `horizons`: errors [m], each with the time [s] up to which the most accurate step stays within
+      it (None: to the end)
+    - `event_rate`: rate at which contacts and limits begin or cease to act [1/s]
+    - `courses`, `uncertainty`: errors and uncertainty [m] over time, for a figure
+    - the entries of `_choices` and `_costs`"""
     if audit.found is None:
         return {}
     steps = audit.found
