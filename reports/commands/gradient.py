@@ -65,7 +65,7 @@ def _of_file(chosen: argparse.Namespace) -> int:
     from plumbob.engines.audit.user_models import quiet
     from plumbob.engines.own_motion import NotCertifiable
     from plumbob.reports.commands.validate import noted, progress
-    from plumbob.reports.view.audit.page import versions
+    from plumbob.reports.view.audit.page import package_versions
     from plumbob.reports.view.audit.records import gradient_record
 
     with quiet(), progress() as show:
@@ -87,7 +87,7 @@ def _of_file(chosen: argparse.Namespace) -> int:
         "step": model.step,
         **gradient_record(known),
         **asked,
-        "versions": versions(),
+        "versions": package_versions(),
     }
     shown = aligned(table("file_gradients", entries=answer["gradient"]))
     values.show(chosen, answer, "gradient_file", rows=shown, known=known, **answer)

@@ -42,8 +42,8 @@ class Axis:
         """Returns the positions of values [px]; NaN for a value that has no logarithm."""
         numbers = np.asarray(values, dtype=float)
         if self.logarithmic:
-            nowhere = np.full_like(numbers, np.nan)
-            numbers = np.log10(numbers, out=nowhere, where=numbers > 0.0)
+            all_nan = np.full_like(numbers, np.nan)
+            numbers = np.log10(numbers, out=all_nan, where=numbers > 0.0)
         return self.start + (numbers - self.low) / self.scale
 
     def ticks(self, most: int) -> Ticks:
@@ -55,12 +55,14 @@ class Axis:
             first = math.ceil(low - 1e-9)
             last = math.floor(high + 1e-9)
             if last > first:
-                powers = np.arange(first, last + 1, -(-(last - first + 1) // most))
-                texts = [f"10{str(p).translate(SUPERSCRIPTS)}" for p in powers]
+                decades_per_tick = -(-(last - first + 1) // most)
+                powers = np.arange(first, last + 1, decades_per_tick)
+                texts = [f"10{str(power).translate(SUPERSCRIPTS)}" for power in powers]
                 return list(zip(self.along(10.0**powers).tolist(), texts, strict=True))
             low = 10.0**low
             high = 10.0**high
         unit = 10.0 ** math.floor(math.log10((high - low) / most))
         step = next(unit * k for k in (1, 2, 5, 10) if high - low <= most * unit * k)
         values = step * np.arange(math.ceil(low / step), math.floor(high / step) + 1)
-        return list(zip(self.along(values).tolist(), (f"{v:g}" for v in values), strict=True))
+        texts = [f"{value:g}" for value in values]
+        return list(zip(self.along(values).tolist(), texts, strict=True))

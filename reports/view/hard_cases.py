@@ -21,14 +21,15 @@ def digits_lost(relative: float) -> float:
 def lost_by_motion(results: Sequence[MethodResult]) -> float | None:
     """Returns the decimal digits that the exact answer of a scene loses to rounding of the scene's
     inputs, the most over its quantities of interest; None if no run is stored."""
-    doubts = [
-        run.errors[quantity.observable].uncertainty / quantity.scale
-        for of in results
-        for run in of.done
-        for quantity in of.quantities
-        if quantity.observable in run.errors and quantity.scale
-    ]
-    return digits_lost(max(doubts)) if doubts else None
+    uncertainties = list[float]()  # relative
+    for result in results:
+        for run in result.done:
+            uncertainties += [
+                run.errors[quantity.observable].uncertainty / quantity.scale
+                for quantity in result.quantities
+                if quantity.observable in run.errors and quantity.scale
+            ]
+    return digits_lost(max(uncertainties)) if uncertainties else None
 
 
 def table(scenes: Sequence[Sequence[MethodResult]]) -> Table | None:
@@ -40,9 +41,13 @@ def table(scenes: Sequence[Sequence[MethodResult]]) -> Table | None:
     beyond the motion. If there is only one scene, the table does not name it."""
     rows = []
     for results in scenes:
-        motion = lost_by_motion(results)
-        for of in results:
-            if (error := min(of.errors.values(), default=math.inf)) < math.inf:
-                more = None if motion is None else max(digits_lost(error) - motion, 0.0)
-                rows.append((of.scene, motion, of, error, more))
+        by_motion = lost_by_motion(results)
+        for result in results:
+            smallest_error = min(result.errors.values(), default=math.inf)
+            if math.isinf(smallest_error):
+                continue
+            by_method = None
+            if by_motion is not None:
+                by_method = max(digits_lost(smallest_error) - by_motion, 0.0)
+            rows.append((result.scene, by_motion, result, smallest_error, by_method))
     return table_or_none("hard", rows=rows, several=len(scenes) > 1)

@@ -49,7 +49,7 @@ PERCENT = 0.01  # largest relative error of an accurate step
 
 
 @dataclass(frozen=True)
-class Shown:
+class ShownError:
     """The error of a method on a scene, with the step at which it was measured."""
 
     error: float  # relative; infinite where the run diverged
@@ -138,7 +138,7 @@ class MethodResult:
         return worst(run, self.quantities)
 
     @cached_property
-    def at_reference(self) -> Shown | None:
+    def at_reference(self) -> ShownError | None:
         """The error at the reference step; None if nothing was run.
 
         If the reference step was not run, this is the error at the nearest step, or at the tightest
@@ -152,27 +152,30 @@ class MethodResult:
         return self._at(step)
 
     @property
-    def at_default(self) -> Shown:
+    def at_default(self) -> ShownError:
         """The error at the step, or tolerance, nearest to that of the default settings."""
-        usual = LARGEST_STEP if self.method.control == "step" else LOOSEST
-        return self._at(min(self.errors, key=lambda step: abs(math.log(step / usual))))
+        default = LARGEST_STEP if self.method.control == "step" else LOOSEST
+        nearest = min(self.errors, key=lambda step: abs(math.log(step / default)))
+        return self._at(nearest)
 
     @property
-    def at_largest(self) -> Shown | None:
+    def at_largest(self) -> ShownError | None:
         """The error at the largest accurate step."""
         return self._at(self.accurate) if self.accurate else None
 
     @property
-    def finest(self) -> Shown | None:
+    def finest(self) -> ShownError | None:
         """The error at the smallest step that reached the end."""
         return self._at(self.done[-1].step) if self.done else None
 
-    def _at(self, step: float) -> Shown:
+    def _at(self, step: float) -> ShownError:
         runs = zip(self.series.measurements, self.judged.runs, strict=False)
-        verdicts = {m.step: run.verdict for m, run in runs}
-        large = verdicts.get(step) in ("pre-asymptotic", "diverged")
-        means = "unclaimed" if large and self.meaning == "predicted" else self.meaning
-        return Shown(self.errors[step], step, self.method.control, means)
+        verdicts = {run.step: judged.verdict for run, judged in runs}
+        too_large = verdicts.get(step) in ("pre-asymptotic", "diverged")
+        meaning: Meaning = self.meaning
+        if too_large and meaning == "predicted":
+            meaning = "unclaimed"
+        return ShownError(self.errors[step], step, self.method.control, meaning)
 
     @cached_property
     def accurate(self) -> float | None:
@@ -196,18 +199,16 @@ class MethodResult:
         larger = [step for step in self.errors if step > (self.accurate or 0.0)]
         if self.limit is None or not larger:
             return ""
-        lost = self.accurate is not None and min(larger) > self.limit.step
-        return "stability" if lost or not self.limit.step else "accuracy"
+        next_unstable = self.accurate is not None and min(larger) > self.limit.step
+        return "stability" if next_unstable or not self.limit.step else "accuracy"
 
     def ns_per_second(self, step: float) -> float | None:
         """Returns the computing time [ns] of a simulated second at `step`; None if no run with this
         step reached its end, or nothing was timed."""
-        runs = [m for m in self.done if m.step == step and m.duration]
-        return (
-            runs[0].steps * self.cost.ns_per_step / runs[0].duration
-            if runs and self.cost
-            else None
-        )
+        runs = [run for run in self.done if run.step == step and run.duration]
+        if not runs or not self.cost:
+            return None
+        return runs[0].steps * self.cost.ns_per_step / runs[0].duration
 
     @property
     def timed(self) -> Measurement | None:
@@ -219,10 +220,9 @@ class MethodResult:
         """Whether the error expansion is valid (nonlinearity below 1) for every error that the
         order was fitted to."""
         steps = self.series.order.steps if self.series.order else ()
-        predicted = [
-            e.predicted for m in self.done if m.step in steps for e in m.errors.values()
-        ]
-        return all(f is not None and f.nonlinearity < 1.0 for f in predicted)
+        fitted = [run for run in self.done if run.step in steps]
+        predicted = [error.predicted for run in fitted for error in run.errors.values()]
+        return all(p is not None and p.nonlinearity < 1.0 for p in predicted)
 
 
 Results = Mapping[tuple[str, str], MethodResult]  # by the names of scene and method
@@ -233,23 +233,22 @@ def results_of(study: Study, records: Records) -> Results:
     methods = {m.name: m for m in study.methods}
     scenes = {s.name: s for s in study.scenes}
     results = {}
-    for c in study.convergence:
-        pair = (c.scene, c.method)
-        stepped = methods[c.method].control == "step"
+    for series in study.convergence:
+        pair = (series.scene, series.method)
+        method = methods[series.method]
         results[pair] = MethodResult(
-            scenes[c.scene],
-            methods[c.method],
-            c,
-            records.scenes[c.scene].verdicts[c.method],
-            study.quantities(c.scene),
-            study.costs.get(pair),
-            study.step_limit(*pair) if stepped else None,
+            scene=scenes[series.scene],
+            method=method,
+            series=series,
+            judged=records.scenes[series.scene].verdicts[series.method],
+            quantities=study.quantities(series.scene),
+            cost=study.costs.get(pair),
+            limit=study.step_limit(*pair) if method.control == "step" else None,
         )
     return results
 
 
 def finite_limits(results: Sequence[MethodResult]) -> dict[str, float]:
     """Returns the largest stable step [s] of each method whose limit is positive and finite."""
-    return {
-        of.name: of.limit.step for of in results if of.limit and 0.0 < of.limit.step < math.inf
-    }
+    limits = {result.name: result.limit.step for result in results if result.limit}
+    return {name: step for name, step in limits.items() if 0.0 < step < math.inf}

@@ -21,7 +21,7 @@ MARK = re.compile(
 BESIDE = re.compile(r"[\"/]([^\"/]+\.(?:js|css|svg|png))\"")  # a file that a page loads
 
 
-def replaceable(name: str, file: Path) -> Path:
+def check_replaceable(name: str, file: Path) -> Path:
     """Returns `file` with its links resolved, if the file is new, is empty, or has the mark of a
     file that plumbob wrote. Otherwise raises ParameterError, naming the option `name`."""
     if os.path.lexists(file) and not (file.is_file() and _marked(file)):
@@ -29,7 +29,7 @@ def replaceable(name: str, file: Path) -> Path:
     return file.resolve()
 
 
-def replaceable_folder(name: str, folder: Path) -> None:
+def check_replaceable_folder(name: str, folder: Path) -> None:
     """Raises ParameterError, naming the option `name`, if `folder` holds a file that plumbob did
     not write."""
     if folder.is_symlink() or (folder.exists() and not folder.is_dir()):

@@ -20,8 +20,8 @@ from urllib.parse import quote
 from plumbob.reports.view import notation
 from plumbob.reports.view.content import Figure
 from plumbob.reports.view.drawing import Drawing, drawing
-from plumbob.reports.view.own_files import replaceable
-from plumbob.reports.view.tables import environment
+from plumbob.reports.view.own_files import check_replaceable
+from plumbob.reports.view.tables import template_environment
 
 if TYPE_CHECKING:
     from jinja2 import Environment
@@ -76,7 +76,7 @@ class Plots:
     def script(self) -> str:
         """Returns the compressed data of figures and tables or, for a page of a site, the address
         of the script that will hold them."""
-        return packed(self.text()) if self.folder is None else f"{self.folder}{self.page}.js"
+        return compress(self.text()) if self.folder is None else f"{self.folder}{self.page}.js"
 
     def text(self) -> str:
         """Returns the data of figures and tables as JSON."""
@@ -86,23 +86,23 @@ class Plots:
         """Returns the compressed text or, for a page of a site, stores it as the script `NAME.js`
         and returns the address of that script."""
         if self.folder is None:
-            return packed(text)
-        self.files[f"{name}.js"] = carried(text)
+            return compress(text)
+        self.files[f"{name}.js"] = carrier_script(text)
         return f"{self.folder}{name}.js"
 
 
-def packed(text: str) -> str:
+def compress(text: str) -> str:
     """Returns a text compressed, in base64; the page's script unpacks it on demand."""
     return base64.b64encode(gzip.compress(text.encode("utf-8"), 4, mtime=0)).decode("ascii")
 
 
-def carried(text: str) -> str:
+def carrier_script(text: str) -> str:
     """Returns a script that writes the compressed text into its own element. A page opened from a
     folder can load scripts, but no other data."""
-    return f'document.currentScript.textContent="{packed(text)}"'
+    return f'document.currentScript.textContent="{compress(text)}"'
 
 
-def filled(
+def fill_page(
     template: str, *, shared: str | None = None, plots: Plots | None = None, **content: Any
 ) -> str:
     """Returns the HTML of a page: the template filled with `content`.
@@ -111,8 +111,8 @@ def filled(
     holds these files itself. The files and data of the page's figures are added to `plots`."""
     from markupsafe import Markup
 
-    held = shared_files(packed) if shared is None else {}
-    inside = {name: Markup(text) for name, text in held.items()}
+    files = shared_files(compress) if shared is None else {}
+    inside = {name: Markup(text) for name, text in files.items()}
     defaults: dict[str, Any] = {
         "styles": {},
         "frame": "frame.html.jinja",
@@ -121,67 +121,67 @@ def filled(
         "search": None,
         "plots": plots or Plots(),
     }
-    return (
-        _environment()
-        .get_template(template)
-        .render({**defaults, **content, "shared": shared, "inside": inside})
-    )
+    values = {**defaults, **content, "shared": shared, "inside": inside}
+    return _environment().get_template(template).render(values)
 
 
 @cache
 def _environment() -> Environment:
     """Returns the environment of the page templates; it caches them."""
-    pages = environment(TEMPLATES, autoescape=True)
-    pages.filters["kept"] = _kept
+    pages = template_environment(TEMPLATES, autoescape=True)
+    pages.filters["kept"] = _unbroken
     pages.filters["numbers"] = lambda values: _json(dict(values))
     for write in (notation.number, notation.short, notation.seconds, notation.plural):
         pages.globals[write.__name__] = write
     return pages
 
 
-def _kept(text: str) -> Markup:
+def _unbroken(text: str) -> Markup:
     """Returns a text as HTML in which no line breaks inside a number or between a number and its
     unit; text between backquotes becomes code."""
     from markupsafe import Markup, escape
 
     escaped = str(escape(UNITS.sub("\u00a0", text)))
-    whole = EXPONENT.sub(r"<span class=nowrap>\g<0></span>", escaped)
-    return Markup(CODE.sub(r"<code class=inline>\1</code>", whole))
+    unbroken = EXPONENT.sub(r"<span class=nowrap>\g<0></span>", escaped)
+    return Markup(CODE.sub(r"<code class=inline>\1</code>", unbroken))
 
 
 @cache
-def shared_files(hold: Callable[[str], str] = carried) -> Mapping[str, str]:
+def shared_files(hold: Callable[[str], str] = carrier_script) -> Mapping[str, str]:
     """Returns the files that all pages share, by name: the style sheet, the script, plotly wrapped
     by `hold`, and the icon."""
     from plotly.offline import get_plotlyjs
 
-    styles, scripts = (
-        "\n".join(
-            INDENT.sub("", path.read_text("utf-8"))
-            for path in sorted(TEMPLATES.glob(f"*.{kind}"))
-        )
-        for kind in ("css", "js")
-    )
-    icon = (TEMPLATES / ICON).read_text("utf-8")
-    return {STYLE: styles, SCRIPT: scripts, PLOTLY: hold(get_plotlyjs()), ICON: icon}
+    return {
+        STYLE: _joined_files("css"),
+        SCRIPT: _joined_files("js"),
+        PLOTLY: hold(get_plotlyjs()),
+        ICON: (TEMPLATES / ICON).read_text("utf-8"),
+    }
 
 
-def written(text: str | bytes, folder: Path, name: str) -> Path:
+def _joined_files(suffix: str) -> str:
+    """Returns the text of all templates with a suffix, without indents and comment lines."""
+    paths = sorted(TEMPLATES.glob(f"*.{suffix}"))
+    return "\n".join(INDENT.sub("", path.read_text("utf-8")) for path in paths)
+
+
+def write_file(text: str | bytes, folder: Path, name: str) -> Path:
     """Writes a file into `folder` under `name`, whole or not at all, and returns its path. Raises
     OSError if the folder cannot be written, and ParameterError if the file would replace one that
     plumbob did not write."""
-    replaceable("out", folder / name)
+    check_replaceable("out", folder / name)
     folder.mkdir(parents=True, exist_ok=True)
     # A file in a temporary folder gets the permissions of the user's umask; a temporary file does
     # not.
     with tempfile.TemporaryDirectory(prefix=".plumbob-", dir=folder) as scratch:
         part = Path(scratch) / name
-        part.write_bytes(encoded(text))
+        part.write_bytes(to_bytes(text))
         os.replace(part, folder / name)
     return folder / name
 
 
-def encoded(text: str | bytes) -> bytes:
+def to_bytes(text: str | bytes) -> bytes:
     """Returns the content of a file as UTF-8 bytes. Names of files in the text may hold bytes that
     are no characters: these are escaped."""
     return text.encode("utf-8", "backslashreplace") if isinstance(text, str) else text

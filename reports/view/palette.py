@@ -79,7 +79,9 @@ def styles(names: Iterable[str]) -> Mapping[str, Style]:
     colours = dict(INTEGRATORS)
     shapes = dict(ENGINES)
     by_method: dict[str, Style] = {}
-    dashes: dict[str, int] = {}  # by colour, so that the two tell methods apart
+    earlier_by_colour: dict[
+        str, int
+    ] = {}  # methods so far: each has other dashes than the others
     for rank, name in enumerate(names):
         engine, _, variant = name.partition("/")
         integrator = variant.partition("+")[0]
@@ -88,12 +90,13 @@ def styles(names: Iterable[str]) -> Mapping[str, Style]:
         if engine not in shapes:
             shapes[engine] = SHAPES[(len(shapes) - len(ENGINES)) % len(SHAPES)]
         colour = OF_METHODS.get(name, colours[integrator])
-        dashes[colour] = dashes.get(colour, -1) + 1
+        earlier = earlier_by_colour.get(colour, 0)
+        earlier_by_colour[colour] = earlier + 1
         by_method[name] = Style(
-            colour,
-            shapes[engine] + ("-open" if dashes[colour] % 2 else ""),
-            max(5.0, 11.0 - 0.5 * rank),
-            DASHES[dashes[colour] % len(DASHES)],
+            colour=colour,
+            marker=shapes[engine] + ("-open" if earlier % 2 else ""),
+            size=max(5.0, 11.0 - 0.5 * rank),
+            dash=DASHES[earlier % len(DASHES)],
         )
     return by_method
 
@@ -102,5 +105,5 @@ def size_class(error: float) -> str:
     """Returns the CSS class of a table cell for the decade of its relative error: size-a for the
     smallest errors, size-h for every error above 1, also if it is infinite."""
     decade = math.ceil(math.log10(max(error, 1e-99)) - 1e-9) if error < 1.0 else 0
-    place = DECADES + 1 if error > 1.0 else max(DECADES + decade, 0)
-    return f"size-{'abcdefgh'[place]}"
+    rank = DECADES + 1 if error > 1.0 else max(DECADES + decade, 0)
+    return f"size-{'abcdefgh'[rank]}"

@@ -49,24 +49,27 @@ def curve(
     stand beside the points. `more` are further properties of plotly's trace."""
     xs = np.ravel(x)
     ys = np.ravel(y)
-    kept = np.linspace(0, len(xs) - 1, min(len(xs), MOST)).astype(int)
+    indices = np.linspace(0, len(xs) - 1, min(len(xs), MOST)).astype(int)
     colour = colour or style.colour
-    parts = ("lines", lines), ("markers", marks), ("text", labels)
+    modes = ("lines", lines), ("markers", marks), ("text", labels)
     trace: dict[str, Any] = {
         "type": "scatter",
-        "mode": "+".join(word for word, on in parts if on),
-        "x": rounded(xs[kept]),
-        "y": rounded(ys[kept]),
+        "mode": "+".join(mode for mode, shown in modes if shown),
+        "x": rounded(xs[indices]),
+        "y": rounded(ys[indices]),
         "name": name or method,
         "line": {"color": colour, "width": width, "dash": dash or style.dash},
     }
     if marks:
-        look = {"size": size or style.size, "symbol": symbol or style.marker}
-        trace["marker"] = {"color": colour, **look}
+        trace["marker"] = {
+            "color": colour,
+            "size": size or style.size,
+            "symbol": symbol or style.marker,
+        }
     if method:
-        trace["meta"] = method  # what the page's legend switches off and on
+        trace["meta"] = method  # the page's legend finds the traces of a method by this entry
     if hints:
-        trace["text"] = [hints[i] for i in kept]
+        trace["text"] = [hints[i] for i in indices]
     if labels:
         trace["textposition"] = "top center"
     if hint:
@@ -156,5 +159,5 @@ def positive(values: npt.ArrayLike) -> Array:
 def rounded(values: npt.ArrayLike) -> list[float | None]:
     """Returns values rounded to the digits that can be seen; None, a gap, for each that is not
     finite."""
-    numbers = np.ravel(values).astype(float).tolist()
-    return [v if math.isfinite(v) else None for v in map(float, map(SEEN, numbers))]
+    numbers = [float(SEEN(number)) for number in np.ravel(values).astype(float).tolist()]
+    return [number if math.isfinite(number) else None for number in numbers]

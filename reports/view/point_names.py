@@ -32,7 +32,9 @@ class Name(NamedTuple):
 Box = tuple[float, float, float, float]  # left, top, right, bottom [px]
 
 
-def named(points: Sequence[tuple[float, float, str]], x: Axis, y: Axis) -> Sequence[Name]:
+def placed_names(
+    points: Sequence[tuple[float, float, str]], x: Axis, y: Axis
+) -> Sequence[Name]:
     """Returns the placed names of points (x [px], y [px], name) within two axes.
 
     If the place beside the point is free, the name stands there, else in the nearest free row above
@@ -41,17 +43,19 @@ def named(points: Sequence[tuple[float, float, str]], x: Axis, y: Axis) -> Seque
     taken = [(a - MARK, b - MARK, a + MARK, b + MARK) for a, b, _ in points]
     names = []
     for point in sorted(points):
-        places = list(_places(*point))
-        name, box = next(
-            (place for place in places if _inside(place[1], around) and _free(place[1], taken)),
-            places[0],
-        )
+        candidates = list(_candidates(*point))
+        free = [
+            (name, box)
+            for name, box in candidates
+            if _inside(box, around) and _free(box, taken)
+        ]
+        name, box = (free or candidates)[0]
         names.append(name)
         taken.append(box)
     return names
 
 
-def _places(a: float, b: float, text: str) -> Iterator[tuple[Name, Box]]:
+def _candidates(a: float, b: float, text: str) -> Iterator[tuple[Name, Box]]:
     """Yields the places to try for the name `text` of a point at (a, b) [px], the nearest first,
     each with the box that the name covers."""
     width = LETTER * len(text)
@@ -68,6 +72,7 @@ def _places(a: float, b: float, text: str) -> Iterator[tuple[Name, Box]]:
 
 
 def _inside(box: Box, around: Box) -> bool:
+    """Returns whether a box lies within the box `around`."""
     return (
         box[0] >= around[0]
         and box[1] >= around[1]

@@ -153,13 +153,14 @@ def records_of(study: Study) -> Records:
     """Returns the records that are stored with a study; raises ParameterError if they are missing
     or were stored by another version."""
     try:
-        (about,) = (a.numbers for a in study.analyses if a.place == STUDY)
-        pages = {a.scene: a.numbers for a in study.analyses if a.place == SCENE}
-        scenes = {s.name: restored(pages[s.name], SceneRecord) for s in study.scenes}
-        judged = {(name, method) for name, of in scenes.items() for method in of.verdicts}
-        if judged != {(c.scene, c.method) for c in study.convergence}:
+        (of_study,) = (a.numbers for a in study.analyses if a.place == STUDY)
+        by_scene = {a.scene: a.numbers for a in study.analyses if a.place == SCENE}
+        scenes = {s.name: restored(by_scene[s.name], SceneRecord) for s in study.scenes}
+        judged = {(name, method) for name in scenes for method in scenes[name].verdicts}
+        measured = {(series.scene, series.method) for series in study.convergence}
+        if judged != measured:
             raise ValueError("other pairs are judged than were measured")
-        return Records(restored(about, StudyRecord), scenes)
+        return Records(restored(of_study, StudyRecord), scenes)
     except (KeyError, ValueError):
         raise ParameterError(
             "study",

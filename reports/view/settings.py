@@ -16,20 +16,22 @@ SHOWN = (  # methods, each with the title of its settings
 
 
 @dataclass(frozen=True)
-class Pasted:
+class TitledSettings:
     """The settings of one method with a title."""
 
     title: str
     settings: Settings
 
 
-def pasted(settings: Mapping[str, Settings]) -> tuple[Pasted, ...]:
+def shown_settings(settings: Mapping[str, Settings]) -> tuple[TitledSettings, ...]:
     """Returns the settings that a study's page shows; `settings` are all settings of the study, by
     method."""
-    return tuple(to_copy(settings[name], title) for name, title in SHOWN if name in settings)
+    return tuple(
+        titled_settings(settings[name], title) for name, title in SHOWN if name in settings
+    )
 
 
-def to_copy(settings: Settings, title: str, cost: str = "") -> Pasted:
+def titled_settings(settings: Settings, title: str, cost: str = "") -> TitledSettings:
     """Returns settings with a title. If the study measured the `cost` of a step, in multiples of a
     step of MuJoCo's default method, that cost replaces the usual one in the text."""
     if cost:
@@ -38,4 +40,4 @@ def to_copy(settings: Settings, title: str, cost: str = "") -> Pasted:
         )
         snippets = tuple(replace(snippet, cost=words) for snippet in settings.snippets)
         settings = replace(settings, snippets=snippets)
-    return Pasted(title, settings)
+    return TitledSettings(title, settings)

@@ -17,7 +17,7 @@ SUDAKOV, CHERNOUSKO, NOTEBOOK = SOURCES
 
 
 @dataclass(frozen=True)
-class Listed:
+class ListedStatement:
     """A statement of a source, and how the product computes it."""
 
     source: str
@@ -29,10 +29,13 @@ class Listed:
 
 
 @cache
-def listed() -> tuple[Listed, ...]:
+def listed_statements() -> tuple[ListedStatement, ...]:
     """Returns all statements of the sources, in the order of the sources' texts."""
-    sources = tomllib.loads(LIST.read_text("utf-8"))
-    return tuple(Listed(source, *row) for source, rows in sources.items() for row in rows)
+    rows_by_source = tomllib.loads(LIST.read_text("utf-8"))
+    statements = list[ListedStatement]()
+    for source, rows in rows_by_source.items():
+        statements += [ListedStatement(source, *row) for row in rows]
+    return tuple(statements)
 
 
 def as_printed(
@@ -41,14 +44,14 @@ def as_printed(
     """Returns the statement that compares a printed number, such as "35.809", with the computed
     number `ours`. The statement holds if they differ by at most half a unit of the last printed
     digit; otherwise it is corrected."""
-    last = Decimal(1).scaleb(int(Decimal(printed).as_tuple().exponent))
-    holds = abs(Decimal(float(ours)) - Decimal(printed)) <= last / 2
+    last_digit = Decimal(1).scaleb(int(Decimal(printed).as_tuple().exponent))
+    holds = abs(Decimal(float(ours)) - Decimal(printed)) <= last_digit / 2
     digits = len(printed.partition(".")[2]) + 3
     return Statement(
-        source,
-        place,
-        text,
-        f"{printed} {unit}",
-        f"{ours:.{digits}f} {unit}",
-        "holds" if holds else "corrected",
+        source=source,
+        place=place,
+        text=text,
+        said=f"{printed} {unit}",
+        ours=f"{ours:.{digits}f} {unit}",
+        verdict="holds" if holds else "corrected",
     )

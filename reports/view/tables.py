@@ -40,40 +40,40 @@ class Parts:
 
     made: dict[str, Cell | Figure | Statement] = field(default_factory=dict)  # by placeholder
 
-    def held(self, part: Cell | Figure | Statement) -> str:
+    def store(self, part: Cell | Figure | Statement) -> str:
         """Stores a part and returns its placeholder in the text."""
-        place = f"\x02{len(self.made)}\x03"
-        self.made[place] = part
-        return place
+        placeholder = f"\x02{len(self.made)}\x03"
+        self.made[placeholder] = part
+        return placeholder
 
 
 def table(template: str, **values: Any) -> Table:
     """Returns the table that the template `tables/TEMPLATE.md` writes from `values`."""
     parts = Parts()
-    return table_of(filled_text(f"tables/{template}", parts, values).strip(), parts)
+    return read_table(fill_text(f"tables/{template}", parts, values).strip(), parts)
 
 
 def table_or_none(template: str, **values: Any) -> Table | None:
     """Returns the table that the template writes from `values`; None if the table has no rows."""
-    written = table(template, **values)
-    return written if written.rows else None
+    filled_table = table(template, **values)
+    return filled_table if filled_table.rows else None
 
 
 def figures(template: str, **values: Any) -> tuple[Figure, ...]:
     """Returns the figures that the template `figures/TEMPLATE.md` makes from `values`; the text of
     the template is dropped."""
     parts = Parts()
-    filled_text(f"figures/{template}", parts, values)
+    fill_text(f"figures/{template}", parts, values)
     return tuple(part for part in parts.made.values() if isinstance(part, Figure))
 
 
-def lines(template: str, **values: Any) -> list[str]:
+def terminal_lines(template: str, **values: Any) -> list[str]:
     """Returns the lines that the template `terminal/TEMPLATE.md` writes from `values`."""
-    text = filled_text(f"terminal/{template}", Parts(), values).rstrip("\n")
+    text = fill_text(f"terminal/{template}", Parts(), values).rstrip("\n")
     return [line.rstrip() for line in text.split("\n")] if text else []
 
 
-def filled_text(template: str, parts: Parts, values: dict[str, Any]) -> str:
+def fill_text(template: str, parts: Parts, values: dict[str, Any]) -> str:
     """Returns the text of a template filled with `values`. Each cell, figure or statement that the
     template makes is stored in `parts`, and the text holds its placeholder."""
     return _texts().get_template(f"{template}.md").render(_functions(parts) | values)
@@ -82,38 +82,44 @@ def filled_text(template: str, parts: Parts, values: dict[str, Any]) -> str:
 def paragraphs(template: str, **values: Any) -> tuple[str, ...]:
     """Returns the paragraphs that the template `pages/TEMPLATE.md` writes from `values`, each as
     one line."""
-    blocks = filled_text(f"pages/{template}", Parts(), values).split("\n\n")
+    blocks = fill_text(f"pages/{template}", Parts(), values).split("\n\n")
     return tuple(" ".join(block.split()) for block in blocks if block.strip())
 
 
-def table_of(block: str, parts: Parts) -> Table:
+def read_table(block: str, parts: Parts) -> Table:
     """Reads a table from its text: the caption, the heads, the rows and the note. `parts` holds the
     cells whose placeholders are in the text."""
-    lines: list[str] = []
+    joined: list[str] = []
     for line in map(str.strip, block.splitlines()):
-        if line.startswith(("|", "note: ")) or not lines:
-            lines.append(line)
+        if line.startswith(("|", "note: ")) or not joined:
+            joined.append(line)
         else:
-            lines[-1] += f" {line}"
-    note = lines.pop()[6:] if lines[-1].startswith("note: ") else ""
-    caption = lines[0].partition(": ")[2]
-    heads, *rows = [_cells(line, parts.made) for line in lines[1:]]
-    kind = lines[0].partition("table: ")[0].strip()
-    texts = tuple(cell.text for cell in heads)
-    return Table(caption, texts, tuple(rows), note, kind == "folded", kind == "filtered")
+            joined[-1] += f" {line}"
+    note = joined.pop().removeprefix("note: ") if joined[-1].startswith("note: ") else ""
+    heads, *rows = [_cells(line, parts.made) for line in joined[1:]]
+    kind = joined[0].partition("table: ")[0].strip()
+    return Table(
+        caption=joined[0].partition(": ")[2],
+        heads=tuple(cell.text for cell in heads),
+        rows=tuple(rows),
+        note=note,
+        folded=kind == "folded",
+        filtered=kind == "filtered",
+    )
 
 
 def _cells(line: str, made: Mapping[str, Cell | Figure | Statement]) -> tuple[Cell, ...]:
     """Returns the cells between the bars of a line. A placeholder becomes the cell in `made`; any
     other text becomes a plain cell."""
     texts = BAR.split(line) if "\\|" in line else line.split("|")
-    return tuple(
-        cell if isinstance(cell := made.get(text), Cell) else Cell(text.replace("\\|", "|"))
-        for text in map(str.strip, texts[1:-1])
-    )
+    cells = list[Cell]()
+    for text in map(str.strip, texts[1:-1]):
+        part = made.get(text)
+        cells.append(part if isinstance(part, Cell) else Cell(text.replace("\\|", "|")))
+    return tuple(cells)
 
 
-def environment(templates: Path, **options: Any) -> Environment:
+def template_environment(templates: Path, **options: Any) -> Environment:
     """Returns a jinja2 environment that reads the templates of a folder; `options` are further
     options of jinja2."""
     import jinja2
@@ -136,7 +142,7 @@ def environment(templates: Path, **options: Any) -> Environment:
 @cache
 def _texts() -> Environment:
     """Returns the environment of the text templates, with filters for numbers and names."""
-    texts = environment(TEMPLATES)
+    texts = template_environment(TEMPLATES)
     texts.filters |= {
         "number": notation.number,  # 0.0123
         "relative": notation.relative,  # 1.23 %
@@ -179,20 +185,20 @@ def _functions(parts: Parts) -> dict[str, Any]:
     """Returns the functions that a template may call, by name. A function that makes a cell, a
     figure or a statement stores it in `parts` and returns its placeholder."""
 
-    def held(make: Callable[..., Cell | Figure | Statement]) -> Callable[..., str]:
-        return lambda *values, **named: parts.held(make(*values, **named))
+    def stored(make: Callable[..., Cell | Figure | Statement]) -> Callable[..., str]:
+        return lambda *values, **named: parts.store(make(*values, **named))
 
     return {
-        "cell": held(Cell),
-        "made": parts.held,  # a part that is made already
-        "value": held(value),
-        "right": held(lambda text: Cell(text, "number")),
-        "verdict": held(verdict_cell),
-        "method": held(lambda name: Cell(name, "method")),
-        "plain_method": held(lambda name: Cell(name, "name")),
-        "figure": held(plotly_figure.figure),
-        "over_time": held(plotly_figure.over_time),
-        "as_printed": held(as_printed),
+        "cell": stored(Cell),
+        "made": parts.store,  # stores a part that is made already
+        "value": stored(value),
+        "right": stored(lambda text: Cell(text, "number")),
+        "verdict": stored(verdict_cell),
+        "method": stored(lambda name: Cell(name, "method")),
+        "plain_method": stored(lambda name: Cell(name, "name")),
+        "figure": stored(plotly_figure.figure),
+        "over_time": stored(plotly_figure.over_time),
+        "as_printed": stored(as_printed),
         "curve": plotly_figure.curve,
         "marks": plotly_figure.marks,
         "heat": plotly_figure.heat,

@@ -25,24 +25,27 @@ def study_values(study: Study, every: Results, verbose: bool) -> dict[str, Any]:
     searches = judged_searches(study)
     scenes = []
     for scene in study.scenes:
-        rows = [of for (name, _), of in every.items() if name == scene.name]
+        rows = [result for (name, _), result in every.items() if name == scene.name]
         if rows:
             about = rows[0].quantities
-            shown = table("scene", rows=rows, about=about, verbose=verbose, infinity=math.inf)
-            scenes.append((scene, list(zip((None, *rows), aligned(shown), strict=True))))
-    standings = Counter(of.judged.standing for of in every.values())
-    known = sum(bool(of.known and not of.surprise) for of in searches)
+            lines = table("scene", rows=rows, about=about, verbose=verbose, infinity=math.inf)
+            # the first line holds the heads, so no result belongs to it
+            scenes.append((scene, list(zip((None, *rows), aligned(lines), strict=True))))
+    results = every.values()
+    standings = Counter(result.judged.standing for result in results)
+    known = sum(bool(search.known and not search.surprise) for search in searches)
+    surprising = sum(bool(search.surprise) for search in searches)
     return {
-        "surprises": [of for of in every.values() if of.judged.mark == "unexpected"],
+        "surprises": [result for result in results if result.judged.mark == "unexpected"],
         "searches": unexpected(searches),
         "scenes": scenes,
         "verbose": verbose,
-        "runs": sum(len(of.errors) for of in every.values()),
-        "verdicts": Counter(of.judged.verdict for of in every.values()),
+        "runs": sum(len(result.errors) for result in results),
+        "verdicts": Counter(result.judged.verdict for result in results),
         "known": standings["known limit"] + known,
         "known_searches": known,
-        "meanings": Counter(of.meaning for of in every.values()),
-        "unexpected": standings["unexpected"] + sum(bool(of.surprise) for of in searches),
+        "meanings": Counter(result.meaning for result in results),
+        "unexpected": standings["unexpected"] + surprising,
     }
 
 

@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from plumbob.engines.study.results import Study
 from plumbob.reports.advice.recommend import DEFAULT_METHOD, Recommendation
 from plumbob.reports.view.content import Finding, Table
-from plumbob.reports.view.sources import listed
+from plumbob.reports.view.sources import listed_statements
 from plumbob.reports.view.tables import table, table_or_none
 
 # relative errors, each with its text on the page
@@ -45,15 +45,17 @@ def sources(findings: Sequence[Finding]) -> Table | None:
     sources' texts, each with a link to the finding that shows it; None if no statement is
     judged."""
     titles = {finding.name: finding.title for finding in findings}
-    order = dict.fromkeys((entry.source, entry.place) for entry in listed())
-    rank = {both: number for number, both in enumerate(order)}  # unlisted statements come last
-    rows = [
-        (of, of.finding if of.finding in titles else finding.name)
-        for finding in findings
-        for of in finding.statements
-    ]
+    order = dict.fromkeys((entry.source, entry.place) for entry in listed_statements())
+    rank = {
+        place: number for number, place in enumerate(order)
+    }  # unlisted statements come last
+    rows = []  # statement, name of the finding that shows its result
+    for finding in findings:
+        for statement in finding.statements:
+            shown_by = statement.finding if statement.finding in titles else finding.name
+            rows.append((statement, shown_by))
     rows.sort(key=lambda row: rank.get((row[0].source, row[0].place), len(rank)))
-    counted = Counter(of.verdict for of, _ in rows)
+    counted = Counter(statement.verdict for statement, _ in rows)
     return table_or_none("sources", rows=rows, titles=titles, counted=counted)
 
 
@@ -61,4 +63,4 @@ def every_statement(findings: Sequence[Finding]) -> Table:
     """Returns the table of all statements of the sources. A row names the finding and the
     independent method that compute the statement, or the reason that it cannot be computed."""
     titles = {finding.name: finding.title for finding in findings}
-    return table("every_statement", rows=listed(), titles=titles)
+    return table("every_statement", rows=listed_statements(), titles=titles)

@@ -18,15 +18,18 @@ ENGINE = "mujoco"  # engine whose models have features and pipeline stages to le
 
 def requests(plan: StudyPlan) -> Sequence[TrimmingRun]:
     """Returns the timings that the tables of a plan's scenes need."""
-    return [request for scene in plan.scenes for request in _of_scene(scene, plan.methods)]
+    timings = list[TrimmingRun]()
+    for scene in plan.scenes:
+        timings += _timings(scene, plan.methods)
+    return timings
 
 
-def _of_scene(scene: Scene, methods: Sequence[Method]) -> list[TrimmingRun]:
+def _timings(scene: Scene, methods: Sequence[Method]) -> list[TrimmingRun]:
     """Returns a timing for one method of each scheme, at the middle step of the scene's steps."""
     schemes: dict[Scheme, str] = {}
-    for m in methods:
-        if m.engine == ENGINE and meant(m, scene):
-            schemes.setdefault(m.scheme, m.name)
+    for method in methods:
+        if method.engine == ENGINE and meant(method, scene):
+            schemes.setdefault(method.scheme, method.name)
     step = scene.steps[len(scene.steps) // 2]
     return [TrimmingRun(scene.name, name, step, STEPS, REPEATS) for name in schemes.values()]
 
@@ -35,7 +38,7 @@ def trimming(study: Study, scene: Scene) -> Table | None:
     """Returns the table with the cost of a step of the full model, of the model with disabled
     stages, and of the model that also lacks the geoms without effect, for one method of each
     scheme. None if no timing is stored for the scene."""
-    timings = [(asked.method, study.answer(asked)) for asked in _of_scene(scene, study.methods)]
+    timings = [(run.method, study.answer(run)) for run in _timings(scene, study.methods)]
     done = [(method, timed) for method, timed in timings if timed]
     if not done:
         return None

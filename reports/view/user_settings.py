@@ -16,7 +16,7 @@ from plumbob.reports.view.method_results import Results
 def table(results: Sequence[UserResult], every: Results) -> Table | None:
     """Returns the table of the user's settings, with a row for each scene; None if the study has no
     user settings."""
-    rows = [(of, every[of.scene, USER_METHOD].judged) for of in results]
+    rows = [(result, every[result.scene, USER_METHOD].judged) for result in results]
     return tables.table_or_none("user_settings", rows=rows, factor=cost_factor)
 
 

@@ -19,7 +19,7 @@ from plumbob.reports.analyses.capsule_line import (
     tipping,
 )
 from plumbob.reports.analyses.measurements import LINE, problem
-from plumbob.reports.view.finding_text import written
+from plumbob.reports.view.finding_text import read_findings
 from plumbob.tests.support.declared import (
     declared,
     finding,
@@ -40,7 +40,7 @@ def study(scene, *steps):
 
 def test_figure_of_the_source():
     check = numbers_of(source.FIGURE_2)
-    (gallery,) = written(source.FIGURE_2.template, plain(check))
+    (gallery,) = read_findings(source.FIGURE_2.template, plain(check))
     # exact, and two engines
     assert [len(panel.traces) for panel in gallery.figures] == [3, 3, 3]
     v, v_c, x = (check.exact[name] for name in source.DRAWN)

@@ -20,7 +20,7 @@ from plumbob.reports.analyses.cone_pendulum import (
     uniformity,
 )
 from plumbob.reports.analyses.cone_pendulum.hamiltonian import ROTATING, cone, forms
-from plumbob.reports.view.finding_text import findings_of, written
+from plumbob.reports.view.finding_text import findings_of, read_findings
 from plumbob.tests.support.declared import declared, finding, nothing, numbers_of
 from plumbob.tests.support.studies import quick
 
@@ -46,7 +46,7 @@ def test_finding_printed_hamiltonian():
 
 def test_figures_of_the_source_begin_at_the_start():
     numbers = numbers_of(source_figures.GALLERIES)
-    _, turning = written(source_figures.TEMPLATE, plain(numbers))
+    _, turning = read_findings(source_figures.TEMPLATE, plain(numbers))
     (*_, momentum, speed) = turning.figures
     problem = forms(ROTATING).problem
     assert speed.traces[0]["y"][0] == pytest.approx(problem.theta_dot, rel=1e-3)

@@ -43,12 +43,15 @@ def _kind(name: str, audit: ContactAudit, runs: tuple[Measured, ...]) -> dict[st
     if not runs:
         return {"name": name, "runs": runs, "worst": -1, "halving": ()}
     run = runs[0]
-    errors = audit.errors(runs[0])
+    errors = audit.errors(run)
     worst = -1 if np.isnan(errors).all() else int(np.nanargmax(np.abs(errors)))
     relative = 100 * errors / audit.distances
     per_cents = relative[~np.isnan(relative)]
     predicted = audit.predicted(run)
-    halving = [audit.error(each) for each in runs]
+    predicted_per_cent = None
+    if predicted is not None and audit.exact:
+        predicted_per_cent = 100 * predicted[worst] / audit.exact
+    halving = [audit.error(finer) for finer in runs]
     if runs is audit.pasted and audit.exact is None:
         halving = halving[:-1]  # the finest run is the reference, so it has no error
     known = len(halving) > 1 and np.isfinite(halving).all() and halving[0]
@@ -61,9 +64,7 @@ def _kind(name: str, audit: ContactAudit, runs: tuple[Measured, ...]) -> dict[st
         "stuck": np.degrees(HEADINGS)[np.isinf(errors)].tolist(),
         "per_cents": per_cents,
         "per_cent": max(per_cents.tolist(), key=abs, default=math.nan),
-        "predicted": 100 * predicted[worst] / audit.exact
-        if predicted is not None and audit.exact
-        else None,
+        "predicted": predicted_per_cent,
         "turn": run.turning.turn if run.turning and run.turning.rests else None,
         "halving": halving if known else (),
         "ratio": mean_ratio(halving) if known else None,

@@ -36,15 +36,21 @@ def motion_of(audit: Audit) -> dict[str, Any]:
     - the entries of `_choices` and `_costs`"""
     if audit.found is None:
         return {}
-    steps = audit.found
-    index = audit.found.index
+    compared = audit.found
     reference = audit.reference
-    runs = [r for r in steps.steps if r.integrator == audit.integrator and r.step <= audit.step]
-    errors = [r.at(index) for r in runs]
+    runs = [
+        run
+        for run in compared.steps
+        if run.integrator == audit.integrator and run.step <= audit.step
+    ]
+    errors = [run.at(compared.index) for run in runs]
     known = RESOLVED * audit.uncertainty
     resolved = [error for error in errors if error > known][:SHOWN]
-    ends = {target: horizon(steps, reference, audit.script, target) for target in TARGETS[1:3]}
-    holding = (r.step for r, error in zip(runs, errors, strict=True) if math.isfinite(error))
+    holding = [run.step for run, e in zip(runs, errors, strict=True) if math.isfinite(e)]
+    horizons = []
+    for target in TARGETS[1:3]:
+        end = horizon(compared, reference, audit.script, target)
+        horizons.append((target, None if math.isinf(end) else end))
     course = reference.course
     return {
         "targets": TARGETS,
@@ -53,45 +59,45 @@ def motion_of(audit: Audit) -> dict[str, Any]:
         "known": known,
         "resolved": resolved,
         "ratio": mean_ratio(resolved) if resolved[1:] else None,
-        "holds": next(holding, None),
-        "diverged": bool(steps.own.why) and math.isinf(audit.error),
-        "horizons": [
-            (target, None if math.isinf(end) else end) for target, end in ends.items()
-        ],
+        "holds": holding[0] if holding else None,
+        "diverged": bool(compared.own.why) and math.isinf(audit.error),
+        "horizons": horizons,
         "event_rate": len(course.events) / max(course.until, audit.script.period),
         "out_of_time": OUT_OF_TIME in reference.why,
-        "courses": [(r.integrator, r.step, _drawn(r.errors)) for r in runs[:COURSES]],
+        "courses": [(run.integrator, run.step, _drawn(run.errors)) for run in runs[:COURSES]],
         "uncertainty": _drawn(reference.uncertainty),
-        **_choices(audit, steps),
-        **_costs(steps),
+        **_choices(audit, compared),
+        **_costs(compared),
     }
 
 
-def _choices(audit: Audit, steps: Compared) -> dict[str, Any]:
+def _choices(audit: Audit, compared: Compared) -> dict[str, Any]:
     """Returns two choices: `better`, the cheapest step and integrator for an error below the error
     of the model's step; and `enough`, the cheapest one for the smallest target error that is no
     smaller than the error of the model's step. Each is None if there is none; `enough` also if the
     audit is not complete or nothing is saved."""
-    least = audit.error + audit.uncertainty
-    better = (choice for choice in steps.cheapest if choice.target < audit.error)
-    enough = [choice for choice in steps.cheapest if choice.target >= least][-1:]
-    saving = (c for c in enough if c.cost is not None and c.cost.saves and audit.complete)
-    return {"better": next(better, None), "enough": next(saving, None)}
+    better = [choice for choice in compared.cheapest if choice.target < audit.error]
+    upper_error = audit.error + audit.uncertainty
+    as_accurate = [choice for choice in compared.cheapest if choice.target >= upper_error]
+    enough = as_accurate[-1] if as_accurate and audit.complete else None
+    if enough and not (enough.cost and enough.cost.saves):
+        enough = None
+    return {"better": better[0] if better else None, "enough": enough}
 
 
-def _costs(steps: Compared) -> dict[str, Any]:
+def _costs(compared: Compared) -> dict[str, Any]:
     """Returns `costs`: for each integrator the steps [s], the costs [ns per simulated second] and
     the errors [m] of its timed runs; and `front`: the costs and errors of the Pareto front."""
-    timed = [
-        (run.integrator, run.step, run.ns_per_second or math.inf, run.at(steps.index))
-        for run in steps.steps
-        if run.cost
-    ]
-    groups = groupby(timed, lambda point: point[0])
-    return {
-        "costs": [(of, *list(zip(*points, strict=True))[1:]) for of, points in groups],
-        "front": front([point[2:] for point in timed], lambda point: point),
-    }
+    timed = [run for run in compared.steps if run.cost]
+    costs = []
+    points = list[tuple[float, float]]()
+    for integrator, group in groupby(timed, lambda run: run.integrator):
+        runs = list(group)
+        ns_per_second = [run.ns_per_second or math.inf for run in runs]
+        errors = [run.at(compared.index) for run in runs]
+        costs.append((integrator, tuple(run.step for run in runs), ns_per_second, errors))
+        points += zip(ns_per_second, errors, strict=True)
+    return {"costs": costs, "front": front(points, lambda point: point)}
 
 
 def mean_ratio(errors: Sequence[float]) -> float:
@@ -100,4 +106,5 @@ def mean_ratio(errors: Sequence[float]) -> float:
 
 
 def _drawn(errors: Array) -> Array:
+    """Returns errors for a logarithmic axis: NaN, a gap, for each that is not positive."""
     return np.where(errors > 0.0, errors, np.nan)

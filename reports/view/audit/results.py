@@ -8,9 +8,9 @@ from typing import Any
 from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.audit.audit import Audit
 from plumbob.engines.audit.contacts import ContactAudit
-from plumbob.reports.view.audit.page import answered, card, lines, rows
+from plumbob.reports.view.audit.page import answer_lines, answer_rows, audit_answer, card_lines
 from plumbob.reports.view.audit.records import record
-from plumbob.reports.view.page import filled
+from plumbob.reports.view.page import fill_page
 
 
 class _Shown:
@@ -28,26 +28,26 @@ class _Shown:
         """The answer in a line, then lines of MJCF that a file needs for a smaller error."""
         audit = self._audit
         if isinstance(audit, Audit):
-            return card(audit)
-        answer = dict(rows(answered(audit)))
+            return card_lines(audit)
+        answer = dict(answer_rows(audit_answer(audit)))
         return [
             answer["your contacts" if audit.own else "not run"],
             *audit.snippet.splitlines(),
         ]
 
     def _repr_html_(self) -> str:
-        answer = answered(self._audit)
-        return filled(
+        answer = audit_answer(self._audit)
+        return fill_page(
             "audit_card.html.jinja",
             shared="",
             card=self._card(),
-            rows=rows(answer),
+            rows=answer_rows(answer),
             finding=answer,
         )
 
     def text(self) -> str:
         """The answer as `plumbob audit` prints it."""
-        return "\n".join(lines(answered(self._audit)))
+        return "\n".join(answer_lines(audit_answer(self._audit)))
 
     def to_dict(self) -> dict[str, Any]:
         """The answer as `plumbob audit --json` prints it: numbers in SI units, arrays as lists, and
@@ -60,7 +60,7 @@ class _Shown:
         none, naming those that there are."""
         from plotly.graph_objects import Figure
 
-        figures = {figure.title: figure for figure in answered(self._audit).figures}
+        figures = {figure.title: figure for figure in audit_answer(self._audit).figures}
         title = title or next(iter(figures), "")
         if title not in figures:
             names = ", ".join(figures) or "none"

@@ -12,11 +12,11 @@ from plumbob.models.scene import Scene
 from plumbob.reports.advice.recommend import DEFAULT_METHOD
 from plumbob.reports.view import notation
 from plumbob.reports.view.content import Finding
-from plumbob.reports.view.method_results import Results, Shown
+from plumbob.reports.view.method_results import Results, ShownError
 from plumbob.reports.view.records import StudyRecord
-from plumbob.reports.view.settings import to_copy
+from plumbob.reports.view.settings import titled_settings
 from plumbob.reports.view.site.claims import NOT_SHOWN
-from plumbob.reports.view.site.matrix import ordered
+from plumbob.reports.view.site.matrix import sorted_scenes
 from plumbob.reports.view.site.views import View
 from plumbob.reports.view.tables import paragraphs
 
@@ -49,53 +49,54 @@ KINDS = (
         (DEFAULT_METHOD, "mujoco/rk4"),
     ),
 )
-Ran = tuple[Scene, Mapping[str, Shown]]  # errors at the reference step, by method
+Ran = tuple[Scene, Mapping[str, ShownError]]  # errors at the reference step, by method
 
 
-def by_engine(every: Results) -> Mapping[str, Counter[str]]:
+def meanings_by_engine(every: Results) -> Mapping[str, Counter[str]]:
     """Counts of meanings ("predicted", "converges", …) over the pairs of scene and method, for each
     engine that ran."""
     engines: dict[str, Counter[str]] = {}
-    for of in every.values():
-        if of.meaning != "not-run":
-            engines.setdefault(of.method.engine, Counter())[of.meaning] += 1
+    for result in every.values():
+        if result.meaning != "not-run":
+            engines.setdefault(result.method.engine, Counter())[result.meaning] += 1
     return engines
 
 
-def made(every: Results) -> tuple[int, int, int]:
+def run_counts(every: Results) -> tuple[int, int, int]:
     """Numbers of runs, of scenes and of methods that ran."""
-    ran = [of for of in every.values() if of.errors]
-    scenes = {of.scene.name for of in ran}
-    methods = {of.name for of in ran}
-    return sum(len(of.errors) for of in ran), len(scenes), len(methods)
+    results = [result for result in every.values() if result.errors]
+    scenes = {result.scene.name for result in results}
+    methods = {result.name for result in results}
+    return sum(len(result.errors) for result in results), len(scenes), len(methods)
 
 
-def cards(findings: Sequence[Finding]) -> Sequence[Finding]:
+def key_findings(findings: Sequence[Finding]) -> Sequence[Finding]:
     """At most `MOST_FINDINGS` findings with a figure, the key findings first. Other findings
     replace the key findings that the study lacks or does not show."""
-    known = {f.name: f for f in findings if f.judgement != NOT_SHOWN and f.figures}
-    names = dict.fromkeys((*(name for name in KEY_FINDINGS if name in known), *known))
-    return [known[name] for name in names][:MOST_FINDINGS]
+    by_name = {f.name: f for f in findings if f.judgement != NOT_SHOWN and f.figures}
+    key_findings = [name for name in KEY_FINDINGS if name in by_name]
+    names = dict.fromkeys((*key_findings, *by_name))
+    return [by_name[name] for name in names][:MOST_FINDINGS]
 
 
-def answers(study: Study, record: StudyRecord, every: Results) -> Sequence[View]:
+def recommended_settings(study: Study, record: StudyRecord, every: Results) -> Sequence[View]:
     """A view for each kind of robot, with and without contacts: the recommended settings, their
     measured errors and their measured costs. A kind without any usual scene is left out."""
-    shown = []
+    views = []
     for name, title, heading, systems, first_systems, methods in KINDS:
         default = methods[0]
         better = methods[1]
-        last = methods[-1]
-        ran = _ran(every, [s for s in study.scenes if fnmatch(s.system, systems)], methods)
-        # Hard cases and frictionless scenes are not typical of a robot: they are listed separately.
-        apart = [of for of in ran if of[0].hard or of[0].parameters.get("friction") == 0.0]
-        usual = [of for of in ran if of not in apart]
-        first = [of for of in usual if fnmatch(of[0].system, first_systems)]
+        scenes = [scene for scene in study.scenes if fnmatch(scene.system, systems)]
+        ran = _errors_of_all(every, scenes, methods)
+
+        unusual = [row for row in ran if _is_unusual(row[0])]
+        usual = [row for row in ran if row not in unusual]
+        first = [row for row in usual if fnmatch(row[0].system, first_systems)]
         if not first:
             continue
-        costs = _costs(study, [scene for scene, _ in ran], methods)
+        costs = _median_costs(study, [scene for scene, _ in ran], methods)
         ratios = {n: notation.number(ns / costs[default], 2) for n, ns in costs.items()}
-        turning = last if last in ratios else better
+        turning = methods[-1] if methods[-1] in ratios else better
         sentences = paragraphs(
             name.replace("-", "_"),
             methods=methods,
@@ -104,32 +105,44 @@ def answers(study: Study, record: StudyRecord, every: Results) -> Sequence[View]
             turning=_by_error(usual, turning),
             ratios=ratios,
             apart=[
-                (method, _by_error(apart, method)) for method in (turning, default) if apart
+                (method, _by_error(unusual, method)) for method in (turning, default) if unusual
             ],
         )
-        pasted = to_copy(record.settings[better], heading, ratios.get(better, ""))
-        shown.append(View(name=name, title=title, sentences=sentences, pasted=pasted))
-    return shown
+        pasted = titled_settings(record.settings[better], heading, ratios.get(better, ""))
+        views.append(View(name=name, title=title, sentences=sentences, pasted=pasted))
+    return views
 
 
-def _ran(every: Results, scenes: Sequence[Scene], methods: Sequence[str]) -> list[Ran]:
+def _is_unusual(scene: Scene) -> bool:
+    """Returns whether a scene is hard or frictionless, and so not typical of a robot."""
+    return bool(scene.hard) or scene.parameters.get("friction") == 0.0
+
+
+def _errors_of_all(
+    every: Results, scenes: Sequence[Scene], methods: Sequence[str]
+) -> list[Ran]:
     """The scenes that all `methods` ran, in the order of their systems, each with the errors of
     these methods at the reference step."""
     ran = list[Ran]()
-    for scene in ordered(scenes):
-        results = {name: every.get((scene.name, name)) for name in methods}
-        errors = {name: at for name, of in results.items() if of and (at := of.at_reference)}
+    for scene in sorted_scenes(scenes):
+        errors = dict[str, ShownError]()
+        for name in methods:
+            result = every.get((scene.name, name))
+            shown = result.at_reference if result else None
+            if shown:
+                errors[name] = shown
         if len(errors) == len(methods):
             ran.append((scene, errors))
     return ran
 
 
-def _by_error(ran: Sequence[Ran], method: str) -> list[tuple[Scene, Shown]]:
+def _by_error(ran: Sequence[Ran], method: str) -> list[tuple[Scene, ShownError]]:
     """The scenes with the error of one method, sorted from the smallest error to the largest."""
-    return sorted(((scene, of[method]) for scene, of in ran), key=lambda pair: pair[1].error)
+    pairs = [(scene, errors[method]) for scene, errors in ran]
+    return sorted(pairs, key=lambda pair: pair[1].error)
 
 
-def _costs(
+def _median_costs(
     study: Study, scenes: Sequence[Scene], methods: Sequence[str]
 ) -> Mapping[str, float]:
     """The median cost of a step [ns] of each method, over the scenes on which all `methods` were

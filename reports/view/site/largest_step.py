@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from plumbob.reports.advice.recommend import DEFAULT_METHOD
-from plumbob.reports.view.method_results import Results
+from plumbob.reports.view.method_results import MethodResult, Results
 from plumbob.reports.view.site.views import View
 from plumbob.reports.view.tables import table
 
@@ -25,13 +25,17 @@ METHODS = (
 def largest_step(every: Results) -> View | None:
     """The table of the largest stable steps, and the result of the default method on the first
     scene where that method has a limit; None if the default method has none on any scene."""
-    ranges = {
-        scene: {name: of for (where, name), of in every.items() if where == scene and of.limit}
-        for scene in SCENES
-    }
-    first = next((of[DEFAULT_METHOD] for of in ranges.values() if DEFAULT_METHOD in of), None)
-    if first is None:
+    limited: dict[str, dict[str, MethodResult]] = {scene: {} for scene in SCENES}
+    for (scene, method), result in every.items():
+        if scene in limited and result.limit:
+            limited[scene][method] = result
+    of_default = [
+        results[DEFAULT_METHOD] for results in limited.values() if DEFAULT_METHOD in results
+    ]
+    if not of_default:
         return None
-    ranges = {scene: of for scene, of in ranges.items() if of}
-    methods = [name for name in METHODS if any(name in of for of in ranges.values())]
-    return View(default=first, table=table("stable_steps", ranges=ranges, names=methods))
+    ranges = {scene: results for scene, results in limited.items() if results}
+    methods = [name for name in METHODS if any(name in results for results in ranges.values())]
+    return View(
+        default=of_default[0], table=table("stable_steps", ranges=ranges, names=methods)
+    )

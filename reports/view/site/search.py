@@ -11,7 +11,7 @@ from plumbob.reports.view.tables import paragraphs
 Terms = Sequence[tuple[str, str]]  # (term, meaning)
 
 
-def defined(template: str) -> Terms:
+def defined_terms(template: str) -> Terms:
     """Returns the terms and meanings in a template whose paragraphs read `term: meaning`."""
     parted = (text.partition(": ") for text in paragraphs(template))
     return [(term, meaning) for term, _, meaning in parted]
@@ -23,7 +23,7 @@ def entries_text(common: Mapping[str, Any], href: Callable[[str], str]) -> str:
     return json.dumps(list(_entries(common, href)), ensure_ascii=False)
 
 
-def place_of(term: str) -> str:
+def term_id(term: str) -> str:
     """Returns the id of a term on the glossary page."""
     return "term-" + "".join(c if c.isalnum() else "-" for c in term)
 
@@ -40,4 +40,4 @@ def _entries(
     for method in common["study"].methods:
         yield "method", method.name, "", f"{href('matrix')}?filter={method.name}"
     for term, meaning in (*common["terms"], *common["labels"]):
-        yield "term", term, meaning, href(place_of(term))
+        yield "term", term, meaning, href(term_id(term))
