@@ -1,7 +1,7 @@
-"""Analyses of a study: numbers, worked out when it is made and stored with it, for its pages.
+"""Analyses of a study: numbers for its pages, computed when the study is made and stored with it.
 
-Those of a system are in a module found by its name; a system without one has only what every scene
-has. The module `engines` holds what is about all systems.
+The analyses of a system are in the module with the system's name. A system without such a module
+has no analyses beyond those of every scene. The module `engines` holds the analyses of all systems.
 """
 
 from __future__ import annotations
@@ -27,13 +27,14 @@ from plumbob.reports.view.records import SCENE, STUDY
 from plumbob.reports.view.site.views import OF_ENGINES
 from plumbob.reports.view.trimming import requests as trimming_requests
 
-MANY = 8  # scenes: fewer are analysed before another process is ready
-LIMIT = 600.0  # [s]: a part of the analyses that takes longer hangs
+MANY = 8  # number of scenes from which other processes are worth starting
+LIMIT = 600.0  # [s] time after which one part of the analyses counts as hung
 Part = tuple[str, str]  # "system" or "scene", and its name
 
 
 def section(system: str) -> Section | None:
-    """The section of a system, SECTION of `plumbob.reports.analyses.<system>`; None without one."""
+    """Returns the section of a system: SECTION of the module `plumbob.reports.analyses.<system>`;
+    None if there is no such module."""
     name = f"{__name__}.{system.replace('-', '_')}"
     try:
         module = importlib.import_module(name)
@@ -46,9 +47,8 @@ def section(system: str) -> Section | None:
 
 
 def requests(plan: StudyPlan) -> tuple[Request[Any], ...]:
-    """All runs that a page of this plan needs beside the study's own, each once: those of the
-    systems' findings and of those on engines, then those of the replays and of the table of trimmed
-    models."""
+    """Returns all extra runs that the pages of a plan need, each once. They are the runs of the
+    findings on systems and on engines, of the replays, and of the tables of trimmed models."""
     named = dict.fromkeys((*(scene.system for scene in plan.scenes), OF_ENGINES))
     extra = [
         request for name in named if (of := section(name)) for request in of.requests(plan)
@@ -59,9 +59,10 @@ def requests(plan: StudyPlan) -> tuple[Request[Any], ...]:
 def analyses_of(
     study: Study, jobs: int | Workers = 1, judged: Judgements | None = None
 ) -> tuple[Analysed, ...]:
-    """The analyses of all systems of a study, those of engines, and what its pages take, the same
-    for any number of processes, of which `jobs`, or those given, are used where there is much to
-    analyse; `judged` are the study's verdicts where they are known already."""
+    """Returns the analyses of all systems and of engines, and the records of a study's pages.
+
+    `jobs` is the number of processes, or the processes, to use if there is much to analyse; the
+    results do not depend on it. `judged` are the study's verdicts, if they are known already."""
     judged = judge_study(study) if judged is None else judged
     systems = dict.fromkeys((*(scene.system for scene in study.scenes), OF_ENGINES))
     parts = [
@@ -79,8 +80,8 @@ def analyses_of(
 
 
 def follow(study: Study) -> bool:
-    """Whether the numbers of findings and galleries that a study holds follow from its runs, all of
-    which that its pages need are there. It takes as long as the analyses do."""
+    """Returns whether a study holds all runs that its pages need, and its stored numbers of
+    findings and galleries follow from these runs. It takes as long as the analyses do."""
     needed = requests(StudyPlan(study.profile, study.scenes, study.methods))
     if not set(needed) <= set(study.extras):
         return False
@@ -104,7 +105,8 @@ def _analysed(study: Study, judged: Judgements, part: Part) -> tuple[Analysed, .
 def _side_by_side(
     study: Study, parts: Sequence[Part], judged: Judgements, workers: Workers
 ) -> dict[Part, tuple[Analysed, ...]]:
-    """The analyses of each part, without those whose process died."""
+    """Returns the analyses of each part, computed in other processes. A part whose process died is
+    left out."""
     with tempfile.TemporaryDirectory(prefix="plumbob-") as folder:
         file = Path(folder) / "study.pickle"
         file.write_bytes(pickle.dumps((study, judged), pickle.HIGHEST_PROTOCOL))

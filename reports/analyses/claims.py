@@ -1,4 +1,4 @@
-"""Checks that figures of the stored study support a finding's text."""
+"""Checks that numbers of the stored study support the text of a finding."""
 
 from __future__ import annotations
 
@@ -8,19 +8,19 @@ from collections.abc import Iterable, Sequence
 from plumbob.reports.view.content import Claim
 from plumbob.reports.view.notation import number
 
-Claims = Sequence[Claim]  # that a finding's words rest on
-CLEAR = 10.0  # a difference that words speak of is this many times what it is compared with
-AGREES = 1e-3  # of a figure: what formula and engine may differ by
+Claims = Sequence[Claim]  # checks that support the words of a finding
+CLEAR = 10.0  # smallest ratio of two numbers whose difference a text may mention
+AGREES = 1e-3  # largest relative difference between a formula and an engine that agree
 
 
 def at_most(what: str, measured: float, bound: float, unit: str = "") -> Claim:
-    """That a figure, magnitude and all, is no larger than `bound`."""
+    """Returns the check that the magnitude of `measured` is at most `bound`; `what` names it."""
     text = f"{what} is {_with(measured, unit)} and not at most {_with(bound, unit)}"
     return Claim(text, abs(measured) <= bound)
 
 
 def clear(what: str, large: float, small: float, unit: str = "") -> Claim:
-    """That `large` is at least CLEAR times `small`, both as magnitudes."""
+    """Returns the check that |large| is at least CLEAR times |small|; `what` names both."""
     text = (
         f"{what}: {_with(abs(large), unit)} beside {_with(abs(small), unit)}, less than "
         f"{CLEAR:g} times as much"
@@ -29,13 +29,13 @@ def clear(what: str, large: float, small: float, unit: str = "") -> Claim:
 
 
 def between(what: str, measured: float, low: float, high: float, unit: str = "") -> Claim:
-    """That a figure lies in a range."""
+    """Returns the check that `measured` lies between `low` and `high`; `what` names it."""
     text = f"{what} is {_with(measured, unit)} and not {number(low)} to {_with(high, unit)}"
     return Claim(text, low <= measured <= high)
 
 
 def as_expected(surprises: Iterable[str]) -> Claims:
-    """That nothing is unexpected."""
+    """Returns one failed check for each unexpected verdict; none if all verdicts are expected."""
     return tuple(Claim(text, False) for text in surprises)
 
 

@@ -1,4 +1,4 @@
-"""Records of a study for its pages: verdicts, exact motions and advice."""
+"""The records of a study for its pages: verdicts, exact motions and recommendations."""
 
 from __future__ import annotations
 
@@ -37,13 +37,13 @@ from plumbob.reports.view.records import (
 from plumbob.reports.view.settings import SHOWN
 from plumbob.reports.view.top_tables import ERRORS
 
-PERIODS = 15  # of a motion that a plot can show
-SAMPLES = 240  # of it
-FRICTION = 0.3  # coefficient in settings, as `plumbob settings` has it by default
+PERIODS = 15  # most periods of a motion that a plot shows
+SAMPLES = 240  # samples of a motion in a plot
+FRICTION = 0.3  # friction coefficient in settings, the default of `plumbob settings`
 
 
 def study_record(study: Study, judged: Judgements) -> StudyRecord:
-    """The record of a study, apart from its scenes."""
+    """Returns the records of a study that belong to no single scene."""
     names = dict.fromkeys(scene.system for scene in study.scenes)
     there = systems_of(*names)
     systems = [there[name] for name in names if name in there]
@@ -56,7 +56,7 @@ def study_record(study: Study, judged: Judgements) -> StudyRecord:
 
 
 def scene_record(study: Study, judged: Judgements, scene: Scene) -> SceneRecord:
-    """The record of a scene of a study."""
+    """Returns the record of a scene: verdicts, recommendations and the exact motion."""
     series = [c for c in study.convergence if c.scene == scene.name]
     held = any(m.status == "done" for c in series for m in c.measurements)
     return SceneRecord(
@@ -77,7 +77,7 @@ def _exact(study: Study, scene: Scene) -> ExactRecord:
 
 
 def verdict_on(study: Study, series: ConvergenceStudy, judged: Judgements) -> PairVerdict:
-    """The verdict on a method on a scene, as pages take it."""
+    """Returns the verdict on one method on one scene, for the pages."""
     both = judged[series.scene, series.method]
     scene = next(scene for scene in study.scenes if scene.name == series.scene)
     method = next(method for method in study.methods if method.name == series.method)
@@ -105,8 +105,11 @@ def _run(run: Judgement, leading: str) -> RunVerdict:
 def _budgets(
     study: Study, series: ConvergenceStudy, judged: Judged
 ) -> tuple[float, tuple[Budget, ...]]:
-    """The step, and the tolerances that are shown, of the first run that fails, of all observables,
-    or else of the finest that is judged, of the leading one."""
+    """Returns the step of the run whose error budgets are shown, and the budgets.
+
+    If a run is off its prediction, the budgets are those of the first such run, for all
+    observables. Otherwise they are those of the finest judged run, for the leading observable. If
+    no run was judged, there are none, and the step is 0."""
     runs = zip(series.measurements, judged.runs, strict=True)
     held = [(m, run) for m, run in runs if run.tolerances]
     if not held:
@@ -145,7 +148,7 @@ def _system(system: System) -> SystemRecord:
 
 
 def _picture(system: System) -> Path | None:
-    """The picture of a system's model, where there is one."""
+    """Returns the picture file of a system's model; None if there is none."""
     file = system.mjcf.parent / f"{system.mjcf.parent.name}.png"
     return file if file.is_file() else None
 
@@ -155,7 +158,7 @@ def _base64(file: Path) -> str:
 
 
 def _settings(engines: set[str]) -> Mapping[str, Settings]:
-    """The settings to copy of methods of these engines."""
+    """Returns the settings to copy, by method, for the shown methods of these engines."""
     methods = [find_method(name) for name, _ in SHOWN]
     return {
         m.name: written for m in methods if m.engine in engines and (written := _written(m))

@@ -1,4 +1,4 @@
-"""Parts that models leave out: heights, the reaction on the slider, and all but one motion."""
+"""Effects of simplified models: the height of the masses, and the momentum without friction."""
 
 from __future__ import annotations
 
@@ -17,12 +17,11 @@ from plumbob.reports.analyses.measurements import (
 )
 from plumbob.reports.view.notation import short
 
-# [s]
 TILTED = "capsule-line/at-123"
-TILTED_STEPS = (1e-3, 1e-4)
+TILTED_STEPS = (1e-3, 1e-4)  # [s]
 LOW, TALL = "mujoco/euler+coulomb", "mujoco/euler+tall"
 LOAD = "normal_force_2"
-FREE, FREE_STEP = "capsule-line/frictionless", 1e-3
+FREE, FREE_STEP = "capsule-line/frictionless", 1e-3  # [s]
 FREE_METHODS = (
     "mujoco/euler+coulomb",
     "mujoco/euler",
@@ -30,14 +29,15 @@ FREE_METHODS = (
     "pymunk/feet",
     "pymunk/side",
 )
-KEPT = 1e-3  # of the body's path: how far the common centre of mass may go
-HARDLY = 1e-2  # of a displacement: a negligible change
+KEPT = 1e-3  # largest displacement of the common centre of mass, relative to the body's
+HARDLY = 1e-2  # largest relative change of a displacement that is negligible
 HEIGHT_RUNS = runs((TILTED,), (LOW, TALL), TILTED_STEPS)
 FREE_RUNS = runs((FREE,), FREE_METHODS, (FREE_STEP,))
 
 
 def heights(study: Study) -> Record | None:
-    """Loads and displacement of a capsule whose C and Q are above the plane."""
+    """Returns the changes of load and displacement if the masses C and Q are above the plane; None
+    if a run is missing."""
     by_request = recordings(study, HEIGHT_RUNS)
     if len(by_request) < len(HEIGHT_RUNS):
         return None
@@ -47,12 +47,12 @@ def heights(study: Study) -> Record | None:
     height = float(find_method(TALL).settings["height"])
     return Record(
         height=height,  # [m]
-        # [N m], of friction while the body slides
+        # [N m] moment of friction while the body slides
         moment=posed.setup.capsule.friction * posed.setup.capsule.weight * height,
         steps=TILTED_STEPS,
-        # [N], the largest change of the load at A2 at the coarse step
+        # [N] largest change of the load at A2, at the coarse step
         shift=np.abs(tall.observables[LOAD] - low.observables[LOAD]).max(),
-        # of the displacement at both steps, relative
+        # relative changes of the displacement at both steps
         changes=[abs(end_error(TILTED, b) - end_error(TILTED, a)) for a, b in pairs],
     )
 
@@ -66,7 +66,8 @@ def _unchanged(numbers: Record) -> Claims:
 
 
 def momentum(study: Study) -> Record | None:
-    """How far the common centre of mass goes in each engine without friction."""
+    """Returns the displacement of the common centre of mass in each engine without friction; None
+    if no engine ran."""
     by_request = recordings(study, FREE_RUNS)
     shifts = {request.method: _shift(run) for request, run in by_request.items()}
     travelled = abs(float(problem(FREE).motion.displacement))
@@ -74,7 +75,7 @@ def momentum(study: Study) -> Record | None:
         Record(
             shifts=shifts,
             largest=max(shifts.values()),
-            travelled=travelled,  # [m], by the body
+            travelled=travelled,  # [m] displacement of the body
             step=FREE_STEP,
         )
         if shifts
@@ -83,8 +84,8 @@ def momentum(study: Study) -> Record | None:
 
 
 def _shift(run: Trajectory) -> float:
-    """Largest displacement of the common centre of mass along the line [m]: the engine's own, where
-    it gives that."""
+    """Returns the largest displacement of the common centre of mass along the line [m]. If the
+    engine records the centre of mass, its record is used."""
     if "centre_of_mass" in run.channels:
         return float(np.ptp(run.channels["centre_of_mass"]))
     fraction = problem(FREE).setup.capsule.mass_ratio

@@ -1,4 +1,4 @@
-"""Plans run open-loop in engines: the pose's error at the end, by what caused it."""
+"""Plans run open-loop in engines: the final pose errors, split by the kind of manoeuvre."""
 
 from __future__ import annotations
 
@@ -19,27 +19,27 @@ from plumbob.reports.analyses.capsule_plan.pose_errors import (
 )
 from plumbob.reports.analyses.measurements import case
 
-DEFAULT = "mujoco/euler"  # its contacts' stiction drifts
+DEFAULT = "mujoco/euler"  # method whose default contacts drift in stiction
 METHODS = ("mujoco/euler+coulomb", "pymunk/feet", "mujoco/rk4+coulomb", DEFAULT)
 QUICK = METHODS[:2]
 STEP = 1e-3  # [s]
 
 
 def runs(study: Study | StudyPlan) -> Sequence[ExtraRun]:
-    """Each plan of the study, run open-loop to its end, with the methods of its profile."""
+    """Returns an open-loop run of each plan with each method of the study's profile."""
     pairs = product(names(study), METHODS if study.profile == "full" else QUICK)
     return [ExtraRun(n, m, STEP, run_duration(plan_of(n), STEP)) for n, m in pairs]
 
 
 def numbers(study: Study) -> Record | None:
-    """The errors at the end by plan and method; None without a plan or an engine."""
+    """Returns the final pose errors by plan and method; None if no run came to rest."""
     every = tuple(run for request in runs(study) if (run := _ended(study, request)))
     if not every:
         return None
     return Record(
         runs=every,
         spans=[_span(method, every) for method in dict.fromkeys(run.method for run in every)],
-        # [m]: slow motions' largest error with friction that converges
+        # [m] largest error that slow motions cause with friction that converges, then by default
         slow=_slow(run for run in every if run.method != DEFAULT),
         slow_default=_slow(
             run for run in every if run.method == DEFAULT
@@ -51,8 +51,8 @@ def numbers(study: Study) -> Record | None:
 
 
 def _ended(study: Study, request: ExtraRun) -> Record | None:
-    """The error at the end of a run, and what each kind of manoeuvre added; None where the body
-    does not come to rest."""
+    """Returns the final pose error of a run, and the part that each kind of manoeuvre added; None
+    if the run was not made or the body does not come to rest."""
     name = request.scene
     plan = plan_of(request.scene)
     if (recorded := study.answer(request)) is None or len(recorded.times) < 2:
@@ -65,7 +65,7 @@ def _ended(study: Study, request: ExtraRun) -> Record | None:
 
 
 def _span(method: str, runs: Sequence[Record]) -> Record:
-    """The error of the place at the end of a method's plans [m]."""
+    """Returns the range of a method's final position errors [m] over all plans."""
     distances = [run.end["distance"] for run in runs if run.method == method]
     return Record(
         method=method, plans=len(distances), least=min(distances), largest=max(distances)
@@ -73,7 +73,7 @@ def _span(method: str, runs: Sequence[Record]) -> Record:
 
 
 def _slow(runs: Iterable[Record]) -> float | None:
-    """The largest part of an error that slow motions caused [m]."""
+    """Returns the largest position error [m] that slow motions caused; None if there are none."""
     slow = [run.parts["slow"]["distance"] for run in runs if "slow" in run.parts]
     return max(slow, default=None)
 

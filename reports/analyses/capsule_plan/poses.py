@@ -1,4 +1,4 @@
-"""Poses that plans reach."""
+"""The poses that plans reach."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ from plumbob.reports.analyses.capsule_plan.plans import names, plan_numbers, pla
 
 
 def numbers(study: Study) -> Record | None:
-    """Each plan that the study has, by scene; None without any."""
+    """Returns the numbers of each plan in the study, by scene; None if there is no plan."""
     plans = {name: plan_numbers(plan_of(name)) for name in names(study)}
     if not plans:
         return None
-    # the largest error of an exact motion [m] or [rad]
+    # [m] or [rad] largest pose error of an exact motion
     worst = max(max(plan.distance, plan.angle) for plan in plans.values())
     return Record(plans=plans, profile=study.profile, worst=worst)
 

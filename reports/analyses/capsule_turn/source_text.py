@@ -1,4 +1,4 @@
-"""Further statements of the source on turns, each computed on the exact motion."""
+"""Further statements of the source on turns, each computed from the exact motion."""
 
 from __future__ import annotations
 
@@ -19,19 +19,21 @@ from plumbob.reports.analyses.capsule_turn.course import exact_course
 from plumbob.reports.analyses.capsule_turn.turns import facts, name_of, turn
 from plumbob.reports.analyses.measurements import problem
 
-SHOWN = 0.3  # epsilon: friction is seen there
-SMALL, SHORTER = 0.03, 10.0  # epsilon of a turn, and how many times shorter it is made
+SHOWN = 0.3  # epsilon at which the effect of friction is visible
+SMALL, SHORTER = 0.03, 10.0  # epsilon of a turn; factor by which its time is shortened
 THOUSAND = "capsule-turn/thousand"
-PLACES = 24  # round the circle
+PLACES = 24  # positions around the circle
 NODES = 32  # Gauss points of a smooth segment
 
 
 def friction_turning(
     manoeuvre: TurnManoeuvre, motion: ThreePointMotion
 ) -> tuple[float, float, complex]:
-    """Largest |R| of eq. 24 over R_0 while the slider moves, the integral of R over that time
-    [rad/s]: by eq. 24 the body's rate at 2 tau, since that of the slider is zero again; and what
-    friction makes of the velocity of the combined centre [m/s]."""
+    """Returns three effects of friction while the slider moves: the largest |R| of eq. 24 over R_0,
+    the integral of R over time [rad/s], and the change of the combined centre's velocity [m/s].
+
+    By eq. 24, the integral is the body's angular velocity at 2 tau, since the slider has
+    stopped."""
     x, weights = np.polynomial.legendre.leggauss(NODES)
     largest = 0.0
     turned = 0.0
@@ -52,15 +54,16 @@ def friction_turning(
 
 
 def centre_velocity(manoeuvre: TurnManoeuvre, motion: ThreePointMotion) -> complex:
-    """Of the combined centre as the slider stops [m/s]."""
+    """Returns the velocity of the combined centre of mass [m/s] when the slider stops, as vx + i
+    vy."""
     end = motion.at(np.array([2.0 * manoeuvre.half_time]))
     arm = motion.body.mass_ratio * complex(*motion.path.end) * np.exp(1j * end.heading[0])
     return complex(complex(*end.velocity[0]) + 1j * end.angular_velocity[0] * arm)
 
 
 def shortened() -> tuple[float, float]:
-    """Body angle [rad] at 2 tau of the turn of SMALL, and with the same Z in a SHORTERth of the
-    time."""
+    """Returns the body angle [rad] at 2 tau of the turn with epsilon SMALL, and the body angle of
+    the turn with the same Z in 1/SHORTER of the time."""
     manoeuvre = turn(SMALL)
     less = replace(manoeuvre, half_time=manoeuvre.half_time / SHORTER)
     end = three_point_motion(less.capsule, less.path).at(np.array([2.0 * less.half_time]))
@@ -68,8 +71,8 @@ def shortened() -> tuple[float, float]:
 
 
 def numbers(study: Study) -> Record:
-    """The exact motion's numbers for each statement, those without an epsilon of the turn of
-    SHOWN."""
+    """Returns the numbers of the exact motion for each statement. A number that states no epsilon
+    belongs to the turn with epsilon SHOWN."""
     manoeuvre = turn(SHOWN)
     motion = problem(name_of(SHOWN)).motion.single
     about = facts(SHOWN)
@@ -81,23 +84,23 @@ def numbers(study: Study) -> Record:
     usual, shorter = shortened()
     rate = about["angular_velocity_at_stop"]
     return Record(
-        # the largest of momentum and angular momentum until 2 tau, relative
+        # largest relative residual of the balances of momentum and angular momentum until 2 tau
         imbalance=max(abs(pushed / velocity - 1.0), abs(integral / rate - 1.0)),
         friction=friction,  # largest |R| over R_0
-        integral=integral,  # of R until 2 tau [rad/s]
-        rate=rate,  # of the body at 2 tau [rad/s]
+        integral=integral,  # [rad/s] integral of R until 2 tau
+        rate=rate,  # [rad/s] angular velocity of the body at 2 tau
         gap=abs(integral / rate - 1.0),
-        # body angle at 2 tau [rad], of the largest epsilon and the smallest
+        # [rad] body angles at 2 tau for the largest and the smallest epsilon
         ends=[facts(epsilon)["body_angle"] for epsilon in (EPSILONS[0], EPSILONS[-1])],
         epsilons=(EPSILONS[0], EPSILONS[-1]),
-        usual=usual,  # body angle of the turn of SMALL [rad]
-        shorter=shorter,  # and in a SHORTERth of the time
-        count=many.count,  # of repeated turns
-        # body angle of all of them [rad]
+        usual=usual,  # [rad] body angle of the turn with epsilon SMALL
+        shorter=shorter,  # [rad] body angle of the shortened turn
+        count=many.count,  # number of repeated turns
+        # [rad] body angle after all repeated turns
         total=many.count * float(many.single.at(np.array([many.single.rest_time])).heading[0]),
-        moved=np.hypot(*moved),  # C until 2 tau [m]
-        moved_after=np.hypot(*(later - moved)),
-        decay=about["rest_time"] - about["stop_time"],  # time from 2 tau to rest [s]
+        moved=np.hypot(*moved),  # [m] displacement of C until 2 tau
+        moved_after=np.hypot(*(later - moved)),  # [m] displacement of C from 2 tau to rest
+        decay=about["rest_time"] - about["stop_time"],  # [s] time from 2 tau to rest
         shown=SHOWN,
         thousand=THOUSAND,
         radius=manoeuvre.radius,  # [m]
@@ -106,10 +109,13 @@ def numbers(study: Study) -> Record:
 
 
 def held(manoeuvre: TurnManoeuvre) -> dict[str, Any]:
-    """The largest |w| [m/s^2] that leaves the body at rest: through C; along the circle, from the
-    place where it is least to that where it is largest; along a chord of a quarter circle, the
-    least; and anywhere within the circle in any direction, which is the least at its rim, as what
-    friction can balance is concave in the slider's place."""
+    """Returns the largest slider accelerations |w| [m/s^2] that leave the body at rest.
+
+    `through_c` is for a line through C. `along_arc` is for the circle: the smallest and the largest
+    over the positions on it. `along_chord` is for chords of a quarter circle: the smallest.
+    `anywhere` is the smallest for any position within the circle and any direction; it lies on the
+    rim, because the acceleration that friction can balance is concave in the slider's position.
+    `turning` are the angular accelerations [rad/s^2] that belong to `along_arc`."""
     capsule = manoeuvre.capsule
     round_ = np.linspace(0.0, 2.0 * np.pi, PLACES, endpoint=False)
     rim = manoeuvre.radius * np.exp(1j * round_)
@@ -123,7 +129,8 @@ def held(manoeuvre: TurnManoeuvre) -> dict[str, Any]:
         "along_arc": (float(along.min()), float(along.max())),
         "along_chord": float(across_quarter.min()),
         "anywhere": float(limits.min()),
-        # Z of a turn from the places where it turns the body first and last [rad/s^2]
+        # [rad/s^2] Z at which a turn first moves the body, at the weakest and the strongest
+        # position
         "turning": (
             float(along.min()) / manoeuvre.radius,
             float(along.max()) / manoeuvre.radius,

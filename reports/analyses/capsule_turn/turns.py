@@ -1,4 +1,4 @@
-"""The check manoeuvre of a turn by its epsilon, and angles of its exact motion."""
+"""The check manoeuvre of a turn for each epsilon, and facts of its exact motion."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from plumbob.reports.analyses.measurements import problem
 
 
 def name_of(epsilon: float) -> str:
-    """The scene of a turn until all is at rest."""
+    """Returns the name of the scene with the turn of this epsilon, which lasts until all rests."""
     return f"capsule-turn/{epsilon}"
 
 
 @cache
 def turn(epsilon: float) -> TurnManoeuvre:
-    """The check manoeuvre with tau = epsilon T."""
+    """Returns the check manoeuvre with the half time tau = epsilon T."""
     manoeuvre = problem(name_of(epsilon)).motion.manoeuvre
     assert isinstance(manoeuvre, TurnManoeuvre)
     return manoeuvre
@@ -26,6 +26,6 @@ def turn(epsilon: float) -> TurnManoeuvre:
 
 @cache
 def facts(epsilon: float) -> Mapping[str, float]:
-    """Angles of the exact motion and of the formulas."""
+    """Returns angles, velocities and times of the exact motion and of the formulas, by name."""
     scene = find_scene(name_of(epsilon))
     return system_of(scene).facts(problem(scene.name))

@@ -1,4 +1,4 @@
-"""Equilibria against the platform's rate, and small oscillations about them, exact and measured."""
+"""Equilibria over the platform's rate, and small oscillations about them, exact and measured."""
 
 from __future__ import annotations
 
@@ -13,15 +13,16 @@ from plumbob.reports.analyses.claims import AGREES, Claims, at_most
 from plumbob.reports.analyses.cone_pendulum.hamiltonian import MUJOCO, ROTATING, cone
 from plumbob.reports.analyses.measurements import PERIODS, period
 
-PIVOTS = (0.0, 0.09)  # [m]
-RATES = (0.0, 4.0, 8.0, 16.0, 26.0)  # [rad/s]
-SWING = 1e-3  # [rad], amplitude: the rate changes by less than 1e-6, relative
+PIVOTS = (0.0, 0.09)  # [m] y of the pivot
+RATES = (0.0, 4.0, 8.0, 16.0, 26.0)  # [rad/s] platform rates of the runs
+SWING = 1e-3  # [rad] amplitude, which changes the relative rate by less than 1e-6
 STEP = 5e-4  # [s]
-DRAWN = np.linspace(0.0, 30.0, 121)  # [rad/s]
+DRAWN = np.linspace(0.0, 30.0, 121)  # [rad/s] platform rates of the diagrams
 
 
 def centres() -> list[tuple[float, float, Equilibrium]]:
-    """Pivot, rate and each stable equilibrium there."""
+    """Returns (y of the pivot [m], platform rate [rad/s], equilibrium) for each stable equilibrium
+    at each of PIVOTS and RATES."""
     return [
         (pivot, rate, equilibrium)
         for pivot in PIVOTS
@@ -42,7 +43,7 @@ def _request(pivot: float, rate: float, centre: Equilibrium) -> ExtraRun:
 
 
 def numbers(study: Study) -> Record:
-    """Both bifurcations, and how well MuJoCo's small swings have the exact rates."""
+    """Returns the bifurcation diagrams, and the rates of small swings, exact and in MuJoCo."""
     rows = []
     for pivot, rate, centre in centres():
         lasts = period(study.answer(_request(pivot, rate, centre)), centre.theta)
@@ -52,9 +53,11 @@ def numbers(study: Study) -> Record:
                 pivot=pivot,  # [m]
                 platform_rate=rate,  # [rad/s]
                 theta=centre.theta,  # [rad]
-                rate=centre.rate,  # [rad/s], of small swings
-                measured=measured,  # [rad/s], in MuJoCo
-                gap=None if measured is None else measured / centre.rate - 1.0,  # relative
+                rate=centre.rate,  # [rad/s] exact rate of small swings
+                measured=measured,  # [rad/s] rate of small swings in MuJoCo
+                gap=None
+                if measured is None
+                else measured / centre.rate - 1.0,  # relative error
             )
         )
     level, offset = (cone(pivot_y=pivot, platform_rate=26.0) for pivot in PIVOTS)
@@ -62,9 +65,9 @@ def numbers(study: Study) -> Record:
     return Record(
         centres=rows,
         diagrams=[_diagram(pivot) for pivot in PIVOTS],
-        # platform rate [rad/s] of the pitchfork, for the first of PIVOTS
+        # [rad/s] platform rate of the pitchfork, for the first of PIVOTS
         fork=level.pitchfork_rate,
-        node=offset.saddle_node_rate,  # and of the saddle-node, for the last
+        node=offset.saddle_node_rate,  # [rad/s] rate of the saddle-node, for the last of PIVOTS
         largest_gap=max(gaps, default=None),
         offset=PIVOTS[-1],
         swing=SWING,
@@ -73,14 +76,14 @@ def numbers(study: Study) -> Record:
 
 
 def claims(found: Record) -> Claims:
-    """The measured rates are the exact ones."""
+    """Returns the check that the measured rates agree with the exact ones."""
     gap = np.nan if found.largest_gap is None else found.largest_gap
     return (at_most("the largest difference of a rate, relative,", gap, AGREES),)
 
 
 def _diagram(pivot: float) -> Record:
-    """All equilibria over the platform's rate, of one pivot."""
-    # [rad/s], [rad]
+    """Returns all equilibria for one pivot: platform rates [rad/s] and angles [rad], separately for
+    stable and unstable ones."""
     places = {kind: Record(rates=[], angles=[]) for kind in ("centre", "saddle")}
     for rate in DRAWN:
         for equilibrium in cone(pivot_y=pivot, platform_rate=float(rate)).equilibria:

@@ -1,4 +1,4 @@
-"""Special functions and Fourier series: the source's statements on both, measured."""
+"""Special functions and Fourier series: the source's statements on both, checked."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ from plumbob.reports.analyses.cone_pendulum.action_phase import SHALLOW
 from plumbob.reports.analyses.cone_pendulum.hamiltonian import RESTING, ROTATING, cone, forms
 
 ACCURACIES = (1e-3, 1e-6, 1e-9, 1e-12)
-NEAR = (1e-3, 1e-6, 1e-9)  # of the deepest well's depth above the barrier
-Counts = tuple[int, ...]  # of harmonics, for ACCURACIES
+NEAR = (1e-3, 1e-6, 1e-9)  # energies above the barrier, relative to the deepest well's depth
+Counts = tuple[int, ...]  # numbers of harmonics for each of ACCURACIES
 
 
 def counts(above: float) -> Counts:
-    """Harmonics for ACCURACIES of a rotation of the source's cone on its turning platform, with an
-    energy `above` the barrier [J]."""
+    """Returns the numbers of harmonics that reach each of ACCURACIES, for a rotation of the
+    source's cone on its turning platform with an energy `above` the barrier [J]."""
     problem = cone(theta=SHALLOW, theta_dot=1.0)
     motion = PendulumMotion(
         problem.potential, problem.body.inertia_x, problem.theta, 1.0, excess=above
@@ -26,14 +26,15 @@ def counts(above: float) -> Counts:
 
 
 def barrier() -> float:
-    """The height of the barrier [J] over the deepest well, a scale of energies."""
+    """Returns the height of the barrier above the deepest well [J], which scales energies."""
     problem = cone(theta=SHALLOW, theta_dot=1.0)
     lowest = min(e.potential for e in problem.equilibria)
     return float(double(problem.motion.barriers[0])) - lowest
 
 
 def numbers(study: Study) -> Record:
-    """A closed form that the source says does not exist, and the series that it recommends."""
+    """Returns periods by a closed form that, according to the source, does not exist, and the
+    numbers of harmonics of the series that the source recommends."""
     motions = {scene: forms(scene).correct for scene in (RESTING, ROTATING)}
     depth = barrier()
     return Record(

@@ -1,4 +1,4 @@
-"""The source's claims about the turning base, and the numbers that it prints."""
+"""The source's claims about the turning base, and the numbers that the source prints."""
 
 from __future__ import annotations
 
@@ -12,22 +12,25 @@ from plumbob.reports.analyses.cone_pendulum.hamiltonian import RESTING, ROTATING
 from plumbob.reports.analyses.cone_pendulum.source_text import NEAR, rotations
 from plumbob.reports.analyses.measurements import TURN, in_double
 
-ANGLES = 300  # at which the source's worksheet has V
+ANGLES = 300  # number of angles at which the source's worksheet evaluates V
 
 
 def numbers(study: Study) -> Record:
-    """Numbers that the claims are judged by, of the sources and the exact motions alone."""
+    """Returns the numbers that judge the claims. They follow from the source and the exact motions
+    and need no runs."""
     turning = forms(ROTATING)
     return Record(
         body=turning.problem.body,
         rotations=rotations(),
-        sampled=sampled_top(),  # the largest of the printed V at the source's angles [J]
-        # lowest point of the correct V on the turning platform [J]
+        sampled=sampled_top(),  # [J] largest value of the printed V at the source's angles
+        # [J] minimum of the correct V on the turning platform
         deepest=min(equilibrium.potential for equilibrium in turning.problem.equilibria),
         harmonics=needed(turning.correct, series.ACCURACIES)[
             -1
         ],  # needed for the motion of Fig. 3
-        harmonics_near=series.counts(1e-9 * series.barrier())[-1],  # and just above the barrier
+        harmonics_near=series.counts(1e-9 * series.barrier())[
+            -1
+        ],  # needed just above the barrier
         near=NEAR,
         angles=ANGLES,
         scene=ROTATING,
@@ -36,8 +39,8 @@ def numbers(study: Study) -> Record:
 
 
 def sampled_top() -> float:
-    """The largest of the printed V [J] at ANGLES equally spaced angles, as the source finds the
-    lower bound of the energy."""
+    """Returns the largest value of the printed V [J] at ANGLES equally spaced angles. In this way
+    the source finds the lower bound of the energy."""
     theta = np.arange(ANGLES) * TURN / ANGLES
     return float(in_double(forms(ROTATING).printed.potential).value(theta).max())
 

@@ -1,5 +1,5 @@
-"""Every engine of a study on every system: its error and cost at a step of 1 ms, and its smallest
-error at any step; or why the engine does not run the system."""
+"""The table of engines and systems: error and cost at a step of 1 ms, and the smallest error at any
+step; or the reason that an engine does not run a system."""
 
 from __future__ import annotations
 
@@ -17,12 +17,13 @@ from plumbob.engines.study.results import Study
 from plumbob.reports.analyses.analysis import Analysis, Record
 from plumbob.reports.judge.expectations import expected
 
-NOT_ENGINES = ("exact",)  # closed forms
+NOT_ENGINES = ("exact",)  # closed forms simulate nothing
 ByEngine = dict[str, list[ConvergenceStudy]]
 
 
 def numbers(study: Study) -> Record | None:
-    """A row a system and a cell an engine; None where the study has one engine alone."""
+    """Returns the table with a row for each system and a cell for each engine; None if the study
+    has only one engine. A row shows the scene of the system that the most engines run."""
     by_scene: dict[str, ByEngine] = {}
     order = [method.name for method in study.methods]  # an engine's default method is its first
     for series in sorted(study.convergence, key=lambda series: order.index(series.method)):
@@ -46,7 +47,7 @@ def numbers(study: Study) -> Record | None:
 
 
 def _running(of_scene: Mapping[str, Sequence[ConvergenceStudy]]) -> int:
-    """The number of engines with a run of a scene that reached its end."""
+    """Returns the number of engines with a run that reached its end, on one scene."""
     return sum(any(map(_done, of_engine)) for of_engine in of_scene.values())
 
 
@@ -57,8 +58,9 @@ def _done(series: ConvergenceStudy) -> list[Measurement]:
 def _cell(
     study: Study, scene: str, engine: str, of_engine: Sequence[ConvergenceStudy]
 ) -> Record:
-    """An engine on a scene: the run nearest to the reference step of its first method that runs
-    the scene, the default one, and the smallest error of any method at any step."""
+    """Returns the cell of an engine on a scene: the error and the cost of the engine's first method
+    at the step nearest to the reference step, and the smallest error of any method at any step.
+    An engine's first method is its default one."""
     ran = [series for series in of_engine if _done(series)]
     if not ran:
         return _without_run(study, scene, engine, of_engine)
@@ -79,7 +81,7 @@ def _cell(
         control=method.control,
         step=shown.step,
         error=error if math.isfinite(error) else None,
-        # [ms] of computing for a simulated second
+        # [ms] computing time per simulated second
         cost=1e-6 * shown.steps * cost.ns_per_step / shown.duration if cost else None,
         smallest=smallest if math.isfinite(smallest) else None,
         smallest_with=best.method,
@@ -92,8 +94,8 @@ def _cell(
 def _without_run(
     study: Study, scene: str, engine: str, of_engine: Sequence[ConvergenceStudy]
 ) -> Record:
-    """An engine without a run of a scene that reached its end: why, as the engine says it, or the
-    declared limit of a method that the study has; empty if the engine was not asked."""
+    """Returns the cell of an engine without a run that reached its end. Its reason is the engine's
+    own or the declared limit of one of its methods; empty if there is neither."""
     runs = [run for series in of_engine for run in series.measurements]
     limits = [
         expected(scene, method.name) for method in study.methods if method.engine == engine

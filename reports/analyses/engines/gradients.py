@@ -1,4 +1,4 @@
-"""Derivatives of what runs end with, by each way that there is, beside their predicted errors."""
+"""Derivatives of final states, by each way of differentiating, beside their predicted errors."""
 
 from __future__ import annotations
 
@@ -19,8 +19,9 @@ from plumbob.reports.judge.gradients import study_gradients
 
 SLIDE, SWING = "capsule-line/heading-030", "linear-pendulum/overdamped"
 TURN, CONE = "simple-pendulum/free-large", "cone-pendulum/rotating-base"
-# In every study that has the pair: (scene, method, observable, parameter, its difference), short
-# runs of each engine, with a difference near the best one, and the engines' own ways.
+# Derivatives in every study that has the pair of scene and method: (scene, method, observable,
+# parameter, difference of the parameter). The runs are short, and the difference is near the best
+# one.
 SAMPLE = (
     (SLIDE, "mujoco/euler", "displacement", "friction", 1e-3),
     (SLIDE, "mujoco/euler+coulomb", "displacement", "friction", 1e-3),
@@ -30,8 +31,9 @@ SAMPLE = (
     (CONE, "mujoco/euler", "theta", "theta", 1e-5),
     (CONE, "ode/rk4", "theta", "gravity", 1e-3),
 )
-# In the full profile: a method of each engine at three steps, so that ways and orders are side by
-# side. Scene, observable, parameter, its difference, the largest step [s], and the end [s].
+# Derivatives in the full profile, for a method of each engine at three steps, which compares ways
+# and orders: (scene, observable, parameter, difference of the parameter, largest step [s], end
+# [s]).
 BESIDE = (
     (CONE, "theta", "theta", 1e-5, 4e-3, None),
     (TURN, "theta", "theta", 1e-5, 1e-2, 2.0),
@@ -51,12 +53,12 @@ WITH_CONTACTS = (
     *("pinocchio/aba+rk4", "pybullet/undamped+iterated", "exudyn/default"),
 )
 Sampled = tuple[str, str, str, str, float, float | None, float | None]
-BY = ("friction", "gravity")  # the first that a scene has, and its start
+BY = ("friction", "gravity")  # parameters to differentiate by: the first one that a scene has
 
 
 def requests(plan: StudyPlan) -> Sequence[GradientSearch]:
-    """The sample's derivatives, of its pairs that are planned, and in the full profile those that
-    stand side by side."""
+    """Returns the searches for the derivatives of SAMPLE and, unless the profile is quick, of
+    BESIDE, as far as the plan has the pairs of scene and method."""
 
     sample: list[Sampled] = [(*pair, None, None) for pair in SAMPLE]
     if plan.profile != "quick":
@@ -83,8 +85,8 @@ def requests(plan: StudyPlan) -> Sequence[GradientSearch]:
 
 
 def with_each_pair(others: Requests) -> Requests:
-    """The same requests and, for each pair of a plan, its quantities of interest by a parameter and
-    by its start, by every way, with a sweep of differences."""
+    """Returns the requests `others`, extended for each pair of scene and method by searches for the
+    derivatives of all quantities of interest by a parameter and by a start value."""
 
     def wanted(plan: StudyPlan) -> Sequence[Request[Any]]:
         searches = (
@@ -98,7 +100,7 @@ def with_each_pair(others: Requests) -> Requests:
 
 
 def numbers(study: Study) -> Record | None:
-    """The derivatives that the study holds; None where it holds none."""
+    """Returns the judged derivatives of a study; None if it holds none."""
     judged = list(study_gradients(study))
     if not judged:
         return None
@@ -118,7 +120,7 @@ def _interest(scene: Scene) -> tuple[str, ...]:
 def _parameters(scene: Scene) -> list[str]:
     named = [name for name in BY if scene.parameters.get(name)]
     start = system_of(scene).start
-    # A start may be given otherwise, as by its distance from the top.
+    # A scene may state its start by other parameters, such as the distance from the top.
     there = [name for name in start if name in scene.parameters] or start
     return [*named[:1], *there[:1]]
 

@@ -1,4 +1,4 @@
-"""The largest steps at which methods hold on smooth motions, measured beside their prediction."""
+"""The largest stable steps of methods on smooth motions, measured and predicted."""
 
 from __future__ import annotations
 
@@ -24,21 +24,25 @@ from plumbob.reports.judge.stability import study_limits
 from plumbob.reports.view.content import Claim
 from plumbob.reports.view.site.largest_step import SCENES
 
-# In the quick profile: an equilibrium with each scheme of each engine, and a swing with one of each
-# engine.
+# scenes searched in the quick profile: the equilibrium with each scheme of each engine, the swing
+# with one method of each engine
 EQUILIBRIUM, SWING = "linear-pendulum/overdamped", "simple-pendulum/free-large"
 OF_SWING = ("mujoco/euler", "ode/leapfrog", "pymunk/default")
-SOLVERS = ("ode/dop853", "ode/radau", "ode/lsoda")  # which choose their steps
-DAMPING = (1e1, 1e2, 1e3, 1e4)  # [1/s], in place of the equilibrium's own
-LONG = 3e3  # time constants of the fastest mode, roughly, that they are run for
-TOLERANCE = 1e-3  # the largest: accuracy asks for next to nothing
-ALIKE = 0.2  # what a solver pays may differ from the prediction by this part of it
-EVALUATIONS = 12  # of the equation of motion in a step of DOP853
+SOLVERS = ("ode/dop853", "ode/radau", "ode/lsoda")  # solvers with a variable step
+DAMPING = (1e1, 1e2, 1e3, 1e4)  # [1/s] damping rates, in place of the scene's
+LONG = 3e3  # approximate length of these runs, in time constants of the fastest mode
+TOLERANCE = 1e-3  # largest tolerance, so that stability alone limits the step
+ALIKE = 0.2  # largest relative difference of measured and predicted evaluations
+EVALUATIONS = 12  # evaluations of the equation of motion in a step of DOP853
 
 
 def searches(plan: StudyPlan) -> Sequence[StabilitySearch]:
-    """In the full profile every method that is given a step, on each smooth scene of the quick one;
-    several degrees of freedom take minutes a scene, and are left to `plumbob stability`."""
+    """Returns the searches for largest stable steps.
+
+    In the full profile, they are of every method with a fixed step on each smooth scene of the
+    quick profile. In the quick profile, they are of one method for each scheme and engine on the
+    equilibrium, and of three methods on the swing. Scenes with several degrees of freedom take
+    minutes and are left to `plumbob stability`."""
     quick = plan.profile == "quick"
     by_scheme = {
         (scene.name, method.engine, method.scheme if quick else method.name): method.name
@@ -50,13 +54,15 @@ def searches(plan: StudyPlan) -> Sequence[StabilitySearch]:
         or scene.name == EQUILIBRIUM
         or (scene.name == SWING and method.name in OF_SWING)
     }
-    searched = reversed(by_scheme.items())  # of equal ones the first
+    searched = reversed(by_scheme.items())  # the first method of each scheme
     return tuple(StabilitySearch(scene, method) for (scene, *_), method in searched)
 
 
 def predictions(plan: StudyPlan) -> Sequence[StabilitySearch]:
-    """Of the pairs of the plan whose system has a theory of the largest step, but those searched,
-    which have one; in the quick profile of the first screen's scenes alone, since all of them take
+    """Returns the predictions of largest stable steps, without runs, for all pairs of scene and
+    method that are not searched and whose system has a theory of stability.
+
+    The quick profile predicts only the scenes of the first screen, since all scenes together take
     half a minute."""
     searched = {(search.scene, search.method) for search in searches(plan)}
     return tuple(
@@ -70,7 +76,8 @@ def predictions(plan: StudyPlan) -> Sequence[StabilitySearch]:
 
 
 def solver_runs(plan: StudyPlan) -> Sequence[ExtraRun]:
-    """Of solvers that choose their steps, on the equilibrium at several damping rates."""
+    """Returns the runs of solvers with a variable step on the equilibrium at several damping
+    rates."""
     return tuple(
         ExtraRun(
             EQUILIBRIUM,
@@ -87,13 +94,14 @@ def solver_runs(plan: StudyPlan) -> Sequence[ExtraRun]:
 
 
 def requests(plan: StudyPlan) -> Sequence[Request[Any]]:
-    """Searches and predictions of limits, and runs of solvers that choose their steps."""
+    """Returns the searches, the predictions and the runs of solvers with a variable step."""
     return (*searches(plan), *predictions(plan), *solver_runs(plan))
 
 
 def paid(study: Study) -> Mapping[float, Mapping[str, float]]:
-    """Evaluations per second [1/s] of solvers that choose their steps, by the damping rate [1/s]
-    and their names; "predicted" is what stability asks of the first."""
+    """Returns the cost of stiffness for solvers with a variable step, by damping rate [1/s] and
+    solver: evaluations per simulated second [1/s]. The entry "predicted" is the number that
+    stability requires of the first solver."""
     rates: dict[float, dict[str, float]] = {}
     for request in solver_runs(plan_of(study)):
         theory = stability_of(case_of(request.posed()))
@@ -107,7 +115,7 @@ def paid(study: Study) -> Mapping[float, Mapping[str, float]]:
 
 
 def numbers(study: Study) -> Record | None:
-    """The limits that the study holds; None where it holds none."""
+    """Returns the largest stable steps that the study holds; None if it holds none."""
     judged = [limit for limit in study_limits(study) if limit.limit is not None]
     if not judged:
         return None
@@ -123,7 +131,8 @@ def numbers(study: Study) -> Record | None:
 
 
 def claims(numbers: Record) -> Sequence[Claim]:
-    """That no limit is unexpected, and that the first solver pays what stability asks of it."""
+    """Returns the checks that no limit is unexpected, and that the first solver needs the
+    evaluations that stability requires."""
     pays = (
         at_most(
             f"what DOP853 pays at {damping:g}/s beside what is predicted, less 1,",

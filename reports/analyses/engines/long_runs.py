@@ -1,4 +1,4 @@
-"""The time after which methods are wrong on a swing, measured beside its prediction."""
+"""The time after which the error of a method on a swing reaches a level, measured and predicted."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from plumbob.reports.analyses.measurements import plan_of
 from plumbob.reports.judge.long_runs import judged_long_run
 from plumbob.reports.view.content import Claim
 
-SWING, STEP = "simple-pendulum/free-large", 0.05  # [s] the notebook's
+SWING, STEP = "simple-pendulum/free-large", 0.05  # [s] step of the notebook
 METHODS = ("mujoco/euler", "ode/leapfrog", "ode/rk4", "mujoco/rk4")
-MOST_STEPS = 64_000  # in which every error is as large as the swing
+MOST_STEPS = 64_000  # steps after which every error is as large as the swing
 
 
 def requests(plan: StudyPlan) -> Sequence[LongRunSearch]:
-    """A swing at one step, with one method of each kind."""
+    """Returns a search for each of METHODS in the plan, on the swing at one step."""
     return tuple(
         LongRunSearch(SWING, method, STEP, MOST_STEPS)
         for method in METHODS
@@ -29,7 +29,7 @@ def requests(plan: StudyPlan) -> Sequence[LongRunSearch]:
 
 
 def numbers(study: Study) -> Record | None:
-    """The long runs that the study holds; None where it holds none."""
+    """Returns the judged long runs of a study; None if it holds none."""
     searches = {request: study.answer(request) for request in requests(plan_of(study))}
     judged = [
         judged_long_run(s, measured)
@@ -43,8 +43,8 @@ def numbers(study: Study) -> Record | None:
 
 
 def claims(numbers: Record) -> Claims:
-    """That no time is unexpected, and that RK4 reaches the first level after leapfrog, and the last
-    before it."""
+    """Returns the checks that no time is unexpected, and that RK4 reaches the first error level
+    later than leapfrog, and the last level earlier."""
     unexpected = as_expected(numbers.surprises)
     times = {
         run["method"]: [level["measured"] for level in run["times"]] for run in numbers.runs

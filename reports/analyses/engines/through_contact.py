@@ -1,5 +1,5 @@
-"""Derivatives of slides, coasts and turns by their parameters: how far off they are on average over
-neighbouring parameters, and how they scatter, with each contact setting."""
+"""Derivatives through contact of slides, coasts and turns: mean error and scatter over neighbouring
+parameters, for each contact setting."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ METHODS = (
     *("dart/default", "dart/nsgs", "drake/default", "drake/similar", "drake/tamsi+stiction"),
     *("pybullet/default", "pybullet/undamped+iterated"),
 )
-QUANTITIES = (  # scene, observable, parameter, and when [s]: sliding, sticking, or the end
+QUANTITIES = (  # scene, observable, parameter, time [s] (sliding or sticking; None: the end)
     (SLIDE, "displacement", "friction", None),
     (SLIDE, "displacement", "friction", 0.045),
     (SLIDE, "displacement", "friction", 0.063),
@@ -44,19 +44,21 @@ QUANTITIES = (  # scene, observable, parameter, and when [s]: sliding, sticking,
 )
 Quantity = tuple[str, str, str, float | None]
 STEPS = (1e-3, 2.5e-4)  # [s]
-FRICTIONS = np.linspace(0.25, 0.35, 33)  # of the curves
-TANGENTS = slice(7, 26, 9)  # of them, where the derivatives are drawn
-EPS = 3e-3  # of a parameter, or of its unit where that is 0: from one neighbour to the next
-NEIGHBOURS = 4  # on either side, and as many derivatives
-RIGHT, FALLS = 0.1, 2.0  # an error that converges: at most, and from step to step by so much
-# at least, where the first order has 4; or no larger than this at the smaller step
+FRICTIONS = np.linspace(0.25, 0.35, 33)  # friction coefficients of the curves
+TANGENTS = slice(7, 26, 9)  # indices of the frictions at which derivatives are drawn
+EPS = 3e-3  # distance of neighbours, relative to the parameter (or to its unit, if it is 0)
+NEIGHBOURS = 4  # number of neighbours on either side
+# A derivative converges if its relative error at the smaller step is at most RIGHT and the ratio of
+# the errors at both steps is at least FALLS (first order gives 4); or if the error at the smaller
+# step is at most RESOLVED.
+RIGHT, FALLS = 0.1, 2.0
 RESOLVED = 1e-3
-SMOOTH = 0.25  # of the mean error: the scatter of one that is smooth
+SMOOTH = 0.25  # largest scatter of a smooth error, relative to its mean
 
 
 def kind_of(errors: Array, scatter: Array) -> str:
-    """Whether a derivative converges, is noise, or is smooth and wrong, by the mean errors at STEPS
-    and their standard deviations."""
+    """Returns the kind of a derivative: "converges", "noise" or "smooth and wrong". `errors` are
+    the mean errors at STEPS, shape (2,), and `scatter` their standard deviations."""
     sizes = np.hypot(errors, scatter)
     if sizes[-1] <= max(RESOLVED, min(RIGHT, sizes[0] / FALLS)):
         return "converges"
@@ -64,14 +66,16 @@ def kind_of(errors: Array, scatter: Array) -> str:
 
 
 def requests(plan: StudyPlan) -> Sequence[ExtraRun]:
-    """The curves of a slide, and neighbours: in the full profile of every quantity."""
+    """Returns the runs of the slide's curves and of the neighbours of each quantity in the
+    profile."""
     curves = (run for name in _drawn(plan) for run in _curve(name))
     pairs = product(_pairs(plan), STEPS)
     return (*curves, *(run for pair, step in pairs for run in _runs(*pair, step)))
 
 
 def numbers(study: Study) -> Record | None:
-    """The curves and derivatives that a study holds; None where it lacks a curve."""
+    """Returns the curves of displacement against friction, and the derivatives of the quantities;
+    None if the study holds no complete curve."""
     plan = plan_of(study)
     ends = {name: _ends(study, _curve(name), "displacement") for name in _drawn(plan)}
     curves = {name: of[0] for name, of in ends.items() if of.size}
@@ -91,14 +95,15 @@ def numbers(study: Study) -> Record | None:
             for name, curve in curves.items()
         },
         nearby=nearby,
-        kinds=kinds,  # how many derivatives of each method are of each kind
+        kinds=kinds,  # number of derivatives of each kind, by method
         steps=STEPS,
         eps=EPS,
     )
 
 
 def claims(numbers: Record) -> Claims:
-    """That the derivative with the recommended contacts is nearer by far than by default."""
+    """Returns the checks that the error of the derivative with recommended contacts is far below
+    the error with default contacts."""
     size = {of.method: np.hypot(of.errors[-1], of.scatter[-1]) for of in numbers.nearby[::-1]}
     if not {DEFAULT, RECOMMENDED} <= set(size):
         return ()
@@ -107,7 +112,7 @@ def claims(numbers: Record) -> Claims:
 
 
 def _pairs(plan: StudyPlan) -> list[tuple[Quantity, str]]:
-    """Quantities and methods that a plan has."""
+    """Returns the pairs of quantity and method that a plan covers."""
     quick = plan.profile == "quick"
     pairs = product(QUANTITIES[: 1 if quick else None], CURVES[:2] if quick else METHODS)
     return [(quantity, name) for quantity, name in pairs if plan.has(quantity[0], name)]
@@ -122,7 +127,7 @@ def _curve(method: str) -> list[ExtraRun]:
 
 
 def _runs(quantity: Quantity, method: str, step: float) -> list[ExtraRun]:
-    """A run with each neighbour, of rising values."""
+    """Returns a run with each neighbouring value of the parameter, in ascending order."""
     name, _, by, at = quantity
     value = find_scene(name).parameters[by]
     beside = value + EPS * (abs(value) or 1.0) * np.arange(-NEIGHBOURS, NEIGHBOURS + 1)
@@ -137,8 +142,8 @@ def _varied(
 
 
 def _ends(study: Study, runs: Sequence[ExtraRun], of: str) -> Array:
-    """An observable at the end of runs and of their exact motions, shape (2, n); (2, 0) where not
-    all of them were made."""
+    """Returns the final values of the observable `of` in runs (row 0) and in their exact motions
+    (row 1), shape (2, n); shape (2, 0) if a run is missing."""
     recorded = recordings(study, runs)
     if len(recorded) < len(runs):
         return np.empty((2, 0))
@@ -151,8 +156,9 @@ def _ends(study: Study, runs: Sequence[ExtraRun], of: str) -> Array:
 
 
 def _nearby(study: Study, quantity: Quantity, method: str) -> Record | None:
-    """Derivatives near a parameter's value: changes of an observable, in parts of its size, over
-    the parameter's, and the errors of differences of runs; None where a run is missing."""
+    """Returns the errors of a quantity's derivatives near a parameter's value; None if a run is
+    missing. A derivative is the relative change of the observable over the relative change of the
+    parameter."""
     scene, of, by, at = quantity
     ends = [_ends(study, _runs(quantity, method, step), of) for step in STEPS]
     if not all(end.size for end in ends):
@@ -166,11 +172,11 @@ def _nearby(study: Study, quantity: Quantity, method: str) -> Record | None:
         scene=scene,
         of=of,
         by=by,
-        at=at,  # [s]; None: the end
+        at=at,  # [s] time of the observable; None: the end
         method=method,
         exact=slopes[-1, 1, NEIGHBOURS - 1],
-        errors=errors,  # their mean at STEPS
-        scatter=scatter,  # and standard deviation
+        errors=errors,  # mean error at each of STEPS
+        scatter=scatter,  # standard deviation of the error at each of STEPS
         kind=kind_of(errors, scatter),
     )
 

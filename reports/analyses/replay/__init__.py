@@ -1,4 +1,4 @@
-"""Replays: each scene moves on the page, the exact answer with two runs over it, from the store."""
+"""Replays of scenes on the page: the exact motion and two runs over it, from the stored study."""
 
 from __future__ import annotations
 
@@ -24,22 +24,21 @@ from plumbob.reports.view.records import Layer, Replay
 
 PICTURES: Mapping[str, Callable[[Case, float], Picture]] = MappingProxyType(
     {"capsule": capsule, "cone_pendulum": cone, "free_body": body, "simple_pendulum": pendulum}
-)  # by the family of the system
+)  # function that makes the picture, by the family of the system
 TRUTH = Layer("exact", "exact answer", "")
-Drawn = tuple[Layer, Samples]  # a motion, or a run's deviations from it, with how it is drawn
-MOST = 12  # powers of ten of the largest factor that errors are drawn by
-LARGE = 0.15  # of the picture: how large an audit's largest error is drawn at first, at most
+Drawn = tuple[Layer, Samples]  # layer, and samples of a motion or of a run's deviations from it
+MOST = 12  # exponent of ten of the largest magnification of errors
+LARGE = 0.15  # largest initial size of an audit's largest error, relative to the picture
 
 
 def requests(plan: StudyPlan) -> Sequence[ExtraRun]:
-    """The runs that the replays of a plan's scenes show."""
+    """Returns the runs that the replays of a plan's scenes show."""
     pictured = (scene for scene in plan.scenes if system_of(scene).family in PICTURES)
     return [shown.run for scene in pictured for shown in shown_runs(plan, scene)]
 
 
 def replay(study: Study, scene: Scene) -> Replay | None:
-    """The replay of a scene: a function of the stored study, which runs no engine; None of a system
-    without a picture."""
+    """Returns the replay of a scene from the stored study; None if its system has no picture."""
     if system_of(scene).family not in PICTURES:
         return None
     case = case_of(scene)
@@ -50,7 +49,7 @@ def replay(study: Study, scene: Scene) -> Replay | None:
     runs: list[Drawn] = []
     lacking: list[str] = []
     plan = StudyPlan(study.profile, study.scenes, study.methods)
-    missing = {  # engines that are not installed: the page says that once
+    missing = {  # methods whose engines are not installed; the page says so elsewhere
         c.method
         for c in study.convergence
         if c.scene == scene.name and {m.status for m in c.measurements} == {"missing"}
@@ -65,7 +64,8 @@ def replay(study: Study, scene: Scene) -> Replay | None:
 
 
 def deviating(picture: Picture, run: Trajectory, slot: str, name: str, words: str) -> Drawn:
-    """A run as its deviations, with the largest over the replay and the one at its end in words."""
+    """Returns a run as its deviations from the exact motion, at the finite samples. Its layer
+    states the largest deviation of the replay and the deviation at the end, as text."""
     every = picture.deviations(run)
     there = np.isfinite(np.sum(list(every.values()), axis=0))
     deviations = {name: values[there] for name, values in every.items()}
@@ -82,11 +82,13 @@ def assembled(
     runs: Sequence[Drawn],
     lacking: Sequence[str] = (),
 ) -> Replay:
-    """The replay of a motion of `whole` [s], as far as its samples reach, with runs as deviations
-    from it."""
+    """Returns the replay of a motion, with runs as deviations from it.
+
+    `name` is the scene, `whole` its duration [s], `exact` the motion, which may end earlier, and
+    `lacking` the names of the runs that did not reach their end."""
     seconds = float(exact[1].times[-1])
     parts = [part for _, samples in runs if (part := picture.part(samples.channels))]
-    # up to where the smallest errors are as large as the picture
+    # The largest magnification keeps the errors of at least one run within the picture.
     powers = [10**k for k in range(MOST + 1)]
     factors = [f for f in powers if f == 1 or any(f * part < 1.0 for part in parts)]
     data = {

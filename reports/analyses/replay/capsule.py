@@ -1,4 +1,4 @@
-"""Replays of the capsule, seen from above: feet, slider and trail."""
+"""Replays of the capsule seen from above: feet, slider and trail."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from plumbob.engines.trajectory import Trajectory
 from plumbob.models.scene import Case
 from plumbob.reports.analyses.replay.picture import Picture
 
-PAD = 0.2  # of the body's size
-FINE = 1601  # samples of the exact motion, for what the picture has to show
+PAD = 0.2  # margin around the motion, relative to the body's size
+FINE = 1601  # samples of the exact motion that determine the extent of the picture
 
 
 def capsule(case: Case, seconds: float) -> Picture:
-    """The replay of a capsule over `seconds` [s], from above, in the axes of the world."""
+    """Returns the picture of a capsule over `seconds` [s], from above, in world axes."""
     exact = motion(case, np.linspace(0.0, seconds, FINE))
     feet = np.asarray(case.problem.setup.capsule.supports) @ [1.0, 1j]
     size = float(np.abs(feet).max())
@@ -36,8 +36,8 @@ def capsule(case: Case, seconds: float) -> Picture:
 
 
 def motion(case: Case, times: Array) -> Signals:
-    """Exact channels at `times` [s], shape (n,): x, y of C in the world [m], heading [rad], and the
-    place of the slider in the body [m]."""
+    """Returns the exact channels at `times` [s], shape (n,): the position x, y of C in the world
+    [m], the heading [rad], and the position qx, qy of the slider in the body [m]."""
     observed = case.reference.observe(times)
     x, y = _parts(_in_world(case.problem.setup, observed))
     where = case.problem.motion.path.kinematics(times)[0]
@@ -51,8 +51,8 @@ def motion(case: Case, times: Array) -> Signals:
 
 
 def deviations(case: Case, run: Trajectory) -> Signals:
-    """The differences of a run from the exact pose, and from the slider's place where it observes
-    that, at its own times."""
+    """Returns the differences of a run from the exact channels, at the run's times. If the run does
+    not observe the slider, the slider's difference is zero."""
     setup = case.problem.setup
     exact = case.reference.observe(run.times)
     apart = {name: run.observables.get(name, of) - of for name, of in exact.items()}
@@ -67,7 +67,7 @@ def _parts(places: npt.ArrayLike) -> tuple[Array, Array]:
 
 
 def _in_world(setup: CapsuleSetup, observed: Signals) -> npt.NDArray[np.complex128]:
-    """Place [m] of C in the world, as x + iy, from observables."""
+    """Returns the position of C in the world [m], as x + iy, from observables."""
     if "displacement" in observed:
         place = observed["displacement"] + 1j * observed["sideways"]
         return np.asarray(place * np.exp(1j * (setup.heading + setup.direction)))

@@ -1,4 +1,5 @@
-"""The replay of an audit: a model's certified motion with that of its own steps over it."""
+"""The replay of an audit: a model's certified motion, and the motion at the model's step over
+it."""
 
 from __future__ import annotations
 
@@ -17,16 +18,16 @@ from plumbob.reports.analyses.replay.samples import Samples
 from plumbob.reports.view.notation import seconds
 from plumbob.reports.view.records import Layer, Replay
 
-ERROR = "error"  # a channel: the largest displacement of a corner [m] from the certified motion
-AXES = ("x", "y", "z", "qw", "qx", "qy", "qz")  # of a body's pose
-ELEVATION = math.radians(15.0)  # of the camera, as in the picture of the model
-COUNT, VALUES = 401, 80_000  # samples, and numbers in all, at most
-MARGIN = 0.05  # of the reach below the picture, for the ruler
+ERROR = "error"  # channel of the largest corner displacement [m] from the certified motion
+AXES = ("x", "y", "z", "qw", "qx", "qy", "qz")  # components of a body's pose
+ELEVATION = math.radians(15.0)  # [rad] elevation of the camera, as in the picture of the model
+COUNT, VALUES = 401, 80_000  # most samples; most numbers in a replay
+MARGIN = 0.05  # space below the picture for the ruler, relative to the picture's diagonal
 
 
 def audited(audit: Audit) -> Replay | None:
-    """The replay of an audit, as far as its error is known; None where nothing is known to move, or
-    nothing that moves has a shape."""
+    """Returns the replay of an audit, up to the time to which its error is known. None if no motion
+    is certified, nothing moves, or no moving body has a shape."""
     model = audit.model
     if audit.found is None or audit.still or not any(solid.body for solid in model.solids):
         return None
@@ -50,8 +51,8 @@ def audited(audit: Audit) -> Replay | None:
 
 
 def _channels(audit: Audit, poses: Array) -> dict[str, Array]:
-    """Poses of the bodies that have a solid and move, shape (n, bodies, 7), by body and axis; a
-    quaternion has the sign of the one before."""
+    """Returns the poses of the moving bodies with a solid, as channels named by body and axis;
+    `poses` has shape (n, bodies, 7). A quaternion has the sign that continues the one before it."""
     bodies = sorted({solid.body for solid in audit.model.solids} - {0})
     turned = np.sum(poses[1:, :, 3:] * poses[:-1, :, 3:], axis=2) < 0.0
     poses[1:, :, 3:] *= np.where(np.cumsum(turned, axis=0) % 2, -1.0, 1.0)[..., None]
@@ -59,7 +60,8 @@ def _channels(audit: Audit, poses: Array) -> dict[str, Array]:
 
 
 def _picture(audit: Audit, times: Array, exact: Signals) -> Picture:
-    """How the model is drawn, seen as in its picture: from the side of -y, from above."""
+    """Returns the picture of a model, seen from -y and from above, as in the model's own
+    picture."""
     assert audit.found is not None
     view = camera(-math.pi / 2.0, ELEVATION)
     solids = audit.model.solids

@@ -1,4 +1,4 @@
-"""The bob in the plane, x(t) and y(t): the linear pendulum beside the non-linear one."""
+"""The bob's path x(t), y(t): the linear pendulum beside the non-linear one."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ from plumbob.reports.analyses.simple_pendulum.notebook import (
     fine,
 )
 
-DRAWN, SHOWN = "free-large", 6.0  # case 2, and its first seconds
-APART = 0.1  # of the length, 1 m: what a picture of the two shows
+DRAWN, SHOWN = "free-large", 6.0  # case 2; [s] duration of the figure
+APART = 0.1  # visible distance of the two bobs, relative to the length of 1 m
 ACCELEROMETER = ExtraRun(
     SIMPLE + DRAWN, "mujoco/rk4", 1e-3, 3.0, (), (("reads_acceleration", True),)
 )
@@ -29,22 +29,23 @@ SHORT = np.linspace(0.0, SHOWN, 240)  # [s]
 
 
 def place(scene: str, motion: Signals) -> Array:
-    """x and y of the bob [m], shape (n, 2), of the exact motion of a scene at n times."""
+    """Returns x and y of the bob [m], shape (n, 2), for a motion of a scene at n times."""
     return bob_place(case(scene).problem.length, motion["theta"])
 
 
 def distances(name: str) -> Array:
-    """Distance [m] of the two bobs of a case at FINE, shape (n,)."""
+    """Returns the distance [m] between the two bobs of a case at the times FINE, shape (n,)."""
     apart = np.subtract(*(place(kind + name, fine(kind + name)) for kind in (SIMPLE, LINEAR)))
     return np.asarray(np.hypot(*apart.T))
 
 
 def numbers(study: Study) -> Record:
-    """How far the two bobs are apart in each case, and both in the plane."""
+    """Returns the distances between the two bobs in each case, the paths of both in case 2, and the
+    readings of an accelerometer."""
     return Record(
         distances=[_distance(label, name) for label, name in CASES.items()],
         times=SHORT,
-        # x and y of both bobs [m] at them, shape (2, n)
+        # [m] x and y of each bob at these times, shape (2, n)
         paths=[
             place(kind + DRAWN, case(kind + DRAWN).reference.observe(SHORT)).T
             for kind in (SIMPLE, LINEAR)
@@ -57,7 +58,8 @@ def numbers(study: Study) -> Record:
 
 
 def readings(run: Trajectory) -> Record | None:
-    """Readings at MuJoCo's bob in case 2, against the exact acceleration [m/s^2]."""
+    """Returns the readings of an accelerometer at MuJoCo's bob in case 2, beside the exact
+    acceleration [m/s^2]; None if the run has no readings."""
     if "acceleration_across" not in run.channels:
         return None
     pendulum = case(ACCELEROMETER.scene).problem.started
@@ -72,22 +74,23 @@ def readings(run: Trajectory) -> Record | None:
     return Record(
         across=np.abs(across).max(),  # largest |L θ̈|
         along=along.max(),  # largest L θ̇²
-        # largest difference of the readings, gravity added, from those two
+        # largest difference of the readings, plus gravity, from L θ̈ and L θ̇²
         gap=max(np.abs(moved[0] - across).max(), np.abs(moved[1] - along).max()),
-        reads_across=np.abs(reads[0]).max(),  # largest reading across the rod, as it is
-        # largest difference of that along it from T/m of the engine's own sensor
+        reads_across=np.abs(reads[0]).max(),  # largest reading across the rod, without gravity
+        # largest difference of the reading along the rod from T/m of the engine's force sensor
         gap_of_pull=np.abs(reads[1] - run.observables["tension"] / pendulum.mass).max(),
     )
 
 
 def _distance(label: str, name: str) -> Record:
-    """How far the two bobs of a case are apart."""
+    """Returns the largest distance between the two bobs of a case, and the time at which it first
+    exceeds APART."""
     apart = distances(name)
     over = np.flatnonzero(apart > APART * case(SIMPLE + name).problem.length)
     return Record(
         label=label,
         largest=apart.max(),  # [m]
-        parted=FINE[over[0]] if over.size else None,  # [s], when they first are by APART
+        parted=FINE[over[0]] if over.size else None,  # [s] time of the distance APART
     )
 
 

@@ -1,4 +1,4 @@
-"""Observed orders beside those that theory predicts, and what a held control costs."""
+"""The order of RK4 with a held control, observed and predicted."""
 
 from __future__ import annotations
 
@@ -24,19 +24,21 @@ READ = (
 EXPECTED: Mapping[str, tuple[float, float]] = MappingProxyType(
     {"mujoco/rk4": (0.5, 1.5), "mujoco/rk4+midpoint": (1.5, 2.5), "ode/rk4": (3.0, 5.0)}
 )
-"""The range of the order of RK4 with a control that is held, held from mid-step, and followed."""
+"""Range of RK4's order with a control held from the start of a step, held from mid-step, and read
+at every stage."""
 
 
 def held_control(study: Study) -> Record | None:
-    """Orders of the forced case by how the control is read, with what theory says of each; None
-    where the study does not have it."""
+    """Returns the orders of the forced case for each way of reading the control, observed and
+    predicted; None if the study lacks the case."""
     every = {method: convergence_of(study, FORCED_LARGE, method) for method in READ}
     orders = {m: _control_order(of) for m, of in every.items() if of}
-    return Record(by_method=orders, methods=READ) if orders else None  # whose styles are drawn
+    return Record(by_method=orders, methods=READ) if orders else None
 
 
 def _control_order(of: ConvergenceStudy) -> Record:
-    """The order of a method in the forced case, and its errors of theta [rad] by step [s]."""
+    """Returns the order of a method in the forced case, and its errors of theta [rad] by step
+    [s]."""
     errors = {m.step: m.errors["theta"].largest for m in of.measurements if m.status == "done"}
     shown = min(errors.items(), key=lambda entry: abs(entry[0] - SHOWN_STEP), default=None)
     steps = tuple(errors)
@@ -46,12 +48,13 @@ def _control_order(of: ConvergenceStudy) -> Record:
         predicted=of.predicted_order,
         steps=steps,
         errors=sizes,
-        shown=shown,  # step and error next to SHOWN_STEP
+        shown=shown,  # step [s] nearest to SHOWN_STEP, and its error
     )
 
 
 def held_claims(control: Record) -> Claims:
-    """RK4's order is reduced by three, and by two."""
+    """Returns the checks that a held control reduces RK4's order by three, and one held from
+    mid-step by two."""
     return [
         between(f"the order of {method}", of.order.slope, *bounds)
         for method, bounds in EXPECTED.items()
