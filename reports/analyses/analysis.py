@@ -41,8 +41,10 @@ class Section:
 
     def requests(self, plan: StudyPlan) -> Sequence[Request[Any]]:
         """Returns the runs that the analyses need in addition to the study's own."""
-        every = (*self.findings, *self.galleries)
-        return tuple(request for analysis in every for request in analysis.requests(plan))
+        requested = list[Request[Any]]()
+        for analysis in (*self.findings, *self.galleries):
+            requested += analysis.requests(plan)
+        return tuple(requested)
 
 
 def analysed(
@@ -58,14 +60,16 @@ def analysed(
         place = "finding" if analysis in section.findings else "gallery"
         left_out = Analysed(analysis.template, place, system, "", None)
         try:
-            if (numbers := analysis.numbers(study)) is None:
+            numbers = analysis.numbers(study)
+            if numbers is None:
                 continue
             claims = tuple(
                 (claim.text, bool(claim.holds)) for claim in analysis.claims(numbers)
             )
             results.append(replace(left_out, numbers=plain(numbers), claims=claims))
         except Exception:
-            if not (pairs := unexpected(study, judged)):
+            pairs = unexpected(study, judged)
+            if not pairs:
                 raise
             results.append(replace(left_out, claims=tuple((pair, False) for pair in pairs)))
     return tuple(results)
@@ -78,7 +82,9 @@ def plain(value: Any) -> Any:
         value = vars(value)
     if is_dataclass(value) and not isinstance(value, type):
         names = [field.name for field in fields(value)]
-        names += [name for name, of in vars(type(value)).items() if isinstance(of, property)]
+        names += [
+            name for name, item in vars(type(value)).items() if isinstance(item, property)
+        ]
         return {name: plain(getattr(value, name)) for name in names}
     if isinstance(value, Mapping):
         return {str(name): plain(entry) for name, entry in value.items()}

@@ -30,21 +30,19 @@ def numbers(study: Study) -> Record | None:
     other coefficients; None if no method was run."""
     measured = {}
     ball = case_of(scene(RUNS[0].scene)).problem
-    for of, run in recordings(study, requests(plan_of(study))).items():
+    for request, run in recordings(study, requests(plan_of(study))).items():
         top = run.observables["z"][run.times > ball.fall].max()
-        measured[of.method] = math.sqrt(float(top) / ball.height)
+        measured[request.method] = math.sqrt(float(top) / ball.height)
+    if not measured:
+        return None
     contacts = [(e, damping_ratio(e), *soft_impact(e, STEP).solref) for e in RESTITUTIONS]
-    return (
-        Record(
-            restitution=ball.restitution,
-            step=STEP,  # [s]
-            measured=measured,
-            contacts=contacts,  # e, damping ratio, solref
-            # change of e if the damper acts half a step late
-            late=ball.restitution * soft_impact(ball.restitution, STEP).damping * STEP / 2.0,
-        )
-        if measured
-        else None
+    return Record(
+        restitution=ball.restitution,
+        step=STEP,  # [s]
+        measured=measured,
+        contacts=contacts,  # e, damping ratio, solref
+        # change of e if the damper acts half a step late
+        late=ball.restitution * soft_impact(ball.restitution, STEP).damping * STEP / 2.0,
     )
 
 

@@ -67,7 +67,10 @@ def plan_of(study: Study) -> StudyPlan:
 
 def convergence_of(study: Study, scene: str, method: str) -> ConvergenceStudy | None:
     """Returns the convergence study of a scene with a method; None if there is none."""
-    return next((c for c in study.convergence if (c.scene, c.method) == (scene, method)), None)
+    for series in study.convergence:
+        if (series.scene, series.method) == (scene, method):
+            return series
+    return None
 
 
 def measured(study: Study, scene: str, method: str, step: float) -> Measurement | None:
@@ -83,8 +86,8 @@ def measured(study: Study, scene: str, method: str, step: float) -> Measurement 
 def recordings(study: Study, requests: Iterable[ExtraRun]) -> Mapping[ExtraRun, Trajectory]:
     """Returns the recordings of the requested runs, by request; a run that was not made is left
     out."""
-    every = {request: study.answer(request) for request in requests}
-    return {request: run for request, run in every.items() if run}
+    answers = {request: study.answer(request) for request in requests}
+    return {request: run for request, run in answers.items() if run}
 
 
 def end_error(scene: str, run: Trajectory) -> float:
@@ -127,9 +130,8 @@ def energy(potential: TrigonometricPotential, inertia: float, run: Trajectory) -
 
 def in_double(potential: TrigonometricPotential) -> TrigonometricPotential:
     """Returns the potential with coefficients in double precision."""
-    return TrigonometricPotential(
-        *(float(double(v)) for v in (potential.a, potential.b, potential.c))
-    )
+    coefficients = (potential.a, potential.b, potential.c)
+    return TrigonometricPotential(*(float(double(value)) for value in coefficients))
 
 
 def period(run: Trajectory | None, centre: float) -> float | None:
@@ -143,17 +145,17 @@ def period(run: Trajectory | None, centre: float) -> float | None:
     from scipy.interpolate import CubicHermiteSpline
 
     theta = run.observables["theta"]
-    course = CubicHermiteSpline(run.times, theta, run.observables["theta_dot"])
-    gone = float(theta[-1] - theta[0])
-    if turns := int(abs(gone) // TURN):
-        ends = course.solve(
-            float(theta[0]) + np.copysign(turns * TURN, gone), extrapolate=False
-        )
+    angle_at = CubicHermiteSpline(run.times, theta, run.observables["theta_dot"])
+    rotated = float(theta[-1] - theta[0])
+    turns = int(abs(rotated) // TURN)
+    if turns:
+        end_angle = float(theta[0]) + np.copysign(turns * TURN, rotated)
+        ends = angle_at.solve(end_angle, extrapolate=False)
         return float(ends[0] - run.times[0]) / turns if len(ends) else None
     # Rounding may put a start at the centre just outside the first interval, so that the passage is
     # found twice or not at all.
-    places = course.solve(centre, extrapolate=False)
-    upward = [t for t in places if np.isfinite(t) and course(t, 1) > 0.0]
+    passages = angle_at.solve(centre, extrapolate=False)
+    upward = [t for t in passages if np.isfinite(t) and angle_at(t, 1) > 0.0]
     distinct = [t for i, t in enumerate(upward) if i == 0 or t - upward[i - 1] > 1e-9]
     count = len(distinct) - 1
     return float((distinct[-1] - distinct[0]) / count) if count > 0 else None

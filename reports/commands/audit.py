@@ -255,9 +255,9 @@ def _written(
     chosen: argparse.Namespace,
 ) -> str:
     """The name of the page of an audit, written; raises ParameterError where it cannot be."""
-    from plumbob.reports.analyses.replay.geoms import audited
+    from plumbob.reports.analyses.replay.geoms import audit_replay
 
-    shown = audited(result) if isinstance(result, Audit) else None
+    shown = audit_replay(result) if isinstance(result, Audit) else None
     try:
         write_file(page(answer, result, chosen.line, shown), Path(chosen.out), name)
     except OSError as error:

@@ -49,7 +49,7 @@ def test_maps_have_the_closed_form_s_period(axis):
     """By S, where the inertia about the pivot follows it, and by Y; and which cells rotate."""
     name, values = source_text.AXES[axis]
     fig_3 = forms(ROTATING).problem
-    drawn = source_text.over_rates(fig_3, name, values)
+    drawn = source_text.period_map(fig_3, name, values)
     for row, column in ((3, 5), (20, 8), (30, 30), (12, 40), (35, 2)):
         value = float(values[row])
         body = fig_3.body

@@ -156,7 +156,7 @@ def test_what_else_the_source_says():
 
 def test_the_vectors_of_equation_4_point_the_other_way():
     problem = forms(ROTATING).problem
-    given = source_text.vectors(problem)
+    given = source_text.triple_products(problem)
     assert given.as_written == pytest.approx(-215.879309840209, rel=1e-13)
     assert given.opposite == pytest.approx(given.formula, rel=1e-15)
     # by components: M ω S (Y ω sin θ + X θ' cos θ), M S of (1)

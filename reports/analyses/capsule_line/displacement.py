@@ -35,20 +35,22 @@ def errors(study: Study) -> Record | None:
     if not covers(study, LINE):
         return None
     exact = problem(LINE).motion.displacement
-    every = [_errors(study, name) for name in names(study)]
-    methods = [method for method in every if any(error is not None for error in method.errors)]
-    middle = [(method.method.endswith(CONVERGENT), method.errors[1]) for method in methods]
-    good = [abs(error) for converges, error in middle if converges and error is not None]
-    bad = [abs(error) for converges, error in middle if not converges and error is not None]
+    by_method = [_errors(study, name) for name in names(study)]
+    methods = [row for row in by_method if any(error is not None for error in row.errors)]
+    good = list[float]()  # errors at the middle step of methods whose contacts converge
+    bad = list[float]()  # errors at the middle step of the others
+    for row in methods:
+        error = row.errors[1]
+        if error is not None:
+            (good if row.method.endswith(CONVERGENT) else bad).append(abs(error))
     return Record(
         exact=exact,  # [m]
         predicted=[step_term(LINE, step) / exact for step in STEPS],  # relative error at STEPS
         predicted_turned=step_term(LINE, TURNED_STEP) / exact,
         methods=methods,
         convergence=_convergence(study, exact),  # steps [s] and relative errors, by method
-        good=max(
-            good, default=None
-        ),  # the largest of methods that converge, at the middle step
+        # largest error at the middle step of methods whose contacts converge
+        good=max(good, default=None),
         # smallest and largest error of the other methods at the middle step
         bad=(min(bad), max(bad)) if bad else None,
         steps=STEPS,
@@ -58,9 +60,10 @@ def errors(study: Study) -> Record | None:
 def _errors(study: Study, method: str) -> Record:
     """Returns a method's relative errors of the displacement at STEPS, and its error in the turned
     scene."""
-    errors = tuple(measured_error(study, LINE, method, step) for step in STEPS)
     return Record(
-        method=method, errors=errors, turned=measured_error(study, TURNED, method, TURNED_STEP)
+        method=method,
+        errors=tuple(measured_error(study, LINE, method, step) for step in STEPS),
+        turned=measured_error(study, TURNED, method, TURNED_STEP),
     )
 
 
@@ -77,6 +80,8 @@ def _convergence(study: Study, exact: float) -> Mapping[str, Mapping[str, Sequen
 
 
 def _converge(numbers: Record) -> Claims:
+    """Returns the check that contacts which do not converge have a larger error than those that
+    do."""
     if numbers.good is None or numbers.bad is None:
         return ()
     text = "errors of contacts that do not converge, and of those that do"

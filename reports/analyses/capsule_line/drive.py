@@ -25,19 +25,20 @@ def numbers(study: Study) -> Record | None:
     if not covers(study, LINE):
         return None
     line = problem(LINE).motion
-    wanted = demand(line, line.t2)
     edges = np.array([0.0, line.t1, line.t_star, line.t2, 1.05 * line.t2])
+    middles = 0.5 * (edges[1:] + edges[:-1])
     return Record(
-        line=wanted,
-        turns={str(epsilon): _of_turn(epsilon) for epsilon in EPSILONS},  # by epsilon
+        line=demand(line, line.t2),
+        turns={str(epsilon): _turn_demand(epsilon) for epsilon in EPSILONS},  # by epsilon
         times=np.repeat(edges, 2)[1:-1],  # [s] both ends of each interval of constant force
-        forces=np.repeat(line.driving_force(0.5 * (edges[1:] + edges[:-1])), 2),  # [N] exact
+        forces=np.repeat(line.driving_force(middles), 2),  # [N] exact
         engines=samples(study, EVERY, ("driving_force",)),
         step=STEP,
     )
 
 
-def _of_turn(epsilon: float) -> Demand:
+def _turn_demand(epsilon: float) -> Demand:
+    """Returns the demand of a turn on the actuator."""
     manoeuvre = turn_of(problem(LINE).setup.capsule, RADIUS, epsilon)
     return plane_demand(three_point_motion(manoeuvre.capsule, manoeuvre.path))
 

@@ -42,26 +42,25 @@ def line(w1: float, w2: float, t1: float) -> Case:
     return case_of(scene(LINE, {"w1": w1, "w2": w2, "t1": t1}))
 
 
-def seen(case: Case) -> Record:
+def predicted_displacement(case: Case) -> Record:
     """Returns the displacement by a manoeuvre and its uncertainty. A parameter contributes the
     exact derivative times the parameter's uncertainty; the contributions are added in
     quadrature."""
     motion = case.problem.motion
     end = np.array([motion.t2])
-    slopes = exact_gradient(case, list(KNOWN), end, ["displacement"])
-    rows = [
-        Record(
+    gradient = exact_gradient(case, list(KNOWN), end, ["displacement"])
+    rows = []
+    for name, uncertainty in KNOWN.items():
+        slope = float(gradient[name].values["displacement"][0])  # [m] per unit of the parameter
+        row = Record(
             name=name,
             amount=float(getattr(motion, name, getattr(motion.capsule, name, math.nan))),
-            known=known,
-            slope=float(
-                slopes[name].values["displacement"][0]
-            ),  # [m] per unit of the parameter
-            part=abs(float(slopes[name].values["displacement"][0])) * known,  # [m] contribution
+            known=uncertainty,
+            slope=slope,
+            part=abs(slope) * uncertainty,  # [m] contribution to the uncertainty
         )
-        for name, known in KNOWN.items()
-    ]
-    demand = case.system.facts(case.problem)
+        rows.append(row)
+    facts = case.system.facts(case.problem)
     return Record(
         w1=motion.w1,
         t1=motion.t1,
@@ -69,8 +68,8 @@ def seen(case: Case) -> Record:
         unsure=math.hypot(*(row.part for row in rows)),  # [m] uncertainty of the displacement
         stroke=motion.stroke,  # [m] stroke of the slider
         speed=motion.w1 * motion.t1,  # [m/s] largest speed of the slider
-        force=demand["driving_force_peak"],  # [N]
-        power=demand["driving_power_peak"],  # [W]
+        force=facts["driving_force_peak"],  # [N]
+        power=facts["driving_power_peak"],  # [W]
         t_star=motion.t_star,
         t2=motion.t2,
         rows=rows,
@@ -80,7 +79,7 @@ def seen(case: Case) -> Record:
 def numbers(study: Study) -> Record:
     """Returns the bench's parameters, its manoeuvre, other manoeuvres with the same stroke, ten
     repeated manoeuvres, and a plan to a pose."""
-    usual = seen(line(**SET))
+    usual = predicted_displacement(line(**SET))
     body = line(**SET).problem.motion.capsule
     w2 = SET["w2"]
     threshold = body.holding_acceleration
@@ -88,7 +87,7 @@ def numbers(study: Study) -> Record:
     for ratio in RATIOS:
         w1 = ratio * threshold
         t1 = math.sqrt(2.0 * w2 * usual.stroke / (w1 * (w1 + w2)))  # eq. 18 for t1
-        others.append(seen(line(w1, w2, t1)))
+        others.append(predicted_displacement(line(w1, w2, t1)))
     repeated = case_of(scene(REPEATED, dict(SET)))
     ten = repeated.system.facts(repeated.problem)
     return Record(
@@ -103,16 +102,17 @@ def numbers(study: Study) -> Record:
         count=ten["count"],
         total=ten["displacement"],  # [m] displacement by the repeated manoeuvres
         lasting=ten["t_rest"],  # [s] time until the body rests
-        plan=to_pose(),
+        plan=plan_to_pose(),
     )
 
 
-def to_pose() -> Record:
+def plan_to_pose() -> Record:
     """Returns a plan within the bench's limits, and its distance from the goal if the friction is
     higher by its uncertainty."""
     plan = planned({**CHECK, **LIMITS, "to": TO})
     rougher = plan.capsule.friction + KNOWN["friction"]
-    away, turned = replace(plan, capsule=replace(plan.capsule, friction=rougher)).error
+    on_rough_ground = replace(plan, capsule=replace(plan.capsule, friction=rougher))
+    away, turned = on_rough_ground.error
     return Record(
         to=TO,
         limits=dict(LIMITS),

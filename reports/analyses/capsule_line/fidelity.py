@@ -43,12 +43,12 @@ def heights(study: Study) -> Record | None:
         return None
     low, fine_low, tall, fine_tall = by_request.values()
     pairs = ((low, tall), (fine_low, fine_tall))
-    posed = problem(TILTED)
+    capsule = problem(TILTED).setup.capsule
     height = float(find_method(TALL).settings["height"])
     return Record(
         height=height,  # [m]
         # [N m] moment of friction while the body slides
-        moment=posed.setup.capsule.friction * posed.setup.capsule.weight * height,
+        moment=capsule.friction * capsule.weight * height,
         steps=TILTED_STEPS,
         # [N] largest change of the load at A2, at the coarse step
         shift=np.abs(tall.observables[LOAD] - low.observables[LOAD]).max(),
@@ -58,6 +58,7 @@ def heights(study: Study) -> Record | None:
 
 
 def _unchanged(numbers: Record) -> Claims:
+    """Returns the checks that the height shifts a load and hardly changes the displacement."""
     text = f"the change of Δx at {short(TILTED_STEPS[1])} s, relative,"
     return (
         at_most(text, numbers.changes[1], HARDLY),
@@ -70,16 +71,13 @@ def momentum(study: Study) -> Record | None:
     if no engine ran."""
     by_request = recordings(study, FREE_RUNS)
     shifts = {request.method: _shift(run) for request, run in by_request.items()}
-    travelled = abs(float(problem(FREE).motion.displacement))
-    return (
-        Record(
-            shifts=shifts,
-            largest=max(shifts.values()),
-            travelled=travelled,  # [m] displacement of the body
-            step=FREE_STEP,
-        )
-        if shifts
-        else None
+    if not shifts:
+        return None
+    return Record(
+        shifts=shifts,
+        largest=max(shifts.values()),
+        travelled=abs(float(problem(FREE).motion.displacement)),  # [m] by the body
+        step=FREE_STEP,
     )
 
 
@@ -94,6 +92,7 @@ def _shift(run: Trajectory) -> float:
 
 
 def _conserved(numbers: Record) -> Claims:
+    """Returns the check that the common centre of mass hardly moves without friction."""
     text = "the way of the common centre of mass, over the body's,"
     return (at_most(text, numbers.largest / numbers.travelled, KEPT),)
 

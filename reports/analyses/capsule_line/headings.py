@@ -13,7 +13,7 @@ from plumbob.engines.study.extra_runs import ExtraRun, StudyPlan
 from plumbob.engines.study.results import Study
 from plumbob.reports.analyses.analysis import Analysis, Record
 from plumbob.reports.analyses.claims import Claims, clear
-from plumbob.reports.analyses.measurements import LINE, end_error
+from plumbob.reports.analyses.measurements import LINE, end_error, recordings
 
 DEFAULT, RECOMMENDED = "mujoco/euler", "mujoco/euler+coulomb"
 METHODS = (DEFAULT, "mujoco/euler+elliptic", RECOMMENDED, "pymunk/feet")
@@ -25,21 +25,22 @@ ALIKE_AT_ALL = 1e-4  # relative spread of the displacement below which headings 
 
 def heading_runs(plan: StudyPlan) -> Sequence[ExtraRun]:
     """Returns a run along every heading with every compared method."""
-    return [_run(*pair) for pair in product(METHODS, ANGLES)]
+    return [_turned_run(*pair) for pair in product(METHODS, ANGLES)]
 
 
 def isotropy(study: Study) -> Record | None:
     """Returns the relative error of the displacement at each heading, and its spread over headings;
     None if no method ran along every heading."""
-    every = {name: line for name in METHODS if (line := _over_headings(study, name))}
-    if not every:
+    by_method = {name: _errors_over_headings(study, name) for name in METHODS}
+    default = by_method[DEFAULT]
+    recommended = by_method[RECOMMENDED]
+    complete = tuple(errors for errors in by_method.values() if errors)
+    if not complete:
         return None
-    default = every.get(DEFAULT)
-    recommended = every.get(RECOMMENDED)
     return Record(
         angles=ANGLES,  # [degrees]
         step=STEP,  # [s]
-        every=tuple(every.values()),
+        every=complete,
         # headings with the smallest and the largest error with default contacts
         best=_heading(default.errors, np.argmin) if default else None,
         worst=_heading(default.errors, np.argmax) if default else None,
@@ -50,22 +51,23 @@ def isotropy(study: Study) -> Record | None:
     )
 
 
-def _run(method: str, angle: int) -> ExtraRun:
+def _turned_run(method: str, angle: int) -> ExtraRun:
+    """Returns the run of the scene that is turned by an angle [degrees]."""
     turned = (("heading", math.radians(angle)),)
     return ExtraRun(LINE, method, STEP, changes=turned, end_alone=True)
 
 
-def _over_headings(study: Study, method: str) -> Record | None:
+def _errors_over_headings(study: Study, method: str) -> Record | None:
     """Returns a method's errors over the headings, also as points around a circle; None if the
     method did not run along every heading."""
-    runs = [run for a in ANGLES if (run := study.answer(_run(method, a)))]
+    runs = recordings(study, [_turned_run(method, angle) for angle in ANGLES])
     if len(runs) < len(ANGLES):
         return None
-    errors = np.abs([end_error(LINE, run) for run in runs])
-    around = np.radians([*ANGLES, 360])
+    errors = np.abs([end_error(LINE, run) for run in runs.values()])
+    closed_circle = np.radians([*ANGLES, 360])
     radii = 100.0 * np.append(errors, errors[0])
-    ahead = radii * np.cos(around)
-    aside = radii * np.sin(around)
+    ahead = radii * np.cos(closed_circle)
+    aside = radii * np.sin(closed_circle)
     return Record(
         method=method,
         errors=errors,
@@ -78,17 +80,19 @@ def _over_headings(study: Study, method: str) -> Record | None:
 def _heading(errors: Array, end: Callable[[Array], np.intp]) -> Record:
     """Returns the heading with the smallest or the largest error, as `end` (argmin or argmax) says.
     Among headings whose errors differ by rounding, the first one is returned."""
-    place = int(end(np.round(errors, DIGITS)))
-    angle = ANGLES[place]
+    index = int(end(np.round(errors, DIGITS)))
+    angle = ANGLES[index]
     return Record(
         angle=angle,  # [degrees]
-        size=errors[place],  # magnitude of the relative error
+        size=errors[index],  # magnitude of the relative error
         # [degrees] angle to the nearest axis of the friction pyramid
         off_axis=abs((angle + 45) % 90 - 45),
     )
 
 
 def _differs(numbers: Record) -> Claims:
+    """Returns the check that the spread with default contacts exceeds that with recommended
+    ones."""
     default = numbers.default_spread
     recommended = numbers.recommended_spread
     if default is None or recommended is None:

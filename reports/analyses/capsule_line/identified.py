@@ -36,19 +36,18 @@ def numbers(study: Study) -> Record | None:
     exact = math.nan
     for method, angle in PAIRS:
         fit = study.answer(_fit(method, angle))
-        if fit:
-            (parameter,) = fit.parameters
-            exact = parameter.true
-            bias = parameter.identified / parameter.true - 1.0
-            fits.append(
-                Record(
-                    method=method,
-                    angle=angle,  # [degrees]
-                    friction=parameter.identified,
-                    bias=bias,  # relative
-                    residual=fit.residual,  # relative residual of the displacement
-                )
-            )
+        if not fit:
+            continue
+        (parameter,) = fit.parameters
+        exact = parameter.true
+        row = Record(
+            method=method,
+            angle=angle,  # [degrees]
+            friction=parameter.identified,
+            bias=parameter.identified / parameter.true - 1.0,  # relative
+            residual=fit.residual,  # relative residual of the displacement
+        )
+        fits.append(row)
     if not fits:
         return None
     default = [fit for fit in fits if fit.method == DEFAULT]
@@ -77,6 +76,7 @@ def claims(numbers: Record) -> Claims:
 
 
 def _fit(method: str, angle: int) -> ParameterFit:
+    """Returns the fit of the friction in the scene that is turned by an angle [degrees]."""
     turned = (("heading", math.radians(angle)),)
     return ParameterFit(LINE, method, STEP, "friction", *SEARCHED, BUDGET, turned)
 

@@ -38,11 +38,12 @@ def samples(study: Study, every: int, names: Sequence[str]) -> Mapping[str, Sign
     """Returns observables of the check manoeuvre in each engine that ran, at one sample in `every`.
     The engines have different samples, so that no mark in a figure hides another."""
     by_engine = {}
-    for place, method in enumerate(ENGINES):
-        if run := study.answer(ExtraRun(LINE, method, STEP)):
-            kept = slice(place * every // 2, None, every)
-            shown = {name: run.observables[name][kept] for name in names}
-            by_engine[method] = {"times": run.times[kept], **shown}
+    for number, method in enumerate(ENGINES):
+        run = study.answer(ExtraRun(LINE, method, STEP))
+        if run:
+            shown = slice(number * every // 2, None, every)
+            observables = {name: run.observables[name][shown] for name in names}
+            by_engine[method] = {"times": run.times[shown], **observables}
     return by_engine
 
 
@@ -71,7 +72,8 @@ def misprints(study: Study) -> Record:
     stop = np.array([line.t_star])
     times = np.linspace(0.0, 1.05 * line.t2, 200)
     at_stop = None
-    if run := study.answer(ExtraRun(LINE, MUJOCO, STEP)):
+    run = study.answer(ExtraRun(LINE, MUJOCO, STEP))
+    if run:
         at_stop = float(np.interp(line.t_star, run.times, run.observables["velocity"]))
     return Record(
         printed=printed_body_velocity(line, stop)[0],  # [m/s] at t*
@@ -91,7 +93,7 @@ def misprints(study: Study) -> Record:
 def any_line(study: Study) -> Record:
     """Returns the displacement by eq. 22 and the errors of two engines, along the source's three
     lines and three others."""
-    lines = tuple(_line(study, scene) for scene in LINES)
+    lines = tuple(_line_numbers(study, scene) for scene in LINES)
     turns = [turn or 0.0 for line in lines for turn in line.turns]
     return Record(
         lines=lines,
@@ -101,7 +103,7 @@ def any_line(study: Study) -> Record:
     )
 
 
-def _line(study: Study, scene: str) -> Record:
+def _line_numbers(study: Study, scene: str) -> Record:
     """Returns the numbers of a line through C: its angle to C-A1, its displacement, and the errors
     and turns of the engines."""
     motion = problem(scene).motion
@@ -120,6 +122,7 @@ def _line(study: Study, scene: str) -> Record:
 
 
 def _straight(numbers: Record) -> Claims:
+    """Returns the check that the body does not turn in any engine."""
     turn = numbers.largest_turn
     return (at_most("the largest turn of the body in an engine", turn, STRAIGHT, "rad"),)
 

@@ -26,16 +26,16 @@ STARTS = (-0.05, 0.0, 0.08)  # [m] starts of the slider along its line
 SPARE, AWAY = 1.002, 1e-3  # ratio of |w| to f g/mu in a plan; [m] distance of the plan's goal
 
 
-def slope(line: LineManoeuvre) -> tuple[float, float]:
+def time_exponents(line: LineManoeuvre) -> tuple[float, float]:
     """Returns the exponents p of t1^p in the displacements of the slider and of the body, from the
     manoeuvres with t1 and t1/SHORTER."""
-    less = replace(line, t1=line.t1 / SHORTER)
-    pairs = ((line.stroke, less.stroke), (line.displacement, less.displacement))
-    first, second = (math.log(a / b) / math.log(SHORTER) for a, b in pairs)
-    return first, second
+    shorter = replace(line, t1=line.t1 / SHORTER)
+    of_slider = math.log(line.stroke / shorter.stroke) / math.log(SHORTER)
+    of_body = math.log(line.displacement / shorter.displacement) / math.log(SHORTER)
+    return of_slider, of_body
 
 
-def balance(line: LineManoeuvre) -> float:
+def balance_residual(line: LineManoeuvre) -> float:
     """Returns the largest residual of eqs. 8 and 9 with F eliminated, over the weight. It is
     evaluated at times within each interval, with accelerations from differences of velocities."""
     switches = np.array([0.0, line.t1, line.t_star, line.t2])
@@ -45,10 +45,10 @@ def balance(line: LineManoeuvre) -> float:
     before = line.at(times - h)
     body = line.capsule
     forces = line.friction_force(times)
-    gained = (body.body_mass + body.slider_mass) * (later.velocity - before.velocity)
-    gained += body.slider_mass * (later.stroke_rate - before.stroke_rate)
-    momentum = gained / (2 * h)
-    return float(np.abs(momentum - forces).max() / body.weight)
+    momentum = (body.body_mass + body.slider_mass) * (later.velocity - before.velocity)
+    momentum += body.slider_mass * (later.stroke_rate - before.stroke_rate)
+    momentum_rate = momentum / (2 * h)
+    return float(np.abs(momentum_rate - forces).max() / body.weight)
 
 
 def hard_brake(line: LineManoeuvre, factor: float = HARD) -> Record:
@@ -63,31 +63,32 @@ def hard_brake(line: LineManoeuvre, factor: float = HARD) -> Record:
     push = body.mass_ratio * line.w1 - resistance
     brake = body.mass_ratio * w2 + resistance
     t_star = line.t1 * (1.0 + push / brake)
-    left = line.t1 * (1.0 + line.w1 / w2) - t_star  # [s] time from t* until the slider rests
-    forth = body.mass_ratio * w2 - resistance
-    places = motion.at(np.array([t_star, motion.rest_time])).position[:, 0]
+    braking = line.t1 * (1.0 + line.w1 / w2) - t_star  # [s] time from t* until the slider rests
+    forward = body.mass_ratio * w2 - resistance  # [m/s^2] acceleration of the body after t*
+    at_t_star, at_rest = motion.at(np.array([t_star, motion.rest_time])).position[:, 0]
     return Record(
-        back=places[0],  # [m] displacement until t*
-        after=places[1] - places[0],  # [m] displacement from t* to rest, exact
+        back=at_t_star,  # [m] displacement until t*
+        after=at_rest - at_t_star,  # [m] displacement from t* to rest, exact
         # [m] displacement from t* to rest by constant accelerations
-        formula=0.5 * forth * left**2 * (1.0 + forth / resistance),
+        formula=0.5 * forward * braking**2 * (1.0 + forward / resistance),
         ends=motion.rest_time,  # [s] time at which the body rests
     )
 
 
-def from_starts(line: LineManoeuvre) -> float:
+def change_by_start(line: LineManoeuvre) -> float:
     """Returns the largest relative change of the displacement of the exact motion if the slider
     starts elsewhere on its line (STARTS)."""
 
-    def moved(start: float) -> float:
+    changes = []
+    for start in STARTS:
         path = replace(line, start=start).path
         motion = three_point_motion(line.capsule, path)
-        return float(motion.at(np.array([motion.rest_time])).position[0, 0])
+        displacement = float(motion.at(np.array([motion.rest_time])).position[0, 0])
+        changes.append(abs(displacement / line.displacement - 1.0))
+    return max(changes)
 
-    return max(abs(moved(start) / line.displacement - 1.0) for start in STARTS)
 
-
-def stop() -> Record:
+def slide_to_rest() -> Record:
     """Returns speed, distance and time of a body with a fixed slider that slides to rest."""
     coast = problem(COAST)
     speed = math.hypot(*coast.setup.velocity)
@@ -108,7 +109,7 @@ def numbers(study: Study) -> Record:
     body = line.capsule
     loads = line.normal_forces(np.linspace(0.0, line.t2, 50)).sum(axis=1)
     limit = body.holding_acceleration
-    exponents = slope(line)
+    exponents = time_exponents(line)
     plan = find_plan(body, RestPose(AWAY, 0.0, 0.0), Limits(acceleration=SPARE * limit))
     return Record(
         # relative error of the displacement for each of CONTACTS
@@ -116,7 +117,7 @@ def numbers(study: Study) -> Record:
         weight=body.weight,  # [N]
         # largest relative difference of the sum of normal forces from the weight
         load_gap=np.abs(loads / body.weight - 1.0).max(),
-        imbalance=balance(line),  # largest residual of eqs. 8 and 9 over the weight
+        imbalance=balance_residual(line),  # largest residual of eqs. 8 and 9 over the weight
         enough=limit,  # [m/s²] acceleration above which the body moves
         excess=barely.w1 / limit - 1.0,  # relative excess of w1 in the scene THRESHOLD
         barely_moved=barely.displacement,  # [m] displacement in the scene THRESHOLD
@@ -129,9 +130,9 @@ def numbers(study: Study) -> Record:
         plan_duration=plan.duration,  # [s]
         acceleration=SPARE * limit,  # [m/s²] largest acceleration of the plan
         hard_brake=hard_brake(line),
-        stop=stop(),
+        stop=slide_to_rest(),
         # largest relative change of the displacement if the slider starts elsewhere
-        by_start=from_starts(line),
+        by_start=change_by_start(line),
         hard=HARD,
         starts=STARTS,
         spare=SPARE,

@@ -40,33 +40,37 @@ def numbers(study: Study) -> Record | None:
     return Record(
         # ratio of the slider's allowed distance from C to the triangle's
         reach=1.0 / problem(LINE).setup.capsule.mass_ratio,
-        check=_motion(check),
-        edge=_motion(edge),
-        outside=_motion(outside),  # motion with C outside the triangle
+        check=_contact_condition(check),
+        edge=_contact_condition(edge),
+        outside=_contact_condition(outside),  # motion with C outside the triangle
         lift=_lift(study),
         beyond=BEYOND,
     )
 
 
-def _motion(motion: LineManoeuvre) -> Record:
+def _contact_condition(motion: LineManoeuvre) -> Record:
     """Returns whether a motion satisfies the source's assumptions (centre of mass and slider inside
     the triangle), and its smallest normal force over the weight."""
     lowest, _ = lowest_normal_forces(motion.capsule, motion.ends)
     assumed = source_assumption(motion.capsule, motion.ends)
-    smallest = float(np.min(lowest)) / motion.capsule.weight
     return Record(
-        com_inside=assumed.com_inside, slider_inside=assumed.slider_inside, lowest=smallest
+        com_inside=assumed.com_inside,
+        slider_inside=assumed.slider_inside,
+        lowest=float(np.min(lowest)) / motion.capsule.weight,
     )
 
 
 def _lift(study: Study) -> Record | None:
     """Returns the time [s] at which a foot leaves the plane, and the height [m] to which C rises by
     the end [s]; None if the run is missing or no foot lifts."""
-    if (run := study.answer(TIPPED)) is None:
+    run = study.answer(TIPPED)
+    if run is None:
         return None
-    off = run.times[run.channels["contacts"] < 3]
-    risen = float(run.channels["vertical_displacement"][-1])
-    return Record(time=off[0], risen=risen, end=run.times[-1]) if off.size else None
+    lifted = run.times[run.channels["contacts"] < 3]
+    if not lifted.size:
+        return None
+    height = float(run.channels["vertical_displacement"][-1])
+    return Record(time=lifted[0], risen=height, end=run.times[-1])
 
 
 TIPPING = Analysis("capsule_line/tipping", numbers, requests)

@@ -34,11 +34,11 @@ POINTS = 400  # points of the slider's path
 def plans() -> tuple[Plan, ...]:
     """Returns plans to the same pose: along each pair of lines with the shorter and the longer arc,
     and along the tracks of PIECES."""
-    to = {**CHECK, "to": POSE, "track": "curve"}
+    common = {**CHECK, "to": POSE, "track": "curve"}
     curves = itertools.product(PAIRS, ARCS)
     return (
-        *(planned({**to, "legs": legs, "arc": arc}) for legs, arc in curves),
-        *(planned({**to, "arc": arc, "segments": segments}) for arc, segments in PIECES),
+        *(planned({**common, "legs": legs, "arc": arc}) for legs, arc in curves),
+        *(planned({**common, "arc": arc, "segments": segments}) for arc, segments in PIECES),
     )
 
 
@@ -47,10 +47,10 @@ def numbers(study: Study) -> Record | None:
     none of SCENES."""
     if not any(covers(study, name) for name in SCENES):
         return None
-    every = plans()
-    corners = np.array(every[0].capsule.supports)
-    curves = tuple(_along(plan) for plan in every)
-    times = [plan.duration for plan in every if not plan.segments]
+    all_plans = plans()
+    corners = np.array(all_plans[0].capsule.supports)
+    curves = tuple(_plan_with_path(plan) for plan in all_plans)
+    times = [plan.duration for plan in all_plans if not plan.segments]
     moved = planned({**CHECK, "to": POSE, "slider": SLIDER[0], "slider_at_end": SLIDER[1]})
     return Record(
         curves=curves,
@@ -61,17 +61,16 @@ def numbers(study: Study) -> Record | None:
         misplaced=math.dist(moved.path.end, SLIDER[1]),  # [m] error of that slider position
         scenes=SCENES,
         # [m] or [rad] largest pose error of an exact motion
-        worst=max(max(along.plan.distance, along.plan.angle) for along in curves),
+        worst=max(max(curve.plan.distance, curve.plan.angle) for curve in curves),
         # ratio of the longest to the shortest duration, among plans along lines to supports
         slowest=max(times) / min(times),
     )
 
 
-def _along(plan: Plan) -> Record:
+def _plan_with_path(plan: Plan) -> Record:
     """Returns the numbers of a plan, and the slider's path in the body [m], shape (POINTS, 2)."""
-    return Record(
-        plan=plan_numbers(plan), path=plan.path.places(np.linspace(0.0, plan.duration, POINTS))
-    )
+    times = np.linspace(0.0, plan.duration, POINTS)
+    return Record(plan=plan_numbers(plan), path=plan.path.places(times))
 
 
 LEGS = Analysis("capsule_plan/legs", numbers)

@@ -27,35 +27,39 @@ STEP = 1e-3  # [s]
 
 def runs(study: Study | StudyPlan) -> Sequence[ExtraRun]:
     """Returns an open-loop run of each plan with each method of the study's profile."""
-    pairs = product(names(study), METHODS if study.profile == "full" else QUICK)
-    return [ExtraRun(n, m, STEP, run_duration(plan_of(n), STEP)) for n, m in pairs]
+    methods = METHODS if study.profile == "full" else QUICK
+    return [
+        ExtraRun(name, method, STEP, run_duration(plan_of(name), STEP))
+        for name, method in product(names(study), methods)
+    ]
 
 
 def numbers(study: Study) -> Record | None:
     """Returns the final pose errors by plan and method; None if no run came to rest."""
-    every = tuple(run for request in runs(study) if (run := _ended(study, request)))
-    if not every:
+    errors = [_final_error(study, request) for request in runs(study)]
+    ended = tuple(run for run in errors if run)
+    if not ended:
         return None
+    methods = dict.fromkeys(run.method for run in ended)
     return Record(
-        runs=every,
-        spans=[_span(method, every) for method in dict.fromkeys(run.method for run in every)],
+        runs=ended,
+        spans=[_error_range(method, ended) for method in methods],
         # [m] largest error that slow motions cause with friction that converges, then by default
-        slow=_slow(run for run in every if run.method != DEFAULT),
-        slow_default=_slow(
-            run for run in every if run.method == DEFAULT
-        ),  # on default contacts
-        first=plan_numbers(plan_of(every[0].scene)),
+        slow=_largest_slow_error([run for run in ended if run.method != DEFAULT]),
+        slow_default=_largest_slow_error([run for run in ended if run.method == DEFAULT]),
+        first=plan_numbers(plan_of(ended[0].scene)),
         step=STEP,
         quick=QUICK,
     )
 
 
-def _ended(study: Study, request: ExtraRun) -> Record | None:
+def _final_error(study: Study, request: ExtraRun) -> Record | None:
     """Returns the final pose error of a run, and the part that each kind of manoeuvre added; None
     if the run was not made or the body does not come to rest."""
     name = request.scene
     plan = plan_of(request.scene)
-    if (recorded := study.answer(request)) is None or len(recorded.times) < 2:
+    recorded = study.answer(request)
+    if recorded is None or len(recorded.times) < 2:
         return None
     after = pose_errors(plan, case(name).reference, recorded)
     if np.isnan(after[-1]).any():
@@ -64,7 +68,7 @@ def _ended(study: Study, request: ExtraRun) -> Record | None:
     return Record(scene=name, method=request.method, parts=parts, end=named(after[-1]))
 
 
-def _span(method: str, runs: Sequence[Record]) -> Record:
+def _error_range(method: str, runs: Sequence[Record]) -> Record:
     """Returns the range of a method's final position errors [m] over all plans."""
     distances = [run.end["distance"] for run in runs if run.method == method]
     return Record(
@@ -72,7 +76,7 @@ def _span(method: str, runs: Sequence[Record]) -> Record:
     )
 
 
-def _slow(runs: Iterable[Record]) -> float | None:
+def _largest_slow_error(runs: Iterable[Record]) -> float | None:
     """Returns the largest position error [m] that slow motions caused; None if there are none."""
     slow = [run.parts["slow"]["distance"] for run in runs if "slow" in run.parts]
     return max(slow, default=None)

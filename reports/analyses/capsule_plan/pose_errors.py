@@ -33,14 +33,15 @@ def pose_errors(plan: Plan, exact: Reference, run: Trajectory) -> Array:
 
     An error is read at the last sample of a manoeuvre. By then the body rests, so that a position
     that lags by half a step makes no error."""
-    seen = exact.observe(run.times)
-    error = np.column_stack([run.observables[name] - seen[name] for name in POSE])
-    rates = np.abs([seen[name] for name in ("velocity_x", "velocity_y", "heading_rate")])
+    observed = exact.observe(run.times)
+    errors = np.column_stack([run.observables[name] - observed[name] for name in POSE])
+    rates = np.abs([observed[name] for name in ("velocity_x", "velocity_y", "heading_rate")])
+    at_rest = rates.max(axis=0) <= STILL
     ends = np.append(plan.ends[:-1], np.inf)
-    last = np.searchsorted(run.times, ends, side="right") - 1
-    begun = run.times[last] > [manoeuvre.start for manoeuvre in plan.manoeuvres]
-    resting = begun & (rates.max(axis=0) <= STILL)[last]
-    return np.where(resting[:, None], error[last], np.nan)
+    last_samples = np.searchsorted(run.times, ends, side="right") - 1
+    reached = run.times[last_samples] > [manoeuvre.start for manoeuvre in plan.manoeuvres]
+    known = reached & at_rest[last_samples]
+    return np.where(known[:, None], errors[last_samples], np.nan)
 
 
 def by_kind(plan: Plan, after: Array) -> Signals:
@@ -49,14 +50,14 @@ def by_kind(plan: Plan, after: Array) -> Signals:
     motion. `after` are the errors of `pose_errors`."""
     total: dict[str, Array] = {}
     before = np.zeros(len(POSE))
-    waiting = ""
-    for manoeuvre, now in zip(plan.manoeuvres, after, strict=False):
-        kind = waiting or manoeuvre.kind
-        if np.isnan(now).any():
-            waiting = kind
+    unfinished = ""  # kind of a manoeuvre after which the body still moves
+    for manoeuvre, error in zip(plan.manoeuvres, after, strict=False):
+        kind = unfinished or manoeuvre.kind
+        if np.isnan(error).any():
+            unfinished = kind
             continue
-        total[kind] = total.get(kind, np.zeros(len(POSE))) + now - before
-        before, waiting = now, ""
+        total[kind] = total.get(kind, np.zeros(len(POSE))) + error - before
+        before, unfinished = error, ""
     return total
 
 

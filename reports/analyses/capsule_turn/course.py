@@ -29,10 +29,9 @@ def leading_path(manoeuvre: TurnManoeuvre, phases: Array) -> Array:
     of tau: C moves around the combined centre of mass, which stays at rest."""
     times = phases * manoeuvre.half_time
     arm = manoeuvre.capsule.mass_ratio * manoeuvre.radius * np.exp(1j * manoeuvre.start)
-    moved = arm - arm * np.exp(
-        1j * (manoeuvre.slider_angles(times) + manoeuvre.body_angles(times))
-    )
-    return np.column_stack([moved.real, moved.imag])
+    angles = manoeuvre.slider_angles(times) + manoeuvre.body_angles(times)
+    positions = arm - arm * np.exp(1j * angles)
+    return np.column_stack([positions.real, positions.imag])
 
 
 def difference(epsilon: float, phases: Array) -> Array:
@@ -46,13 +45,13 @@ def departure(epsilon: float) -> Record:
     """Returns the difference between exact motion and formula over the turn: its largest value, the
     time of that, and its ratio to epsilon^2."""
     phases = np.linspace(0.0, 2.0, POINTS + 1)
-    off = np.abs(difference(epsilon, phases))
+    magnitudes = np.abs(difference(epsilon, phases))
     scaled = difference(epsilon, PHASES) / epsilon**2
-    largest = float(off.max())
+    largest = float(magnitudes.max())
     return Record(
         epsilon=epsilon,
         largest=largest,  # [rad] largest |psi + mu_1 phi| for times in (0, 2 tau)
-        time=phases[np.argmax(off)],  # time of `largest` over tau
+        time=phases[np.argmax(magnitudes)],  # time of `largest` over tau
         scaled=scaled,  # [rad] (psi + mu_1 phi) / epsilon^2 at PHASES
         coefficient=largest / epsilon**2,
     )
@@ -63,14 +62,14 @@ def numbers(study: Study) -> Record:
     turn in the figures."""
     manoeuvre = turn(DRAWN)
     times = PHASES * manoeuvre.half_time
-    angles, place = exact_course(DRAWN, PHASES)
+    angles, positions = exact_course(DRAWN, PHASES)
     return Record(
         departures=[departure(epsilon) for epsilon in EPSILONS],
         phases=PHASES,  # times of all curves over tau
         slider=manoeuvre.slider_angles(times),  # [rad] phi
         formula=manoeuvre.body_angles(times),  # [rad] -mu_1 phi
         exact=angles,  # [rad] psi
-        path=1e3 * place.T,  # [mm] path of C, shape (2, n)
+        path=1e3 * positions.T,  # [mm] path of C, shape (2, n)
         # [mm] path of C without friction, shape (2, n)
         leading=1e3 * leading_path(manoeuvre, np.minimum(PHASES, 2.0)).T,
         drawn=DRAWN,

@@ -44,36 +44,42 @@ def _errors(at_stop: str, at_rest: str) -> Record:
         "stop": [known["body_angle"] - known[at_stop] for known in turns],
         "rest": [known["body_angle_at_rest"] - known[at_rest] for known in turns],
     }
-    logs = np.log(EPSILONS[SLOPES])
-    slopes = {n: np.polyfit(logs, np.log(np.abs(e[SLOPES])), 1)[0] for n, e in errors.items()}
+    log_epsilons = np.log(EPSILONS[SLOPES])
+    slopes = {}
+    for name, values in errors.items():
+        log_errors = np.log(np.abs(values[SLOPES]))
+        slopes[name] = np.polyfit(log_epsilons, log_errors, 1)[0]
     return Record(**errors, slopes=slopes)
 
 
 def second_order(study: Study) -> Record:
     """Returns the check values of the body angle, the errors of the formulas, and the coefficients
     of epsilon^2 from theory and from the exact motion."""
-    turned = turn(0.1)
-    scale = turned.characteristic_time**2
-    stop = float(turned.correction.at_stop[2])
-    end = float(turned.correction.at_rest[2])
+    manoeuvre = turn(0.1)
+    scale = manoeuvre.characteristic_time**2
+    correction = manoeuvre.correction
     angles = [(e, known, facts(e)["body_angle"]) for e, known in CHECKED.items()]
     checks = tuple((e, known, angle, angle - known) for e, known, angle in angles)
     formula, corrected = formulas()
-    last = EPSILONS[-1] ** 2
+    smallest_squared = EPSILONS[-1] ** 2
+    measured = {
+        "stop": formula.stop[-1] / smallest_squared,
+        "rest": formula.rest[-1] / smallest_squared,
+    }
     return Record(
-        stop=scale * stop,  # [rad] coefficient of epsilon^2 at 2 tau, from theory
-        rest=scale * end,  # [rad] coefficient of epsilon^2 at rest, from theory
+        stop=scale * float(correction.at_stop[2]),  # [rad] coefficient of epsilon^2 at 2 tau
+        rest=scale * float(correction.at_rest[2]),  # [rad] coefficient of epsilon^2 at rest
         formula=formula,
         corrected=corrected,
         checks=checks,  # epsilon; body angle at 2 tau [rad]: check value, computed, difference
         epsilons=EPSILONS,
         # [rad] both coefficients from the exact motion at the smallest epsilon
-        measured={"stop": formula.stop[-1] / last, "rest": formula.rest[-1] / last},
-        factor=_factor(corrected.rest),
+        measured=measured,
+        factor=_logarithm_factor(corrected.rest),
     )
 
 
-def _factor(errors: Sequence[float]) -> float:
+def _logarithm_factor(errors: Sequence[float]) -> float:
     """Returns K of the error K epsilon^4 ln(1/epsilon) + B epsilon^4 at rest, from the errors at
     the two smallest EPSILONS."""
     larger, smaller = (errors[k] / EPSILONS[k] ** 4 for k in (-2, -1))
@@ -103,16 +109,21 @@ def touching(study: Study) -> Record:
     single = motion()
     tau = SLENDER["half_time"]
     sides = np.array(SIDES)
-    pairs = pairwise(single.events)
-    touch = next(to for of, to in pairs if of.mode == to.mode == "slide" and to.support >= 0)
+    # A momentary stop is an event of a support between two sliding modes.
+    stops = [
+        event
+        for previous, event in pairwise(single.events)
+        if previous.mode == event.mode == "slide" and event.support >= 0
+    ]
+    touch = stops[0]
     times = np.array([touch.time, *(touch.time - sides), *(touch.time + sides)])
-    at, *speeds = slip_speeds(single, times)[touch.support]
+    speed_at_stop, *speeds = slip_speeds(single, times)[touch.support]
     before, after = np.reshape(speeds, (2, -1))
     rows = np.column_stack([sides, before, after, before / sides, after / sides])
     return Record(
         time=touch.time / tau,  # time of the stop over tau
         support=touch.support + 1,
-        speed=at,  # [m/s] slip speed at the stop
+        speed=speed_at_stop,  # [m/s] slip speed at the stop
         # a row for each of SIDES: that time [s], the slip speeds before and after [m/s], and both
         # speeds over the time [m/s²]
         sides=rows,

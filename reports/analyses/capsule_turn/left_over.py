@@ -6,10 +6,7 @@ from __future__ import annotations
 from plumbob.engines.study.results import Study
 from plumbob.models.tripod_capsule.turn import EPSILONS
 from plumbob.reports.analyses.analysis import Analysis, Record
-from plumbob.reports.analyses.capsule_turn.turns import (
-    facts,
-    turn,
-)
+from plumbob.reports.analyses.capsule_turn.turns import facts, turn
 
 SHOWN = 0.1  # epsilon in the summary of the finding
 
@@ -18,16 +15,17 @@ def numbers(study: Study) -> Record:
     """Returns omega and |v| at 2 tau for each epsilon, from the exact motion and by the formula."""
     coefficient = float(turn(SHOWN).correction.left_at_stop[2])
     return Record(
-        rows=[_left(e) for e in EPSILONS],
-        shown=_left(SHOWN),
+        rows=[_residual_velocities(epsilon) for epsilon in EPSILONS],
+        shown=_residual_velocities(SHOWN),
         coefficient=coefficient,  # [rad/s²] ratio of omega(2 tau) to tau
     )
 
 
-def _left(epsilon: float) -> Record:
+def _residual_velocities(epsilon: float) -> Record:
     """Returns the velocities at 2 tau for one epsilon, from the exact motion and by the formula."""
     known = facts(epsilon)
-    rate, rate_formula = (known[f"angular_velocity_at_stop{of}"] for of in ("", "_formula"))
+    rate = known["angular_velocity_at_stop"]
+    rate_formula = known["angular_velocity_at_stop_formula"]
     return Record(
         epsilon=epsilon,
         rate=rate,  # [rad/s] omega

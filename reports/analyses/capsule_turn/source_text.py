@@ -26,7 +26,7 @@ PLACES = 24  # positions around the circle
 NODES = 32  # Gauss points of a smooth segment
 
 
-def friction_turning(
+def friction_effects(
     manoeuvre: TurnManoeuvre, motion: ThreePointMotion
 ) -> tuple[float, float, complex]:
     """Returns three effects of friction while the slider moves: the largest |R| of eq. 24 over R_0,
@@ -36,21 +36,20 @@ def friction_turning(
     stopped."""
     x, weights = np.polynomial.legendre.leggauss(NODES)
     largest = 0.0
-    turned = 0.0
-    pushed = 0j
+    angular_velocity = 0.0
+    velocity = 0j
     stop = 2.0 * manoeuvre.half_time * (1.0 - 1e-12)
     for begin, segment in zip(motion.begins, motion.segments, strict=True):
         if begin < stop:
             load = loading(motion, segment, 0.5 * (x + 1.0))
-            (force, torque) = load.friction
-            spans = 0.5 * weights * load.pace
-            rate = torque / load.at.inertia
-            largest = max(largest, float(np.abs(rate).max()))
-            turned += float(spans @ rate)
-            pushed += (
-                complex(spans @ (force * np.exp(1j * load.states[:, 4]))) / motion.body.mass
-            )
-    return largest / manoeuvre.friction_bound, turned, pushed
+            force, torque = load.friction
+            time_weights = 0.5 * weights * load.pace
+            acceleration = torque / load.at.inertia
+            world_force = force * np.exp(1j * load.states[:, 4])
+            largest = max(largest, float(np.abs(acceleration).max()))
+            angular_velocity += float(time_weights @ acceleration)
+            velocity += complex(time_weights @ world_force) / motion.body.mass
+    return largest / manoeuvre.friction_bound, angular_velocity, velocity
 
 
 def centre_velocity(manoeuvre: TurnManoeuvre, motion: ThreePointMotion) -> complex:
@@ -65,8 +64,9 @@ def shortened() -> tuple[float, float]:
     """Returns the body angle [rad] at 2 tau of the turn with epsilon SMALL, and the body angle of
     the turn with the same Z in 1/SHORTER of the time."""
     manoeuvre = turn(SMALL)
-    less = replace(manoeuvre, half_time=manoeuvre.half_time / SHORTER)
-    end = three_point_motion(less.capsule, less.path).at(np.array([2.0 * less.half_time]))
+    shorter = replace(manoeuvre, half_time=manoeuvre.half_time / SHORTER)
+    motion = three_point_motion(shorter.capsule, shorter.path)
+    end = motion.at(np.array([2.0 * shorter.half_time]))
     return facts(SMALL)["body_angle"], float(end.heading[0])
 
 
@@ -75,17 +75,18 @@ def numbers(study: Study) -> Record:
     belongs to the turn with epsilon SHOWN."""
     manoeuvre = turn(SHOWN)
     motion = problem(name_of(SHOWN)).motion.single
-    about = facts(SHOWN)
+    known = facts(SHOWN)
     velocity = centre_velocity(manoeuvre, motion)
-    at_end = about["rest_time"] / manoeuvre.half_time
-    moved, later = exact_course(SHOWN, np.array([2.0, at_end]))[1]
+    rest_phase = known["rest_time"] / manoeuvre.half_time
+    at_stop, at_rest = exact_course(SHOWN, np.array([2.0, rest_phase]))[1]
     many = problem(THOUSAND).motion
-    friction, integral, pushed = friction_turning(manoeuvre, motion)
+    friction, integral, velocity_by_friction = friction_effects(manoeuvre, motion)
     usual, shorter = shortened()
-    rate = about["angular_velocity_at_stop"]
+    rate = known["angular_velocity_at_stop"]
+    momentum_residual = abs(velocity_by_friction / velocity - 1.0)
     return Record(
         # largest relative residual of the balances of momentum and angular momentum until 2 tau
-        imbalance=max(abs(pushed / velocity - 1.0), abs(integral / rate - 1.0)),
+        imbalance=max(momentum_residual, abs(integral / rate - 1.0)),
         friction=friction,  # largest |R| over R_0
         integral=integral,  # [rad/s] integral of R until 2 tau
         rate=rate,  # [rad/s] angular velocity of the body at 2 tau
@@ -98,17 +99,17 @@ def numbers(study: Study) -> Record:
         count=many.count,  # number of repeated turns
         # [rad] body angle after all repeated turns
         total=many.count * float(many.single.at(np.array([many.single.rest_time])).heading[0]),
-        moved=np.hypot(*moved),  # [m] displacement of C until 2 tau
-        moved_after=np.hypot(*(later - moved)),  # [m] displacement of C from 2 tau to rest
-        decay=about["rest_time"] - about["stop_time"],  # [s] time from 2 tau to rest
+        moved=np.hypot(*at_stop),  # [m] displacement of C until 2 tau
+        moved_after=np.hypot(*(at_rest - at_stop)),  # [m] displacement of C from 2 tau to rest
+        decay=known["rest_time"] - known["stop_time"],  # [s] time from 2 tau to rest
         shown=SHOWN,
         thousand=THOUSAND,
         radius=manoeuvre.radius,  # [m]
-        **held(manoeuvre),
+        **holding_limits(manoeuvre),
     )
 
 
-def held(manoeuvre: TurnManoeuvre) -> dict[str, Any]:
+def holding_limits(manoeuvre: TurnManoeuvre) -> dict[str, Any]:
     """Returns the largest slider accelerations |w| [m/s^2] that leave the body at rest.
 
     `through_c` is for a line through C. `along_arc` is for the circle: the smallest and the largest
@@ -117,17 +118,18 @@ def held(manoeuvre: TurnManoeuvre) -> dict[str, Any]:
     rim, because the acceleration that friction can balance is concave in the slider's position.
     `turning` are the angular accelerations [rad/s^2] that belong to `along_arc`."""
     capsule = manoeuvre.capsule
-    round_ = np.linspace(0.0, 2.0 * np.pi, PLACES, endpoint=False)
-    rim = manoeuvre.radius * np.exp(1j * round_)
-    limits = np.array([[holding_limit(capsule, at, to) for to in round_] for at in rim])
-    across = PLACES // 4
+    angles = np.linspace(0.0, 2.0 * np.pi, PLACES, endpoint=False)
+    rim = manoeuvre.radius * np.exp(1j * angles)
+    # [m/s^2] by position on the rim and direction of w, shape (PLACES, PLACES)
+    limits = np.array([[holding_limit(capsule, at, to) for to in angles] for at in rim])
+    quarter = PLACES // 4
     number = np.arange(PLACES)
-    across_quarter = limits[number, (number + across + across // 2) % PLACES]
-    along = limits[number, (number + across) % PLACES]
+    chords = limits[number, (number + quarter + quarter // 2) % PLACES]
+    along = limits[number, (number + quarter) % PLACES]
     return {
         "through_c": capsule.holding_acceleration,
         "along_arc": (float(along.min()), float(along.max())),
-        "along_chord": float(across_quarter.min()),
+        "along_chord": float(chords.min()),
         "anywhere": float(limits.min()),
         # [rad/s^2] Z at which a turn first moves the body, at the weakest and the strongest
         # position

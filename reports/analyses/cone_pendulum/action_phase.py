@@ -26,6 +26,7 @@ HIGHEST = 1100.0  # [J] highest energy of the curves
 
 
 def _request(theta: float, speed: float) -> ExtraRun:
+    """Returns MuJoCo's run over PERIODS periods from a start (`theta` [rad], `speed` [rad/s])."""
     duration = PERIODS * cone(theta=theta, theta_dot=speed).motion.period
     return ExtraRun(ROTATING, MUJOCO, STEP, duration, (("theta", theta), ("theta_dot", speed)))
 
@@ -33,19 +34,19 @@ def _request(theta: float, speed: float) -> ExtraRun:
 def numbers(study: Study) -> Record:
     """Returns actions and periods, exact and in MuJoCo's runs."""
     problem = cone(theta=DEEP, theta_dot=40.0)
-    starts = tuple(_start(study, *start) for start in STARTS)
+    starts = tuple(_motion_from(study, *start) for start in STARTS)
+    gaps = [abs(start.gap) for start in starts if start.gap]
+    drifts = [start.drift for start in starts if start.drift]
     return Record(
         starts=starts,
         # curves of action and frequency for the source's cone on its turning platform
         branches=branches(in_double(problem.potential), problem.body.inertia_x, HIGHEST),
-        # largest relative error of a period
-        largest_gap=max((abs(start.gap) for start in starts if start.gap), default=0.0),
-        # largest relative change of an action
-        largest_drift=max((start.drift for start in starts if start.drift), default=0.0),
+        largest_gap=max(gaps, default=0.0),  # largest relative error of a period
+        largest_drift=max(drifts, default=0.0),  # largest relative change of an action
     )
 
 
-def _start(study: Study, theta: float, speed: float) -> Record:
+def _motion_from(study: Study, theta: float, speed: float) -> Record:
     """Returns energy, period and drift of the action for one start (`theta` [rad], `speed`
     [rad/s]), exact and in a run of MuJoCo's full model."""
     problem = cone(theta=theta, theta_dot=speed)

@@ -32,7 +32,7 @@ FINE = np.linspace(0.0, END, 20_001)  # [s]
 PARTS = ("translation", "coupling", "rotation")
 
 
-def along(times: Array) -> Energies:
+def exact_energies(times: Array) -> Energies:
     """Returns the exact energies at `times` [s], shape (n,)."""
     problem = forms(ROTATING).problem
     return energies(problem, *problem.reference.state(times))
@@ -43,8 +43,9 @@ def numbers(study: Study) -> Record:
     minus the work of the drive, which is constant."""
     run = study.answer(RUN)
     times = np.linspace(0.0, END, 251) if run is None else run.times
-    exact = along(times)
-    fine = along(FINE)
+    exact = exact_energies(times)
+    fine = exact_energies(FINE)
+    parts = {name: getattr(fine, name) for name in PARTS}
     problem = forms(ROTATING).problem
     states = problem.reference.state
     still = energies(replace(problem, platform_rate=0.0), *states(times))
@@ -55,17 +56,17 @@ def numbers(study: Study) -> Record:
         # range of T + U minus the work of the drive
         constant=np.ptp(exact.total - exact.work),
         # smallest and largest value of each part of T
-        extremes={part: (of.min(), of.max()) for part in PARTS for of in [getattr(fine, part)]},
+        extremes={name: (values.min(), values.max()) for name, values in parts.items()},
         # largest sum of the parts of T other than ½ I_x θ̇², with a platform at rest
         others=np.abs(still.kinetic - still.rotation).max(),
         torque=np.abs(drive_torque(problem, *states(FINE))).max(),  # largest magnitude
-        mujoco=None if run is None else _platform(run, exact),
+        mujoco=None if run is None else _mujoco_energies(run, exact),
         inertia=ARMATURE,
         end=END,
     )
 
 
-def _platform(run: Trajectory, exact: Energies) -> Record | None:
+def _mujoco_energies(run: Trajectory, exact: Energies) -> Record | None:
     """Returns MuJoCo's energies of the body and of the platform, compared with the exact ones; None
     if the run records no energies."""
     if not {"kinetic", "potential", "platform_rate"} <= set(run.channels):
@@ -75,8 +76,8 @@ def _platform(run: Trajectory, exact: Energies) -> Record | None:
     body = run.channels["kinetic"] + run.channels["potential"] - inertia * rate**2 / 2
     # The product avoids the cancellation in the difference of the squared rates.
     supplied = inertia * (rate[0] - rate) * (rate[0] + rate) / 2
-    gaps = (float(np.abs(gap).max()) for gap in (body - exact.total, supplied - exact.work))
-    body_gap, supplied_gap = gaps
+    body_gap = float(np.abs(body - exact.total).max())
+    supplied_gap = float(np.abs(supplied - exact.work).max())
     return Record(
         total=body,  # T + U of the body
         range=np.ptp(body),  # range of T + U of the body

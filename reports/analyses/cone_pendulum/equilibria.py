@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import product
+
 import numpy as np
 
 from plumbob.analytic.systems.cone_pendulum import Equilibrium
@@ -23,16 +25,15 @@ DRAWN = np.linspace(0.0, 30.0, 121)  # [rad/s] platform rates of the diagrams
 def centres() -> list[tuple[float, float, Equilibrium]]:
     """Returns (y of the pivot [m], platform rate [rad/s], equilibrium) for each stable equilibrium
     at each of PIVOTS and RATES."""
-    return [
-        (pivot, rate, equilibrium)
-        for pivot in PIVOTS
-        for rate in RATES
-        for equilibrium in cone(pivot_y=pivot, platform_rate=rate).equilibria
-        if equilibrium.kind == "centre"
-    ]
+    stable = list[tuple[float, float, Equilibrium]]()
+    for pivot, rate in product(PIVOTS, RATES):
+        equilibria = cone(pivot_y=pivot, platform_rate=rate).equilibria
+        stable += [(pivot, rate, e) for e in equilibria if e.kind == "centre"]
+    return stable
 
 
 def _request(pivot: float, rate: float, centre: Equilibrium) -> ExtraRun:
+    """Returns MuJoCo's run of a small swing about a stable equilibrium."""
     changes: Changes = (
         ("pivot_y", pivot),
         ("platform_rate", rate),
@@ -46,21 +47,19 @@ def numbers(study: Study) -> Record:
     """Returns the bifurcation diagrams, and the rates of small swings, exact and in MuJoCo."""
     rows = []
     for pivot, rate, centre in centres():
-        lasts = period(study.answer(_request(pivot, rate, centre)), centre.theta)
-        measured = None if lasts is None else 2 * np.pi / lasts
-        rows.append(
-            Record(
-                pivot=pivot,  # [m]
-                platform_rate=rate,  # [rad/s]
-                theta=centre.theta,  # [rad]
-                rate=centre.rate,  # [rad/s] exact rate of small swings
-                measured=measured,  # [rad/s] rate of small swings in MuJoCo
-                gap=None
-                if measured is None
-                else measured / centre.rate - 1.0,  # relative error
-            )
+        swing_period = period(study.answer(_request(pivot, rate, centre)), centre.theta)
+        measured = None if swing_period is None else 2 * np.pi / swing_period
+        row = Record(
+            pivot=pivot,  # [m]
+            platform_rate=rate,  # [rad/s]
+            theta=centre.theta,  # [rad]
+            rate=centre.rate,  # [rad/s] exact rate of small swings
+            measured=measured,  # [rad/s] rate of small swings in MuJoCo
+            gap=None if measured is None else measured / centre.rate - 1.0,  # relative error
         )
-    level, offset = (cone(pivot_y=pivot, platform_rate=26.0) for pivot in PIVOTS)
+        rows.append(row)
+    level = cone(pivot_y=PIVOTS[0], platform_rate=26.0)
+    offset = cone(pivot_y=PIVOTS[-1], platform_rate=26.0)
     gaps = [abs(row.gap) for row in rows if row.gap is not None]
     return Record(
         centres=rows,
@@ -75,31 +74,31 @@ def numbers(study: Study) -> Record:
     )
 
 
-def claims(found: Record) -> Claims:
+def claims(numbers: Record) -> Claims:
     """Returns the check that the measured rates agree with the exact ones."""
-    gap = np.nan if found.largest_gap is None else found.largest_gap
+    gap = np.nan if numbers.largest_gap is None else numbers.largest_gap
     return (at_most("the largest difference of a rate, relative,", gap, AGREES),)
 
 
 def _diagram(pivot: float) -> Record:
     """Returns all equilibria for one pivot: platform rates [rad/s] and angles [rad], separately for
     stable and unstable ones."""
-    places = {kind: Record(rates=[], angles=[]) for kind in ("centre", "saddle")}
-    for rate in DRAWN:
-        for equilibrium in cone(pivot_y=pivot, platform_rate=float(rate)).equilibria:
-            if equilibrium.kind in places:
-                places[equilibrium.kind].rates.append(float(rate))
-                places[equilibrium.kind].angles.append(equilibrium.theta)
+    by_kind = {kind: Record(rates=[], angles=[]) for kind in ("centre", "saddle")}
+    for rate in DRAWN.tolist():
+        for equilibrium in cone(pivot_y=pivot, platform_rate=rate).equilibria:
+            if equilibrium.kind in by_kind:
+                by_kind[equilibrium.kind].rates.append(rate)
+                by_kind[equilibrium.kind].angles.append(equilibrium.theta)
     return Record(
         pivot=pivot,  # [m]
-        stable=places["centre"],
-        unstable=places["saddle"],
+        stable=by_kind["centre"],
+        unstable=by_kind["saddle"],
     )
 
 
 EQUILIBRIA = Analysis(
     "cone_pendulum/equilibria",
     numbers,
-    lambda plan: tuple(_request(*where) for where in centres()),
+    lambda plan: tuple(_request(*centre) for centre in centres()),
     claims,
 )

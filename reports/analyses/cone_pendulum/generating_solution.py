@@ -21,33 +21,35 @@ DRIVE_RATE, DRIVE_TIME = 5.0, 2.0  # [1/s] rate of the servo, [s] duration of th
 NEXT = 1.7  # [kg m^2] largest inertia of the body about the platform's axis
 
 
-def _drive(inertia: float) -> ExtraRun:
+def _drive_run(inertia: float) -> ExtraRun:
+    """Returns MuJoCo's run with a weak drive of a platform with an armature [kg m^2]."""
     settings = (("platform_armature", inertia), ("drive_rate", DRIVE_RATE))
     return ExtraRun(ROTATING, MUJOCO, MUJOCO_STEP, DRIVE_TIME, (), settings)
 
 
-def _driven(run: Trajectory, inertia: float) -> Record:
+def _deviation(run: Trajectory, inertia: float) -> Record:
     """Returns the deviation of theta from the motion with an ideal drive, at the end of a run with
     a weak drive, measured and predicted to first order."""
     problem = forms(ROTATING).problem
     # The servo's gain is DRIVE_RATE times the armature, but it also moves the platform's own
     # inertia.
     rate = DRIVE_RATE * inertia / (inertia + OWN)
-    first = drive_error(problem, run.times, inertia + OWN, rate).theta[-1]
-    apart = (run.observables["theta"] - problem.reference.state(run.times)[0])[-1]
+    predicted = drive_error(problem, run.times, inertia + OWN, rate).theta[-1]
+    ideal = problem.reference.state(run.times)[0]
+    measured = (run.observables["theta"] - ideal)[-1]
     return Record(
         inertia=inertia,  # [kg m^2] armature of the platform's joint
-        apart=apart,  # [rad] measured deviation
-        first=first,  # [rad] deviation predicted to first order
-        gap=apart / first - 1.0,  # relative difference of both
+        apart=measured,  # [rad] measured deviation
+        first=predicted,  # [rad] deviation predicted to first order
+        gap=measured / predicted - 1.0,  # relative difference of both
     )
 
 
 def numbers(study: Study) -> Record:
     """Returns the deviations by weak drives, beside first-order perturbation theory."""
-    runs = [(study.answer(_drive(inertia)), inertia) for inertia in INERTIAS]
+    runs = [(study.answer(_drive_run(inertia)), inertia) for inertia in INERTIAS]
     return Record(
-        drives=[_driven(run, inertia) for run, inertia in runs if run],
+        drives=[_deviation(run, inertia) for run, inertia in runs if run],
         drive_rate=DRIVE_RATE,
         drive_time=DRIVE_TIME,
     )
@@ -65,6 +67,6 @@ def claims(solutions: Record) -> Claims:
 GENERATING_SOLUTION = Analysis(
     "cone_pendulum/generating_solution",
     numbers,
-    lambda plan: tuple(map(_drive, INERTIAS)),
+    lambda plan: tuple(map(_drive_run, INERTIAS)),
     claims,
 )

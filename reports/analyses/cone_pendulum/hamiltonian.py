@@ -54,7 +54,7 @@ def numbers(study: Study) -> Record:
     """Returns both closed forms beside the recorded runs of independent methods."""
     both = forms(ROTATING)
     recorded = {name: study.answer(request) for name, request in INDEPENDENT.items()}
-    runs = {name: _independent(both, run) for name, run in recorded.items() if run}
+    runs = {name: _compare(both, run) for name, run in recorded.items() if run}
     correct = _closed_form(both.correct)
     printed = _closed_form(both.printed)
     between = both.printed.state(TIMES)[0] - both.correct.state(TIMES)[0]
@@ -85,7 +85,7 @@ def claims(numbers: Record) -> Claims:
     return (clear(text, numbers.off, numbers.worst, "rad"),)
 
 
-def end_of(motion: PendulumMotion) -> float:
+def end_angle(motion: PendulumMotion) -> float:
     """Returns theta [rad] of an exact motion at END."""
     return float(motion.state(np.array([END]))[0][0])
 
@@ -94,23 +94,22 @@ def _closed_form(motion: PendulumMotion) -> Record:
     """Returns theta [rad] of a closed form at END and at the times of the figure, and its period
     [s]."""
     theta = motion.state(TIMES[::2])[0]
-    return Record(end=end_of(motion), period=motion.period, theta=theta)
+    return Record(end=end_angle(motion), period=motion.period, theta=theta)
 
 
-def _independent(both: Record, run: Trajectory) -> Record:
+def _compare(both: Record, run: Trajectory) -> Record:
     """Returns the comparison of a recorded run of an independent method with both closed forms."""
     theta = run.observables["theta"]
-    errors = theta - both.correct.state(run.times)[0]
-    apart = theta - both.printed.state(run.times)[0]
-    correct, printed = (
-        float(np.ptp(energy(motion.potential, motion.inertia, run)))
-        for motion in (both.correct, both.printed)
-    )
+    from_correct = theta - both.correct.state(run.times)[0]
+    from_printed = theta - both.printed.state(run.times)[0]
+    correct_energy = energy(both.correct.potential, both.correct.inertia, run)
+    printed_energy = energy(both.printed.potential, both.printed.inertia, run)
     return Record(
-        from_correct=np.abs(errors).max(),  # [rad] largest difference
-        from_printed=np.abs(apart).max(),  # [rad] largest difference
-        correct_varies=correct,  # [J] range of the correct Hamiltonian along the run
-        printed_varies=printed,  # [J] range of the printed Hamiltonian along the run
+        from_correct=np.abs(from_correct).max(),  # [rad] largest difference
+        from_printed=np.abs(from_printed).max(),  # [rad] largest difference
+        # [J] range of each Hamiltonian along the run
+        correct_varies=float(np.ptp(correct_energy)),
+        printed_varies=float(np.ptp(printed_energy)),
         times=run.times,  # [s]
         theta=theta,  # [rad]
     )

@@ -15,7 +15,7 @@ NEAR = (1e-3, 1e-6, 1e-9)  # energies above the barrier, relative to the deepest
 Counts = tuple[int, ...]  # numbers of harmonics for each of ACCURACIES
 
 
-def counts(above: float) -> Counts:
+def harmonics_near_barrier(above: float) -> Counts:
     """Returns the numbers of harmonics that reach each of ACCURACIES, for a rotation of the
     source's cone on its turning platform with an energy `above` the barrier [J]."""
     problem = cone(theta=SHALLOW, theta_dot=1.0)
@@ -25,10 +25,10 @@ def counts(above: float) -> Counts:
     return needed(motion, ACCURACIES)
 
 
-def barrier() -> float:
+def barrier_height() -> float:
     """Returns the height of the barrier above the deepest well [J], which scales energies."""
     problem = cone(theta=SHALLOW, theta_dot=1.0)
-    lowest = min(e.potential for e in problem.equilibria)
+    lowest = min(equilibrium.potential for equilibrium in problem.equilibria)
     return float(double(problem.motion.barriers[0])) - lowest
 
 
@@ -36,11 +36,11 @@ def numbers(study: Study) -> Record:
     """Returns periods by a closed form that, according to the source, does not exist, and the
     numbers of harmonics of the series that the source recommends."""
     motions = {scene: forms(scene).correct for scene in (RESTING, ROTATING)}
-    depth = barrier()
+    depth = barrier_height()
     return Record(
         periods={scene: motion.period for scene, motion in motions.items()},  # [s], by scene
         scenes={scene: needed(motion, ACCURACIES) for scene, motion in motions.items()},
-        near=[(part, counts(part * depth)) for part in NEAR],
+        near=[(fraction, harmonics_near_barrier(fraction * depth)) for fraction in NEAR],
         accuracies=ACCURACIES,
     )
 

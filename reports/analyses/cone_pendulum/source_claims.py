@@ -19,18 +19,16 @@ def numbers(study: Study) -> Record:
     """Returns the numbers that judge the claims. They follow from the source and the exact motions
     and need no runs."""
     turning = forms(ROTATING)
+    just_above = series.harmonics_near_barrier(1e-9 * series.barrier_height())
     return Record(
         body=turning.problem.body,
         rotations=rotations(),
         sampled=sampled_top(),  # [J] largest value of the printed V at the source's angles
         # [J] minimum of the correct V on the turning platform
         deepest=min(equilibrium.potential for equilibrium in turning.problem.equilibria),
-        harmonics=needed(turning.correct, series.ACCURACIES)[
-            -1
-        ],  # needed for the motion of Fig. 3
-        harmonics_near=series.counts(1e-9 * series.barrier())[
-            -1
-        ],  # needed just above the barrier
+        # numbers of harmonics for the motion of Fig. 3, and just above the barrier
+        harmonics=needed(turning.correct, series.ACCURACIES)[-1],
+        harmonics_near=just_above[-1],
         near=NEAR,
         angles=ANGLES,
         scene=ROTATING,

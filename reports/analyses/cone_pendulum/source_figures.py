@@ -31,7 +31,8 @@ TEMPLATE = "cone_pendulum/source_figures"
 Curves = Mapping[str, tuple[Array, Array]]
 
 
-def _period(scene: str) -> ExtraRun:
+def _one_period(scene: str) -> ExtraRun:
+    """Returns MuJoCo's run of a scene over one period."""
     return ExtraRun(scene, MUJOCO, MUJOCO_STEP, forms(scene).correct.period)
 
 
@@ -39,24 +40,24 @@ def numbers(study: Study) -> Record:
     """Returns the curves of Fig. 2, on a resting base, and of Fig. 3, on a turning base."""
     return Record(
         cases={
-            "resting": _panels(RESTING, study.answer(_period(RESTING))),
-            "rotating": _panels(ROTATING, study.answer(_period(ROTATING))),
+            "resting": _panels(RESTING, study.answer(_one_period(RESTING))),
+            "rotating": _panels(ROTATING, study.answer(_one_period(ROTATING))),
         }
     )
 
 
 def _panels(scene: str, run: Trajectory | None) -> Record:
     """Returns the panels of one case: the corrected motion, the printed motion and MuJoCo's run."""
-    right = forms(scene).correct
+    correct = forms(scene).correct
     printed = forms(scene).printed
     return Record(
-        corrected=_drawn(right),
-        printed=_drawn(printed),
-        mujoco={} if run is None else _sampled(run, right),  # empty without a run
+        corrected=_curves(correct),
+        printed=_curves(printed),
+        mujoco={} if run is None else _marks(run, correct),  # empty without a run
     )
 
 
-def _drawn(motion: PendulumMotion) -> Record:
+def _curves(motion: PendulumMotion) -> Record:
     """Returns the five curves of a rotation."""
     period = motion.period
     theta = np.linspace(0.0, TURN, POINTS)
@@ -78,12 +79,12 @@ def _drawn(motion: PendulumMotion) -> Record:
     )
 
 
-def _sampled(run: Trajectory, motion: PendulumMotion) -> Curves:
+def _marks(run: Trajectory, motion: PendulumMotion) -> Curves:
     """Returns the marks of a run in panels b to e, at a few samples."""
-    kept = np.unique(np.linspace(0, len(run.times) - 1, DOTS).astype(int))
-    angle = run.observables["theta"][kept] / TURN
-    time = run.times[kept] / motion.period
-    rate = run.observables["theta_dot"][kept]
+    samples = np.unique(np.linspace(0, len(run.times) - 1, DOTS).astype(int))
+    angle = run.observables["theta"][samples] / TURN
+    time = run.times[samples] / motion.period
+    rate = run.observables["theta_dot"][samples]
     momentum = motion.inertia * rate
     return {
         "b": (angle, time),
@@ -93,4 +94,6 @@ def _sampled(run: Trajectory, motion: PendulumMotion) -> Curves:
     }
 
 
-GALLERIES = Analysis(TEMPLATE, numbers, lambda plan: tuple(map(_period, (RESTING, ROTATING))))
+GALLERIES = Analysis(
+    TEMPLATE, numbers, lambda plan: tuple(map(_one_period, (RESTING, ROTATING)))
+)

@@ -38,51 +38,49 @@ def numbers(study: Study) -> Record:
     problem = forms(ROTATING).problem
     others = (problem, replace(problem, pivot_y=0.0), replace(problem, platform_rate=10.0))
     z = np.linspace(0.0, 1.0, SAMPLES + 1)  # distances from the vertex over the height
-    slices = float(np.trapezoid(z**3) / np.trapezoid(z**2))
+    centre_fraction = float(np.trapezoid(z**3) / np.trapezoid(z**2))
+    height = problem.body.com_distance / 0.75
+    by_means = [period_by_means(motion) / motion.period - 1.0 for motion in (resting, turning)]
     return Record(
-        centre=slices
-        * problem.body.com_distance
-        / 0.75,  # of the cone's mass, from the vertex [m]
+        centre=centre_fraction * height,  # [m] centre of the cone's mass, from the vertex
         momentum=problem.body.inertia_x
-        * turning.theta_dot,  # at the start of Fig. 3 [kg m^2/s]
+        * turning.theta_dot,  # [kg m^2/s] at the start of Fig. 3
         # [J] tops of the wells at ω = 26 rad/s
         wells=tuple(sorted(e.potential for e in problem.equilibria if e.kind == "saddle")),
         # [J] barriers of Fig. 3, of Fig. 3 with Y = 0, and of Fig. 3 at ω = 10 rad/s
         barriers=[double(other.motion.barriers[0]) for other in others],
         # numbers of angles that give the periods of Fig. 2 and Fig. 3 to ENOUGH
-        angles=(
-            points_needed(resting),
-            points_needed(turning),
-        ),
+        angles=(points_needed(resting), points_needed(turning)),
         # largest relative error of the periods by arithmetic-geometric means
-        by_means=max(abs(period_by_means(m) / m.period - 1.0) for m in (resting, turning)),
+        by_means=max(map(abs, by_means)),
         moments=_moments(turning),
         rotations=rotations(),
-        times=_times(resting, turning),
-        vectors=vectors(problem),
-        maps=[over_rates(problem, *axis) for axis in AXES],
+        times=_time_over_angle(resting, turning),
+        vectors=triple_products(problem),
+        maps=[period_map(problem, *axis) for axis in AXES],
         rates=RATES,
         enough=ENOUGH,
         scene=ROTATING,
     )
 
 
-def _times(resting: PendulumMotion, turning: PendulumMotion) -> Record:
+def _time_over_angle(resting: PendulumMotion, turning: PendulumMotion) -> Record:
     """Returns the numbers on eq. 16, the time as a function of the angle."""
     points = points_needed(resting)
     period = period_by_points(resting, points)
     theta = np.linspace(0.0, TURN, SAMPLES + 1)
-    off = [m.time_at(theta) / m.period - theta / TURN for m in (resting, turning)]
+    deviations = [m.time_at(theta) / m.period - theta / TURN for m in (resting, turning)]
+    crossings = [np.diff(deviation[1:-1] > 0.0) for deviation in deviations]
     turns = turning.time_at(np.array([TURN, 2 * TURN, 3 * TURN])) / turning.period
     return Record(
         period=period,  # [s] of Fig. 2
         printed=2.0 * period,  # [s] period of Fig. 2 with the printed factor 2 I_x
         slope=_momentum_slope(resting, 1.0),  # [kg m^2] p ∂p/∂H by differences
-        turns=[one for one in turns],  # times of one, two and three turns, in periods
+        turns=list(turns),  # times of one, two and three turns, in periods
         # largest distance of t/T from θ/2π, in Figs. 2 b and 3 b
-        off_line=[np.abs(one).max() for one in off],
+        off_line=[np.abs(deviation).max() for deviation in deviations],
         # number of crossings of t/T and θ/2π within a turn
-        crossings=[int(np.count_nonzero(np.diff(one[1:-1] > 0.0))) for one in off],
+        crossings=[int(np.count_nonzero(crossing)) for crossing in crossings],
         long=rotation(
             forms(HARDLY).correct
         ),  # rotation just above the barrier, platform turning
@@ -93,12 +91,13 @@ def _momentum_slope(motion: PendulumMotion, theta: float) -> float:
     """Returns p ∂p/∂H [kg m^2] of (15) at `theta` [rad]. Since p^2 is linear in H, a difference
     over any interval is exact."""
     energy = float(double(motion.energy))
-    v = in_double(motion.potential)
-    low, high = (2 * motion.inertia * (e - float(v.value(theta))) for e in (energy, 2 * energy))
+    potential = float(in_double(motion.potential).value(theta))
+    low = 2 * motion.inertia * (energy - potential)  # p^2 at the energy of the motion
+    high = 2 * motion.inertia * (2 * energy - potential)  # p^2 at twice that energy
     return (high - low) / (2 * energy)
 
 
-def vectors(pendulum: ConePendulum) -> Record:
+def triple_products(pendulum: ConePendulum) -> Record:
     """Returns the triple product M V · [Ω, R] of (4) at VECTORS, from its vectors, with R = S n_z1
     as written and with -R, and the right side of (4)."""
     theta, rate, x = VECTORS
@@ -107,9 +106,8 @@ def vectors(pendulum: ConePendulum) -> Record:
     pivot = np.cross(platform, [x, pendulum.pivot_y, pendulum.pivot_z])
     axis = np.array([0.0, -np.sin(theta), np.cos(theta)])  # n_z1
     arm = pendulum.body.com_distance * axis
-    as_written, opposite = (
-        float(pendulum.body.mass * pivot @ np.cross(turning, place)) for place in (arm, -arm)
-    )
+    as_written = float(pendulum.body.mass * pivot @ np.cross(turning, arm))
+    opposite = float(pendulum.body.mass * pivot @ np.cross(turning, -arm))
     formula = energies(replace(pendulum, pivot_x=x), np.array([theta]), np.array([rate]))
     return Record(
         theta=theta,
@@ -153,7 +151,7 @@ def points_needed(motion: PendulumMotion) -> int:
     return count
 
 
-def over_rates(pendulum: ConePendulum, axis: str, values: Array) -> Record:
+def period_map(pendulum: ConePendulum, axis: str, values: Array) -> Record:
     """Returns a map of the periods of rotations that start at theta = 0, relative to the period of
     Fig. 3, as base-10 logarithms, shape (values, rates); NaN if the pendulum swings.
 
@@ -162,10 +160,14 @@ def over_rates(pendulum: ConePendulum, axis: str, values: Array) -> Record:
     mass. If `axis` is "Y", the other axis is the pivot's y [m]."""
     body = pendulum.body
     squares = RATES**2
-    usual = body.com_distance, pendulum.pivot_y
-    s, y = (values[:, None], usual[1]) if axis == "S" else (usual[0], values[:, None])
+    s: Array | float = body.com_distance
+    y: Array | float = pendulum.pivot_y
+    if axis == "S":
+        s = values[:, None]
+    else:
+        y = values[:, None]
     # [kg m^2] change of the inertia by the parallel-axis theorem
-    shifted = body.mass * (np.square(s) - usual[0] ** 2) + 0 * squares
+    shifted = body.mass * (np.square(s) - body.com_distance**2) + 0 * squares
     flank = 0.5 * (body.inertia_y + shifted - body.inertia_z) * squares
     swing = body.mass * y * s * squares
     weight = body.mass * pendulum.gravity * s + 0 * squares
@@ -176,12 +178,14 @@ def over_rates(pendulum: ConePendulum, axis: str, values: Array) -> Record:
     ).period
     turning = np.isfinite(periods)
     edge = np.argwhere(turning[1:] != turning[:-1])
+    middles = 0.5 * (values[1:] + values[:-1])
     return Record(
         axis=axis,
         places=values,  # [m]
         powers=np.log10(periods / pendulum.motion.period),
         rotating=turning.mean(),  # fraction of the map in which the pendulum rotates
-        edge=(RATES[edge[:, 1]], (0.5 * (values[1:] + values[:-1]))[edge[:, 0]]),
+        # platform rates and values between which the pendulum begins to rotate
+        edge=(RATES[edge[:, 1]], middles[edge[:, 0]]),
         shortest=np.nanmin(periods),  # [s]
         longest=np.nanmax(periods),
     )

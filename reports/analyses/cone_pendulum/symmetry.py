@@ -22,7 +22,7 @@ from plumbob.reports.analyses.cone_pendulum.hamiltonian import (
     MUJOCO,
     MUJOCO_STEP,
     ROTATING,
-    end_of,
+    end_angle,
 )
 from plumbob.reports.analyses.measurements import case
 
@@ -46,7 +46,8 @@ def inertia(study: Study) -> Record:
     problem = case(UNEQUAL).problem
     body = problem.body
     printed = replace(problem, body=replace(body, inertia_y=body.inertia_x))
-    return _unround(study, body.inertia_y - body.inertia_x, problem, printed, OF_INERTIA)
+    term = body.inertia_y - body.inertia_x
+    return _effect_of_term(study, term, problem, printed, OF_INERTIA)
 
 
 def product(study: Study) -> Record:
@@ -54,10 +55,10 @@ def product(study: Study) -> Record:
     and engines that use no such axes."""
     problem = case_of(find_scene(ROTATING, dict(TILTED))).problem
     upright = replace(problem, body=replace(problem.body, inertia_yz=0.0))
-    return _unround(study, PRODUCT, problem, upright, OF_PRODUCT)
+    return _effect_of_term(study, PRODUCT, problem, upright, OF_PRODUCT)
 
 
-def _unround(
+def _effect_of_term(
     study: Study,
     term: float,
     problem: ConePendulum,
@@ -68,8 +69,8 @@ def _unround(
     without one term of inertia (`without`). The source's cone lacks that `term` [kg m^2]."""
     recorded = {name: study.answer(request) for name, request in requests.items()}
     runs = {name: float(run.observables["theta"][-1]) for name, run in recorded.items() if run}
-    exact = end_of(problem.reference)
-    bare = end_of(without.reference)
+    exact = end_angle(problem.reference)
+    bare = end_angle(without.reference)
     gaps = {name: theta - exact for name, theta in runs.items()}
     both = {"mujoco", "moved"} <= runs.keys()
     return Record(
@@ -91,6 +92,7 @@ def _unround(
 
 
 def _claims(text: str, numbers: Record) -> Claims:
+    """Returns the check that the term moves the end far more than the engines' error."""
     return (clear(text, numbers.moved, numbers.worst, "rad"),)
 
 

@@ -11,8 +11,9 @@ from plumbob.reports.analyses.analysis import Analysis, Record
 from plumbob.reports.analyses.cone_pendulum.hamiltonian import cone
 from plumbob.reports.analyses.measurements import in_double
 
-CHANGED = ("pivot_y", "platform_rate", "theta_dot")  # [m], [rad/s], [rad/s]
-POINTS = (  # values of CHANGED; each turning platform follows one at rest
+# y of the pivot [m], platform rate [rad/s] and initial speed [rad/s]; each turning platform follows
+# one at rest
+POINTS = (
     (0.0, 0.0, 13.0),
     (0.0, 8.0, 13.0),
     (0.09, 0.0, 37.0),
@@ -26,13 +27,15 @@ PIVOTS = (0.0, 0.09)  # [m] y of the pivot, one for each map
 
 def numbers(study: Study) -> Record:
     """Returns the three measures at POINTS and over two maps."""
-    points = [
-        Record(pivot=start[0], platform_rate=start[1], speed=start[2], exact=of_motion(motion))
-        for start in POINTS
-        for motion in [cone(**dict(zip(CHANGED, start, strict=True))).motion]
-    ]
-    maps = tuple(over_rates(pivot) for pivot in PIVOTS)
-    lowest = min(float(np.nanmin(each.spread)) for each in maps)
+    points = []
+    for pivot, platform_rate, speed in POINTS:
+        motion = cone(pivot_y=pivot, platform_rate=platform_rate, theta_dot=speed).motion
+        exact = of_motion(motion)
+        points.append(
+            Record(pivot=pivot, platform_rate=platform_rate, speed=speed, exact=exact)
+        )
+    maps = tuple(uniformity_map(pivot) for pivot in PIVOTS)
+    lowest = min(float(np.nanmin(measures.spread)) for measures in maps)
     return Record(
         points=points,
         maps=maps,
@@ -43,7 +46,7 @@ def numbers(study: Study) -> Record:
     )
 
 
-def over_rates(pivot: float) -> Record:
+def uniformity_map(pivot: float) -> Record:
     """Returns maps of the three measures, shape (speeds, rates), relative to a platform at rest."""
     slow = cone(pivot_y=pivot, platform_rate=1.0, theta_dot=float(SPEEDS[0]))
     inertia = slow.body.inertia_x

@@ -30,14 +30,14 @@ def numbers(study: Study) -> Record | None:
         engine = series.method.partition("/")[0]
         if engine not in NOT_ENGINES:
             by_scene.setdefault(series.scene, {}).setdefault(engine, []).append(series)
-    engines = sorted({engine for of_scene in by_scene.values() for engine in of_scene})
+    engines = sorted(set().union(*by_scene.values()))
     if len(engines) < 2:
         return None
     rows = []
     for system in dict.fromkeys(scene.system for scene in study.scenes):
         scenes = [s for s in study.scenes if s.system == system and s.name in by_scene]
         if scenes:
-            scene = max(scenes, key=lambda scene: _running(by_scene[scene.name]))
+            scene = max(scenes, key=lambda scene: _engines_done(by_scene[scene.name]))
             cells = [
                 _cell(study, scene.name, engine, by_scene[scene.name].get(engine, ()))
                 for engine in engines
@@ -46,12 +46,13 @@ def numbers(study: Study) -> Record | None:
     return Record(step=REFERENCE_STEP, engines=engines, rows=rows)
 
 
-def _running(of_scene: Mapping[str, Sequence[ConvergenceStudy]]) -> int:
+def _engines_done(by_engine: Mapping[str, Sequence[ConvergenceStudy]]) -> int:
     """Returns the number of engines with a run that reached its end, on one scene."""
-    return sum(any(map(_done, of_engine)) for of_engine in of_scene.values())
+    return sum(any(map(_finished_runs, studies)) for studies in by_engine.values())
 
 
-def _done(series: ConvergenceStudy) -> list[Measurement]:
+def _finished_runs(series: ConvergenceStudy) -> list[Measurement]:
+    """Returns the runs of a convergence study that reached their end."""
     return [run for run in series.measurements if run.status == "done"]
 
 
@@ -61,19 +62,23 @@ def _cell(
     """Returns the cell of an engine on a scene: the error and the cost of the engine's first method
     at the step nearest to the reference step, and the smallest error of any method at any step.
     An engine's first method is its default one."""
-    ran = [series for series in of_engine if _done(series)]
-    if not ran:
+    finished = [series for series in of_engine if _finished_runs(series)]
+    if not finished:
         return _without_run(study, scene, engine, of_engine)
     quantities = study.quantities(scene)
-    errors = [(relative_error(run, quantities), run) for series in ran for run in _done(series)]
+    runs = [run for series in finished for run in _finished_runs(series)]
+    errors = [(relative_error(run, quantities), run) for run in runs]
     smallest, best = min(errors, key=lambda pair: (math.isnan(pair[0]), pair[0]))
-    method = next(method for method in study.methods if method.name == ran[0].method)
-    shown = reference_run(ran[0].measurements, method)
+    default = finished[0]
+    method = next(method for method in study.methods if method.name == default.method)
+    shown = reference_run(default.measurements, method)
     assert shown is not None
-    diverged = any(
-        run.status == "diverged" and math.isclose(run.step, REFERENCE_STEP, rel_tol=1e-9)
-        for run in ran[0].measurements
-    )
+    at_reference = [
+        run
+        for run in default.measurements
+        if math.isclose(run.step, REFERENCE_STEP, rel_tol=1e-9)
+    ]
+    diverged = any(run.status == "diverged" for run in at_reference)
     error = math.nan if diverged else relative_error(shown, quantities)
     cost = None if diverged else study.costs.get((scene, method.name))
     return Record(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Sequence
+from itertools import product
 from typing import Any
 
 from plumbob.engines.study.extra_runs import Requests, StudyPlan
@@ -60,43 +61,52 @@ def requests(plan: StudyPlan) -> Sequence[GradientSearch]:
     """Returns the searches for the derivatives of SAMPLE and, unless the profile is quick, of
     BESIDE, as far as the plan has the pairs of scene and method."""
 
-    sample: list[Sampled] = [(*pair, None, None) for pair in SAMPLE]
+    derivatives: list[Sampled] = [(*entry, None, None) for entry in SAMPLE]
     if plan.profile != "quick":
-        sample += [
-            (scene, method, of, by, eps, step / part, at)
-            for scene, of, by, eps, step, at in BESIDE
-            for method in (WITH_CONTACTS if scene.startswith("capsule") else WITHOUT_CONTACTS)
-            for part in (1, 2, 4)
-        ]
+        derivatives += _side_by_side()
     return [
         GradientSearch(
-            scene,
-            name,
-            (of,),
-            by,
-            (),
-            step if plan.method(name).control == "step" else None,
-            (eps,),
-            at,
+            scene=scene,
+            method=method,
+            of=(observable,),
+            by=parameter,
+            step=step if plan.method(method).control == "step" else None,
+            eps=(eps,),
+            at=end,
         )
-        for scene, name, of, by, eps, step, at in sample
-        if plan.has(scene, name)
+        for scene, method, observable, parameter, eps, step, end in derivatives
+        if plan.has(scene, method)
     ]
+
+
+def _side_by_side() -> list[Sampled]:
+    """Returns the derivatives of BESIDE with a method of each engine, at the largest step, half of
+    it and a quarter of it."""
+    derivatives = list[Sampled]()
+    for scene, observable, parameter, eps, step, end in BESIDE:
+        methods = WITH_CONTACTS if scene.startswith("capsule") else WITHOUT_CONTACTS
+        derivatives += [
+            (scene, method, observable, parameter, eps, step / divisor, end)
+            for method, divisor in product(methods, (1, 2, 4))
+        ]
+    return derivatives
 
 
 def with_each_pair(others: Requests) -> Requests:
     """Returns the requests `others`, extended for each pair of scene and method by searches for the
     derivatives of all quantities of interest by a parameter and by a start value."""
 
-    def wanted(plan: StudyPlan) -> Sequence[Request[Any]]:
-        searches = (
-            GradientSearch(scene.name, method.name, _interest(scene), by)
-            for scene, method in pairs(plan.scenes, plan.methods)
-            for by in _parameters(scene)
-        )
+    def all_requests(plan: StudyPlan) -> Sequence[Request[Any]]:
+        searches = list[Request[Any]]()
+        for scene, method in pairs(plan.scenes, plan.methods):
+            observables = _observables_of_interest(scene)
+            searches += [
+                GradientSearch(scene.name, method.name, observables, parameter)
+                for parameter in _parameters(scene)
+            ]
         return (*others(plan), *searches)
 
-    return wanted
+    return all_requests
 
 
 def numbers(study: Study) -> Record | None:
@@ -104,27 +114,28 @@ def numbers(study: Study) -> Record | None:
     judged = list(study_gradients(study))
     if not judged:
         return None
-    surprises = [
-        f"{of.scene} {of.method} {of.about}: {of.surprise}" for of in judged if of.surprise
-    ]
-    records = [of.record() for of in judged]
+    surprises = [f"{d.scene} {d.method} {d.about}: {d.surprise}" for d in judged if d.surprise]
+    records = [derivative.record() for derivative in judged]
     verdicts = Counter(record["verdict"] for record in records)
     return Record(records=records, surprises=surprises, verdicts=verdicts)
 
 
-def _interest(scene: Scene) -> tuple[str, ...]:
+def _observables_of_interest(scene: Scene) -> tuple[str, ...]:
+    """Returns the observables of a scene's quantities of interest."""
     case = case_of(scene)
     return tuple(quantity.observable for quantity in case.system.quantities(case))
 
 
 def _parameters(scene: Scene) -> list[str]:
-    named = [name for name in BY if scene.parameters.get(name)]
+    """Returns the parameters to differentiate by: the first of BY that the scene has, and the first
+    start value."""
+    first = [name for name in BY if scene.parameters.get(name)][:1]
     start = system_of(scene).start
     # A scene may state its start by other parameters, such as the distance from the top.
-    there = [name for name in start if name in scene.parameters] or start
-    return [*named[:1], *there[:1]]
+    stated = [name for name in start if name in scene.parameters] or start
+    return [*first, *stated[:1]]
 
 
 GRADIENTS = Analysis(
-    "engines/gradients", numbers, requests, lambda found: as_expected(found.surprises)
+    "engines/gradients", numbers, requests, lambda record: as_expected(record.surprises)
 )

@@ -4,19 +4,20 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from itertools import product
 from typing import Any
 
 import numpy as np
 
 from plumbob.analytic.errors.stability.adaptive_cost import stiffness_cost
 from plumbob.analytic.tableau import order_8
-from plumbob.engines.method import meant
+from plumbob.engines.method import Method, meant
 from plumbob.engines.study.extra_runs import ExtraRun, StudyPlan
 from plumbob.engines.study.request import Request
 from plumbob.engines.study.results import Study
 from plumbob.engines.study.stability import StabilitySearch
 from plumbob.models.registry import case_of, stability_of, system_of
-from plumbob.models.scene import ON_SUPPORTS, SMOOTH
+from plumbob.models.scene import ON_SUPPORTS, SMOOTH, Scene
 from plumbob.reports.analyses.analysis import Analysis, Record
 from plumbob.reports.analyses.claims import as_expected, at_most
 from plumbob.reports.analyses.measurements import plan_of
@@ -44,18 +45,27 @@ def searches(plan: StudyPlan) -> Sequence[StabilitySearch]:
     equilibrium, and of three methods on the swing. Scenes with several degrees of freedom take
     minutes and are left to `plumbob stability`."""
     quick = plan.profile == "quick"
-    by_scheme = {
-        (scene.name, method.engine, method.scheme if quick else method.name): method.name
-        for scene in reversed(plan.scenes)
-        for method in reversed(plan.methods)
-        if scene.profile == "quick" and scene.kind not in (ON_SUPPORTS, SMOOTH)
-        if method.control == "step" and plan.has(scene.name, method.name)
-        if not quick
-        or scene.name == EQUILIBRIUM
-        or (scene.name == SWING and method.name in OF_SWING)
-    }
-    searched = reversed(by_scheme.items())  # the first method of each scheme
-    return tuple(StabilitySearch(scene, method) for (scene, *_), method in searched)
+    seen = set[tuple[Any, ...]]()  # in the quick profile: one method for each scheme and engine
+    requested = list[StabilitySearch]()
+    for scene, method in product(plan.scenes, plan.methods):
+        if not _is_searched(plan, scene, method):
+            continue
+        key = (scene.name, method.engine, method.scheme if quick else method.name)
+        if key not in seen:
+            seen.add(key)
+            requested.append(StabilitySearch(scene.name, method.name))
+    return tuple(requested)
+
+
+def _is_searched(plan: StudyPlan, scene: Scene, method: Method) -> bool:
+    """Returns whether the largest stable step of a method on a scene is searched by runs."""
+    if scene.profile != "quick" or scene.kind in (ON_SUPPORTS, SMOOTH):
+        return False
+    if method.control != "step" or not plan.has(scene.name, method.name):
+        return False
+    if plan.profile != "quick" or scene.name == EQUILIBRIUM:
+        return True
+    return scene.name == SWING and method.name in OF_SWING
 
 
 def predictions(plan: StudyPlan) -> Sequence[StabilitySearch]:
@@ -65,31 +75,33 @@ def predictions(plan: StudyPlan) -> Sequence[StabilitySearch]:
     The quick profile predicts only the scenes of the first screen, since all scenes together take
     half a minute."""
     searched = {(search.scene, search.method) for search in searches(plan)}
+    scenes = [
+        scene
+        for scene in plan.scenes
+        if system_of(scene).stability and scene.kind != SMOOTH
+        if plan.profile != "quick" or scene.name in SCENES
+    ]
     return tuple(
         StabilitySearch(scene.name, method.name, by_runs=False)
-        for scene in plan.scenes
-        for method in plan.methods
-        if system_of(scene).stability and scene.kind != SMOOTH and meant(method, scene)
-        if plan.profile != "quick" or scene.name in SCENES
-        if (scene.name, method.name) not in searched
+        for scene, method in product(scenes, plan.methods)
+        if meant(method, scene) and (scene.name, method.name) not in searched
     )
 
 
 def solver_runs(plan: StudyPlan) -> Sequence[ExtraRun]:
     """Returns the runs of solvers with a variable step on the equilibrium at several damping
     rates."""
+    solvers = [solver for solver in SOLVERS if plan.has(EQUILIBRIUM, solver)]
     return tuple(
         ExtraRun(
-            EQUILIBRIUM,
-            solver,
-            TOLERANCE,
-            LONG / damping,
-            (("damping_rate", damping),),
+            scene=EQUILIBRIUM,
+            method=solver,
+            step=TOLERANCE,
+            duration=LONG / damping,
+            changes=(("damping_rate", damping),),
             end_alone=True,
         )
-        for damping in DAMPING
-        for solver in SOLVERS
-        if plan.has(EQUILIBRIUM, solver)
+        for damping, solver in product(DAMPING, solvers)
     )
 
 
@@ -98,7 +110,7 @@ def requests(plan: StudyPlan) -> Sequence[Request[Any]]:
     return (*searches(plan), *predictions(plan), *solver_runs(plan))
 
 
-def paid(study: Study) -> Mapping[float, Mapping[str, float]]:
+def evaluation_rates(study: Study) -> Mapping[float, Mapping[str, float]]:
     """Returns the cost of stiffness for solvers with a variable step, by damping rate [1/s] and
     solver: evaluations per simulated second [1/s]. The entry "predicted" is the number that
     stability requires of the first solver."""
@@ -108,9 +120,11 @@ def paid(study: Study) -> Mapping[float, Mapping[str, float]]:
         assert theory is not None
         fastest = np.array([-math.tau / theory.fastest + 0j])
         predicted = EVALUATIONS * float(stiffness_cost(order_8(), fastest))
-        of = rates.setdefault(dict(request.changes)["damping_rate"], {"predicted": predicted})
-        if run := study.answer(request):
-            of[request.method] = run.steps / float(run.times[-1])
+        damping = dict(request.changes)["damping_rate"]
+        by_solver = rates.setdefault(damping, {"predicted": predicted})
+        run = study.answer(request)
+        if run:
+            by_solver[request.method] = run.steps / float(run.times[-1])
     return rates
 
 
@@ -119,12 +133,12 @@ def numbers(study: Study) -> Record | None:
     judged = [limit for limit in study_limits(study) if limit.limit is not None]
     if not judged:
         return None
-    surprises = [f"{of.scene} {of.method}: {of.surprise}" for of in judged if of.surprise]
+    surprises = [f"{x.scene} {x.method}: {x.surprise}" for x in judged if x.surprise]
     records = [limit.record() for limit in judged]
     return Record(
         limits=records,
         surprises=surprises,
-        paid=paid(study),
+        paid=evaluation_rates(study),
         predicted=sum(limit["verdict"] == "predicted" for limit in records),
         known=sum(bool(limit["known_limit"]) for limit in records),
     )
@@ -133,16 +147,13 @@ def numbers(study: Study) -> Record | None:
 def claims(numbers: Record) -> Sequence[Claim]:
     """Returns the checks that no limit is unexpected, and that the first solver needs the
     evaluations that stability requires."""
-    pays = (
-        at_most(
-            f"what DOP853 pays at {damping:g}/s beside what is predicted, less 1,",
-            of[SOLVERS[0]] / of["predicted"] - 1.0,
-            ALIKE,
-        )
-        for damping, of in numbers.paid.items()
-        if SOLVERS[0] in of
-    )
-    return (*as_expected(numbers.surprises), *pays)
+    checks = [*as_expected(numbers.surprises)]
+    for damping, by_solver in numbers.paid.items():
+        if SOLVERS[0] in by_solver:
+            text = f"what DOP853 pays at {damping:g}/s beside what is predicted, less 1,"
+            excess = by_solver[SOLVERS[0]] / by_solver["predicted"] - 1.0
+            checks.append(at_most(text, excess, ALIKE))
+    return checks
 
 
 LARGEST_STEPS = Analysis("engines/largest_steps", numbers, requests, claims)

@@ -41,40 +41,42 @@ def requests(plan: StudyPlan) -> Sequence[ModelReading]:
     """Returns a reading for each engine of the plan that reads model files, MuJoCo first; none
     without MuJoCo, which defines the format."""
     engines = {method.engine for method in plan.methods}
-    first = (RULE, *sorted(engines - {RULE})) if RULE in engines else ()
-    return tuple(
-        ModelReading(e) for e in first if find_engine(e).ability(ModelReader) is not None
-    )
+    if RULE not in engines:
+        return ()
+    in_order = (RULE, *sorted(engines - {RULE}))
+    readers = [name for name in in_order if find_engine(name).ability(ModelReader) is not None]
+    return tuple(map(ModelReading, readers))
 
 
 def numbers(study: Study) -> Record | None:
     """Returns the fields that each reader takes over; None if MuJoCo read nothing."""
-    every = {request.engine: study.answer(request) for request in requests(plan_of(study))}
-    rule = every.get(RULE)
+    readings = {r.engine: study.answer(r) for r in requests(plan_of(study))}
+    rule = readings.get(RULE)
     if rule is None or rule.refuses:
         return None
-    readers = [_reader(engine, rule, read) for engine, read in every.items() if read]
+    readers = [_reader(engine, rule, read) for engine, read in readings.items() if read]
+    unread = {engine: known for engine, known in KNOWN.items() if not readings.get(engine)}
     return Record(
         fields=fields_stated(rule.fields),  # fields that MuJoCo reads
         readers=readers,  # readers of this study, MuJoCo first
         # listed readers of engines that the study did not use
-        others=[Record(engine=e, **vars(of)) for e, of in KNOWN.items() if not every.get(e)],
+        others=[Record(engine=engine, **vars(known)) for engine, known in unread.items()],
         rule=RULE,
     )
 
 
 def _reader(engine: str, rule: ModelRead, read: ModelRead) -> Record:
     """Returns the fields that an engine reads and those that it drops, compared with MuJoCo's."""
-    beside = Reader(engine, read.refuses)
+    reader = Reader(engine, read.refuses)
     if not read.refuses:
-        never = ignored(rule.fields, read.fields)
-        beside = compared(engine, rule.fields, read.fields, never)
+        never_read = ignored(rule.fields, read.fields)
+        reader = compared(engine, rule.fields, read.fields, never_read)
     return Record(
         engine=engine,
         version=read.version,
-        read=beside.read,
+        read=reader.read,
         refuses=read.refuses,  # why the engine refuses the file
-        dropped=beside.dropped or {},  # {field: value of the engine in its place}
+        dropped=reader.dropped or {},  # {field: value of the engine in its place}
     )
 
 

@@ -68,30 +68,39 @@ def kind_of(errors: Array, scatter: Array) -> str:
 def requests(plan: StudyPlan) -> Sequence[ExtraRun]:
     """Returns the runs of the slide's curves and of the neighbours of each quantity in the
     profile."""
-    curves = (run for name in _drawn(plan) for run in _curve(name))
-    pairs = product(_pairs(plan), STEPS)
-    return (*curves, *(run for pair, step in pairs for run in _runs(*pair, step)))
+    requested = list[ExtraRun]()
+    for name in _methods_of_curves(plan):
+        requested += _curve_runs(name)
+    for (quantity, method), step in product(_pairs(plan), STEPS):
+        requested += _neighbour_runs(quantity, method, step)
+    return requested
 
 
 def numbers(study: Study) -> Record | None:
     """Returns the curves of displacement against friction, and the derivatives of the quantities;
     None if the study holds no complete curve."""
     plan = plan_of(study)
-    ends = {name: _ends(study, _curve(name), "displacement") for name in _drawn(plan)}
-    curves = {name: of[0] for name, of in ends.items() if of.size}
+    curves = dict[str, Array]()
+    for name in _methods_of_curves(plan):
+        measured, exact = _final_values(study, _curve_runs(name), "displacement")
+        if measured.size:
+            curves[name] = measured
+            curves.setdefault("exact", exact)
     if not curves:
         return None
-    curves["exact"] = next(of[1] for of in ends.values() if of.size)
-    nearby = [of for pair in _pairs(plan) if (of := _nearby(study, *pair))]
+    curves["exact"] = curves.pop("exact")  # the exact curve is drawn last
+    derivatives = [_derivative_errors(study, *pair) for pair in _pairs(plan)]
+    nearby = [derivative for derivative in derivatives if derivative]
     kinds: dict[str, Counter[str]] = {}
-    for of in nearby:
-        kinds.setdefault(of.method, Counter())[of.kind] += 1
+    for derivative in nearby:
+        kinds.setdefault(derivative.method, Counter())[derivative.kind] += 1
+    slopes = {name: np.gradient(curve, FRICTIONS) for name, curve in curves.items()}
     return Record(
         frictions=FRICTIONS,
         displacements=curves,  # [m], by method and "exact"
         # friction, displacement [m] and its derivative [m]
         tangents={
-            name: np.array([FRICTIONS, curve, np.gradient(curve, FRICTIONS)]).T[TANGENTS]
+            name: np.array([FRICTIONS, curve, slopes[name]]).T[TANGENTS]
             for name, curve in curves.items()
         },
         nearby=nearby,
@@ -104,46 +113,53 @@ def numbers(study: Study) -> Record | None:
 def claims(numbers: Record) -> Claims:
     """Returns the checks that the error of the derivative with recommended contacts is far below
     the error with default contacts."""
-    size = {of.method: np.hypot(of.errors[-1], of.scatter[-1]) for of in numbers.nearby[::-1]}
-    if not {DEFAULT, RECOMMENDED} <= set(size):
+    # reversed, so that the first derivative of each method stays
+    sizes = {d.method: np.hypot(d.errors[-1], d.scatter[-1]) for d in numbers.nearby[::-1]}
+    if not {DEFAULT, RECOMMENDED} <= set(sizes):
         return ()
     text = "the error of a derivative with default contacts, and with those recommended"
-    return (clear(text, float(size[DEFAULT]), float(size[RECOMMENDED])),)
+    return (clear(text, float(sizes[DEFAULT]), float(sizes[RECOMMENDED])),)
 
 
 def _pairs(plan: StudyPlan) -> list[tuple[Quantity, str]]:
     """Returns the pairs of quantity and method that a plan covers."""
     quick = plan.profile == "quick"
-    pairs = product(QUANTITIES[: 1 if quick else None], CURVES[:2] if quick else METHODS)
+    quantities = QUANTITIES[:1] if quick else QUANTITIES
+    methods = CURVES[:2] if quick else METHODS
+    pairs = product(quantities, methods)
     return [(quantity, name) for quantity, name in pairs if plan.has(quantity[0], name)]
 
 
-def _drawn(plan: StudyPlan) -> list[str]:
+def _methods_of_curves(plan: StudyPlan) -> list[str]:
+    """Returns the methods whose curves a plan can draw."""
     return [name for name in CURVES if plan.has(SLIDE, name)]
 
 
-def _curve(method: str) -> list[ExtraRun]:
-    return _varied(SLIDE, method, STEPS[0], None, "friction", FRICTIONS)
+def _curve_runs(method: str) -> list[ExtraRun]:
+    """Returns the runs of a method's curve: the slide at each of FRICTIONS."""
+    return _varied_runs(SLIDE, method, STEPS[0], None, "friction", FRICTIONS)
 
 
-def _runs(quantity: Quantity, method: str, step: float) -> list[ExtraRun]:
+def _neighbour_runs(quantity: Quantity, method: str, step: float) -> list[ExtraRun]:
     """Returns a run with each neighbouring value of the parameter, in ascending order."""
-    name, _, by, at = quantity
-    value = find_scene(name).parameters[by]
-    beside = value + EPS * (abs(value) or 1.0) * np.arange(-NEIGHBOURS, NEIGHBOURS + 1)
-    return _varied(name, method, step, at, by, beside)
+    name, _, parameter, end = quantity
+    value = find_scene(name).parameters[parameter]
+    spacing = EPS * (abs(value) or 1.0)
+    values = value + spacing * np.arange(-NEIGHBOURS, NEIGHBOURS + 1)
+    return _varied_runs(name, method, step, end, parameter, values)
 
 
-def _varied(
-    name: str, method: str, step: float, at: float | None, by: str, values: Array
+def _varied_runs(
+    scene: str, method: str, step: float, end: float | None, parameter: str, values: Array
 ) -> list[ExtraRun]:
-    changes = [((by, value),) for value in values.tolist()]
-    return [ExtraRun(name, method, step, at, change, end_alone=True) for change in changes]
+    """Returns a run with each of the values of a parameter, shape (n,), until `end` [s]."""
+    changes = [((parameter, value),) for value in values.tolist()]
+    return [ExtraRun(scene, method, step, end, change, end_alone=True) for change in changes]
 
 
-def _ends(study: Study, runs: Sequence[ExtraRun], of: str) -> Array:
-    """Returns the final values of the observable `of` in runs (row 0) and in their exact motions
-    (row 1), shape (2, n); shape (2, 0) if a run is missing."""
+def _final_values(study: Study, runs: Sequence[ExtraRun], observable: str) -> Array:
+    """Returns the final values of an observable in runs (row 0) and in their exact motions (row 1),
+    shape (2, n); shape (2, 0) if a run is missing."""
     recorded = recordings(study, runs)
     if len(recorded) < len(runs):
         return np.empty((2, 0))
@@ -151,28 +167,32 @@ def _ends(study: Study, runs: Sequence[ExtraRun], of: str) -> Array:
     for request, run in recorded.items():
         case = case_of(find_scene(request.scene, dict(request.changes)))
         exact = case.reference.observe(run.times[-1:])
-        ends.append((run.observables[of][-1], exact[of][0]))
+        ends.append((run.observables[observable][-1], exact[observable][0]))
     return np.array(ends).T
 
 
-def _nearby(study: Study, quantity: Quantity, method: str) -> Record | None:
+def _derivative_errors(study: Study, quantity: Quantity, method: str) -> Record | None:
     """Returns the errors of a quantity's derivatives near a parameter's value; None if a run is
     missing. A derivative is the relative change of the observable over the relative change of the
     parameter."""
-    scene, of, by, at = quantity
-    ends = [_ends(study, _runs(quantity, method, step), of) for step in STEPS]
-    if not all(end.size for end in ends):
+    scene, observable, parameter, end = quantity
+    values = [
+        _final_values(study, _neighbour_runs(quantity, method, step), observable)
+        for step in STEPS
+    ]
+    if not all(at_step.size for at_step in values):
         return None
-    size = abs(ends[0][1, NEIGHBOURS])
-    slopes = np.array([(end[:, 2:] - end[:, :-2]) / (2 * EPS * size) for end in ends])
-    off = slopes[:, 0] - slopes[:, 1]
-    errors = off.mean(axis=1)
-    scatter = off.std(axis=1)
+    size = abs(values[0][1, NEIGHBOURS])
+    differences = np.array([at_step[:, 2:] - at_step[:, :-2] for at_step in values])
+    slopes = differences / (2 * EPS * size)  # shape (steps, 2, neighbours): runs, exact motions
+    deviations = slopes[:, 0] - slopes[:, 1]
+    errors = deviations.mean(axis=1)
+    scatter = deviations.std(axis=1)
     return Record(
         scene=scene,
-        of=of,
-        by=by,
-        at=at,  # [s] time of the observable; None: the end
+        of=observable,
+        by=parameter,
+        at=end,  # [s] time of the observable; None: the end
         method=method,
         exact=slopes[-1, 1, NEIGHBOURS - 1],
         errors=errors,  # mean error at each of STEPS

@@ -49,32 +49,41 @@ def replay(study: Study, scene: Scene) -> Replay | None:
     runs: list[Drawn] = []
     lacking: list[str] = []
     plan = StudyPlan(study.profile, study.scenes, study.methods)
-    missing = {  # methods whose engines are not installed; the page says so elsewhere
-        c.method
-        for c in study.convergence
-        if c.scene == scene.name and {m.status for m in c.measurements} == {"missing"}
-    }
+    missing = _missing_methods(study, scene.name)
     for shown in shown_runs(plan, scene):
-        if run := study.answer(shown.run) if shown.run in study.extras else None:
+        run = study.answer(shown.run) if shown.run in study.extras else None
+        if run:
             slot = "second" if shown.words == RECOMMENDED or runs else "first"
-            runs.append(deviating(picture, run, slot, shown.name, shown.words))
+            runs.append(run_deviations(picture, run, slot, shown.name, shown.words))
         elif shown.run.method not in missing:
             lacking.append(shown.name)
-    return assembled(scene.name, scene.duration, picture, (TRUTH, exact), runs, lacking)
+    return assemble_replay(scene.name, scene.duration, picture, (TRUTH, exact), runs, lacking)
 
 
-def deviating(picture: Picture, run: Trajectory, slot: str, name: str, words: str) -> Drawn:
+def _missing_methods(study: Study, scene: str) -> set[str]:
+    """Returns the methods whose engines are not installed; the page says so elsewhere."""
+    missing = set[str]()
+    for series in study.convergence:
+        statuses = {run.status for run in series.measurements}
+        if series.scene == scene and statuses == {"missing"}:
+            missing.add(series.method)
+    return missing
+
+
+def run_deviations(
+    picture: Picture, run: Trajectory, slot: str, name: str, words: str
+) -> Drawn:
     """Returns a run as its deviations from the exact motion, at the finite samples. Its layer
     states the largest deviation of the replay and the deviation at the end, as text."""
-    every = picture.deviations(run)
-    there = np.isfinite(np.sum(list(every.values()), axis=0))
-    deviations = {name: values[there] for name, values in every.items()}
+    channels = picture.deviations(run)
+    finite = np.isfinite(np.sum(list(channels.values()), axis=0))
+    deviations = {name: values[finite] for name, values in channels.items()}
     last = {name: values[-1:] for name, values in deviations.items()}
     layer = Layer(slot, name, words, picture.largest(deviations), picture.largest(last))
-    return layer, Samples(run.times[there], deviations)
+    return layer, Samples(run.times[finite], deviations)
 
 
-def assembled(
+def assemble_replay(
     name: str,
     whole: float,
     picture: Picture,
@@ -87,10 +96,11 @@ def assembled(
     `name` is the scene, `whole` its duration [s], `exact` the motion, which may end earlier, and
     `lacking` the names of the runs that did not reach their end."""
     seconds = float(exact[1].times[-1])
-    parts = [part for _, samples in runs if (part := picture.part(samples.channels))]
+    sizes = [picture.part(samples.channels) for _, samples in runs]
+    sizes = [size for size in sizes if size]
     # The largest magnification keeps the errors of at least one run within the picture.
     powers = [10**k for k in range(MOST + 1)]
-    factors = [f for f in powers if f == 1 or any(f * part < 1.0 for part in parts)]
+    factors = [f for f in powers if f == 1 or any(f * size < 1.0 for size in sizes)]
     data = {
         "kind": picture.kind,
         "seconds": seconds,
@@ -104,19 +114,20 @@ def assembled(
     }
     text = json.dumps(data, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
     return Replay(
-        name,
-        picture.kind,
-        seconds,
-        whole,
-        tuple(layer for layer, _ in (exact, *runs)),
-        tuple(lacking),
-        tuple(factors),
-        max(f for f in factors if f == 1 or f * parts[0] <= LARGE),
-        text.replace("<", "\\u003c"),
+        scene=name,
+        kind=picture.kind,
+        seconds=seconds,
+        whole=whole,
+        layers=tuple(layer for layer, _ in (exact, *runs)),
+        lacking=tuple(lacking),
+        factors=tuple(factors),
+        magnified=max(f for f in factors if f == 1 or f * sizes[0] <= LARGE),
+        data=text.replace("<", "\\u003c"),
     )
 
 
 def _coded(drawn: Drawn) -> dict[str, Any]:
+    """Returns a layer and its samples for JSON."""
     layer, samples = drawn
     channels = {name: coded(values) for name, values in samples.channels.items()}
     return {"role": layer.slot, "count": len(samples.times), "channels": channels}

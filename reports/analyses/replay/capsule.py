@@ -20,33 +20,40 @@ def capsule(case: Case, seconds: float) -> Picture:
     exact = motion(case, np.linspace(0.0, seconds, FINE))
     feet = np.asarray(case.problem.setup.capsule.supports) @ [1.0, 1j]
     size = float(np.abs(feet).max())
-    place = exact["x"] + 1j * exact["y"]
-    turned = np.exp(1j * exact["heading"])
-    corners = [place + turned * foot for foot in (*feet, exact["qx"] + 1j * exact["qy"])]
-    spans = [(axis.min() - PAD * size, axis.max() + PAD * size) for axis in _parts(corners)]
+    centre = exact["x"] + 1j * exact["y"]
+    rotation = np.exp(1j * exact["heading"])
+    slider = exact["qx"] + 1j * exact["qy"]
+    xs, ys = _real_and_imaginary([centre + rotation * point for point in (*feet, slider)])
+    pad = PAD * size
     return Picture(
-        "capsule",
-        (*spans[0], *spans[1]),
-        {"feet": [*zip(*(axis.tolist() for axis in _parts(feet)), strict=True)], "size": size},
-        {"m": size, "rad": 1.0},
-        lambda at: motion(case, at),
-        lambda run: deviations(case, run),
-        lambda off: {"m": np.hypot(off["x"], off["y"]), "rad": np.abs(off["heading"])},
+        kind="capsule",
+        box=(xs.min() - pad, xs.max() + pad, ys.min() - pad, ys.max() + pad),
+        geometry={"feet": [(foot.real, foot.imag) for foot in feet.tolist()], "size": size},
+        sizes={"m": size, "rad": 1.0},
+        motion=lambda times: motion(case, times),
+        deviations=lambda run: deviations(case, run),
+        apart=_pose_distance,
     )
+
+
+def _pose_distance(differences: Signals) -> dict[str, Array]:
+    """Returns the distance of C [m] and the angle [rad] between a run and the exact motion."""
+    distance = np.hypot(differences["x"], differences["y"])
+    return {"m": distance, "rad": np.abs(differences["heading"])}
 
 
 def motion(case: Case, times: Array) -> Signals:
     """Returns the exact channels at `times` [s], shape (n,): the position x, y of C in the world
     [m], the heading [rad], and the position qx, qy of the slider in the body [m]."""
     observed = case.reference.observe(times)
-    x, y = _parts(_in_world(case.problem.setup, observed))
-    where = case.problem.motion.path.kinematics(times)[0]
+    x, y = _real_and_imaginary(_in_world(case.problem.setup, observed))
+    slider = case.problem.motion.path.kinematics(times)[0]
     return {
         "x": x,
         "y": y,
         "heading": observed["heading"],
-        "qx": where[:, 0],
-        "qy": where[:, 1],
+        "qx": slider[:, 0],
+        "qy": slider[:, 1],
     }
 
 
@@ -55,15 +62,18 @@ def deviations(case: Case, run: Trajectory) -> Signals:
     not observe the slider, the slider's difference is zero."""
     setup = case.problem.setup
     exact = case.reference.observe(run.times)
-    apart = {name: run.observables.get(name, of) - of for name, of in exact.items()}
-    x, y = _parts(_in_world(setup, apart))
-    stroke = apart.get("stroke", np.zeros_like(run.times))
-    qx, qy = _parts(stroke * np.exp(1j * setup.direction))
-    return {"x": x, "y": y, "heading": apart["heading"], "qx": qx, "qy": qy}
+    differences = {
+        name: run.observables.get(name, values) - values for name, values in exact.items()
+    }
+    x, y = _real_and_imaginary(_in_world(setup, differences))
+    stroke = differences.get("stroke", np.zeros_like(run.times))
+    qx, qy = _real_and_imaginary(stroke * np.exp(1j * setup.direction))
+    return {"x": x, "y": y, "heading": differences["heading"], "qx": qx, "qy": qy}
 
 
-def _parts(places: npt.ArrayLike) -> tuple[Array, Array]:
-    return np.real(places), np.imag(places)
+def _real_and_imaginary(positions: npt.ArrayLike) -> tuple[Array, Array]:
+    """Returns x and y of positions x + iy."""
+    return np.real(positions), np.imag(positions)
 
 
 def _in_world(setup: CapsuleSetup, observed: Signals) -> npt.NDArray[np.complex128]:

@@ -8,7 +8,12 @@ import numpy as np
 
 from plumbob.analytic.reference import Array, Signals
 from plumbob.models.scene import Case
-from plumbob.reports.analyses.replay.picture import ELEVATION, Picture, camera, observed
+from plumbob.reports.analyses.replay.picture import (
+    ELEVATION,
+    Picture,
+    camera,
+    channels_of_observables,
+)
 
 TRAIL = 12.0  # ratio of a replay's duration to the duration of its trail
 HALF_ANGLE = math.radians(15.0)  # [rad] half apex angle of a general body's cone, the source's
@@ -20,8 +25,16 @@ def pendulum(case: Case, seconds: float) -> Picture:
     length = case.problem.length
     reach = 1.2 * length
     geometry = {"length": length, "trail": seconds / TRAIL}
-    motions = observed(case.reference.observe, ("theta",))
-    return Picture("pendulum", (-reach, reach) * 2, geometry, {"rad": 1.0}, *motions, _apart)
+    motion, deviations = channels_of_observables(case.reference.observe, ("theta",))
+    return Picture(
+        kind="pendulum",
+        box=(-reach, reach, -reach, reach),
+        geometry=geometry,
+        sizes={"rad": 1.0},
+        motion=motion,
+        deviations=deviations,
+        apart=_angle_between,
+    )
 
 
 def cone(case: Case, seconds: float) -> Picture:
@@ -45,10 +58,11 @@ def cone(case: Case, seconds: float) -> Picture:
     pad = 0.04 * reach  # margin; the space below the platform also holds the ruler
     top = (pivot[2] + slant) * rise + arm * tilt
     bottom = floor * rise - radius * tilt
+    motion, deviations = channels_of_observables(case.reference.observe, ("theta",))
     return Picture(
-        "cone",
-        (-reach - pad, reach + pad, bottom - 4.0 * pad, top + pad),
-        {
+        kind="cone",
+        box=(-reach - pad, reach + pad, bottom - 4.0 * pad, top + pad),
+        geometry={
             "pivot": pivot,
             "height": com / 0.75,
             "half": half,  # half the apex angle
@@ -59,11 +73,13 @@ def cone(case: Case, seconds: float) -> Picture:
             "camera": camera(),
             "trail": seconds / TRAIL,
         },
-        {"rad": 1.0},
-        *observed(case.reference.observe, ("theta",)),
-        _apart,
+        sizes={"rad": 1.0},
+        motion=motion,
+        deviations=deviations,
+        apart=_angle_between,
     )
 
 
-def _apart(deviations: Signals) -> dict[str, Array]:
+def _angle_between(deviations: Signals) -> dict[str, Array]:
+    """Returns the angle [rad] between a run and the exact motion."""
     return {"rad": np.abs(deviations["theta"])}

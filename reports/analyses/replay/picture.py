@@ -45,14 +45,16 @@ class Picture:
     def largest(self, deviations: Signals) -> str:
         """Returns the largest deviations as text, by unit."""
         sizes = {unit: float(np.max(values)) for unit, values in self.apart(deviations).items()}
-        return ", ".join(
-            notation.metres(size) if unit == "m" else f"{notation.number(size)} {unit}".strip()
-            for unit, size in sizes.items()
-            if unit != "rad" or size > STILL or len(sizes) == 1
-        )
+        texts = []
+        for unit, size in sizes.items():
+            if unit == "m":
+                texts.append(notation.metres(size))
+            elif unit != "rad" or size > STILL or len(sizes) == 1:
+                texts.append(f"{notation.number(size)} {unit}".strip())
+        return ", ".join(texts)
 
 
-def observed(
+def channels_of_observables(
     observe: Callable[[Array], Signals], names: Sequence[str]
 ) -> tuple[Callable[[Array], Signals], Callable[[Trajectory], Signals]]:
     """Returns the functions `motion` and `deviations` of a picture whose channels are the

@@ -45,10 +45,12 @@ def shown_seconds(scene: Scene) -> float:
     if system_of(scene).family != "capsule":
         case = case_of(scene)
         period = case.system.facts(case.problem).get("period")
-        return float(min(scene.duration, MOST_SWINGS * period if period else MOST_SECONDS))
+        longest = MOST_SWINGS * period if period else MOST_SECONDS
+        return float(min(scene.duration, longest))
     if scene.parameters.get("count", 1) <= MOST_MANOEUVRES:
         return scene.duration
-    return float(min(scene.duration, MOST_MANOEUVRES * case_of(scene).problem.motion.period))
+    manoeuvre = case_of(scene).problem.motion.period
+    return float(min(scene.duration, MOST_MANOEUVRES * manoeuvre))
 
 
 def shown_runs(plan: StudyPlan, scene: Scene) -> Sequence[ShownRun]:
@@ -60,36 +62,43 @@ def shown_runs(plan: StudyPlan, scene: Scene) -> Sequence[ShownRun]:
     registered = find_scene(scene.name)
     if (registered.parameters, registered.duration) != (scene.parameters, scene.duration):
         return ()
-    known = {m.name: m for m in plan.methods if meant(m, scene)}
+    known = {method.name: method for method in plan.methods if meant(method, scene)}
     seconds = shown_seconds(scene)
-    step = max((h for h in scene.steps if LEAST_STEPS * h <= seconds), default=min(scene.steps))
+    steps = [step for step in scene.steps if LEAST_STEPS * step <= seconds]
+    step = max(steps, default=min(scene.steps))
     if seconds >= LEAST_STEPS * REFERENCE_STEP:
         step = REFERENCE_STEP
-    words = {name: RECOMMENDED for name in [n for n in _best(scene) if n in known][:1]}
+    recommended = [name for name in _recommended_methods(scene) if name in known]
+    words = dict.fromkeys(recommended[:1], RECOMMENDED)
     if USER_METHOD in known:
         step = known[USER_METHOD].step_sizes[0]
         words = {USER_METHOD: OWN, **words}
     elif DEFAULT[0] in known:
         usual = "default settings" + " but for the step" * (step != DEFAULT[1])
         words = {DEFAULT[0]: usual, **words}
-    others = [n for n, method in known.items() if method.engine != EXACT and n not in words]
+    simulated = [name for name, method in known.items() if method.engine != EXACT]
+    others = [name for name in simulated if name not in words]
     words |= dict.fromkeys(others[: 2 - len(words)], "")
-    lasting = None if seconds == scene.duration else seconds
-    return [_shown(scene, known[name], of, step, lasting) for name, of in words.items()]
+    duration = None if seconds == scene.duration else seconds
+    return [
+        _shown_run(scene, known[name], text, step, duration) for name, text in words.items()
+    ]
 
 
-def _best(scene: Scene) -> tuple[str, ...]:
+def _recommended_methods(scene: Scene) -> tuple[str, ...]:
     """Returns the recommended methods for a scene, the best first."""
     if system_of(scene).family == "capsule":
         return IN_PLANE if scene.system in PLANE else ON_LINE
     return SMOOTH
 
 
-def _shown(
-    scene: Scene, method: Method, words: str, step: float, lasting: float | None
+def _shown_run(
+    scene: Scene, method: Method, words: str, step: float, duration: float | None
 ) -> ShownRun:
+    """Returns the run of a method on a scene with its name. A method with a tolerance runs at the
+    middle one of its tolerances in place of `step` [s]."""
     if method.control == "tolerance":
         step = method.step_sizes[len(method.step_sizes) // 2]
     text = notation.seconds(step) if method.control == "step" else f"rtol {step:g}"
-    run = ExtraRun(scene.name, method.name, step, lasting)
+    run = ExtraRun(scene.name, method.name, step, duration)
     return ShownRun(run, f"{method.name}, {text}", words)

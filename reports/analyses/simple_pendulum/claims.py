@@ -33,14 +33,14 @@ def angle(scene: str) -> Array:
 def parting(name: str) -> Record:
     """Returns the difference between the non-linear and the linear motion of a case, and the time
     at which it becomes visible."""
-    apart = np.abs(difference(name))
+    differences = np.abs(difference(name))
     amplitude = abs(float(angle(SIMPLE + name)[0]))
-    over = np.flatnonzero(apart > VISIBLE * amplitude)
+    visible = np.flatnonzero(differences > VISIBLE * amplitude)
     return Record(
-        largest=apart.max(),  # [rad] largest difference within DURATION
-        relative=apart.max() / amplitude,  # largest difference over the initial amplitude
+        largest=differences.max(),  # [rad] largest difference within DURATION
+        relative=differences.max() / amplitude,  # largest difference over the initial amplitude
         # [s] time at which the difference exceeds VISIBLE times the amplitude
-        visible_at=FINE[over[0]] if over.size else None,
+        visible_at=FINE[visible[0]] if visible.size else None,
     )
 
 
@@ -53,17 +53,17 @@ def decay(name: str) -> float:
     """Returns the largest relative difference of the extreme angles of a damped swing from
     |theta_0| exp(-xi t/2)."""
     observed = fine(SIMPLE + name)
-    rate = case(SIMPLE + name).problem
+    problem = case(SIMPLE + name).problem
     speed = observed["theta_dot"]
     theta = observed["theta"]
-    turns = np.flatnonzero(speed[:-1] * speed[1:] < 0.0)
-    part = speed[turns] / (speed[turns] - speed[turns + 1])
-    after = part * (FINE[1] - FINE[0])
-    when = FINE[turns] + after
+    before = np.flatnonzero(speed[:-1] * speed[1:] < 0.0)  # samples before an extreme
     # theta_dot is taken as linear between the samples around an extreme.
-    sizes = np.abs(theta[turns] + 0.5 * after * speed[turns])
-    expected = abs(rate.theta) * np.exp(-0.5 * rate.damping_rate * when)
-    return float(np.abs(sizes / expected - 1.0).max())
+    fraction = speed[before] / (speed[before] - speed[before + 1])
+    delay = fraction * (FINE[1] - FINE[0])
+    times = FINE[before] + delay
+    amplitudes = np.abs(theta[before] + 0.5 * delay * speed[before])
+    expected = abs(problem.theta) * np.exp(-0.5 * problem.damping_rate * times)
+    return float(np.abs(amplitudes / expected - 1.0).max())
 
 
 def lengthening(name: str) -> float:
@@ -78,12 +78,13 @@ def rotation(name: str) -> Record:
     same start, and the initial speed beside the speed that just reaches the top."""
     problem = case(SIMPLE + name).problem
     start, end = angle(SIMPLE + name)[[0, -1]]
-    least = math.sqrt(2.0 * problem.gravity / problem.length * (1.0 + math.cos(problem.theta)))
+    squared = 2.0 * problem.gravity / problem.length * (1.0 + math.cos(problem.theta))
+    speed_to_top = math.sqrt(squared)  # [rad/s] speed that just reaches the top
     return Record(
         turns=abs(float(end - start)) / math.tau,  # turns within DURATION
         linear_degrees=math.degrees(swing(LINEAR + name)),  # [°] largest angle, linear pendulum
         # relative excess of the initial speed over the speed that just reaches the top
-        faster=float(abs(problem.theta_dot)) / least - 1.0,
+        faster=float(abs(problem.theta_dot)) / speed_to_top - 1.0,
     )
 
 
@@ -91,7 +92,8 @@ def smallest_error(study: Study) -> tuple[float, float] | None:
     """Returns the largest error [rad] of MuJoCo's multibody model on case 2 at its finest step, and
     that step [s]; None if MuJoCo did not run it."""
     series = convergence_of(study, f"{SIMPLE}free-large", MUJOCO)
-    done = [m for m in series.measurements if m.status == "done"] if series else []
+    measurements = series.measurements if series else ()
+    done = [run for run in measurements if run.status == "done"]
     return (done[-1].errors["theta"].largest, done[-1].step) if done else None
 
 
@@ -111,9 +113,8 @@ def numbers(study: Study) -> Record:
         # final angle of case 7 in turns
         rests=float(angle(f"{SIMPLE}damped-rotating")[-1]) / math.tau,
         damping_ratio=damped.damping_rate / (2 * natural),
-        mujoco=smallest_error(
-            study
-        ),  # error [rad] of its multibody model on case 2, at step [s]
+        # error [rad] of MuJoCo's multibody model on case 2, and its step [s]
+        mujoco=smallest_error(study),
         # times [s], and non-linear minus linear angle [rad], in case 1
         apart=(FINE[::40], difference(CASES["1"])[::40]),
         duration=DURATION,
