@@ -15,14 +15,14 @@ AGREES = 1e-3  # largest relative difference between a formula and an engine tha
 
 def at_most(what: str, measured: float, bound: float, unit: str = "") -> Claim:
     """Returns the check that the magnitude of `measured` is at most `bound`; `what` names it."""
-    text = f"{what} is {_with(measured, unit)} and not at most {_with(bound, unit)}"
+    text = f"{what} is {_with_unit(measured, unit)} and not at most {_with_unit(bound, unit)}"
     return Claim(text, abs(measured) <= bound)
 
 
 def clear(what: str, large: float, small: float, unit: str = "") -> Claim:
     """Returns the check that |large| is at least CLEAR times |small|; `what` names both."""
     text = (
-        f"{what}: {_with(abs(large), unit)} beside {_with(abs(small), unit)}, less than "
+        f"{what}: {_with_unit(abs(large), unit)} beside {_with_unit(abs(small), unit)}, less than "
         f"{CLEAR:g} times as much"
     )
     return Claim(text, abs(large) >= CLEAR * abs(small) and large != 0.0)
@@ -30,7 +30,8 @@ def clear(what: str, large: float, small: float, unit: str = "") -> Claim:
 
 def between(what: str, measured: float, low: float, high: float, unit: str = "") -> Claim:
     """Returns the check that `measured` lies between `low` and `high`; `what` names it."""
-    text = f"{what} is {_with(measured, unit)} and not {number(low)} to {_with(high, unit)}"
+    bounds = f"{number(low)} to {_with_unit(high, unit)}"
+    text = f"{what} is {_with_unit(measured, unit)} and not {bounds}"
     return Claim(text, low <= measured <= high)
 
 
@@ -39,6 +40,7 @@ def as_expected(surprises: Iterable[str]) -> Claims:
     return tuple(Claim(text, False) for text in surprises)
 
 
-def _with(value: float, unit: str) -> str:
+def _with_unit(value: float, unit: str) -> str:
+    """Returns a number with its unit as text; "no number" if it is not finite."""
     amount = number(value) if math.isfinite(value) else "no number"
     return f"{amount} {unit}".strip()

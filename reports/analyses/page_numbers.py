@@ -172,6 +172,7 @@ def _picture(system: System) -> Path | None:
 
 
 def _base64(file: Path) -> str:
+    """Returns the content of a file in base64."""
     return base64.b64encode(file.read_bytes()).decode()
 
 

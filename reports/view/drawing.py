@@ -138,6 +138,8 @@ def _axis(
 
 
 def _ticks(layout: Layout, axis: Axis) -> Ticks:
+    """Returns the ticks that `layout` declares, or ticks at round values; on a horizontal axis,
+    only those whose texts do not touch."""
     if "ticktext" not in layout:
         ticks = axis.ticks(MOST_TICKS)
         return separated_ticks(ticks) if axis.end > axis.start else ticks
@@ -147,12 +149,15 @@ def _ticks(layout: Layout, axis: Axis) -> Ticks:
 def separated_ticks(ticks: Ticks) -> Ticks:
     """Returns the ticks of a horizontal axis without each tick whose text would touch the text
     before it. Letters are taken as large as on a telephone, where they are the largest."""
-    kept: list[tuple[float, str]] = []
+    separated: list[tuple[float, str]] = []
     for place, text in ticks:
-        letters = len(text) + len(kept[-1][1]) if kept else 0
-        if not kept or place - kept[-1][0] >= LARGE_LETTER * letters / 2.0:
-            kept.append((place, text))
-    return kept
+        if separated:
+            place_before, text_before = separated[-1]
+            letters = len(text) + len(text_before)
+            if place - place_before < LARGE_LETTER * letters / 2.0:
+                continue
+        separated.append((place, text))
+    return separated
 
 
 def _marks(trace: Trace, x: Axis, y: Axis) -> Iterator[Path]:

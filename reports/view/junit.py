@@ -29,7 +29,7 @@ class JunitCase(NamedTuple):
     message: str = ""
 
 
-def write_junit(file: Path, study: Study, every: Results) -> None:
+def write_junit(file: Path, study: Study, results: Results) -> None:
     """Writes the JUnit file of a study, with a test case for each scene and method.
 
     An unexpected verdict is a failure. A known limit, and a verdict that claims nothing, is
@@ -46,7 +46,7 @@ def write_junit(file: Path, study: Study, every: Results) -> None:
         for search in unexpected(judged_searches(study))
     ]
     date = study.provenance.date.removesuffix(" UTC").replace(" ", "T")
-    cases = [*map(_case, every.values()), *searches]
+    cases = [*map(_case, results.values()), *searches]
     write_cases(file, cases, sum(case.seconds for case in cases), date)
 
 

@@ -76,9 +76,11 @@ class ShownError:
 
     @property
     def _size(self) -> str:
+        """The error as text; "diverged" if it is infinite."""
         return "diverged" if math.isinf(self.error) else notation.relative(self.error)
 
     def _beside(self, column: float | None) -> str:
+        """Returns the step as text; empty if it is the step of the column [s]."""
         if self.control == "step" and column and math.isclose(self.step, column, rel_tol=1e-9):
             return ""
         return notation.step(self.step, self.control)
@@ -169,6 +171,8 @@ class MethodResult:
         return self._at(self.done[-1].step) if self.done else None
 
     def _at(self, step: float) -> ShownError:
+        """Returns the error at a step. Its meaning is "unclaimed" if the verdict on the method is
+        as predicted, but this step is too large for the theory."""
         runs = zip(self.series.measurements, self.judged.runs, strict=False)
         verdicts = {run.step: judged.verdict for run, judged in runs}
         too_large = verdicts.get(step) in ("pre-asymptotic", "diverged")

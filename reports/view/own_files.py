@@ -18,7 +18,7 @@ MARK = re.compile(
     rb"""\A\{"schemaVersion": 1, "label": "simulation error\"""",
     re.DOTALL,
 )
-BESIDE = re.compile(r"[\"/]([^\"/]+\.(?:js|css|svg|png))\"")  # a file that a page loads
+LOADED_FILE = re.compile(r"[\"/]([^\"/]+\.(?:js|css|svg|png))\"")  # a file that a page loads
 
 
 def check_replaceable(name: str, file: Path) -> Path:
@@ -34,24 +34,26 @@ def check_replaceable_folder(name: str, folder: Path) -> None:
     not write."""
     if folder.is_symlink() or (folder.exists() and not folder.is_dir()):
         raise _foreign(name, folder)
-    own = _listed(folder)
+    own_names = _own_names(folder)
     for path in sorted(folder.rglob("*")):
-        if str(path.relative_to(folder)) not in own:
+        if str(path.relative_to(folder)) not in own_names:
             raise _foreign(name, path)
 
 
 def _foreign(name: str, path: Path) -> ParameterError:
-    what = "a new file, or one that plumbob wrote: another is neither replaced nor removed"
-    return ParameterError(name, str(path), what)
+    """Returns the error for an option `name` whose file plumbob did not write."""
+    expected = "a new file, or one that plumbob wrote: another is neither replaced nor removed"
+    return ParameterError(name, str(path), expected)
 
 
 def _marked(file: Path) -> bool:
+    """Returns whether a file is empty or has the mark of a file that plumbob wrote."""
     with file.open("rb") as opened:
         head = opened.read(HEAD)
     return not head or MARK.search(head) is not None
 
 
-def _listed(folder: Path) -> set[str]:
+def _own_names(folder: Path) -> set[str]:
     """Returns the names of the files that plumbob wrote in a folder of pages.
 
     An earlier version left no list. In that case, the files are the pages with a mark, and the
@@ -59,6 +61,6 @@ def _listed(folder: Path) -> set[str]:
     if (folder / LIST).is_file():
         return {LIST, *(folder / LIST).read_text("utf-8", "replace").splitlines()}
     pages = [page for page in folder.glob("*.html") if page.is_file() and _marked(page)]
-    index = [page for page in folder.parent.glob("index.html") if pages]
-    texts = (page.read_text("utf-8", "replace") for page in [*pages, *index])
-    return {page.name for page in pages}.union(*map(BESIDE.findall, texts))
+    index = list(folder.parent.glob("index.html")) if pages else []
+    texts = [page.read_text("utf-8", "replace") for page in [*pages, *index]]
+    return {page.name for page in pages}.union(*map(LOADED_FILE.findall, texts))

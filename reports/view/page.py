@@ -35,7 +35,7 @@ UNITS = re.compile(
 INDENT = re.compile(r"^ +(?:// .*\n)?", re.MULTILINE)  # indents and comments of a script
 CODE = re.compile("`([^`]+)`")
 EXPONENT = re.compile(r"-?\d[\d.]*e-\d+")  # a line may end after a hyphen
-PLAIN = " =/:;,.()'-{}!*"  # characters that need no escape in a data URL
+URL_CHARACTERS = " =/:;,.()'-{}!*"  # characters that need no escape in a data URL
 STYLE, SCRIPT, PLOTLY, ICON = "page.css", "page.js", "plotly.js", "icon.svg"
 
 
@@ -68,7 +68,7 @@ class Plots:
             return "", None
         svg = _environment().get_template("figure.svg.jinja").render(of=drawn)
         if self.folder is None:
-            return f"data:image/svg+xml,{quote(svg, safe=PLAIN)}", drawn
+            return f"data:image/svg+xml,{quote(svg, safe=URL_CHARACTERS)}", drawn
         name = f"{hashlib.sha256(svg.encode('utf-8')).hexdigest()[:12]}.svg"
         self.files[name] = svg
         return f"{self.folder}{name}", drawn
@@ -188,4 +188,5 @@ def to_bytes(text: str | bytes) -> bytes:
 
 
 def _json(values: Any) -> str:
+    """Returns values as compact JSON; raises ValueError for a number that is not finite."""
     return json.dumps(values, ensure_ascii=False, allow_nan=False, separators=(",", ":"))

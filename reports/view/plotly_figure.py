@@ -13,9 +13,9 @@ from plumbob.analytic.reference import Array
 from plumbob.reports.view.content import Figure, Layout, Trace
 from plumbob.reports.view.palette import BLUE, GREY, RED, Style
 
-MOST = 240  # points of a curve: a screen shows no more
+MAX_CURVE_POINTS = 240  # points of a curve: a screen shows no more
 ZERO = 1e-17  # value at which an error of exactly zero is drawn on a logarithmic axis
-SEEN = "{:.4g}".format  # four significant digits: more cannot be seen in a figure
+FOUR_DIGITS = "{:.4g}".format  # four significant digits: more cannot be seen in a figure
 FRONT = "front"  # takes the place of a method's name in the trace of the Pareto front
 DIVERGING = ((0.0, BLUE), (0.5, "#ffffff"), (1.0, RED))
 PLAIN = Style(GREY, "circle", 6.0, "solid")
@@ -49,7 +49,7 @@ def curve(
     stand beside the points. `more` are further properties of plotly's trace."""
     xs = np.ravel(x)
     ys = np.ravel(y)
-    indices = np.linspace(0, len(xs) - 1, min(len(xs), MOST)).astype(int)
+    indices = np.linspace(0, len(xs) - 1, min(len(xs), MAX_CURVE_POINTS)).astype(int)
     colour = colour or style.colour
     modes = ("lines", lines), ("markers", marks), ("text", labels)
     trace: dict[str, Any] = {
@@ -159,5 +159,5 @@ def positive(values: npt.ArrayLike) -> Array:
 def rounded(values: npt.ArrayLike) -> list[float | None]:
     """Returns values rounded to the digits that can be seen; None, a gap, for each that is not
     finite."""
-    numbers = [float(SEEN(number)) for number in np.ravel(values).astype(float).tolist()]
+    numbers = [float(FOUR_DIGITS(number)) for number in np.ravel(values).astype(float).tolist()]
     return [number if math.isfinite(number) else None for number in numbers]

@@ -15,7 +15,7 @@ from plumbob.reports.view.method_results import Results
 from plumbob.reports.view.tables import table
 
 
-def study_values(study: Study, every: Results, verbose: bool) -> dict[str, Any]:
+def study_values(study: Study, all_results: Results, verbose: bool) -> dict[str, Any]:
     """Returns the values of the template that writes a study to the terminal.
 
     They are the unexpected verdicts, on methods as well as on largest steps and derivatives; for
@@ -25,13 +25,13 @@ def study_values(study: Study, every: Results, verbose: bool) -> dict[str, Any]:
     searches = judged_searches(study)
     scenes = []
     for scene in study.scenes:
-        rows = [result for (name, _), result in every.items() if name == scene.name]
+        rows = [result for (name, _), result in all_results.items() if name == scene.name]
         if rows:
             about = rows[0].quantities
             lines = table("scene", rows=rows, about=about, verbose=verbose, infinity=math.inf)
             # the first line holds the heads, so no result belongs to it
             scenes.append((scene, list(zip((None, *rows), aligned(lines), strict=True))))
-    results = every.values()
+    results = all_results.values()
     standings = Counter(result.judged.standing for result in results)
     known = sum(bool(search.known and not search.surprise) for search in searches)
     surprising = sum(bool(search.surprise) for search in searches)

@@ -27,7 +27,7 @@ from plumbob.reports.view.trimming import trimming
 from plumbob.tests.site import whole_profile
 from plumbob.tests.support.studies import SCENE, quick, remeasured, verdicts
 
-LINE, DEFAULT, CONVERGENT, RK4 = "capsule-line/ca1", *first_screen.KINDS[0][-1]
+LINE, DEFAULT, CONVERGENT, RK4 = "capsule-line/ca1", *first_screen.KINDS[0].methods
 
 
 def _with_error(study, scene, method, error):

@@ -27,8 +27,8 @@ PICTURES: Mapping[str, Callable[[Case, float], Picture]] = MappingProxyType(
 )  # function that makes the picture, by the family of the system
 TRUTH = Layer("exact", "exact answer", "")
 Drawn = tuple[Layer, Samples]  # layer, and samples of a motion or of a run's deviations from it
-MOST = 12  # exponent of ten of the largest magnification of errors
-LARGE = 0.15  # largest initial size of an audit's largest error, relative to the picture
+MAX_FACTOR_EXPONENT = 12  # exponent of ten of the largest magnification of errors
+INITIAL_ERROR_SIZE = 0.15  # initial size of an audit's largest error, relative to the picture
 
 
 def requests(plan: StudyPlan) -> Sequence[ExtraRun]:
@@ -99,7 +99,7 @@ def assemble_replay(
     sizes = [picture.part(samples.channels) for _, samples in runs]
     sizes = [size for size in sizes if size]
     # The largest magnification keeps the errors of at least one run within the picture.
-    powers = [10**k for k in range(MOST + 1)]
+    powers = [10**k for k in range(MAX_FACTOR_EXPONENT + 1)]
     factors = [f for f in powers if f == 1 or any(f * size < 1.0 for size in sizes)]
     data = {
         "kind": picture.kind,
@@ -121,7 +121,7 @@ def assemble_replay(
         layers=tuple(layer for layer, _ in (exact, *runs)),
         lacking=tuple(lacking),
         factors=tuple(factors),
-        magnified=max(f for f in factors if f == 1 or f * sizes[0] <= LARGE),
+        magnified=max(f for f in factors if f == 1 or f * sizes[0] <= INITIAL_ERROR_SIZE),
         data=text.replace("<", "\\u003c"),
     )
 

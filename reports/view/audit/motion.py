@@ -16,8 +16,8 @@ from plumbob.engines.audit.step_errors import TARGETS, Compared, horizon
 from plumbob.engines.own_motion import OUT_OF_TIME
 from plumbob.reports.advice.work_precision import front
 
-SHOWN = 5  # largest number of errors listed as the step is halved
-COURSES = 4  # number of steps of the model's integrator in the figure over time
+LISTED_ERRORS = 5  # largest number of errors listed as the step is halved
+DRAWN_STEPS = 4  # number of steps of the model's integrator in the figure over time
 
 
 def motion_of(audit: Audit) -> dict[str, Any]:
@@ -45,7 +45,7 @@ def motion_of(audit: Audit) -> dict[str, Any]:
     ]
     errors = [run.at(compared.index) for run in runs]
     known = RESOLVED * audit.uncertainty
-    resolved = [error for error in errors if error > known][:SHOWN]
+    resolved = [error for error in errors if error > known][:LISTED_ERRORS]
     holding = [run.step for run, e in zip(runs, errors, strict=True) if math.isfinite(e)]
     horizons = []
     for target in TARGETS[1:3]:
@@ -64,7 +64,9 @@ def motion_of(audit: Audit) -> dict[str, Any]:
         "horizons": horizons,
         "event_rate": len(course.events) / max(course.until, audit.script.period),
         "out_of_time": OUT_OF_TIME in reference.why,
-        "courses": [(run.integrator, run.step, _drawn(run.errors)) for run in runs[:COURSES]],
+        "courses": [
+            (run.integrator, run.step, _drawn(run.errors)) for run in runs[:DRAWN_STEPS]
+        ],
         "uncertainty": _drawn(reference.uncertainty),
         **_choices(audit, compared),
         **_costs(compared),

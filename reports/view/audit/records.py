@@ -150,28 +150,22 @@ def stability_record(known: Stability | None) -> Plain:
     """Returns the largest stable step [s] of each integrator, and the remedies that raise the
     largest step of the model's integrator."""
 
-    def limit(largest: Limit) -> Plain:
-        names = (
-            "integrator",
-            "largest_step",
-            "first",
-            "confirmed",
-            "why",
-            "predicted",
-            "chatters",
-            "holds_to",
-        )
-        return _attributes(largest, *names)
-
     assert known is not None
+    remedies = [
+        {"change": remedy.change.name, **_limit(remedy.limit), "moved": remedy.moved}
+        for remedy in known.remedies
+    ]
     return {
-        "stability": list(map(limit, known.limits)),
+        "stability": list(map(_limit, known.limits)),
         "unstable": known.unstable,
-        "remedies": [
-            {"change": r.change.name, **limit(r.limit), "moved": r.moved}
-            for r in known.remedies
-        ],
+        "remedies": remedies,
     }
+
+
+def _limit(largest: Limit) -> Plain:
+    """Returns the largest stable step of one integrator, and how it was found."""
+    searched = _attributes(largest, "integrator", "largest_step", "first", "confirmed", "why")
+    return {**searched, **_attributes(largest, "predicted", "chatters", "holds_to")}
 
 
 def gradient_record(known: Gradients | str | None) -> Plain:

@@ -15,7 +15,7 @@ from plumbob.reports.view.page import fill_page, write_file
 from plumbob.reports.view.tables import paragraphs, table, table_or_none
 
 Change = Mapping[str, Any]  # scene, method, what, old, new, and growth, relative to the old one
-FEW = 25  # largest number of rows of an unfolded table
+UNFOLDED_ROWS = 25  # largest number of rows of an unfolded table
 
 
 def write_comparison(
@@ -49,7 +49,7 @@ def write_comparison(
     tables = (
         _changes("Verdicts that changed", moved["verdicts"]),
         _changes("What vanished, and what is new", moved["presence"]),
-        table_or_none("errors_moved", rows=rows, few=FEW),
+        table_or_none("errors_moved", rows=rows, few=UNFOLDED_ROWS),
     )
     text = fill_page(
         "compare.html.jinja",
@@ -69,7 +69,7 @@ def _pairs(study: Study) -> set[tuple[str, str]]:
 
 def _changes(caption: str, changes: Sequence[Change]) -> Table | None:
     """Returns the table of changes of one kind; None if there are none."""
-    return table_or_none("changes", caption=caption, rows=changes, few=FEW)
+    return table_or_none("changes", caption=caption, rows=changes, few=UNFOLDED_ROWS)
 
 
 def _growth(change: Change) -> float:
@@ -79,6 +79,7 @@ def _growth(change: Change) -> float:
 
 
 def _percent(growth: float | None) -> str:
+    """Returns a relative growth as text: a percentage, or a factor if the growth is 10 or more."""
     if growth is None or not math.isfinite(growth):
         return "–"
     if abs(growth) < 10.0:

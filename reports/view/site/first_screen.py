@@ -6,6 +6,7 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from fnmatch import fnmatch
 from statistics import median_high
+from typing import NamedTuple
 
 from plumbob.engines.study.results import Study
 from plumbob.models.scene import Scene
@@ -28,43 +29,55 @@ KEY_FINDINGS = (
     "capsule-turn-second-order",
 )
 MOST_FINDINGS = 5
-# A row for each kind of robot: the name of the kind, its title, the title of its settings, a
-# pattern of its systems, a pattern of the systems that the error ranges cover, and methods. The
-# methods are the default, the recommended one, and, if there is a third, the one for more kinds of
-# motion.
+
+
+class RobotKind(NamedTuple):
+    """A kind of robot for which the first screen recommends settings."""
+
+    name: str
+    title: str
+    settings_title: str
+    systems: str  # pattern of the systems of this kind
+    first_systems: str  # pattern of the systems whose errors the first sentences state
+    methods: tuple[
+        str, ...
+    ]  # default, recommended, and perhaps a third for more kinds of motion
+
+
 KINDS = (
-    (
-        *(
-            "with-contacts",
-            "A robot with contacts",
-            "Contacts to copy",
-            "capsule-*",
-            "capsule-line",
-        ),
-        (DEFAULT_METHOD, "mujoco/euler+coulomb", "mujoco/rk4+coulomb"),
+    RobotKind(
+        name="with-contacts",
+        title="A robot with contacts",
+        settings_title="Contacts to copy",
+        systems="capsule-*",
+        first_systems="capsule-line",
+        methods=(DEFAULT_METHOD, "mujoco/euler+coulomb", "mujoco/rk4+coulomb"),
     ),
-    (
-        *("without-contacts", "A robot without contacts", "Integrator to copy"),
-        *("*pendulum", "*"),
-        (DEFAULT_METHOD, "mujoco/rk4"),
+    RobotKind(
+        name="without-contacts",
+        title="A robot without contacts",
+        settings_title="Integrator to copy",
+        systems="*pendulum",
+        first_systems="*",
+        methods=(DEFAULT_METHOD, "mujoco/rk4"),
     ),
 )
 Ran = tuple[Scene, Mapping[str, ShownError]]  # errors at the reference step, by method
 
 
-def meanings_by_engine(every: Results) -> Mapping[str, Counter[str]]:
+def meanings_by_engine(all_results: Results) -> Mapping[str, Counter[str]]:
     """Counts of meanings ("predicted", "converges", …) over the pairs of scene and method, for each
     engine that ran."""
     engines: dict[str, Counter[str]] = {}
-    for result in every.values():
+    for result in all_results.values():
         if result.meaning != "not-run":
             engines.setdefault(result.method.engine, Counter())[result.meaning] += 1
     return engines
 
 
-def run_counts(every: Results) -> tuple[int, int, int]:
+def run_counts(all_results: Results) -> tuple[int, int, int]:
     """Numbers of runs, of scenes and of methods that ran."""
-    results = [result for result in every.values() if result.errors]
+    results = [result for result in all_results.values() if result.errors]
     scenes = {result.scene.name for result in results}
     methods = {result.name for result in results}
     return sum(len(result.errors) for result in results), len(scenes), len(methods)
@@ -79,26 +92,29 @@ def key_findings(findings: Sequence[Finding]) -> Sequence[Finding]:
     return [by_name[name] for name in names][:MOST_FINDINGS]
 
 
-def recommended_settings(study: Study, record: StudyRecord, every: Results) -> Sequence[View]:
+def recommended_settings(
+    study: Study, record: StudyRecord, all_results: Results
+) -> Sequence[View]:
     """A view for each kind of robot, with and without contacts: the recommended settings, their
     measured errors and their measured costs. A kind without any usual scene is left out."""
     views = []
-    for name, title, heading, systems, first_systems, methods in KINDS:
+    for kind in KINDS:
+        methods = kind.methods
         default = methods[0]
         better = methods[1]
-        scenes = [scene for scene in study.scenes if fnmatch(scene.system, systems)]
-        ran = _errors_of_all(every, scenes, methods)
+        scenes = [scene for scene in study.scenes if fnmatch(scene.system, kind.systems)]
+        ran = _errors_of_all(all_results, scenes, methods)
 
         unusual = [row for row in ran if _is_unusual(row[0])]
         usual = [row for row in ran if row not in unusual]
-        first = [row for row in usual if fnmatch(row[0].system, first_systems)]
+        first = [row for row in usual if fnmatch(row[0].system, kind.first_systems)]
         if not first:
             continue
         costs = _median_costs(study, [scene for scene, _ in ran], methods)
         ratios = {n: notation.number(ns / costs[default], 2) for n, ns in costs.items()}
         turning = methods[-1] if methods[-1] in ratios else better
         sentences = paragraphs(
-            name.replace("-", "_"),
+            kind.name.replace("-", "_"),
             methods=methods,
             usual=_by_error(first, default),
             best=_by_error(first, better),
@@ -108,8 +124,9 @@ def recommended_settings(study: Study, record: StudyRecord, every: Results) -> S
                 (method, _by_error(unusual, method)) for method in (turning, default) if unusual
             ],
         )
-        pasted = titled_settings(record.settings[better], heading, ratios.get(better, ""))
-        views.append(View(name=name, title=title, sentences=sentences, pasted=pasted))
+        cost = ratios.get(better, "")
+        pasted = titled_settings(record.settings[better], kind.settings_title, cost)
+        views.append(View(name=kind.name, title=kind.title, sentences=sentences, pasted=pasted))
     return views
 
 
@@ -119,7 +136,7 @@ def _is_unusual(scene: Scene) -> bool:
 
 
 def _errors_of_all(
-    every: Results, scenes: Sequence[Scene], methods: Sequence[str]
+    all_results: Results, scenes: Sequence[Scene], methods: Sequence[str]
 ) -> list[Ran]:
     """The scenes that all `methods` ran, in the order of their systems, each with the errors of
     these methods at the reference step."""
@@ -127,7 +144,7 @@ def _errors_of_all(
     for scene in sorted_scenes(scenes):
         errors = dict[str, ShownError]()
         for name in methods:
-            result = every.get((scene.name, name))
+            result = all_results.get((scene.name, name))
             shown = result.at_reference if result else None
             if shown:
                 errors[name] = shown

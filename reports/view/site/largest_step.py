@@ -22,11 +22,11 @@ METHODS = (
 )
 
 
-def largest_step(every: Results) -> View | None:
+def largest_step(all_results: Results) -> View | None:
     """The table of the largest stable steps, and the result of the default method on the first
     scene where that method has a limit; None if the default method has none on any scene."""
     limited: dict[str, dict[str, MethodResult]] = {scene: {} for scene in SCENES}
-    for (scene, method), result in every.items():
+    for (scene, method), result in all_results.items():
         if scene in limited and result.limit:
             limited[scene][method] = result
     of_default = [

@@ -54,12 +54,12 @@ def sorted_scenes(scenes: Sequence[Scene]) -> Sequence[Scene]:
     return sorted(scenes, key=lambda scene: order_key(scene.system))
 
 
-def matrices(study: Study, every: Results, scenes: Sequence[Scene]) -> list[Matrix]:
+def matrices(study: Study, all_results: Results, scenes: Sequence[Scene]) -> list[Matrix]:
     """Returns one matrix for each kind of scene among `scenes`. A cell is None if the method has no
     error at the reference step of that scene."""
     order = engine_names(study)
     methods = sorted(study.methods, key=lambda m: order.index(m.engine))
-    ran = {pair: result for pair, result in every.items() if result.at_reference}
+    ran = {pair: result for pair, result in all_results.items() if result.at_reference}
     by_kind = []
     for kind in dict.fromkeys(scene.kind for scene in scenes):
         names = [scene.name for scene in scenes if scene.kind == kind]

@@ -13,20 +13,25 @@ from plumbob.reports.view.site.matrix import engine_names
 from plumbob.reports.view.tables import table_or_none
 
 CANON = (
-    *(
-        "projectile",
-        "incline",
-        "rolling-ball",
-        "rolling-disc",
-        "bouncing-ball",
-        "pinch",
-        "stack",
-    ),
-    *("n-pendulum", "slider-crank", "four-bar", "servo", "heavy-top", "rod-impact"),
+    "projectile",
+    "incline",
+    "rolling-ball",
+    "rolling-disc",
+    "bouncing-ball",
+    "pinch",
+    "stack",
+    "n-pendulum",
+    "slider-crank",
+    "four-bar",
+    "servo",
+    "heavy-top",
+    "rod-impact",
 )
 
 
-def phenomena(study: Study, every: Results, systems: Sequence[SystemRecord]) -> Table | None:
+def phenomena(
+    study: Study, all_results: Results, systems: Sequence[SystemRecord]
+) -> Table | None:
     """Returns the table with a row for each system of `CANON` and a column for each engine; None if
     no scene of these systems was run.
 
@@ -35,7 +40,7 @@ def phenomena(study: Study, every: Results, systems: Sequence[SystemRecord]) -> 
     step."""
     names = [name for name in engine_names(study) if name != "exact"]
     ran: dict[tuple[str, str], dict[str, list[MethodResult]]] = {}
-    for result in every.values():
+    for result in all_results.values():
         if result.at_reference and not result.method.surrogate:
             methods = ran.setdefault((result.scene.system, result.method.engine), {})
             methods.setdefault(result.name, []).append(result)

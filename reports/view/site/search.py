@@ -31,10 +31,12 @@ def term_id(term: str) -> str:
 def _entries(
     common: Mapping[str, Any], href: Callable[[str], str]
 ) -> Iterator[tuple[str, str, str, str]]:
+    """Yields the kind, name, text and address of each search entry."""
     for view in common["views"]:
         yield "system", view.system.title, view.system.name, href(view.system.name)
-        for of in view.scenes:
-            yield "scene", of.scene.name, of.scene.summary, href(of.anchor)
+        for scene_view in view.scenes:
+            scene = scene_view.scene
+            yield "scene", scene.name, scene.summary, href(scene_view.anchor)
     for finding in common["findings"]:
         yield "finding", finding.title, finding.summary, href(finding.name)
     for method in common["study"].methods:

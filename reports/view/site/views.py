@@ -30,8 +30,8 @@ View = SimpleNamespace
 """The content of a scene's or a system's page; its attributes are the names in the template."""
 # section and page with the findings on engines that hold for every system
 OF_ENGINES = "engines"
-WANTED = 1e-3  # relative error for which a scene's page recommends a method
-DERIVATIVES = (
+RECOMMENDED_ERROR = 1e-3  # relative error for which a scene's page recommends a method
+DERIVATIVES_TEMPLATE = (
     "engines/gradients"  # template of the analysis with the derivatives of every scene
 )
 
@@ -43,14 +43,16 @@ def scenes_of_system(study: Study, system: SystemRecord) -> list[Scene]:
     return sorted(scenes, key=lambda scene: (scene.name != default, bool(scene.hard)))
 
 
-def system_view(study: Study, records: Records, system: SystemRecord, every: Results) -> View:
+def system_view(
+    study: Study, records: Records, system: SystemRecord, all_results: Results
+) -> View:
     """Returns the view of one system: the views of its scenes in `study`, its findings, galleries
-    and matrices. `every` holds the results of all methods on all scenes."""
+    and matrices. `all_results` holds the results of all methods on all scenes."""
     scenes = scenes_of_system(study, system)
     views = list[View]()
     for scene in scenes:
         record = records.scenes[scene.name]
-        results = [result for (name, _), result in every.items() if name == scene.name]
+        results = [result for (name, _), result in all_results.items() if name == scene.name]
         if record.exact and results:
             views.append(scene_view(study, record, record.exact, results))
     return View(
@@ -60,7 +62,7 @@ def system_view(study: Study, records: Records, system: SystemRecord, every: Res
         findings=findings_about(study, system.name),
         scenes=tuple(views),  # the default scene first
         leading=views[0] if views else None,  # the system's page shows its measurements
-        matrices=matrix.matrices(study, every, scenes),
+        matrices=matrix.matrices(study, all_results, scenes),
         hard=hard_cases.table([view.results for view in views if view.scene.hard]),
     )
 
@@ -77,7 +79,9 @@ def scene_view(
     rows = [result for result in results if result.judged.verdict != "missing"]
     missing = Counter(result.method.engine for result in results if result not in rows)
     ran = {result.name: result for result in rows if result.done}
-    answer = next((answer for answer in record.recommendations if answer.error == WANTED), None)
+    answer = next(
+        (answer for answer in record.recommendations if answer.error == RECOMMENDED_ERROR), None
+    )
     at_first = _methods_at_first(answer, ran)
     method_styles = styles(method.name for method in study.methods)
     verdict_counts = Counter(result.judged.verdict for result in rows)
@@ -160,7 +164,7 @@ def _derivatives(study: Study, scene: str) -> list[Any]:
     differentiating."""
     derivatives = list[Any]()
     for analysis in study.analyses:
-        if analysis.template == DERIVATIVES and analysis.numbers:
+        if analysis.template == DERIVATIVES_TEMPLATE and analysis.numbers:
             records = analysis.numbers["records"]
             derivatives += [record for record in records if record["scene"] == scene]
     return derivatives

@@ -44,11 +44,11 @@ from plumbob.reports.view.site.phenomena import phenomena
 from plumbob.reports.view.site.views import OF_ENGINES, View, system_view
 from plumbob.reports.view.user_settings import table as own_table
 
-SMOOTH = (
+SMOOTH_SCENE = (
     "cone-pendulum/rotating-base"  # scene without contacts whose cost figure is on the index
 )
-GRADIENTS = "gradients-through-contact"  # finding whose picture is on the index
-BESIDE = MappingProxyType(
+GRADIENTS_FINDING = "gradients-through-contact"  # finding whose picture is on the index
+SHARED_PAGES = MappingProxyType(
     {
         OF_ENGINES: "on_engines",
         "cheapest": "advice",
@@ -149,15 +149,15 @@ def _files(content: SiteContent) -> tuple[Mapping[str, str | bytes], str]:
 def site_content(study: Study) -> SiteContent:
     """Returns the content of the pages of `study`; raises the errors of `records_of`."""
     records = records_of(study)
-    every = results_of(study, records)
-    asked = {scene for scene, _ in every}  # a scene is missing if no method was meant for it
+    results = results_of(study, records)
+    asked = {scene for scene, _ in results}  # a scene is missing if no method was meant for it
     study = replace(study, scenes=tuple(s for s in study.scenes if s.name in asked))
-    views = _views(study, records, every)
-    common = _common(study, records, views, every)
+    views = _views(study, records, results)
+    common = _common(study, records, views, results)
     return SiteContent(common, _pages(views, common))
 
 
-def _views(study: Study, records: Records, every: Results) -> list[View]:
+def _views(study: Study, records: Records, results: Results) -> list[View]:
     """Returns the view of each system of the study, in the order of the sources. A system of
     another package is left out if no run of it reached its end."""
     done = {
@@ -173,20 +173,20 @@ def _views(study: Study, records: Records, every: Results) -> list[View]:
         if system.name in (systems_done if system.added else systems_asked):
             shown.append(system)
     shown.sort(key=lambda system: matrix.order_key(system.name))
-    return [system_view(study, records, system, every) for system in shown]
+    return [system_view(study, records, system, results) for system in shown]
 
 
 def _common(
-    study: Study, records: Records, views: Sequence[View], every: Results
+    study: Study, records: Records, views: Sequence[View], results: Results
 ) -> dict[str, Any]:
     """Returns the values that every page may show, by their names in the templates."""
     on_engines = findings_about(study, OF_ENGINES)
     findings = [*(finding for view in views for finding in view.findings), *on_engines]
     scene_views = [scene_view for view in views for scene_view in view.scenes]
-    smooth = [scene_view for scene_view in scene_views if scene_view.scene.name == SMOOTH]
+    smooth = [scene_view for scene_view in scene_views if scene_view.scene.name == SMOOTH_SCENE]
     pictures = [view.system.picture for view in views if view.system.picture]
-    answers = first_screen.recommended_settings(study, records.study, every)
-    by_engine = first_screen.meanings_by_engine(every)
+    answers = first_screen.recommended_settings(study, records.study, results)
+    by_engine = first_screen.meanings_by_engine(results)
     on_first_screen = {answer.pasted.settings.method for answer in answers}
     copied = shown_settings(records.study.settings)
     settings = [s for s in copied if s.settings.method not in on_first_screen]
@@ -198,19 +198,21 @@ def _common(
         "findings": findings,
         "on_engines": on_engines,
         "cards": first_screen.key_findings(findings),
-        "gradients": first_screen.key_findings([f for f in findings if f.name == GRADIENTS]),
+        "gradients": first_screen.key_findings(
+            [f for f in findings if f.name == GRADIENTS_FINDING]
+        ),
         "preview": pictures[0] if pictures else "",
         "counts": sum(by_engine.values(), Counter()),
         "by_engine": by_engine,
-        "made": first_screen.run_counts(every),
+        "made": first_screen.run_counts(results),
         "answers": answers,
         "smooth": smooth[0] if smooth else None,
-        "largest_step": largest_step(every),
+        "largest_step": largest_step(results),
         "settings": settings,
         "advice": recommendations or settings,
-        "user_settings": own_table(records.study.user, every),
-        "matrices": matrix.matrices(study, every, matrix.sorted_scenes(study.scenes)),
-        "phenomena": phenomena(study, every, records.study.systems),
+        "user_settings": own_table(records.study.user, results),
+        "matrices": matrix.matrices(study, results, matrix.sorted_scenes(study.scenes)),
+        "phenomena": phenomena(study, results, records.study.systems),
         "signs": dict(SIGNS),
         "engines": {
             engine: matrix.ENGINES.get(engine, engine) for engine in matrix.engine_names(study)
@@ -239,6 +241,8 @@ def _pages(views: Sequence[View], common: Mapping[str, Any]) -> list[Page]:
             for scene in view.scenes
         ]
     pages += [
-        (name, f"{name}.html.jinja", {}) for name, value in BESIDE.items() if common[value]
+        (name, f"{name}.html.jinja", {})
+        for name, value in SHARED_PAGES.items()
+        if common[value]
     ]
     return pages

@@ -22,7 +22,8 @@ from plumbob.reports.view.page import fill_page, write_file
 from plumbob.reports.view.plotly_figure import ZERO, linear, logarithmic
 from plumbob.reports.view.sweep.text import error_text, point_text, sides_text, sweep_rows
 
-MOST = 160  # most columns and rows of a map: beyond, a cell shows the worst of several points
+# most columns and rows of a map; a cell shows the worst of several points
+MAX_MAP_CELLS = 160
 # Viridis can be read with red-green colour blindness.
 SHADES = ("#440154", "#3b528b", "#21918c", "#5ec962", "#fde725")
 
@@ -40,16 +41,17 @@ def write_sweep_page(swept: Swept, folder: Path, provenance: Provenance, key: st
 
 def render(swept: Swept, provenance: Provenance) -> str:
     """Returns the page of a sweep as one HTML file."""
-    every = sweep_rows(swept)
+    swept_rows = sweep_rows(swept)
     words = {"size": error_text, "place": point_text}
+    with_worst = [row for row in swept_rows if row["worst"]]
     return fill_page(
         "sweep.html.jinja",
         of=swept.sweep,
         runs=swept.errors.size,
         sides=sides_text(swept.sweep.box.sides),
-        summary=tables.table("sweep", rows=every, **words),
+        summary=tables.table("sweep", rows=swept_rows, **words),
         figures=figures(swept),
-        worst=[tables.table("sweep_worst", of=row, **words) for row in every if row["worst"]],
+        worst=[tables.table("sweep_worst", of=row, **words) for row in with_worst],
         reasons=swept.reasons,
         provenance=provenance,
     )
@@ -103,7 +105,7 @@ def _maps(swept: Swept) -> Iterator[tuple[str, float, str, Array, Array, Array]]
 def _cell_starts(count: int) -> npt.NDArray[np.intp]:
     """Returns the indices at which the cells of a map begin, if `count` points are divided into at
     most `MOST` cells of equal size."""
-    points_per_cell = -(-count // MOST)
+    points_per_cell = -(-count // MAX_MAP_CELLS)
     return np.arange(0, count, points_per_cell)
 
 

@@ -13,7 +13,7 @@ from plumbob.engines.box import Side
 from plumbob.engines.sweep.sweep import Swept
 from plumbob.reports.view.notation import number, relative
 
-MOST = 10  # number of worst points listed for each method and step
+LISTED_POINTS = 10  # number of worst points listed for each method and step
 
 
 def sweep_rows(swept: Swept) -> tuple[dict[str, Any], ...]:
@@ -37,7 +37,7 @@ def _row(swept: Swept, i: int, j: int) -> dict[str, Any]:
         median, ninety, largest = np.quantile(known, (0.5, 0.9, 1.0), method="lower").tolist()
     worst = tuple(
         _worst_point(swept, point, error, method.name, step)
-        for point, error in swept.worst(i, j, MOST)
+        for point, error in swept.worst(i, j, LISTED_POINTS)
     )
     return {
         "method": method.name,
