@@ -21,7 +21,7 @@ from plumbob.engines.study.results import Analysed, Study
 from plumbob.engines.workers import Lost, Task, Workers, workers_of
 from plumbob.models.scene import Scene
 from plumbob.reports.analyses import page_numbers
-from plumbob.reports.analyses.analysis import Section, analysed
+from plumbob.reports.analyses.analysis import Section, analyse_section
 from plumbob.reports.analyses.replay import requests as replay_requests
 from plumbob.reports.judge.study_verdicts import Judgements, judge_study
 from plumbob.reports.view.records import SCENE, STUDY
@@ -110,7 +110,7 @@ def _analyse(study: Study, judged: Judgements, part: Part) -> tuple[Analysed, ..
         record = page_numbers.scene_record(study, judged, scene)
         return (Analysed("", SCENE, scene.system, name, plain(record)),)
     system_section = section(name)
-    return analysed(study, system_section, name, judged) if system_section else ()
+    return analyse_section(study, system_section, name, judged) if system_section else ()
 
 
 def _analyse_in_processes(

@@ -47,7 +47,7 @@ class Section:
         return tuple(requested)
 
 
-def analysed(
+def analyse_section(
     study: Study, section: Section, system: str, judged: Judgements
 ) -> tuple[Analysed, ...]:
     """Returns the numbers of all analyses of the section of a `system`, or of "engines".

@@ -7,7 +7,12 @@ from plumbob.engines.study.results import Study
 from plumbob.reports.analyses.analysis import Analysis, Record, Section
 from plumbob.reports.analyses.claims import Claims, at_most
 from plumbob.reports.analyses.mean_speed import MEAN_SPEED, SCENES
-from plumbob.reports.analyses.measurements import covers, measured, names, problem
+from plumbob.reports.analyses.measurements import (
+    covers,
+    find_measurement,
+    method_names,
+    problem,
+)
 
 STEP = 1e-3  # [s]
 GOOD = 1e-3  # relative error of a method whose contacts converge
@@ -20,7 +25,7 @@ def numbers(study: Study) -> Record | None:
     if scene is None:
         return None
     repeated: RepeatedLine = problem(scene).motion
-    by_method = [_total(study, scene, repeated, name) for name in names(study)]
+    by_method = [_total(study, scene, repeated, name) for name in method_names(study)]
     totals = tuple(total for total in by_method if total)
     if not totals:
         return None
@@ -44,7 +49,7 @@ def numbers(study: Study) -> Record | None:
 def _total(study: Study, scene: str, repeated: RepeatedLine, method: str) -> Record | None:
     """Returns a method's total displacement, its relative error, and the cost of one manoeuvre;
     None if the method did not run."""
-    run = measured(study, scene, method, STEP)
+    run = find_measurement(study, scene, method, STEP)
     if run is None:
         return None
     error = run.errors["displacement"]

@@ -49,7 +49,7 @@ def scheme(method: str) -> Scheme:
     return find_method(method).scheme
 
 
-def runs(
+def extra_runs(
     scenes: Iterable[str],
     methods: Iterable[str],
     steps: Iterable[float],
@@ -73,7 +73,7 @@ def convergence_of(study: Study, scene: str, method: str) -> ConvergenceStudy | 
     return None
 
 
-def measured(study: Study, scene: str, method: str, step: float) -> Measurement | None:
+def find_measurement(study: Study, scene: str, method: str, step: float) -> Measurement | None:
     """Returns the measurement of a scene with a method at a step [s]; None if that run did not
     reach its end."""
     series = convergence_of(study, scene, method)
@@ -106,12 +106,14 @@ def displacement_error(study: Study, scene: str, method: str, step: float) -> fl
 def measured_error(study: Study, scene: str, method: str, step: float) -> float | None:
     """Returns the relative error of the final displacement of a measured run; None if the study
     does not hold the run."""
-    run = measured(study, scene, method, step)
+    run = find_measurement(study, scene, method, step)
     exact = float(problem(scene).motion.displacement)
     return None if run is None else run.errors["displacement"].end / exact
 
 
-def names(study: Study, engines: Iterable[str] = ("mujoco", "pymunk")) -> tuple[str, ...]:
+def method_names(
+    study: Study, engines: Iterable[str] = ("mujoco", "pymunk")
+) -> tuple[str, ...]:
     """Returns the names of a study's methods that run in one of `engines`."""
     return tuple(method.name for method in study.methods if method.engine in engines)
 

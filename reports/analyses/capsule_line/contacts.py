@@ -14,9 +14,9 @@ from plumbob.reports.analyses.measurements import (
     LINE,
     case,
     end_error,
+    extra_runs,
     problem,
     recordings,
-    runs,
     scheme,
 )
 
@@ -29,8 +29,8 @@ STATICS_METHODS = ("mujoco/euler+coulomb", "pymunk/side")
 CHATTERS = 1e-3  # fraction of samples without a contact; chatter is far above it
 TRUSTED = 1e-3  # largest relative distance from statics of a normal force to trust
 SETTLED = 60  # number of steps after which contacts of damping ratio 0.3 have come to rest
-CHATTER_RUNS = runs((LINE,), (DEFAULT, CONVERGENT), STEPS)
-LOAD_RUNS = runs((STATICS,), STATICS_METHODS, (STATICS_STEP,))
+CHATTER_RUNS = extra_runs((LINE,), (DEFAULT, CONVERGENT), STEPS)
+LOAD_RUNS = extra_runs((STATICS,), STATICS_METHODS, (STATICS_STEP,))
 
 
 def chatter(study: Study) -> Record | None:

@@ -12,7 +12,7 @@ from plumbob.reports.analyses.measurements import (
     LINE,
     covers,
     measured_error,
-    names,
+    method_names,
     problem,
 )
 
@@ -35,7 +35,7 @@ def errors(study: Study) -> Record | None:
     if not covers(study, LINE):
         return None
     exact = problem(LINE).motion.displacement
-    by_method = [_errors(study, name) for name in names(study)]
+    by_method = [_errors(study, name) for name in method_names(study)]
     methods = [row for row in by_method if any(error is not None for error in row.errors)]
     good = list[float]()  # errors at the middle step of methods whose contacts converge
     bad = list[float]()  # errors at the middle step of the others

@@ -11,9 +11,9 @@ from plumbob.reports.analyses.analysis import Analysis, Record
 from plumbob.reports.analyses.claims import Claims, at_most, clear
 from plumbob.reports.analyses.measurements import (
     end_error,
+    extra_runs,
     problem,
     recordings,
-    runs,
 )
 from plumbob.reports.view.notation import short
 
@@ -31,8 +31,8 @@ FREE_METHODS = (
 )
 KEPT = 1e-3  # largest displacement of the common centre of mass, relative to the body's
 HARDLY = 1e-2  # largest relative change of a displacement that is negligible
-HEIGHT_RUNS = runs((TILTED,), (LOW, TALL), TILTED_STEPS)
-FREE_RUNS = runs((FREE,), FREE_METHODS, (FREE_STEP,))
+HEIGHT_RUNS = extra_runs((TILTED,), (LOW, TALL), TILTED_STEPS)
+FREE_RUNS = extra_runs((FREE,), FREE_METHODS, (FREE_STEP,))
 
 
 def heights(study: Study) -> Record | None:

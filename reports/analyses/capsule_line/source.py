@@ -13,7 +13,7 @@ from plumbob.engines.study.extra_runs import ExtraRun, StudyPlan
 from plumbob.engines.study.results import Study
 from plumbob.reports.analyses.analysis import Analysis, Record
 from plumbob.reports.analyses.claims import Claims, at_most
-from plumbob.reports.analyses.measurements import LINE, displacement_error, problem, runs
+from plumbob.reports.analyses.measurements import LINE, displacement_error, extra_runs, problem
 
 STEP = 1e-3  # [s]
 MUJOCO = "mujoco/euler+coulomb"
@@ -25,13 +25,13 @@ LINES = tuple(
     f"capsule-line/{name}" for name in ("ca1", "ca2", "ca3", "at-50", "at-123", "at-222")
 )
 ON_LINES = (MUJOCO, "pymunk/feet")
-LINE_RUNS = runs(LINES, ON_LINES, (STEP,))
+LINE_RUNS = extra_runs(LINES, ON_LINES, (STEP,))
 
 
 def requests(plan: StudyPlan) -> Sequence[ExtraRun]:
     """Returns the runs of the check manoeuvre for Fig. 2, the misprints and the actuator's
     force."""
-    return runs((LINE,), ENGINES, (STEP,))
+    return extra_runs((LINE,), ENGINES, (STEP,))
 
 
 def samples(study: Study, every: int, names: Sequence[str]) -> Mapping[str, Signals]:

@@ -10,10 +10,10 @@ import numpy as np
 from plumbob.engines.study.extra_runs import ExtraRun, StudyPlan
 from plumbob.engines.study.results import Study
 from plumbob.reports.analyses.analysis import Analysis, Record
-from plumbob.reports.analyses.capsule_plan.plans import names, plan_numbers, plan_of
+from plumbob.reports.analyses.capsule_plan.plans import plan_numbers, plan_of, planned_scenes
 from plumbob.reports.analyses.capsule_plan.pose_errors import (
-    by_kind,
-    named,
+    error_by_name,
+    errors_by_kind,
     pose_errors,
     run_duration,
 )
@@ -30,7 +30,7 @@ def runs(study: Study | StudyPlan) -> Sequence[ExtraRun]:
     methods = METHODS if study.profile == "full" else QUICK
     return [
         ExtraRun(name, method, STEP, run_duration(plan_of(name), STEP))
-        for name, method in product(names(study), methods)
+        for name, method in product(planned_scenes(study), methods)
     ]
 
 
@@ -64,8 +64,8 @@ def _final_error(study: Study, request: ExtraRun) -> Record | None:
     after = pose_errors(plan, case(name).reference, recorded)
     if np.isnan(after[-1]).any():
         return None
-    parts = {kind: named(error) for kind, error in by_kind(plan, after).items()}
-    return Record(scene=name, method=request.method, parts=parts, end=named(after[-1]))
+    parts = {kind: error_by_name(error) for kind, error in errors_by_kind(plan, after).items()}
+    return Record(scene=name, method=request.method, parts=parts, end=error_by_name(after[-1]))
 
 
 def _error_range(method: str, runs: Sequence[Record]) -> Record:

@@ -17,7 +17,7 @@ def plan_of(name: str) -> Plan:
     return planned(scene(name).parameters)
 
 
-def names(study: Study | StudyPlan) -> tuple[str, ...]:
+def planned_scenes(study: Study | StudyPlan) -> tuple[str, ...]:
     """Returns the names of the study's scenes that have a plan."""
     covered = {scene.name for scene in study.scenes}
     return tuple(scene.name for scene in scenes(SYSTEM) if scene.name in covered)

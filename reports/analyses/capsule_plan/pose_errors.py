@@ -44,7 +44,7 @@ def pose_errors(plan: Plan, exact: Reference, run: Trajectory) -> Array:
     return np.where(known[:, None], errors[last_samples], np.nan)
 
 
-def by_kind(plan: Plan, after: Array) -> Signals:
+def errors_by_kind(plan: Plan, after: Array) -> Signals:
     """Returns the pose error that each kind of manoeuvre added, by kind. A manoeuvre adds the error
     at the next rest minus the error at the rest before, so that a turn includes its residual
     motion. `after` are the errors of `pose_errors`."""
@@ -61,7 +61,7 @@ def by_kind(plan: Plan, after: Array) -> Signals:
     return total
 
 
-def named(error: Array) -> dict[str, float]:
+def error_by_name(error: Array) -> dict[str, float]:
     """Returns a pose error by the names of POSE, and the distance [m] of C from its exact
     position."""
     return {

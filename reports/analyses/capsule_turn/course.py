@@ -8,7 +8,7 @@ from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.manoeuvres.turn_manoeuvre import TurnManoeuvre
 from plumbob.engines.study.results import Study
 from plumbob.reports.analyses.analysis import Analysis, Record
-from plumbob.reports.analyses.capsule_turn.turns import name_of, turn
+from plumbob.reports.analyses.capsule_turn.turns import scene_name, turn
 from plumbob.reports.analyses.measurements import problem
 
 EPSILONS = (0.3, 0.1, 0.03)
@@ -20,7 +20,7 @@ PHASES = np.linspace(0.0, LASTING, POINTS)  # times in units of tau
 def exact_course(epsilon: float, phases: Array) -> tuple[Array, Array]:
     """Returns the heading psi [rad], shape (n,), and the position of C [m], shape (n, 2), of the
     exact motion at the times `phases` in units of tau, shape (n,)."""
-    pose = problem(name_of(epsilon)).motion.single.at(phases * turn(epsilon).half_time)
+    pose = problem(scene_name(epsilon)).motion.single.at(phases * turn(epsilon).half_time)
     return pose.heading, pose.position
 
 

@@ -29,7 +29,7 @@ SLENDER = MappingProxyType(
 SIDES = (1e-6, 1e-5, 1e-4, 1e-3)  # [s] times before and after the stop of a support
 
 
-def formulas() -> tuple[Record, Record]:
+def formula_errors() -> tuple[Record, Record]:
     """Returns the errors of eq. 32, and the errors of eq. 32 with its next term."""
     corrected = _errors("body_angle_corrected", "body_angle_corrected_at_rest")
     return _errors("body_angle_formula", "body_angle_formula"), corrected
@@ -60,7 +60,7 @@ def second_order(study: Study) -> Record:
     correction = manoeuvre.correction
     angles = [(e, known, facts(e)["body_angle"]) for e, known in CHECKED.items()]
     checks = tuple((e, known, angle, angle - known) for e, known, angle in angles)
-    formula, corrected = formulas()
+    formula, corrected = formula_errors()
     smallest_squared = EPSILONS[-1] ** 2
     measured = {
         "stop": formula.stop[-1] / smallest_squared,
@@ -86,7 +86,7 @@ def _logarithm_factor(errors: Sequence[float]) -> float:
     return (smaller - larger) / math.log(EPSILONS[-2] / EPSILONS[-1])
 
 
-def motion() -> ThreePointMotion:
+def slender_turn() -> ThreePointMotion:
     """Returns the turn of a body with little inertia, during which a support stops and moves on at
     once."""
     scene = find_scene("capsule-turn", SLENDER)
@@ -104,9 +104,9 @@ def slip_speeds(motion: ThreePointMotion, times: Array) -> Array:
     return np.asarray(np.abs(velocity + 1j * pose.angular_velocity * supports[:, None]))
 
 
-def touching(study: Study) -> Record:
+def momentary_stop(study: Study) -> Record:
     """Returns the slip speeds of a support shortly before and after it stops momentarily."""
-    single = motion()
+    single = slender_turn()
     tau = SLENDER["half_time"]
     sides = np.array(SIDES)
     # A momentary stop is an event of a support between two sliding modes.
@@ -132,4 +132,4 @@ def touching(study: Study) -> Record:
 
 
 SECOND_ORDER = Analysis("capsule_turn/second_order", second_order)
-TOUCH = Analysis("capsule_turn/touch", touching)
+TOUCH = Analysis("capsule_turn/touch", momentary_stop)

@@ -16,7 +16,7 @@ from plumbob.engines.study.results import Study
 from plumbob.models.tripod_capsule.turn import EPSILONS
 from plumbob.reports.analyses.analysis import Analysis, Record
 from plumbob.reports.analyses.capsule_turn.course import exact_course
-from plumbob.reports.analyses.capsule_turn.turns import facts, name_of, turn
+from plumbob.reports.analyses.capsule_turn.turns import facts, scene_name, turn
 from plumbob.reports.analyses.measurements import problem
 
 SHOWN = 0.3  # epsilon at which the effect of friction is visible
@@ -60,7 +60,7 @@ def centre_velocity(manoeuvre: TurnManoeuvre, motion: ThreePointMotion) -> compl
     return complex(complex(*end.velocity[0]) + 1j * end.angular_velocity[0] * arm)
 
 
-def shortened() -> tuple[float, float]:
+def shortened_turn() -> tuple[float, float]:
     """Returns the body angle [rad] at 2 tau of the turn with epsilon SMALL, and the body angle of
     the turn with the same Z in 1/SHORTER of the time."""
     manoeuvre = turn(SMALL)
@@ -74,14 +74,14 @@ def numbers(study: Study) -> Record:
     """Returns the numbers of the exact motion for each statement. A number that states no epsilon
     belongs to the turn with epsilon SHOWN."""
     manoeuvre = turn(SHOWN)
-    motion = problem(name_of(SHOWN)).motion.single
+    motion = problem(scene_name(SHOWN)).motion.single
     known = facts(SHOWN)
     velocity = centre_velocity(manoeuvre, motion)
     rest_phase = known["rest_time"] / manoeuvre.half_time
     at_stop, at_rest = exact_course(SHOWN, np.array([2.0, rest_phase]))[1]
     many = problem(THOUSAND).motion
     friction, integral, velocity_by_friction = friction_effects(manoeuvre, motion)
-    usual, shorter = shortened()
+    usual, shorter = shortened_turn()
     rate = known["angular_velocity_at_stop"]
     momentum_residual = abs(velocity_by_friction / velocity - 1.0)
     return Record(

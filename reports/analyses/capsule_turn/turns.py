@@ -11,7 +11,7 @@ from plumbob.models.registry import system_of
 from plumbob.reports.analyses.measurements import problem
 
 
-def name_of(epsilon: float) -> str:
+def scene_name(epsilon: float) -> str:
     """Returns the name of the scene with the turn of this epsilon, which lasts until all rests."""
     return f"capsule-turn/{epsilon}"
 
@@ -19,7 +19,7 @@ def name_of(epsilon: float) -> str:
 @cache
 def turn(epsilon: float) -> TurnManoeuvre:
     """Returns the check manoeuvre with the half time tau = epsilon T."""
-    manoeuvre = problem(name_of(epsilon)).motion.manoeuvre
+    manoeuvre = problem(scene_name(epsilon)).motion.manoeuvre
     assert isinstance(manoeuvre, TurnManoeuvre)
     return manoeuvre
 
@@ -27,5 +27,5 @@ def turn(epsilon: float) -> TurnManoeuvre:
 @cache
 def facts(epsilon: float) -> Mapping[str, float]:
     """Returns angles, velocities and times of the exact motion and of the formulas, by name."""
-    scene = find_scene(name_of(epsilon))
+    scene = find_scene(scene_name(epsilon))
     return system_of(scene).facts(problem(scene.name))

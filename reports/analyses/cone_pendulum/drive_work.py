@@ -19,7 +19,7 @@ from plumbob.reports.analyses.cone_pendulum.hamiltonian import (
     MUJOCO,
     MUJOCO_STEP,
     ROTATING,
-    forms,
+    closed_forms,
 )
 
 # The platform is so light that the body's energy keeps eight digits beside the platform's, and so
@@ -34,7 +34,7 @@ PARTS = ("translation", "coupling", "rotation")
 
 def exact_energies(times: Array) -> Energies:
     """Returns the exact energies at `times` [s], shape (n,)."""
-    problem = forms(ROTATING).problem
+    problem = closed_forms(ROTATING).problem
     return energies(problem, *problem.reference.state(times))
 
 
@@ -46,7 +46,7 @@ def numbers(study: Study) -> Record:
     exact = exact_energies(times)
     fine = exact_energies(FINE)
     parts = {name: getattr(fine, name) for name in PARTS}
-    problem = forms(ROTATING).problem
+    problem = closed_forms(ROTATING).problem
     states = problem.reference.state
     still = energies(replace(problem, platform_rate=0.0), *states(times))
     return Record(

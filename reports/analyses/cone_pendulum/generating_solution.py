@@ -12,7 +12,7 @@ from plumbob.reports.analyses.cone_pendulum.hamiltonian import (
     MUJOCO,
     MUJOCO_STEP,
     ROTATING,
-    forms,
+    closed_forms,
 )
 
 INERTIAS = (1e3, 1e4, 1e5)  # [kg m^2] armatures of the platform's joint
@@ -30,7 +30,7 @@ def _drive_run(inertia: float) -> ExtraRun:
 def _deviation(run: Trajectory, inertia: float) -> Record:
     """Returns the deviation of theta from the motion with an ideal drive, at the end of a run with
     a weak drive, measured and predicted to first order."""
-    problem = forms(ROTATING).problem
+    problem = closed_forms(ROTATING).problem
     # The servo's gain is DRIVE_RATE times the armature, but it also moves the platform's own
     # inertia.
     rate = DRIVE_RATE * inertia / (inertia + OWN)

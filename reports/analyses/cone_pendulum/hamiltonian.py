@@ -39,7 +39,7 @@ def cone(**changes: float) -> ConePendulum:
 
 
 @cache
-def forms(name: str) -> Record:
+def closed_forms(name: str) -> Record:
     """Returns the correct and the printed closed form of a scene. They are cached, because their
     tables take a tenth of a second each."""
     problem: ConePendulum = case(name).problem
@@ -52,7 +52,7 @@ def forms(name: str) -> Record:
 
 def numbers(study: Study) -> Record:
     """Returns both closed forms beside the recorded runs of independent methods."""
-    both = forms(ROTATING)
+    both = closed_forms(ROTATING)
     recorded = {name: study.answer(request) for name, request in INDEPENDENT.items()}
     runs = {name: _compare(both, run) for name, run in recorded.items() if run}
     correct = _closed_form(both.correct)

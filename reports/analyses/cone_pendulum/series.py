@@ -8,7 +8,12 @@ from plumbob.analytic.systems.pendulums.pendulum_motion import PendulumMotion
 from plumbob.engines.study.results import Study
 from plumbob.reports.analyses.analysis import Analysis, Record
 from plumbob.reports.analyses.cone_pendulum.action_phase import SHALLOW
-from plumbob.reports.analyses.cone_pendulum.hamiltonian import RESTING, ROTATING, cone, forms
+from plumbob.reports.analyses.cone_pendulum.hamiltonian import (
+    RESTING,
+    ROTATING,
+    closed_forms,
+    cone,
+)
 
 ACCURACIES = (1e-3, 1e-6, 1e-9, 1e-12)
 NEAR = (1e-3, 1e-6, 1e-9)  # energies above the barrier, relative to the deepest well's depth
@@ -35,7 +40,7 @@ def barrier_height() -> float:
 def numbers(study: Study) -> Record:
     """Returns periods by a closed form that, according to the source, does not exist, and the
     numbers of harmonics of the series that the source recommends."""
-    motions = {scene: forms(scene).correct for scene in (RESTING, ROTATING)}
+    motions = {scene: closed_forms(scene).correct for scene in (RESTING, ROTATING)}
     depth = barrier_height()
     return Record(
         periods={scene: motion.period for scene, motion in motions.items()},  # [s], by scene

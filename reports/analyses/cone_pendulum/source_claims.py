@@ -8,7 +8,7 @@ from plumbob.analytic.systems.pendulums.harmonics import needed
 from plumbob.engines.study.results import Study
 from plumbob.reports.analyses.analysis import Analysis, Record
 from plumbob.reports.analyses.cone_pendulum import series
-from plumbob.reports.analyses.cone_pendulum.hamiltonian import RESTING, ROTATING, forms
+from plumbob.reports.analyses.cone_pendulum.hamiltonian import RESTING, ROTATING, closed_forms
 from plumbob.reports.analyses.cone_pendulum.source_text import NEAR, rotations
 from plumbob.reports.analyses.measurements import TURN, in_double
 
@@ -18,12 +18,13 @@ ANGLES = 300  # number of angles at which the source's worksheet evaluates V
 def numbers(study: Study) -> Record:
     """Returns the numbers that judge the claims. They follow from the source and the exact motions
     and need no runs."""
-    turning = forms(ROTATING)
+    turning = closed_forms(ROTATING)
     just_above = series.harmonics_near_barrier(1e-9 * series.barrier_height())
     return Record(
         body=turning.problem.body,
         rotations=rotations(),
-        sampled=sampled_top(),  # [J] largest value of the printed V at the source's angles
+        # [J] largest value of the printed V at the source's angles
+        sampled=largest_sampled_potential(),
         # [J] minimum of the correct V on the turning platform
         deepest=min(equilibrium.potential for equilibrium in turning.problem.equilibria),
         # numbers of harmonics for the motion of Fig. 3, and just above the barrier
@@ -36,11 +37,11 @@ def numbers(study: Study) -> Record:
     )
 
 
-def sampled_top() -> float:
+def largest_sampled_potential() -> float:
     """Returns the largest value of the printed V [J] at ANGLES equally spaced angles. In this way
     the source finds the lower bound of the energy."""
     theta = np.arange(ANGLES) * TURN / ANGLES
-    return float(in_double(forms(ROTATING).printed.potential).value(theta).max())
+    return float(in_double(closed_forms(ROTATING).printed.potential).value(theta).max())
 
 
 CLAIMS = Analysis("cone_pendulum/claims", numbers)

@@ -19,7 +19,7 @@ from plumbob.reports.analyses.cone_pendulum.hamiltonian import (
     MUJOCO_STEP,
     RESTING,
     ROTATING,
-    forms,
+    closed_forms,
 )
 from plumbob.reports.analyses.measurements import in_double
 
@@ -33,7 +33,7 @@ Curves = Mapping[str, tuple[Array, Array]]
 
 def _one_period(scene: str) -> ExtraRun:
     """Returns MuJoCo's run of a scene over one period."""
-    return ExtraRun(scene, MUJOCO, MUJOCO_STEP, forms(scene).correct.period)
+    return ExtraRun(scene, MUJOCO, MUJOCO_STEP, closed_forms(scene).correct.period)
 
 
 def numbers(study: Study) -> Record:
@@ -48,8 +48,8 @@ def numbers(study: Study) -> Record:
 
 def _panels(scene: str, run: Trajectory | None) -> Record:
     """Returns the panels of one case: the corrected motion, the printed motion and MuJoCo's run."""
-    correct = forms(scene).correct
-    printed = forms(scene).printed
+    correct = closed_forms(scene).correct
+    printed = closed_forms(scene).printed
     return Record(
         corrected=_curves(correct),
         printed=_curves(printed),

@@ -16,7 +16,7 @@ from plumbob.analytic.systems.pendulums.uniformity import from_below
 from plumbob.analytic.systems.platform_energy import energies
 from plumbob.engines.study.results import Study
 from plumbob.reports.analyses.analysis import Analysis, Record
-from plumbob.reports.analyses.cone_pendulum.hamiltonian import RESTING, ROTATING, forms
+from plumbob.reports.analyses.cone_pendulum.hamiltonian import RESTING, ROTATING, closed_forms
 from plumbob.reports.analyses.measurements import TURN, in_double
 
 SAMPLES = 20_000  # per period or half turn, so that a maximum is known to eight digits
@@ -33,9 +33,9 @@ ENOUGH = 1e-12  # largest relative error of a period by the trapezoid rule
 def numbers(study: Study) -> Record:
     """Returns the numbers that judge the statements. They follow from the source and the exact
     motions and need no runs."""
-    resting = forms(RESTING).correct
-    turning = forms(ROTATING).correct
-    problem = forms(ROTATING).problem
+    resting = closed_forms(RESTING).correct
+    turning = closed_forms(ROTATING).correct
+    problem = closed_forms(ROTATING).problem
     others = (problem, replace(problem, pivot_y=0.0), replace(problem, platform_rate=10.0))
     z = np.linspace(0.0, 1.0, SAMPLES + 1)  # distances from the vertex over the height
     centre_fraction = float(np.trapezoid(z**3) / np.trapezoid(z**2))
@@ -81,9 +81,8 @@ def _time_over_angle(resting: PendulumMotion, turning: PendulumMotion) -> Record
         off_line=[np.abs(deviation).max() for deviation in deviations],
         # number of crossings of t/T and θ/2π within a turn
         crossings=[int(np.count_nonzero(crossing)) for crossing in crossings],
-        long=rotation(
-            forms(HARDLY).correct
-        ),  # rotation just above the barrier, platform turning
+        # rotation just above the barrier on a turning platform
+        long=rotation(closed_forms(HARDLY).correct),
     )
 
 
@@ -214,8 +213,8 @@ def _moments(motion: PendulumMotion) -> Record:
 def rotations() -> Mapping[str, Record]:
     """Returns the rotations of Fig. 2 ("resting") and Fig. 3 ("turning"), of Fig. 3 by the printed
     H ("printed"), and from the start of Fig. 3 on a platform at rest ("level")."""
-    resting = forms(RESTING)
-    turning = forms(ROTATING)
+    resting = closed_forms(RESTING)
+    turning = closed_forms(ROTATING)
     motions = {
         "resting": resting.correct,
         "turning": turning.correct,

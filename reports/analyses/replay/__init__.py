@@ -19,7 +19,7 @@ from plumbob.reports.analyses.replay.capsule import capsule
 from plumbob.reports.analyses.replay.pendulums import cone, pendulum
 from plumbob.reports.analyses.replay.picture import Picture
 from plumbob.reports.analyses.replay.runs import RECOMMENDED, shown_runs, shown_seconds
-from plumbob.reports.analyses.replay.samples import COUNT, Samples, coded
+from plumbob.reports.analyses.replay.samples import COUNT, Samples, encode_samples
 from plumbob.reports.view.records import Layer, Replay
 
 PICTURES: Mapping[str, Callable[[Case, float], Picture]] = MappingProxyType(
@@ -109,7 +109,7 @@ def assemble_replay(
         "geometry": dict(picture.geometry),
         "layers": [
             _coded(exact),
-            *(_coded(run) | {"times": coded(run[1].times)} for run in runs),
+            *(_coded(run) | {"times": encode_samples(run[1].times)} for run in runs),
         ],
     }
     text = json.dumps(data, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
@@ -129,5 +129,5 @@ def assemble_replay(
 def _coded(drawn: Drawn) -> dict[str, Any]:
     """Returns a layer and its samples for JSON."""
     layer, samples = drawn
-    channels = {name: coded(values) for name, values in samples.channels.items()}
+    channels = {name: encode_samples(values) for name, values in samples.channels.items()}
     return {"role": layer.slot, "count": len(samples.times), "channels": channels}

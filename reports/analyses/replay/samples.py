@@ -23,7 +23,7 @@ class Samples:
     channels: Signals
 
 
-def coded(values: Array) -> Any:
+def encode_samples(values: Array) -> Any:
     """Returns an array, shape (n,), for JSON. A constant array becomes a number. Any other becomes
     the third differences of whole numbers, with STEPS over its range: for a smooth motion they are
     small, and compress to a third."""

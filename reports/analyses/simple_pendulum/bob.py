@@ -17,7 +17,7 @@ from plumbob.reports.analyses.simple_pendulum.notebook import (
     FINE,
     LINEAR,
     SIMPLE,
-    fine,
+    fine_motion,
 )
 
 DRAWN, SHOWN = "free-large", 6.0  # case 2; [s] duration of the figure
@@ -35,8 +35,8 @@ def bob_path(scene: str, motion: Signals) -> Array:
 
 def distances(name: str) -> Array:
     """Returns the distance [m] between the two bobs of a case at the times FINE, shape (n,)."""
-    simple = bob_path(SIMPLE + name, fine(SIMPLE + name))
-    linear = bob_path(LINEAR + name, fine(LINEAR + name))
+    simple = bob_path(SIMPLE + name, fine_motion(SIMPLE + name))
+    linear = bob_path(LINEAR + name, fine_motion(LINEAR + name))
     return np.asarray(np.hypot(*(simple - linear).T))
 
 

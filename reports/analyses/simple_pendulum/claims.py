@@ -17,7 +17,7 @@ from plumbob.reports.analyses.simple_pendulum.notebook import (
     LINEAR,
     SIMPLE,
     difference,
-    fine,
+    fine_motion,
 )
 
 VISIBLE = 0.05  # difference that a plot shows, relative to the amplitude
@@ -27,10 +27,10 @@ MUJOCO = "mujoco/rk4"
 
 def angle(scene: str) -> Array:
     """Returns theta [rad] of the exact motion at the times FINE."""
-    return fine(scene)["theta"]
+    return fine_motion(scene)["theta"]
 
 
-def parting(name: str) -> Record:
+def visible_difference(name: str) -> Record:
     """Returns the difference between the non-linear and the linear motion of a case, and the time
     at which it becomes visible."""
     differences = np.abs(difference(name))
@@ -44,15 +44,15 @@ def parting(name: str) -> Record:
     )
 
 
-def swing(scene: str, since: float = 0.0) -> float:
+def largest_angle(scene: str, since: float = 0.0) -> float:
     """Returns the largest angle [rad] of an exact motion after the time `since` [s]."""
     return float(np.abs(angle(scene)[since <= FINE]).max())
 
 
-def decay(name: str) -> float:
+def decay_error(name: str) -> float:
     """Returns the largest relative difference of the extreme angles of a damped swing from
     |theta_0| exp(-xi t/2)."""
-    observed = fine(SIMPLE + name)
+    observed = fine_motion(SIMPLE + name)
     problem = case(SIMPLE + name).problem
     speed = observed["theta_dot"]
     theta = observed["theta"]
@@ -82,7 +82,8 @@ def rotation(name: str) -> Record:
     speed_to_top = math.sqrt(squared)  # [rad/s] speed that just reaches the top
     return Record(
         turns=abs(float(end - start)) / math.tau,  # turns within DURATION
-        linear_degrees=math.degrees(swing(LINEAR + name)),  # [°] largest angle, linear pendulum
+        # [°] largest angle of the linear pendulum
+        linear_degrees=math.degrees(largest_angle(LINEAR + name)),
         # relative excess of the initial speed over the speed that just reaches the top
         faster=float(abs(problem.theta_dot)) / speed_to_top - 1.0,
     )
@@ -102,14 +103,14 @@ def numbers(study: Study) -> Record:
     damped = case(f"{SIMPLE}damped-small").problem
     natural = math.sqrt(damped.gravity / damped.length)
     return Record(
-        partings={label: parting(CASES[label]) for label in ("1", "2", "5", "6")},
+        partings={label: visible_difference(CASES[label]) for label in ("1", "2", "5", "6")},
         # relative lengthening of the period
         lengthening={label: lengthening(CASES[label]) for label in ("1", "2")},
         rotations={label: rotation(CASES[label]) for label in ("3", "4")},
-        decay={label: decay(CASES[label]) for label in ("5", "6")},  # see `decay`
+        decay={label: decay_error(CASES[label]) for label in ("5", "6")},  # see `decay_error`
         # [rad] largest angle of the settled forced swing
-        forced=swing(f"{SIMPLE}forced-large", SETTLED),
-        forced_linear=swing(f"{LINEAR}forced-large", SETTLED),
+        forced=largest_angle(f"{SIMPLE}forced-large", SETTLED),
+        forced_linear=largest_angle(f"{LINEAR}forced-large", SETTLED),
         # final angle of case 7 in turns
         rests=float(angle(f"{SIMPLE}damped-rotating")[-1]) / math.tau,
         damping_ratio=damped.damping_rate / (2 * natural),

@@ -93,13 +93,13 @@ def errors(study: Study) -> Record:
     the linear equation."""
     entries = []
     for label, name in CASES.items():
-        measured, predicted = error(study, SIMPLE + name)
+        measured, predicted = rk4_error(study, SIMPLE + name)
         entry = Record(
             label=label,
             scene=name,
             error=measured,  # [rad] largest error of RK4
             predicted=predicted,  # [rad]
-            of_linear=error(study, LINEAR + name)[0],  # [rad] RK4 on the linear pendulum
+            of_linear=rk4_error(study, LINEAR + name)[0],  # [rad] RK4 on the linear pendulum
             # [rad] largest difference of the linear motion from the non-linear one
             difference=np.abs(difference(name)).max(),
         )
@@ -122,7 +122,7 @@ def claims(errors: Record) -> Claims:
     return checks
 
 
-def error(study: Study, scene: str) -> tuple[float, float | None]:
+def rk4_error(study: Study, scene: str) -> tuple[float, float | None]:
     """Returns the largest error [rad] of the notebook's run at any step, and the predicted largest
     error [rad]; NaN and None if the run is missing."""
     run = study.answer(notebook_run(scene))
@@ -148,7 +148,7 @@ def angles_at_every_step(times: Array, theta: Array, rate: Array) -> Array:
 
 
 @cache
-def fine(scene: str) -> Signals:
+def fine_motion(scene: str) -> Signals:
     """Returns the exact motion of a scene at the times FINE; cached for all findings."""
     return case(scene).reference.observe(FINE)
 
@@ -156,7 +156,7 @@ def fine(scene: str) -> Signals:
 def difference(name: str) -> Array:
     """Returns the non-linear minus the linear angle [rad] of a case's exact motions at the times
     FINE, shape (n,)."""
-    return fine(SIMPLE + name)["theta"] - fine(LINEAR + name)["theta"]
+    return fine_motion(SIMPLE + name)["theta"] - fine_motion(LINEAR + name)["theta"]
 
 
 CASE_MOTIONS = Analysis("simple_pendulum/notebook_cases", cases, requests)

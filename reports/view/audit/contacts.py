@@ -11,7 +11,7 @@ from plumbob.engines.audit.contacts import HEADINGS, PUSH, ContactAudit, Measure
 from plumbob.reports.view.audit.motion import mean_ratio
 
 
-def answer_of(audit: ContactAudit) -> dict[str, Any]:
+def contact_numbers(audit: ContactAudit) -> dict[str, Any]:
     """Returns the numbers of the template: `kinds`, results on the model's own contacts and on the
     pasted contacts; `tends`, the known distances [m] that the runs are compared with, in ascending
     order; `push`; `headings` [°]; and `degree`, the degrees in a radian."""

@@ -20,7 +20,7 @@ LISTED_ERRORS = 5  # largest number of errors listed as the step is halved
 DRAWN_STEPS = 4  # number of steps of the model's integrator in the figure over time
 
 
-def motion_of(audit: Audit) -> dict[str, Any]:
+def motion_numbers(audit: Audit) -> dict[str, Any]:
     """Returns the numbers of the template; empty if no motion was certified.
 
     - `runs`: the runs of the model's integrator at the model's step and at its halves

@@ -11,8 +11,8 @@ from typing import Any
 from plumbob.engines.audit.audit import Audit
 from plumbob.engines.audit.contacts import ContactAudit
 from plumbob.reports.view import notation
-from plumbob.reports.view.audit.contacts import answer_of
-from plumbob.reports.view.audit.motion import motion_of
+from plumbob.reports.view.audit.contacts import contact_numbers
+from plumbob.reports.view.audit.motion import motion_numbers
 from plumbob.reports.view.content import Cell, Finding
 from plumbob.reports.view.finding_text import read_findings as worded
 from plumbob.reports.view.page import fill_page
@@ -25,9 +25,9 @@ def audit_answer(audit: Audit | ContactAudit) -> Finding:
     other tables and figures are for the page."""
     numbers = {"audit": audit, "file": Path(audit.name).name}
     if isinstance(audit, ContactAudit):
-        (finding,) = worded("audit/contacts", numbers | answer_of(audit))
+        (finding,) = worded("audit/contacts", numbers | contact_numbers(audit))
     else:
-        (finding,) = worded("audit/motion", {**numbers, "motion": motion_of(audit)})
+        (finding,) = worded("audit/motion", {**numbers, "motion": motion_numbers(audit)})
     return finding
 
 
@@ -75,7 +75,7 @@ def page_of_finding(finding: Finding, command: str, lasted: float, **about: Any)
 def card_lines(audit: Audit) -> list[str]:
     """Returns the answer as a card for the terminal: a line with the error, the recommended choice
     and how well it is known; then the lines to put into the model file."""
-    return text_lines("audit_card", audit=audit, motion=motion_of(audit))
+    return text_lines("audit_card", audit=audit, motion=motion_numbers(audit))
 
 
 def package_versions() -> dict[str, str]:

@@ -62,7 +62,7 @@ KINDS = (
         methods=(DEFAULT_METHOD, "mujoco/rk4"),
     ),
 )
-Ran = tuple[Scene, Mapping[str, ShownError]]  # errors at the reference step, by method
+SceneErrors = tuple[Scene, Mapping[str, ShownError]]  # errors at the reference step, by method
 
 
 def meanings_by_engine(all_results: Results) -> Mapping[str, Counter[str]]:
@@ -87,8 +87,8 @@ def key_findings(findings: Sequence[Finding]) -> Sequence[Finding]:
     """At most `MOST_FINDINGS` findings with a figure, the key findings first. Other findings
     replace the key findings that the study lacks or does not show."""
     by_name = {f.name: f for f in findings if f.judgement != NOT_SHOWN and f.figures}
-    key_findings = [name for name in KEY_FINDINGS if name in by_name]
-    names = dict.fromkeys((*key_findings, *by_name))
+    first_names = [name for name in KEY_FINDINGS if name in by_name]
+    names = dict.fromkeys((*first_names, *by_name))
     return [by_name[name] for name in names][:MOST_FINDINGS]
 
 
@@ -137,10 +137,10 @@ def _is_unusual(scene: Scene) -> bool:
 
 def _errors_of_all(
     all_results: Results, scenes: Sequence[Scene], methods: Sequence[str]
-) -> list[Ran]:
+) -> list[SceneErrors]:
     """The scenes that all `methods` ran, in the order of their systems, each with the errors of
     these methods at the reference step."""
-    ran = list[Ran]()
+    ran = list[SceneErrors]()
     for scene in sorted_scenes(scenes):
         errors = dict[str, ShownError]()
         for name in methods:
@@ -153,7 +153,7 @@ def _errors_of_all(
     return ran
 
 
-def _by_error(ran: Sequence[Ran], method: str) -> list[tuple[Scene, ShownError]]:
+def _by_error(ran: Sequence[SceneErrors], method: str) -> list[tuple[Scene, ShownError]]:
     """The scenes with the error of one method, sorted from the smallest error to the largest."""
     pairs = [(scene, errors[method]) for scene, errors in ran]
     return sorted(pairs, key=lambda pair: pair[1].error)
