@@ -186,6 +186,7 @@ def _functions(parts: Parts) -> dict[str, Any]:
     figure or a statement stores it in `parts` and returns its placeholder."""
 
     def stored(make: Callable[..., Cell | Figure | Statement]) -> Callable[..., str]:
+        """Returns a function that stores what `make` returns, and returns its placeholder."""
         return lambda *values, **named: parts.store(make(*values, **named))
 
     return {

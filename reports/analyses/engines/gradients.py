@@ -97,6 +97,7 @@ def with_each_pair(others: Requests) -> Requests:
     derivatives of all quantities of interest by a parameter and by a start value."""
 
     def all_requests(plan: StudyPlan) -> Sequence[Request[Any]]:
+        """Returns the requests `others` of a plan, and the searches of each pair."""
         searches = list[Request[Any]]()
         for scene, method in pairs(plan.scenes, plan.methods):
             observables = _observables_of_interest(scene)

@@ -73,6 +73,7 @@ def _picture(audit: Audit, times: Array, exact: Signals) -> Picture:
     size = float(np.hypot(*(high - low)))
 
     def interpolate(at: Array) -> Signals:
+        """Returns the exact channels at the times `at` [s], linear between the periods' ends."""
         return {name: np.interp(at, times, values) for name, values in exact.items()}
 
     motion, deviations = channels_of_observables(interpolate, list(exact))

@@ -61,10 +61,12 @@ def channels_of_observables(
     observables `names`; `observe` returns the exact observables at times [s]."""
 
     def motion(times: Array) -> Signals:
+        """Returns the exact channels at `times` [s], shape (n,)."""
         exact = observe(times)
         return {name: exact[name] for name in names}
 
     def deviations(run: Trajectory) -> Signals:
+        """Returns the differences of a run from the exact channels; zero for one not observed."""
         exact = motion(run.times)
         return {
             name: run.observables.get(name, values) - values for name, values in exact.items()

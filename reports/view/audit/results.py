@@ -18,6 +18,7 @@ class _Shown:
 
     @property
     def _audit(self) -> Audit | ContactAudit:
+        """The instance as the audit that a subclass makes it."""
         assert isinstance(self, (Audit, ContactAudit))
         return self
 
@@ -36,6 +37,7 @@ class _Shown:
         ]
 
     def _repr_html_(self) -> str:
+        """Returns the card of the audit as HTML, for a notebook."""
         answer = audit_answer(self._audit)
         return fill_page(
             "audit_card.html.jinja",
