@@ -28,7 +28,7 @@ class Analysis:
     template: str  # name in reports/templates, as "cone_pendulum/equilibria"
     numbers: Callable[[Study], Numbers]
     requests: Requests = lambda plan: ()  # runs needed in addition to the study's own
-    # checks that the numbers support the words of the template
+    # checks that the numbers support the text of the template
     claims: Callable[[Numbers], Sequence[Claim]] = lambda numbers: ()
 
 

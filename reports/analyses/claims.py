@@ -8,7 +8,7 @@ from collections.abc import Iterable, Sequence
 from plumbob.reports.view.content import Claim
 from plumbob.reports.view.notation import number
 
-Claims = Sequence[Claim]  # checks that support the words of a finding
+Claims = Sequence[Claim]  # checks that support the text of a finding
 CLEAR = 10.0  # smallest ratio of two numbers whose difference a text may mention
 AGREES = 1e-3  # largest relative difference between a formula and an engine that agree
 

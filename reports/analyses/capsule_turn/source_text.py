@@ -113,7 +113,7 @@ def holding_limits(manoeuvre: TurnManoeuvre) -> dict[str, Any]:
     """Returns the largest slider accelerations |w| [m/s^2] that leave the body at rest.
 
     `through_c` is for a line through C. `along_arc` is for the circle: the smallest and the largest
-    over the positions on it. `along_chord` is for chords of a quarter circle: the smallest.
+    over the positions on it. `along_chord` is for a chord of a quarter circle: the smallest.
     `anywhere` is the smallest for any position within the circle and any direction; it lies on the
     rim, because the acceleration that friction can balance is concave in the slider's position.
     `turning` are the angular accelerations [rad/s^2] that belong to `along_arc`."""
@@ -124,12 +124,12 @@ def holding_limits(manoeuvre: TurnManoeuvre) -> dict[str, Any]:
     limits = np.array([[holding_limit(capsule, at, to) for to in angles] for at in rim])
     quarter = PLACES // 4
     number = np.arange(PLACES)
-    chords = limits[number, (number + quarter + quarter // 2) % PLACES]
+    across_quarter = limits[number, (number + quarter + quarter // 2) % PLACES]
     along = limits[number, (number + quarter) % PLACES]
     return {
         "through_c": capsule.holding_acceleration,
         "along_arc": (float(along.min()), float(along.max())),
-        "along_chord": float(chords.min()),
+        "along_chord": float(across_quarter.min()),
         "anywhere": float(limits.min()),
         # [rad/s^2] Z at which a turn first moves the body, at the weakest and the strongest
         # position
