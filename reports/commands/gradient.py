@@ -69,7 +69,7 @@ def _of_file(chosen: argparse.Namespace) -> int:
     from plumbob.engines.audit.user_models import quiet
     from plumbob.engines.study.provenance import version_of
     from plumbob.reports.commands.arguments.console import note, progress
-    from plumbob.reports.view.audit.page import versions
+    from plumbob.reports.view.audit.page import package_versions
     from plumbob.reports.view.audit.records import gradient_record
 
     with quiet(), progress() as show:
@@ -92,7 +92,7 @@ def _of_file(chosen: argparse.Namespace) -> int:
         "step": model.step,
         **gradient_record(gradient),
         **asked,
-        "versions": {**versions(), engine.name: version_of(engine)},
+        "versions": {**package_versions(), engine.name: version_of(engine)},
     }
     shown = aligned(table("file_gradients", entries=answer["gradient"]))
     values.show(chosen, answer, "gradient_file", rows=shown, known=gradient, **answer)

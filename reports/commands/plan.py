@@ -22,8 +22,8 @@ from plumbob.models.scene import Scene
 from plumbob.models.tripod_capsule.parameters import BODY, CHECK, capsule
 from plumbob.models.tripod_capsule.plan import CURVE, LIMITS, requested_plan
 from plumbob.reports.analyses.capsule_plan.pose_errors import (
-    by_kind,
-    named,
+    error_by_name,
+    errors_by_kind,
     pose_errors,
     run_duration,
 )
@@ -146,6 +146,8 @@ def measured_data(plan: Plan, run: PlanRun) -> dict[str, Any]:
             if error.predicted
         },
         "allowed": {name: error.left_open for name, error in measured.errors.items()},
-        "off_after": [None if np.isnan(off).any() else named(off) for off in run.after],
-        "arising": {kind: named(off) for kind, off in by_kind(plan, run.after).items()},
+        "off_after": [None if np.isnan(off).any() else error_by_name(off) for off in run.after],
+        "arising": {
+            kind: error_by_name(off) for kind, off in errors_by_kind(plan, run.after).items()
+        },
     }

@@ -143,7 +143,7 @@ def _file_choice(
     """The cheapest integrator and step for an error of `target` [m] as plain data, the model's own
     and the one with the smallest error beside it."""
     from plumbob.engines.audit.step_errors import TRUSTED, cheapest
-    from plumbob.reports.view.audit.page import versions
+    from plumbob.reports.view.audit.page import package_versions
     from plumbob.reports.view.audit.records import spread
 
     index = steps.index
@@ -173,7 +173,7 @@ def _file_choice(
         "nearest": plain(min(steps.steps, key=lambda step: step.at(index))),
         "clamped": model.clamped,
         "notes": [*model.notes, *steps.own.remarks],
-        "versions": versions(),
+        "versions": package_versions(),
     }
 
 

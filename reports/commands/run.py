@@ -167,7 +167,7 @@ def _file_record(
     """A run of a model file as plain data."""
     from plumbob.engines.audit.reference import RESOLVED
     from plumbob.engines.study.provenance import version_of
-    from plumbob.reports.view.audit.page import versions
+    from plumbob.reports.view.audit.page import package_versions
 
     index = reference.known
     error = run.at(index)
@@ -184,7 +184,7 @@ def _file_record(
         "ended": run.why,
         "notes": [*model.notes, *run.remarks],
         "softened": method.engine == "mujoco" and model.softened(run.step),
-        "versions": {**versions(), method.engine: version_of(engine_of(method))},
+        "versions": {**package_versions(), method.engine: version_of(engine_of(method))},
     }
 
 

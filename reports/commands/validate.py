@@ -30,7 +30,7 @@ from plumbob.reports.judge.searches import judged_searches, unexpected_searches
 from plumbob.reports.judge.study_verdicts import Judgements, judge_study
 from plumbob.reports.view.junit import write_junit
 from plumbob.reports.view.method_results import Results, results_of
-from plumbob.reports.view.own_files import replaceable
+from plumbob.reports.view.own_files import check_replaceable
 from plumbob.reports.view.records import records_of
 
 if TYPE_CHECKING:
@@ -61,7 +61,7 @@ def _validated(
     and report; returns the exit code."""
     from plumbob.reports.analyses import analyses_of, requests
     from plumbob.reports.analyses.engines.gradients import with_each_pair
-    from plumbob.reports.view.site.writing import own_site
+    from plumbob.reports.view.site.writing import check_site_replaceable
 
     judged: list[Judgements] = []  # once, for the analyses and for what is printed
 
@@ -69,8 +69,8 @@ def _validated(
         judged.append(judge_study(study, chosen.within))
         return analyses_of(study, workers, judged[0])
 
-    junit = replaceable("junitxml", Path(chosen.junitxml)) if chosen.junitxml else None
-    own_site("out", Path(chosen.out))
+    junit = check_replaceable("junitxml", Path(chosen.junitxml)) if chosen.junitxml else None
+    check_site_replaceable("out", Path(chosen.out))
     out = writable_folder("out", Path(chosen.out))
     if junit:
         writable_folder("junitxml", junit.parent)

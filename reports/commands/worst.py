@@ -26,7 +26,7 @@ def command(chosen: argparse.Namespace) -> int:
     from plumbob.engines.sweep.sweep import run_error, runnable
     from plumbob.engines.sweep.worst import search
     from plumbob.reports.commands.arguments.console import progress
-    from plumbob.reports.view.sweep.text import place, size
+    from plumbob.reports.view.sweep.text import error_text, point_text
 
     method = find_method(chosen.method)
     with values.representable(chosen.changes):
@@ -53,8 +53,8 @@ def command(chosen: argparse.Namespace) -> int:
         by=chosen.by,
         held=answer.certificate,
         command=record["command"],
-        size=size,
-        place=place,
+        size=error_text,
+        place=point_text,
     )
     return 0
 
@@ -76,7 +76,7 @@ def of_tolerance(case: Case, method: Method, step: float) -> float:
 
 
 def _record(worst: Found) -> dict[str, Any]:
-    from plumbob.reports.view.sweep.text import command as repeated
+    from plumbob.reports.view.sweep.text import repeat_command as repeated
 
     parameters = {**dict(worst.box.changes), **worst.parameters}
     return {

@@ -137,7 +137,7 @@ def test_every_statement_of_the_sources_has_value_verdict_and_finding(
             assert number in said.text
     assert list(dict.fromkeys(line[0].text for line in table.rows)) == [*sources.SOURCES]
     shown = [(line[0].text, line[1].text) for line in table.rows]
-    order = list(dict.fromkeys((of.source, of.place) for of in sources.listed()))
+    order = list(dict.fromkeys((of.source, of.place) for of in sources.listed_statements()))
     assert set(shown) <= set(
         order
     )  # list a new statement in statements.toml, where its text has it
@@ -156,7 +156,7 @@ def test_every_statement_of_the_texts_is_computed_twice_or_cannot_be(
     findings,
 ):
     """By a finding of the page and by a test of its own; and every judged statement is listed."""
-    every = sources.listed()
+    every = sources.listed_statements()
     names = {finding.name for finding in findings}
     galleries = [of for name in systems() if (shown := section(name)) for of in shown.galleries]
     names |= {of.template.rpartition("/")[2].replace("_", "-") for of in galleries}
@@ -189,8 +189,8 @@ def test_printed_numbers_of_the_source_hold():
     assert [said for said, verdict in found.items() if verdict != "holds"] == []
     assert len(found) == 7
     top = 514.19980544461671  # J, with 40 digits
-    assert source_claims.sampled_top() == pytest.approx(514.1970344, abs=1e-7)
-    assert top - source_claims.sampled_top() > 2e-3  # which rounds to 514.200
+    assert source_claims.largest_sampled_potential() == pytest.approx(514.1970344, abs=1e-7)
+    assert top - source_claims.largest_sampled_potential() > 2e-3  # which rounds to 514.200
     with pytest.MonkeyPatch.context() as patched:
         patched.setattr(source_claims, "ANGLES", 260)
-        assert round(source_claims.sampled_top(), 3) != 514.197
+        assert round(source_claims.largest_sampled_potential(), 3) != 514.197
