@@ -7,7 +7,7 @@ Written for the body's point that the combined centre G = C + mu r is passing, w
     (J + mu M r^2) d(omega)/dt = sum (CA_i - mu r) x F_i - mu M (r x w + 2 (r.v) omega)
     v_i = p + omega k x (CA_i - mu r)
 
-p and omega vanish with the body's motion, so that they keep their digits near rest.
+p and omega are small when the body is nearly at rest, so they keep their digits there.
 Plane vectors are complex numbers x + iy in body axes, so that k x a is ia.
 """
 
@@ -28,7 +28,8 @@ Complex = npt.NDArray[np.complex128]
 
 @dataclass(frozen=True)
 class Mechanics:
-    """A capsule's constants in the form that the equations use; `limits` f N_i are affine in r."""
+    """A capsule's constants in the form that the equations use. The friction limit f N_i of each
+    support is an affine function of the slider's position r."""
 
     mass: float  # M + m [kg]
     mass_ratio: float
@@ -36,12 +37,12 @@ class Mechanics:
     body_inertia: float  # J [kg m^2]
     supports: Complex  # [m], shape (3,)
     centre_limits: Array  # f N_i with Q at C [N], shape (3,)
-    limit_slopes: Array  # change of f N_i with r [N/m], shape (2, 3)
+    limit_slopes: Array  # derivatives of f N_i by r [N/m], shape (2, 3)
 
 
 @dataclass(frozen=True)
 class Configuration:
-    """Terms of the equations that the slider's place and motion determine, at n times."""
+    """Terms of the equations that depend only on the slider's position and motion, at n times."""
 
     position: Complex  # r [m], shape (n,)
     velocity: Complex  # v [m/s]
@@ -52,7 +53,7 @@ class Configuration:
 
 
 def mechanics(capsule: Capsule) -> Mechanics:
-    """Constants of `capsule`."""
+    """Returns the constants of `capsule`."""
     here = normal_forces(capsule, np.zeros((1, 2)))[0]
     return Mechanics(
         mass=capsule.body_mass + capsule.slider_mass,
@@ -71,7 +72,8 @@ def cross(a: Complex, b: Complex) -> Array:
 
 
 def configuration(body: Mechanics, piece: Piece, times: Array) -> Configuration:
-    """The slider's part in the equations at local `times` [s], shape (n,), of `piece`."""
+    """Returns the slider's terms in the equations at local `times` [s], shape (n,), of one `piece`
+    of its path."""
     places, velocities, accelerations = piece.kinematics(times)
     r, v, w = (
         np.ascontiguousarray(part).view(np.complex128)[:, 0]
@@ -88,13 +90,14 @@ def configuration(body: Mechanics, piece: Piece, times: Array) -> Configuration:
 
 
 def support_velocities(at: Configuration, point: Complex, omega: Array) -> Complex:
-    """Velocities v_i of the supports in body axes [m/s], shape (n, 3), from p and omega, (n,)."""
+    """Returns the velocities v_i of the supports in body axes [m/s], shape (n, 3), from the point's
+    velocity p [m/s] and the angular velocity `omega` [rad/s], both of shape (n,)."""
     return point[:, None] + 1j * omega[:, None] * at.arms
 
 
 Clock = tuple[float, Array]
 IN_TIME: Clock = (1.0, np.zeros(3))
-IMAGINARY = 1e-200  # size of a complex step: its square is nothing
+IMAGINARY = 1e-200  # size of a complex step: its square underflows to 0
 
 
 def sliding_rates(
@@ -104,13 +107,17 @@ def sliding_rates(
     clock: Clock = IN_TIME,
     derived: bool = True,
 ) -> tuple[Array, Array]:
-    """Rates of (p_x, p_y, omega, t) while every support slides, shape (n, 4), and their derivatives
-    by (p_x, p_y, omega), shape (n, 4, 3), or with a clock by all four, (n, 4, 4), those by t only
-    as far as they become large where v_i -> 0; without `derived` an empty array instead.
+    """Returns the rates of (p_x, p_y, omega, t) while every support slides, shape (n, 4), and their
+    derivatives by (p_x, p_y, omega), shape (n, 4, 3). If `derived` is False, the second array is
+    empty.
 
-    With `clock` = (a, b_i) the rates are by sigma, d sigma = dt (a + sum b_i/|v_i|): v_i = 0, where
-    a force is singular in time, is approached as sigma -> infinity, and smoothly. Derivatives are
-    by complex steps: imaginary parts of the rates, which are exact.
+    With `clock` = (a, b_i) the rates are by sigma, d sigma = dt (a + sum b_i/|v_i|). At v_i = 0 a
+    force is singular in time. In sigma that point is approached smoothly, as sigma -> infinity.
+    With such a clock the derivatives are by all four variables, shape (n, 4, 4); the derivatives by
+    t hold only the terms that become large as v_i -> 0.
+
+    Derivatives are by complex steps: the imaginary parts of the rates, which have no truncation
+    error.
     """
     if not derived:
         return np.asarray(_rates(body, at, state[:, :3].T, 0.0, clock)), np.empty(0)
@@ -120,8 +127,9 @@ def sliding_rates(
 
 
 def _rates(body: Mechanics, at: Configuration, state: Any, later: Any, clock: Clock) -> Any:
-    """Rates, shape (..., n, 4), at (p_x, p_y, omega), shape (3, ..., n), of supports whose arms
-    move on for the time `later` [s]; plane vectors by component, the first axis."""
+    """Returns the rates, shape (..., n, 4), at `state` = (p_x, p_y, omega), shape (3, ..., n). The
+    supports' arms are moved on by the time `later` [s] at the slider's velocity. Plane vectors have
+    their components along the first axis."""
     point = state[:2]
     omega = state[2]
     passed = body.mass_ratio * at.velocity

@@ -21,29 +21,30 @@ from plumbob.analytic.systems.three_points.equations import (
 from plumbob.analytic.systems.three_points.motion import ThreePointMotion
 from plumbob.analytic.systems.three_points.smooth_segment import SmoothSegment
 
-LINEAR = 1e-9  # of a segment's length in time: it runs in time itself
-NODES = 16  # Gauss points of a segment, for the mean square; for the peak its ends as well
+LINEAR = 1e-9  # largest nonlinear coefficient of a time series that counts as linear, relative
+# Gauss points of a segment for the mean square; the peak uses the segment's ends too
+NODES = 16
 
 
 @dataclass(frozen=True)
 class Loading:
-    """Motion of a segment at n times, plane vectors complex and in body axes, and the forces that
-    its accelerations need."""
+    """A segment's motion at n times, from which the forces follow. Plane vectors are complex
+    numbers in body axes."""
 
     body: Mechanics
     at: Configuration
     states: Array  # p_x, p_y, omega, t, psi and the place of C, shape (n, 7)
-    rates: Array  # of (p_x, p_y, omega) by time, shape (n, 3)
+    rates: Array  # time derivatives of (p_x, p_y, omega), shape (n, 3)
     pace: Array  # d(time)/d(fraction) [s]
 
     @property
     def point(self) -> Complex:
-        """p [m/s]."""
+        """Velocity p of the body's point at the combined centre G [m/s], shape (n,)."""
         return np.asarray(self.states[:, 0] + 1j * self.states[:, 1])
 
     @property
     def acceleration(self) -> Complex:
-        """Of G [m/s^2]."""
+        """Acceleration of the combined centre G [m/s^2], shape (n,)."""
         mu = self.body.mass_ratio
         omega = self.states[:, 2]
         carried = self.rates[:, :2] @ [1.0, 1j]
@@ -52,7 +53,8 @@ class Loading:
 
     @property
     def friction(self) -> tuple[Complex, Array]:
-        """Resultant of friction [N] and its moment about G [N m] (Chernousko 2020, eqs. 2-4)."""
+        """Resultant of the friction forces [N], and their moment about G [N m], shape (n,) each
+        (Chernousko 2020, eqs. 2-4)."""
         r = self.at.position
         v = self.at.velocity
         w = self.at.acceleration
@@ -62,7 +64,7 @@ class Loading:
 
     @property
     def actuator(self) -> Complex:
-        """Force F of the actuators on the slider [N] (Chernousko 2020, eq. 3)."""
+        """Force F of the actuators on the slider [N], shape (n,) (Chernousko 2020, eq. 3)."""
         r = self.at.position
         v = self.at.velocity
         omega = self.states[:, 2]
@@ -75,7 +77,7 @@ class Loading:
 
 
 def loading(motion: ThreePointMotion, segment: SmoothSegment, fractions: Array) -> Loading:
-    """Loading at `fractions` of a segment, in [0, 1], shape (n,)."""
+    """Returns the loading of a segment at `fractions` of its length, in [0, 1], shape (n,)."""
     places = segment.last * fractions
     states = evaluate(segment.coefficients, places)
     slopes = evaluate(np.asarray(2.0 * legder(segment.coefficients)), places)
@@ -85,14 +87,14 @@ def loading(motion: ThreePointMotion, segment: SmoothSegment, fractions: Array) 
         <= LINEAR * segment.coefficients[1, 3]
     ):
         rates = slopes[:, :3] / slopes[:, 3:4]
-    else:  # in sigma, where nothing is left of a slope at the end, but all supports slide
+    else:  # the segment runs in sigma: slopes vanish at its end, so the equations give the rates
         rates = sliding_rates(motion.body, at, states, derived=False)[0][:, :3]
     return Loading(motion.body, at, states, rates, slopes[:, 3] * segment.last)
 
 
 def plane_demand(motion: ThreePointMotion) -> Demand:
-    """The demand of `motion` until the slider stops: the magnitude of the force, and the power
-    that it gives to the slider in the body."""
+    """Returns what `motion` asks of the actuators until the slider stops: peak and root mean square
+    of the force's magnitude, and the peak power given to the slider in the body."""
     x, weights = leggauss(NODES)
     fractions = np.concatenate([[0.0], 0.5 * (x + 1.0), [1.0]])
     stop = motion.path.duration

@@ -1,8 +1,9 @@
-"""Exact motion of a body on three Coulomb points with a prescribed slider, event after event.
+"""Exact motion of a body on three Coulomb points with a prescribed slider, from event to event.
 
-Modes: all supports slide; one rests and the body pivots about it; all rest (two at rest are all at
-rest). Each is integrated smoothly to its event, and the next mode is decided by Gauss' principle.
-Chernousko 2020, eqs. 1-4; the mode changes are this project's own.
+There are three modes: all supports slide; one support rests and the body pivots about it; all
+supports rest (if two rest, the third rests too). Each mode is integrated smoothly to its event.
+Gauss' principle then decides the next mode. The equations are from Chernousko 2020, eqs. 1-4; the
+mode changes are derived by this project.
 """
 
 from __future__ import annotations
@@ -46,16 +47,17 @@ from plumbob.analytic.systems.three_points.smooth_segment import (
     resting,
 )
 
-EVENTS = 500  # in one piece, before giving up
-# a motion less accurate by far, whose difference is the error
+EVENTS = 500  # largest number of events in one piece of the path
+# A second, much less accurate motion gives the error: the difference between the two motions.
 COARSER, COARSER_NODES = 100.0, 6
-LATER = 1e-6  # of what is left of a piece: where a start that grows from nothing is examined
+# first delay after which a slip that grows from zero is examined, over the horizon
+LATER = 1e-6
 
 
 @dataclass(frozen=True)
 class Start:
-    """Velocity of C [m/s] and angular velocity [rad/s] at time 0, with C at the origin and heading
-    0."""
+    """Initial velocity of C [m/s] and angular velocity [rad/s]; at time 0 C is the origin and the
+    heading is 0."""
 
     velocity: tuple[float, float] = (0.0, 0.0)
     angular_velocity: float = 0.0
@@ -63,7 +65,9 @@ class Start:
 
 @dataclass(frozen=True)
 class Now:
-    """A mode about to begin."""
+    """The state at which a mode begins, and the mode. `support` is the support at rest in a pivot,
+    or the support that slips first in a slide, else -1. `sense` is the sign of a pivot's turning.
+    `departure` gives first guesses for a slide that begins with a support at rest."""
 
     state: State
     mode: Mode
@@ -72,7 +76,7 @@ class Now:
     departure: Guess | None = None
 
 
-@lru_cache(maxsize=16)  # a reference and what theory samples are one motion
+@lru_cache(maxsize=16)  # the reference and the theory of errors ask for the same motion
 def three_point_motion(
     capsule: Capsule,
     path: SliderPath,
@@ -81,11 +85,11 @@ def three_point_motion(
     nodes: int = 24,
     tolerance: float = 1e-11,
 ) -> ThreePointMotion:
-    """Motion of `capsule` from `start` while the slider follows `path`,
-    until its final rest.
+    """Returns the motion of `capsule` from `start` to its final rest while the slider follows
+    `path`.
 
-    `nodes` and `tolerance` set the discretisation (see `radau_collocation`). Raises
-    ParameterError where a support would lose contact, or if the body would never stop.
+    `nodes` and `tolerance` set the discretisation (see `radau_collocation`). Raises ParameterError
+    if a support would lose contact, or if the body would never stop.
     """
     check_loads(capsule, path.track())
     if capsule.friction == 0.0:
@@ -104,7 +108,7 @@ def three_point_motion(
 
 
 def _piece_motion(interval: Interval, now: Now) -> Phase:
-    """All segments of one piece, and the mode at its end."""
+    """Returns all segments of one piece of the path, and the mode at its end."""
     segments = list[SmoothSegment]()
     for _ in range(EVENTS):
         phase = {"rest": _resting, "pivot": _pivoting, "slide": _sliding}[now.mode]
@@ -116,11 +120,12 @@ def _piece_motion(interval: Interval, now: Now) -> Phase:
 
 
 Phase = tuple[list[SmoothSegment], Now]
-"""Segments of one mode, and the mode after it, at the end of the piece the same one."""
+"""The segments of one mode, and the mode that follows. At the end of a piece the mode stays."""
 
 
 def _resting(interval: Interval, now: Now) -> Phase:
-    """Rest until static friction no longer suffices."""
+    """Returns the rest that begins as `now`, and the mode that follows when static friction no
+    longer suffices."""
     duration = interval.piece.duration
     broken = held_until(interval.body, interval.piece, now.state.time)
     end = duration if broken is None else broken
@@ -130,13 +135,14 @@ def _resting(interval: Interval, now: Now) -> Phase:
     if broken is None:
         return segments, Now(state, "rest")
     later = _leave_later(partial(_from_rest, interval, state), "rest", horizon)
-    if later.mode == "rest":  # the load only touched the limit
+    if later.mode == "rest":  # the load only touched the friction limit
         later = Now(replace(state, time=end + LATER * horizon), "rest")
     return segments, later
 
 
 def _pivoting(interval: Interval, now: Now) -> Phase:
-    """Pivot until the turning stops or the support slips."""
+    """Returns the pivot that begins as `now`, and the mode that follows when the turning stops or
+    the support slips."""
     turning = Pivot(interval, now.support, now.sense)
     segments, state, ending = pivot(turning, now.state)
     if ending == "time":
@@ -150,7 +156,8 @@ def _pivoting(interval: Interval, now: Now) -> Phase:
 
 
 def _sliding(interval: Interval, now: Now) -> Phase:
-    """Slide until a support, or the whole body, comes to rest."""
+    """Returns the slide that begins as `now`, and the mode that follows when a support, or the
+    whole body, comes to rest."""
     segments, state, still = slide(interval, now.state, now.departure, now.support)
     if not still:
         return segments, Now(state, "slide")
@@ -160,6 +167,7 @@ def _sliding(interval: Interval, now: Now) -> Phase:
 
 
 def _initial(interval: Interval, start: Start) -> Now:
+    """Returns the mode with which the motion begins at time 0."""
     omega = start.angular_velocity
     velocity = complex(*start.velocity)
     mu = interval.body.mass_ratio
@@ -172,6 +180,8 @@ def _initial(interval: Interval, start: Start) -> Now:
 
 
 def _integrate(body: Mechanics, path: SliderPath, start: Start, accuracy: Accuracy) -> Segments:
+    """Returns the segments of the whole motion: along every piece of the path, then with the slider
+    fixed at the path's end until the body rests."""
     pieces = (*path.pieces, StraightPiece(np.inf, path.end, 0.0, 0.0, 0.0, 0.0))
     now = None
     segments = list[SmoothSegment]()
@@ -187,9 +197,10 @@ def _integrate(body: Mechanics, path: SliderPath, start: Start, accuracy: Accura
 def _departure(
     slip: Slip, ramp: float, support: int = 0, omega: float = 0.0, rate: float = 0.0
 ) -> Guess:
-    """First guess of a slide from rest, or of `support` out of a pivot at `omega` [rad/s] that
-    grows at a `rate`, with the accelerations `slip`; with `ramp` > 0 [s] they grow in proportion to
-    time."""
+    """Returns first guesses of (p_x, p_y, omega) for a slide that begins with the accelerations
+    `slip`, from rest or out of a pivot about `support` with angular velocity `omega` [rad/s] and
+    its `rate` [rad/s^2]. If `ramp` > 0 [s], the accelerations are those at time `ramp` and grow in
+    proportion to time from 0."""
 
     def guess(times: Array, at: Configuration) -> Array:
         elapsed = times**2 / (2.0 * ramp) if ramp else times
@@ -201,8 +212,9 @@ def _departure(
 
 
 def _from_rest(interval: Interval, state: State, ramp: float) -> Now:
-    """The mode that follows rest now; with `ramp` > 0 the one that much later [s], where the wrench
-    has just reached the friction limit."""
+    """Returns the mode of a body at rest in `state`, from the wrench that acts `ramp` [s] later.
+    `ramp` is > 0 if the wrench has just reached the friction limit: the present wrench then moves
+    nothing."""
     at = interval.at(state.time + ramp)
     (force,), (torque,) = needed_wrench(interval.body, at)
     slip = onset(interval.body.mass, at, complex(force), float(torque))
@@ -215,8 +227,8 @@ def _from_rest(interval: Interval, state: State, ramp: float) -> Now:
 
 
 def _with_one_at_rest(interval: Interval, state: State, support: int, ramp: float) -> Now:
-    """The mode with `support` at rest while the others slide, now or `ramp` [s] later: a pivot
-    while it sticks, else a slide."""
+    """Returns the mode with `support` at rest while the others slide: a pivot if the support
+    sticks, else a slide. The forces are those `ramp` [s] later, as in `_from_rest`."""
     at = interval.at(state.time)
     sense = float(np.sign(state.omega))
     turning = Pivot(interval, support, sense)
@@ -232,8 +244,9 @@ def _with_one_at_rest(interval: Interval, state: State, support: int, ramp: floa
 
 
 def _leave_later(following: Callable[[float], Now], stays: Mode, horizon: float) -> Now:
-    """The mode `following` so much later [s] where a load has just reached the friction limit and
-    continues to grow, as soon as it is not the one that `stays`, within `horizon` [s]."""
+    """Returns the mode that begins where a load has just reached the friction limit and keeps
+    growing. `following` gives the mode from the forces after a delay [s]. The delay grows, within
+    `horizon` [s], until that mode is not `stays`."""
     ramp = LATER * horizon
     while (now := following(ramp)).mode == stays and 4.0 * ramp <= horizon:
         ramp *= 4.0
@@ -241,12 +254,13 @@ def _leave_later(following: Callable[[float], Now], stays: Mode, horizon: float)
 
 
 def _stopped(interval: Interval, state: State) -> Now:
-    """The mode that follows where the body has come to rest."""
+    """Returns the mode that follows when the body has come to rest."""
     return _from_rest(interval, replace(state, point=0j, omega=0.0), 0.0)
 
 
 def _begin(interval: Interval, now: Now) -> Now:
-    """The mode at the start of a piece, where the slider's acceleration may have jumped."""
+    """Returns the mode at the start of a piece of the path, where the slider's acceleration may
+    have jumped."""
     if now.mode == "rest":
         return _stopped(interval, now.state)
     if now.mode == "pivot":

@@ -1,16 +1,17 @@
-"""Coulomb friction of three points as a minimum: in a step it opposes the slip at the step's end,
-and at rest it decides how motion starts.
+"""Coulomb friction of three points as a minimisation. In a time step, friction opposes the slip at
+the end of the step. At rest, the minimum decides whether and how the body starts to move.
 
-With u the body's velocity at the combined centre and o its rate after the step, P and w those
-without friction, kappa the time over which friction acts, L_i = f N_i, a_i = CA_i - mu r,
+The unknowns are the body's velocity u at the combined centre and its angular velocity o after the
+step. P and w are the same two velocities without friction, kappa is the time over which friction
+acts, L_i = f N_i and a_i = CA_i - mu r. The velocities after the step minimise
 
-    (M + m)|u - P|^2/2 + I (o - w)^2/2 + kappa sum L_i |u + o k x a_i|  is least.
+    (M + m)|u - P|^2/2 + I (o - w)^2/2 + kappa sum L_i |u + o k x a_i|.
 
-That is implicit in the direction of friction, and in whether a support slips. The value is convex,
-and not smooth where a support is at rest. If the minimum is there, either everything rests, or the
-body pivots about one support at a rate that is known in closed form; else Newton's method finds it.
-Chernousko 2020, eq. 1, in the manner of Moreau. Derived in THEORY.md, section 6. By Gauss'
-principle accelerations from rest are the same minimum, with forces in place of impulses.
+This is implicit in the direction of friction, and in whether a support slips. The value is convex,
+but not smooth where a support is at rest. If the minimum lies there, either everything rests, or
+the body pivots about one support at a rate that is known in closed form. Otherwise Newton's method
+finds the minimum. Chernousko 2020, eq. 1, in the manner of Moreau; derived in THEORY.md, section 6.
+By Gauss' principle, accelerations from rest minimise the same value with forces for impulses.
 """
 
 from __future__ import annotations
@@ -22,22 +23,28 @@ from typing import NamedTuple
 from plumbob.analytic.systems.three_points.equations import Configuration
 
 NEWTON_STEPS = 60
-QUICK = 12  # undamped steps, from the slip of the time step before
-SURELY = 1.0 + 1e-9  # above 1 whatever the rounding
-LAST = 2e-15  # of the velocities: a step this small ends Newton's method
-NEARLY = 1e-9  # relative: a load factor is known to the square of this
-NEARER = 0.9  # of what is left of a load factor
-LEAST = 1e-16  # part of a step
-STICKS = 1e-12  # relative: a support sticks with a force that is so little above its limit
+# undamped Newton steps that are tried first, from the slip of the previous time step
+QUICK = 12
+SURELY = 1.0 + 1e-9  # a number that exceeds 1 by more than rounding
+LAST = 2e-15  # size of the step that ends Newton's method, relative to the velocities
+NEARLY = 1e-9  # relative gap between bounds of a load factor; the factor's error is its square
+NEARER = 0.9  # part of the gap by which the lower bound of a load factor is raised
+LEAST = 1e-16  # smallest part of a Newton step
+# relative excess of a force over its friction limit at which a support still sticks
+STICKS = 1e-12
 
-Slip = tuple[complex, float]  # velocity of the body's point at the combined centre, and rate
+# velocity of the body's point at the combined centre [m/s], and angular velocity [rad/s]
+Slip = tuple[complex, float]
 REST: Slip = (0j, 0.0)
 
 
 class FrictionProblem(NamedTuple):
-    """Masses (M + m) [kg] and I [kg m^2], friction kappa L_i [N s] and arms a_i [m]; `offsets`
-    [m/s] are added to the slips u + o k x a_i, too small to matter where a support rests. Every
-    step makes one: a tuple takes a third of the time of a frozen dataclass."""
+    """Masses (M + m) [kg] and I [kg m^2], friction impulses kappa L_i [N s] and arms a_i [m].
+
+    `offsets` [m/s] are added to the slips u + o k x a_i; they are too small to matter where a
+    support rests. A tuple, because one is made in every time step and a frozen dataclass takes
+    three times as long.
+    """
 
     mass: float
     inertia: float
@@ -46,7 +53,8 @@ class FrictionProblem(NamedTuple):
     offsets: Sequence[complex] = (0j, 0j, 0j)
 
     def value(self, free: Slip, slip: Slip) -> float:
-        """The function to be minimised [J]."""
+        """Returns the value that the velocities `slip` minimise [J]; `free` are those without
+        friction."""
         (u, o), (p, w) = slip, free
         supports = zip(self.limits, self.arms, self.offsets, strict=True)
         drag = sum(c * abs(u + 1j * o * a + g) for c, a, g in supports)
@@ -54,8 +62,8 @@ class FrictionProblem(NamedTuple):
 
 
 def after_friction(problem: FrictionProblem, free: Slip, near: Slip) -> Slip:
-    """Velocities after a step that would end with `free` without friction; `near`, those after the
-    step before, are the first guess."""
+    """Returns the velocities after a step that would end with the velocities `free` without
+    friction. The velocities `near`, from the previous step, are the first guess."""
     pull = problem.mass * free[0], problem.inertia * free[1]
     if simply_held(problem.limits, problem.arms, *pull):
         return REST
@@ -64,21 +72,26 @@ def after_friction(problem: FrictionProblem, free: Slip, near: Slip) -> Slip:
     factor, way = load_factor(problem.limits, problem.arms, *pull)
     if factor <= 1.0 + STICKS:
         return REST
-    begin = _lowest(FrictionProblem(*problem[:4]), free, way)  # offsets may exceed a tiny way
+    # Offsets are left out: they may be larger than a tiny slip.
+    begin = _lowest(FrictionProblem(*problem[:4]), free, way)
     return _moving(problem, free, begin) or begin
 
 
 def simply_held(
     limits: Sequence[float], arms: Sequence[complex], force: complex, torque: float
 ) -> bool:
-    """Whether friction f N_i (X + Y k x b_i), with b_i the arms from the centre of the `limits` f
-    N_i [N], balances a `force` [N] and a `torque` [N m] about the point that the `arms` [m] are
-    from: a sufficient condition."""
+    """Returns True if friction surely balances a wrench: if friction forces of the form f N_i (X +
+    Y k x b_i) do it, with b_i the arms from the centre of the limits. The condition is sufficient,
+    not necessary.
+
+    `limits` f N_i [N]; `arms` [m] of the supports from a point; `force` [N] and `torque` [N m]
+    about that point.
+    """
     total = sum(limits)
     if not total > 0.0:
         return False
     along = force / total
-    if abs(along) > SURELY:  # the mean of the three sums below, each of which is 1 at most
+    if abs(along) > SURELY:  # `along` is the mean of the three vectors that are checked below
         return False
     centre = sum(limit * arm for limit, arm in zip(limits, arms, strict=True)) / total
     around = [arm - centre for arm in arms]
@@ -90,8 +103,9 @@ def simply_held(
 
 
 def _moving(problem: FrictionProblem, free: Slip, near: Slip) -> Slip | None:
-    """The minimum, found from `near` or from a pivot; None where rest is lower than these, or a
-    slip vanishes on the way, whether or not rest is the minimum."""
+    """Returns the minimum with the body in motion, found from `near` or from a pivot. Returns None
+    if rest has a lower value than these, or if a slip vanishes during the search; rest need not be
+    the minimum then."""
     scale = abs(free[0]) + abs(free[1]) * max(map(abs, problem.arms))
     if scale == 0.0:
         return None
@@ -112,13 +126,14 @@ def _moving(problem: FrictionProblem, free: Slip, near: Slip) -> Slip | None:
 
 
 def _gained(problem: FrictionProblem, free: Slip, slip: Slip) -> float:
-    """Energy that the momentum of `free` gives a slip [J]."""
+    """Returns the energy [J] that the momentum of `free` gives to the velocities `slip`."""
     (u, o), (p, w) = slip, free
     return problem.mass * (p.conjugate() * u).real + problem.inertia * w * o
 
 
 def _lowest(problem: FrictionProblem, free: Slip, way: Slip) -> Slip:
-    """Of all slips along a `way` on which the value falls from rest the one with the lowest."""
+    """Returns the multiple of the velocities `way` that has the lowest value. The value must fall
+    from rest along `way`."""
     part = _gained(problem, free, way) - problem.value(way, way)
     part /= _gained(problem, way, way)
     return part * way[0], part * way[1]
@@ -127,13 +142,13 @@ def _lowest(problem: FrictionProblem, free: Slip, way: Slip) -> Slip:
 def load_factor(
     limits: Sequence[float], arms: Sequence[complex], force: complex, torque: float
 ) -> tuple[float, Slip]:
-    """Load factor of static friction under a wrench (the body sticks when it is 1 or less), and the
-    slip at which the body would start to move, of any size.
+    """Returns the load factor of static friction under a wrench, and the velocities, of any size,
+    with which the body would start to move. The body sticks if the factor is at most 1.
 
-    Largest of (wrench . q)/sum f N_i |v_i(q)| over slips q; `limits` f N_i [N] and `arms` from G
-    [m], shape (3,); `force` [N] and `torque` [N m] about G. Under a wrench divided by less than
-    this the body moves, and where it moves little, it moves in that way: the error of the factor is
-    of second order in how little.
+    The factor is the largest (wrench . q)/sum f N_i |v_i(q)| over velocities q. `limits` f N_i [N]
+    and `arms` from G [m], shape (3,); `force` [N] and `torque` [N m] about G. Under the wrench
+    divided by a number below the factor the body moves. If it then moves slowly, it moves along the
+    returned velocities, and the error of the factor is of second order in the speed.
     """
     reach = math.sqrt(sum(abs(arm) ** 2 for arm in arms) / 3)
     most = sum(limits)
@@ -166,7 +181,8 @@ def load_factor(
 
 
 def _about(problem: FrictionProblem, free: Slip, pivot: int) -> tuple[float, float]:
-    """Moment about a support that friction has to balance, and the most that it can."""
+    """Returns the moment about support `pivot` that friction has to balance, and the largest moment
+    that friction can balance."""
     arm = problem.arms[pivot]
     (p, w) = free
     turn = problem.inertia * w - problem.mass * (p * (1j * arm).conjugate()).real
@@ -175,8 +191,8 @@ def _about(problem: FrictionProblem, free: Slip, pivot: int) -> tuple[float, flo
 
 
 def _pivoting(problem: FrictionProblem, free: Slip, pivot: int) -> tuple[Slip, float, complex]:
-    """Velocities with support `pivot` at rest, by how much its impulse exceeds its limit, and that
-    impulse."""
+    """Returns the velocities with support `pivot` at rest, the excess of its impulse over its
+    limit, and that impulse."""
     arm = problem.arms[pivot]
     supports = zip(problem.limits, problem.arms, strict=True)
     others = [(limit, a - arm) for k, (limit, a) in enumerate(supports) if k != pivot]
@@ -193,8 +209,9 @@ def _pivoting(problem: FrictionProblem, free: Slip, pivot: int) -> tuple[Slip, f
 def _sliding(
     problem: FrictionProblem, free: Slip, begin: Slip, scale: float, most: int, *, damped: bool
 ) -> Slip | None:
-    """The minimum by Newton's method from `begin`; None where a slip vanishes on the way, or the
-    last of `most` steps is not a small one."""
+    """Returns the minimum by at most `most` steps of Newton's method from `begin`. Returns None if
+    a slip vanishes during the search, or if undamped steps do not converge. `scale` [m/s] is the
+    size of the velocities."""
     (u, o) = begin
     reach = max(map(abs, problem.arms))
     for _ in range(most):
@@ -212,10 +229,11 @@ def _sliding(
 def _newton_step(
     problem: FrictionProblem, free: Slip, slip: Slip, least: float
 ) -> tuple[Slip, float] | None:
-    """Newton's step at `slip`, and the slope of the value along it [J]; None where a support slips
-    by `least` [m/s] or less: there is no derivative.
+    """Returns Newton's step at the velocities `slip`, and the slope of the value along the step
+    [J]. Returns None if a support slips by `least` [m/s] or less: there is no derivative.
 
-    A support's resistance to a change w of its slip is across (w - e^2 w*)/2, e its direction.
+    If a support's slip changes by w, its friction changes in proportion to (w - e^2 w*)/2, the part
+    of w across the direction e of the slip.
     """
     push = problem.mass * (slip[0] - free[0])
     turn = problem.inertia * (slip[1] - free[1])
@@ -244,8 +262,8 @@ def _newton_step(
 def _solved(
     stiff: float, twist: complex, bend: complex, spin: float, pull: Slip
 ) -> Slip | None:
-    """The slip (u, o) with stiff u - twist u* + bend o and Re(bend* u) + spin o opposite to those
-    of `pull`; None where there is none."""
+    """Returns the velocities (u, o) that solve stiff u - twist u* + bend o = -pull[0] and Re(bend*
+    u) + spin o = -pull[1], or None if the equations are singular."""
     size = stiff**2 - abs(twist) ** 2
     if not size > 0.0:
         return None
@@ -261,7 +279,8 @@ def _solved(
 def _damping(
     problem: FrictionProblem, free: Slip, slip: Slip, way: Slip, slope: float
 ) -> float:
-    """Part of a Newton step after which the value has fallen enough (Armijo's condition)."""
+    """Returns the part of the Newton step `way` after which the value has fallen enough (Armijo's
+    condition with the `slope` along the step)."""
     level = problem.value(free, slip)
     part = 1.0
     while part > LEAST:
@@ -273,9 +292,9 @@ def _damping(
 
 
 def onset(mass: float, at: Configuration, force: complex, torque: float) -> Slip:
-    """Linear acceleration of the body's point at G (complex [m/s^2], body axes) and angular
-    acceleration [rad/s^2], with which a body of `mass` M + m [kg] at rest starts to move under a
-    wrench about G, `force` [N] and `torque` [N m], both 0 where it sticks."""
+    """Returns the accelerations with which a body at rest starts to move under a wrench about G:
+    linear, of the body's point at G (complex [m/s^2], body axes), and angular [rad/s^2]. Both are 0
+    if the body sticks. `mass` M + m [kg], `force` [N], `torque` [N m]."""
     limits = at.limits[0].tolist()
     arms = at.arms[0].tolist()
     inertia = float(at.inertia[0])
@@ -286,14 +305,15 @@ def onset(mass: float, at: Configuration, force: complex, torque: float) -> Slip
 
 
 def slip_onset(mass: float, at: Configuration, support: int, needed: complex) -> complex:
-    """Acceleration [m/s^2] at which a `support` at rest slips while the rest of the body moves,
-    where the force it needs, `needed` [N], is more than its limit f N."""
+    """Returns the acceleration [m/s^2] with which a `support` that was at rest starts to slip while
+    the rest of the body moves. The force `needed` [N] to keep it at rest exceeds its limit f N."""
     arm = complex(at.arms[0, support])
     inertia = float(at.inertia[0])
     lever = 1j * arm
     limit = float(at.limits[0, support])
     free = -needed / mass - lever * (lever.conjugate() * needed).real / inertia
-    # The other supports slide already, with their forces in `needed`: their places do not matter.
+    # The other supports slide already and their forces are part of `needed`, so their limits are 0
+    # here and their arms are arbitrary.
     problem = FrictionProblem(mass, inertia, (limit, 0.0, 0.0), (arm, arm + 1.0, arm + 1j))
     linear, angular = after_friction(problem, (free, 0.0), (free, 0.0))
     return linear + angular * lever

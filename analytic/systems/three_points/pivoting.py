@@ -1,8 +1,9 @@
-"""Pivoting: one support at rest, the body turns about it, until it stops or the support slips.
+"""Pivoting: one support rests and the body turns about it, until the turning stops or the support
+slips.
 
-With A_i at rest the angular momentum about it changes by the slider's m (CQ - CA_i) x w and by the
-moments of the two sliding supports, f N_j |A_iA_j| each against the turning: omega is a plain
-integral over time.
+With A_i at rest, two moments change the angular momentum about A_i: the slider's m (CQ - CA_i) x w,
+and those of the two sliding supports, f N_j |A_iA_j| each against the turning. So omega is an
+integral over time of known functions.
 """
 
 from __future__ import annotations
@@ -23,11 +24,11 @@ from plumbob.analytic.systems.three_points.smooth_segment import (
     state_at,
 )
 
-SAMPLES = 129  # of an element, for changes of sign
-ELEMENTS = 2000  # in one piece, before giving up
+SAMPLES = 129  # places in an element at which events are searched as changes of sign
+ELEMENTS = 2000  # largest number of elements in one piece
 UNBALANCED = 1e-3  # smallest unbalanced part of the moments as a pivot starts, over their size
-ROUNDING = 1e-15  # of the moments, in omega
-SHORTEST = 1e-13  # element over what is left of the piece: no shorter pivot begins
+ROUNDING = 1e-15  # rounding of omega over the largest change of omega by friction
+SHORTEST = 1e-13  # shortest first element of a pivot, over the remaining time of the piece
 
 
 Ending = Literal["time", "stop", "slip"]
@@ -35,13 +36,13 @@ STOP: Ending = "stop"
 
 
 Pivoted = tuple[list[SmoothSegment], State, Ending]
-"""The segments of a pivot, the state at its end, and why it ended."""
+"""The segments of a pivot, the state at its end, and the reason why it ended."""
 
 
 @dataclass(frozen=True)
 class Pivot:
-    """A pivot about `support` in the direction `sense`, the sign of the turning, which decides the
-    friction where it has no rate, during one piece of the slider's path."""
+    """A pivot about `support` during one piece of the slider's path. `sense` is the sign of the
+    turning; it gives the direction of friction also when the angular velocity is 0."""
 
     interval: Interval
     support: int
@@ -56,13 +57,13 @@ class Pivot:
         return np.asarray(still + slider * np.abs(at.position - support) ** 2)
 
     def moment(self, at: Configuration) -> Array:
-        """Moment about A_i of sliding friction [N m], shape (n,)."""
+        """Moment of sliding friction about A_i [N m], shape (n,)."""
         supports = self.interval.body.supports
         return np.asarray(-self.sense * at.limits @ np.abs(supports - supports[self.support]))
 
     def motion(self, at: Configuration, omega: Array) -> tuple[Array, Complex]:
-        """d(omega)/dt [rad/s^2] while the body turns at `omega` [rad/s], shape (n,), and the
-        friction force F_i [N] that keeps the support at rest, in body axes."""
+        """Returns d(omega)/dt [rad/s^2] while the body turns at `omega` [rad/s], shape (n,), and
+        the friction force F_i [N] in body axes that keeps the support at rest."""
         body = self.interval.body
         mu = body.mass_ratio
         arm = at.position - body.supports[self.support]
@@ -82,8 +83,9 @@ class Pivot:
         return rate, np.asarray(body.mass * acceleration - others)
 
     def margins(self, coefficients: Array, places: Array) -> tuple[Array, Array, Array]:
-        """Turning speed [rad/s] and how far |F_i| is below its limit [N] at `places` of an element,
-        shape (n,), each positive until its event; and that limit."""
+        """Returns three arrays of shape (n,) at `places` in [0, 1] of an element: the turning speed
+        [rad/s], the margin of |F_i| below its limit [N], and that limit [N]. Each of the first two
+        is positive until its event."""
         _, _, omega, time, *_ = evaluate(coefficients, places).T
         at = self.interval.at(time)
         needed = np.abs(self.motion(at, omega)[1])
@@ -92,10 +94,10 @@ class Pivot:
 
 
 def pivot(turning: Pivot, state: State) -> Pivoted:
-    """Turn about a support from `state` until the turning stops, the support slips, or the piece is
-    over.
+    """Integrates the turn about a support from `state` until the turning stops, the support slips,
+    or the piece ends. Returns the segments, the last state and the reason.
 
-    Raises RuntimeError if no step is small enough.
+    Raises RuntimeError if no element is short enough.
     """
     segments: list[SmoothSegment] = []
     interval = turning.interval
@@ -111,8 +113,8 @@ def pivot(turning: Pivot, state: State) -> Pivoted:
         if truncation <= interval.accuracy.tolerance:
             place, ending = _first_event(turning, coefficients, rounding)
         if place == 0.0 and ending == STOP and size > SHORTEST * min(remaining, 1.0):
-            # Not accurate, or it turns and stops before the first sample: from rest it would never
-            # begin.
+            # The element is not accurate, or the turning stops before the first sample. If such a
+            # short turn were skipped, a pivot could never begin from rest.
             size *= 0.5
             continue
         if truncation > interval.accuracy.tolerance:
@@ -131,8 +133,8 @@ def pivot(turning: Pivot, state: State) -> Pivoted:
 
 
 def _first_size(turning: Pivot, state: State, remaining: float) -> float:
-    """Length of the first element [s]: the rest of the piece or, where that has no end, more than
-    friction needs to stop the turning."""
+    """Returns the length of the first element [s]: the remaining time of the piece. If the piece
+    has no end, it is more than the time in which friction stops the turning."""
     if np.isfinite(remaining):
         return remaining
     here = turning.interval.at(state.time)
@@ -141,17 +143,17 @@ def _first_size(turning: Pivot, state: State, remaining: float) -> float:
 
 
 def _solved(turning: Pivot, state: State, size: float) -> tuple[Array, float, float]:
-    """Coefficients of a SmoothSegment from `state` over `size` [s], their relative truncation
-    error, and the rounding of omega [rad/s]."""
+    """Returns the coefficients of a SmoothSegment from `state` over `size` [s], their relative
+    truncation error, and the rounding error of omega [rad/s]."""
     interval = turning.interval
     rule = interval.accuracy.rule
     here = interval.at(state.time)
     at = interval.at(state.time + size * rule.nodes)
     inertia = turning.inertia(at)
-    # From the angular momentum about the support.
+    # The angular momentum about the support gives omega.
     push = turning.motion(at, np.zeros(len(rule.nodes)))[0] * inertia
     omega = (turning.inertia(here) * state.omega + size * rule.integral @ push) / inertia
-    # The round-off speed that the support had as it stuck is set to zero here.
+    # The support stuck with a speed of round-off: this velocity has a support speed of exactly 0.
     point = -1j * state.omega * complex(here.arms[0, turning.support])
     moved = -1j * omega * at.arms[:, turning.support] - point
     moved = np.column_stack([moved.real, moved.imag, omega - state.omega, size * rule.nodes])
@@ -167,8 +169,8 @@ def _solved(turning: Pivot, state: State, size: float) -> tuple[Array, float, fl
 
 
 def _first_event(turning: Pivot, coefficients: Array, rounding: float) -> tuple[float, Ending]:
-    """The place in [0, 1] of an element's first event, and what happens there: the turning stops,
-    the support slips, or neither."""
+    """Returns the place in [0, 1] of an element's first event, and the event: the turning stops,
+    the support slips, or the element ends."""
     from scipy.optimize import brentq
 
     places = np.linspace(0.0, 1.0, SAMPLES)

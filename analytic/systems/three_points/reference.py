@@ -1,4 +1,4 @@
-"""A motion of the body in the plane as a reference."""
+"""The body's motion in the plane as a reference."""
 
 from __future__ import annotations
 
@@ -16,28 +16,29 @@ from plumbob.analytic.systems.capsule import (
 )
 from plumbob.analytic.systems.three_points.friction import Start
 
-ROUNDINGS = 8 * ROUNDOFF  # of parameters and times, and of the change to the axes of the start
-# Times the difference from a coarser computation. In one motion of sixty the errors of both happen
-# to be alike; the difference at some times is then no larger than the error at others.
+ROUNDINGS = 8 * ROUNDOFF  # relative rounding of parameters, times and the change of axes
+# The stated error is this factor times the difference from a coarser computation. In one motion of
+# sixty both computations happen to have similar errors. At some times the difference is then no
+# larger than the error at other times.
 SURE = 2.0
 
 
 @dataclass(frozen=True, eq=False)
 class PlaneReference(LinearResponse):
-    """Observables of a motion in the plane: C starts at the origin, with heading 0."""
+    """Observables of a body's motion in the plane. C starts at the origin, with heading 0."""
 
     motion: Any
-    """A ThreePointMotion, or several equal ones: its body, path, pose at any time, and error."""
+    """A ThreePointMotion or a RepeatedTurn: it has a capsule, a path, poses and an error."""
     sure: float = SURE
-    """Times the motion's error in what is stated of a pose. Stencils take the error itself: they
-    measure by how much it varies from one neighbour to another."""
-    closed_form: ClassVar[None] = None  # integrated from event to event
+    """Factor on the motion's error in the uncertainty of a pose. Stencils use the factor 1: they
+    measure how much the error varies from one neighbour to another."""
+    closed_form: ClassVar[None] = None  # the motion is integrated from event to event
 
     @remembered
     def observe(self, times: Array) -> Signals:
         """Exact x, y of C [m], velocity_x, velocity_y [m/s], heading [rad], heading_rate [rad/s]
-        and normal_force_1..3 [N] at `times` [s], shape (n,); body_angle is the heading by the
-        source's name."""
+        and normal_force_1..3 [N] at `times` [s], shape (n,). body_angle equals heading: it is the
+        name in the source."""
         now = self.motion.at(times)
         (x, y) = now.position.T
         (velocity_x, velocity_y) = now.velocity.T
@@ -53,7 +54,8 @@ class PlaneReference(LinearResponse):
         }
 
     def uncertainty(self, times: Array) -> Signals:
-        """The error of the motion, and that of rounded inputs, at `times` [s], shape (n,)."""
+        """Bound on the error of each observable at `times` [s], shape (n,), by the motion's error
+        and by rounded inputs."""
         error = self.motion.error
         observed = self.observe(times)
         pose = self.sure * np.concatenate(
@@ -72,7 +74,8 @@ class PlaneReference(LinearResponse):
         }
 
     def _load_uncertainty(self, times: Array) -> float:
-        """Of each N_i [N]: its arithmetic, and the times at which the slider is where it is."""
+        """Bound on the error of each N_i [N], by its arithmetic and by rounded times, which move
+        the slider."""
         capsule = self.motion.capsule
         (places, speeds, _) = self.motion.path.kinematics(times)
         late = ROUNDINGS * float(np.max(np.abs(times))) * float(np.hypot(*speeds.T).max())
@@ -81,7 +84,7 @@ class PlaneReference(LinearResponse):
 
     @property
     def begun(self) -> Start:
-        """How the body moves at first."""
+        """The initial velocity of C and the initial angular velocity."""
         first = self.motion.at(np.zeros(1))
         x, y = first.velocity[0].tolist()
         return Start((x, y), float(first.angular_velocity[0]))

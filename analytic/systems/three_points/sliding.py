@@ -1,16 +1,17 @@
-"""Sliding: all three supports move, until one of them, or the whole body, comes to rest.
+"""Sliding: all three supports move, until one support or the whole body comes to rest.
 
 Near v_i = 0 the support obeys dv/dt = alpha - c B v/|v|, with c = f N_i and B its 2 x 2 mobility.
-With v = rho e the direction obeys rho d(theta)/dt = h'(theta), h = e.alpha - (c/2) e.Be, so it
-settles on a maximum of h while rho falls to zero at a finite time, s later: v = s (a + b s^k + ...)
-with an exponent k > 0 that is not an integer. There is no change of sign to find, and no power
-series. In sigma (see `sliding_rates`) rho and the error of the direction decay exponentially, which
-polynomials follow, and a few elements reduce rho to round-off; a near miss is smooth in sigma too.
+With v = rho e the direction obeys rho d(theta)/dt = h'(theta), h = e.alpha - (c/2) e.Be. So the
+direction tends to a maximum of h while rho falls to zero at a finite time. At the time s before
+that, v = s (a + b s^k + ...) with an exponent k > 0 that is not an integer. There is no change of
+sign to find, and no power series. In sigma (see `sliding_rates`) rho and the error of the direction
+decay exponentially. Polynomials approximate such a decay well, and a few elements reduce rho to
+round-off. A near miss is smooth in sigma too.
 
-Whether the support then sticks is a separate question (`three_points.rest`): it does when
-|B^-1 alpha| <= c, and then v = 0 attracts every direction, because v.B^-1 v falls. When it does
-not, h may still have a second, lower maximum with rho falling (B must differ between its axes): an
-open set of motions meets v = 0 exactly and leaves it again at once along the other ray.
+Whether the support then sticks is a separate question (`three_points.rest`). It sticks when |B^-1
+alpha| <= c: then v = 0 attracts every direction, because v.B^-1 v falls. If it does not stick, h
+may still have a second, lower maximum with rho falling (B must differ between its axes). An open
+set of motions then meets v = 0 exactly and leaves it again at once along the other ray.
 """
 
 from __future__ import annotations
@@ -39,32 +40,36 @@ from plumbob.analytic.systems.three_points.smooth_segment import (
     state_at,
 )
 
-STUCK = 2e-14  # speed of a support over speed_scale: only round-off is left
-STOPPED = 1e-12  # the same for the whole body, over its speed in this piece
+STUCK = 2e-14  # speed of a support that is round-off, over speed_scale
+# speed of the whole body that is round-off, over its largest speed in this piece
+STOPPED = 1e-12
 UNBALANCED = 1e-3  # smallest unbalanced part of the forces as a slide starts, over their size
 STEEPNESS = 0.045  # reciprocal of the power of the element's length in the truncation error
-SMALLEST = 1e-14  # element over the time scale
-LEAST_TRUNCATION = 1e-18  # an element may not grow without bound after an exact one
-GROWTH = (0.2, 0.9)  # least and largest factor on an element that has to be shortened
-FIRST = 2.0  # length in sigma: e-folds of the speed that changes fastest
-NEAR_POLE = 3.0  # time scales from a zero of v_i, within which the element runs in sigma
-REACH = 4.0  # times the time in which the slowest change stops a support
-FLOOR = 0.3  # of the speed at which a support counts as stuck: where an element may end
-ELEMENTS = 2000  # in one piece, before giving up
+SMALLEST = 1e-14  # length of the shortest element over its time scale
+# lower bound on the truncation error, which bounds an element's growth
+LEAST_TRUNCATION = 1e-18
+GROWTH = (0.2, 0.9)  # smallest and largest factor on an element that has to be shortened
+FIRST = 2.0  # first length in sigma: e-folds of the speed that changes fastest
+# distance from a zero of v_i below which the element runs in sigma, in time scales
+NEAR_POLE = 3.0
+REACH = 4.0  # longest time scale over the time in which the slowest change stops a support
+FLOOR = 0.3  # smallest speed at the end of an element over the speed that counts as stuck
+ELEMENTS = 2000  # largest number of elements in one piece
 
-# times since the start, slider -> states (n, 3)
+# A function of the times since the start and the slider; it returns states, shape (n, 3).
 Guess = Callable[[Array, Configuration], Array]
 Slid = tuple[list[SmoothSegment], State, tuple[int, ...]]
-"""The segments of a slide, the state at its end, and the supports then at rest."""
+"""The segments of a slide, the state at its end, and the supports that are then at rest."""
 
 
 @dataclass(frozen=True)
 class ElementPlan:
-    """How the element from `state`, with the slider as in `at`, is to be solved.
+    """How to solve the element that begins at `state`, with the slider's terms `at`.
 
-    `clock` is that of `sliding_rates`, `time_scale` [s] and `longest` the length to begin with and
-    the largest in its variable; `slowing` [m/s^2] is the largest |dv_i/dt|, and `guess` gives first
-    slopes at the nodes for a length.
+    The element's variable is time, or the sigma of `sliding_rates` with this `clock`. `longest` is
+    the largest length of the element in that variable. `time_scale` [s] is the first length of an
+    element in time. `slowing` [m/s^2] is the largest |dv_i/dt|. `guess` returns first slopes at the
+    nodes for a given length.
     """
 
     interval: Interval
@@ -77,8 +82,9 @@ class ElementPlan:
     guess: Callable[[float], Array]
 
     def scale(self, change: Array) -> Array:
-        """Size of (p_x, p_y, omega, t) in an element with a first guess of its largest `change`,
-        shape (4,): of the speed not below what forces would give if they did not balance."""
+        """Returns the sizes of (p_x, p_y, omega, t) in an element, shape (4,), from a first guess
+        of their largest `change`, shape (4,). The size of the speed is at least the speed that the
+        forces would give if a part UNBALANCED of them did not balance."""
         mass = self.interval.body.mass
         unbalanced = UNBALANCED * _acceleration(self.interval, self.at) * change[3]
         speed = max(speed_scale(self.at, self.state), float(change[:2].max()), unbalanced)
@@ -86,8 +92,8 @@ class ElementPlan:
         return np.array([speed, speed, speed * float(np.sqrt(mass / self.at.inertia[0])), time])
 
     def slopes(self, size: float, scale: Array, guess: Array) -> Array | None:
-        """Slopes at the nodes, shape (n, 4), of the element of length `size`, from a `guess`; None
-        where Newton's method does not converge."""
+        """Returns the slopes at the nodes, shape (n, 4), of the element of length `size`, from a
+        `guess`. Returns None if Newton's method does not converge."""
         body = self.interval.body
         rule = self.interval.accuracy.rule
 
@@ -104,11 +110,12 @@ class ElementPlan:
 def slide(
     interval: Interval, state: State, departure: Guess | None = None, slipped: int = -1
 ) -> Slid:
-    """Slide from `state` until a support comes to rest or the piece is over.
+    """Integrates a slide from `state` until a support comes to rest or the piece ends. Returns the
+    segments, the last state, and the supports at rest.
 
-    `departure` gives first guesses of (p_x, p_y, omega) where a support starts from rest: the
-    equations define no direction at v_i = 0, and one solution leaves it smoothly. `slipped` is that
-    support. Raises RuntimeError when no element is small enough.
+    `departure` gives first guesses of (p_x, p_y, omega) if the support `slipped` starts from rest:
+    at v_i = 0 the equations define no direction, and one solution leaves it smoothly. Raises
+    RuntimeError if no element is short enough.
     """
     segments: list[SmoothSegment] = []
     size = 0.0
@@ -146,8 +153,8 @@ def slide(
 
 
 def at_rest(at: Configuration, state: State, fastest: float) -> tuple[int, ...]:
-    """Supports whose speed is round-off; all of them where the body's is, compared with the
-    `fastest` [m/s] of this piece."""
+    """Returns the supports whose speed is round-off. Returns all three if the speed of the whole
+    body is round-off compared with `fastest` [m/s], the largest speed in this piece."""
     point = np.array([state.point])
     omega = np.array([state.omega])
     speeds = np.abs(support_velocities(at, point, omega)[0])
@@ -157,7 +164,7 @@ def at_rest(at: Configuration, state: State, fastest: float) -> tuple[int, ...]:
 
 
 def _acceleration(interval: Interval, at: Configuration) -> float:
-    """Acceleration [m/s^2] that the forces would give if they did not balance."""
+    """Returns the acceleration [m/s^2] that the forces would give if they did not balance."""
     body = interval.body
     push = body.mass_ratio * abs(complex(at.acceleration[0]))
     return float(at.limits[0].sum()) / body.mass + push
@@ -166,8 +173,8 @@ def _acceleration(interval: Interval, at: Configuration) -> float:
 def _departing(
     interval: Interval, at: Configuration, state: State, departure: Guess
 ) -> ElementPlan:
-    """The element in which a support starts from rest, in time; `at` is where the slider is
-    then."""
+    """Returns the plan of an element in which a support starts from rest. It runs in time; `at`
+    holds the slider's terms at the start."""
     time_scale = interval.piece.duration - state.time
     rule = interval.accuracy.rule
     if not np.isfinite(time_scale):
@@ -185,8 +192,8 @@ def _departing(
 def _continuing(
     interval: Interval, at: Configuration, state: State, fastest: float
 ) -> ElementPlan:
-    """The element that continues sliding from `state`, with the slider as in `at`; `fastest` [m/s]
-    is the largest speed scale met in the piece."""
+    """Returns the plan of the element that continues a slide from `state`, with the slider's terms
+    `at`. `fastest` [m/s] is the largest speed scale so far in the piece."""
     body = interval.body
     start = state.row[None, :]
     velocities = support_velocities(at, np.array([state.point]), np.array([state.omega]))[0]
@@ -198,7 +205,8 @@ def _continuing(
     time_scale = interval.piece.duration - state.time
     time_scale = min(time_scale, REACH * float((speeds / slowing).max()))
     clock, longest = IN_TIME, time_scale
-    # v_i + t dv_i/dt vanishes at a complex time, |v_i|/|dv_i/dt| from here: a pole of the forces.
+    # v_i + t dv_i/dt vanishes at a complex time at the distance |v_i|/|dv_i/dt|: a pole of the
+    # forces.
     if (speeds < NEAR_POLE * time_scale * slowing).any():
         clock = (1.0 / time_scale, slowing)
     rates, derivative = sliding_rates(body, at, start, clock)
@@ -215,8 +223,9 @@ def _continuing(
 
 
 def _longest_decay(decay: Array, speeds: Array, speed: float, fastest: float) -> float:
-    """Length in sigma over which the support `speeds` that falls fastest, at the rates `decay`, is
-    reduced to round-off of the `speed` scale and of the `fastest` [m/s]."""
+    """Returns the length in sigma over which the fastest falling of the support `speeds` is reduced
+    to round-off, compared with the scale `speed` and with `fastest` [m/s]. `decay` are the rates at
+    which the logarithms of the speeds fall."""
     first = int(np.argmax(decay))
     if not decay[first] > 0.0:
         return float(np.inf)
@@ -225,9 +234,9 @@ def _longest_decay(decay: Array, speeds: Array, speed: float, fastest: float) ->
 
 
 def _element(plan: ElementPlan, size: float) -> tuple[Array, float, float]:
-    """SmoothSegment coefficients of the element of length `size` or less, shortened until its
-    truncation error is within the tolerance; its length in its variable, and the next one's. Raises
-    RuntimeError when none is short enough."""
+    """Returns the coefficients of the element, its length in its variable, and a length for the
+    next element. The element is `size` long, or shorter if its truncation error would exceed the
+    tolerance. Raises RuntimeError if no length is short enough."""
     rule = plan.interval.accuracy.rule
     tolerance = plan.interval.accuracy.tolerance
     least = SMALLEST * (1.0 if plan.clock is not IN_TIME else plan.time_scale)
