@@ -1,5 +1,5 @@
-"""A motion of body and slider along a line through C, in phases of constant acceleration, once or
-again and again."""
+"""A motion of body and slider along a line through C, in phases of constant acceleration, done once
+or repeatedly."""
 
 from __future__ import annotations
 
@@ -22,16 +22,18 @@ from plumbob.analytic.systems.capsule import (
 from plumbob.analytic.systems.manoeuvres.driving_force import driving_force
 from plumbob.analytic.systems.slider_path import SliderPath, StraightPiece
 
-# A time within round-off of a switch counts as the switch, for a step that begins there.
+# A time this near a switch, relatively, counts as the switch: a step that begins there is rounded.
 SNAP = 2.0**-48
-# of each term: three parameters with three roundings each, and nine on the way
+# Relative rounding of a term: three parameters with three roundings each, and nine operations.
 FEW = 27 * ROUNDOFF
-SHIFTED = 8  # roundings of a time, of the switches before it and of a period
+SHIFTED = 8  # roundings of a time in a repetition, of earlier switches and of the period
 
 
 class Phase(NamedTuple):
-    """From local time `start` [s] on: the slider in the body and C on the ground at that time, [m]
-    and [m/s], their accelerations [m/s^2], and whether the body slides (backward)."""
+    """The state at local time `start` [s], and the accelerations from then on. `stroke` is the
+    slider's position in the body, `displacement` that of C on the ground [m]; `stroke_rate` and
+    `velocity` [m/s] are their rates; `pull` and `acceleration` [m/s^2] their accelerations.
+    `slides` is True if the body slides (backward)."""
 
     start: float
     stroke: float
@@ -43,7 +45,7 @@ class Phase(NamedTuple):
     slides: bool = False
 
     def after(self, time: Any) -> Phase:
-        """The state after a `time` [s], or after each of several, shape (n,)."""
+        """Returns the state after a `time` [s], or after times of shape (n,)."""
         return self._replace(
             start=self.start + time,
             stroke=self.stroke + time * (self.stroke_rate + 0.5 * self.pull * time),
@@ -55,13 +57,16 @@ class Phase(NamedTuple):
 
 
 class LineMotion(LinearResponse):
-    """Observables of a motion: its `single` one has a `capsule`, the `direction` of its line [rad,
-    from the body's x axis], the slider's `start` on it, from C, and the length of its `stroke` [m];
-    its `phases` come `count` times, each after a `period` [s]. All is signed along `direction`; a
-    time at which something switches belongs to the interval that begins there. Friction has no
-    moment on lines through C, for sum N_i CA_i = m g r, so the heading is constant."""
+    """Observables of a motion along a line through C. Lengths are signed along the line.
 
-    if TYPE_CHECKING:  # fields of some motions, properties of others
+    The motion `single` has a `capsule`, the `direction` of its line [rad, from the body's x axis],
+    the slider's first place `start` on it, from C, and the length of its `stroke` [m]. Its `phases`
+    are repeated `count` times, once every `period` [s]. A time at which an acceleration switches
+    belongs to the interval that begins there. The heading is constant: friction has no moment on
+    lines through C, for sum N_i CA_i = m g r.
+    """
+
+    if TYPE_CHECKING:  # some motions have these as fields, others as properties
 
         @property
         def single(self) -> Any: ...
@@ -79,7 +84,7 @@ class LineMotion(LinearResponse):
 
     @property
     def ends(self) -> tuple[Point, Point]:
-        """The ends of the slider's stroke, relative to C [m]."""
+        """The two ends of the slider's stroke, relative to C in body axes [m]."""
         x, y = (float(c) for c in self.unit)
         end = self.single.start + self.single.stroke
         return (self.single.start * x, self.single.start * y), (end * x, end * y)
@@ -103,12 +108,12 @@ class LineMotion(LinearResponse):
 
     @cached_property
     def _table(self) -> Array:
-        """The phases, a column each, shape (8, phases)."""
+        """The phases, one column each, shape (8, phases)."""
         return np.array(self.phases, dtype=float).T
 
     def _now(self, times: Array) -> tuple[Array, Array, Array]:
-        """Repetitions before `times` [s], shape (n,), the time spent in the present phase [s], and
-        that phase, shape (8, n)."""
+        """Returns the number of complete repetitions before `times` [s], the time spent in the
+        present phase [s], both of shape (n,), and that phase, shape (8, n)."""
         times = np.asarray(times, dtype=float)
         late = times * (1.0 + SNAP)
         done = np.zeros_like(times)
@@ -121,7 +126,7 @@ class LineMotion(LinearResponse):
         return done, np.maximum(times - phase[0], 0.0), phase
 
     def at(self, times: Array) -> Any:
-        """The Phase that has come at `times` [s], each of its quantities of shape (n,) (eqs. 11-16,
+        """Returns the state at `times` [s] as a Phase whose fields have the shape (n,) (eqs. 11-16,
         19)."""
         done, spent, phase = self._now(times)
         now: Any = Phase(*phase).after(spent)
@@ -129,12 +134,12 @@ class LineMotion(LinearResponse):
         return now._replace(displacement=now.displacement + moved)
 
     def relative_velocity(self, times: Array) -> Array:
-        """Slider's velocity in the body v [m/s] at `times` [s], shape (n,) (eq. 16)."""
+        """Returns the slider's velocity in the body v [m/s] at `times` [s], shape (n,) (eq. 16)."""
         return np.asarray(self.at(times).stroke_rate)
 
     def friction_force(self, times: Array) -> Array:
-        """Resultant of friction on the body [N] at `times` [s], shape (n,): f (M + m) g while it
-        slides backward, and static friction m w at rest (eqs. 1, 8)."""
+        """Returns the resultant of friction on the body [N] at `times` [s], shape (n,): f (M + m) g
+        while the body slides backward, and static friction m w while it rests (eqs. 1, 8)."""
         now = self.at(times)
         capsule = self.single.capsule
         sliding = capsule.friction * capsule.weight
@@ -142,21 +147,23 @@ class LineMotion(LinearResponse):
         return np.asarray(np.where(now.slides, sliding, held))
 
     def driving_force(self, times: Array) -> Array:
-        """Force F of the actuator on the slider [N] at `times` [s], shape (n,) (eqs. 3, 9)."""
+        """Returns the force F of the actuator on the slider [N] at `times` [s], shape (n,) (eqs. 3,
+        9)."""
         friction = self.friction_force(times)
         pull = self.at(times).pull
         return np.asarray(driving_force(self.single.capsule, friction, pull))
 
     def normal_forces(self, times: Array) -> Array:
-        """Normal forces N_i [N] at `times` [s], shape (n, 3)."""
+        """Returns the normal forces N_i [N] at `times` [s], shape (n, 3)."""
         places = (self.single.start + self.at(times).stroke)[:, None] * self.unit
         return normal_forces(self.single.capsule, places)
 
     def observe(self, times: Array) -> Signals:
         """Exact observables at `times` >= 0 [s], shape (n,) (Chernousko 2020, eqs. 7-22):
-        displacement, velocity of C [m, m/s]; stroke, stroke_rate of the slider in the body [m,
-        m/s]; heading [rad]; sideways, of C across the line [m]; normal_force_1..3, friction_force
-        (resultant on the body) and driving_force (of the actuator on the slider) [N]."""
+        displacement and velocity of C [m, m/s]; stroke and stroke_rate of the slider in the body
+        [m, m/s]; heading [rad]; sideways, the displacement of C across the line [m];
+        normal_force_1..3, friction_force (resultant on the body) and driving_force (of the actuator
+        on the slider) [N]."""
         now = self.at(times)
         still = np.zeros(np.shape(times))
         return {
@@ -172,9 +179,9 @@ class LineMotion(LinearResponse):
         }
 
     def uncertainty(self, times: Array) -> Signals:
-        """Absolute error [SI] at `times` [s], shape (n,), that parameters and times rounded to
-        double, and the arithmetic, may have caused: first order, term by term, in magnitude; it
-        adds up over the repetitions."""
+        """Bound on the error of each observable [SI] at `times` [s], shape (n,), by parameters and
+        times rounded to double and by the arithmetic. It is of first order: the magnitudes of all
+        terms are added, and it grows with the repetitions."""
         capsule = self.single.capsule
         (done, _, _) = self._now(times)
         late = np.where(done > 0.0, SHIFTED, 2.0) * np.abs(np.asarray(times, dtype=float))
@@ -204,7 +211,8 @@ class LineMotion(LinearResponse):
 
     @cached_property
     def _sizes(self) -> list[Phase]:
-        """The phases, of which every term counts with its size."""
+        """The phases with every acceleration replaced by the sum of its terms' magnitudes, for
+        bounds on rounding."""
         capsule = self.single.capsule
         sizes = list[Phase]()
         now = Phase(0.0, 0.0, 0.0, 0.0)

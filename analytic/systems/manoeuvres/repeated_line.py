@@ -15,10 +15,13 @@ from plumbob.analytic.systems.manoeuvres.slow_motion import SlowStroke, slow_ret
 
 @dataclass(frozen=True)
 class RepeatedLine(LineMotion):
-    """`count` times `manoeuvre`, each followed by a slow return at `fraction` of f g/mu and by
-    `pause` [s] of rest, which can put every start on a grid of steps: the error of a fixed step is
-    then `count` times that of one manoeuvre. Raises ParameterError. Chernousko 2020, end of the
-    section on rectilinear motions."""
+    """`count` equal line manoeuvres. Each is followed by a slow return at `fraction` of f g/mu and
+    by `pause` [s] of rest.
+
+    The pause can put every start on a grid of steps: then the error of a fixed step is `count`
+    times that of one manoeuvre. Raises ParameterError. Chernousko 2020, end of the section on
+    rectilinear motions.
+    """
 
     manoeuvre: LineManoeuvre
     count: int
@@ -43,7 +46,7 @@ class RepeatedLine(LineMotion):
 
     @cached_property
     def phases(self) -> tuple[Phase, ...]:
-        """Those of a manoeuvre and of the return."""
+        """The phases of one manoeuvre and of the return after it."""
         *there, end = self.manoeuvre.phases
         back = (
             p._replace(
@@ -62,15 +65,15 @@ class RepeatedLine(LineMotion):
 
     @property
     def duration(self) -> float:
-        """Time from which body and slider rest [s]."""
+        """Time from the start to the final rest of body and slider [s]."""
         return self.count * self.period
 
     @property
     def displacement(self) -> float:
-        """Body's whole displacement along the line [m]: count times eq. 22."""
+        """The body's total displacement along the line [m]: count times eq. 22."""
         return self.count * self.manoeuvre.displacement
 
     @property
     def mean_speed(self) -> float:
-        """Magnitude of the body's displacement over the time that it takes [m/s]."""
+        """Magnitude of the body's displacement in one period over the period [m/s]."""
         return abs(self.manoeuvre.displacement) / self.period

@@ -1,4 +1,4 @@
-"""Repeated turn manoeuvres, each from rest: one exact motion, joined end to end."""
+"""Repeated turn manoeuvres, each from rest: copies of one exact motion, joined end to end."""
 
 from __future__ import annotations
 
@@ -23,11 +23,10 @@ WHOLE = 1e-12  # largest relative difference of the slider's angle from whole ci
 
 @dataclass(frozen=True)
 class RepeatedTurn:
-    """`count` equal turn manoeuvres, the slider fixed for `pause` [s] after each.
+    """`count` equal turn manoeuvres, with the slider fixed for `pause` [s] after each.
 
-    Every turn begins as the first one in body axes: several turns need a slider that moves through
-    whole circles, and a pause in which the residual motion ends. Raises
-    ParameterError.
+    Every turn begins like the first one in body axes. So several turns need a slider that moves
+    through whole circles, and a pause in which the residual motion ends. Raises ParameterError.
     """
 
     manoeuvre: TurnManoeuvre
@@ -50,17 +49,17 @@ class RepeatedTurn:
 
     @property
     def period(self) -> float:
-        """From the start of one turn to that of the next [s]."""
+        """Time from the start of one turn to the start of the next [s]."""
         return 2.0 * self.manoeuvre.half_time + self.pause
 
     @property
     def duration(self) -> float:
-        """Time from which the body rests [s]."""
+        """Time from the start to the body's final rest [s]."""
         return (self.count - 1) * self.period + self.single.rest_time
 
     @property
     def capsule(self) -> Capsule:
-        """The body."""
+        """The body that turns."""
         return self.manoeuvre.capsule
 
     @cached_property
@@ -73,8 +72,8 @@ class RepeatedTurn:
 
     @cached_property
     def single(self) -> ThreePointMotion:
-        """The exact motion of the first turn, to rest; raises ParameterError where there is too
-        little friction to determine that time."""
+        """The exact motion of the first turn, to rest. Raises ParameterError if friction is too
+        small to determine the time of rest."""
         least = self.manoeuvre.least_friction
         friction = self.capsule.friction
         if friction < least:
@@ -84,23 +83,24 @@ class RepeatedTurn:
 
     @cached_property
     def _gained(self) -> tuple[complex, float]:
-        """Shift of C [m] and turn [rad] of one manoeuvre."""
+        """Displacement of C [m], complex, and turn of the body [rad] by one manoeuvre."""
         end = self.single.at(np.array([self.single.rest_time]))
         return complex(*end.position[0]), float(end.heading[0])
 
     def _within(self, times: Array) -> tuple[Array, Array]:
-        """Number of turns done, and time since the last one began [s], shape (n,)."""
+        """Returns the number of complete turns at `times` [s], and the time since the present turn
+        began [s], shape (n,) each."""
         times = np.atleast_1d(np.asarray(times, dtype=np.float64))
         done = np.clip(np.floor(times / self.period), 0, self.count - 1)
         return done, np.maximum(times - done * self.period, 0.0)
 
     def at(self, times: Array) -> Pose:
-        """Pose and velocity of the body at `times` [s], shape (n,)."""
+        """Returns pose and velocity of the body at `times` [s], shape (n,)."""
         done, local = self._within(times)
         now = self.single.at(local)
         (shift, turn) = self._gained
         facing = np.exp(1j * turn * done)
-        # shift (1 + e^(i turn) + ...), a geometric series
+        # The sum shift (1 + e^(i turn) + ...) is a geometric series.
         base = (
             shift * done if turn == 0.0 else shift * (facing - 1.0) / (np.exp(1j * turn) - 1.0)
         )
@@ -115,8 +115,8 @@ class RepeatedTurn:
 
     @cached_property
     def error(self) -> Pose:
-        """Largest error over all turns: that of one turn for each; an error of heading rotates the
-        displacements that follow."""
+        """Bound on the error of the pose over all turns. Each turn adds the error of one turn, and
+        an error of heading rotates all later displacements."""
         single = self.single.error
         n = self.count
         (shift, _) = self._gained

@@ -1,4 +1,4 @@
-"""Residual motion in closed form: Q fixed, body and slider coast to rest with dry friction."""
+"""Residual motion in closed form: with Q fixed, body and slider coast to rest with dry friction."""
 
 from __future__ import annotations
 
@@ -23,23 +23,25 @@ from plumbob.analytic.systems.capsule import (
 from plumbob.analytic.systems.capsule_motion import MotionKind, SingleMotion
 from plumbob.analytic.systems.slider_path import SliderPath, fixed
 
-ROUNDINGS = 32  # upper bound: of the parameters, and between them and a place
+ROUNDINGS = 32  # bound on the roundings in the parameters and in the arithmetic of a position
 ROUND = 1e-12  # largest relative difference of arms that count as equal
-ABOUT = 1e-12  # [m/s]: a slower combined centre stays where it is
+ABOUT = 1e-12  # [m/s] largest speed of a combined centre that counts as at rest
 
-# Spin and translation are coupled, and in general there is no formula. There is one when each
-# support moves on a circle and the sum of friction forces, f N_i against its motion, is constant:
-#   translation: any Q, since sum f N_i d passes through the centre of pressure, which is mu r;
-#   spin about the combined centre G = mu r: sum N_i (A_i - G) = 0 always, so the forces cancel only
-#     if the arms |A_i - G| are equal, that is if G is the circumcentre.
+# Spin and translation are coupled, and in general there is no formula. There are two exceptions:
+# each support moves on a straight line or a circle, and the friction forces have a constant sum.
+# - Translation, with any Q: the resultant of friction acts at the centre of pressure, which is the
+#   combined centre G = mu r, so it has no moment about G.
+# - Spin about G: always sum N_i (A_i - G) = 0, so the forces cancel only if the arms |A_i - G| are
+#   equal, that is if G is the circumcentre.
 
 
 @dataclass(frozen=True)
 class ResidualMotion(SingleMotion, LinearResponse):
-    """`capsule` that at first turns about `centre` [m, relative to C] at `rate` [rad/s], or if
-    `centre` is None translates along `direction` [rad] at `rate` [m/s], of either sign, and stops
-    under a constant positive `deceleration` [m/s^2 or rad/s^2], with Q at `slider` relative to C
-    [m]; at the start C is the origin and the heading is 0."""
+    """A `capsule` that coasts with Q fixed at `slider` relative to C [m], under a constant positive
+    `deceleration` [m/s^2 or rad/s^2]. It turns about `centre` [m, relative to C] with the initial
+    `rate` [rad/s]. If `centre` is None, it translates along `direction` [rad] with the initial
+    `rate` [m/s]. The rate may have either sign. At the start C is the origin and the heading is 0.
+    """
 
     capsule: Capsule
     rate: float
@@ -51,7 +53,7 @@ class ResidualMotion(SingleMotion, LinearResponse):
 
     @property
     def path(self) -> SliderPath:
-        """The fixed slider."""
+        """The path of the fixed slider."""
         return fixed(self.slider)
 
     @property
@@ -61,11 +63,12 @@ class ResidualMotion(SingleMotion, LinearResponse):
 
     @property
     def distance(self) -> float:
-        """Signed way to rest [m or rad], rate |rate|/(2 deceleration)."""
+        """Signed distance to rest [m or rad], rate |rate|/(2 deceleration)."""
         return 0.5 * self.rate * self.sliding_time
 
     def course(self, times: Array) -> tuple[Array, Array]:
-        """Way since the start [m or rad] and its rate, at `times` [s], shape (n,) each."""
+        """Returns the signed distance since the start [m or rad] and its rate, at `times` [s],
+        shape (n,) each."""
         left = np.maximum(self.sliding_time - times, 0.0)
         braked = math.copysign(self.deceleration, self.rate)
         return np.asarray(self.distance - 0.5 * braked * left**2), braked * left
@@ -97,8 +100,8 @@ class ResidualMotion(SingleMotion, LinearResponse):
         }
 
     def uncertainty(self, times: Array) -> Signals:
-        """Absolute error [SI] at `times` [s], shape (n,), that parameters and times rounded to
-        double, and the arithmetic, may have caused."""
+        """Bound on the error of each observable [SI] at `times` [s], shape (n,), by parameters and
+        times rounded to double and by the arithmetic."""
         few = ROUNDINGS * ROUNDOFF
         turned = (0.0, 0.0)
         moved = few * abs(self.distance)
@@ -116,12 +119,13 @@ class ResidualMotion(SingleMotion, LinearResponse):
 def coasting(
     capsule: Capsule, slider: Point, velocity: Point, rate: float = 0.0
 ) -> ResidualMotion | None:
-    """Coasting of a body whose C begins at `velocity` [m/s] and which turns at `rate` [rad/s], Q at
-    `slider` relative to C [m]; None where spin and translation are coupled. Raises ParameterError.
+    """Returns the coasting of a body whose C has the initial `velocity` [m/s] and which turns with
+    the initial `rate` [rad/s], with Q at `slider` relative to C [m]. Returns None if spin and
+    translation are coupled. Raises ParameterError.
 
-    Without spin it goes over v0^2/(2 f g) in v0/(f g), wherever Q is. A turn about the combined
-    centre mu r, of supports that are at one distance R from it, obeys (J + mu M r^2) omega' = -f (M
-    + m) g R (Chernousko 2020, eq. 23 with v = w = 0).
+    Without spin the body moves v0^2/(2 f g) in the time v0/(f g), wherever Q is. If the body turns
+    about the combined centre mu r and the supports are all at the distance R from it, then (J + mu
+    M r^2) omega' = -f (M + m) g R (Chernousko 2020, eq. 23 with v = w = 0).
     """
     positive("friction", capsule.friction)
     check_loads(capsule, (slider,))
