@@ -1,6 +1,6 @@
-"""A free body's equations of motion, of numbers, arrays or power series.
+"""A free body's equations of motion, for numbers, arrays or power series.
 
-w_i' = (I_j - I_k)/I_i w_j w_k (Euler),   q' = q w/2,   w in the body's axes, q to the world
+w_i' = (I_j - I_k)/I_i w_j w_k (Euler),   q' = q w/2,   w in the body's axes, q from body to world
 """
 
 from __future__ import annotations
@@ -19,24 +19,25 @@ from plumbob.analytic.systems.free_body.rotation import ATTITUDE, RATES, product
 
 
 def factors(body: FreeBody) -> tuple[float, float, float]:
-    """(I_j - I_k)/I_i of each axis i."""
+    """Returns (I_j - I_k)/I_i for each axis i."""
     x, y, z = body.inertia
     return (y - z) / x, (z - x) / y, (x - y) / z
 
 
 def acceleration(of: Sequence[Any], w: Sequence[Any]) -> list[Any]:
-    """w' of the three parts of w, with the `factors` of a body."""
+    """Returns the three components of w' from those of w, with `of`, the `factors` of a body."""
     return [factor * w[i - 2] * w[i - 1] for i, factor in enumerate(of)]
 
 
 def slope(of: Sequence[Any], state: Sequence[Any]) -> list[Any]:
-    """The rates of change of w and q, seven parts."""
+    """Returns the rates of change of the `state`, seven components of w and q, with `of`, the
+    `factors` of a body."""
     turning = product(state[3:], (0.0, *state[:3]))
     return [*acceleration(of, state[:3]), *(part / 2 for part in turning)]
 
 
 def free_rotation(body: FreeBody) -> SmoothMotion:
-    """The exact rotation; its state is the angular velocity and the attitude."""
+    """Returns the exact rotation. Its state is the angular velocity and the attitude."""
     of = factors(body)
 
     def rates(times: Array, states: Array) -> Array:

@@ -1,4 +1,5 @@
-"""The free rigid body as a problem: its parameters, its exact motion and the errors of that."""
+"""The free rigid body as a problem: its parameters, its exact motion and the uncertainty of that
+motion."""
 
 from __future__ import annotations
 
@@ -16,14 +17,14 @@ from plumbob.analytic.parameters import ParameterError, finite, positive
 from plumbob.analytic.reference import Array, Signals
 from plumbob.analytic.systems.free_body.rotation import ATTITUDE, RATES, Rotation, Turning
 
-# The relative change of an input for a difference quotient is the square of CHANGE times the
-# smaller of two numbers, so that the response is linear: the distance from the separatrix (1 far
+# For a difference quotient, an input is changed by (CHANGE times the smaller of two numbers)^2,
+# relatively. The response is then linear. The numbers are the distance from the separatrix (1 far
 # from it), and SHORT/(SHORT + angle) for the angle [rad] that the body turns.
 CHANGE = 1e-4
 SHORT = 100.0
-# Rounding of the closed form in units in the last place. An attitude is made of three turns, with
-# one unit each. A component of the angular momentum has some six roundings of half a unit of its
-# largest size.
+# Rounding of the closed form in units in the last place. An attitude is the product of three turns,
+# with one unit each. A component of the angular momentum has some six roundings of half a unit of
+# its largest size.
 ROUNDED = 3.0
 MOMENTS = ("inertia_x", "inertia_y", "inertia_z")
 
@@ -31,8 +32,8 @@ MOMENTS = ("inertia_x", "inertia_y", "inertia_z")
 @dataclass(frozen=True)
 class FreeBody:
     """A rigid body without any force on it: its principal moments of inertia [kg m^2], and its
-    angular velocity [rad/s], three numbers along its axes, at time 0, when these are the world's.
-    Raises ParameterError, also for moments that no rigid body has.
+    angular velocity [rad/s] at time 0, three numbers along its axes. At time 0 its axes are the
+    world's. Raises ParameterError, also for moments that no rigid body has.
 
     >>> import numpy as np
     >>> body = FreeBody(1.0, 2.0, 2.5, (0.01, 2.0, 0.0))
@@ -67,12 +68,12 @@ class FreeBody:
 
     @property
     def inertia(self) -> tuple[float, float, float]:
-        """The three moments [kg m^2]."""
+        """The three principal moments of inertia [kg m^2]."""
         return self.inertia_x, self.inertia_y, self.inertia_z
 
     @cached_property
     def rotation(self) -> Rotation:
-        """The exact motion."""
+        """The exact rotation, with 34 digits."""
         return Rotation(quad(self.inertia), quad(self.angular_velocity))
 
     @property
@@ -82,13 +83,13 @@ class FreeBody:
 
     @property
     def fastest(self) -> float:
-        """An angular velocity [rad/s] that no motion of this angular momentum exceeds."""
+        """A bound on the angular velocity [rad/s] of all motions with this angular momentum."""
         return float(double(self.rotation.magnitude)) / min(self.inertia)
 
     @property
     def half_period(self) -> float:
-        """Time [s] in which the angular velocity's middle component, and one other, change sign;
-        infinite where they never do."""
+        """Time [s] in which two components of the angular velocity change sign, one of them the
+        middle one; infinite if they never do."""
         turning = self.rotation.turning
         return math.inf if turning is None else float(double(turning.half_turn))
 
@@ -106,15 +107,15 @@ class FreeBody:
         return "about the largest" if largest else "about the smallest"
 
     def observe(self, times: Array) -> Signals:
-        """Angular velocity [rad/s] in the body's axes and attitude, a unit quaternion from body to
-        world, continuous from 1, at `times` [s], shape (n,)."""
+        """Exact angular velocity [rad/s] in the body's axes, and attitude, a unit quaternion from
+        body to world, at `times` [s], shape (n,). The quaternion is continuous and starts at 1."""
         return dict(zip((*RATES, *ATTITUDE), self.rotation.state(times), strict=True))
 
     def uncertainty(self, times: Array) -> Signals:
         """Change of each observable at `times` [s], shape (n,), for one unit in the last place of
-        every input, of the times, and of the angular momentum where it is nearest to an axis: a
-        start next to the unstable axis has small components, whose roundings are small, and later
-        ones are not. The closed form's own rounding is added."""
+        every input, of the times, and of the angular momentum where it is nearest to an axis. The
+        last one is needed near the unstable axis: the start has small components, whose roundings
+        are small, but later roundings are larger. The closed form's own rounding is added."""
         body = self.rotation
         times = np.asarray(times, dtype=np.float64)
         here = body.state(times)
@@ -127,9 +128,9 @@ class FreeBody:
         return dict(zip((*RATES, *ATTITUDE), moved, strict=True))
 
     def _rounded(self, times: Array, rates: Array) -> Array:
-        """Bound on the effect of rounded times and of the closed form's arithmetic, shape (7, n).
-        Three rows are of the angular velocity [rad/s], which is `rates`, shape (3, n), and four of
-        the attitude's quaternion."""
+        """Bound on the effect of rounded times and of the closed form's arithmetic, shape (7, n):
+        three rows for the angular velocity [rad/s], which is `rates`, shape (3, n), and four for
+        the quaternion."""
         late = ULP * np.abs(times)  # [s] rounding of the times
         moved = np.zeros((7, len(times)))
         moved[3:] = ROUNDED * ULP + late * np.sqrt((rates**2).sum(axis=0)) / 2
@@ -147,18 +148,19 @@ class FreeBody:
         return moved
 
     def _change(self, times: Array) -> float:
-        """Relative change of inputs with a linear response up to the last of `times` [s], but no
-        smaller than ULP. It shrinks with the time: if two moments are nearly equal, their
-        difference makes a rate grow evenly, and the attitude's response grows as the square of the
-        time."""
+        """Returns a relative change of the inputs to which the motion responds linearly up to the
+        last of `times` [s]. It is at least ULP. It shrinks with the time: if two moments are nearly
+        equal, their difference makes a rate grow evenly, and the attitude's response grows as the
+        square of the time."""
         turning = self.rotation.turning
         near = 1.0 if turning is None else float(double(turning.b / turning.a))
         angle = self.fastest * float(np.max(np.abs(times), initial=0.0))
         return max(ULP, (CHANGE * min(near, SHORT / (SHORT + angle))) ** 2)
 
     def _rounded_on_the_way(self, turning: Turning, times: Array, change: float) -> Array:
-        """Change by a rounding of each component of the angular momentum, one unit in the last
-        place of its magnitude, where the middle one first passes zero; shape (7, n)."""
+        """Returns the change of the state, shape (7, n), by a rounding of each component of the
+        angular momentum at the time when the middle component first passes zero. The rounding is
+        one unit in the last place of the momentum's magnitude."""
         body = self.rotation
         wait = -turning.begin
         if wait < 0.0 and math.isfinite(self.half_period):
@@ -174,9 +176,9 @@ class FreeBody:
         return moved * (times >= wait)
 
     def nonlinearity(self, times: Array, errors: Signals) -> float:
-        """Nonlinearity of the response to errors of the observables, shape (n,) each: the largest
-        of the error angle of the attitude, the change of the momentum over its magnitude, and that
-        of its distance from the separatrix over the squares which make it up."""
+        """Nonlinearity of the response to errors of the observables, shape (n,) each. It is the
+        largest of the attitude's error angle, the momentum's relative error, and the relative error
+        of the momentum's distance from the separatrix."""
         if not self.speed:
             return 0.0
         inertia = np.array(self.inertia)[:, None]
@@ -187,16 +189,16 @@ class FreeBody:
         if self.rotation.turning is None:
             return largest
         momentum = inertia * self.rotation.state(times)[:3]
-        # of the energy over the separatrix's, which has nothing from the middle axis
+        # Weights of the energy relative to the separatrix's, where the middle axis adds nothing.
         weights = 1.0 / np.median(inertia) - 1.0 / inertia
         drift = (weights * momentum * change).sum(axis=0)
         size = (np.abs(weights) * momentum**2).sum(axis=0)
         return max(largest, float(np.max(2.0 * np.abs(drift) / size)))
 
     def invariants(self, observed: Signals) -> Signals:
-        """Relative drifts, shape (n,), of the energy and of the angular momentum's magnitude, and
-        the distance of its direction in the world from that at time 0, of observables of shape
-        (n,)."""
+        """Returns the relative drifts, shape (n,), of the energy and of the angular momentum's
+        magnitude, and the change of the momentum's direction in the world since time 0, from
+        observables of shape (n,)."""
         rates = np.stack([observed[name] for name in RATES])
         inertia = np.array(self.inertia)[:, None]
         momentum = inertia * rates
@@ -213,8 +215,8 @@ class FreeBody:
 
 
 def turned(attitude: Array, vectors: Array) -> Array:
-    """`vectors` in the body's axes, shape (3, n), as seen in the world, by quaternions `attitude`,
-    shape (4, n), taken as of length 1."""
+    """Returns `vectors` in the body's axes, shape (3, n), expressed in the world's axes, by
+    quaternions `attitude`, shape (4, n), which are taken to have length 1."""
     scalar = attitude[0]
     part = attitude[1:]
     once = np.cross(part, vectors, axis=0)

@@ -1,20 +1,21 @@
 """The rotation of a free rigid body by Jacobi's functions, and its attitude.
 
-The angular momentum l = I w in the body frame obeys l' = l x w (Euler). With d_ij = |1/I_i - 1/I_j|
-and the axes named c, m, o: m has the middle moment, and c, of the largest and the smallest, is the
-one that l goes round, with kappa = d_cm l_c^2 - d_om l_o^2 >= 0 (zero on the separatrix). Then
+The angular momentum l = I w in the body frame obeys l' = l x w (Euler). Let d_ij = |1/I_i - 1/I_j|
+and call the axes c, m, o. Axis m has the middle moment. Axis c is the one, of the largest and the
+smallest moment, that l goes round, so that kappa = d_cm l_c^2 - d_om l_o^2 >= 0 (zero on the
+separatrix). Then
 
     l_c = +-C dn,  l_o = +-O cn,  l_m = +-M sn  of A tau, with the modulus 1 - B^2/A^2,
     alpha^2 = d_co l_c^2 + d_om l_m^2,  beta^2 = d_co l_o^2 + d_cm l_m^2,  A^2 = alpha^2 d_cm,
     B^2 = d_co kappa,  C^2 = alpha^2/d_co,  O^2 = beta^2/d_co,  M^2 = beta^2/d_cm
 
-(Whittaker 1937, Analytical Dynamics, 69; here without the difference of two large numbers). The
-attitude takes l to the fixed L in two turns: the shortest one takes l to the axis c, on its side,
-and one about that axis follows, by the angle phi with
+(Whittaker 1937, Analytical Dynamics, 69; rewritten without the difference of two large numbers).
+The attitude takes l to the fixed L in two turns. The first is the shortest turn of l to the axis c,
+on the side of l. The second is about that axis, by the angle phi with
 
     phi' = L/I_c +- (beta^2/L)/(1 + |l_c|/L),    + where c has the largest moment:
 
-the turning rate of the shortest-arc frame, which is singular nowhere on the motion.
+the turning rate of the shortest-turn frame, which has no singularity on the motion.
 """
 
 from __future__ import annotations
@@ -37,8 +38,9 @@ ATTITUDE = ("attitude_w", "attitude_x", "attitude_y", "attitude_z")
 
 @dataclass(frozen=True)
 class Rotation:
-    """A body with these principal moments of `inertia` [kg m^2] and the angular velocity `rates`
-    [rad/s] at time 0, in its own axes, which are then those of the world; 34 digits, shape (3,)."""
+    """The rotation of a body with principal moments of `inertia` [kg m^2] and the angular velocity
+    `rates` [rad/s] at time 0, in its own axes, which are the world's axes at that time. Both have
+    34 digits and shape (3,)."""
 
     inertia: Quad
     rates: Quad
@@ -55,15 +57,16 @@ class Rotation:
 
     @cached_property
     def turning(self) -> Turning | None:
-        """The constants of the closed form; None where the angular velocity stays what it is."""
+        """The constants of the closed form; None if the angular velocity is constant."""
         moments = self.inertia
         parts = self.momentum
         torque = (moments - np.roll(moments, 1)) * parts * np.roll(parts, 1)
         return _turning(self) if torque.any() else None
 
     def state(self, times: Array) -> Array:
-        """Angular velocity [rad/s] in the body's axes, three rows, and attitude, four, at `times`
-        [s], shape (n,): a unit quaternion, body to world, continuous from 1."""
+        """Returns angular velocity [rad/s] in the body's axes, three rows, and attitude, four rows,
+        at `times` [s], shape (n,). The attitude is a unit quaternion from body to world,
+        continuous, and starts at 1."""
         times = np.asarray(times, dtype=np.float64)
         if self.turning is None:
             return self._uniform(times)
@@ -72,6 +75,7 @@ class Rotation:
         return np.concatenate([rates, self._attitude(momentum, angle)])
 
     def _uniform(self, times: Array) -> Array:
+        """Returns the state of a body whose angular velocity is constant."""
         rates = double(self.rates)[:, None]
         speed = np.sqrt((self.rates * self.rates).sum())
         half = _reduced(quad(times) * speed) / 2
@@ -79,7 +83,9 @@ class Rotation:
         return np.concatenate([rates + 0.0 * half, np.cos(half)[None], axis * np.sin(half)])
 
     def _attitude(self, momentum: Array, angle: Array) -> Array:
-        """The two turns, and the first one's inverse at time 0 before them."""
+        """Returns the attitude, shape (4, n), from the momentum in body axes, shape (3, n), and the
+        angle phi [rad], shape (n,): the inverse of the first turn at time 0, then the turn by phi,
+        then the inverse of the first turn at each time."""
         assert self.turning is not None
         axis = np.zeros((3, 1))
         axis[self.turning.axes[0]] = self.turning.side
@@ -91,23 +97,23 @@ class Rotation:
 
 @dataclass(frozen=True)
 class Turning:
-    """The constants of the closed form, see above."""
+    """The constants of the closed form in the module's docstring."""
 
     axes: tuple[int, int, int]  # c, m and o: 0, 1 or 2
     side: float  # sign of l_c
-    signs: tuple[float, float]  # of l_m and l_o, where sn and cn are positive
+    signs: tuple[float, float]  # signs of l_m and l_o if sn and cn are positive
     sizes: Array  # C, M and O [kg m^2/s], shape (3,)
     a: Quad  # A [1/s]
     b: Quad  # B [1/s]
-    half_turn: Quad  # [s], half the period of the angular velocity; infinite on the separatrix
+    half_turn: Quad  # half the period of the angular velocity [s]; infinite on the separatrix
     begin: float  # tau at time 0 [s], at most a quarter turn
-    even_rate: Quad  # phi' where l_c is C [rad/s]
+    even_rate: Quad  # phi' at the largest l_c, which is C [rad/s]
     extra: Quad  # +-beta^2/L [rad/s]
     integral: ReciprocalIntegral
 
     def at(self, times: Array) -> tuple[Array, Array]:
-        """Angular momentum [kg m^2/s], shape (3, n), and the angle phi [rad] since time 0, modulo 4
-        pi, shape (n,), at `times` [s], shape (n,)."""
+        """Returns the angular momentum [kg m^2/s] in body axes, shape (3, n), and the angle phi
+        [rad] since time 0, modulo 4 pi, shape (n,), at `times` [s], shape (n,)."""
         turns, reduced_time = self._reduced_time(times)
         sn, cn, dn = jacobi(reduced_time, double(self.a), double(self.b))
         momentum = np.empty((3, times.size))
@@ -122,10 +128,12 @@ class Turning:
 
     @cached_property
     def _extra_per_half_turn(self) -> Quad:
+        """Part of phi beyond the even rate in half a turn [rad]."""
         return self.extra * self.integral.over_half_turn
 
     def _reduced_time(self, times: Array) -> tuple[Array, Array]:
-        """Half turns since tau = 0, and tau less them [s], at most a quarter turn."""
+        """Returns the number of half turns since tau = 0, and the remaining tau [s], at most a
+        quarter turn."""
         tau = quad(times) + quad(self.begin)
         if not np.isfinite(double(self.half_turn)):
             return np.zeros_like(times), double(tau)
@@ -134,7 +142,7 @@ class Turning:
 
 
 def _turning(body: Rotation) -> Turning:
-    """The constants of a motion whose angular velocity changes."""
+    """Returns the constants of a motion whose angular velocity changes."""
     squares = body.momentum * body.momentum
     high, middle, low = sorted(range(3), key=lambda i: -body.inertia[i])
     upper = _apart(body, high, middle)
@@ -144,12 +152,14 @@ def _turning(body: Rotation) -> Turning:
 
 
 def _apart(body: Rotation, i: int, j: int) -> Quad:
+    """Returns d_ij = |1/I_i - 1/I_j| [1/(kg m^2)]."""
     inertia = body.inertia
     return abs(inertia[i] - inertia[j]) / (inertia[i] * inertia[j])
 
 
 def _about(body: Rotation, axes: tuple[int, int, int], high: int, kappa: Quad) -> Turning:
-    """The constants with the axes c, m and o; `high` is that of the largest moment."""
+    """Returns the constants with the `axes` c, m and o; `high` is the axis of the largest
+    moment."""
     (c, middle, o) = axes
     squares = body.momentum * body.momentum
     d_co = _apart(body, c, o)
@@ -162,7 +172,7 @@ def _about(body: Rotation, axes: tuple[int, int, int], high: int, kappa: Quad) -
     part = sizes[0] / body.magnitude
     extra = (1 if c == high else -1) * beta * beta / body.magnitude
     signs = [1.0 if part >= 0 else -1.0 for part in body.momentum]
-    sense = signs[c] * signs[o]  # of l_m, where sn is positive
+    sense = signs[c] * signs[o]  # sign of l_m if sn is positive
     if (middle - high) % 3 == 1:
         sense = -sense
     return Turning(
@@ -188,14 +198,14 @@ def _about(body: Rotation, axes: tuple[int, int, int], high: int, kappa: Quad) -
 
 
 def _reduced(angle: Quad) -> Array:
-    """Angle [rad] less whole multiples of 4 pi, which a quaternion does not show."""
+    """Returns an angle [rad] less whole multiples of 4 pi, which do not change a quaternion."""
     turns = np.rint(double(angle / (4 * PI)))
     return np.asarray(double(angle - quad(turns) * (4 * PI)))
 
 
 def _shortest(direction: Array, axis: Array) -> Array:
-    """Quaternions, shape (4, n), of the shortest turn from unit vectors `direction`, shape (3, n)
-    or (3,), to `axis`, shape (3, 1), less than a half turn away."""
+    """Returns the quaternions, shape (4, n), of the shortest turn from unit vectors `direction`,
+    shape (3, n) or (3,), to the `axis`, shape (3, 1). The turn is less than a half turn."""
     direction = direction.reshape(3, -1)
     axis = np.broadcast_to(axis, direction.shape)
     part = 1.0 + (direction * axis).sum(axis=0)
@@ -204,12 +214,12 @@ def _shortest(direction: Array, axis: Array) -> Array:
 
 
 def composed(p: Array, q: Array) -> Array:
-    """Hamilton's product of quaternions, shape (4, n) each: the turn q, then p."""
+    """Returns Hamilton's product of quaternions, shape (4, n) each: the turn q, then the turn p."""
     return np.stack(np.broadcast_arrays(*product([*p], [*q])))
 
 
 def product(p: Sequence[Any], q: Sequence[Any]) -> tuple[Any, Any, Any, Any]:
-    """The same of their four parts, in any arithmetic."""
+    """Returns Hamilton's product of two quaternions from their four parts, in any arithmetic."""
     (a, b, c, d), (w, x, y, z) = p, q
     return (
         a * w - b * x - c * y - d * z,

@@ -1,8 +1,10 @@
-"""Period and action of every motion of a potential, against energy: I(H) and Omega(H) = dH/dI.
+"""Period and action of all motions in a potential as functions of the energy: I(H), Omega(H) =
+dH/dI.
 
-Sudakov 2015, eqs. 10 to 13, for rotation alone; here through each well and across the separatrices
-too. Crossing one upward, the actions of the two wells add up to that of the libration over both,
-and this is twice that of the rotation, because a libration's orbit passes both ways.
+Sudakov 2015, eqs. 10 to 13, has rotation only; here each well and the separatrices are included. At
+the energy where a libration over both wells begins, its action is the sum of the actions of the two
+wells. Where rotation begins, the libration's action is twice that of the rotation, because a
+libration's orbit passes both ways.
 """
 
 from __future__ import annotations
@@ -19,13 +21,13 @@ from plumbob.analytic.numerics.elliptic.trigonometric_potential import (
 from plumbob.analytic.numerics.quad import double
 from plumbob.analytic.reference import Array
 
-NEAREST = 1e-6  # of a branch's energies: how near it comes to a separatrix
+NEAREST = 1e-6  # smallest distance from a separatrix over the energy range of a branch
 
 
 @dataclass(frozen=True)
 class Branch:
-    """Motions of one kind, by energy: name, energies H [J], periods [s] and actions [J s], shape
-    (n,) each."""
+    """Motions of one kind: its name, energies H [J], periods [s] and actions [J s], shape (n,)
+    each."""
 
     name: str
     energies: Array
@@ -34,15 +36,16 @@ class Branch:
 
     @property
     def rates(self) -> Array:
-        """Omega = 2 pi/T [rad/s]."""
+        """Omega = 2 pi/T [rad/s], shape (n,)."""
         return 2 * np.pi / self.periods
 
 
 def branches(
     potential: TrigonometricPotential, inertia: float, highest: float, points: int = 60
 ) -> tuple[Branch, ...]:
-    """The branches of a `potential` [J] of a pendulum with a moment of inertia [kg m^2], up to the
-    energy `highest` [J]; `points` on each, denser towards the separatrices."""
+    """Returns the branches of a pendulum with a moment of inertia [kg m^2] in a `potential` [J], up
+    to the energy `highest` [J]. Each has about `points` energies, denser towards the separatrices.
+    """
     angles = critical_points(potential)
     value, bend = (
         np.asarray(double(x)) for x in (potential.value(angles), potential.curvature(angles))
@@ -66,7 +69,7 @@ def branches(
 
 
 def _dense(points: int) -> Array:
-    """Numbers between 0 and 1, from NEAREST to 1 - NEAREST, dense at both ends."""
+    """Returns numbers from NEAREST to 1 - NEAREST, dense at both ends."""
     ends = np.geomspace(NEAREST, 0.5, points // 2)
     return np.concatenate([ends, 1.0 - ends[-2::-1]])
 
@@ -74,6 +77,8 @@ def _dense(points: int) -> Array:
 def _branch(
     potential: TrigonometricPotential, inertia: float, name: str, start: float, energies: Array
 ) -> Branch:
+    """Returns the branch of motions that start at the angle `start` [rad] with the `energies` [J],
+    shape (n,)."""
     speeds = np.sqrt(2 * (energies - float(double(potential.value(start)))) / inertia)
     motions = solve(potential, inertia, np.full_like(speeds, start), speeds)
     return Branch(name, energies, np.asarray(double(motions.period)), motions.action)

@@ -1,6 +1,6 @@
-"""The paper's construction of a plan: turns to the heading, lines to the place, slow motions
-between. Where it ends is computed by the event-driven motion
-(`plumbob.analytic.systems.three_points.friction`)."""
+"""The construction of a plan as in the source: turns to the heading, lines to the position, slow
+motions between. The event-driven motion (`plumbob.analytic.systems.three_points.friction`) gives
+the pose at its end."""
 
 from __future__ import annotations
 
@@ -26,9 +26,9 @@ from plumbob.analytic.systems.planner.result import Plan, TrackName
 from plumbob.analytic.systems.planner.tracks import ArcName, Ends, LineSegment, Pair, Track
 from plumbob.analytic.systems.planner.turns import Turn, turns_to
 
-SAME = 1e-12  # [m] and [rad]: a difference of poses this small needs no motion
-LARGEST_HEADING = 1e6  # [rad]: 2 pi times so many turns is known to 1e-10
-CLOSED = 1e-9  # [m] and [rad]: largest distance of the final pose from the goal
+SAME = 1e-12  # [m] and [rad] largest difference of poses that needs no motion
+LARGEST_HEADING = 1e6  # [rad] as a double it is known to 1e-10, modulo whole turns
+CLOSED = 1e-9  # [m] and [rad] largest distance of the final pose from the goal
 
 
 def plan(
@@ -42,12 +42,12 @@ def plan(
     arc: ArcName | Ends = "shorter",
     segments: tuple[LineSegment, ...] | None = None,
 ) -> Plan:
-    """The quickest of a few plans from `start` (None: the origin, slider at C) to `goal`, turning
-    the shorter way round.
+    """Returns the fastest of a few plans from `start` to `goal` that turn the shorter way. If
+    `start` is None, the plan begins at the origin with heading 0 and the slider at C.
 
     On the track "curve" the lines are along the supports' directions `legs`, or along two
-    `segments` of lines through C, and the turns on the `arc`, by name or from angle to angle [rad].
-    Raises ParameterError naming the limit that makes a pose unreachable, or the pose where the plan
+    `segments` of lines through C; the turns are on the `arc`, given by name or as two angles [rad].
+    Raises ParameterError naming the limit that makes a pose unreachable, or the pose if the plan
     misses it.
     """
     limits = limits or Limits()
@@ -68,7 +68,8 @@ def plan(
 
 
 def _arranged(track: Track, start: RestPose, goal: RestPose) -> tuple[Manoeuvre, ...]:
-    """Turns to the heading, then lines to the place, then the slider to its place: C moves with
+    """Returns the manoeuvres of a plan: turns to the heading, lines to the position, and slow
+    motions of the slider between them and to its final place. The turns come first: C moves with
     every turn, and a translation does not change the heading."""
     heading = math.remainder(goal.heading - start.heading, FULL_CIRCLE)
     left = (goal.place - start.place) * cmath.rect(1.0, -start.heading)
@@ -103,8 +104,8 @@ def _arranged(track: Track, start: RestPose, goal: RestPose) -> tuple[Manoeuvre,
 
 
 def _translations(track: Track, displacement: complex) -> list[tuple[Passage, ...]]:
-    """Ways to move the body by `displacement` [m], in body axes: lines along one leg of the track
-    after another."""
+    """Returns ways to move the body by `displacement` [m], in body axes. Each way is a sequence of
+    lines along one leg of the track after another."""
     if abs(displacement) <= SAME:
         return [()]
     ways = list[tuple[Passage, ...]]()
@@ -118,7 +119,8 @@ def _translations(track: Track, displacement: complex) -> list[tuple[Passage, ..
 
 
 def _joined(track: Track, passages: Sequence[Passage]) -> Passage:
-    """The passages one after another, with slow motions of the slider between them."""
+    """Returns one passage: the `passages` in order, with slow motions of the slider
+    between them."""
     manoeuvres = [*passages[0].manoeuvres]
     for before, after in itertools.pairwise(passages):
         manoeuvres += [*track.route(before.end, after.begin), *after.manoeuvres]

@@ -1,9 +1,10 @@
-"""Translations of a plan: line manoeuvres along a rail, whole strokes and one remainder.
+"""Translations of a plan: line manoeuvres along a rail, equal strokes and one remainder.
 
-Body and slider go opposite ways along a line through C (Chernousko 2020, eq. 22). For a given
-displacement a larger w1 and a larger w2 both shorten the stroke and the time, so the quickest
-manoeuvre has them at their limits; its time, return included, grows as the root of the
-displacement, so whole strokes and one remainder cover a distance quickest."""
+Body and slider move in opposite directions along a line through C (Chernousko 2020, eq. 22). For a
+given displacement, a larger w1 and a larger w2 both shorten the stroke and the time, so the fastest
+manoeuvre has both at their limits. Its time, return included, grows as the square root of the
+displacement. So strokes of the largest length and one remainder cover a distance fastest.
+"""
 
 from __future__ import annotations
 
@@ -14,11 +15,12 @@ from plumbob.analytic.systems.planner.manoeuvre import Passage, line
 from plumbob.analytic.systems.planner.problem import too_many
 from plumbob.analytic.systems.planner.tracks import Rail, Track
 
-ON_RAIL = (0.0, 0.5, 1.0)  # fractions of the length that a stroke leaves, as the part before it
+ON_RAIL = (0.0, 0.5, 1.0)  # places of a stroke on a rail: fraction of the free length before it
 
 
 def line_time(track: Track, displacement: complex) -> float:
-    """Estimated time [s] of lines with slow returns for `displacement` [m], in body axes."""
+    """Returns the estimated time [s] of lines with slow returns for `displacement` [m], in body
+    axes."""
     unit = track.unit_line
     total = 0.0
     for rail, distance in track.legs(displacement)[0]:
@@ -30,7 +32,7 @@ def line_time(track: Track, displacement: complex) -> float:
 
 
 def strokes(track: Track, rail: Rail, distance: float) -> list[tuple[Passage, ...]]:
-    """Line manoeuvres that together move the body by `distance` [m], in a few ways: whole strokes
+    """Returns a few ways to move the body by `distance` [m]: line manoeuvres of the largest stroke
     and a remainder, from one place or another on `rail`. Raises ParameterError."""
     unit = track.unit_line
     longest = min(track.limits.stroke, rail.high - rail.low)

@@ -1,4 +1,4 @@
-"""Where the slider may go: anywhere, or along an arc of the circle and segments of two lines."""
+"""Tracks of the slider: anywhere, or along an arc of the circle and segments of two lines."""
 
 from __future__ import annotations
 
@@ -36,24 +36,25 @@ from plumbob.analytic.systems.planner.manoeuvre import (
 )
 from plumbob.analytic.systems.planner.problem import FULL_CIRCLE, Limits
 
-# places round the circle for the first turn to begin at
+# places at which the first turn may begin, as fractions of the circle
 ROUND = tuple(k / 24 for k in range(24))
-ON_ARC = (0.0, 0.5, 1.0)  # and on an arc
-LEAST_LOAD = 0.1  # of a support's load with the slider at C, to remain on a rail
+# places at which it may begin on an arc, as fractions of the free length
+ON_ARC = (0.0, 0.5, 1.0)
+LEAST_LOAD = 0.1  # smallest load of a support on a rail, over its load with the slider at C
 
 Pair = tuple[int, int]
-"""The supports at whose directions the curve's segments lie, 1, 2 or 3, in the order of the places
-along it."""
+"""The two supports (1, 2 or 3) towards which the curve's segments lie, in the order along the
+curve."""
 ArcName = Literal["shorter", "longer"]
 Ends = tuple[float, float]
 LineSegment = tuple[float, float, float]
-"""A segment of a line through C: the line's direction [rad, from the body's x axis], and the ends,
-signed along it from C [m]."""
+"""A segment of a line through C: the line's direction [rad, from the body's x axis], and its two
+ends [m], signed along the direction from C."""
 
 
 class Rail(NamedTuple):
-    """A straight `part` of the track on a line through C: the slider may go in `direction` [rad,
-    from the body's x axis] from `low` to `high`, signed along it from C [m]."""
+    """A straight `part` of the track on a line through C. The slider may move in `direction` [rad,
+    from the body's x axis] from `low` to `high` [m], signed along the direction from C."""
 
     direction: float
     low: float
@@ -61,27 +62,29 @@ class Rail(NamedTuple):
     part: int = ANYWHERE
 
     def place(self, along: float) -> Place:
-        """The place `along` it [m]."""
+        """Returns the place on the rail at `along` [m], signed along the direction from C."""
         return Place(self.part, cmath.rect(along, self.direction))
 
     @property
     def backward(self) -> Rail:
-        """The same places, the slider going the other way."""
+        """The same rail with the opposite direction."""
         return Rail(self.direction + math.pi, -self.high, -self.low, self.part)
 
 
 Legs = tuple[tuple[Rail, float], ...]
-"""Rails, each with the distance [m] that the body moves along it."""
+"""Rails in order, each with the distance [m] that the body moves along it."""
 
 
 @dataclass(frozen=True)
 class Circle:
-    """The part of the circle that turns use, the slider going round in the direction `sense`.
+    """The part of the circle that turns use. The slider moves round it in the direction `sense`, +1
+    or -1.
 
-    A turn is of at most `longest` [rad]. With `extent` [rad] the turns keep to the arc of that
-    length from angle `first` [rad], all of them begin at one place, and the slider returns after
-    each; without, each begins where the last one ended. `places` are the parts before a turn that
-    may be tried: of the arc that it leaves, or of the whole circle.
+    One turn is at most `longest` [rad]. If `extent` [rad] is given, the turns stay on the arc of
+    this length from angle `first` [rad]: all begin at one place, and the slider returns after each.
+    If `extent` is None, each turn begins where the last one ended. `places` are trial places of the
+    first turn: the free part of the arc before it, as a fraction, or the fraction of the whole
+    circle.
     """
 
     sense: float
@@ -91,24 +94,25 @@ class Circle:
     places: Sequence[float]
 
     def starts(self, swing: float) -> Array:
-        """Angles [rad], shape (n,), at which the first turn, through `swing` [rad], may begin."""
+        """Returns the angles [rad], shape (n,), at which the first turn, through `swing` [rad], may
+        begin."""
         free = FULL_CIRCLE if self.extent is None else self.sense * (self.extent - swing)
         return self.first + free * np.array(self.places)
 
     def gained(self, heading: float) -> float:
-        """A turn's `heading` [rad], positive the way that the slider is to turn the body, against
-        its own, and negative the other way."""
+        """Returns the `heading` [rad] that a turn adds, with the sign + if the body turns against
+        the slider, as it should."""
         return -self.sense * heading
 
 
 @dataclass(frozen=True)
 class Track:
-    """Where turns and lines take the slider, and slow motions between them.
+    """The places to which turns, lines, and slow motions between them may take the slider.
 
     Lines are on two `segments`, or on any line through C, because eq. 22 of Chernousko 2020 holds
-    for all of them; turns are on the `arc` between two angles [rad], or all round the circle. Where
-    both segments meet the arc, the slider keeps to this curve and has one degree of freedom (fig.
-    1); else it goes from one piece to another straight, or by way of C. Raises ParameterError.
+    for all such lines. Turns are on the `arc` between two angles [rad], or on the whole circle. If
+    both segments meet the arc, the slider stays on this curve and has one degree of freedom (fig.
+    1). Otherwise it moves from one piece to another straight, or through C. Raises ParameterError.
     """
 
     capsule: Capsule
@@ -141,17 +145,19 @@ class Track:
 
     @property
     def w2(self) -> float:
-        """The acceleration that stops the slider in a line [m/s^2]."""
+        """Largest deceleration of the slider in a line [m/s^2]."""
         return self.limits.holding * self.capsule.holding_acceleration
 
     @cached_property
     def unit_line(self) -> ClosedForm:
-        """The line manoeuvre with t1 = 1 s: displacements scale with t1^2, times with t1."""
+        """The line manoeuvre with t1 = 1 s. Displacements are in proportion to t1^2,
+        times to t1."""
         return closed_form(self.capsule, self.limits.acceleration, self.w2, 1.0)
 
     @cached_property
     def joints(self) -> dict[int, tuple[Place, Place]]:
-        """Of a segment that meets the arc the place there, on the segment and on the arc."""
+        """The places at which a segment meets the arc, by the segment's part: the place as one on
+        the segment, and as one on the arc."""
         met = dict[int, tuple[Place, Place]]()
         for rail in self.segments:
             for along in (self.limits.radius, -self.limits.radius):
@@ -164,11 +170,12 @@ class Track:
 
     @property
     def joined(self) -> bool:
-        """Whether the pieces are one curve."""
+        """True if the segments and the arc are one curve."""
         return len(self.joints) == 2
 
     def _on_arc(self, angle: float) -> float | None:
-        """`angle` [rad] as counted along the arc, within whole turns; None off it."""
+        """Returns `angle` [rad] shifted by whole turns to lie on the arc, or None if it
+        does not."""
         if self.arc is None:
             return None
         first, last = self.arc
@@ -177,7 +184,8 @@ class Track:
         return first + sense * gone if gone <= abs(last - first) + NEAR else None
 
     def places(self, point: Point) -> tuple[Place, ...]:
-        """Every place at `point` relative to C [m]; raises ParameterError if there is none."""
+        """Returns all places of the track at `point` relative to C [m]. Raises ParameterError if
+        there is none."""
         there = complex(*point)
         if not self.joined:
             return (Place(ANYWHERE, there),)
@@ -194,8 +202,8 @@ class Track:
         return tuple(near)
 
     def circle(self, sense: float, *, returning: bool) -> Circle:
-        """The part of the circle for turns of that `sense`: all of it round, or the arc from the
-        end where all of it lies ahead; if `returning`, from one place."""
+        """Returns the part of the circle for turns in the direction `sense`: the whole circle, or
+        the arc from its end. If `returning`, all turns begin at one place."""
         longest = self.limits.stroke / self.limits.radius
         if self.arc is None:
             around = (longest, (0.0,)) if returning else (None, ROUND)
@@ -206,13 +214,13 @@ class Track:
         return Circle(sense, min(extent, longest), first, extent, places)
 
     def on_circle(self, angle: float) -> Place:
-        """The place on the circle at `angle` [rad]."""
+        """Returns the place on the circle at `angle` [rad]."""
         part = ANYWHERE if self.arc is None else ARC
         return Place(part, cmath.rect(self.limits.radius, angle), angle)
 
     def legs(self, displacement: complex) -> tuple[Legs, ...]:
-        """Ways to carry the body over `displacement` [m], in body axes: along the two segments in
-        either order, or straight."""
+        """Returns ways to carry the body over `displacement` [m], in body axes: straight, or along
+        the two segments in either order."""
         if not self.segments:
             return (((self._any_rail(cmath.phase(-displacement)), abs(displacement)),),)
         sides = np.array([rail.direction for rail in self.segments])
@@ -226,17 +234,18 @@ class Track:
         return tuple(dict.fromkeys((legs, legs[::-1])))
 
     def _any_rail(self, direction: float) -> Rail:
-        """A rail in that direction [rad], on which no support load falls below a part of what it is
-        with the slider at C."""
+        """Returns a rail in `direction` [rad] on which every support keeps at least the part
+        LEAST_LOAD of its load with the slider at C."""
         behind, ahead = longest_stroke(self.capsule, direction, LEAST_LOAD)
         length = min(self.limits.stroke, ahead - behind)
         high = min(max(0.5 * length, length + behind), ahead)
         return Rail(direction, high - length, high)
 
     def route(self, begin: Place, end: Place) -> tuple[Manoeuvre, ...]:
-        """The slow motions from one place to another: along one piece, along the curve with stops
-        at its corners, or else the quicker of straight and by way of C, where static friction
-        allows most."""
+        """Returns the slow motions from one place to another. Within one piece they follow that
+        piece; on a curve they follow the curve and stop at its corners. Otherwise they are the
+        faster of two ways: straight, or through C, where static friction allows the largest
+        acceleration."""
         c = Place(ANYWHERE, 0j)
         ways = [((begin, end),), ((begin, c), (c, end))]
         if begin.part == end.part != ANYWHERE:
@@ -251,7 +260,8 @@ class Track:
         )
 
     def _slow(self, ways: Sequence[tuple[Place, Place]]) -> tuple[Manoeuvre, ...]:
-        """Slow motions, each within one part of the track."""
+        """Returns slow motions between pairs of places; both places of a pair are on one part of
+        the track."""
         capsule = self.capsule
         radius = self.limits.radius
         holding = self.limits.holding
@@ -267,8 +277,9 @@ class Track:
 def checked_curve(
     legs: Any = (1, 2), arc: Any = "shorter", segments: Any = None
 ) -> tuple[Pair, ArcName | Ends, tuple[LineSegment, ...] | None]:
-    """The same as tuples; raises ParameterError where `legs` are no two of the supports, `arc` is
-    neither a name nor two angles, or `segments` are no two triples of numbers."""
+    """Returns the arguments as tuples. Raises ParameterError if `legs` are not two different
+    supports, `arc` is neither a name nor two angles, or `segments` are not two triples of numbers.
+    """
     legs = tuple(legs) if isinstance(legs, list) else legs
     if legs not in itertools.permutations((1, 2, 3), 2) or any(
         type(i) is not int for i in legs
@@ -288,10 +299,10 @@ def curve(
     arc: ArcName | Ends = "shorter",
     segments: tuple[LineSegment, ...] | None = None,
 ) -> Track:
-    """Two `segments` of lines through C and an `arc` of the circle: from angle to angle [rad], or
-    from the first line's direction to the second's the shorter way or the longer. Without
-    `segments` those from C to the circle towards the supports `legs` (Chernousko 2020, fig. 1).
-    Raises ParameterError."""
+    """Returns the track of two `segments` of lines through C and an `arc` of the circle. The arc is
+    two angles [rad], or goes from the first line's direction to the second's, the shorter way or
+    the longer. If `segments` is None, they lead from C to the circle towards the supports `legs`
+    (Chernousko 2020, fig. 1). Raises ParameterError."""
     legs, arc, segments = checked_curve(legs, arc, segments)
     if segments is None:
         segments = tuple((direction_to(capsule, i), 0.0, limits.radius) for i in legs)

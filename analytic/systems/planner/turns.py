@@ -1,10 +1,10 @@
-"""Turns of a plan: equal ones, each computed to rest; how many and from where is the best of a few
-by an estimate of the time.
+"""Turns of a plan: equal turns, each computed to rest. Their number and first place are the best of
+a few choices by an estimate of the time.
 
 Formulas 24-32 of Chernousko 2020 apply as epsilon -> 0. A limit on |w| bounds epsilon from below,
-so every turn is computed by `three_points.friction` until the residual motion has ended. Every
-turn shifts C as well, by centimetres, and lines have to make up the rest: so the time of the lines
-counts in the choice. On a free plane the slider continues round the circle and the shifts cancel.
+so every turn is computed by `three_points.friction` until the residual motion has ended. Every turn
+also shifts C, by centimetres, and lines have to correct this. So the time of the lines counts in
+the choice. On a free plane the slider continues round the circle and the shifts cancel.
 """
 
 from __future__ import annotations
@@ -25,19 +25,21 @@ from plumbob.analytic.systems.planner.problem import FULL_CIRCLE, to_ten_digits,
 from plumbob.analytic.systems.planner.tracks import Circle, Track
 from plumbob.analytic.systems.three_points.friction import three_point_motion
 
-WAITING = 1.1  # times the residual motion, as a margin
-SURVEYED = 8  # turns
-SMALLEST = 1 / 24  # of the largest of them
-LIKELY = 0.98  # of the largest heading of a turn: it depends a little on where the turn begins
-LARGER = 1.1  # times its estimate, the slider's angle in an exact turn at most
-MORE = 15  # numbers of turns tried beyond the least
-AGREED = 1e-14  # relative, of the slider's angle in an exact turn
+WAITING = 1.1  # wait after a turn over the time of the residual motion
+SURVEYED = 8  # number of turns that are computed for the estimates
+SMALLEST = 1 / 24  # slider's angle in the smallest of these turns over that in the largest
+# Heading of the largest turn, over its value in the survey: it depends on where the turn begins.
+LIKELY = 0.98
+LARGER = 1.1  # largest angle of the slider in an exact turn over its estimate
+MORE = 15  # numbers of turns that are tried beyond the smallest
+AGREED = 1e-14  # relative accuracy of the slider's angle in an exact turn
 
 
 @dataclass(frozen=True)
 class Turn:
-    """A turn manoeuvre computed to rest, and a wait for that, the slider through the angle `swing`
-    [rad]: heading gained [rad], shift of C in the body axes of its start [m]."""
+    """A turn manoeuvre of the slider through the angle `swing` [rad], with a wait for the body to
+    come to rest. `heading` [rad] and `shift` of C [m], in body axes at the start, are what the turn
+    adds."""
 
     passage: Passage
     swing: float
@@ -47,7 +49,8 @@ class Turn:
 
 @lru_cache(maxsize=256)
 def computed_turn(track: Track, start: float, swing: float) -> Turn:
-    """Compute a turn from rest: slider from angle `start` through `swing` [rad], of either sign."""
+    """Returns a turn from rest, computed to rest. The slider starts at angle `start` and moves
+    through `swing` [rad], of either sign."""
     # The largest |w| is at half time, where the centripetal acceleration is a Z |swing|.
     acceleration = track.limits.acceleration / (track.limits.radius * math.hypot(1.0, swing))
     half_time = math.sqrt(abs(swing) / acceleration)
@@ -69,8 +72,9 @@ def exact_turn(
     longest: float,
     wanted: float,
 ) -> Turn | None:
-    """The turn that gives the heading `wanted` [rad] (its size), `start` the angle to begin at for
-    each angle of the slider; None where the `longest` of these [rad] is too short."""
+    """Returns the turn that adds the heading `wanted` [rad], a positive number. `start` gives the
+    angle at which to begin for each angle of the slider. Returns None if the slider's angle would
+    have to exceed `longest` [rad]."""
     from scipy.optimize import brentq
 
     def turn_of(swing: float) -> Turn:
@@ -86,8 +90,9 @@ def exact_turn(
 
 
 class Choice(NamedTuple):
-    """Estimated time [s], to ten digits, of so many `turns` through about `swing` [rad], equal or
-    nearly so, the first from the circle's start `place`, and the lines after them."""
+    """A number of `turns`, each with the slider through about `swing` [rad], the first one from the
+    start number `place` of the circle. `time` [s] is the estimate for these turns and the lines
+    after them, to ten digits."""
 
     time: float
     turns: int
@@ -96,9 +101,12 @@ class Choice(NamedTuple):
 
 
 def choices(track: Track, circle: Circle, wanted: float, displacement: complex) -> list[Choice]:
-    """Ways to turn the body by `wanted` [rad] (its size), and C with lines by `displacement` [m] in
-    body axes at the start. Each is estimated from a few computed turns: heading and shift are
-    nearly as the slider's angle, and the time as its root. Raises ParameterError."""
+    """Returns ways to turn the body by `wanted` [rad], a positive number, and to move C in all by
+    `displacement` [m], in body axes at the start. Raises ParameterError.
+
+    Each time is estimated from a few computed turns: heading and shift of a turn are nearly in
+    proportion to the slider's angle, its time to the square root.
+    """
     ways = list[Choice]()
     turns = _survey(track, circle)
     fewest = math.ceil(wanted / (LIKELY * circle.gained(turns[-1].heading)))
@@ -126,8 +134,9 @@ def choices(track: Track, circle: Circle, wanted: float, displacement: complex) 
 
 
 def _between(turns: list[Turn], circle: Circle, wanted: float) -> tuple[float, complex, float]:
-    """Of a turn that gives the heading `wanted` [rad], estimated from computed ones: the slider's
-    angle [rad], the shift of C for a slider that starts on the body's x axis [m], the time [s]."""
+    """Returns estimates for a turn that adds the heading `wanted` [rad], interpolated between
+    computed turns: the slider's angle [rad], the shift of C [m] if the slider starts on the body's
+    x axis, and the time [s]."""
     swings = np.array([abs(turn.swing) for turn in turns])
     gains = np.array([circle.gained(turn.heading) for turn in turns])
     swing = wanted * float(np.interp(wanted, gains, swings / gains))
@@ -142,8 +151,9 @@ def _between(turns: list[Turn], circle: Circle, wanted: float) -> tuple[float, c
 
 
 def _survey(track: Track, circle: Circle) -> list[Turn]:
-    """A few turns between a small one and the one that turns the body most. Raises ParameterError,
-    naming the acceleration, where they don't turn it the more the larger they are."""
+    """Returns a few turns, from a small one to the one that turns the body most. Raises
+    ParameterError naming the acceleration if larger turns of the slider do not turn the body more.
+    """
     if not SMALLEST * circle.longest > 0.0:
         raise ParameterError("stroke", track.limits.stroke, "large enough for a turn")
     swings = circle.sense * np.geomspace(SMALLEST * circle.longest, circle.longest, SURVEYED)
@@ -157,8 +167,9 @@ def _survey(track: Track, circle: Circle) -> list[Turn]:
 
 
 def turns_of(track: Track, circle: Circle, wanted: float, choice: Choice) -> list[Turn] | None:
-    """The turns of a choice, together of exactly the heading `wanted` [rad] (its size): from one
-    place all the same, else the last one for the exact rest; None where one would be too large."""
+    """Returns the turns of a choice, which together add exactly the heading `wanted` [rad], a
+    positive number. If all begin at one place, they are equal; otherwise the last one differs.
+    Returns None if a turn would be too large."""
     longest = min(LARGER * choice.swing, circle.longest)
     turns = list[Turn]()
 
@@ -179,11 +190,11 @@ def turns_of(track: Track, circle: Circle, wanted: float, choice: Choice) -> lis
 
 
 def turns_to(track: Track, wanted: float, displacement: complex) -> list[Turn]:
-    """Turns for the heading `wanted` [rad]; `displacement` [m] in body axes is the total of turns
-    and lines. Raises ParameterError."""
+    """Returns turns that add the heading `wanted` [rad]. `displacement` [m], in body axes, is the
+    total of turns and lines. Raises ParameterError."""
     sense = -math.copysign(1.0, wanted)
     size = abs(wanted)
-    for returning in (False, True):  # where turns round the circle go astray, from one place
+    for returning in (False, True):  # turns from one place are the fallback
         circle = track.circle(sense, returning=returning)
         ways = choices(track, circle, size, displacement)
         best = min(ways)
