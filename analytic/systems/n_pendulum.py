@@ -1,8 +1,8 @@
 """A chain of uniform rods that hangs from a fixed axis, by its mass matrix and moments.
 
-With rods i = 1 ... n of mass m_i and length l_i at the angles t_i from the vertical, and the mass
-w_i = m_i/2 + m_(i+1) + ... + m_n that hangs on the axis of the rod i + 1 in its place (Landau and
-Lifshitz 1976, Mechanics, 5, for rods),
+Rod i = 1 ... n has the mass m_i, the length l_i, and the angle t_i from the vertical. In its place,
+the mass w_i = m_i/2 + m_(i+1) + ... + m_n acts at its lower end (Landau and Lifshitz 1976,
+Mechanics, 5, for rods):
 
     sum_j c_ij l_i l_j cos(t_i - t_j) t_j'' = -sum_j c_ij l_i l_j sin(t_i - t_j) t_j'^2
                                               - g l_i w_i sin t_i                               (1)
@@ -25,15 +25,15 @@ from plumbob.analytic.numerics.smooth.smooth_system import SmoothSystem
 from plumbob.analytic.parameters import ParameterError, finite, non_negative, positive
 from plumbob.analytic.reference import Signals
 
-MOST = 20  # rods: a step's work goes as the cube
+MOST = 20  # largest number of rods: the work of a step grows as the cube
 Numbers = float | Sequence[float]
 
 
 @dataclass(frozen=True)
 class NPendulum:
-    """Rods at `angles` [rad] from the vertical, shape (n,), of `masses` [kg] and `lengths` [m],
-    turning at `angular_velocities` [rad/s], each of shape (n,) or one number for all, under
-    `gravity` [m/s^2]; raises ParameterError.
+    """Rods at `angles` [rad] from the vertical, shape (n,), with `masses` [kg], `lengths` [m] and
+    `angular_velocities` [rad/s], each of shape (n,) or one number for all rods, under `gravity`
+    [m/s^2]. Raises ParameterError.
 
     >>> chain = NPendulum(1.0, (0.5, 0.4), 9.81, (1.5, 2.5))
     >>> round(float(chain.motion.observe(np.array([2.0]))["tip_x"][0]), 6)
@@ -56,7 +56,8 @@ class NPendulum:
                 check(name, value)
 
     def each(self, name: str) -> tuple[Any, ...]:
-        """The numbers of this name, shape (n,); raises ParameterError for another count."""
+        """Returns the numbers of the field `name`, shape (n,). Raises ParameterError if their count
+        is wrong."""
         value: Any = getattr(self, name)
         count = len(self.angles)
         if not isinstance(value, Sequence) or isinstance(value, str):
@@ -88,7 +89,7 @@ class NPendulum:
         )
 
     def potential(self, observed: Signals) -> Any:
-        """Potential energy [J], 0 where all rods hang."""
+        """Returns the potential energy [J], 0 with all rods hanging down."""
         system = self.motion.system
         chain = zip(_hanging(system.values, len(self.angles)), system.coordinates, strict=True)
         lifts = (length * w * (1 - np.cos(observed[name])) for (_, length, w), name in chain)
@@ -96,7 +97,7 @@ class NPendulum:
 
 
 def _hanging(p: Any, count: int) -> list[tuple[Any, Any, Any]]:
-    """m_i, l_i and w_i of each rod."""
+    """Returns m_i, l_i and w_i of each rod."""
     chain = []
     below = 0.0 * p.gravity
     for i in range(count, 0, -1):
@@ -107,7 +108,7 @@ def _hanging(p: Any, count: int) -> list[tuple[Any, Any, Any]]:
 
 
 def _masses(p: Any, q: Any) -> list[list[Any]]:
-    """The matrix of eq. 1 [kg m^2]."""
+    """Returns the mass matrix of eq. 1 [kg m^2]."""
     chain = _hanging(p, len(q))
     rows = [[(w - m / 6) * length**2 for _ in chain] for m, length, w in chain]
     for j, (_, outer, w) in enumerate(chain):
@@ -117,7 +118,7 @@ def _masses(p: Any, q: Any) -> list[list[Any]]:
 
 
 def _moments(p: Any, time: Any, q: Any, v: Any) -> list[Any]:
-    """The right-hand side of eq. 1 [N m]."""
+    """Returns the right-hand side of eq. 1 [N m]."""
     chain = _hanging(p, len(q))
     moments = [
         -p.gravity * length * w * sin(t) for (_, length, w), t in zip(chain, q, strict=True)
@@ -131,7 +132,7 @@ def _moments(p: Any, time: Any, q: Any, v: Any) -> list[Any]:
 
 
 def _tip(p: Any, q: Any, v: Any) -> Mapping[str, Any]:
-    """Place of the last rod's end, from the axis [m]."""
+    """Returns the position of the last rod's end, from the axis [m]."""
     rods = [(length, t) for (_, length, _), t in zip(_hanging(p, len(q)), q, strict=True)]
     return {
         "tip_x": sum(length * sin(t) for length, t in rods),

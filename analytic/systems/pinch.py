@@ -1,7 +1,7 @@
 """A body that friction holds between two fingers: nothing moves.
 
-Each finger presses with N along the normal, and holds half of the load F = |(push, m (g + lift))|,
-across it, in the frame of the hand; friction holds it while F <= 2 f N (Coulomb 1785).
+In the frame of the hand, each finger presses with N along the normal and holds half of the load F =
+|(push, m (g + lift))| across it. Friction holds the load while F <= 2 f N (Coulomb 1785).
 """
 
 from __future__ import annotations
@@ -18,10 +18,10 @@ from plumbob.analytic.reference import Array, LinearResponse, Signals
 
 @dataclass(frozen=True)
 class Pinch(LinearResponse):
-    """A cube of edge `size` [m] and `mass` [kg] between two fingers of `finger_mass` [kg] each that
-    press with `normal_force` [N] and a coefficient of `friction`, under `gravity` [m/s^2] and a
-    horizontal force `push` [N] across the fingers, while the hand accelerates upward by `lift`
-    [m/s^2]. Raises ParameterError, also where friction does not hold it.
+    """A cube of edge `size` [m] and `mass` [kg] between two fingers of `finger_mass` [kg] each,
+    which press with `normal_force` [N] and have a coefficient of `friction`. `gravity` [m/s^2] and
+    a horizontal force `push` [N] across the fingers act on it, and the hand accelerates upward by
+    `lift` [m/s^2]. Raises ParameterError, also if friction does not hold the cube.
 
     >>> Pinch(1.0, 0.05, 0.1, 0.5, 20.0, 10.0).fraction
     0.5
@@ -47,26 +47,27 @@ class Pinch(LinearResponse):
 
     @property
     def pull(self) -> Array:
-        """The load that friction holds, down and across [N], shape (2,)."""
+        """The load that friction holds, downward and across [N], shape (2,)."""
         return np.array([self.mass * (self.gravity + self.lift), self.push])
 
     @property
     def load(self) -> float:
-        """Its magnitude [N]."""
+        """Magnitude of the load [N]."""
         return math.hypot(*self.pull)
 
     @property
     def fraction(self) -> float:
-        """Part of the largest friction that it takes."""
+        """The load over the largest friction."""
         return self.load / (2.0 * self.friction * self.normal_force)
 
     def observe(self, times: Array) -> Signals:
-        """Slip [m] along the load and its rate, `speed` [m/s], at `times` [s], shape (n,): none."""
+        """Slip [m] along the load and its rate, `speed` [m/s], at `times` [s], shape (n,): both are
+        0."""
         still = np.zeros(len(times))
         return {"slip": still, "speed": still}
 
     def uncertainty(self, times: Array) -> Signals:
-        """The last place of its edge [m], and of a speed gained over it, shape (n,); rest is
-        exact."""
+        """Scale of the round-off of each observable, shape (n,), though rest is exact: the last
+        place of the edge [m], and of a speed gained over the edge [m/s]."""
         place = np.full(len(times), ULP * self.size)
         return {"slip": place, "speed": place * math.sqrt(self.load / self.mass / self.size)}

@@ -1,13 +1,14 @@
-"""A uniform ball on a level plane that slides until it rolls: parabolas, from switch to switch.
+"""A uniform ball on a level plane that slides until it rolls: parabolas between switches.
 
-With u = R w, the slip s = v - u, Coulomb's friction f and a rolling moment of rolling_friction N,
-against the spin at any slip (k = rolling_friction/R), and I = 2/5 m R^2 (Hopkins and Patterson
-1977, Am. J. Phys. 45, 263; MuJoCo's documentation, "Computation", has this unit of the moment):
+Let u = R w, with slip s = v - u, Coulomb's friction coefficient f, and I = 2/5 m R^2. A rolling
+moment of rolling_friction N acts against the spin at any slip; k = rolling_friction/R. Then
+(Hopkins and Patterson 1977, Am. J. Phys. 45, 263; the unit of the rolling moment is that of
+MuJoCo's documentation, "Computation")
 
     v' = -f g sign(s),   u' = 5/2 g (f sign(s) - k sign(u)),   rolling: v' = u' = -5/7 k g sign(v)
 
-Rolling needs k <= 7/5 f: else the moment keeps the ball sliding. A spin that ends while it slides
-does not begin anew where k >= f.
+Rolling needs k <= 7/5 f: otherwise the moment keeps the ball sliding. If k >= f, a spin that ends
+while the ball slides does not begin again.
 """
 
 from __future__ import annotations
@@ -22,12 +23,14 @@ from plumbob.analytic.numerics.arithmetic import ULP
 from plumbob.analytic.parameters import check_fields
 from plumbob.analytic.reference import Array, LinearResponse, Signals
 
-ROUNDINGS = 16.0  # of the speeds: a dozen operations a switch, and at most four switches
+# roundings of the speeds: a dozen operations a switch, and at most four switches
+ROUNDINGS = 16.0
 
 
 @dataclass(frozen=True)
 class Piece:
-    """A time [s] and place [m], and from then on speeds v and R w [m/s] and accelerations."""
+    """The time [s], the position [m], the speeds v and u = R w [m/s] as the piece begins, and the
+    two constant accelerations [m/s^2]."""
 
     time: float
     x: float
@@ -40,9 +43,9 @@ class Piece:
 @dataclass(frozen=True)
 class RollingBall(LinearResponse):
     """A ball of `radius` [m] and `mass` [kg] that starts with a `speed` [m/s] and a `spin` [rad/s],
-    positive where it rolls forward, on a plane with a coefficient of `friction`, under `gravity`
-    [m/s^2], with `rolling_friction` [m]; `torsional_friction` [m] acts on a spin about the vertical
-    alone, and there is none. Raises ParameterError.
+    positive for rolling forward, on a plane with a coefficient of `friction`, under `gravity`
+    [m/s^2], with `rolling_friction` [m]. `torsional_friction` [m] has no effect: it acts on a spin
+    about the vertical, which is 0. Raises ParameterError.
 
     >>> RollingBall(0.1, 1.0, 7.0, 0.0, 0.2, 9.81).rolling_begins.v
     5.0
@@ -63,16 +66,17 @@ class RollingBall(LinearResponse):
 
     @property
     def rolling_ratio(self) -> float:
-        """The rolling moment over that of the weight at an arm of one radius."""
+        """The rolling moment over the moment of the weight at an arm of one radius."""
         return self.rolling_friction / self.radius
 
     @property
     def scale(self) -> float:
-        """Size of the speeds [m/s]: the sum of the two at the start."""
+        """Size of the speeds [m/s]: the sum of the magnitudes of v and R w at the start."""
         return abs(self.speed) + self.radius * abs(self.spin)
 
     def rates(self, v: float, u: float) -> tuple[float, float]:
-        """Accelerations of the centre and of R w [m/s^2] at the speeds v and u = R w [m/s]."""
+        """Returns the accelerations of the centre and of R w [m/s^2] at the speeds v and u = R w
+        [m/s]."""
         f = self.friction
         k = self.rolling_ratio
         g = self.gravity
@@ -86,7 +90,7 @@ class RollingBall(LinearResponse):
 
     @cached_property
     def pieces(self) -> tuple[Piece, ...]:
-        """The motion between its switches: the slip ends, or the spin does."""
+        """The motion between its switches. At a switch the slip or the spin ends."""
         time = 0.0
         x = 0.0
         v = float(self.speed)
@@ -108,24 +112,24 @@ class RollingBall(LinearResponse):
                 v = u = (5.0 * v + 2.0 * u) / 7.0
             else:
                 u = 0.0
-            if abs(v) + abs(u) <= 4.0 * ULP * self.scale:  # within rounding of rest
+            if abs(v) + abs(u) <= 4.0 * ULP * self.scale:  # the ball rests, up to rounding
                 v = u = 0.0
 
     @property
     def rolling_begins(self) -> Piece | None:
-        """The first piece without slip; None where it slides for ever, or to rest."""
+        """The first piece without slip; None if the ball slides for ever, or slides to rest."""
         if self.rolling_ratio > 1.4 * self.friction:
             return None
         return next((piece for piece in self.pieces if piece.v == piece.u), None)
 
     @property
     def rest_time(self) -> float:
-        """Time [s] from which on it is at rest; infinite where it never is."""
+        """Time [s] from which the ball is at rest; infinite if it never is."""
         last = self.pieces[-1]
         return math.inf if last.v or last.u else last.time
 
     def observe(self, times: Array) -> Signals:
-        """Place x [m], speed [m/s] and spin [rad/s] at `times` [s], shape (n,)."""
+        """Exact position x [m], speed [m/s] and spin [rad/s] at `times` [s], shape (n,)."""
         starts = np.array([piece.time for piece in self.pieces])
         rows = np.array([(p.time, p.x, p.v, p.u, p.v_rate, p.u_rate) for p in self.pieces])
         begun, x, v, u, a, b = rows[np.searchsorted(starts, times, "right") - 1].T
@@ -137,9 +141,9 @@ class RollingBall(LinearResponse):
         }
 
     def uncertainty(self, times: Array) -> Signals:
-        """Absolute errors, shape (n,). No speed grows beyond those at the start, and a switch that
-        comes late by rounding changes speeds by no more than that: accelerations jump by as much as
-        what ended changed by."""
+        """Bound on the error of each observable, shape (n,). No speed grows beyond its size at the
+        start. If rounding delays a switch, the speeds change by no more than that rounding: the
+        jump of an acceleration is at most the rate of the slip or spin that ends."""
         speeds = np.full(len(times), ROUNDINGS * ULP * self.scale)
         lasted = np.minimum(times, self.rest_time)
         return {"x": speeds * lasted, "speed": speeds, "spin": speeds / self.radius}

@@ -1,14 +1,15 @@
 """A servo on a hinge: a motor holds a link at its target, in closed form.
 
-With x the angle from the target, the gear n and J = inertia + armature, the motor's own behind the
-gear (MuJoCo's documentation, Computation, "Actuation model", of a position actuator),
+Let x be the angle from the target, n the gear ratio, and J = inertia + armature, the armature
+behind the gear (MuJoCo's documentation, Computation, "Actuation model", of a position actuator):
 
     J x'' = n F - c x',   F = -n (kp x + kv x'), at most F_max in magnitude                     (1)
 
-is a linear oscillator, overdamped or not, or at the limit a damped body under a constant force. The
-unlimited F obeys in the first the equation of x, so that its peaks fall from one to the next, and
-turns at most once in the second. F does not jump from piece to piece: what an end is late by moves
-the motion in second order only.
+Below the limit this is a linear oscillator, overdamped or not. At the limit it is a damped body
+under a constant force. Below the limit F obeys the same equation as x, so each of its peaks is
+lower than the one before. At the limit the unlimited F has at most one turning point. F is
+continuous from piece to piece, so an error of a switching time changes the motion in second order
+only.
 """
 
 from __future__ import annotations
@@ -32,14 +33,15 @@ from plumbob.analytic.schemes import Scheme
 from plumbob.analytic.systems.simple_pendulum import SimplePendulum
 
 STATE = "theta", "theta_dot"
-ROUNDINGS = 12.0  # of each parameter: the median of a hundred random servos uses a fortieth
+# roundings of each parameter in the uncertainty: 100 random servos need 1/40 of it in the median
+ROUNDINGS = 12.0
 
 
 @dataclass(frozen=True)
 class Servo(LinearResponse):
-    """A link's `inertia` and a motor's `armature` [kg m^2], its `gear`, its gains `kp` [N m/rad]
-    and `kv` [N m s/rad] and its `force_limit` [N m] before the gear, a joint's `damping`
-    [N m s/rad]; `theta` [rad] from the target and its rate at time 0; raises ParameterError.
+    """A link's `inertia` and a motor's `armature` [kg m^2], the `gear` ratio, the gains `kp` [N
+    m/rad] and `kv` [N m s/rad], the `force_limit` [N m] before the gear, and the joint's `damping`
+    [N m s/rad]. `theta` [rad] from the target and its rate are at time 0. Raises ParameterError.
 
     >>> Servo(0.5, 0.1, 10.0, 2.0, 0.1, 0.0, 9.0, -0.4, 0.0).started.damping_rate
     16.666666666666668
@@ -61,7 +63,7 @@ class Servo(LinearResponse):
 
     @cached_property
     def started(self) -> SimplePendulum:
-        """Eq. 1 without a limit as that of a linear pendulum of J at 1 m."""
+        """Eq. 1 without a limit, as a linear pendulum with the mass J at 1 m."""
         total = self.inertia + self.armature
         square = self.gear**2
         stiffness = square * self.kp / total
@@ -73,22 +75,23 @@ class Servo(LinearResponse):
 
     @property
     def joint_part(self) -> float:
-        """The part of all damping that is the joint's, 1 where there is none."""
+        """The joint's damping over the total damping; 1 if the motor has none."""
         inside = self.gear**2 * self.kv
         return self.damping / (self.damping + inside) if inside else 1.0
 
     @property
     def limit(self) -> float:
-        """The largest torque behind the gear [N m]."""
+        """The largest torque after the gear [N m]."""
         return self.gear * self.force_limit
 
     def unlimited(self, x: float, v: float) -> float:
-        """n F without its limit [N m]."""
+        """Returns the torque n F without its limit [N m] at the angle x [rad] and the rate v
+        [rad/s]."""
         return -(self.gear**2) * (self.kp * x + self.kv * v)
 
     @property
     def system(self) -> SmoothSystem:
-        """Eq. 1 as theory steps it."""
+        """Eq. 1 as a smooth system, for the theory of time stepping."""
         matrix = ((self.started.mass,),)
         start = (self.theta, self.theta_dot)
 
@@ -101,15 +104,15 @@ class Servo(LinearResponse):
         )
 
     def implicit(self, scheme: Scheme, state: Array) -> tuple[float, float]:
-        """Damping [1/s] and stiffness [1/s^2] that a step takes on the state after it: at the limit
-        the joint's alone."""
+        """Returns the damping [1/s] and the stiffness [1/s^2] that a step of `scheme` from `state`
+        treats implicitly. At the force limit only the joint's damping is left."""
         damping = scheme.implicit_damping * self.started.damping_rate
         if abs(self.unlimited(*state)) >= self.limit:
             return min(damping, self.damping / self.started.mass), 0.0
         return damping, self.started.gravity * scheme.implicit_spring
 
     def pieces(self) -> Iterator[Piece]:
-        """The parts of the motion, one after another."""
+        """Yields the pieces of the motion in order."""
         torque = self.unlimited(self.theta, self.theta_dot)
         side = math.copysign(1.0, torque) if abs(torque) > self.limit else 0.0
         piece: Piece | None = Piece(self, 0.0, self.theta, self.theta_dot, side)
@@ -119,18 +122,18 @@ class Servo(LinearResponse):
 
     @cached_property
     def saturates(self) -> bool:
-        """Whether the motor reaches its limit."""
+        """True if the motor reaches its limit."""
         return any(piece.side for piece in islice(self.pieces(), 2))
 
     @property
     def peak_force(self) -> float:
-        """The largest |F| [N m]: that of the start, of the first peak, or the limit."""
+        """The largest |F| [N m]: at the start, at the first peak, or at the limit."""
         first = Piece(self, 0.0, self.theta, self.theta_dot, 0.0)
         torque = max(abs(first.torque(since)) for since in (0.0, first.peak))
         return min(self.force_limit, torque / self.gear)
 
     def observe(self, times: Array) -> Signals:
-        """x [rad] and x' [rad/s] at `times` [s], shape (n,)."""
+        """Exact x [rad] and x' [rad/s] at `times` [s], shape (n,)."""
         states = np.zeros((2, len(times)))
         for piece in self.pieces():
             if not (later := times >= piece.begin).any():
@@ -139,14 +142,14 @@ class Servo(LinearResponse):
         return dict(zip(STATE, states, strict=True))
 
     def uncertainty(self, times: Array) -> Signals:
-        """Absolute errors, shape (n,), by the effect of each parameter's rounding."""
+        """Bound on the error of each observable, shape (n,), by the rounding of each parameter."""
         return rounded_inputs(self, lambda servo: servo.observe(times), ROUNDINGS)
 
 
 @dataclass(frozen=True)
 class Piece:
-    """A part of the motion from `begin` [s], x and x' there, and the `side` on which n F is at
-    its limit, 1 or -1, or 0."""
+    """A piece of the motion from the time `begin` [s], with the angle `x` and the rate `v` at that
+    time. `side` is 1 or -1 if n F is at its limit on that side, else 0."""
 
     servo: Servo
     begin: float
@@ -156,7 +159,7 @@ class Piece:
 
     @cached_property
     def motion(self) -> DrivenRotor:
-        """Its equation, over J."""
+        """The equation of the piece, divided by J."""
         servo = self.servo
         inertia = self.servo.started.mass
         if not self.side:
@@ -167,26 +170,28 @@ class Piece:
         return DrivenRotor(damping_rate=drag, forcing_amplitude=push, forcing_phase=constant)
 
     def states(self, since: Array | float) -> tuple[Array, Array]:
-        """x and x' so long after its begin [s], shape (n,)."""
+        """Returns x and x' at the times `since` its begin [s], shape (n,)."""
         return linear_motion(self.motion, self.x, self.v, np.asarray(since))
 
     def torque(self, since: float) -> float:
-        """n F without its limit [N m]."""
+        """Returns the torque n F without its limit [N m] at the time `since` its begin [s]."""
         return self.servo.unlimited(*map(float, self.states(since)))
 
     def slope(self, since: float) -> float:
-        """Of that [N m/s]."""
+        """Returns the time derivative of that torque [N m/s] at the time `since` its begin [s]."""
         x, v = map(float, self.states(since))
         return self.servo.unlimited(v, float(self.motion.acceleration(0.0, x, v)))
 
     @property
     def peak(self) -> float:
-        """The first peak of |n F| below the limit [s]; 0 where it falls."""
+        """The time from its begin to the first peak of |n F| below the limit [s]; 0 if |n
+        F| falls."""
         pull = self.motion.stiffness
         damping = self.motion.damping_rate
         torque = self.torque(0.0)
         slope = self.slope(0.0)
-        # of T = n F, T' falls as e^(-damping t/2) (slope c + bend s), c and s/root cosine and sine
+        # With T = n F, T' = e^(-damping t/2) (slope c + bend s), c = cos(root t) and
+        # s = sin(root t)/root; if overdamped, these are the hyperbolic functions.
         bend = -pull * torque - damping / 2 * slope
         root = math.sqrt(abs(pull - damping**2 / 4))
         late = 0.0
@@ -198,7 +203,7 @@ class Piece:
 
     @property
     def following(self) -> Piece | None:
-        """The next one; None after the last."""
+        """The next piece; None after the last one."""
         scale = 1.0 / math.sqrt(self.servo.started.gravity)
         first = 0.0
         last = scale if self.side else self.peak
@@ -222,8 +227,8 @@ class Piece:
 
 
 def _root(function: Callable[[float], float], low: float, high: float) -> float:
-    """The zero of a function between two places; raises ArithmeticError where rounding leaves no
-    change of sign there."""
+    """Returns the zero of a function between `low` and `high`. Raises ArithmeticError if rounding
+    leaves no change of sign."""
     from scipy.optimize import brentq
 
     if not function(low) * function(high) <= 0.0:

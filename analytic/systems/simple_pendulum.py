@@ -66,7 +66,7 @@ class SimplePendulum:
 
     @property
     def started(self) -> SimplePendulum:
-        """The same problem with theta rounded to double in place of `theta_from_top`, as an engine
+        """This problem with theta rounded to double in place of `theta_from_top`, as an engine
         starts it."""
         if self.theta_from_top is None:
             return self

@@ -84,8 +84,8 @@ class Rotation:
 
     def _attitude(self, momentum: Array, angle: Array) -> Array:
         """Returns the attitude, shape (4, n), from the momentum in body axes, shape (3, n), and the
-        angle phi [rad], shape (n,): the inverse of the first turn at time 0, then the turn by phi,
-        then the inverse of the first turn at each time."""
+        angle phi [rad], shape (n,). It is the product of three turns: the shortest turn of l to the
+        axis c, the turn by phi about that axis, and the inverse of the first turn at time 0."""
         assert self.turning is not None
         axis = np.zeros((3, 1))
         axis[self.turning.axes[0]] = self.turning.side

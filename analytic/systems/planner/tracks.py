@@ -67,7 +67,7 @@ class Rail(NamedTuple):
 
     @property
     def backward(self) -> Rail:
-        """The same rail with the opposite direction."""
+        """This rail with the opposite direction."""
         return Rail(self.direction + math.pi, -self.high, -self.low, self.part)
 
 

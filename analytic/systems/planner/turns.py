@@ -28,7 +28,7 @@ from plumbob.analytic.systems.three_points.friction import three_point_motion
 WAITING = 1.1  # wait after a turn over the time of the residual motion
 SURVEYED = 8  # number of turns that are computed for the estimates
 SMALLEST = 1 / 24  # slider's angle in the smallest of these turns over that in the largest
-# Heading of the largest turn, over its value in the survey: it depends on where the turn begins.
+# Assumed heading of the largest turn over its surveyed value: it depends on where the turn begins.
 LIKELY = 0.98
 LARGER = 1.1  # largest angle of the slider in an exact turn over its estimate
 MORE = 15  # numbers of turns that are tried beyond the smallest

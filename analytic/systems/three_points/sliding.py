@@ -41,8 +41,7 @@ from plumbob.analytic.systems.three_points.smooth_segment import (
 )
 
 STUCK = 2e-14  # speed of a support that is round-off, over speed_scale
-# speed of the whole body that is round-off, over its largest speed in this piece
-STOPPED = 1e-12
+STOPPED = 1e-12  # speed of a whole body that is round-off, over its largest in this piece
 UNBALANCED = 1e-3  # smallest unbalanced part of the forces as a slide starts, over their size
 STEEPNESS = 0.045  # reciprocal of the power of the element's length in the truncation error
 SMALLEST = 1e-14  # length of the shortest element over its time scale
@@ -50,8 +49,7 @@ SMALLEST = 1e-14  # length of the shortest element over its time scale
 LEAST_TRUNCATION = 1e-18
 GROWTH = (0.2, 0.9)  # smallest and largest factor on an element that has to be shortened
 FIRST = 2.0  # first length in sigma: e-folds of the speed that changes fastest
-# distance from a zero of v_i below which the element runs in sigma, in time scales
-NEAR_POLE = 3.0
+NEAR_POLE = 3.0  # largest distance from a zero of v_i, in time scales, for a run in sigma
 REACH = 4.0  # longest time scale over the time in which the slowest change stops a support
 FLOOR = 0.3  # smallest speed at the end of an element over the speed that counts as stuck
 ELEMENTS = 2000  # largest number of elements in one piece
