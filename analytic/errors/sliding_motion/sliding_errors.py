@@ -196,7 +196,7 @@ def plane_errors(
     motion = reference.motion
     if steps > MOST_PLANE_STEPS or scheme.position_lead is None:
         return {}
-    driven = (motion.capsule, motion.path, reference.begun)
+    driven = (motion.capsule, motion.path, reference.start)
     if scheme.position_first:
         rows = position_first_trajectory(*driven, step, steps)[marks]
     else:

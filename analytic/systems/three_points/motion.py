@@ -51,21 +51,21 @@ class Pose:
 class ThreePointMotion(SingleMotion):
     """An exact motion, in segments of one mode each, and the events between the segments.
 
-    `integrated` computes the segments. `coarser` computes the same motion with fewer nodes and a
+    `integrate` computes the segments. `coarser` computes the same motion with fewer nodes and a
     larger tolerance, for `error`.
     """
 
     capsule: Capsule
     path: SliderPath
     body: Mechanics
-    integrated: Callable[[], Segments]
+    integrate: Callable[[], Segments]
     coarser: Callable[[], ThreePointMotion]
     kind: ClassVar[MotionKind] = "plane"
 
     @cached_property
     def segments(self) -> Segments:
         """The segments in the order of time."""
-        return self.integrated()
+        return self.integrate()
 
     @cached_property
     def events(self) -> tuple[Event, ...]:
@@ -73,9 +73,9 @@ class ThreePointMotion(SingleMotion):
         time."""
         events: list[Event] = []
         for begin, segment in zip(self.begins.tolist(), self.segments, strict=True):
-            continued = bool(events) and segment.mode == events[-1].mode
-            slips = segment.mode == "slide" and segment.support >= 0
-            if not continued or slips:
+            mode_continues = bool(events) and segment.mode == events[-1].mode
+            support_slips = segment.mode == "slide" and segment.support >= 0
+            if support_slips or not mode_continues:
                 events.append(Event(begin, segment.mode, segment.support))
         return tuple(events)
 
@@ -87,8 +87,8 @@ class ThreePointMotion(SingleMotion):
     @cached_property
     def begins(self) -> Array:
         """Start of each segment [s], shape (segments,)."""
-        offsets = self.path.breakpoints
-        return np.array([offsets[s.interval.number] + s.start for s in self.segments])
+        piece_starts = self.path.breakpoints
+        return np.array([piece_starts[s.interval.number] + s.start for s in self.segments])
 
     @property
     def rest_time(self) -> float:
@@ -104,27 +104,28 @@ class ThreePointMotion(SingleMotion):
         edges = np.append(self.begins, self.begins[-1])
         times = np.unique(np.concatenate([np.linspace(a, b, 5) for a, b in pairwise(edges)]))
         poses = self.at(times)
-        other = self.coarser().at(times)
-        parts = []
+        coarser_poses = self.coarser().at(times)
+        bounds = []
         for field in fields(Pose):
-            here = getattr(poses, field.name)
-            there = getattr(other, field.name)
-            size = float(np.abs(here).max())
-            parts.append(np.abs(here - there).max(axis=0, keepdims=True) + ROUNDINGS * size)
-        return Pose(*parts)
+            values = getattr(poses, field.name)
+            difference = np.abs(values - getattr(coarser_poses, field.name))
+            size = float(np.abs(values).max())
+            bounds.append(difference.max(axis=0, keepdims=True) + ROUNDINGS * size)
+        return Pose(*bounds)
 
     def at(self, times: Array) -> Pose:
         """Returns pose and velocity of the body at `times` [s], shape (n,)."""
         times = np.atleast_1d(np.asarray(times, dtype=np.float64))
-        which = np.clip(np.searchsorted(self.begins, times, side="right") - 1, 0, None)
+        numbers = np.clip(np.searchsorted(self.begins, times, side="right") - 1, 0, None)
         states = np.empty((times.size, 7))
-        for index in np.unique(which):
-            here = which == index
-            segment = self.segments[index]
-            local = times[here] - self.path.breakpoints[segment.interval.number]
-            states[here] = segment.states(np.clip(local, segment.start, segment.end))
+        for number in np.unique(numbers):
+            selected = numbers == number
+            segment = self.segments[number]
+            local = times[selected] - self.path.breakpoints[segment.interval.number]
+            states[selected] = segment.states(np.clip(local, segment.start, segment.end))
         slider: Complex = self.path.places(times) @ np.array([1.0, 1j])
-        speed = velocity_of_c(self.body, slider, states)
         omega, _, heading = states[:, 2:5].T
-        speed *= np.exp(1j * heading)
-        return Pose(states[:, 5:], heading, np.column_stack([speed.real, speed.imag]), omega)
+        velocity = velocity_of_c(self.body, slider, states)
+        velocity *= np.exp(1j * heading)
+        velocities = np.column_stack([velocity.real, velocity.imag])
+        return Pose(states[:, 5:], heading, velocities, omega)

@@ -39,51 +39,52 @@ class PlaneReference(LinearResponse):
         """Exact x, y of C [m], velocity_x, velocity_y [m/s], heading [rad], heading_rate [rad/s]
         and normal_force_1..3 [N] at `times` [s], shape (n,). body_angle equals heading: it is the
         name in the source."""
-        now = self.motion.at(times)
-        (x, y) = now.position.T
-        (velocity_x, velocity_y) = now.velocity.T
+        pose = self.motion.at(times)
+        (x, y) = pose.position.T
+        (velocity_x, velocity_y) = pose.velocity.T
+        places = self.motion.path.places(times)
         return {
-            "body_angle": now.heading,
+            "body_angle": pose.heading,
             "x": x,
             "y": y,
             "velocity_x": velocity_x,
             "velocity_y": velocity_y,
-            "heading": now.heading,
-            "heading_rate": now.angular_velocity,
-            **by_support(normal_forces(self.motion.capsule, self.motion.path.places(times))),
+            "heading": pose.heading,
+            "heading_rate": pose.angular_velocity,
+            **by_support(normal_forces(self.motion.capsule, places)),
         }
 
     def uncertainty(self, times: Array) -> Signals:
         """Bound on the error of each observable at `times` [s], shape (n,), by the motion's error
         and by rounded inputs."""
         error = self.motion.error
-        observed = self.observe(times)
-        pose = self.sure * np.concatenate(
-            [
-                error.heading,
-                *error.position,
-                *error.velocity,
-                error.heading,
-                error.angular_velocity,
-            ]
-        )
-        bounds = (*pose.tolist(), *3 * (self._load_uncertainty(times),))
-        return {
-            name: np.full(np.shape(times), bound + ROUNDINGS * float(np.abs(values).max()))
-            for (name, values), bound in zip(observed.items(), bounds, strict=True)
-        }
+        pose_errors = [
+            error.heading,
+            *error.position,
+            *error.velocity,
+            error.heading,
+            error.angular_velocity,
+        ]
+        pose_bounds = self.sure * np.concatenate(pose_errors)
+        bounds = (*pose_bounds.tolist(), *3 * (self._load_uncertainty(times),))
+        uncertainty = {}
+        for (name, values), bound in zip(self.observe(times).items(), bounds, strict=True):
+            rounding = ROUNDINGS * float(np.abs(values).max())
+            uncertainty[name] = np.full(np.shape(times), bound + rounding)
+        return uncertainty
 
     def _load_uncertainty(self, times: Array) -> float:
         """Bound on the error of each N_i [N], by its arithmetic and by rounded times, which move
         the slider."""
         capsule = self.motion.capsule
-        (places, speeds, _) = self.motion.path.kinematics(times)
-        late = ROUNDINGS * float(np.max(np.abs(times))) * float(np.hypot(*speeds.T).max())
+        (places, velocities, _) = self.motion.path.kinematics(times)
+        time_rounding = ROUNDINGS * float(np.max(np.abs(times)))
+        displacement = time_rounding * float(np.hypot(*velocities.T).max())
         reach = float(np.hypot(*places.T).max())
-        return float(normal_force_uncertainty(capsule, reach, late))
+        return float(normal_force_uncertainty(capsule, reach, displacement))
 
     @property
-    def begun(self) -> Start:
+    def start(self) -> Start:
         """The initial velocity of C and the initial angular velocity."""
         first = self.motion.at(np.zeros(1))
         x, y = first.velocity[0].tolist()

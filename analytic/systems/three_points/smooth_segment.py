@@ -19,7 +19,7 @@ from plumbob.analytic.systems.three_points.equations import (
 )
 
 # size of the last Newton step: convergence is quadratic, so the next step would be round-off
-CLOSE = 1e-9
+SMALL_STEP = 1e-9
 NEWTON_STEPS = 8
 BRACKETS = 64  # intervals of a segment in which Newton's method starts
 Mode = Literal["slide", "pivot", "rest"]
@@ -55,7 +55,7 @@ class State:
     angular velocity [rad/s], heading psi [rad], position of C on the ground [m]."""
 
     time: float
-    point: complex
+    velocity: complex
     omega: float
     heading: float
     place: complex
@@ -63,7 +63,7 @@ class State:
     @property
     def row(self) -> Array:
         """The array (p_x, p_y, omega, t), shape (4,)."""
-        return np.array([self.point.real, self.point.imag, self.omega, self.time])
+        return np.array([self.velocity.real, self.velocity.imag, self.omega, self.time])
 
 
 @dataclass(frozen=True)
@@ -85,78 +85,84 @@ class SmoothSegment:
 
     def states(self, times: Array) -> Array:
         """Returns the seven quantities at local `times` [s], shape (n,): shape (n, 7)."""
-        places = monotone_root(self.coefficients[:, 3], times)
-        return np.asarray(basis(places, len(self.coefficients)) @ self.coefficients)
+        parameters = monotone_root(self.coefficients[:, 3], times)
+        return np.asarray(basis(parameters, len(self.coefficients)) @ self.coefficients)
 
 
-def resting(interval: Interval, end: float, state: State) -> SmoothSegment:
+def rest_segment(interval: Interval, end: float, state: State) -> SmoothSegment:
     """Returns the segment of a body at rest from `state` to local time `end` [s], which may be
     infinite."""
     half = 0.5 * (end - state.time if np.isfinite(end) else 1.0)
     coefficients = np.zeros((2, 7))
     coefficients[0, 3:] = state.time + half, state.heading, state.place.real, state.place.imag
     coefficients[1, 3] = half
-    return SmoothSegment("rest", -1, interval, state.time, end, coefficients)
+    return SmoothSegment(
+        mode="rest",
+        support=-1,
+        interval=interval,
+        start=state.time,
+        end=end,
+        coefficients=coefficients,
+    )
 
 
 @lru_cache(maxsize=8)
 def _grid(count: int) -> tuple[Array, Array]:
     """Returns the BRACKETS + 1 grid points in [0, 1], and the first `count` polynomials there."""
-    places = np.linspace(0.0, 1.0, BRACKETS + 1)
-    return places, basis(places, count)
+    points = np.linspace(0.0, 1.0, BRACKETS + 1)
+    return points, basis(points, count)
 
 
 def monotone_root(series: Array, values: Array) -> Array:
-    """Returns the places in [0, 1], shape (n,), at which an increasing Legendre `series`, shape
+    """Returns the parameters in [0, 1], shape (n,), at which an increasing Legendre `series`, shape
     (k,), has the `values`, shape (n,). Newton's method searches within one interval of a grid."""
-    grid, known = _grid(len(series))
-    heights = np.maximum.accumulate(known @ series)
-    after = np.clip(np.searchsorted(heights, values), 1, BRACKETS)
-    slopes = 2.0 * np.polynomial.legendre.legder(series)
-    x = np.interp(values, heights, grid)
+    grid, polynomials = _grid(len(series))
+    grid_values = np.maximum.accumulate(polynomials @ series)
+    upper = np.clip(np.searchsorted(grid_values, values), 1, BRACKETS)
+    derivative = 2.0 * np.polynomial.legendre.legder(series)
+    x = np.interp(values, grid_values, grid)
     for _ in range(NEWTON_STEPS):
-        at = basis(x, len(series))
-        rate = at[:, :-1] @ slopes
-        step = (at @ series - values) / np.where(rate > 0.0, rate, np.inf)
-        x = np.clip(x - step, grid[after - 1], grid[after])
-        if np.all(np.abs(step) <= CLOSE):
+        polynomials = basis(x, len(series))
+        rate = polynomials[:, :-1] @ derivative
+        step = (polynomials @ series - values) / np.where(rate > 0.0, rate, np.inf)
+        x = np.clip(x - step, grid[upper - 1], grid[upper])
+        if np.all(np.abs(step) <= SMALL_STEP):
             break
     return x
 
 
-def fitted(interval: Interval, first: State, slopes: Array) -> Array:
+def fitted_coefficients(interval: Interval, first: State, slopes: Array) -> Array:
     """Returns the coefficients of a SmoothSegment, shape (n + 1, 7), from the `slopes` of (p_x,
     p_y, omega, t) at the nodes, shape (n, 4). Heading and position of C follow by integration."""
     rule = interval.accuracy.rule
-    body = interval.body
     start = np.array([*first.row, first.heading, first.place.real, first.place.imag])
     states = start[:4] + rule.integral @ slopes
     turning = slopes[:, 3] * states[:, 2]
     heading = first.heading + rule.integral @ turning
-    at = interval.at(states[:, 3])
-    drift = slopes[:, 3] * velocity_of_c(body, at.position, states) * np.exp(1j * heading)
-    return rule.primitive(start, np.column_stack([slopes, turning, drift.real, drift.imag]))
+    slider = interval.at(states[:, 3]).position
+    moving = slopes[:, 3] * velocity_of_c(interval.body, slider, states) * np.exp(1j * heading)
+    return rule.primitive(start, np.column_stack([slopes, turning, moving.real, moving.imag]))
 
 
 def velocity_of_c(body: Mechanics, slider: Complex, states: Array) -> Complex:
     """Returns the velocity of C in body axes [m/s], shape (n,), from the `slider`'s position r [m],
     shape (n,), and `states` (p_x, p_y, omega, ...), shape (n, 3 or more)."""
-    point = states[:, 0] + 1j * states[:, 1]
+    velocity = states[:, 0] + 1j * states[:, 1]
     omega = states[:, 2]
-    return np.asarray(point - 1j * omega * body.mass_ratio * slider)
+    return np.asarray(velocity - 1j * omega * body.mass_ratio * slider)
 
 
-def state_at(coefficients: Array, place: float) -> State:
-    """Returns the state at parameter `place` of a segment's polynomials."""
-    if place == 1.0:
+def state_at(coefficients: Array, parameter: float) -> State:
+    """Returns the state at a `parameter` of a segment's polynomials."""
+    if parameter == 1.0:
         values = coefficients.sum(axis=0)
     else:
-        values = evaluate(coefficients, np.array([place]))[0]
+        values = evaluate(coefficients, np.array([parameter]))[0]
     px, py, omega, time, heading, x, y = values
     return State(float(time), complex(px, py), float(omega), float(heading), complex(x, y))
 
 
-def speed_scale(at: Configuration, state: State) -> float:
+def speed_scale(terms: Configuration, state: State) -> float:
     """Returns the size of the terms that add up to a support's velocity [m/s]: the scale of its
     round-off."""
-    return abs(state.point) + abs(state.omega) * float(np.abs(at.arms).max())
+    return abs(state.velocity) + abs(state.omega) * float(np.abs(terms.arms).max())

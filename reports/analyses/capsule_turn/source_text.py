@@ -42,7 +42,7 @@ def friction_turning(
             load = loading(motion, segment, 0.5 * (x + 1.0))
             (force, torque) = load.friction
             spans = 0.5 * weights * load.pace
-            rate = torque / load.at.inertia
+            rate = torque / load.terms.inertia
             largest = max(largest, float(np.abs(rate).max()))
             turned += float(spans @ rate)
             pushed += (
