@@ -34,16 +34,16 @@ def demand(motion: Any, duration: float) -> Demand:
     >>> print(f"{demand(line, line.t2).peak:.4f} N")
     10.1137 N
     """
-    edges = np.unique(
-        np.clip([*(phase.start for phase in motion.phases), duration], 0.0, duration)
-    )
+    starts = [phase.start for phase in motion.phases]
+    edges = np.unique(np.clip([*starts, duration], 0.0, duration))
     middles = 0.5 * (edges[1:] + edges[:-1])
+    lengths = np.diff(edges)
     forces = motion.driving_force(middles)
-    now = motion.at(middles)
+    state = motion.at(middles)
     # The force is constant and the velocity linear: the power is largest at an interval's end.
-    speeds = np.abs(now.stroke_rate) + np.abs(0.5 * np.diff(edges) * now.pull)
+    speeds = np.abs(state.stroke_rate) + np.abs(0.5 * lengths * state.pull)
     return Demand(
         peak=float(np.abs(forces).max()),
-        rms=math.sqrt(float(np.sum(forces**2 * np.diff(edges))) / duration),
+        rms=math.sqrt(float(np.sum(forces**2 * lengths)) / duration),
         power=float(np.abs(forces * speeds).max()),
     )

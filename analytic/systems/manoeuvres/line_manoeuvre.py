@@ -144,11 +144,11 @@ class LineManoeuvre(SingleMotion, LineMotion):
         push = Phase(0.0, 0.0, 0.0, self.w1, acceleration=-closed.backward, slides=True)
         brake = push.after(self.t1)._replace(pull=-self.w2, acceleration=closed.braking)
         end = Phase(self.t2, self.stroke, 0.0, 0.0, self.displacement)
-        held = brake.after(closed.braking_time)
-        held = end._replace(
-            start=self.t_star, stroke=held.stroke, stroke_rate=held.stroke_rate, pull=held.pull
+        stop = brake.after(closed.braking_time)
+        body_at_rest = end._replace(
+            start=self.t_star, stroke=stop.stroke, stroke_rate=stop.stroke_rate, pull=stop.pull
         )
-        return push, brake, held, end
+        return push, brake, body_at_rest, end
 
 
 def printed_body_velocity(manoeuvre: LineManoeuvre, times: Array) -> Array:

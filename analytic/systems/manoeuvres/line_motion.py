@@ -25,8 +25,9 @@ from plumbob.analytic.systems.slider_path import SliderPath, StraightPiece
 # A time this near a switch, relatively, counts as the switch: a step that begins there is rounded.
 SNAP = 2.0**-48
 # Relative rounding of a term: three parameters with three roundings each, and nine operations.
-FEW = 27 * ROUNDOFF
-SHIFTED = 8  # roundings of a time in a repetition, of earlier switches and of the period
+TERM_ROUNDING = 27 * ROUNDOFF
+# roundings of a time in a repetition, of earlier switches and of the period
+SHIFT_ROUNDINGS = 8
 
 
 class Phase(NamedTuple):
@@ -85,53 +86,59 @@ class LineMotion(LinearResponse):
     @property
     def ends(self) -> tuple[Point, Point]:
         """The two ends of the slider's stroke, relative to C in body axes [m]."""
-        x, y = (float(c) for c in self.unit)
-        end = self.single.start + self.single.stroke
-        return (self.single.start * x, self.single.start * y), (end * x, end * y)
+        x, y = self.unit.tolist()
+        start = self.single.start
+        end = start + self.single.stroke
+        return (start * x, start * y), (end * x, end * y)
 
     @cached_property
     def path(self) -> SliderPath:
         """The slider's path in the body over all repetitions."""
-        pulled = [
-            next(alike) for _, alike in groupby(self.phases, key=lambda phase: phase.pull)
-        ]
-        ends = [phase.start for phase in pulled[1:]]
-        place = self.ends[0]
-        direction = self.single.direction
+        groups = groupby(self.phases, key=lambda phase: phase.pull)
+        slider_phases = [next(phases) for _, phases in groups]
+        ends = [phase.start for phase in slider_phases[1:]]
         if math.isfinite(self.period) or not ends:
             ends.append(self.period if ends else 0.0)
         pieces = tuple(
-            StraightPiece(end - p.start, place, direction, p.stroke, p.stroke_rate, p.pull)
-            for p, end in zip(pulled, ends, strict=False)
+            StraightPiece(
+                duration=end - phase.start,
+                origin=self.ends[0],
+                direction=self.single.direction,
+                position=phase.stroke,
+                speed=phase.stroke_rate,
+                acceleration=phase.pull,
+            )
+            for phase, end in zip(slider_phases, ends, strict=False)
         )
         return SliderPath(self.count * pieces)
 
     @cached_property
-    def _table(self) -> Array:
+    def _phase_table(self) -> Array:
         """The phases, one column each, shape (8, phases)."""
         return np.array(self.phases, dtype=float).T
 
-    def _now(self, times: Array) -> tuple[Array, Array, Array]:
+    def _phase_at(self, times: Array) -> tuple[Array, Array, Array]:
         """Returns the number of complete repetitions before `times` [s], the time spent in the
         present phase [s], both of shape (n,), and that phase, shape (8, n)."""
         times = np.asarray(times, dtype=float)
         late = times * (1.0 + SNAP)
-        done = np.zeros_like(times)
+        repetitions = np.zeros_like(times)
         if self.count > 1:
-            done = np.clip(np.floor(late / self.period), 0, self.count - 1)
-            times = times - done * self.period
-            late = late - done * self.period
-        which = np.searchsorted(self._table[0], np.maximum(late, 0.0), side="right") - 1
-        phase = self._table[:, which]
-        return done, np.maximum(times - phase[0], 0.0), phase
+            repetitions = np.clip(np.floor(late / self.period), 0, self.count - 1)
+            times = times - repetitions * self.period
+            late = late - repetitions * self.period
+        starts = self._phase_table[0]
+        numbers = np.searchsorted(starts, np.maximum(late, 0.0), side="right") - 1
+        phase = self._phase_table[:, numbers]
+        return repetitions, np.maximum(times - phase[0], 0.0), phase
 
     def at(self, times: Array) -> Any:
         """Returns the state at `times` [s] as a Phase whose fields have the shape (n,) (eqs. 11-16,
         19)."""
-        done, spent, phase = self._now(times)
-        now: Any = Phase(*phase).after(spent)
-        moved = done * self.phases[-1].displacement
-        return now._replace(displacement=now.displacement + moved)
+        repetitions, elapsed, phase = self._phase_at(times)
+        state: Any = Phase(*phase).after(elapsed)
+        earlier = repetitions * self.phases[-1].displacement
+        return state._replace(displacement=state.displacement + earlier)
 
     def relative_velocity(self, times: Array) -> Array:
         """Returns the slider's velocity in the body v [m/s] at `times` [s], shape (n,) (eq. 16)."""
@@ -140,11 +147,11 @@ class LineMotion(LinearResponse):
     def friction_force(self, times: Array) -> Array:
         """Returns the resultant of friction on the body [N] at `times` [s], shape (n,): f (M + m) g
         while the body slides backward, and static friction m w while it rests (eqs. 1, 8)."""
-        now = self.at(times)
+        state = self.at(times)
         capsule = self.single.capsule
         sliding = capsule.friction * capsule.weight
-        held = capsule.slider_mass * now.pull
-        return np.asarray(np.where(now.slides, sliding, held))
+        static = capsule.slider_mass * state.pull
+        return np.asarray(np.where(state.slides, sliding, static))
 
     def driving_force(self, times: Array) -> Array:
         """Returns the force F of the actuator on the slider [N] at `times` [s], shape (n,) (eqs. 3,
@@ -164,15 +171,15 @@ class LineMotion(LinearResponse):
         [m, m/s]; heading [rad]; sideways, the displacement of C across the line [m];
         normal_force_1..3, friction_force (resultant on the body) and driving_force (of the actuator
         on the slider) [N]."""
-        now = self.at(times)
-        still = np.zeros(np.shape(times))
+        state = self.at(times)
+        zeros = np.zeros(np.shape(times))
         return {
-            "displacement": now.displacement,
-            "velocity": now.velocity,
-            "stroke": now.stroke,
-            "stroke_rate": now.stroke_rate,
-            "heading": still,
-            "sideways": still,
+            "displacement": state.displacement,
+            "velocity": state.velocity,
+            "stroke": state.stroke,
+            "stroke_rate": state.stroke_rate,
+            "heading": zeros,
+            "sideways": zeros,
             **by_support(self.normal_forces(times)),
             "friction_force": self.friction_force(times),
             "driving_force": self.driving_force(times),
@@ -183,42 +190,46 @@ class LineMotion(LinearResponse):
         times rounded to double and by the arithmetic. It is of first order: the magnitudes of all
         terms are added, and it grows with the repetitions."""
         capsule = self.single.capsule
-        (done, _, _) = self._now(times)
-        late = np.where(done > 0.0, SHIFTED, 2.0) * np.abs(np.asarray(times, dtype=float))
-        late = ROUNDOFF * (
-            late if self.count > 1 else np.minimum(late, 2 * self.phases[-1].start)
-        )
-        sizes = self._sizes
-        end = sizes[-1]
-        pull = max(phase.pull for phase in sizes)
-        push = max(phase.acceleration for phase in sizes)
+        (repetitions, _, _) = self._phase_at(times)
+        roundings = np.where(repetitions > 0.0, SHIFT_ROUNDINGS, 2.0)
+        late = roundings * np.abs(np.asarray(times, dtype=float))
+        if self.count == 1:
+            late = np.minimum(late, 2 * self.phases[-1].start)
+        late = ROUNDOFF * late
+        magnitudes = self._magnitudes
+        end = magnitudes[-1]
+        pull = max(phase.pull for phase in magnitudes)
+        acceleration = max(phase.acceleration for phase in magnitudes)
         reach = math.hypot(*self.ends[0]) + abs(self.single.stroke)
-        slack = normal_force_uncertainty(capsule, reach, late * end.stroke_rate)
-        now = self.at(times)
-        held = self.friction_force(times)
-        still = np.zeros_like(late)
+        load_error = normal_force_uncertainty(capsule, reach, late * end.stroke_rate)
+        state = self.at(times)
+        friction = np.abs(self.friction_force(times))
+        zeros = np.zeros_like(late)
         return {
-            "displacement": FEW * end.displacement * (1.0 + done) + late * end.velocity,
-            "velocity": FEW * end.velocity + 2 * late * push,
-            "stroke": FEW * end.stroke + late * end.stroke_rate,
-            "stroke_rate": FEW * end.stroke_rate + 2 * late * pull,
-            "heading": still,
-            "sideways": still,
-            **dict.fromkeys(NORMAL_FORCES, still + slack),
-            "friction_force": still + FEW * capsule.friction * capsule.weight,
-            "driving_force": FEW * driving_force(capsule, np.abs(held), np.abs(now.pull)),
+            "displacement": TERM_ROUNDING * end.displacement * (1.0 + repetitions)
+            + late * end.velocity,
+            "velocity": TERM_ROUNDING * end.velocity + 2 * late * acceleration,
+            "stroke": TERM_ROUNDING * end.stroke + late * end.stroke_rate,
+            "stroke_rate": TERM_ROUNDING * end.stroke_rate + 2 * late * pull,
+            "heading": zeros,
+            "sideways": zeros,
+            **dict.fromkeys(NORMAL_FORCES, zeros + load_error),
+            "friction_force": zeros + TERM_ROUNDING * capsule.friction * capsule.weight,
+            "driving_force": TERM_ROUNDING
+            * driving_force(capsule, friction, np.abs(state.pull)),
         }
 
     @cached_property
-    def _sizes(self) -> list[Phase]:
+    def _magnitudes(self) -> list[Phase]:
         """The phases with every acceleration replaced by the sum of its terms' magnitudes, for
         bounds on rounding."""
         capsule = self.single.capsule
-        sizes = list[Phase]()
-        now = Phase(0.0, 0.0, 0.0, 0.0)
+        magnitudes = list[Phase]()
+        state = Phase(0.0, 0.0, 0.0, 0.0)
         for phase in self.phases:
-            push = capsule.mass_ratio * abs(phase.pull) + capsule.friction * capsule.gravity
-            now = now.after(phase.start - now.start)
-            now = now._replace(pull=abs(phase.pull), acceleration=phase.slides * push)
-            sizes.append(now)
-        return sizes
+            pull = abs(phase.pull)
+            acceleration = capsule.mass_ratio * pull + capsule.friction * capsule.gravity
+            state = state.after(phase.start - state.start)
+            state = state._replace(pull=pull, acceleration=phase.slides * acceleration)
+            magnitudes.append(state)
+        return magnitudes

@@ -24,25 +24,28 @@ def mean_speed(
     """Returns the magnitude of the mean speed [m/s] of repeated manoeuvres of `stroke` [m] with
     accelerations `w1`, `w2` [m/s^2]. Each is followed at once by a slow return at `fraction` of f
     g/mu. Raises ParameterError."""
-    positive("friction", capsule.friction), positive("stroke", stroke)
-    positive("w1", w1), positive("w2", w2), proper_fraction("fraction", fraction)
+    positive("friction", capsule.friction)
+    positive("stroke", stroke)
+    positive("w1", w1)
+    positive("w2", w2)
+    proper_fraction("fraction", fraction)
     x = capsule.holding_acceleration / w1
     y = capsule.holding_acceleration / w2
-    moved = (1.0 - x) / (1.0 + y)
-    return (
-        _scale(capsule, stroke) * moved / (math.sqrt(2.0 * (x + y)) + 2.0 / math.sqrt(fraction))
-    )
+    displacement = (1.0 - x) / (1.0 + y)
+    duration = math.sqrt(2.0 * (x + y)) + 2.0 / math.sqrt(fraction)
+    return _speed_unit(capsule, stroke) * displacement / duration
 
 
 def fastest_speed(capsule: Capsule, stroke: float) -> float:
     """Returns the mean speed [m/s] that no manoeuvre of `stroke` [m] with a slow return exceeds:
     sqrt(mu f g stroke)/(2 sqrt(2) + 4). It is reached with w2 = f g/mu, a return at f g/mu, and w1
     -> infinity. Raises ParameterError."""
-    positive("friction", capsule.friction), positive("stroke", stroke)
-    return _scale(capsule, stroke) / (2.0 * math.sqrt(2.0) + 4.0)
+    positive("friction", capsule.friction)
+    positive("stroke", stroke)
+    return _speed_unit(capsule, stroke) / (2.0 * math.sqrt(2.0) + 4.0)
 
 
-def fastest(
+def fastest_manoeuvre(
     capsule: Capsule, w1: float, stroke: float, direction: float = 0.0
 ) -> LineManoeuvre:
     """Returns the fastest manoeuvre of `stroke` [m] with the acceleration `w1` [m/s^2], in the
@@ -50,9 +53,10 @@ def fastest(
     w2 = capsule.holding_acceleration
     t1 = math.sqrt(2.0 * w2 * positive("stroke", stroke) / (positive("w1", w1) * (w1 + w2)))
     low, high = longest_stroke(capsule, direction)
-    return LineManoeuvre(capsule, w1, w2, t1, direction, 0.5 * (low + high - stroke))
+    start = 0.5 * (low + high - stroke)
+    return LineManoeuvre(capsule, w1, w2, t1, direction=direction, start=start)
 
 
-def _scale(capsule: Capsule, stroke: float) -> float:
+def _speed_unit(capsule: Capsule, stroke: float) -> float:
     """Returns sqrt(mu f g stroke) [m/s], the unit of the mean speeds."""
     return math.sqrt(capsule.mass_ratio * capsule.friction * capsule.gravity * stroke)

@@ -32,10 +32,10 @@ class RepeatedLine(LineMotion):
     def __post_init__(self) -> None:
         counting("count", self.count)
         non_negative("pause", self.pause)
-        _ = self.returning
+        _ = self.return_motion
 
     @cached_property
-    def returning(self) -> SlowStroke:
+    def return_motion(self) -> SlowStroke:
         """The slow return after each manoeuvre."""
         return slow_return(self.manoeuvre, self.fraction)
 
@@ -47,21 +47,21 @@ class RepeatedLine(LineMotion):
     @cached_property
     def phases(self) -> tuple[Phase, ...]:
         """The phases of one manoeuvre and of the return after it."""
-        *there, end = self.manoeuvre.phases
-        back = (
-            p._replace(
-                start=end.start + p.start,
-                stroke=end.stroke + p.stroke,
+        *line_phases, end = self.manoeuvre.phases
+        return_phases = [
+            phase._replace(
+                start=end.start + phase.start,
+                stroke=end.stroke + phase.stroke,
                 displacement=end.displacement,
             )
-            for p in self.returning.phases
-        )
-        return (*there, *back)
+            for phase in self.return_motion.phases
+        ]
+        return (*line_phases, *return_phases)
 
     @property
     def period(self) -> float:
         """Time from the start of one manoeuvre to the start of the next [s]."""
-        return self.manoeuvre.t2 + self.returning.duration + self.pause
+        return self.manoeuvre.t2 + self.return_motion.duration + self.pause
 
     @property
     def duration(self) -> float:

@@ -18,7 +18,7 @@ from plumbob.analytic.systems.slider_path import SliderPath, concatenate, fixed
 from plumbob.analytic.systems.three_points.friction import three_point_motion
 from plumbob.analytic.systems.three_points.motion import Pose, ThreePointMotion
 
-WHOLE = 1e-12  # largest relative difference of the slider's angle from whole circles
+WHOLE_CIRCLES = 1e-12  # largest relative difference of the slider's angle from whole circles
 
 
 @dataclass(frozen=True)
@@ -35,11 +35,13 @@ class RepeatedTurn:
     kind: ClassVar[MotionKind] = "plane"
 
     def __post_init__(self) -> None:
-        counting("count", self.count), non_negative("pause", self.pause)
-        circles = self.manoeuvre.slider_angle / (2.0 * math.pi)
+        counting("count", self.count)
+        non_negative("pause", self.pause)
         if self.count == 1:
             return
-        if round(circles) == 0 or abs(circles - round(circles)) > WHOLE * abs(circles):
+        circles = self.manoeuvre.slider_angle / (2.0 * math.pi)
+        difference = abs(circles - round(circles))
+        if round(circles) == 0 or difference > WHOLE_CIRCLES * abs(circles):
             need = "whole circles, for several turns to be equal"
             raise ParameterError("slider_angle", self.manoeuvre.slider_angle, need)
         if self.period < self.single.rest_time:
@@ -82,35 +84,35 @@ class RepeatedTurn:
         return three_point_motion(self.manoeuvre.capsule, self.manoeuvre.path)
 
     @cached_property
-    def _gained(self) -> tuple[complex, float]:
+    def _change_per_turn(self) -> tuple[complex, float]:
         """Displacement of C [m], complex, and turn of the body [rad] by one manoeuvre."""
         end = self.single.at(np.array([self.single.rest_time]))
         return complex(*end.position[0]), float(end.heading[0])
 
-    def _within(self, times: Array) -> tuple[Array, Array]:
+    def _local_times(self, times: Array) -> tuple[Array, Array]:
         """Returns the number of complete turns at `times` [s], and the time since the present turn
         began [s], shape (n,) each."""
         times = np.atleast_1d(np.asarray(times, dtype=np.float64))
-        done = np.clip(np.floor(times / self.period), 0, self.count - 1)
-        return done, np.maximum(times - done * self.period, 0.0)
+        turns = np.clip(np.floor(times / self.period), 0, self.count - 1)
+        return turns, np.maximum(times - turns * self.period, 0.0)
 
     def at(self, times: Array) -> Pose:
         """Returns pose and velocity of the body at `times` [s], shape (n,)."""
-        done, local = self._within(times)
-        now = self.single.at(local)
-        (shift, turn) = self._gained
-        facing = np.exp(1j * turn * done)
-        # The sum shift (1 + e^(i turn) + ...) is a geometric series.
-        base = (
-            shift * done if turn == 0.0 else shift * (facing - 1.0) / (np.exp(1j * turn) - 1.0)
-        )
-        place = base + facing * (now.position @ [1.0, 1j])
-        speed = facing * (now.velocity @ [1.0, 1j])
+        turns, local = self._local_times(times)
+        pose = self.single.at(local)
+        (shift, angle) = self._change_per_turn
+        facing = np.exp(1j * angle * turns)
+        if angle == 0.0:
+            base = shift * turns
+        else:  # the sum shift (1 + e^(i angle) + ...) is a geometric series
+            base = shift * (facing - 1.0) / (np.exp(1j * angle) - 1.0)
+        place = base + facing * (pose.position @ [1.0, 1j])
+        velocity = facing * (pose.velocity @ [1.0, 1j])
         return Pose(
             np.column_stack([place.real, place.imag]),
-            now.heading + turn * done,
-            np.column_stack([speed.real, speed.imag]),
-            now.angular_velocity,
+            pose.heading + angle * turns,
+            np.column_stack([velocity.real, velocity.imag]),
+            pose.angular_velocity,
         )
 
     @cached_property
@@ -119,12 +121,13 @@ class RepeatedTurn:
         an error of heading rotates all later displacements."""
         single = self.single.error
         n = self.count
-        (shift, _) = self._gained
-        turned = n * float(single.heading[0])
-        place = n * (single.position + turned * abs(shift))
-        speed = float(
-            np.abs(self.single.at(np.array([self.manoeuvre.half_time])).velocity).max()
-        )
+        (shift, _) = self._change_per_turn
+        heading_error = n * float(single.heading[0])
+        fastest = self.single.at(np.array([self.manoeuvre.half_time]))
+        speed = float(np.abs(fastest.velocity).max())
         return Pose(
-            place, n * single.heading, single.velocity + turned * speed, single.angular_velocity
+            n * (single.position + heading_error * abs(shift)),
+            n * single.heading,
+            single.velocity + heading_error * speed,
+            single.angular_velocity,
         )

@@ -52,12 +52,13 @@ class SlowStroke(SingleMotion, LineMotion):
     @cached_property
     def phases(self) -> tuple[Phase, ...]:
         """The two halves of each way, and rest. The body does not move."""
-        now = Phase(0.0, 0.0, 0.0, 0.0)
+        senses = (1.0, -1.0, -1.0, 1.0, 0.0) if self.there_and_back else (1.0, -1.0, 0.0)
+        state = Phase(0.0, 0.0, 0.0, 0.0)
         phases = list[Phase]()
-        for sense in (1.0, -1.0, -1.0, 1.0, 0.0) if self.there_and_back else (1.0, -1.0, 0.0):
-            now = now._replace(pull=sense * math.copysign(self.acceleration, self.length))
-            phases.append(now)
-            now = now.after(0.5 * self.one_way)
+        for sense in senses:
+            state = state._replace(pull=sense * math.copysign(self.acceleration, self.length))
+            phases.append(state)
+            state = state.after(0.5 * self.one_way)
         return tuple(phases)
 
     @property
@@ -85,10 +86,10 @@ def slow_return(manoeuvre: LineManoeuvre, fraction: float = 1.0) -> SlowStroke:
     """Returns the slow motion of the slider back to the place where `manoeuvre` began. Raises
     ParameterError. Chernousko 2020, end of the section on rectilinear motions."""
     return SlowStroke(
-        manoeuvre.capsule,
-        -manoeuvre.stroke,
-        fraction,
-        manoeuvre.direction,
-        manoeuvre.start + manoeuvre.stroke,
+        capsule=manoeuvre.capsule,
+        length=-manoeuvre.stroke,
+        fraction=fraction,
+        direction=manoeuvre.direction,
+        start=manoeuvre.start + manoeuvre.stroke,
         there_and_back=False,
     )

@@ -44,7 +44,8 @@ class TiltedHold(SingleMotion, LineMotion):
     phases: ClassVar[tuple[Phase, ...]] = (Phase(0.0, 0.0, 0.0, 0.0),)
 
     def __post_init__(self) -> None:
-        tilt_angle(self.capsule, self.fraction), finite("direction", self.direction)
+        tilt_angle(self.capsule, self.fraction)
+        finite("direction", self.direction)
         check_loads(self.capsule, self.ends)
 
     @property

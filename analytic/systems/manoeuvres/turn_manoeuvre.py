@@ -22,8 +22,8 @@ from plumbob.analytic.systems.slider_path import SliderPath, arc_stroke, fixed
 from plumbob.analytic.systems.three_points.equations import Complex
 from plumbob.analytic.systems.three_points.friction import Start, three_point_motion
 
-CONVERGED = 1e-13  # relative tolerance of the quadrature
-PIECES = 1000  # largest number of the quadrature's intervals
+QUADRATURE_TOLERANCE = 1e-13  # relative tolerance of the quadrature
+MAX_INTERVALS = 1000  # largest number of the quadrature's intervals
 # The coasting body turns by about the square of this [rad]; the limit neglects that turn.
 SLOW = 1e-6
 
@@ -34,18 +34,18 @@ class TurnCorrection:
     shape (3,).
 
     `at_stop` and `at_rest` are the coefficients of tau^2 in the pose when the slider stops (at 2
-    tau) and when the body rests. `left_at_stop` are the coefficients of tau in the pose's rates
-    when the slider stops. `residual_time` is the coefficient of tau in the time from the slider's
-    stop to rest.
+    tau) and when the body rests. `rate_coefficients` are those of tau in the pose's rates when the
+    slider stops. `residual_time` is the coefficient of tau in the time from the slider's stop to
+    rest.
     """
 
     at_stop: Array
     at_rest: Array
-    left_at_stop: Array
+    rate_coefficients: Array
     residual_time: float
 
 
-def progress(phases: Array) -> Array:
+def angle_fraction(phases: Array) -> Array:
     """Returns the fraction of the slider's angle covered at times `phases` tau, shape (n,), up to 2
     tau (Chernousko 2020, eqs. 26, 29)."""
     return 0.5 * np.square(phases) - np.square(np.maximum(phases - 1.0, 0.0))
@@ -98,7 +98,7 @@ class TurnManoeuvre:
     @property
     def friction_bound(self) -> float:
         """R_0 [rad/s^2], a bound on the angular acceleration that friction can cause (eq. 28)."""
-        return self.capsule.friction * self._friction_pace
+        return self.capsule.friction * self._unit_friction_bound
 
     @property
     def least_friction(self) -> float:
@@ -106,10 +106,10 @@ class TurnManoeuvre:
         changes the body's largest rate, mu_1 |Z| tau, over the manoeuvre, 2 tau, by less than the
         rounding of a double."""
         rate = self.inertia_ratio * abs(self.angular_acceleration) * self.half_time
-        return ROUNDOFF * rate / (2.0 * self.half_time * self._friction_pace)
+        return ROUNDOFF * rate / (2.0 * self.half_time * self._unit_friction_bound)
 
     @property
-    def _friction_pace(self) -> float:
+    def _unit_friction_bound(self) -> float:
         """R_0 over the friction coefficient [rad/s^2]."""
         arm = max(math.hypot(*point) for point in self.capsule.supports)
         reach = arm + self.capsule.mass_ratio * self.radius
@@ -146,7 +146,7 @@ class TurnManoeuvre:
         """Returns the slider's angle phi from its start [rad] at `times` [s], shape (n,) (eqs. 26,
         27, 29)."""
         phase = np.clip(np.asarray(times) / self.half_time, 0.0, 2.0)
-        return self.slider_angle * progress(phase)
+        return self.slider_angle * angle_fraction(phase)
 
     def body_angles(self, times: Array) -> Array:
         """Returns the heading psi = -mu_1 phi [rad] at `times` [s], shape (n,), to leading order
@@ -163,8 +163,9 @@ class TurnManoeuvre:
         """Pose (x, y, heading) at 2 tau, shape (3,), to leading order: heading by eq. 32, C by its
         motion round the combined centre, which friction displaces only at second order. The body
         rests in the same pose."""
-        first = self._arm(0.0)
-        moved = first - np.exp(1j * self.body_angle) * self._arm(self.slider_angle)
+        first_arm = self._arm(0.0)
+        last_arm = self._arm(self.slider_angle)
+        moved = first_arm - np.exp(1j * self.body_angle) * last_arm
         return np.array([moved.real, moved.imag, self.body_angle])
 
     @cached_property
@@ -186,7 +187,7 @@ class TurnManoeuvre:
     def rates_at_stop(self) -> Array:
         """Velocity of C [m/s] and angular velocity [rad/s] at 2 tau to leading order, shape (3,):
         they are in proportion to tau. Eq. 32 neglects them."""
-        return self.half_time * self.correction.left_at_stop
+        return self.half_time * self.correction.rate_coefficients
 
     @property
     def rest_time(self) -> float:
@@ -213,10 +214,11 @@ def turn_of(
         raise ParameterError("body_angle", body_angle, "other than 0")
     if capsule.friction == 0.0:
         raise ParameterError("friction", 0.0, "greater than 0, for epsilon to be defined")
-    scale = TurnManoeuvre(capsule, radius, 1.0, 1e-9, start)
-    half_time = epsilon * scale.characteristic_time
-    drive = -body_angle / (scale.inertia_ratio * half_time**2)
-    return TurnManoeuvre(capsule, radius, drive, half_time, start)
+    # The characteristic time and the inertia ratio are the same for all turns of this radius.
+    trial = TurnManoeuvre(capsule, radius, 1.0, 1e-9, start)
+    half_time = epsilon * trial.characteristic_time
+    acceleration = -body_angle / (trial.inertia_ratio * half_time**2)
+    return TurnManoeuvre(capsule, radius, acceleration, half_time, start)
 
 
 def leading_friction(turn: TurnManoeuvre, slider_angles: Array) -> tuple[Complex, Array]:
@@ -236,9 +238,8 @@ def leading_friction(turn: TurnManoeuvre, slider_angles: Array) -> tuple[Complex
     unit = np.sign(turn.slider_angle) * slip / np.where(size > 0.0, size, 1.0)
     limits = capsule.friction * normal_forces(capsule, np.column_stack([r.real, r.imag]))
     moments = ((supports - mu * r[:, None]).conjugate() * unit).real
-    return np.asarray((limits * 1j * unit).sum(axis=1)), np.asarray(
-        (limits * moments).sum(axis=1)
-    )
+    force = np.asarray((limits * 1j * unit).sum(axis=1))
+    return force, np.asarray((limits * moments).sum(axis=1))
 
 
 def _correction(turn: TurnManoeuvre) -> TurnCorrection:
@@ -249,27 +250,31 @@ def _correction(turn: TurnManoeuvre) -> TurnCorrection:
     def integrand(phase: float) -> Any:
         return _accelerations(turn, np.array([phase]))[:, 0]
 
-    # The slider's acceleration changes its sign at phase 1.
-    push, drift, spin, turned = map(
-        complex,
-        quad_vec(
-            integrand, 0.0, 2.0, epsabs=0.0, epsrel=CONVERGED, points=(1.0,), limit=PIECES
-        )[0],
+    integrals, _ = quad_vec(
+        integrand,
+        0.0,
+        2.0,
+        epsabs=0.0,
+        epsrel=QUADRATURE_TOLERANCE,
+        points=(1.0,),  # the slider's acceleration changes its sign there
+        limit=MAX_INTERVALS,
     )
+    velocity, displacement, omega, angle = map(complex, integrals)
     facing = complex(np.exp(1j * turn.body_angle))
     arm = turn._arm(turn.slider_angle)
-    way, turned_on, lasting = residual_limit(turn.capsule, arm, push / facing, spin.real)
+    coasting = residual_limit(turn.capsule, arm, velocity / facing, omega.real)
+    coasting_displacement, coasting_angle, coasting_time = coasting
     # C is at -mu r from the combined centre, so a further turn moves C round that centre.
     arm = arm * facing
-    last = turned.real + turned_on
-    at_stop = drift - 1j * arm * turned.real
-    at_rest = drift + facing * way - 1j * arm * last
-    carried = push - 1j * arm * spin.real
+    angle_at_rest = angle.real + coasting_angle
+    at_stop = displacement - 1j * arm * angle.real
+    at_rest = displacement + facing * coasting_displacement - 1j * arm * angle_at_rest
+    velocity_of_c = velocity - 1j * arm * omega.real
     return TurnCorrection(
-        np.array([at_stop.real, at_stop.imag, turned.real]),
-        np.array([at_rest.real, at_rest.imag, last]),
-        np.array([carried.real, carried.imag, spin.real]),
-        lasting,
+        at_stop=np.array([at_stop.real, at_stop.imag, angle.real]),
+        at_rest=np.array([at_rest.real, at_rest.imag, angle_at_rest]),
+        rate_coefficients=np.array([velocity_of_c.real, velocity_of_c.imag, omega.real]),
+        residual_time=coasting_time,
     )
 
 
@@ -277,14 +282,21 @@ def _accelerations(turn: TurnManoeuvre, phases: Array) -> Complex:
     """Returns the accelerations by friction at `phases`, shape (n,): that of the combined centre,
     and the angular one, each followed by its product with the remaining time (2 - phase). Shape (4,
     n)."""
-    done = progress(phases)
+    fraction = angle_fraction(phases)
     capsule = turn.capsule
-    force, moment = leading_friction(turn, turn.start + turn.slider_angle * done)
+    force, moment = leading_friction(turn, turn.start + turn.slider_angle * fraction)
     mass = capsule.body_mass + capsule.slider_mass
-    push = force * np.exp(1j * turn.body_angle * done) / mass
-    spin_up = moment / turn.inertia
-    left = 2.0 - phases
-    return np.stack([push, left * push, spin_up + 0j, left * spin_up])
+    acceleration = force * np.exp(1j * turn.body_angle * fraction) / mass
+    angular_acceleration = moment / turn.inertia
+    remaining = 2.0 - phases
+    return np.stack(
+        [
+            acceleration,
+            remaining * acceleration,
+            angular_acceleration + 0j,
+            remaining * angular_acceleration,
+        ]
+    )
 
 
 def residual_limit(
@@ -305,11 +317,11 @@ def residual_limit(
         return 0j, 0.0, 0.0
     # A stop from speed v turns the body by about v^2/(f g lever).
     scale = float(np.sqrt(SLOW**2 * capsule.friction * capsule.gravity * lever)) / speed
-    body_velocity = scale * (velocity - 1j * omega * arm)
-    start = Start((body_velocity.real, body_velocity.imag), scale * omega)
+    velocity_of_c = scale * (velocity - 1j * omega * arm)
+    start = Start((velocity_of_c.real, velocity_of_c.imag), scale * omega)
     slider = arm / capsule.mass_ratio
     motion = three_point_motion(capsule, fixed((slider.real, slider.imag)), start)
     end = motion.at(np.array([motion.rest_time]))
     turn = float(end.heading[0])
-    way = complex(*end.position[0]) + arm * np.expm1(1j * turn)
-    return way / scale**2, turn / scale**2, motion.rest_time / scale
+    displacement = complex(*end.position[0]) + arm * np.expm1(1j * turn)
+    return displacement / scale**2, turn / scale**2, motion.rest_time / scale

@@ -15,7 +15,7 @@ SHOWN = 0.1  # epsilon of the summary
 
 def numbers(study: Study) -> Record:
     """omega and |v| at 2 tau over epsilon, exact and by the formula."""
-    coefficient = float(turn(SHOWN).correction.left_at_stop[2])
+    coefficient = float(turn(SHOWN).correction.rate_coefficients[2])
     return Record(
         rows=[_left(e) for e in EPSILONS],
         shown=_left(SHOWN),
