@@ -62,11 +62,11 @@ class Place(NamedTuple):
     point: complex
     angle: float = 0.0
 
-    def away(self, other: Place) -> bool:
+    def differs_from(self, other: Place) -> bool:
         """Returns True if the slider has to move to reach the place `other`."""
-        round_ = self.part == other.part == ARC
-        apart = self.angle - other.angle if round_ else self.point - other.point
-        return abs(apart) > NEAR
+        on_arc = self.part == other.part == ARC
+        difference = self.angle - other.angle if on_arc else self.point - other.point
+        return abs(difference) > NEAR
 
 
 @dataclass(frozen=True)
@@ -93,9 +93,9 @@ def line(direction: float, position: float, w1: float, w2: float, t1: float) -> 
     """Returns a line manoeuvre along `direction` [rad] that begins at `position` [m], signed along
     the direction from C (Chernousko 2020, eqs. 14-22)."""
     place = cmath.rect(position, direction)
-    given = {"w1": w1, "w2": w2, "t1": t1, "direction": direction, "position": position}
+    parameters = {"w1": w1, "w2": w2, "t1": t1, "direction": direction, "position": position}
     path = line_stroke((place.real, place.imag), direction, w1, w2, t1)
-    return Manoeuvre("line", given, path)
+    return Manoeuvre("line", parameters, path)
 
 
 def turn(
@@ -103,13 +103,15 @@ def turn(
 ) -> Manoeuvre:
     """Returns a turn manoeuvre that begins at `angle` [rad] on the circle (Chernousko 2020, eqs.
     24-32)."""
-    given = {
+    parameters = {
         "radius": radius,
         "angular_acceleration": angular_acceleration,
         "half_time": half_time,
         "angle": angle,
     }
-    return Manoeuvre("turn", given, arc_stroke(radius, angle, angular_acceleration, half_time))
+    return Manoeuvre(
+        "turn", parameters, arc_stroke(radius, angle, angular_acceleration, half_time)
+    )
 
 
 @lru_cache(maxsize=1024)
@@ -126,19 +128,18 @@ def slow_line(capsule: Capsule, start: complex, end: complex, holding: float) ->
     direction = cmath.phase(end - start)
     length = abs(end - start)
     places = start, 0.5 * (start + end), end
-    acceleration = holding * min(holding_limit(capsule, at, direction) for at in places)
+    acceleration = holding * min(holding_limit(capsule, place, direction) for place in places)
     half = math.sqrt(length / acceleration)
-    path = straight(
-        (start.real, start.imag), direction, (acceleration, -acceleration), (half, half)
-    )
-    given = {
+    accelerations = (acceleration, -acceleration)
+    path = straight((start.real, start.imag), direction, accelerations, (half, half))
+    parameters = {
         "from_x": start.real,
         "from_y": start.imag,
         "to_x": end.real,
         "to_y": end.imag,
         "acceleration": acceleration,
     }
-    return Manoeuvre("slow", given, path)
+    return Manoeuvre("slow", parameters, path)
 
 
 @lru_cache(maxsize=1024)
@@ -161,18 +162,18 @@ def slow_arc(
         return arc(radius, start, drives, (ramp, ramp, ramp))
 
     trial = capsule.holding_acceleration / radius
-    load = 1.0 + max(
-        excess_load(body, piece, float(time))
-        for piece in path(trial).pieces
-        for time in np.linspace(0.0, piece.duration, ARC_SAMPLES)
-    )
+    excesses = list[float]()
+    for piece in path(trial).pieces:
+        for time in np.linspace(0.0, piece.duration, ARC_SAMPLES):
+            excesses.append(excess_load(body, piece, float(time)))
+    load = 1.0 + max(excesses)
     # At a given place all accelerations, and so the load, are in proportion to 1/duration^2.
     drive = trial * holding / load
-    given = {
+    parameters = {
         "radius": radius,
         "from_angle": start,
         "to_angle": end,
         "angular_acceleration": math.copysign(drive, swing),
         "rate": math.copysign(math.sqrt(0.5 * abs(swing) * drive), swing),
     }
-    return Manoeuvre("slow", given, path(drive))
+    return Manoeuvre("slow", parameters, path(drive))

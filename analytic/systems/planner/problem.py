@@ -10,7 +10,8 @@ from plumbob.analytic.systems.capsule import Capsule, Point
 from plumbob.analytic.systems.manoeuvres.slow_motion import proper_fraction
 
 FULL_CIRCLE = 2.0 * math.pi
-MOST = 1000  # largest number of manoeuvres in a plan, which take half a minute to compute
+# largest number of manoeuvres in a plan, which take half a minute to compute
+MAX_MANOEUVRES = 1000
 
 
 @dataclass(frozen=True)
@@ -64,9 +65,11 @@ class Limits:
     def __post_init__(self) -> None:
         lengths = ("acceleration", "stroke", "radius")
         check_fields(self, lengths, others=("holding", "manoeuvres"))
-        proper_fraction("holding", self.holding), counting("manoeuvres", self.manoeuvres)
-        if self.manoeuvres > MOST:
-            need = f"at most {MOST}: the exact motion of each takes some hundredths of a second"
+        proper_fraction("holding", self.holding)
+        counting("manoeuvres", self.manoeuvres)
+        if self.manoeuvres > MAX_MANOEUVRES:
+            reason = "the exact motion of each takes some hundredths of a second"
+            need = f"at most {MAX_MANOEUVRES}: {reason}"
             raise ParameterError("manoeuvres", self.manoeuvres, need)
 
 

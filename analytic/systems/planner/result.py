@@ -99,9 +99,8 @@ class Plan:
     def reached(self) -> RestPose:
         """The pose at the end of the exact motion."""
         end = self.motion.at(np.array([max(self.duration, self.motion.rest_time)]))
-        place = self.start.place + complex(*end.position[0]) * cmath.rect(
-            1.0, self.start.heading
-        )
+        facing = cmath.rect(1.0, self.start.heading)
+        place = self.start.place + complex(*end.position[0]) * facing
         heading = self.start.heading + float(end.heading[0])
         return RestPose(place.real, place.imag, heading, self.path.end)
 
@@ -113,5 +112,5 @@ class Plan:
 
 def pose_error(reached: RestPose, goal: RestPose) -> tuple[float, float]:
     """Returns distance [m] and angle [rad] between two poses, modulo whole turns."""
-    turned = math.remainder(reached.heading - goal.heading, FULL_CIRCLE)
-    return abs(reached.place - goal.place), abs(turned)
+    angle = math.remainder(reached.heading - goal.heading, FULL_CIRCLE)
+    return abs(reached.place - goal.place), abs(angle)

@@ -37,9 +37,9 @@ from plumbob.analytic.systems.planner.manoeuvre import (
 from plumbob.analytic.systems.planner.problem import FULL_CIRCLE, Limits
 
 # places at which the first turn may begin, as fractions of the circle
-ROUND = tuple(k / 24 for k in range(24))
+CIRCLE_PLACES = tuple(k / 24 for k in range(24))
 # places at which it may begin on an arc, as fractions of the free length
-ON_ARC = (0.0, 0.5, 1.0)
+ARC_PLACES = (0.0, 0.5, 1.0)
 LEAST_LOAD = 0.1  # smallest load of a support on a rail, over its load with the slider at C
 
 Pair = tuple[int, int]
@@ -99,7 +99,7 @@ class Circle:
         free = FULL_CIRCLE if self.extent is None else self.sense * (self.extent - swing)
         return self.first + free * np.array(self.places)
 
-    def gained(self, heading: float) -> float:
+    def heading_gain(self, heading: float) -> float:
         """Returns the `heading` [rad] that a turn adds, with the sign + if the body turns against
         the slider, as it should."""
         return -self.sense * heading
@@ -125,9 +125,8 @@ class Track:
         if validity(self.capsule, ((0.0, 0.0),)):
             need = "such that C is inside their triangle"
             raise ParameterError("supports", self.capsule.supports, need)
-        for breach in validity(
-            self.capsule, (Arc(self.limits.radius, *(self.arc or (0.0, 7.0))),)
-        ):
+        circle = Arc(self.limits.radius, *(self.arc or (0.0, 7.0)))
+        for breach in validity(self.capsule, (circle,)):
             need = f"small enough to keep every support pressed to the ground ({breach})"
             raise ParameterError("radius", self.limits.radius, need)
         if self.arc and not NEAR < abs(self.arc[1] - self.arc[0]) <= FULL_CIRCLE:
@@ -158,59 +157,61 @@ class Track:
     def joints(self) -> dict[int, tuple[Place, Place]]:
         """The places at which a segment meets the arc, by the segment's part: the place as one on
         the segment, and as one on the arc."""
-        met = dict[int, tuple[Place, Place]]()
+        joints = dict[int, tuple[Place, Place]]()
         for rail in self.segments:
             for along in (self.limits.radius, -self.limits.radius):
-                angle = self._on_arc(
-                    rail.direction if along > 0.0 else rail.direction + math.pi
-                )
-                if rail.low - NEAR <= along <= rail.high + NEAR and angle is not None:
-                    met.setdefault(rail.part, (rail.place(along), self.on_circle(angle)))
-        return met
+                direction = rail.direction if along > 0.0 else rail.direction + math.pi
+                angle = self._arc_angle(direction)
+                on_rail = rail.low - NEAR <= along <= rail.high + NEAR
+                if on_rail and angle is not None:
+                    joints.setdefault(rail.part, (rail.place(along), self.on_circle(angle)))
+        return joints
 
     @property
-    def joined(self) -> bool:
+    def is_curve(self) -> bool:
         """True if the segments and the arc are one curve."""
         return len(self.joints) == 2
 
-    def _on_arc(self, angle: float) -> float | None:
+    def _arc_angle(self, angle: float) -> float | None:
         """Returns `angle` [rad] shifted by whole turns to lie on the arc, or None if it
         does not."""
         if self.arc is None:
             return None
         first, last = self.arc
         sense = math.copysign(1.0, last - first)
-        gone = (sense * (angle - first) + NEAR) % FULL_CIRCLE - NEAR
-        return first + sense * gone if gone <= abs(last - first) + NEAR else None
+        from_first = (sense * (angle - first) + NEAR) % FULL_CIRCLE - NEAR
+        return first + sense * from_first if from_first <= abs(last - first) + NEAR else None
 
     def places(self, point: Point) -> tuple[Place, ...]:
         """Returns all places of the track at `point` relative to C [m]. Raises ParameterError if
         there is none."""
-        there = complex(*point)
-        if not self.joined:
-            return (Place(ANYWHERE, there),)
-        near = list[Place]()
+        position = complex(*point)
+        if not self.is_curve:
+            return (Place(ANYWHERE, position),)
+        places = list[Place]()
         for rail in self.segments:
-            along = there * cmath.rect(1.0, -rail.direction)
-            if abs(along.imag) <= NEAR and rail.low - NEAR <= along.real <= rail.high + NEAR:
-                near.append(Place(rail.part, there))
-        angle = self._on_arc(cmath.phase(there))
-        if angle is not None and abs(abs(there) - self.limits.radius) <= NEAR:
-            near.append(Place(ARC, there, angle))
-        if not near:
+            along = position * cmath.rect(1.0, -rail.direction)
+            on_line = abs(along.imag) <= NEAR
+            if on_line and rail.low - NEAR <= along.real <= rail.high + NEAR:
+                places.append(Place(rail.part, position))
+        angle = self._arc_angle(cmath.phase(position))
+        if angle is not None and abs(abs(position) - self.limits.radius) <= NEAR:
+            places.append(Place(ARC, position, angle))
+        if not places:
             raise ParameterError("slider", point, "on the curve: segment, arc, segment")
-        return tuple(near)
+        return tuple(places)
 
     def circle(self, sense: float, *, returning: bool) -> Circle:
         """Returns the part of the circle for turns in the direction `sense`: the whole circle, or
         the arc from its end. If `returning`, all turns begin at one place."""
         longest = self.limits.stroke / self.limits.radius
         if self.arc is None:
-            around = (longest, (0.0,)) if returning else (None, ROUND)
-            return Circle(sense, longest, 0.0, *around)
+            extent = longest if returning else None
+            places = (0.0,) if returning else CIRCLE_PLACES
+            return Circle(sense, longest, 0.0, extent, places)
         first, last = self.arc if sense * (self.arc[1] - self.arc[0]) > 0.0 else self.arc[::-1]
         extent = abs(last - first)
-        places = (0.0,) if returning else ON_ARC
+        places = (0.0,) if returning else ARC_PLACES
         return Circle(sense, min(extent, longest), first, extent, places)
 
     def on_circle(self, angle: float) -> Place:
@@ -222,18 +223,20 @@ class Track:
         """Returns ways to carry the body over `displacement` [m], in body axes: straight, or along
         the two segments in either order."""
         if not self.segments:
-            return (((self._any_rail(cmath.phase(-displacement)), abs(displacement)),),)
-        sides = np.array([rail.direction for rail in self.segments])
-        axes = np.stack([np.cos(sides), np.sin(sides)])
+            rail = self._free_rail(cmath.phase(-displacement))
+            return (((rail, abs(displacement)),),)
+        directions = np.array([rail.direction for rail in self.segments])
+        axes = np.stack([np.cos(directions), np.sin(directions)])
         parts = np.linalg.solve(axes, [displacement.real, displacement.imag])
-        legs = tuple(
-            (rail if part < 0.0 else rail.backward, float(abs(part)))
-            for rail, part in zip(self.segments, parts, strict=True)
-            if abs(part) > NEAR
-        )
+        legs: Legs = ()
+        for rail, part in zip(self.segments, parts, strict=True):
+            if abs(part) > NEAR:
+                # The body moves against the slider.
+                leg = rail if part < 0.0 else rail.backward
+                legs = (*legs, (leg, float(abs(part))))
         return tuple(dict.fromkeys((legs, legs[::-1])))
 
-    def _any_rail(self, direction: float) -> Rail:
+    def _free_rail(self, direction: float) -> Rail:
         """Returns a rail in `direction` [rad] on which every support keeps at least the part
         LEAST_LOAD of its load with the slider at C."""
         behind, ahead = longest_stroke(self.capsule, direction, LEAST_LOAD)
@@ -250,28 +253,28 @@ class Track:
         ways = [((begin, end),), ((begin, c), (c, end))]
         if begin.part == end.part != ANYWHERE:
             ways = ways[:1]
-        elif self.joined:
-            (off, onto), (last, onto_last) = (
-                self.joints.get(place.part, (place, place)) for place in (begin, end)
-            )
-            ways = [((begin, off), (onto, onto_last), (last, end))]
-        return min(
-            map(self._slow, ways), key=lambda way: sum(motion.duration for motion in way)
-        )
+        elif self.is_curve:
+            leave, enter_arc = self.joints.get(begin.part, (begin, begin))
+            enter, leave_arc = self.joints.get(end.part, (end, end))
+            ways = [((begin, leave), (enter_arc, leave_arc), (enter, end))]
+        motions = [self._slow_motions(way) for way in ways]
+        return min(motions, key=lambda way: sum(motion.duration for motion in way))
 
-    def _slow(self, ways: Sequence[tuple[Place, Place]]) -> tuple[Manoeuvre, ...]:
+    def _slow_motions(self, pairs: Sequence[tuple[Place, Place]]) -> tuple[Manoeuvre, ...]:
         """Returns slow motions between pairs of places; both places of a pair are on one part of
         the track."""
         capsule = self.capsule
         radius = self.limits.radius
         holding = self.limits.holding
-        return tuple(
-            slow_arc(capsule, radius, here.angle, there.angle, holding)
-            if here.part == there.part == ARC
-            else slow_line(capsule, here.point, there.point, holding)
-            for here, there in ways
-            if here.away(there)
-        )
+        motions = list[Manoeuvre]()
+        for begin, end in pairs:
+            if not begin.differs_from(end):
+                continue
+            if begin.part == end.part == ARC:
+                motions.append(slow_arc(capsule, radius, begin.angle, end.angle, holding))
+            else:
+                motions.append(slow_line(capsule, begin.point, end.point, holding))
+        return tuple(motions)
 
 
 def checked_curve(
@@ -281,9 +284,8 @@ def checked_curve(
     supports, `arc` is neither a name nor two angles, or `segments` are not two triples of numbers.
     """
     legs = tuple(legs) if isinstance(legs, list) else legs
-    if legs not in itertools.permutations((1, 2, 3), 2) or any(
-        type(i) is not int for i in legs
-    ):
+    is_pair = legs in itertools.permutations((1, 2, 3), 2)
+    if not is_pair or any(type(i) is not int for i in legs):
         raise ParameterError("legs", legs, "two different ones of the supports 1, 2, 3")
     if arc not in ("shorter", "longer"):
         arc = numbers("arc", arc, (2,), "shorter or longer, or two angles [from, to]")
@@ -306,16 +308,16 @@ def curve(
     legs, arc, segments = checked_curve(legs, arc, segments)
     if segments is None:
         segments = tuple((direction_to(capsule, i), 0.0, limits.radius) for i in legs)
-    first, second = lines = tuple(
+    first, second = rails = tuple(
         Rail(direction, min(ends), max(ends), part)
         for part, (direction, *ends) in zip((FIRST, SECOND), segments, strict=True)
     )
-    turned = second.direction - first.direction
-    if abs(math.sin(turned)) <= NEAR:
+    angle = second.direction - first.direction
+    if abs(math.sin(angle)) <= NEAR:
         raise ParameterError("segments", segments, "on two lines, and not on one")
     if not isinstance(arc, str):
-        return Track(capsule, limits, lines, arc)
-    swing = math.remainder(turned, FULL_CIRCLE)
+        return Track(capsule, limits, rails, arc)
+    swing = math.remainder(angle, FULL_CIRCLE)
     if arc == "longer":
         swing -= math.copysign(FULL_CIRCLE, swing)
-    return Track(capsule, limits, lines, (first.direction, first.direction + swing))
+    return Track(capsule, limits, rails, (first.direction, first.direction + swing))
