@@ -61,8 +61,8 @@ class SimplePendulum:
         if self.theta_from_top is not None:
             finite("theta_from_top", self.theta_from_top)
             if self.linear or not self.rotor.conservative or not self.gravity:
-                wanted = "left out, for theta, where it is linear, damped, forced or weightless"
-                raise ParameterError("theta_from_top", self.theta_from_top, wanted)
+                need = "left out, for theta, where it is linear, damped, forced or weightless"
+                raise ParameterError("theta_from_top", self.theta_from_top, need)
 
     @property
     def started(self) -> SimplePendulum:
@@ -117,8 +117,8 @@ class SimplePendulum:
     @cached_property
     def motion(self) -> Reference:
         """The exact motion; unless linear, with the tension of the rod."""
-        rounded = self.started
-        angle: Reference = self.elliptic or DrivenMotion(
-            self.rotor, rounded.theta, rounded.theta_dot
-        )
-        return angle if self.linear else RodMotion(angle, self.system)
+        start = self.started
+        motion: Reference | None = self.elliptic
+        if motion is None:
+            motion = DrivenMotion(self.rotor, start.theta, start.theta_dot)
+        return motion if self.linear else RodMotion(motion, self.system)

@@ -56,29 +56,29 @@ class Rotation:
         return np.sqrt((self.momentum * self.momentum).sum())
 
     @cached_property
-    def turning(self) -> Turning | None:
+    def constants(self) -> RotationConstants | None:
         """The constants of the closed form; None if the angular velocity is constant."""
         moments = self.inertia
-        parts = self.momentum
-        torque = (moments - np.roll(moments, 1)) * parts * np.roll(parts, 1)
-        return _turning(self) if torque.any() else None
+        momentum = self.momentum
+        torque = (moments - np.roll(moments, 1)) * momentum * np.roll(momentum, 1)
+        return _constants(self) if torque.any() else None
 
     def state(self, times: Array) -> Array:
         """Returns angular velocity [rad/s] in the body's axes, three rows, and attitude, four rows,
         at `times` [s], shape (n,). The attitude is a unit quaternion from body to world,
         continuous, and starts at 1."""
         times = np.asarray(times, dtype=np.float64)
-        if self.turning is None:
-            return self._uniform(times)
-        momentum, angle = self.turning.at(times)
+        if self.constants is None:
+            return self._steady_state(times)
+        momentum, angle = self.constants.at(times)
         rates = momentum / double(self.inertia)[:, None]
         return np.concatenate([rates, self._attitude(momentum, angle)])
 
-    def _uniform(self, times: Array) -> Array:
+    def _steady_state(self, times: Array) -> Array:
         """Returns the state of a body whose angular velocity is constant."""
         rates = double(self.rates)[:, None]
         speed = np.sqrt((self.rates * self.rates).sum())
-        half = _reduced(quad(times) * speed) / 2
+        half = _reduced_angle(quad(times) * speed) / 2
         axis = rates / (double(speed) or 1.0)
         return np.concatenate([rates + 0.0 * half, np.cos(half)[None], axis * np.sin(half)])
 
@@ -86,17 +86,18 @@ class Rotation:
         """Returns the attitude, shape (4, n), from the momentum in body axes, shape (3, n), and the
         angle phi [rad], shape (n,). It is the product of three turns: the shortest turn of l to the
         axis c, the turn by phi about that axis, and the inverse of the first turn at time 0."""
-        assert self.turning is not None
+        assert self.constants is not None
         axis = np.zeros((3, 1))
-        axis[self.turning.axes[0]] = self.turning.side
-        first = _shortest(double(self.momentum / self.magnitude), axis)
-        spin = np.concatenate([np.cos(angle / 2)[None], axis * np.sin(angle / 2)])
-        onto = _shortest(momentum / double(self.magnitude), axis)
-        return composed(composed(first * np.array([[1.0], [-1.0], [-1.0], [-1.0]]), spin), onto)
+        axis[self.constants.axes[0]] = self.constants.side
+        first = _shortest_turn(double(self.momentum / self.magnitude), axis)
+        first_inverse = first * np.array([[1.0], [-1.0], [-1.0], [-1.0]])
+        about_axis = np.concatenate([np.cos(angle / 2)[None], axis * np.sin(angle / 2)])
+        to_axis = _shortest_turn(momentum / double(self.magnitude), axis)
+        return compose_quaternions(compose_quaternions(first_inverse, about_axis), to_axis)
 
 
 @dataclass(frozen=True)
-class Turning:
+class RotationConstants:
     """The constants of the closed form in the module's docstring."""
 
     axes: tuple[int, int, int]  # c, m and o: 0, 1 or 2
@@ -124,7 +125,7 @@ class Turning:
         if np.isfinite(double(self.half_turn)):
             phase = phase + quad(turns) * self._extra_per_half_turn
         edge = self.integral.at(np.append(reduced_time, self.begin), self.extra)
-        return momentum, _reduced(phase) + (edge[:-1] - edge[-1])
+        return momentum, _reduced_angle(phase) + (edge[:-1] - edge[-1])
 
     @cached_property
     def _extra_per_half_turn(self) -> Quad:
@@ -141,69 +142,68 @@ class Turning:
         return turns, double(tau - quad(turns) * self.half_turn)
 
 
-def _turning(body: Rotation) -> Turning:
+def _constants(body: Rotation) -> RotationConstants:
     """Returns the constants of a motion whose angular velocity changes."""
     squares = body.momentum * body.momentum
     high, middle, low = sorted(range(3), key=lambda i: -body.inertia[i])
-    upper = _apart(body, high, middle)
-    lower = _apart(body, low, middle)
-    kappa = upper * squares[high] - lower * squares[low]
-    return _about(body, (high, middle, low) if kappa >= 0 else (low, middle, high), high, kappa)
+    d_high = _inverse_difference(body, high, middle)
+    d_low = _inverse_difference(body, low, middle)
+    kappa = d_high * squares[high] - d_low * squares[low]
+    axes = (high, middle, low) if kappa >= 0 else (low, middle, high)
+    return _constants_for(body, axes, high, kappa)
 
 
-def _apart(body: Rotation, i: int, j: int) -> Quad:
+def _inverse_difference(body: Rotation, i: int, j: int) -> Quad:
     """Returns d_ij = |1/I_i - 1/I_j| [1/(kg m^2)]."""
     inertia = body.inertia
     return abs(inertia[i] - inertia[j]) / (inertia[i] * inertia[j])
 
 
-def _about(body: Rotation, axes: tuple[int, int, int], high: int, kappa: Quad) -> Turning:
+def _constants_for(
+    body: Rotation, axes: tuple[int, int, int], high: int, kappa: Quad
+) -> RotationConstants:
     """Returns the constants with the `axes` c, m and o; `high` is the axis of the largest
     moment."""
     (c, middle, o) = axes
     squares = body.momentum * body.momentum
-    d_co = _apart(body, c, o)
-    d_cm = _apart(body, c, middle)
-    alpha = np.sqrt(d_co * squares[c] + _apart(body, o, middle) * squares[middle])
+    d_co = _inverse_difference(body, c, o)
+    d_cm = _inverse_difference(body, c, middle)
+    d_om = _inverse_difference(body, o, middle)
+    alpha = np.sqrt(d_co * squares[c] + d_om * squares[middle])
     beta = np.sqrt(d_co * squares[o] + d_cm * squares[middle])
     sizes = np.array([alpha, beta, beta]) / np.sqrt(np.array([d_co, d_cm, d_co]))
     a = alpha * np.sqrt(d_cm)
     b = np.sqrt(d_co * abs(kappa))
     part = sizes[0] / body.magnitude
     extra = (1 if c == high else -1) * beta * beta / body.magnitude
-    signs = [1.0 if part >= 0 else -1.0 for part in body.momentum]
+    signs = [1.0 if component >= 0 else -1.0 for component in body.momentum]
     sense = signs[c] * signs[o]  # sign of l_m if sn is positive
     if (middle - high) % 3 == 1:
         sense = -sense
-    return Turning(
-        axes,
-        signs[c],
-        (sense, signs[o]),
-        double(sizes),
-        a,
-        b,
-        half_turn(a, b),
-        float(
-            time_of_point(
-                sense * body.momentum[middle] / sizes[1],
-                abs(body.momentum[o]) / sizes[2],
-                a,
-                b,
-            )
-        ),
-        body.magnitude / body.inertia[c] + extra / (1 + part),
-        extra,
-        ReciprocalIntegral(a, b, part, (sizes[2] / body.magnitude) ** 2 / (1 + part)),
+    sn = sense * body.momentum[middle] / sizes[1]
+    cn = abs(body.momentum[o]) / sizes[2]
+    return RotationConstants(
+        axes=axes,
+        side=signs[c],
+        signs=(sense, signs[o]),
+        sizes=double(sizes),
+        a=a,
+        b=b,
+        half_turn=half_turn(a, b),
+        begin=float(time_of_point(sn, cn, a, b)),
+        even_rate=body.magnitude / body.inertia[c] + extra / (1 + part),
+        extra=extra,
+        integral=ReciprocalIntegral(a, b, part, (sizes[2] / body.magnitude) ** 2 / (1 + part)),
     )
 
 
-def _reduced(angle: Quad) -> Array:
+def _reduced_angle(angle: Quad) -> Array:
     """Returns an angle [rad] less whole multiples of 4 pi, which do not change a quaternion."""
     turns = np.rint(double(angle / (4 * PI)))
     return np.asarray(double(angle - quad(turns) * (4 * PI)))
 
 
-def _shortest(direction: Array, axis: Array) -> Array:
+def _shortest_turn(direction: Array, axis: Array) -> Array:
     """Returns the quaternions, shape (4, n), of the shortest turn from unit vectors `direction`,
     shape (3, n) or (3,), to the `axis`, shape (3, 1). The turn is less than a half turn."""
     direction = direction.reshape(3, -1)
@@ -213,12 +213,12 @@ def _shortest(direction: Array, axis: Array) -> Array:
     return np.asarray(quaternion / np.sqrt(2.0 * part))
 
 
-def composed(p: Array, q: Array) -> Array:
+def compose_quaternions(p: Array, q: Array) -> Array:
     """Returns Hamilton's product of quaternions, shape (4, n) each: the turn q, then the turn p."""
-    return np.stack(np.broadcast_arrays(*product([*p], [*q])))
+    return np.stack(np.broadcast_arrays(*quaternion_product([*p], [*q])))
 
 
-def product(p: Sequence[Any], q: Sequence[Any]) -> tuple[Any, Any, Any, Any]:
+def quaternion_product(p: Sequence[Any], q: Sequence[Any]) -> tuple[Any, Any, Any, Any]:
     """Returns Hamilton's product of two quaternions from their four parts, in any arithmetic."""
     (a, b, c, d), (w, x, y, z) = p, q
     return (

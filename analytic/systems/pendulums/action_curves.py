@@ -21,7 +21,7 @@ from plumbob.analytic.numerics.elliptic.trigonometric_potential import (
 from plumbob.analytic.numerics.quad import double
 from plumbob.analytic.reference import Array
 
-NEAREST = 1e-6  # smallest distance from a separatrix over the energy range of a branch
+NEAREST_PART = 1e-6  # smallest distance from a separatrix over the energy range of a branch
 
 
 @dataclass(frozen=True)
@@ -46,31 +46,33 @@ def branches(
     """Returns the branches of a pendulum with a moment of inertia [kg m^2] in a `potential` [J], up
     to the energy `highest` [J]. Each has about `points` energies, denser towards the separatrices.
     """
-    angles = critical_points(potential)
-    value, bend = (
-        np.asarray(double(x)) for x in (potential.value(angles), potential.curvature(angles))
-    )
-    places = np.asarray(double(angles))
-    wells = np.flatnonzero(bend > 0)
-    levels = np.sort(value[bend < 0])
-    wells = wells[np.argsort(value[wells])]
-    names = (
-        ("in the deeper well", "in the shallower well") if len(wells) > 1 else ("in the well",)
-    )
-    spans = [(names[i], places[w], value[w], levels[0]) for i, w in enumerate(wells)]
-    if len(levels) > 1 and levels[1] > levels[0]:
-        spans.append(("over both wells", places[wells[0]], levels[0], levels[1]))
-    spans.append(("rotation", places[wells[0]], levels[-1], highest))
-    return tuple(
-        _branch(potential, inertia, name, float(start), low + (high - low) * _dense(points))
-        for name, start, low, high in spans
-        if high > low
-    )
+    critical = critical_points(potential)
+    values = np.asarray(double(potential.value(critical)))
+    curvatures = np.asarray(double(potential.curvature(critical)))
+    angles = np.asarray(double(critical))
+    wells = np.flatnonzero(curvatures > 0)
+    barriers = np.sort(values[curvatures < 0])
+    wells = wells[np.argsort(values[wells])]
+    names: tuple[str, ...] = ("in the well",)
+    if len(wells) > 1:
+        names = ("in the deeper well", "in the shallower well")
+    # name, angle at the start, lowest and highest energy of each branch
+    spans = [(names[i], angles[w], values[w], barriers[0]) for i, w in enumerate(wells)]
+    if len(barriers) > 1 and barriers[1] > barriers[0]:
+        spans.append(("over both wells", angles[wells[0]], barriers[0], barriers[1]))
+    spans.append(("rotation", angles[wells[0]], barriers[-1], highest))
+    numbers = _dense_numbers(points)
+    curves = list[Branch]()
+    for name, start, low, high in spans:
+        if high > low:
+            energies = low + (high - low) * numbers
+            curves.append(_branch(potential, inertia, name, float(start), energies))
+    return tuple(curves)
 
 
-def _dense(points: int) -> Array:
+def _dense_numbers(points: int) -> Array:
     """Returns numbers from NEAREST to 1 - NEAREST, dense at both ends."""
-    ends = np.geomspace(NEAREST, 0.5, points // 2)
+    ends = np.geomspace(NEAREST_PART, 0.5, points // 2)
     return np.concatenate([ends, 1.0 - ends[-2::-1]])
 
 

@@ -29,7 +29,8 @@ class DrivenMotion:
     theta_dot: float
 
     def __post_init__(self) -> None:
-        finite("theta", self.theta), finite("theta_dot", self.theta_dot)
+        finite("theta", self.theta)
+        finite("theta_dot", self.theta_dot)
 
     @cached_property
     def closed_form(self) -> Callable[[Array], tuple[Array, Array]] | None:
@@ -53,7 +54,7 @@ class DrivenMotion:
     def observe(self, times: Array) -> Signals:
         """Exact theta [rad] and theta_dot [rad/s] at `times` [s], shape (n,)."""
         if self.closed_form is None:
-            return self.certified.observe(np.minimum(times, self._known(times)))
+            return self.certified.observe(np.minimum(times, self._known_until(times)))
         theta, theta_dot = self.closed_form(times)
         return {"theta": theta, "theta_dot": theta_dot}
 
@@ -62,18 +63,21 @@ class DrivenMotion:
         plus the rounded result of a closed form. Without a closed form it is the difference of the
         two methods, and LOST beyond the certified time."""
         if self.closed_form is None:
-            known_until = self._known(times)
-            doubts = self.certified.uncertainty(np.minimum(times, known_until))
-            return {n: np.where(times > known_until, LOST, d) for n, d in doubts.items()}
-        known = self.observe(times)
-        theta = known["theta"]
-        rate = known["theta_dot"]
-        slope = self.rotor.acceleration(times, theta, rate)
-        late = {"theta": np.abs(times * rate), "theta_dot": np.abs(times * slope)}
-        moved = rounded_inputs(self, lambda near: near.observe(times), 1.0)
-        return {n: np.maximum.accumulate(size + ULP * late[n]) for n, size in moved.items()}
+            known_until = self._known_until(times)
+            errors = self.certified.uncertainty(np.minimum(times, known_until))
+            return {n: np.where(times > known_until, LOST, e) for n, e in errors.items()}
+        observed = self.observe(times)
+        theta = observed["theta"]
+        rate = observed["theta_dot"]
+        acceleration = self.rotor.acceleration(times, theta, rate)
+        time_effect = {"theta": np.abs(times * rate), "theta_dot": np.abs(times * acceleration)}
+        input_effect = rounded_inputs(self, lambda near: near.observe(times), 1.0)
+        return {
+            name: np.maximum.accumulate(size + ULP * time_effect[name])
+            for name, size in input_effect.items()
+        }
 
-    def _known(self, times: Array) -> float:
+    def _known_until(self, times: Array) -> float:
         """Returns the time [s] until which the motion is certified, of the range that `times`
         covers."""
         return self.certified.known_until(float(np.max(times, initial=0.0)))
@@ -83,5 +87,5 @@ class DrivenMotion:
         over the linear response (see `CertifiedMotion`)."""
         if self.closed_form is not None or not np.abs(errors["theta"]).max():
             return 0.0
-        known = self._known(times)
-        return self.certified.nonlinearity(np.minimum(times, known), errors)
+        known_until = self._known_until(times)
+        return self.certified.nonlinearity(np.minimum(times, known_until), errors)

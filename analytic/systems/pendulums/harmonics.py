@@ -19,7 +19,7 @@ SAMPLES = 2**14  # samples of a period
 NOISE = 1e-15  # [rad] round-off of a coefficient
 
 
-def coefficients(motion: PendulumMotion) -> Array:
+def harmonic_amplitudes(motion: PendulumMotion) -> Array:
     """Returns the amplitudes [rad] of the harmonics 1, 2, ... of theta, shape (SAMPLES/2 - 1,). For
     a rotation they are those of theta - Omega t."""
     times = np.linspace(0.0, motion.period, SAMPLES, endpoint=False)
@@ -29,7 +29,7 @@ def coefficients(motion: PendulumMotion) -> Array:
     return 2 * np.abs(np.fft.rfft(theta))[1:-1] / SAMPLES
 
 
-def scale(motion: PendulumMotion) -> float:
+def angle_scale(motion: PendulumMotion) -> float:
     """Returns the angle [rad] to which an accuracy refers: 1 for a rotation, the amplitude for a
     libration."""
     if motion.regime == "rotation":
@@ -38,10 +38,10 @@ def scale(motion: PendulumMotion) -> float:
     return float(np.ptp(theta)) / 2
 
 
-def needed(motion: PendulumMotion, accuracies: Sequence[float]) -> tuple[int, ...]:
-    """Returns, for each of `accuracies` relative to `scale`, the number of harmonics after which
-    the amplitudes of all further harmonics add up to at most that accuracy."""
-    sizes = coefficients(motion)
-    sizes[sizes < 4 * NOISE] = 0.0
-    left = np.append(np.cumsum(sizes[::-1])[::-1], 0.0) / scale(motion)
-    return tuple(int(np.argmax(left <= accuracy)) for accuracy in accuracies)
+def harmonics_needed(motion: PendulumMotion, accuracies: Sequence[float]) -> tuple[int, ...]:
+    """Returns, for each of `accuracies` relative to `angle_scale`, the number of harmonics after
+    which the amplitudes of all further harmonics add up to at most that accuracy."""
+    amplitudes = harmonic_amplitudes(motion)
+    amplitudes[amplitudes < 4 * NOISE] = 0.0
+    tails = np.append(np.cumsum(amplitudes[::-1])[::-1], 0.0) / angle_scale(motion)
+    return tuple(int(np.argmax(tails <= accuracy)) for accuracy in accuracies)

@@ -27,7 +27,7 @@ from plumbob.analytic.reference import Array, Signals, remembered
 
 Regime = Literal["rest", "libration", "rotation", "separatrix"]
 # number of times from which a table is used: the closed form takes 0.2 s, the table 0.02 s
-_MANY = 50_000
+TABLE_FROM = 50_000
 
 
 @dataclass(frozen=True)
@@ -56,7 +56,8 @@ class PendulumMotion:
     def __post_init__(self) -> None:
         positive("inertia", self.inertia)
         for name in ("theta", "theta_dot", "excess", "theta_from_top"):
-            if (value := getattr(self, name)) is not None:
+            value = getattr(self, name)
+            if value is not None:
                 finite(name, value)
         if self.excess is not None:
             least = -1e-30 * (self.closed_form.potential.scale + abs(self.excess))
@@ -85,30 +86,29 @@ class PendulumMotion:
         angle, or the speed (or excess). The change of a is `cancelled` times as large, that of the
         inertia `inertia_roundings` times."""
         v = self.potential
-        from_top = self.theta_from_top
-        angle = self.theta if from_top is None else from_top
-        last = self.theta_dot if self.excess is None else self.excess
-        given = v.a, v.b, v.c, self.inertia, angle, last
-        kept = np.flatnonzero([double(x) for x in given])
-        sizes = np.diag([self.cancelled, 1, 1, self.inertia_roundings, 1, 1])[:, kept]
+        angle = self.theta if self.theta_from_top is None else self.theta_from_top
+        speed = self.theta_dot if self.excess is None else self.excess
+        inputs = v.a, v.b, v.c, self.inertia, angle, speed
+        nonzero = np.flatnonzero([double(x) for x in inputs])
+        sizes = np.diag([self.cancelled, 1, 1, self.inertia_roundings, 1, 1])[:, nonzero]
         changes = quad(change * sizes)[..., None] if change else [0.0] * 6
-        changed = zip(given, changes, strict=True)
-        return self._solved(*(quad(x) * (1 + quad(part)) for x, part in changed))
+        changed = zip(inputs, changes, strict=True)
+        return self._closed_form_for(*(quad(x) * (1 + quad(part)) for x, part in changed))
 
-    def _solved(
-        self, a: Quad, b: Quad, c: Quad, inertia: Quad, angle: Quad, last: Quad
+    def _closed_form_for(
+        self, a: Quad, b: Quad, c: Quad, inertia: Quad, angle: Quad, speed: Quad
     ) -> EllipticMotion:
         """Returns the closed form for a, b, c, the inertia, the angle (or the angle from the top),
         and the speed (or the excess)."""
         from_top = self.theta_from_top is not None
-        excess = self.excess is not None
+        by_excess = self.excess is not None
         return solve(
             TrigonometricPotential(a, b, c),
             inertia,
-            self.theta if from_top else angle,
-            self.theta_dot if excess else last,
-            last if excess else None,
-            angle if from_top else None,
+            theta=self.theta if from_top else angle,
+            theta_dot=self.theta_dot if by_excess else speed,
+            excess=speed if by_excess else None,
+            theta_from_top=angle if from_top else None,
         )
 
     @cached_property
@@ -173,27 +173,28 @@ class PendulumMotion:
         and if the period is too long for a table."""
         if self.regime in ("rest", "separatrix"):
             return None
-        fastest = self.rotor.rate() + abs(self._fastest[2])
+        fastest = self.rotor.rate() + abs(self._fastest_state[2])
         return orbit_table(self.closed_form, self.rotor.acceleration, fastest)
 
     @remembered
-    def _remembered(self, times: Array) -> Signals:
+    def _closed_form_state(self, times: Array) -> Signals:
         """Returns theta ("x") and theta_dot ("v") at `times` [s] by the closed form; the last
         answers are stored."""
         return dict(zip("xv", self.closed_form.state(times), strict=True))
 
-    def _reached(self, times: Array) -> Sequence[Array]:
+    def _raw_state(self, times: Array) -> Sequence[Array]:
         """Returns theta [rad], before the tilt is subtracted, and theta_dot [rad/s] at `times` [s],
         shape (n,) each."""
         times = np.asarray(times, dtype=float)
-        if times.size >= _MANY and (table := self.table):
+        table = self.table if times.size >= TABLE_FROM else None
+        if table:
             return table.state(times)
-        return tuple(self._remembered(times).values())
+        return tuple(self._closed_form_state(times).values())
 
     def state(self, times: Array) -> tuple[Array, Array]:
         """Returns the observed theta [rad] and theta_dot [rad/s] at `times` [s], shape
         (n,) each."""
-        theta, rate = self._reached(times)
+        theta, rate = self._raw_state(times)
         return theta - self.tilt, rate
 
     def phase(self, times: Array) -> Array:
@@ -230,60 +231,65 @@ class PendulumMotion:
         """
         times = np.asarray(times, dtype=float)
         if self.theta_from_top is not None:
-            return self._of_rounded_start(times)
-        theta, rate = self._reached(times)
-        finite = np.isfinite(self.period)
+            return self._uncertainty_of_rounded_start(times)
+        theta, rate = self._raw_state(times)
+        has_period = np.isfinite(self.period)
         # The closed form rounds the time four times.
-        late = ULP * (np.abs(times) + (2 * self.period if finite else 0.0))
+        late = ULP * (np.abs(times) + (2 * self.period if has_period else 0.0))
         slopes = np.array([rate, self.rotor.acceleration(times, theta, rate)])
         moved = ULP * np.abs([theta, rate]) + ULP + late * np.abs(slopes)
-        near = np.swapaxes(self.neighbours.state(times[None, :]), 0, 1)
-        moved += np.abs(near - [theta, rate]).sum(axis=0)
-        if finite:
-            moved += self._rounded(times, theta)
+        neighbours = np.swapaxes(self.neighbours.state(times[None, :]), 0, 1)
+        moved += np.abs(neighbours - [theta, rate]).sum(axis=0)
+        if has_period:
+            moved += self._rounding_effect(times, theta)
         return {"theta": moved[0] + 2 * ULP * abs(self.tilt), "theta_dot": moved[1]}
 
-    def _of_rounded_start(self, times: Array) -> Signals:
+    def _uncertainty_of_rounded_start(self, times: Array) -> Signals:
         """Returns the uncertainty of the motion that starts at the angle rounded to double, plus
         its distance from this motion, at `times` [s]."""
         start = float(double(self.closed_form.theta0))
         rounded = replace(self, theta=start, theta_from_top=None)
-        here = self.observe(times)
-        there = rounded.observe(times)
-        doubts = rounded.uncertainty(times).items()
-        return {name: doubt + np.abs(there[name] - here[name]) for name, doubt in doubts}
+        exact_values = self.observe(times)
+        rounded_values = rounded.observe(times)
+        errors = rounded.uncertainty(times).items()
+        return {
+            name: error + np.abs(rounded_values[name] - exact_values[name])
+            for name, error in errors
+        }
 
     @cached_property
-    def _fastest(self) -> tuple[float, float, float]:
+    def _fastest_state(self) -> tuple[float, float, float]:
         """Time in the first period at which the motion is fastest [s], and theta [rad] and
         theta_dot [rad/s] at that time."""
-        first = np.linspace(0.0, self.period, 128)
-        angles, rates = self.closed_form.state(first)
-        at = int(np.abs(rates).argmax())
-        return float(first[at]), float(angles[at]), float(rates[at])
+        times = np.linspace(0.0, self.period, 128)
+        angles, rates = self.closed_form.state(times)
+        index = int(np.abs(rates).argmax())
+        return float(times[index]), float(angles[index]), float(rates[index])
 
-    def _rounded(self, times: Array, angles: Array) -> Array:
+    def _rounding_effect(self, times: Array, angles: Array) -> Array:
         """Returns the changes of theta and theta_dot at `times` [s], shape (2, n), by a rounding of
         theta and of theta_dot at the time when the motion is fastest. `angles` [rad], shape (n,),
         are theta at `times`."""
-        time, theta, rate = self._fastest
+        time, theta, rate = self._fastest_state
         # The rounding of an angle, and so of the force, grows with the number of turns. Late
         # roundings have less time to act, so half of the last angle represents all roundings.
-        wound = max(abs(theta), 0.5 * float(np.abs(angles).max(initial=0.0)))
-        starts, speeds = quad(ULP * np.array([[0.0, wound, 0.0], [0.0, 0.0, rate]]))[..., None]
-        later = solve(self.closed_form.potential, self.inertia, theta + starts, rate + speeds)
-        begun, *changed = np.swapaxes(later.state(np.maximum(times - time, 0.0)[None, :]), 0, 1)
-        return np.asarray(np.abs(np.subtract(changed, begun)).sum(axis=0))
+        largest_angle = max(abs(theta), 0.5 * float(np.abs(angles).max(initial=0.0)))
+        changes = ULP * np.array([[0.0, largest_angle, 0.0], [0.0, 0.0, rate]])
+        starts, speeds = quad(changes)[..., None]
+        motions = solve(self.closed_form.potential, self.inertia, theta + starts, rate + speeds)
+        states = motions.state(np.maximum(times - time, 0.0)[None, :])
+        unchanged, *changed = np.swapaxes(states, 0, 1)
+        return np.asarray(np.abs(np.subtract(changed, unchanged)).sum(axis=0))
 
     def nonlinearity(self, times: Array, errors: Signals) -> float:
         """Nonlinearity of the response to errors of theta and theta_dot, shape (n,) each: the
         larger of the angle's error, and of the energy's error over the sum of the kinetic energy
         and the distance from the nearest barrier."""
-        theta, rate = self._reached(times)
+        theta, rate = self._raw_state(times)
         torque = np.asarray(self.rotor.acceleration(times, theta, rate)) * self.inertia
-        drift = self.inertia * rate * errors["theta_dot"] - torque * errors["theta"]
+        energy_error = self.inertia * rate * errors["theta_dot"] - torque * errors["theta"]
         gaps = double(np.abs(self.energy - self.barriers))
-        ratio = np.abs(drift) / (self.inertia * rate**2 / 2 + gaps.min(initial=np.inf))
+        ratio = np.abs(energy_error) / (self.inertia * rate**2 / 2 + gaps.min(initial=np.inf))
         return float(max(np.abs(errors["theta"]).max(), ratio.max()))
 
     @property

@@ -59,8 +59,9 @@ class RodMotion:
 
     def uncertainty(self, times: Array) -> Signals:
         """Error of each observable by double precision at `times` [s], shape (n,)."""
-        asked = self.motion.observe, self.motion.uncertainty
-        return self.system.doubts(*(self.system.state(ask(times)) for ask in asked))
+        state = self.system.state(self.motion.observe(times))
+        errors = self.system.state(self.motion.uncertainty(times))
+        return self.system.doubts(state, errors)
 
     def nonlinearity(self, times: Array, errors: Signals) -> float:
         """Nonlinearity of the response to errors of theta and theta_dot, shape (n,) each."""

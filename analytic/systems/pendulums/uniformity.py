@@ -47,45 +47,46 @@ class Uniformity:
     period: Array  # time of a turn [s]
 
 
-def of_motion(motion: PendulumMotion) -> Uniformity:
+def uniformity_of_motion(motion: PendulumMotion) -> Uniformity:
     """Returns the measures of an exact rotation that starts at its `theta`, by sampling: the means
     converge geometrically."""
     times = (np.arange(SAMPLES) + 0.5) * motion.period / SAMPLES
     return _measures(motion.state(times)[1], np.asarray(motion.theta_dot), np.ones(SAMPLES))
 
 
-def from_below(
+def uniformity_from_bottom(
     potential: TrigonometricPotential, inertia: Array | float, speeds: Array
 ) -> Uniformity:
     """Returns the measures of rotations from theta = 0 with initial `speeds` [rad/s], by quadrature
     over theta. `speeds`, `inertia` [kg m^2] and the coefficients of the `potential` [J] broadcast
     to the shape of the result."""
-    rates = _rates(potential, np.asarray(inertia), speeds)
-    return _measures(rates, speeds, 1.0 / rates)  # the weights are dt = dtheta/theta_dot
+    rates = _speeds(potential, np.asarray(inertia), speeds)
+    return _measures(rates, speeds, 1.0 / rates)  # the spans are dt = dtheta/theta_dot
 
 
-def _measures(rates: Array, first: Array, spans: Array) -> Uniformity:
-    """Returns the measures of turns that start with the speed `first` and have the speeds `rates`
-    [rad/s] along the last axis. Each speed lasts for a time in proportion to `spans`."""
-    parts = spans / spans.sum(axis=-1, keepdims=True)
-    mean, square = ((parts * rates**power).sum(axis=-1) for power in (1, 2))
-    close = np.abs(rates / first[..., None] - 1.0) <= NEAR
+def _measures(speeds: Array, first: Array, spans: Array) -> Uniformity:
+    """Returns the measures of turns that start with the speed `first` and have the `speeds` [rad/s]
+    along the last axis. Each speed lasts for a time in proportion to `spans`."""
+    weights = spans / spans.sum(axis=-1, keepdims=True)
+    mean = (weights * speeds).sum(axis=-1)
+    mean_square = (weights * speeds**2).sum(axis=-1)
+    is_near = np.abs(speeds / first[..., None] - 1.0) <= NEAR
     return Uniformity(
-        np.ptp(rates, axis=-1) / np.abs(first),
-        np.sqrt(np.maximum(square - mean**2, 0.0)) / np.abs(mean),
-        (parts * close).sum(axis=-1),
-        2 * np.pi / np.abs(mean),
+        spread=np.ptp(speeds, axis=-1) / np.abs(first),
+        deviation=np.sqrt(np.maximum(mean_square - mean**2, 0.0)) / np.abs(mean),
+        near=(weights * is_near).sum(axis=-1),
+        period=2 * np.pi / np.abs(mean),
     )
 
 
-def _rates(potential: TrigonometricPotential, inertia: Array, speeds: Array) -> Array:
-    """Returns the speeds [rad/s] at ANGLES angles of a turn, along the last axis; NaN if the motion
-    does not turn over."""
+def _speeds(potential: TrigonometricPotential, inertia: Array, first: Array) -> Array:
+    """Returns the speeds [rad/s] at ANGLES angles of turns that start with the speed `first`, along
+    the last axis; NaN if the motion does not turn over."""
     a, b, c = (
         np.asarray(double(x))[..., None] for x in (potential.a, potential.b, potential.c)
     )
     theta = np.arange(ANGLES) * (2 * np.pi / ANGLES)
-    well = np.asarray(TrigonometricPotential(a, b, c).value(theta))
-    squares = speeds[..., None] ** 2 - 2 * (well - well[..., :1]) / inertia[..., None]
-    turning = squares.min(axis=-1, keepdims=True) > 0.0
-    return np.sqrt(np.where(turning, squares, np.nan))
+    energies = np.asarray(TrigonometricPotential(a, b, c).value(theta))
+    squares = first[..., None] ** 2 - 2 * (energies - energies[..., :1]) / inertia[..., None]
+    turns_over = squares.min(axis=-1, keepdims=True) > 0.0
+    return np.sqrt(np.where(turns_over, squares, np.nan))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from plumbob.analytic.numerics.quad import double
-from plumbob.analytic.systems.pendulums.harmonics import needed
+from plumbob.analytic.systems.pendulums.harmonics import harmonics_needed
 from plumbob.analytic.systems.pendulums.pendulum_motion import PendulumMotion
 from plumbob.engines.study.results import Study
 from plumbob.reports.analyses.analysis import Analysis, Record
@@ -22,7 +22,7 @@ def counts(above: float) -> Counts:
     motion = PendulumMotion(
         problem.potential, problem.body.inertia_x, problem.theta, 1.0, excess=above
     )
-    return needed(motion, ACCURACIES)
+    return harmonics_needed(motion, ACCURACIES)
 
 
 def barrier() -> float:
@@ -38,7 +38,9 @@ def numbers(study: Study) -> Record:
     depth = barrier()
     return Record(
         periods={scene: motion.period for scene, motion in motions.items()},  # [s], by scene
-        scenes={scene: needed(motion, ACCURACIES) for scene, motion in motions.items()},
+        scenes={
+            scene: harmonics_needed(motion, ACCURACIES) for scene, motion in motions.items()
+        },
         near=[(part, counts(part * depth)) for part in NEAR],
         accuracies=ACCURACIES,
     )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from plumbob.analytic.systems.pendulums.harmonics import needed
+from plumbob.analytic.systems.pendulums.harmonics import harmonics_needed
 from plumbob.engines.study.results import Study
 from plumbob.reports.analyses.analysis import Analysis, Record
 from plumbob.reports.analyses.cone_pendulum import series
@@ -24,7 +24,7 @@ def numbers(study: Study) -> Record:
         sampled=sampled_top(),  # the largest of the printed V at the source's angles [J]
         # lowest point of the correct V on the turning platform [J]
         deepest=min(equilibrium.potential for equilibrium in turning.problem.equilibria),
-        harmonics=needed(turning.correct, series.ACCURACIES)[
+        harmonics=harmonics_needed(turning.correct, series.ACCURACIES)[
             -1
         ],  # needed for the motion of Fig. 3
         harmonics_near=series.counts(1e-9 * series.barrier())[-1],  # and just above the barrier

@@ -5,7 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from plumbob.analytic.numerics.elliptic.trigonometric_potential import TrigonometricPotential
-from plumbob.analytic.systems.pendulums.uniformity import from_below, of_motion
+from plumbob.analytic.systems.pendulums.uniformity import (
+    uniformity_from_bottom,
+    uniformity_of_motion,
+)
 from plumbob.engines.study.results import Study
 from plumbob.reports.analyses.analysis import Analysis, Record
 from plumbob.reports.analyses.cone_pendulum.hamiltonian import cone
@@ -26,11 +29,14 @@ PIVOTS = (0.0, 0.09)  # [m]
 
 def numbers(study: Study) -> Record:
     """Three measures at a few points and over two maps."""
-    points = [
-        Record(pivot=start[0], platform_rate=start[1], speed=start[2], exact=of_motion(motion))
-        for start in POINTS
-        for motion in [cone(**dict(zip(CHANGED, start, strict=True))).motion]
-    ]
+    points = []
+    for start in POINTS:
+        motion = cone(**dict(zip(CHANGED, start, strict=True))).motion
+        pivot, platform_rate, speed = start[:3]
+        exact = uniformity_of_motion(motion)
+        points.append(
+            Record(pivot=pivot, platform_rate=platform_rate, speed=speed, exact=exact)
+        )
     maps = tuple(over_rates(pivot) for pivot in PIVOTS)
     lowest = min(float(np.nanmin(each.spread)) for each in maps)
     return Record(
@@ -51,8 +57,8 @@ def over_rates(pivot: float) -> Record:
     squares = RATES**2
     unit = in_double(slow.potential)  # its a and b grow with the square of the rate
     potential = TrigonometricPotential(unit.a * squares, unit.b * squares, unit.c + 0 * squares)
-    turning = from_below(potential, inertia, speeds + 0 * squares)
-    resting = from_below(TrigonometricPotential(0.0, 0.0, unit.c), inertia, speeds)
+    turning = uniformity_from_bottom(potential, inertia, speeds + 0 * squares)
+    resting = uniformity_from_bottom(TrigonometricPotential(0.0, 0.0, unit.c), inertia, speeds)
     deviation = turning.deviation / resting.deviation
     time = resting.near - turning.near
     return Record(
