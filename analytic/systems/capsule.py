@@ -20,7 +20,7 @@ CORNERS = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]])  # [m] from C
 
 # Smallest height of a triangle of supports over its longest side: a flatter triangle gives support
 # loads with fewer than 7 digits.
-FLATTEST = 1e-9
+SMALLEST_HEIGHT = 1e-9
 # Rounding of a load in units of ROUNDOFF times the weight: the root of the sum of squares of errors
 # that add up to at most 32.
 LOAD_ROUNDINGS = 12.0
@@ -93,7 +93,7 @@ def _triangle(name: str, supports: Any) -> tuple[Point, Point, Point]:
     a1, a2, a3 = numbers(name, supports, (3, 2), "three points (x, y)")
     longest = max(math.dist(a1, a2), math.dist(a2, a3), math.dist(a3, a1))
     doubled_area = (a2[0] - a1[0]) * (a3[1] - a1[1]) - (a2[1] - a1[1]) * (a3[0] - a1[0])
-    if not abs(doubled_area) > FLATTEST * longest**2:
+    if not abs(doubled_area) > SMALLEST_HEIGHT * longest**2:
         raise ParameterError(name, supports, "a triangle, not three points on a line")
     return a1, a2, a3
 
@@ -116,10 +116,10 @@ def load_fractions(capsule: Capsule, centres: Array) -> Array:
     mass at `centres` [m], shape (n, 2). The fractions are barycentric coordinates, of either sign,
     with sum 1."""
     corners = np.asarray(capsule.supports)
-    ends = corners - np.asarray(centres, dtype=np.float64)[..., None, :]
-    after = ends[..., (1, 2, 0), :]
-    last = ends[..., (2, 0, 1), :]
-    areas = after[..., 0] * last[..., 1] - after[..., 1] * last[..., 0]
+    arms = corners - np.asarray(centres, dtype=np.float64)[..., None, :]
+    second = arms[..., (1, 2, 0), :]
+    third = arms[..., (2, 0, 1), :]
+    areas = second[..., 0] * third[..., 1] - second[..., 1] * third[..., 0]
     (ux, uy) = corners[1] - corners[0]
     (vx, vy) = corners[2] - corners[0]
     return np.asarray(areas / (ux * vy - uy * vx))
@@ -141,14 +141,15 @@ def by_support(forces: Array) -> dict[str, Array]:
 
 def load_gradient(capsule: Capsule) -> Array:
     """Returns the derivatives of the N_i by the slider's x and y [N/m], shape (2, 3)."""
-    here, x, y = normal_forces(capsule, CORNERS)
-    return np.stack([x - here, y - here])
+    at_c, along_x, along_y = normal_forces(capsule, CORNERS)
+    return np.stack([along_x - at_c, along_y - at_c])
 
 
 def load_slopes(capsule: Capsule, direction: float) -> Array:
     """Returns the derivatives of the N_i by the slider's displacement along `direction` [rad, from
     the body's x axis], [N/m], shape (3,). They do not depend on the slider's place."""
-    return np.asarray([math.cos(direction), math.sin(direction)] @ load_gradient(capsule))
+    unit = [math.cos(direction), math.sin(direction)]
+    return np.asarray(unit @ load_gradient(capsule))
 
 
 def longest_stroke(
@@ -160,8 +161,8 @@ def longest_stroke(
     loads = normal_forces(capsule, np.zeros((1, 2)))[0]
     if not loads.min() > 0.0:
         raise ParameterError("supports", capsule.supports, "a triangle with C inside")
-    falls = -load_slopes(capsule, direction) / ((1.0 - least) * loads)
-    return 1.0 / float(falls.min()), 1.0 / float(falls.max())
+    relative_falls = -load_slopes(capsule, direction) / ((1.0 - least) * loads)
+    return 1.0 / float(relative_falls.min()), 1.0 / float(relative_falls.max())
 
 
 def steepest_load(capsule: Capsule) -> float:
@@ -185,63 +186,62 @@ def normal_force_uncertainty(capsule: Capsule, reach: float, moved: Any = 0.0) -
     return rounded + steepest_load(capsule) * moved
 
 
-def _turning_points(capsule: Capsule, piece: Point | Arc) -> Array:
+def _minimum_candidates(capsule: Capsule, piece: Point | Arc) -> Array:
     """Returns slider positions, shape (n, 2), among which every support load has its minimum on
     `piece`. A load is affine in the position, so along an arc it is a cosine of the angle."""
     if not isinstance(piece, Arc):
         return np.array([piece], dtype=np.float64)
     low, high = sorted((piece.start, piece.end))
-    here, x, y = load_fractions(capsule, CORNERS)
-    steepest_fall = np.arctan2(here - y, here - x)
+    at_c, along_x, along_y = load_fractions(capsule, CORNERS)
+    steepest_fall = np.arctan2(at_c - along_y, at_c - along_x)
     inner = low + np.mod(steepest_fall - low, 2 * math.pi)
     angles = np.concatenate([[low, high], inner[inner < high]])
     return piece.radius * np.stack([np.cos(angles), np.sin(angles)], axis=-1)
 
 
-def _lowest(capsule: Capsule, path: Path, reach: float) -> tuple[Array, Array]:
+def _lowest_fractions(capsule: Capsule, path: Path, reach: float) -> tuple[Array, Array]:
     """Returns the minimum along `path` of each barycentric coordinate of `reach` times the slider's
     position, shape (3,), and the positions of the minima, shape (3, 2)."""
     if not path:
         raise ParameterError("path", path, "at least one point or Arc")
-    candidates = np.concatenate([_turning_points(capsule, piece) for piece in path])
+    candidates = np.concatenate([_minimum_candidates(capsule, piece) for piece in path])
     fractions = load_fractions(capsule, reach * candidates)
-    where = np.argmin(fractions, axis=0)
-    return np.min(fractions, axis=0), np.asarray(candidates[where])
+    indices = np.argmin(fractions, axis=0)
+    return np.min(fractions, axis=0), np.asarray(candidates[indices])
 
 
 def lowest_normal_forces(capsule: Capsule, path: Path) -> tuple[Array, Array]:
     """Returns the exact minimum of each N_i along `path` [N], shape (3,), and the slider's
     positions there relative to C [m], shape (3, 2). Raises ParameterError if the path is empty."""
-    fractions, where = _lowest(capsule, path, capsule.mass_ratio)
-    return capsule.weight * fractions, where
+    fractions, places = _lowest_fractions(capsule, path, capsule.mass_ratio)
+    return capsule.weight * fractions, places
 
 
 def validity(capsule: Capsule, path: Path) -> tuple[ParameterError, ...]:
     """Returns the violations on `path` as errors, to raise or to print. The equations require a
     positive normal force at every support along the whole path. The result is empty if they hold.
     """
-    forces, where = lowest_normal_forces(capsule, path)
-    return tuple(
-        ParameterError(
-            NORMAL_FORCES[i],
-            float(forces[i]),
-            "greater than 0 along the slider's whole path"
-            f" (lowest at ({where[i, 0]:.6g}, {where[i, 1]:.6g}) m from C)",
-        )
-        for i in range(3)
-        if not forces[i] > 0.0
-    )
+    forces, places = lowest_normal_forces(capsule, path)
+    violations = list[ParameterError]()
+    for name, force, (x, y) in zip(NORMAL_FORCES, forces.tolist(), places, strict=True):
+        if not force > 0.0:
+            lowest = f"(lowest at ({x:.6g}, {y:.6g}) m from C)"
+            need = f"greater than 0 along the slider's whole path {lowest}"
+            violations.append(ParameterError(name, force, need))
+    return tuple(violations)
 
 
 def check_loads(capsule: Capsule, path: Path) -> None:
     """Raises the first violation on `path`, if there is one."""
-    for breach in validity(capsule, path):
-        raise breach
+    for violation in validity(capsule, path):
+        raise violation
 
 
 def source_assumption(capsule: Capsule, path: Path) -> SourceAssumption:
     """Returns whether the source's stronger assumption holds along `path` (Chernousko 2020, section
     "Mechanical system")."""
-    slider, _ = _lowest(capsule, path, 1.0)
-    com = load_fractions(capsule, np.zeros(2))
-    return SourceAssumption(bool(np.all(com > 0.0)), bool(np.all(slider > 0.0)))
+    of_slider, _ = _lowest_fractions(capsule, path, 1.0)
+    of_c = load_fractions(capsule, np.zeros(2))
+    return SourceAssumption(
+        com_inside=bool(np.all(of_c > 0.0)), slider_inside=bool(np.all(of_slider > 0.0))
+    )

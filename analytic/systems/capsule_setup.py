@@ -65,26 +65,26 @@ class InWorld(LinearResponse):
     """A motion in the axes of its start, but with its heading in the world. An engine that leaves
     out the initial `heading` [rad] then has an error in the heading alone."""
 
-    own: Reference  # the motion in the axes of its start
+    in_start_axes: Reference  # the motion in the axes of its start
     heading: float
 
     @property
     def closed_form(self) -> Any:
         """The closed form of the motion; None if it has none."""
-        return getattr(self.own, "closed_form", self.own)
+        return getattr(self.in_start_axes, "closed_form", self.in_start_axes)
 
     def observe(self, times: Array) -> Signals:
         """Exact observables at `times` [s], shape (n,)."""
-        observed = self.own.observe(times)
+        observed = self.in_start_axes.observe(times)
         return {**observed, "heading": self.heading + observed["heading"]}
 
     def uncertainty(self, times: Array) -> Signals:
         """Bound on the error of each observable at `times` [s], shape (n,). The heading's bound
         includes the rounding of the initial heading and of the sum."""
-        known = self.own.uncertainty(times)
-        facing = self.observe(times)["heading"]
-        rounding = ROUNDOFF * (abs(self.heading) + np.abs(facing)) if self.heading else 0.0
-        return {**known, "heading": known["heading"] + rounding}
+        errors = self.in_start_axes.uncertainty(times)
+        heading = self.observe(times)["heading"]
+        rounding = ROUNDOFF * (abs(self.heading) + np.abs(heading)) if self.heading else 0.0
+        return {**errors, "heading": errors["heading"] + rounding}
 
 
 @dataclass(frozen=True)

@@ -61,8 +61,8 @@ class Body:
         least = self.mass * self.com_distance**2
         if min(self.inertia_x, self.inertia_y) < least * (1 - 1e-12):
             name = "inertia_x" if self.inertia_x < least else "inertia_y"
-            wanted = f"at least mass com_distance^2 = {least:.6g}"
-            raise ParameterError(name, getattr(self, name), wanted)
+            need = f"at least mass com_distance^2 = {least:.6g}"
+            raise ParameterError(name, getattr(self, name), need)
         central_x = self.inertia_x - least
         central_y = self.inertia_y - least
         central = sorted((central_x, central_y, self.inertia_z))
@@ -73,22 +73,19 @@ class Body:
                 "possible: about the centre of mass none may exceed the sum of the other two",
             )
         # The two principal moments across x differ by at most the third moment.
-        half = math.sqrt(
-            max(0.0, (central_x / 2) ** 2 - ((central_y - self.inertia_z) / 2) ** 2)
-        )
-        if abs(self.inertia_yz) > half * (1 + 1e-12):
-            wanted = (
-                f"at most {half:.6g} in magnitude, or one principal moment of inertia exceeds "
-            )
-            raise ParameterError(
-                "inertia_yz", self.inertia_yz, wanted + "the sum of the others"
-            )
+        square = (central_x / 2) ** 2 - ((central_y - self.inertia_z) / 2) ** 2
+        largest = math.sqrt(max(0.0, square))
+        if abs(self.inertia_yz) > largest * (1 + 1e-12):
+            reason = "one principal moment of inertia exceeds the sum of the others"
+            need = f"at most {largest:.6g} in magnitude, or {reason}"
+            raise ParameterError("inertia_yz", self.inertia_yz, need)
 
 
 def cone(density: float, height: float, apex_angle: float) -> Body:
     """Returns a solid cone hung by its vertex (Sudakov 2015, eq. 1); density [kg/m^3], height [m],
     full apex angle [rad]. Raises ParameterError."""
-    positive("density", density), positive("height", height)
+    positive("density", density)
+    positive("height", height)
     if not 0.0 < finite("apex_angle", apex_angle) < math.pi:
         raise ParameterError("apex_angle", apex_angle, "between 0 and pi radians")
     tan2 = math.tan(apex_angle / 2) ** 2
@@ -97,8 +94,15 @@ def cone(density: float, height: float, apex_angle: float) -> Body:
     along = 0.3 * mass * height**2 * tan2
     # The relative change of tan^2 is 2 apex_angle/sin(apex_angle) times the relative change of the
     # angle, and tan^2 is one of the two terms of inertia_x.
-    blunt = 2 * apex_angle / math.sin(apex_angle) * tan2 / (4 + tan2)
-    return Body(mass, 0.75 * height, across, across, along, moment_roundings=max(1.0, blunt))
+    condition = 2 * apex_angle / math.sin(apex_angle) * tan2 / (4 + tan2)
+    return Body(
+        mass=mass,
+        com_distance=0.75 * height,
+        inertia_x=across,
+        inertia_y=across,
+        inertia_z=along,
+        moment_roundings=max(1.0, condition),
+    )
 
 
 @dataclass(frozen=True)
@@ -144,7 +148,7 @@ class ConePendulum:
             _ = self.motion
 
     @cached_property
-    def _terms(self) -> tuple[TrigonometricPotential, Quad, Quad]:
+    def _potential_terms(self) -> tuple[TrigonometricPotential, Quad, Quad]:
         """The three-term potential in phi = theta + tilt, the tilt [rad], and the constant [J] to
         add to the potential to get V."""
         body = self.body
@@ -157,12 +161,12 @@ class ConePendulum:
             return TrigonometricPotential(a, b, c), quad(0.0), quad(0.0)
         twice_d = quad(body.inertia_yz) * rate2
         sign = -1.0 if a < 0 else 1.0
-        turned = sign * np.sqrt(a * a + twice_d * twice_d)
+        principal_a = sign * np.sqrt(a * a + twice_d * twice_d)
         tilt = np.arctan2(sign * twice_d, sign * a) / 2
         sine = np.sin(tilt)
         cosine = np.cos(tilt)
-        v = TrigonometricPotential(turned, b * cosine + c * sine, c * cosine - b * sine)
-        return v, tilt, (turned - a) / 2
+        v = TrigonometricPotential(principal_a, b * cosine + c * sine, c * cosine - b * sine)
+        return v, tilt, (principal_a - a) / 2
 
     @property
     def potential(self) -> TrigonometricPotential:
@@ -172,18 +176,18 @@ class ConePendulum:
         a = (I_y - I_z) omega^2 / 2: the source has I_x in place of I_y, which holds only for a
         symmetric body.
         """
-        return self._terms[0]
+        return self._potential_terms[0]
 
     @property
     def tilt(self) -> float:
         """Angle [rad] to add to theta if the body has a product of inertia: from its y and z axes
         to the principal axes, at most pi/4 in magnitude (module docstring)."""
-        return float(double(self._terms[1]))
+        return float(double(self._potential_terms[1]))
 
     @property
     def potential_offset(self) -> float:
         """The constant V(theta) - `potential`(theta + tilt) [J]."""
-        return float(double(self._terms[2]))
+        return float(double(self._potential_terms[2]))
 
     @property
     def printed_potential(self) -> TrigonometricPotential:
@@ -201,18 +205,18 @@ class ConePendulum:
             self.theta + self.tilt,
             self.theta_dot,
             self.excess,
-            cancelled=self._cancelled * self.body.moment_roundings,
+            cancelled=self._cancellation * self.body.moment_roundings,
             inertia_roundings=self.body.moment_roundings,
         )
 
     @property
-    def _cancelled(self) -> float:
+    def _cancellation(self) -> float:
         """Sum of I_y and I_z over their difference: the factor by which a rounding of either is
         larger in a."""
         body = self.body
-        terms = body.inertia_y + body.inertia_z
-        apart = math.hypot(body.inertia_y - body.inertia_z, 2.0 * body.inertia_yz)
-        return max(terms / apart, 1.0) if apart else 1.0
+        total = body.inertia_y + body.inertia_z
+        difference = math.hypot(body.inertia_y - body.inertia_z, 2.0 * body.inertia_yz)
+        return max(total / difference, 1.0) if difference else 1.0
 
     @property
     def reference(self) -> PendulumMotion:
@@ -238,22 +242,19 @@ class ConePendulum:
     @property
     def equilibria(self) -> tuple[Equilibrium, ...]:
         """Relative equilibria in (-pi, pi], ascending."""
-        return tuple(
-            sorted(
-                map(self._equilibrium, critical_points(self.potential)), key=lambda e: e.theta
-            )
-        )
+        equilibria = [self._equilibrium(angle) for angle in critical_points(self.potential)]
+        return tuple(sorted(equilibria, key=lambda equilibrium: equilibrium.theta))
 
     def _equilibrium(self, theta: Quad) -> Equilibrium:
         """Returns the equilibrium at the critical point `theta` [rad] of `potential`."""
-        potential, tilt, lacking = self._terms
+        potential, tilt, offset = self._potential_terms
         stiffness = abs(float(double(potential.curvature(theta))))
-        sort = kind(potential, theta)
-        rate = 0.0 if sort == "degenerate" else math.sqrt(stiffness / self.body.inertia_x)
-        value = float(double(potential.value(theta) + lacking))
+        kind_there = kind(potential, theta)
+        rate = 0.0 if kind_there == "degenerate" else math.sqrt(stiffness / self.body.inertia_x)
+        value = float(double(potential.value(theta) + offset))
         angle = double(theta - tilt)
         angle -= 2 * math.pi * math.ceil(angle / (2 * math.pi) - 0.5)
-        return Equilibrium(float(angle), value, sort, rate)
+        return Equilibrium(float(angle), value, kind_there, rate)
 
     @property
     def printed_barrier(self) -> tuple[float, float]:

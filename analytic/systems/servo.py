@@ -17,7 +17,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 from itertools import islice
 from typing import Any
 
@@ -32,7 +32,7 @@ from plumbob.analytic.reference import Array, LinearResponse, Signals
 from plumbob.analytic.schemes import Scheme
 from plumbob.analytic.systems.simple_pendulum import SimplePendulum
 
-STATE = "theta", "theta_dot"
+OBSERVABLES = "theta", "theta_dot"
 # roundings of each parameter in the uncertainty: 100 random servos need 1/40 of it in the median
 ROUNDINGS = 12.0
 
@@ -66,18 +66,23 @@ class Servo(LinearResponse):
         """Eq. 1 without a limit, as a linear pendulum with the mass J at 1 m."""
         total = self.inertia + self.armature
         square = self.gear**2
-        stiffness = square * self.kp / total
-        damping = (square * self.kv + self.damping) / total
-        start = self.theta, self.theta_dot
         return SimplePendulum(
-            1.0, stiffness, damping, 0.0, 0.0, *start, linear=True, mass=total
+            length=1.0,
+            gravity=square * self.kp / total,
+            damping_rate=(square * self.kv + self.damping) / total,
+            forcing_amplitude=0.0,
+            forcing_frequency=0.0,
+            theta=self.theta,
+            theta_dot=self.theta_dot,
+            linear=True,
+            mass=total,
         )
 
     @property
     def joint_part(self) -> float:
         """The joint's damping over the total damping; 1 if the motor has none."""
-        inside = self.gear**2 * self.kv
-        return self.damping / (self.damping + inside) if inside else 1.0
+        motor = self.gear**2 * self.kv
+        return self.damping / (self.damping + motor) if motor else 1.0
 
     @property
     def limit(self) -> float:
@@ -93,14 +98,19 @@ class Servo(LinearResponse):
     def system(self) -> SmoothSystem:
         """Eq. 1 as a smooth system, for the theory of time stepping."""
         matrix = ((self.started.mass,),)
-        start = (self.theta, self.theta_dot)
 
         def torques(p: Any, time: float, q: Any, v: Any) -> tuple[float]:
             torque = min(max(self.unlimited(*q, *v), -self.limit), self.limit)
             return (torque - self.damping * v[0],)
 
         return SmoothSystem(
-            STATE[:1], STATE[1:], lambda p, q: matrix, torques, {}, start[:1], start[1:]
+            coordinates=OBSERVABLES[:1],
+            rates=OBSERVABLES[1:],
+            mass_matrix=lambda p, q: matrix,
+            forces=torques,
+            parameters={},
+            position=(self.theta,),
+            rate=(self.theta_dot,),
         )
 
     def implicit(self, scheme: Scheme, state: Array) -> tuple[float, float]:
@@ -111,11 +121,11 @@ class Servo(LinearResponse):
             return min(damping, self.damping / self.started.mass), 0.0
         return damping, self.started.gravity * scheme.implicit_spring
 
-    def pieces(self) -> Iterator[Piece]:
+    def pieces(self) -> Iterator[ServoPiece]:
         """Yields the pieces of the motion in order."""
         torque = self.unlimited(self.theta, self.theta_dot)
         side = math.copysign(1.0, torque) if abs(torque) > self.limit else 0.0
-        piece: Piece | None = Piece(self, 0.0, self.theta, self.theta_dot, side)
+        piece: ServoPiece | None = ServoPiece(self, 0.0, self.theta, self.theta_dot, side)
         while piece is not None:
             yield piece
             piece = piece.following
@@ -128,7 +138,7 @@ class Servo(LinearResponse):
     @property
     def peak_force(self) -> float:
         """The largest |F| [N m]: at the start, at the first peak, or at the limit."""
-        first = Piece(self, 0.0, self.theta, self.theta_dot, 0.0)
+        first = ServoPiece(self, 0.0, self.theta, self.theta_dot, 0.0)
         torque = max(abs(first.torque(since)) for since in (0.0, first.peak))
         return min(self.force_limit, torque / self.gear)
 
@@ -136,10 +146,11 @@ class Servo(LinearResponse):
         """Exact x [rad] and x' [rad/s] at `times` [s], shape (n,)."""
         states = np.zeros((2, len(times)))
         for piece in self.pieces():
-            if not (later := times >= piece.begin).any():
+            later = times >= piece.begin
+            if not later.any():
                 break
             states[:, later] = piece.states(times[later] - piece.begin)
-        return dict(zip(STATE, states, strict=True))
+        return dict(zip(OBSERVABLES, states, strict=True))
 
     def uncertainty(self, times: Array) -> Signals:
         """Bound on the error of each observable, shape (n,), by the rounding of each parameter."""
@@ -147,7 +158,7 @@ class Servo(LinearResponse):
 
 
 @dataclass(frozen=True)
-class Piece:
+class ServoPiece:
     """A piece of the motion from the time `begin` [s], with the angle `x` and the rate `v` at that
     time. `side` is 1 or -1 if n F is at its limit on that side, else 0."""
 
@@ -161,13 +172,14 @@ class Piece:
     def motion(self) -> DrivenRotor:
         """The equation of the piece, divided by J."""
         servo = self.servo
-        inertia = self.servo.started.mass
+        inertia = servo.started.mass
         if not self.side:
             return servo.started.rotor
-        constant = math.pi / 2.0  # the phase of a frequency of 0
-        push = self.side * servo.limit / inertia
-        drag = servo.damping / inertia
-        return DrivenRotor(damping_rate=drag, forcing_amplitude=push, forcing_phase=constant)
+        return DrivenRotor(
+            damping_rate=servo.damping / inertia,
+            forcing_amplitude=self.side * servo.limit / inertia,
+            forcing_phase=math.pi / 2.0,  # a constant torque: the sine of a frequency of 0
+        )
 
     def states(self, since: Array | float) -> tuple[Array, Array]:
         """Returns x and x' at the times `since` its begin [s], shape (n,)."""
@@ -182,48 +194,57 @@ class Piece:
         x, v = map(float, self.states(since))
         return self.servo.unlimited(v, float(self.motion.acceleration(0.0, x, v)))
 
-    @property
+    @cached_property
     def peak(self) -> float:
         """The time from its begin to the first peak of |n F| below the limit [s]; 0 if |n
         F| falls."""
-        pull = self.motion.stiffness
+        stiffness = self.motion.stiffness
         damping = self.motion.damping_rate
         torque = self.torque(0.0)
         slope = self.slope(0.0)
         # With T = n F, T' = e^(-damping t/2) (slope c + bend s), c = cos(root t) and
         # s = sin(root t)/root; if overdamped, these are the hyperbolic functions.
-        bend = -pull * torque - damping / 2 * slope
-        root = math.sqrt(abs(pull - damping**2 / 4))
-        late = 0.0
-        if pull > damping**2 / 4:
-            late = math.atan2(-root * slope, bend) % math.pi / root
+        bend = -stiffness * torque - damping / 2 * slope
+        root = math.sqrt(abs(stiffness - damping**2 / 4))
+        time = 0.0
+        if stiffness > damping**2 / 4:
+            time = math.atan2(-root * slope, bend) % math.pi / root
         elif root * abs(slope) < abs(bend):
-            late = math.atanh(-root * slope / bend) / root if root else -slope / bend
-        return max(late, 0.0)
+            time = math.atanh(-root * slope / bend) / root if root else -slope / bend
+        return max(time, 0.0)
 
     @property
-    def following(self) -> Piece | None:
+    def following(self) -> ServoPiece | None:
         """The next piece; None after the last one."""
-        scale = 1.0 / math.sqrt(self.servo.started.gravity)
+        end = self._limit_left() if self.side else self._limit_reached()
+        if end is None:
+            return None
+        x, v = map(float, self.states(end))
+        side = 0.0 if self.side else math.copysign(1.0, self.torque(self.peak))
+        return replace(self, begin=self.begin + end, x=x, v=v, side=side)
+
+    def _limit_reached(self) -> float | None:
+        """Returns the time since the begin [s] at which |n F| reaches the limit; None if never."""
+        side = math.copysign(1.0, self.torque(self.peak))
+        excess = partial(self._excess, side)
+        if not self.peak or excess(self.peak) <= 0.0:
+            return None
+        return _root(excess, 0.0, self.peak) if excess(0.0) < 0.0 else 0.0
+
+    def _limit_left(self) -> float:
+        """Returns the time since the begin [s] at which the unlimited |n F| falls to the limit."""
+        excess = partial(self._excess, self.side)
         first = 0.0
-        last = scale if self.side else self.peak
-        side = self.side or math.copysign(1.0, self.torque(last))
+        last = 1.0 / math.sqrt(self.servo.started.gravity)
+        while excess(last) > 0.0:
+            last *= 2.0
+        if self.side * self.slope(0.0) > 0.0:
+            first = _root(self.slope, 0.0, last)
+        return _root(excess, first, last)
 
-        def beyond(since: float) -> float:
-            return side * self.torque(since) - self.servo.limit
-
-        if not self.side:
-            if not last or beyond(last) <= 0.0:
-                return None
-            last = _root(beyond, 0.0, last) if beyond(0.0) < 0.0 else 0.0
-        else:
-            while beyond(last) > 0.0:
-                last *= 2.0
-            if side * self.slope(0.0) > 0.0:
-                first = _root(self.slope, 0.0, last)
-            last = _root(beyond, first, last)
-        x, v = map(float, self.states(last))
-        return replace(self, begin=self.begin + last, x=x, v=v, side=0.0 if self.side else side)
+    def _excess(self, side: float, since: float) -> float:
+        """Returns how far the torque n F on this `side` exceeds its limit [N m]."""
+        return side * self.torque(since) - self.servo.limit
 
 
 def _root(function: Callable[[float], float], low: float, high: float) -> float:

@@ -19,7 +19,7 @@ from plumbob.analytic.systems.capsule import Arc, Path, Point
 Kinematics = tuple[Array, Array, Array]
 
 
-def _turns(rate: float, acceleration: float, duration: float) -> Array:
+def _turning_times(rate: float, acceleration: float, duration: float) -> Array:
     """Returns three times [s]: the beginning, the time at which the motion turns round, and the
     end. If it does not turn round, the middle one equals another."""
     turn = -rate / acceleration if acceleration else 0.0
@@ -57,7 +57,9 @@ class StraightPiece:
 
     def track(self) -> Path:
         """Returns the corners of the part of the line that the piece covers."""
-        x, y = self.kinematics(_turns(self.speed, self.acceleration, self.duration))[0].T
+        x, y = self.kinematics(_turning_times(self.speed, self.acceleration, self.duration))[
+            0
+        ].T
         return tuple(zip(x.tolist(), y.tolist(), strict=True))
 
 
@@ -86,7 +88,7 @@ class ArcPiece:
 
     def track(self) -> Path:
         """Returns the arc that the piece covers."""
-        angles = self._angles(_turns(self.rate, self.acceleration, self.duration))
+        angles = self._angles(_turning_times(self.rate, self.acceleration, self.duration))
         return (Arc(self.radius, float(angles.min()), float(angles.max())),)
 
     def _angles(self, times: Array) -> Array:
@@ -133,14 +135,15 @@ class SliderPath:
         of shape (n, 2), at `times` [s], shape (n,). A breakpoint belongs to the piece that begins
         there."""
         times = np.asarray(times, dtype=np.float64)
-        which = np.searchsorted(self.breakpoints, times, side="right") - 1
+        numbers = np.searchsorted(self.breakpoints, times, side="right") - 1
         result = tuple(np.zeros((times.size, 2)) for _ in range(3))
         result[0][:] = self.end
-        for number in np.unique(which[which < len(self.pieces)]):
-            here = which == number
-            local = times[here] - self.breakpoints[number]
-            for values, part in zip(result, self.pieces[number].kinematics(local), strict=True):
-                values[here] = part
+        for number in np.unique(numbers[numbers < len(self.pieces)]):
+            selected = numbers == number
+            local = times[selected] - self.breakpoints[number]
+            parts = self.pieces[number].kinematics(local)
+            for values, part in zip(result, parts, strict=True):
+                values[selected] = part
         return result[0], result[1], result[2]
 
     def places(self, times: Array) -> Array:
@@ -153,21 +156,29 @@ class SliderPath:
 
     def track(self) -> Path:
         """Returns the corners and arcs that the slider covers, for `capsule.validity`."""
-        return tuple(part for piece in self.pieces for part in piece.track())
+        return tuple(itertools.chain.from_iterable(piece.track() for piece in self.pieces))
 
 
 def concatenate(*paths: SliderPath) -> SliderPath:
     """Returns the path that follows `paths` in order. Each begins where the one before ends."""
-    return SliderPath(tuple(piece for path in paths for piece in path.pieces))
+    return SliderPath(tuple(itertools.chain.from_iterable(path.pieces for path in paths)))
 
 
 def fixed(place: Point, duration: float = 0.0) -> SliderPath:
     """Returns the path of a slider fixed at `place` relative to C [m] for `duration` [s] (and
     afterwards)."""
-    return SliderPath((StraightPiece(duration, place, 0.0, 0.0, 0.0, 0.0),))
+    piece = StraightPiece(
+        duration=duration,
+        origin=place,
+        direction=0.0,
+        position=0.0,
+        speed=0.0,
+        acceleration=0.0,
+    )
+    return SliderPath((piece,))
 
 
-def _driven(
+def _path_from_rest(
     piece: Callable[..., Piece],
     place: float,
     accelerations: Sequence[float],
@@ -189,9 +200,11 @@ def straight(
 ) -> SliderPath:
     """Returns a path from rest at `start` [m] along `direction` [rad] with constant `accelerations`
     [m/s^2], one for each of `durations` [s]. Raises ParameterError."""
-    return _driven(
-        lambda t, *now: StraightPiece(t, start, direction, *now), 0.0, accelerations, durations
-    )
+
+    def piece(duration: float, position: float, speed: float, acceleration: float) -> Piece:
+        return StraightPiece(duration, start, direction, position, speed, acceleration)
+
+    return _path_from_rest(piece, 0.0, accelerations, durations)
 
 
 def arc(
@@ -201,14 +214,20 @@ def arc(
     constant angular `accelerations` [rad/s^2], one for each of `durations` [s]. Raises
     ParameterError."""
     positive("radius", radius)
-    begin = finite("start", start)
-    return _driven(lambda t, *now: ArcPiece(t, radius, *now), begin, accelerations, durations)
+    first_angle = finite("start", start)
+
+    def piece(duration: float, angle: float, rate: float, acceleration: float) -> Piece:
+        return ArcPiece(duration, radius, angle, rate, acceleration)
+
+    return _path_from_rest(piece, first_angle, accelerations, durations)
 
 
 def line_stroke(start: Point, direction: float, w1: float, w2: float, t1: float) -> SliderPath:
     """Returns the path with acceleration w1 [m/s^2] for t1 [s], then -w2 until the slider stops
     (Chernousko 2020, eqs. 14, 17). Raises ParameterError."""
-    positive("w1", w1), positive("w2", w2), positive("t1", t1)
+    positive("w1", w1)
+    positive("w2", w2)
+    positive("t1", t1)
     return straight(start, direction, (w1, -w2), (t1, w1 * t1 / w2))
 
 
