@@ -54,7 +54,7 @@ class BouncingBall(LinearResponse):
         return self.fall * (1.0 + e) / (1.0 - e) if e < 1.0 else math.inf
 
     @property
-    def _within(self) -> float:
+    def _inner_restitution(self) -> float:
         """The restitution e, replaced by a neighbouring number if it is 0 or 1."""
         return min(max(self.restitution, TINY), 1.0 - ROUNDOFF)
 
@@ -62,7 +62,7 @@ class BouncingBall(LinearResponse):
         """Returns the times [s] of the impacts with the numbers `counts`, from 1 on, shape (n,),
         and the peak heights [m] of the flights that follow."""
         # The sum e + ... + e^(n-1) in closed form, without cancellation near e = 1.
-        e = self._within
+        e = self._inner_restitution
         between = -e * np.expm1((counts - 1.0) * math.log(e)) / (1.0 - e)
         return self.fall * (1.0 + 2.0 * between), self.height * e ** (2.0 * counts)
 
@@ -70,28 +70,30 @@ class BouncingBall(LinearResponse):
         """Returns the time [s] since the last impact and the speed after it [m/s], shape (n,) each.
         Before the first impact they are the time since the start, and 0. When the ball is at rest
         they have no meaning."""
-        e = self._within
-        begun = times / self.fall
+        e = self._inner_restitution
+        relative_times = times / self.fall
         with np.errstate(all="ignore"):
             # 1 + left = (t_inf - t) (1 - e)/(2 t_1), which is e^n at impact n.
-            left = -(1.0 - e) * (1.0 + begun) / 2.0
+            left = -(1.0 - e) * (1.0 + relative_times) / 2.0
             counts = np.floor(np.log1p(left) / math.log(e))
-            counts = np.maximum(np.where(begun < 1.0, 0.0, counts), 0.0)
+            counts = np.maximum(np.where(relative_times < 1.0, 0.0, counts), 0.0)
             # Rounding may have changed the number by one.
             counts += self.impacts(counts + 1.0)[0] <= times
             counts -= (counts > 0.0) & (self.impacts(counts)[0] > times)
-        since = times - np.where(counts > 0.0, self.impacts(counts)[0], 0.0)
-        return since, np.where(counts > 0.0, self.gravity * self.fall * e**counts, 0.0)
+        last_impact = np.where(counts > 0.0, self.impacts(counts)[0], 0.0)
+        speed = np.where(counts > 0.0, self.gravity * self.fall * e**counts, 0.0)
+        return times - last_impact, speed
 
     def observe(self, times: Array) -> Signals:
         """Exact height z [m] of the lowest point at `times` [s], shape (n,)."""
         since, speed = self._flight(times)
-        flown = np.where(times < self.fall, self.height, 0.0)
-        z = flown + since * (speed - self.gravity * since / 2.0)
-        return {"z": np.where(times < self.zeno_time, np.nan_to_num(np.maximum(z, 0.0)), 0.0)}
+        start = np.where(times < self.fall, self.height, 0.0)
+        z = start + since * (speed - self.gravity * since / 2.0)
+        bouncing = np.nan_to_num(np.maximum(z, 0.0))
+        return {"z": np.where(times < self.zeno_time, bouncing, 0.0)}
 
     def uncertainty(self, times: Array) -> Signals:
         """Bound on the error of each observable, shape (n,), by the rounding of each parameter and
         of a height."""
-        doubts = rounded_inputs(self, lambda ball: ball.observe(times), ROUNDINGS)
-        return {"z": doubts["z"] + ULP * self.height}
+        errors = rounded_inputs(self, lambda ball: ball.observe(times), ROUNDINGS)
+        return {"z": errors["z"] + ULP * self.height}

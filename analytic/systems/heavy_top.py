@@ -50,8 +50,8 @@ class HeavyTop:
     def __post_init__(self) -> None:
         check_fields(self, CONSTANTS[:-1], CONSTANTS[-1:])
         if self.inertia_axis > 2 * self.inertia_across:
-            most = f"at most twice the moment across, {2 * self.inertia_across:g} kg m^2"
-            raise ParameterError("inertia_axis", self.inertia_axis, most)
+            need = f"at most twice the moment across, {2 * self.inertia_across:g} kg m^2"
+            raise ParameterError("inertia_axis", self.inertia_axis, need)
         if not 0.0 < self.tilt < np.pi:
             raise ParameterError(
                 "tilt", self.tilt, "between 0 and pi, where the axis is vertical"
@@ -64,7 +64,15 @@ class HeavyTop:
         rates = self.precession_rate, self.tilt_rate, self.spin_rate
         start = (0.0, self.tilt, 0.0)
         return CertifiedMotion(
-            SmoothSystem(ANGLES, RATES, _masses, _moments, parameters, start, rates)
+            SmoothSystem(
+                coordinates=ANGLES,
+                rates=RATES,
+                mass_matrix=_masses,
+                forces=_moments,
+                parameters=parameters,
+                position=start,
+                rate=rates,
+            )
         )
 
     def conserved(self, observed: Signals) -> Signals:
@@ -72,17 +80,17 @@ class HeavyTop:
         vertical and about the axis [kg m^2/s]."""
         kinetic = self.motion.system.kinetic_energy(observed)
         tilt = observed["tilt"]
-        around, _, spin = (observed[name] for name in RATES)
-        along = self.inertia_axis * (spin + around * cos(tilt))
-        vertical = _across(self) * around * sin(tilt) ** 2 + along * cos(tilt)
+        precession, _, spin = (observed[name] for name in RATES)
+        axial = self.inertia_axis * (spin + precession * cos(tilt))
+        vertical = _moment_across(self) * precession * sin(tilt) ** 2 + axial * cos(tilt)
         return {
             "energy": kinetic + self.mass * self.gravity * self.length * cos(tilt),
             "vertical_momentum": vertical,
-            "axial_momentum": along,
+            "axial_momentum": axial,
         }
 
 
-def _across(p: Any) -> Any:
+def _moment_across(p: Any) -> Any:
     """Returns A of eq. 1 [kg m^2]."""
     return p.inertia_across + p.mass * p.length**2
 
@@ -97,18 +105,18 @@ def euler_masses(q: Any, around: Any, across: Any, axis: Any) -> tuple[tuple[Any
 
 def _masses(p: Any, q: Any) -> tuple[tuple[Any, ...], ...]:
     """Returns the mass matrix of eq. 1 [kg m^2]."""
-    return euler_masses(q, _across(p), _across(p), p.inertia_axis)
+    return euler_masses(q, _moment_across(p), _moment_across(p), p.inertia_axis)
 
 
 def _moments(p: Any, time: Any, q: Any, v: Any) -> tuple[Any, Any, Any]:
     """Returns the right-hand side of Lagrange's equations of eq. 1 [N m]."""
     sine = sin(q[1])
     cosine = cos(q[1])
-    more = (_across(p) - p.inertia_axis) * sine * cosine
+    difference = (_moment_across(p) - p.inertia_axis) * sine * cosine
     axis = p.inertia_axis * sine
     weight = p.mass * p.gravity * p.length * sine
     return (
-        axis * v[1] * v[2] - 2 * more * v[0] * v[1],
-        more * v[0] ** 2 - axis * v[0] * v[2] + weight,
+        axis * v[1] * v[2] - 2 * difference * v[0] * v[1],
+        difference * v[0] ** 2 - axis * v[0] * v[2] + weight,
         axis * v[0] * v[1],
     )

@@ -85,20 +85,21 @@ class Incline(LinearResponse):
     def observe(self, times: Array) -> Signals:
         """Exact position x [m], positive downhill, and speed [m/s] at `times` [s], shape (n,)."""
         first = self.acceleration(float(np.sign(self.speed)))
+        second = 0.0 if self.holds else self.acceleration(1.0)
         stop = self.stop_time
-        slid = np.minimum(times, stop)
-        since = np.maximum(times - stop, 0.0)
-        again = 0.0 if self.holds else self.acceleration(1.0)
-        stopped = times >= stop
+        until_stop = np.minimum(times, stop)
+        after_stop = np.maximum(times - stop, 0.0)
+        has_stopped = times >= stop
+        stop_place = np.where(has_stopped, np.nan_to_num(self.stop_place), 0.0)
+        x = until_stop * (self.speed + until_stop * first / 2.0)
+        speed = self.speed + until_stop * first
         return {
-            "x": np.where(stopped, np.nan_to_num(self.stop_place), 0.0)
-            + np.where(stopped, 0.0, slid * (self.speed + slid * first / 2.0))
-            + again * since**2 / 2.0,
-            "speed": np.where(stopped, 0.0, self.speed + slid * first) + again * since,
+            "x": stop_place + np.where(has_stopped, 0.0, x) + second * after_stop**2 / 2.0,
+            "speed": np.where(has_stopped, 0.0, speed) + second * after_stop,
         }
 
     def uncertainty(self, times: Array) -> Signals:
         """Bound on the error of each observable, shape (n,), by the rounding of each parameter and
         of a position."""
-        doubts = rounded_inputs(self, lambda cube: cube.observe(times), ROUNDINGS)
-        return {**doubts, "x": doubts["x"] + ULP * self.size}
+        errors = rounded_inputs(self, lambda cube: cube.observe(times), ROUNDINGS)
+        return {**errors, "x": errors["x"] + ULP * self.size}

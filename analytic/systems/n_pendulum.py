@@ -25,7 +25,7 @@ from plumbob.analytic.numerics.smooth.smooth_system import SmoothSystem
 from plumbob.analytic.parameters import ParameterError, finite, non_negative, positive
 from plumbob.analytic.reference import Signals
 
-MOST = 20  # largest number of rods: the work of a step grows as the cube
+MAX_RODS = 20  # largest number of rods: the work of a step grows as the cube
 Numbers = float | Sequence[float]
 
 
@@ -47,8 +47,8 @@ class NPendulum:
     angular_velocities: Numbers = 0.0
 
     def __post_init__(self) -> None:
-        if not isinstance(self.angles, Sequence) or not 1 <= len(self.angles) <= MOST:
-            raise ParameterError("angles", self.angles, f"a list of 1 to {MOST} numbers")
+        if not isinstance(self.angles, Sequence) or not 1 <= len(self.angles) <= MAX_RODS:
+            raise ParameterError("angles", self.angles, f"a list of 1 to {MAX_RODS} numbers")
         non_negative("gravity", self.gravity)
         for name in ("masses", "lengths", "angles", "angular_velocities"):
             check = positive if name in ("masses", "lengths") else finite
@@ -71,19 +71,19 @@ class NPendulum:
         """The exact motion."""
         numbers = range(1, len(self.angles) + 1)
         parameters = {"gravity": self.gravity}
-        for name, short in (("masses", "mass"), ("lengths", "length")):
-            parameters |= {
-                f"{short}_{i}": x for i, x in zip(numbers, self.each(name), strict=True)
-            }
+        for i, mass in zip(numbers, self.each("masses"), strict=True):
+            parameters[f"mass_{i}"] = mass
+        for i, length in zip(numbers, self.each("lengths"), strict=True):
+            parameters[f"length_{i}"] = length
         return CertifiedMotion(
             SmoothSystem(
-                tuple(f"angle_{i}" for i in numbers),
-                tuple(f"angle_{i}_dot" for i in numbers),
-                _masses,
-                _moments,
-                parameters,
-                self.each("angles"),
-                self.each("angular_velocities"),
+                coordinates=tuple(f"angle_{i}" for i in numbers),
+                rates=tuple(f"angle_{i}_dot" for i in numbers),
+                mass_matrix=_masses,
+                forces=_moments,
+                parameters=parameters,
+                position=self.each("angles"),
+                rate=self.each("angular_velocities"),
                 readings=_tip,
             )
         )
@@ -91,40 +91,43 @@ class NPendulum:
     def potential(self, observed: Signals) -> Any:
         """Returns the potential energy [J], 0 with all rods hanging down."""
         system = self.motion.system
-        chain = zip(_hanging(system.values, len(self.angles)), system.coordinates, strict=True)
-        lifts = (length * w * (1 - np.cos(observed[name])) for (_, length, w), name in chain)
+        rods = _rods(system.values, len(self.angles))
+        lifts = [
+            length * w * (1 - np.cos(observed[name]))
+            for (_, length, w), name in zip(rods, system.coordinates, strict=True)
+        ]
         return self.gravity * sum(lifts)
 
 
-def _hanging(p: Any, count: int) -> list[tuple[Any, Any, Any]]:
+def _rods(p: Any, count: int) -> list[tuple[Any, Any, Any]]:
     """Returns m_i, l_i and w_i of each rod."""
-    chain = []
+    rods = []
     below = 0.0 * p.gravity
     for i in range(count, 0, -1):
         mass = getattr(p, f"mass_{i}")
-        chain.append((mass, getattr(p, f"length_{i}"), mass / 2 + below))
+        rods.append((mass, getattr(p, f"length_{i}"), mass / 2 + below))
         below = below + mass
-    return chain[::-1]
+    return rods[::-1]
 
 
 def _masses(p: Any, q: Any) -> list[list[Any]]:
     """Returns the mass matrix of eq. 1 [kg m^2]."""
-    chain = _hanging(p, len(q))
-    rows = [[(w - m / 6) * length**2 for _ in chain] for m, length, w in chain]
-    for j, (_, outer, w) in enumerate(chain):
-        for i, (_, inner, _) in enumerate(chain[:j]):
+    rods = _rods(p, len(q))
+    rows = [[(w - m / 6) * length**2] * len(rods) for m, length, w in rods]
+    for j, (_, outer, w) in enumerate(rods):
+        for i, (_, inner, _) in enumerate(rods[:j]):
             rows[i][j] = rows[j][i] = w * inner * outer * cos(q[i] - q[j])
     return rows
 
 
 def _moments(p: Any, time: Any, q: Any, v: Any) -> list[Any]:
     """Returns the right-hand side of eq. 1 [N m]."""
-    chain = _hanging(p, len(q))
+    rods = _rods(p, len(q))
     moments = [
-        -p.gravity * length * w * sin(t) for (_, length, w), t in zip(chain, q, strict=True)
+        -p.gravity * length * w * sin(t) for (_, length, w), t in zip(rods, q, strict=True)
     ]
-    for j, (_, outer, w) in enumerate(chain):
-        for i, (_, inner, _) in enumerate(chain[:j]):
+    for j, (_, outer, w) in enumerate(rods):
+        for i, (_, inner, _) in enumerate(rods[:j]):
             pull = w * inner * outer * sin(q[i] - q[j])
             moments[i] = moments[i] - pull * v[j] ** 2
             moments[j] = moments[j] + pull * v[i] ** 2
@@ -133,7 +136,7 @@ def _moments(p: Any, time: Any, q: Any, v: Any) -> list[Any]:
 
 def _tip(p: Any, q: Any, v: Any) -> Mapping[str, Any]:
     """Returns the position of the last rod's end, from the axis [m]."""
-    rods = [(length, t) for (_, length, _), t in zip(_hanging(p, len(q)), q, strict=True)]
+    rods = [(length, t) for (_, length, _), t in zip(_rods(p, len(q)), q, strict=True)]
     return {
         "tip_x": sum(length * sin(t) for length, t in rods),
         "tip_z": -sum(length * cos(t) for length, t in rods),

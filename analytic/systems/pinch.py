@@ -37,13 +37,12 @@ class Pinch(LinearResponse):
     lift: float = 0.0
 
     def __post_init__(self) -> None:
-        held = "mass", "size", "finger_mass", "friction", "normal_force", "gravity"
-        check_fields(self, held)
+        positives = "mass", "size", "finger_mass", "friction", "normal_force", "gravity"
+        check_fields(self, positives)
         if self.fraction > 1.0:
             least = self.load / (2.0 * self.friction)
-            raise ParameterError(
-                "normal_force", self.normal_force, f"{least:.6g} N or more, or the body slips"
-            )
+            need = f"{least:.6g} N or more, or the body slips"
+            raise ParameterError("normal_force", self.normal_force, need)
 
     @property
     def pull(self) -> Array:
@@ -63,11 +62,11 @@ class Pinch(LinearResponse):
     def observe(self, times: Array) -> Signals:
         """Slip [m] along the load and its rate, `speed` [m/s], at `times` [s], shape (n,): both are
         0."""
-        still = np.zeros(len(times))
-        return {"slip": still, "speed": still}
+        zeros = np.zeros(len(times))
+        return {"slip": zeros, "speed": zeros}
 
     def uncertainty(self, times: Array) -> Signals:
         """Scale of the round-off of each observable, shape (n,), though rest is exact: the last
         place of the edge [m], and of a speed gained over the edge [m/s]."""
-        place = np.full(len(times), ULP * self.size)
-        return {"slip": place, "speed": place * math.sqrt(self.load / self.mass / self.size)}
+        slip = np.full(len(times), ULP * self.size)
+        return {"slip": slip, "speed": slip * math.sqrt(self.load / self.mass / self.size)}

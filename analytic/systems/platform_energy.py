@@ -72,6 +72,9 @@ def drive_torque(pendulum: ConePendulum, theta: Array, theta_dot: Array) -> Arra
     """Returns the torque [N m] with which the drive keeps the platform's rate, at the states
     `theta` [rad], `theta_dot` [rad/s], shape (n,): the rate of the angular momentum about the
     platform's axis."""
-    gained = pendulum.motion.rotor.acceleration(0.0, theta + pendulum.tilt, theta_dot)
-    ahead = theta + 1j * TINY * theta_dot, theta_dot + 1j * TINY * gained
-    return np.asarray(energies(pendulum, *ahead).angular_momentum.imag / TINY)
+    acceleration = pendulum.motion.rotor.acceleration(0.0, theta + pendulum.tilt, theta_dot)
+    # A complex step in time gives the derivative of the angular momentum.
+    next_theta = theta + 1j * TINY * theta_dot
+    next_theta_dot = theta_dot + 1j * TINY * acceleration
+    momentum = energies(pendulum, next_theta, next_theta_dot).angular_momentum
+    return np.asarray(momentum.imag / TINY)

@@ -51,26 +51,27 @@ class Projectile(LinearResponse):
     @cached_property
     def system(self) -> SmoothSystem:
         """Eq. 1 as a smooth system, for the theory of time stepping."""
-        along, up = (self.speed * f(self.elevation) for f in (math.cos, math.sin))
+        along = self.speed * math.cos(self.elevation)
+        up = self.speed * math.sin(self.elevation)
         return SmoothSystem(
-            OBSERVED,
-            tuple(f"{name}_dot" for name in OBSERVED),
-            lambda p, q: ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)),
-            lambda p, time, q, v: (0.0 * q[0], 0.0 * q[1] - p.gravity, 0.0 * q[2]),
-            {"gravity": self.gravity},
-            (0.0, 0.0, 0.0),
-            (along, up, self.spin),
+            coordinates=OBSERVED,
+            rates=tuple(f"{name}_dot" for name in OBSERVED),
+            mass_matrix=lambda p, q: ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)),
+            forces=lambda p, time, q, v: (0.0 * q[0], 0.0 * q[1] - p.gravity, 0.0 * q[2]),
+            parameters={"gravity": self.gravity},
+            position=(0.0, 0.0, 0.0),
+            rate=(along, up, self.spin),
         )
 
     def observe(self, times: Array) -> Signals:
         """Exact coordinates and rates at `times` [s], shape (n,), by name: eq. 1 and its
         derivative."""
         system = self.system
-        fall = np.array(system.forces(system.values, 0.0, system.position, system.rate))[
-            :, None
-        ]
-        rates = np.array(system.rate)[:, None] + fall * times
-        return system.observed(np.concatenate([(rates - fall * times / 2) * times, rates]))
+        forces = system.forces(system.values, 0.0, system.position, system.rate)
+        accelerations = np.array(forces)[:, None]
+        rates = np.array(system.rate)[:, None] + accelerations * times
+        coordinates = (rates - accelerations * times / 2) * times
+        return system.observed(np.concatenate([coordinates, rates]))
 
     def uncertainty(self, times: Array) -> Signals:
         """Bound on the error of each observable, shape (n,), by the rounding of each parameter."""

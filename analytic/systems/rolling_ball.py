@@ -28,7 +28,7 @@ ROUNDINGS = 16.0
 
 
 @dataclass(frozen=True)
-class Piece:
+class BallPiece:
     """The time [s], the position [m], the speeds v and u = R w [m/s] as the piece begins, and the
     two constant accelerations [m/s^2]."""
 
@@ -83,13 +83,14 @@ class RollingBall(LinearResponse):
         if v == u and k <= 1.4 * f:
             rolling = -math.copysign(5.0 * k * g / 7.0, v) if v else 0.0
             return rolling, rolling
-        slides = float(np.sign(v - u or v))
-        turns = float(np.sign(u)) or slides
-        turned = 2.5 * g * (f * slides - k * turns) if u or k < f else 0.0
-        return (-f * g * slides if v or u else 0.0), turned
+        slip_sign = float(np.sign(v - u or v))
+        spin_sign = float(np.sign(u)) or slip_sign
+        u_rate = 2.5 * g * (f * slip_sign - k * spin_sign) if u or k < f else 0.0
+        v_rate = -f * g * slip_sign if v or u else 0.0
+        return v_rate, u_rate
 
     @cached_property
-    def pieces(self) -> tuple[Piece, ...]:
+    def pieces(self) -> tuple[BallPiece, ...]:
         """The motion between its switches. At a switch the slip or the spin ends."""
         time = 0.0
         x = 0.0
@@ -98,17 +99,18 @@ class RollingBall(LinearResponse):
         pieces = []
         while True:
             a, b = self.rates(v, u)
-            pieces.append(Piece(time, x, v, u, a, b))
-            ends = [-y / rate for y, rate in ((v - u, a - b), (u, b)) if y * rate < 0.0]
-            lasts = min(ends, default=math.inf)
-            if math.isinf(lasts):
+            pieces.append(BallPiece(time=time, x=x, v=v, u=u, v_rate=a, u_rate=b))
+            slip, slip_rate = v - u, a - b
+            slip_duration = -slip / slip_rate if slip * slip_rate < 0.0 else math.inf
+            spin_duration = -u / b if u * b < 0.0 else math.inf
+            duration = min(slip_duration, spin_duration)
+            if math.isinf(duration):
                 return tuple(pieces)
-            slip_ends = (v - u) * (a - b) < 0.0 and lasts == -(v - u) / (a - b)
-            time = time + lasts
-            x = x + lasts * (v + lasts * a / 2.0)
-            v = v + lasts * a
-            u = u + lasts * b
-            if slip_ends:
+            time = time + duration
+            x = x + duration * (v + duration * a / 2.0)
+            v = v + duration * a
+            u = u + duration * b
+            if slip_duration <= spin_duration:
                 v = u = (5.0 * v + 2.0 * u) / 7.0
             else:
                 u = 0.0
@@ -116,7 +118,7 @@ class RollingBall(LinearResponse):
                 v = u = 0.0
 
     @property
-    def rolling_begins(self) -> Piece | None:
+    def rolling_begins(self) -> BallPiece | None:
         """The first piece without slip; None if the ball slides for ever, or slides to rest."""
         if self.rolling_ratio > 1.4 * self.friction:
             return None
@@ -132,8 +134,8 @@ class RollingBall(LinearResponse):
         """Exact position x [m], speed [m/s] and spin [rad/s] at `times` [s], shape (n,)."""
         starts = np.array([piece.time for piece in self.pieces])
         rows = np.array([(p.time, p.x, p.v, p.u, p.v_rate, p.u_rate) for p in self.pieces])
-        begun, x, v, u, a, b = rows[np.searchsorted(starts, times, "right") - 1].T
-        since = times - begun
+        start, x, v, u, a, b = rows[np.searchsorted(starts, times, "right") - 1].T
+        since = times - start
         return {
             "x": x + since * (v + since * a / 2.0),
             "speed": v + since * a,
@@ -145,5 +147,5 @@ class RollingBall(LinearResponse):
         start. If rounding delays a switch, the speeds change by no more than that rounding: the
         jump of an acceleration is at most the rate of the slip or spin that ends."""
         speeds = np.full(len(times), ROUNDINGS * ULP * self.scale)
-        lasted = np.minimum(times, self.rest_time)
-        return {"x": speeds * lasted, "speed": speeds, "spin": speeds / self.radius}
+        durations = np.minimum(times, self.rest_time)
+        return {"x": speeds * durations, "speed": speeds, "spin": speeds / self.radius}

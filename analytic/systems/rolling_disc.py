@@ -60,13 +60,13 @@ class RollingDisc:
         sizes = {"radius": self.radius, "gravity": self.gravity}
         return CertifiedMotion(
             SmoothSystem(
-                ANGLES,
-                RATES,
-                lambda p, q: masses(1.0, q),
-                lambda p, time, q, v: moments(1.0, p.gravity / p.radius, q, v),
-                sizes,
-                start,
-                rates,
+                coordinates=ANGLES,
+                rates=RATES,
+                mass_matrix=lambda p, q: masses(1.0, q),
+                forces=lambda p, time, q, v: moments(1.0, p.gravity / p.radius, q, v),
+                parameters=sizes,
+                position=start,
+                rate=rates,
             )
         )
 
@@ -77,13 +77,12 @@ class RollingDisc:
     @property
     def steady_spin(self) -> float:
         """The spin rate [rad/s] at which the disc keeps its initial tilt and precession."""
-        turn = self.precession_rate
+        precession = self.precession_rate
         sine = math.sin(self.tilt)
         cosine = math.cos(self.tilt)
-        return (
-            cosine * (turn / 4 - self.gravity / (self.radius * turn * sine)) / 1.5
-            - turn * cosine
-        )
+        pull = self.gravity / (self.radius * precession * sine)
+        total_spin = cosine * (precession / 4 - pull) / 1.5  # w of the module's docstring
+        return total_spin - precession * cosine
 
     @property
     def wobble(self) -> float:

@@ -59,14 +59,17 @@ class SliderCrank:
     def motion(self) -> CertifiedMotion:
         """The exact motion."""
         return crank_motion(
-            self, CONSTANTS, _links, lambda p, q, v: {"slider": _slider(p, q[0])}
+            self,
+            CONSTANTS,
+            _moving_links,
+            lambda p, q, v: {"slider": _slider_distance(p, q[0])},
         )
 
     @property
     def opened(self) -> SmoothSystem:
         """The equations of crank, rod and a separate slider, with the angles of both links, from
         the same start."""
-        _, rod, _ = _links(self, self.angle)
+        _, rod, _ = _moving_links(self, self.angle)
         angles = self.angle, math.atan2(rod.vector[1], rod.vector[0])
         by_angle = rod.vector[1] * (1.0 - rod.turn)  # [m] derivative of the slider's position
         masses = (self.crank_mass, self.rod_mass)
@@ -82,29 +85,29 @@ class SliderCrank:
             return (*chain.forces(chain.values, time, hanging, v[:2]), 0.0)
 
         return SmoothSystem(
-            ("angle", "rod_angle", "slider"),
-            ("angle_dot", "rod_angle_dot", "slider_dot"),
-            matrix,
-            forces,
-            self.motion.system.parameters,
-            (*angles, _slider(self, self.angle)),
-            tuple(self.angular_velocity * float(turn) for turn in (1.0, rod.turn, by_angle)),
+            coordinates=("angle", "rod_angle", "slider"),
+            rates=("angle_dot", "rod_angle_dot", "slider_dot"),
+            mass_matrix=matrix,
+            forces=forces,
+            parameters=self.motion.system.parameters,
+            position=(*angles, _slider_distance(self, self.angle)),
+            rate=tuple(self.angular_velocity * float(x) for x in (1.0, rod.turn, by_angle)),
         )
 
     def soft(self, loop: SoftLoop, step: float) -> SmoothSystem:
         """Returns the equations of the mechanism with its rod tied to the slider by a soft
         constraint, for a `step` [s]."""
-        stretched = np.linalg.inv(self.opened.mass_matrix(self, (0.0, 0.0, 0.0)))[:2, :2]
+        inverse_matrix = np.linalg.inv(self.opened.mass_matrix(self, (0.0, 0.0, 0.0)))[:2, :2]
         # arms [m] of the rod's centre in the stretched chain
         lever = np.array([self.crank, self.rod / 2])
         # The inverse mass is a mean over three directions; the stretched chain moves in one.
-        sees = lever @ stretched @ lever / 3 + 1 / self.slider_mass
-        return softened(self.opened, _gaps, loop, step, sees)
+        inverse_mass = lever @ inverse_matrix @ lever / 3 + 1 / self.slider_mass
+        return softened(self.opened, _gap_terms, loop, step, inverse_mass)
 
     def reaction(self, times: Array) -> Array:
         """Returns the force of the slider's pin on the rod [N], along the line and up, at `times`
         [s], shape (n,): shape (2, n)."""
-        return reaction(self, _gaps, times)
+        return reaction(self, _gap_terms, times)
 
     @property
     def lift(self) -> float:
@@ -116,7 +119,7 @@ class SliderCrank:
         return self.lift * sin(observed["angle"])
 
 
-def _links(p: Any, t: Any) -> tuple[Link, Link, Link]:
+def _moving_links(p: Any, t: Any) -> tuple[Link, Link, Link]:
     """Returns crank, rod, and the slider as a link without length, at the crank's angle t."""
     sine = p.crank * sin(t)
     cosine = p.crank * cos(t)
@@ -129,13 +132,13 @@ def _links(p: Any, t: Any) -> tuple[Link, Link, Link]:
     )
 
 
-def _slider(p: Any, t: Any) -> Any:
+def _slider_distance(p: Any, t: Any) -> Any:
     """Returns the slider's distance from the crank's axis [m]."""
-    crank, rod, _ = _links(p, t)
+    crank, rod, _ = _moving_links(p, t)
     return crank.vector[0] + rod.vector[0]
 
 
-def _gaps(p: Any, q: Any, v: Any) -> tuple[Any, Any, Any]:
+def _gap_terms(p: Any, q: Any, v: Any) -> tuple[Any, Any, Any]:
     """Returns the gap from the slider to the rod's end [m], along and across the line, its
     derivatives J, and J' q'."""
     across = sin(q[:2]) * (p.crank, p.rod)

@@ -42,8 +42,8 @@ class Stance:
 
     def slides(self, friction: float, heading: float) -> bool:
         """Returns True if every load can stay >= 0 while the body slides along `heading` [rad]."""
-        ahead = friction * self.height * np.array([np.cos(heading), np.sin(heading)])
-        return self.inside(ahead) >= 0.0
+        pressure_centre = friction * self.height * np.array([np.cos(heading), np.sin(heading)])
+        return self.inside(pressure_centre) >= 0.0
 
     def tilt(self, heading: float) -> float:
         """Returns the displacement of the centre of mass along `heading` [rad] by the tilt on
@@ -55,8 +55,9 @@ class Stance:
         0.25
         """
         arms = self.points - self.points.mean(axis=0)
-        way = np.array([np.cos(heading), np.sin(heading)])
-        return float(self.height**2 * way @ np.linalg.solve(arms.T @ arms, way))
+        direction = np.array([np.cos(heading), np.sin(heading)])
+        stiffness = arms.T @ arms
+        return float(self.height**2 * direction @ np.linalg.solve(stiffness, direction))
 
 
 def stopping_distance(speed: float, friction: float, gravity: float) -> float:

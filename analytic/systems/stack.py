@@ -12,7 +12,7 @@ from plumbob.analytic.numerics.arithmetic import ULP
 from plumbob.analytic.parameters import ParameterError, check_fields
 from plumbob.analytic.reference import Array, LinearResponse, Signals
 
-MOST = 100  # largest number of cubes
+MAX_CUBES = 100  # largest number of cubes
 
 
 @dataclass(frozen=True)
@@ -33,8 +33,8 @@ class Stack(LinearResponse):
 
     def __post_init__(self) -> None:
         check_fields(self, ("count", "size", "mass", "mass_ratio", "gravity"))
-        if self.count != round(self.count) or not 2 <= self.count <= MOST:
-            raise ParameterError("count", self.count, f"a whole number from 2 to {MOST}")
+        if self.count != round(self.count) or not 2 <= self.count <= MAX_CUBES:
+            raise ParameterError("count", self.count, f"a whole number from 2 to {MAX_CUBES}")
 
     @cached_property
     def masses(self) -> Array:
@@ -52,7 +52,8 @@ class Stack(LinearResponse):
         There the common centre of the cubes above some face is over that face's edge."""
         faces = np.arange(self.count)
         moments = np.cumsum((self.masses * (faces + 0.5))[::-1])[::-1] * self.gravity
-        return float(np.arctan(0.5 / (moments / self.normal_forces - faces).max()))
+        centres = moments / self.normal_forces - faces  # above each face, in edges of a cube
+        return float(np.arctan(0.5 / centres.max()))
 
     def observe(self, times: Array) -> Signals:
         """Height `top` [m] of the top cube above its initial place, at `times` [s], shape

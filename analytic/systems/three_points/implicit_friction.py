@@ -124,8 +124,8 @@ def _moving_minimum(problem: FrictionProblem, free: Slip, near: Slip) -> Slip | 
         direction = impulse / abs(impulse) * excess / problem.mass
         part = _damping_factor(problem, free, begin, (direction, 0.0), 0.0)
         begin = begin[0] + part * direction, begin[1]
-        slip = _newton_minimum(problem, free, begin, scale, NEWTON_STEPS, damped=True)
-        return slip or begin
+        minimum = _newton_minimum(problem, free, begin, scale, NEWTON_STEPS, damped=True)
+        return minimum or begin
     if problem.value(free, near) < problem.value(free, REST):
         return _newton_minimum(problem, free, near, scale, NEWTON_STEPS, damped=True)
     return None
