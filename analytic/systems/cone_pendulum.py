@@ -145,7 +145,7 @@ class ConePendulum:
         check_fields(self, (), ("gravity",), ("body", "excess"))
         if self.excess is not None:
             finite("excess", self.excess)
-            _ = self.motion
+            _ = self.motion  # raises ParameterError for an excess too small to reach theta
 
     @cached_property
     def _potential_terms(self) -> tuple[TrigonometricPotential, Quad, Quad]:
@@ -180,8 +180,8 @@ class ConePendulum:
 
     @property
     def tilt(self) -> float:
-        """Angle [rad] to add to theta if the body has a product of inertia: from its y and z axes
-        to the principal axes, at most pi/4 in magnitude (module docstring)."""
+        """Angle [rad] from theta to the angle in the principal axes, at most pi/4 in magnitude; 0
+        without a product of inertia (module docstring)."""
         return float(double(self._potential_terms[1]))
 
     @property

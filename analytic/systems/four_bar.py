@@ -130,12 +130,13 @@ class FourBar:
 
     def soft(self, loop: SoftLoop, step: float) -> SmoothSystem:
         """Returns the equations of the linkage with its rocker tied to the axis by a soft
-        constraint, for a `step` [s]."""
+        constraint. The time constant of the constraint is at least two engine steps of size `step`
+        [s]."""
         lengths = np.array(self.chain.lengths)
-        stretched: Array = np.array(self.opened.mass_matrix(self.opened.values, np.zeros(3)))
+        mass_matrix: Array = np.array(self.opened.mass_matrix(self.opened.values, np.zeros(3)))
         lever = lengths * (1, 1, 0.5)  # arms [m] of the rocker's centre in the stretched chain
         # The inverse mass is a mean over three directions; the stretched chain moves in one.
-        inverse_mass = float(lever @ np.linalg.solve(stretched, lever)) / 3
+        inverse_mass = float(lever @ np.linalg.solve(mass_matrix, lever)) / 3
         return softened(self.opened, self._gap_terms, loop, step, inverse_mass)
 
     def reaction(self, times: Array) -> Array:

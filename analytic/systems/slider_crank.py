@@ -96,7 +96,8 @@ class SliderCrank:
 
     def soft(self, loop: SoftLoop, step: float) -> SmoothSystem:
         """Returns the equations of the mechanism with its rod tied to the slider by a soft
-        constraint, for a `step` [s]."""
+        constraint. The time constant of the constraint is at least two engine steps of size `step`
+        [s]."""
         inverse_matrix = np.linalg.inv(self.opened.mass_matrix(self, (0.0, 0.0, 0.0)))[:2, :2]
         # arms [m] of the rod's centre in the stretched chain
         lever = np.array([self.crank, self.rod / 2])

@@ -177,6 +177,7 @@ class FreeBody:
         wait = -constants.begin
         if wait < 0.0 and math.isfinite(self.half_period):
             wait += self.half_period
+        # the exact motion from the time of that passage on, and its neighbours
         rates = rotation.state(np.array([wait]))[:3, 0]
         later = Rotation(rotation.inertia, quad(rates))
         elapsed = np.maximum(times - wait, 0.0)

@@ -102,7 +102,7 @@ class LineManoeuvre(SingleMotion, LineMotion):
 
     def __post_init__(self) -> None:
         check_fields(self, ("w1", "w2", "t1"), others=("capsule",))
-        _ = self.closed
+        _ = self.closed  # raises ParameterError for accelerations outside eq. 15
         check_loads(self.capsule, self.ends)
 
     @cached_property

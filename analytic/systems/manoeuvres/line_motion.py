@@ -22,7 +22,7 @@ from plumbob.analytic.systems.capsule import (
 from plumbob.analytic.systems.manoeuvres.driving_force import driving_force
 from plumbob.analytic.systems.slider_path import SliderPath, StraightPiece
 
-# A time this near a switch, relatively, counts as the switch: a step that begins there is rounded.
+# Relative distance from a switch at which a time counts as the switch: times of steps are rounded.
 SNAP = 2.0**-48
 # Relative rounding of a term: three parameters with three roundings each, and nine operations.
 TERM_ROUNDING = 27 * ROUNDOFF
@@ -94,9 +94,11 @@ class LineMotion(LinearResponse):
     @cached_property
     def path(self) -> SliderPath:
         """The slider's path in the body over all repetitions."""
+        # Successive phases with one acceleration of the slider are one piece.
         groups = groupby(self.phases, key=lambda phase: phase.pull)
         slider_phases = [next(phases) for _, phases in groups]
         ends = [phase.start for phase in slider_phases[1:]]
+        # The final rest of a motion that is not repeated has no end, and is no piece.
         if math.isfinite(self.period) or not ends:
             ends.append(self.period if ends else 0.0)
         pieces = tuple(
@@ -192,25 +194,25 @@ class LineMotion(LinearResponse):
         capsule = self.single.capsule
         (repetitions, _, _) = self._phase_at(times)
         roundings = np.where(repetitions > 0.0, SHIFT_ROUNDINGS, 2.0)
-        late = roundings * np.abs(np.asarray(times, dtype=float))
+        time_error = roundings * np.abs(np.asarray(times, dtype=float))
         if self.count == 1:
-            late = np.minimum(late, 2 * self.phases[-1].start)
-        late = ROUNDOFF * late
+            time_error = np.minimum(time_error, 2 * self.phases[-1].start)
+        time_error = ROUNDOFF * time_error
         magnitudes = self._magnitudes
         end = magnitudes[-1]
         pull = max(phase.pull for phase in magnitudes)
         acceleration = max(phase.acceleration for phase in magnitudes)
         reach = math.hypot(*self.ends[0]) + abs(self.single.stroke)
-        load_error = normal_force_uncertainty(capsule, reach, late * end.stroke_rate)
+        load_error = normal_force_uncertainty(capsule, reach, time_error * end.stroke_rate)
         state = self.at(times)
         friction = np.abs(self.friction_force(times))
-        zeros = np.zeros_like(late)
+        zeros = np.zeros_like(time_error)
         return {
             "displacement": TERM_ROUNDING * end.displacement * (1.0 + repetitions)
-            + late * end.velocity,
-            "velocity": TERM_ROUNDING * end.velocity + 2 * late * acceleration,
-            "stroke": TERM_ROUNDING * end.stroke + late * end.stroke_rate,
-            "stroke_rate": TERM_ROUNDING * end.stroke_rate + 2 * late * pull,
+            + time_error * end.velocity,
+            "velocity": TERM_ROUNDING * end.velocity + 2 * time_error * acceleration,
+            "stroke": TERM_ROUNDING * end.stroke + time_error * end.stroke_rate,
+            "stroke_rate": TERM_ROUNDING * end.stroke_rate + 2 * time_error * pull,
             "heading": zeros,
             "sideways": zeros,
             **dict.fromkeys(NORMAL_FORCES, zeros + load_error),

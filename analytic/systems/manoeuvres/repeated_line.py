@@ -32,7 +32,7 @@ class RepeatedLine(LineMotion):
     def __post_init__(self) -> None:
         counting("count", self.count)
         non_negative("pause", self.pause)
-        _ = self.return_motion
+        _ = self.return_motion  # raises ParameterError for a wrong fraction
 
     @cached_property
     def return_motion(self) -> SlowStroke:

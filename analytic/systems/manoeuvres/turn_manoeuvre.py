@@ -165,8 +165,8 @@ class TurnManoeuvre:
         rests in the same pose."""
         first_arm = self._arm(0.0)
         last_arm = self._arm(self.slider_angle)
-        moved = first_arm - np.exp(1j * self.body_angle) * last_arm
-        return np.array([moved.real, moved.imag, self.body_angle])
+        displacement = first_arm - np.exp(1j * self.body_angle) * last_arm
+        return np.array([displacement.real, displacement.imag, self.body_angle])
 
     @cached_property
     def correction(self) -> TurnCorrection:

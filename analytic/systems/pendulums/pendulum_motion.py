@@ -49,7 +49,7 @@ class PendulumMotion:
     excess: float | None = None
     theta_from_top: float | None = None
     tilt: float = 0.0
-    # uncertainty of a in units in the last place: more than 1 if a is a difference
+    # uncertainty of the potential's a in units in the last place: more than 1 if a is a difference
     cancelled: float = 1.0
     inertia_roundings: float = 1.0  # uncertainty of the inertia in units in the last place
 
@@ -226,8 +226,9 @@ class PendulumMotion:
         The last one is needed near a saddle: the start is small there and so are its roundings, but
         later roundings are larger.
 
-        An engine starts `theta_from_top` rounded to double. The result is then the uncertainty of
-        the rounded motion, plus the distance between the two motions.
+        If the start is given by `theta_from_top`, an engine starts at this angle rounded to double.
+        The result is then the uncertainty of the rounded motion, plus the distance between the two
+        motions.
         """
         times = np.asarray(times, dtype=float)
         if self.theta_from_top is not None:
@@ -235,14 +236,14 @@ class PendulumMotion:
         theta, rate = self._raw_state(times)
         has_period = np.isfinite(self.period)
         # The closed form rounds the time four times.
-        late = ULP * (np.abs(times) + (2 * self.period if has_period else 0.0))
+        time_error = ULP * (np.abs(times) + (2 * self.period if has_period else 0.0))
         slopes = np.array([rate, self.rotor.acceleration(times, theta, rate)])
-        moved = ULP * np.abs([theta, rate]) + ULP + late * np.abs(slopes)
+        errors = ULP * np.abs([theta, rate]) + ULP + time_error * np.abs(slopes)
         neighbours = np.swapaxes(self.neighbours.state(times[None, :]), 0, 1)
-        moved += np.abs(neighbours - [theta, rate]).sum(axis=0)
+        errors += np.abs(neighbours - [theta, rate]).sum(axis=0)
         if has_period:
-            moved += self._rounding_effect(times, theta)
-        return {"theta": moved[0] + 2 * ULP * abs(self.tilt), "theta_dot": moved[1]}
+            errors += self._rounding_effect(times, theta)
+        return {"theta": errors[0] + 2 * ULP * abs(self.tilt), "theta_dot": errors[1]}
 
     def _uncertainty_of_rounded_start(self, times: Array) -> Signals:
         """Returns the uncertainty of the motion that starts at the angle rounded to double, plus

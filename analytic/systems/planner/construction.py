@@ -82,16 +82,18 @@ def _find_manoeuvres(track: Track, start: RestPose, goal: RestPose) -> tuple[Man
     motions of the slider between them and to its final place. The turns come first: C moves with
     every turn, and a translation does not change the heading."""
     heading = math.remainder(goal.heading - start.heading, FULL_CIRCLE)
-    left = (goal.place - start.place) * cmath.rect(1.0, -start.heading)
+    displacement = (goal.place - start.place) * cmath.rect(1.0, -start.heading)
     turns = list[Turn]()
-    if abs(heading) > NO_MOTION or abs(left) > NO_MOTION:
+    if abs(heading) > NO_MOTION or abs(displacement) > NO_MOTION:
         check_pushing(track.capsule, track.limits)
     if abs(heading) > NO_MOTION:
-        turns = turns_to(track, heading, left)
+        turns = turns_to(track, heading, displacement)
     for turn in turns:
-        left = (left - turn.shift) * cmath.rect(1.0, -turn.heading)
+        displacement = (displacement - turn.shift) * cmath.rect(1.0, -turn.heading)
     choices = itertools.product(
-        track.places(start.slider), _translations(track, left), track.places(goal.slider)
+        track.places(start.slider),
+        _translations(track, displacement),
+        track.places(goal.slider),
     )
     turn_passages = [turn.passage for turn in turns]
     ways = list[Passage]()

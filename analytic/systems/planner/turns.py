@@ -119,18 +119,20 @@ def estimate_choices(
     for count in range(fewest, most + 1):
         swing, shift, time = _interpolate_turn(turns, circle, heading / count)
         time = count * time
-        angle = -heading / count
+        # From turn to turn the shift of C rotates with the body, and with the slider's place.
+        rotation = -heading / count
         if circle.extent is None:
-            angle += swing
+            rotation += swing
         else:
             radius, holding = track.limits.radius, track.limits.holding
             back = slow_arc(track.capsule, radius, 0.0, swing, holding)
             time += (count - 1) * back.duration
-        drift = shift * complex(np.exp(1j * circle.sense * angle * np.arange(count)).sum())
+        rotations = np.exp(1j * circle.sense * rotation * np.arange(count))
+        total_shift = shift * complex(rotations.sum())
         for place, start in enumerate(circle.starts(swing)):
-            left = displacement - drift * cmath.rect(1.0, start)
-            left *= cmath.rect(1.0, circle.sense * heading)
-            estimate = to_ten_digits(time + line_time(track, left))
+            remaining = displacement - total_shift * cmath.rect(1.0, start)
+            remaining *= cmath.rect(1.0, circle.sense * heading)  # in body axes after the turns
+            estimate = to_ten_digits(time + line_time(track, remaining))
             choices.append(Choice(estimate, count, place, swing))
     if not choices:
         raise too_many(track.limits, fewest)
@@ -190,8 +192,8 @@ def turns_of_choice(
     while len(turns) < choice.turns - 1:
         swing = circle.sense * choice.swing
         turns.append(compute_turn(track, start(swing), swing))
-    left = heading - sum(circle.heading_gain(turn.heading) for turn in turns)
-    last = exact_turn(track, circle, start, longest, left)
+    remaining = heading - sum(circle.heading_gain(turn.heading) for turn in turns)
+    last = exact_turn(track, circle, start, longest, remaining)
     return None if last is None else [*turns, last]
 
 

@@ -52,7 +52,8 @@ from plumbob.analytic.systems.three_points.smooth_segment import (
 )
 
 MAX_EVENTS = 500  # largest number of events in one piece of the path
-# A second, much less accurate motion gives the error: the difference between the two motions.
+# The difference from a second, less accurate motion gives the error: the factor on the tolerance of
+# that motion, and the number of nodes by which it has fewer.
 COARSER, COARSER_NODES = 100.0, 6
 # first delay after which a slip that grows from zero is examined, over the horizon
 FIRST_DELAY = 1e-6

@@ -152,9 +152,10 @@ def load_factor(
     with which the body would start to move. The body sticks if the factor is at most 1.
 
     The factor is the largest (wrench . q)/sum f N_i |v_i(q)| over velocities q. `limits` f N_i [N]
-    and `arms` from G [m], shape (3,); `force` [N] and `torque` [N m] about G. Under the wrench
-    divided by a number below the factor the body moves. If it then moves slowly, it moves along the
-    returned velocities, and the error of the factor is of second order in the speed.
+    and `arms` from G [m], shape (3,); `force` [N] and `torque` [N m] about G. The body moves under
+    the wrench divided by any number below the factor. The nearer this number is to the factor, the
+    slower the body moves, and the smaller is the error of the factor from its velocities: it is of
+    second order in the speed.
     """
     reach = math.sqrt(sum(abs(arm) ** 2 for arm in arms) / 3)
     total = sum(limits)
@@ -167,6 +168,7 @@ def load_factor(
     if not total > 0.0:
         return math.inf, slip
     problem = FrictionProblem(1.0, reach**2, [limit / total for limit in limits], arms)
+    # Rotations about each support give a first lower bound on the factor.
     factor = lower = 0.0
     for pivot, arm in enumerate(arms):
         moment, largest_moment = _pivot_moments(problem, slip, pivot)
@@ -174,6 +176,7 @@ def load_factor(
             return math.inf, (-1j * moment * arm, moment)
         bound = 0.5 * abs(moment) / largest_moment if largest_moment else 0.0
         lower = max(lower, bound)
+    # Under the wrench over the lower bound the body moves, and its velocities give a larger bound.
     pull = slip
     while factor == 0.0 or factor - lower > FACTOR_GAP * factor:
         lower += GAP_PART * max(factor - lower, 0.0)

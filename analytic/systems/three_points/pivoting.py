@@ -184,6 +184,7 @@ def _first_event(pivot: Pivot, coefficients: Array, rounding: float) -> tuple[fl
     parameters = np.linspace(0.0, 1.0, EVENT_SAMPLES)
     speed, reserve, limits = pivot.margins(coefficients, parameters)
     events: list[tuple[float, Ending]] = [(1.0, "time")]
+    # A margin below zero by no more than these errors does not count as an event.
     roundings = rounding + 1e-14 * float(speed.max()), 1e-11 * float(limits[0])
     endings: tuple[Ending, Ending] = ("stop", "slip")
     for number, margins in enumerate((speed, reserve)):

@@ -17,7 +17,7 @@ from plumbob.analytic.systems.capsule import (
 from plumbob.analytic.systems.three_points.friction import Start
 
 ROUNDINGS = 8 * ROUNDOFF  # relative rounding of parameters, times and the change of axes
-# The stated error is this factor times the difference from a coarser computation. In one motion of
+# The stated error is this factor times the difference from a coarser computation. In one motion in
 # sixty both computations happen to have similar errors. At some times the difference is then no
 # larger than the error at other times.
 SURE = 2.0

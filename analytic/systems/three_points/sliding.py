@@ -84,7 +84,9 @@ class ElementPlan:
         of their largest `change`, shape (4,). The size of the speed is at least the speed that the
         forces would give if a part UNBALANCED of them did not balance."""
         body = self.interval.body
-        unbalanced = UNBALANCED * _acceleration(self.interval, self.terms) * change[3]
+        unbalanced = (
+            UNBALANCED * _unbalanced_acceleration(self.interval, self.terms) * change[3]
+        )
         largest_change = float(change[:2].max())
         speed = max(speed_scale(self.terms, self.state), largest_change, unbalanced)
         turning = speed * float(np.sqrt(body.mass / self.terms.inertia[0]))
@@ -172,8 +174,9 @@ def resting_supports(terms: Configuration, state: State, fastest: float) -> tupl
     return tuple(int(number) for number in numbers)
 
 
-def _acceleration(interval: Interval, terms: Configuration) -> float:
-    """Returns the acceleration [m/s^2] that the forces would give if they did not balance."""
+def _unbalanced_acceleration(interval: Interval, terms: Configuration) -> float:
+    """Returns the acceleration [m/s^2] of the body if all friction forces and the slider's reaction
+    acted in the same direction."""
     body = interval.body
     slider_part = body.mass_ratio * abs(complex(terms.acceleration[0]))
     return float(terms.limits[0].sum()) / body.mass + slider_part
@@ -187,7 +190,7 @@ def _departure_plan(
     time_scale = interval.piece.duration - state.time
     rule = interval.accuracy.rule
     if not np.isfinite(time_scale):
-        time_scale = 4.0 * speed_scale(terms, state) / _acceleration(interval, terms)
+        time_scale = 4.0 * speed_scale(terms, state) / _unbalanced_acceleration(interval, terms)
 
     def guess(size: float) -> Array:
         elapsed = size * rule.nodes
@@ -214,13 +217,17 @@ def _continuation_plan(
     `terms`. `fastest` [m/s] is the largest speed scale so far in the piece."""
     body = interval.body
     start = state.row[None, :]
-    velocities = support_velocities(terms, np.array([state.velocity]), np.array([state.omega]))
-    velocities = velocities[0]
-    rate = sliding_rates(body, terms, start, with_derivatives=False)[0][0]
-    changes = complex(rate[0], rate[1]) + 1j * rate[2] * terms.arms[0]
-    changes = changes - 1j * state.omega * body.mass_ratio * terms.velocity[0]
+    omega = np.array([state.omega])
+    velocities = support_velocities(terms, np.array([state.velocity]), omega)[0]
+    state_rates = sliding_rates(body, terms, start, with_derivatives=False)[0][0]
+    support_accelerations = (
+        complex(state_rates[0], state_rates[1]) + 1j * state_rates[2] * terms.arms[0]
+    )
+    support_accelerations = (
+        support_accelerations - 1j * state.omega * body.mass_ratio * terms.velocity[0]
+    )
     speeds = np.abs(velocities)
-    slowing = np.abs(changes)
+    slowing = np.abs(support_accelerations)
     time_scale = interval.piece.duration - state.time
     time_scale = min(time_scale, REACH * float((speeds / slowing).max()))
     clock, longest = TIME_CLOCK, time_scale
@@ -231,7 +238,7 @@ def _continuation_plan(
     rates, derivative = sliding_rates(body, terms, start, clock)
     if clock is not TIME_CLOCK:
         time_rate = float(rates[0, 3])
-        decay = -time_rate * (velocities.conjugate() * changes).real / speeds**2
+        decay = -time_rate * (velocities.conjugate() * support_accelerations).real / speeds**2
         longest = _longest_decay(decay, speeds, speed_scale(terms, state), fastest)
 
     def guess(size: float) -> Array:

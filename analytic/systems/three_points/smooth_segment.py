@@ -84,7 +84,8 @@ class SmoothSegment:
     last: float = 1.0
 
     def states(self, times: Array) -> Array:
-        """Returns the seven quantities at local `times` [s], shape (n,): shape (n, 7)."""
+        """Returns p_x, p_y, omega, t, psi and the coordinates of C at local `times` [s], shape
+        (n,): shape (n, 7)."""
         parameters = monotone_root(self.coefficients[:, 3], times)
         return np.asarray(basis(parameters, len(self.coefficients)) @ self.coefficients)
 
