@@ -81,7 +81,7 @@ def reaction(problem: Any, gaps: Gaps, times: Array) -> Array:
     forces = []
     for angle, rate in zip(states["angle"], states["angle_dot"], strict=True):
         changed = replace(problem, angle=float(angle), angular_velocity=float(rate))
-        chain = changed.opened
+        chain = changed.open_chain
         forces.append(loop_force(chain, gaps, *np.split(chain.start, 2)))
     return np.array(forces).T
 

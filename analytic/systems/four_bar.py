@@ -103,7 +103,7 @@ class FourBar:
         )
 
     @cached_property
-    def opened(self) -> SmoothSystem:
+    def open_chain(self) -> SmoothSystem:
         """The chain's equations with the linkage's observables."""
         a = self.crank
         half = self.coupler / 2
@@ -133,11 +133,13 @@ class FourBar:
         constraint. The time constant of the constraint is at least two engine steps of size `step`
         [s]."""
         lengths = np.array(self.chain.lengths)
-        mass_matrix: Array = np.array(self.opened.mass_matrix(self.opened.values, np.zeros(3)))
+        mass_matrix: Array = np.array(
+            self.open_chain.mass_matrix(self.open_chain.values, np.zeros(3))
+        )
         lever = lengths * (1, 1, 0.5)  # arms [m] of the rocker's centre in the stretched chain
         # The inverse mass is a mean over three directions; the stretched chain moves in one.
         inverse_mass = float(lever @ np.linalg.solve(mass_matrix, lever)) / 3
-        return softened(self.opened, self._gap_terms, loop, step, inverse_mass)
+        return softened(self.open_chain, self._gap_terms, loop, step, inverse_mass)
 
     def reaction(self, times: Array) -> Array:
         """Returns the force of its axis on the rocker [N], along the line of the axes and up, at

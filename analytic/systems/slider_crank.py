@@ -66,7 +66,7 @@ class SliderCrank:
         )
 
     @property
-    def opened(self) -> SmoothSystem:
+    def open_chain(self) -> SmoothSystem:
         """The equations of crank, rod and a separate slider, with the angles of both links, from
         the same start."""
         _, rod, _ = _moving_links(self, self.angle)
@@ -98,12 +98,14 @@ class SliderCrank:
         """Returns the equations of the mechanism with its rod tied to the slider by a soft
         constraint. The time constant of the constraint is at least two engine steps of size `step`
         [s]."""
-        inverse_matrix = np.linalg.inv(self.opened.mass_matrix(self, (0.0, 0.0, 0.0)))[:2, :2]
+        inverse_matrix = np.linalg.inv(self.open_chain.mass_matrix(self, (0.0, 0.0, 0.0)))[
+            :2, :2
+        ]
         # arms [m] of the rod's centre in the stretched chain
         lever = np.array([self.crank, self.rod / 2])
         # The inverse mass is a mean over three directions; the stretched chain moves in one.
         inverse_mass = lever @ inverse_matrix @ lever / 3 + 1 / self.slider_mass
-        return softened(self.opened, _gap_terms, loop, step, inverse_mass)
+        return softened(self.open_chain, _gap_terms, loop, step, inverse_mass)
 
     def reaction(self, times: Array) -> Array:
         """Returns the force of the slider's pin on the rod [N], along the line and up, at `times`

@@ -165,36 +165,54 @@ def _constants_for(
     """Returns the constants with the `axes` c, m and o; `high` is the axis of the largest
     moment."""
     (c, middle, o) = axes
+    d_co = _inverse_difference(body, c, o)
+    d_cm = _inverse_difference(body, c, middle)
+    alpha, beta = _alpha_and_beta(body, axes)
+    sizes = np.array([alpha, beta, beta]) / np.sqrt(np.array([d_co, d_cm, d_co]))
+    a = alpha * np.sqrt(d_cm)
+    b = np.sqrt(d_co * abs(kappa))
+    part = sizes[0] / body.magnitude
+    extra = (1 if c == high else -1) * beta * beta / body.magnitude
+    side, signs = _signs(body, axes, high)
+    sn = signs[0] * body.momentum[middle] / sizes[1]
+    return RotationConstants(
+        axes=axes,
+        side=side,
+        signs=signs,
+        sizes=double(sizes),
+        a=a,
+        b=b,
+        half_turn=half_turn(a, b),
+        begin=float(time_of_point(sn, abs(body.momentum[o]) / sizes[2], a, b)),
+        even_rate=body.magnitude / body.inertia[c] + extra / (1 + part),
+        extra=extra,
+        integral=ReciprocalIntegral(a, b, part, (sizes[2] / body.magnitude) ** 2 / (1 + part)),
+    )
+
+
+def _alpha_and_beta(body: Rotation, axes: tuple[int, int, int]) -> tuple[Quad, Quad]:
+    """Returns alpha and beta of the module's docstring, with the `axes` c, m and o."""
+    (c, middle, o) = axes
     squares = body.momentum * body.momentum
     d_co = _inverse_difference(body, c, o)
     d_cm = _inverse_difference(body, c, middle)
     d_om = _inverse_difference(body, o, middle)
     alpha = np.sqrt(d_co * squares[c] + d_om * squares[middle])
     beta = np.sqrt(d_co * squares[o] + d_cm * squares[middle])
-    sizes = np.array([alpha, beta, beta]) / np.sqrt(np.array([d_co, d_cm, d_co]))
-    a = alpha * np.sqrt(d_cm)
-    b = np.sqrt(d_co * abs(kappa))
-    part = sizes[0] / body.magnitude
-    extra = (1 if c == high else -1) * beta * beta / body.magnitude
+    return alpha, beta
+
+
+def _signs(
+    body: Rotation, axes: tuple[int, int, int], high: int
+) -> tuple[float, tuple[float, float]]:
+    """Returns the sign of l_c, and the signs of l_m and l_o if sn and cn are positive, with the
+    `axes` c, m and o; `high` is the axis of the largest moment."""
+    (c, middle, o) = axes
     signs = [1.0 if component >= 0 else -1.0 for component in body.momentum]
-    sense = signs[c] * signs[o]  # sign of l_m if sn is positive
+    sign_m = signs[c] * signs[o]
     if (middle - high) % 3 == 1:
-        sense = -sense
-    sn = sense * body.momentum[middle] / sizes[1]
-    cn = abs(body.momentum[o]) / sizes[2]
-    return RotationConstants(
-        axes=axes,
-        side=signs[c],
-        signs=(sense, signs[o]),
-        sizes=double(sizes),
-        a=a,
-        b=b,
-        half_turn=half_turn(a, b),
-        begin=float(time_of_point(sn, cn, a, b)),
-        even_rate=body.magnitude / body.inertia[c] + extra / (1 + part),
-        extra=extra,
-        integral=ReciprocalIntegral(a, b, part, (sizes[2] / body.magnitude) ** 2 / (1 + part)),
-    )
+        sign_m = -sign_m
+    return signs[c], (sign_m, signs[o])
 
 
 def _reduced_angle(angle: Quad) -> Array:

@@ -262,8 +262,9 @@ def _correction(turn: TurnManoeuvre) -> TurnCorrection:
     velocity, displacement, omega, angle = map(complex, integrals)
     facing = complex(np.exp(1j * turn.body_angle))
     arm = turn._arm(turn.slider_angle)
-    coasting = residual_limit(turn.capsule, arm, velocity / facing, omega.real)
-    coasting_displacement, coasting_angle, coasting_time = coasting
+    coasting_displacement, coasting_angle, coasting_time = residual_limit(
+        turn.capsule, arm, velocity / facing, omega.real
+    )
     # C is at -mu r from the combined centre, so a further turn moves C round that centre.
     arm = arm * facing
     angle_at_rest = angle.real + coasting_angle

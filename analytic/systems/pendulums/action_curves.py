@@ -46,6 +46,20 @@ def branches(
     """Returns the branches of a pendulum with a moment of inertia [kg m^2] in a `potential` [J], up
     to the energy `highest` [J]. Each has about `points` energies, denser towards the separatrices.
     """
+    numbers = _dense_numbers(points)
+    curves = list[Branch]()
+    for name, start, low, high in _energy_ranges(potential, highest):
+        if high > low:
+            energies = low + (high - low) * numbers
+            curves.append(_branch(potential, inertia, name, float(start), energies))
+    return tuple(curves)
+
+
+def _energy_ranges(
+    potential: TrigonometricPotential, highest: float
+) -> list[tuple[str, float, float, float]]:
+    """Returns for each branch its name, an angle [rad] of all its motions, and its lowest and
+    highest energy [J]."""
     critical = critical_points(potential)
     values = np.asarray(double(potential.value(critical)))
     curvatures = np.asarray(double(potential.curvature(critical)))
@@ -56,18 +70,11 @@ def branches(
     names: tuple[str, ...] = ("in the well",)
     if len(wells) > 1:
         names = ("in the deeper well", "in the shallower well")
-    # name, angle at the start, lowest and highest energy of each branch
-    spans = [(names[i], angles[w], values[w], barriers[0]) for i, w in enumerate(wells)]
+    ranges = [(names[i], angles[w], values[w], barriers[0]) for i, w in enumerate(wells)]
     if len(barriers) > 1 and barriers[1] > barriers[0]:
-        spans.append(("over both wells", angles[wells[0]], barriers[0], barriers[1]))
-    spans.append(("rotation", angles[wells[0]], barriers[-1], highest))
-    numbers = _dense_numbers(points)
-    curves = list[Branch]()
-    for name, start, low, high in spans:
-        if high > low:
-            energies = low + (high - low) * numbers
-            curves.append(_branch(potential, inertia, name, float(start), energies))
-    return tuple(curves)
+        ranges.append(("over both wells", angles[wells[0]], barriers[0], barriers[1]))
+    ranges.append(("rotation", angles[wells[0]], barriers[-1], highest))
+    return ranges
 
 
 def _dense_numbers(points: int) -> Array:

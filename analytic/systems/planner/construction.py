@@ -90,24 +90,36 @@ def _find_manoeuvres(track: Track, start: RestPose, goal: RestPose) -> tuple[Man
         turns = turns_to(track, heading, displacement)
     for turn in turns:
         displacement = (displacement - turn.shift) * cmath.rect(1.0, -turn.heading)
-    choices = itertools.product(
-        track.places(start.slider),
-        _translations(track, displacement),
-        track.places(goal.slider),
-    )
-    turn_passages = [turn.passage for turn in turns]
-    ways = list[Passage]()
-    for begin, lines, end in choices:
-        first = Passage(begin, begin, ())
-        last = Passage(end, end, ())
-        ways.append(_join(track, [first, *turn_passages, *lines, last]))
-    manoeuvres = min(ways, key=lambda way: to_ten_digits(way.duration)).manoeuvres
+    passages = [turn.passage for turn in turns]
+    manoeuvres = _fastest_way(track, start, goal, passages, displacement).manoeuvres
     count = sum(manoeuvre.kind in ("turn", "line") for manoeuvre in manoeuvres)
     if count > track.limits.manoeuvres:
         raise too_many(track.limits, count)
     durations = (manoeuvre.duration for manoeuvre in manoeuvres)
     starts = itertools.accumulate(durations, initial=0.0)
     return tuple(replace(m, start=begin) for m, begin in zip(manoeuvres, starts, strict=False))
+
+
+def _fastest_way(
+    track: Track,
+    start: RestPose,
+    goal: RestPose,
+    turns: Sequence[Passage],
+    displacement: complex,
+) -> Passage:
+    """Returns the fastest way of the slider from its place in `start`, through the `turns`, through
+    lines that move the body by `displacement` [m], in body axes, to its place in `goal`."""
+    choices = itertools.product(
+        track.places(start.slider),
+        _translations(track, displacement),
+        track.places(goal.slider),
+    )
+    ways = list[Passage]()
+    for begin, lines, end in choices:
+        first = Passage(begin, begin, ())
+        last = Passage(end, end, ())
+        ways.append(_join(track, [first, *turns, *lines, last]))
+    return min(ways, key=lambda way: to_ten_digits(way.duration))
 
 
 def _translations(track: Track, displacement: complex) -> list[tuple[Passage, ...]]:

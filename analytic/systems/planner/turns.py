@@ -113,8 +113,7 @@ def estimate_choices(
     """
     choices = list[Choice]()
     turns = _survey_turns(track, circle)
-    largest_gain = circle.heading_gain(turns[-1].heading)
-    fewest = math.ceil(heading / (HEADING_MARGIN * largest_gain))
+    fewest = math.ceil(heading / (HEADING_MARGIN * circle.heading_gain(turns[-1].heading)))
     most = min(fewest + EXTRA_COUNTS, track.limits.manoeuvres)
     for count in range(fewest, most + 1):
         swing, shift, time = _interpolate_turn(turns, circle, heading / count)
@@ -124,9 +123,7 @@ def estimate_choices(
         if circle.extent is None:
             rotation += swing
         else:
-            radius, holding = track.limits.radius, track.limits.holding
-            back = slow_arc(track.capsule, radius, 0.0, swing, holding)
-            time += (count - 1) * back.duration
+            time += (count - 1) * _return_time(track, swing)
         rotations = np.exp(1j * circle.sense * rotation * np.arange(count))
         total_shift = shift * complex(rotations.sum())
         for place, start in enumerate(circle.starts(swing)):
@@ -137,6 +134,13 @@ def estimate_choices(
     if not choices:
         raise too_many(track.limits, fewest)
     return choices
+
+
+def _return_time(track: Track, swing: float) -> float:
+    """Returns the time [s] in which the slider slowly moves round the circle through
+    `swing` [rad]."""
+    radius = track.limits.radius
+    return slow_arc(track.capsule, radius, 0.0, swing, track.limits.holding).duration
 
 
 def _interpolate_turn(

@@ -146,8 +146,7 @@ def _rates(body: Mechanics, terms: Configuration, motion: Any, delay: Any, clock
     drag = (resistances * slips).sum(axis=-1) / body.mass
     moment = (resistances * (turned_arms * slips).sum(axis=0)).sum(axis=-1)
     slider_term = cross(terms.position, terms.acceleration)
-    coriolis_factor = 2.0 * (terms.position.conjugate() * terms.velocity).real
-    slider_term = slider_term + coriolis_factor * omega
+    slider_term = slider_term + 2.0 * (terms.position.conjugate() * terms.velocity).real * omega
     rates = [
         omega * (velocity[1] + centre_velocity.imag) - centre_acceleration.real - drag[0],
         -omega * (velocity[0] + centre_velocity.real) - centre_acceleration.imag - drag[1],

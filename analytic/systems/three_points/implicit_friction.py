@@ -174,8 +174,8 @@ def load_factor(
         moment, largest_moment = _pivot_moments(problem, slip, pivot)
         if moment and not largest_moment:
             return math.inf, (-1j * moment * arm, moment)
-        bound = 0.5 * abs(moment) / largest_moment if largest_moment else 0.0
-        lower = max(lower, bound)
+        if largest_moment:
+            lower = max(lower, 0.5 * abs(moment) / largest_moment)
     # Under the wrench over the lower bound the body moves, and its velocities give a larger bound.
     pull = slip
     while factor == 0.0 or factor - lower > FACTOR_GAP * factor:
@@ -278,8 +278,7 @@ def _newton_step(
         twist = twist + across * e * e
         bend = bend + across * lever.real * 1j * e
         spin = spin + across * lever.real**2
-    mass = problem.mass + 0.5 * stiff
-    step = _solve_newton(mass, 0.5 * twist, bend, spin, (by_u, by_o))
+    step = _solve_newton(problem.mass + 0.5 * stiff, 0.5 * twist, bend, spin, (by_u, by_o))
     if step is None:
         return None
     return step, (by_u.conjugate() * step[0]).real + by_o * step[1]

@@ -119,21 +119,22 @@ def integrate_pivot(pivot: Pivot, state: State) -> Pivoted:
             size *= 0.5
             continue
         if truncation > interval.accuracy.tolerance:
-            number = interval.number
-            raise RuntimeError(f"no step is small enough at {state.time!r} s of piece {number}")
+            place = f"{state.time!r} s of piece {interval.number}"
+            raise RuntimeError(f"no step is small enough at {place}")
         last_state = state_at(coefficients, parameter)
         end = duration if ending == "time" and size == remaining else last_state.time
         if parameter > 0.0:
-            segment = SmoothSegment(
-                mode="pivot",
-                support=pivot.support,
-                interval=interval,
-                start=state.time,
-                end=end,
-                coefficients=coefficients,
-                last=parameter,
+            segments.append(
+                SmoothSegment(
+                    mode="pivot",
+                    support=pivot.support,
+                    interval=interval,
+                    start=state.time,
+                    end=end,
+                    coefficients=coefficients,
+                    last=parameter,
+                )
             )
-            segments.append(segment)
         state = replace(last_state, time=end)
         if ending != "time":
             return segments, state, ending
@@ -161,8 +162,7 @@ def _element(pivot: Pivot, state: State, size: float) -> tuple[Array, float, flo
     inertia = pivot.inertia(terms)
     # The angular momentum about the support gives omega.
     moment = pivot.motion(terms, np.zeros(len(rule.nodes)))[0] * inertia
-    momentum = pivot.inertia(first_terms) * state.omega + size * rule.integral @ moment
-    omega = momentum / inertia
+    omega = (pivot.inertia(first_terms) * state.omega + size * rule.integral @ moment) / inertia
     # The support stuck with a speed of round-off: this velocity has a support speed of exactly 0.
     velocity = -1j * state.omega * complex(first_terms.arms[0, pivot.support])
     change = -1j * omega * terms.arms[:, pivot.support] - velocity
@@ -172,8 +172,11 @@ def _element(pivot: Pivot, state: State, size: float) -> tuple[Array, float, flo
     rate = max(float(np.abs(omega).max()), UNBALANCED * friction_gain, 1e-300)
     speed = rate * float(np.abs(first_terms.arms).max())
     truncation = rule.truncation(slopes, np.array([speed, speed, rate, size]))
-    coefficients = fitted_coefficients(interval, replace(state, velocity=velocity), slopes)
-    return coefficients, truncation, OMEGA_ROUNDING * friction_gain
+    return (
+        fitted_coefficients(interval, replace(state, velocity=velocity), slopes),
+        truncation,
+        OMEGA_ROUNDING * friction_gain,
+    )
 
 
 def _first_event(pivot: Pivot, coefficients: Array, rounding: float) -> tuple[float, Ending]:

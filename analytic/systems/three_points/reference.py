@@ -20,7 +20,7 @@ ROUNDINGS = 8 * ROUNDOFF  # relative rounding of parameters, times and the chang
 # The stated error is this factor times the difference from a coarser computation. In one motion in
 # sixty both computations happen to have similar errors. At some times the difference is then no
 # larger than the error at other times.
-SURE = 2.0
+ERROR_FACTOR = 2.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,7 +29,7 @@ class PlaneReference(LinearResponse):
 
     motion: Any
     """A ThreePointMotion or a RepeatedTurn: it has a capsule, a path, poses and an error."""
-    sure: float = SURE
+    error_factor: float = ERROR_FACTOR
     """Factor on the motion's error in the uncertainty of a pose. Stencils use the factor 1: they
     measure how much the error varies from one neighbour to another."""
     closed_form: ClassVar[None] = None  # the motion is integrated from event to event
@@ -65,7 +65,7 @@ class PlaneReference(LinearResponse):
             error.heading,
             error.angular_velocity,
         ]
-        pose_bounds = self.sure * np.concatenate(pose_errors)
+        pose_bounds = self.error_factor * np.concatenate(pose_errors)
         bounds = (*pose_bounds.tolist(), *3 * (self._load_uncertainty(times),))
         uncertainty = {}
         for (name, values), bound in zip(self.observe(times).items(), bounds, strict=True):

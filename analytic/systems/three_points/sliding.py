@@ -134,8 +134,7 @@ def integrate_slide(
             plan = _departure_plan(interval, terms, state, departure)
         else:
             plan = _continuation_plan(interval, terms, state, fastest)
-        clock_changes = in_time != (plan.clock is TIME_CLOCK)
-        if size == 0.0 or clock_changes:
+        if size == 0.0 or in_time != (plan.clock is TIME_CLOCK):
             in_time = plan.clock is TIME_CLOCK
             size = plan.time_scale if in_time else FIRST_SIGMA
         coefficients, length, size = _element(plan, min(size, plan.longest))
@@ -147,16 +146,17 @@ def integrate_slide(
         elif end > duration:
             last = float(monotone_root(coefficients[:, 3], np.array([duration]))[0])
             end = duration
-        segment = SmoothSegment(
-            mode="slide",
-            support=slipped,
-            interval=interval,
-            start=state.time,
-            end=end,
-            coefficients=coefficients,
-            last=last,
+        segments.append(
+            SmoothSegment(
+                mode="slide",
+                support=slipped,
+                interval=interval,
+                start=state.time,
+                end=end,
+                coefficients=coefficients,
+                last=last,
+            )
         )
-        segments.append(segment)
         state = replace(state_at(coefficients, last), time=end)
         departure, slipped = None, -1
     raise RuntimeError(f"{MAX_ELEMENTS} elements did not finish piece {interval.number}")
