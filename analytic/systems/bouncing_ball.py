@@ -63,8 +63,8 @@ class BouncingBall(LinearResponse):
         and the peak heights [m] of the flights that follow."""
         # The sum e + ... + e^(n-1) in closed form, without cancellation near e = 1.
         e = self._inner_restitution
-        between = -e * np.expm1((counts - 1.0) * math.log(e)) / (1.0 - e)
-        return self.fall * (1.0 + 2.0 * between), self.height * e ** (2.0 * counts)
+        power_sum = -e * np.expm1((counts - 1.0) * math.log(e)) / (1.0 - e)
+        return self.fall * (1.0 + 2.0 * power_sum), self.height * e ** (2.0 * counts)
 
     def _flight(self, times: Array) -> tuple[Array, Array]:
         """Returns the time [s] since the last impact and the speed after it [m/s], shape (n,) each.
