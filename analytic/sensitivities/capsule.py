@@ -39,7 +39,7 @@ def phased(problem: CapsuleProblem, together: bool = False) -> Phased:
     single = problem.motion.single
     own = problem.reference
     if isinstance(own, PlaneReference):
-        own = replace(own, sure=1.0)
+        own = replace(own, error_factor=1.0)
     in_world = InWorld(own, problem.setup.heading)
     if isinstance(single, ThreePointMotion) and not together:
         return Phased(in_world, _repeated(motion, _phases(single)[1]))

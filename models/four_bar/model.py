@@ -26,7 +26,7 @@ def ideal(bars: FourBar) -> Idealisations:
 
 def observe(bars: FourBar, qpos: Array, qvel: Array) -> Signals:
     """Returns the crank's angle and rate, and the coupler's place."""
-    return n_pendulum.chain_observables(bars.opened, qpos, qvel)
+    return n_pendulum.chain_observables(bars.open_chain, qpos, qvel)
 
 
 MODEL = ModelFile(fill, observe, ideal)

@@ -22,9 +22,9 @@ def fill(spec: Any, mechanism: SliderCrank) -> None:
     pin = spec.equality("pin")
     pin.data = [mechanism.rod, 0.0, 0.0, *pin.data[3:]]
     start = spec.key("start")
-    crank, rod, slider = mechanism.opened.position
+    crank, rod, slider = mechanism.open_chain.position
     start.qpos = [crank, rod - crank, slider - stretched]
-    crank, rod, slider = mechanism.opened.rate
+    crank, rod, slider = mechanism.open_chain.rate
     start.qvel = [crank, rod - crank, slider]
 
 

@@ -23,7 +23,7 @@ def numbers(study: Study) -> Record | None:
     body = capsule(CHECK)
     holding = body.holding_acceleration
     low, high = longest_stroke(body, 0.0)
-    pushed = mean_speed.fastest(body, PUSH * holding, STROKE)
+    pushed = mean_speed.fastest_manoeuvre(body, PUSH * holding, STROKE)
     return Record(
         # mean speed of the check manoeuvre
         checked=mean_speed.mean_speed(body, 3 * holding, 0.8 * holding, CHECKED, 0.9),

@@ -89,7 +89,7 @@ def described(found: Plan) -> dict[str, Any]:
         "legs": found.legs if found.track == "curve" and not found.segments else None,
         "segments": found.segments,
         "arc": found.arc if found.track == "curve" else None,
-        "one_curve": found.rails.joined,
+        "one_curve": found.rails.is_curve,
         "limits": found.limits,
         "parameters": found.capsule,
         "total_time": found.duration,

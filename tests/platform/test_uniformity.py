@@ -39,7 +39,7 @@ def test_deviation_against_40_digits(point):
     mean = turn / period
     square = turn * action / (STEEL.inertia_x * period)
     deviation = gmpy2.sqrt(square - mean * mean) / mean
-    found = uniformity.of_motion(pendulum.motion).deviation
+    found = uniformity.uniformity_of_motion(pendulum.motion).deviation
     # two numbers of size 1 that are each exact to some 1e-15 are subtracted
     assert float(found) == pytest.approx(float(deviation), abs=4e-15 / float(deviation))
 

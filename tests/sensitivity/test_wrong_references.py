@@ -35,7 +35,7 @@ def right(name, method):
 RATES, FRICTION = RollingBall.rates, LineMotion.friction_force
 WRONG = {
     "restitution squared": (
-        *("bouncing-ball/half", BouncingBall, "_within"),
+        *("bouncing-ball/half", BouncingBall, "_inner_restitution"),
         property(lambda ball: ball.restitution**2),
     ),
     "the sine for the tangent of a slope": (

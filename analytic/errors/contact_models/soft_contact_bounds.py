@@ -109,7 +109,7 @@ def _resting(
     still &= motion.speed == 0.0
     if (steps := round(duration / contact.step)) > MOST_PLANE_STEPS:
         return still
-    begun = cast(PlaneReference, problem.reference).begun
+    begun = cast(PlaneReference, problem.reference).start
     driven = (motion.capsule, problem.motion.path, begun)
     rows = trajectory(*driven, contact.integrator, contact.step, steps)
     moved = np.abs(rows[:, 3:] * [1.0, 1.0, np.abs(motion.supports).max()]).sum(axis=1)

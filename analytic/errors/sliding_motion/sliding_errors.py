@@ -169,7 +169,7 @@ def coasting_errors(
     marks = whole_steps(times, step)
     nothing = [0.0] * int(marks[-1])
     way, rate, _ = stepped(scheme, step, motion.rate, nothing, motion.deceleration)[:, marks]
-    way, rate = np.stack([way, rate]) - motion.course(times)
+    way, rate = np.stack([way, rate]) - motion.distance_and_rate(times)
     if motion.centre is None:
         cos = math.cos(motion.direction)
         sin = math.sin(motion.direction)
@@ -196,7 +196,7 @@ def plane_errors(
     motion = reference.motion
     if steps > MOST_PLANE_STEPS or scheme.position_lead is None:
         return {}
-    driven = (motion.capsule, motion.path, reference.begun)
+    driven = (motion.capsule, motion.path, reference.start)
     if scheme.position_first:
         rows = position_first_trajectory(*driven, step, steps)[marks]
     else:

@@ -33,7 +33,7 @@ from plumbob.analytic.systems.free_body.equations import (
     slope,
 )
 from plumbob.analytic.systems.free_body.problem import FreeBody
-from plumbob.analytic.systems.free_body.rotation import ATTITUDE, RATES, product
+from plumbob.analytic.systems.free_body.rotation import ATTITUDE, RATES, quaternion_product
 from plumbob.analytic.tableau import moved
 
 ORDERS: Mapping[str, range] = MappingProxyType(
@@ -97,9 +97,9 @@ def _turned(q: Parts, w: Parts, step: Any) -> Parts:
     total: Parts = (1.0, 0.0, 0.0, 0.0)
     term = total
     for k in range(1, len(half[1].terms)):
-        term = [x / k for x in product(term, half)]
+        term = [x / k for x in quaternion_product(term, half)]
         total = moved(total, term, 1.0)
-    return product(q, total)
+    return quaternion_product(q, total)
 
 
 def _turned_along_tangent(q: Parts, w: Parts, step: Any) -> Parts:
@@ -112,7 +112,7 @@ def _turned_along_tangent(q: Parts, w: Parts, step: Any) -> Parts:
     for k in range(1, len(square.terms) // 2 + 1):  # terms of 1/sqrt(1 + square)
         term = term * square * (0.5 / k - 1.0)
         total = total + term
-    return product(q, [total, *(total * x for x in half)])
+    return quaternion_product(q, [total, *(total * x for x in half)])
 
 
 def free_body_errors(body: FreeBody) -> ErrorSeries:

@@ -13,7 +13,7 @@ SHOWN = 0.1  # epsilon in the summary of the finding
 
 def numbers(study: Study) -> Record:
     """Returns omega and |v| at 2 tau for each epsilon, from the exact motion and by the formula."""
-    coefficient = float(turn(SHOWN).correction.left_at_stop[2])
+    coefficient = float(turn(SHOWN).correction.rate_coefficients[2])
     return Record(
         rows=[_residual_velocities(epsilon) for epsilon in EPSILONS],
         shown=_residual_velocities(SHOWN),

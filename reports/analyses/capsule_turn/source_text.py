@@ -44,7 +44,7 @@ def friction_effects(
             load = loading(motion, segment, 0.5 * (x + 1.0))
             force, torque = load.friction
             time_weights = 0.5 * weights * load.pace
-            acceleration = torque / load.at.inertia
+            acceleration = torque / load.terms.inertia
             world_force = force * np.exp(1j * load.states[:, 4])
             largest = max(largest, float(np.abs(acceleration).max()))
             angular_velocity += float(time_weights @ acceleration)

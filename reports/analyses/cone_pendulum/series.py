@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from plumbob.analytic.numerics.quad import double
-from plumbob.analytic.systems.pendulums.harmonics import needed
+from plumbob.analytic.systems.pendulums.harmonics import harmonics_needed
 from plumbob.analytic.systems.pendulums.pendulum_motion import PendulumMotion
 from plumbob.engines.study.results import Study
 from plumbob.reports.analyses.analysis import Analysis, Record
@@ -27,7 +27,7 @@ def harmonics_near_barrier(above: float) -> Counts:
     motion = PendulumMotion(
         problem.potential, problem.body.inertia_x, problem.theta, 1.0, excess=above
     )
-    return needed(motion, ACCURACIES)
+    return harmonics_needed(motion, ACCURACIES)
 
 
 def barrier_height() -> float:
@@ -44,7 +44,9 @@ def numbers(study: Study) -> Record:
     depth = barrier_height()
     return Record(
         periods={scene: motion.period for scene, motion in motions.items()},  # [s], by scene
-        scenes={scene: needed(motion, ACCURACIES) for scene, motion in motions.items()},
+        scenes={
+            scene: harmonics_needed(motion, ACCURACIES) for scene, motion in motions.items()
+        },
         near=[(fraction, harmonics_near_barrier(fraction * depth)) for fraction in NEAR],
         accuracies=ACCURACIES,
     )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from plumbob.analytic.systems.pendulums.harmonics import needed
+from plumbob.analytic.systems.pendulums.harmonics import harmonics_needed
 from plumbob.engines.study.results import Study
 from plumbob.reports.analyses.analysis import Analysis, Record
 from plumbob.reports.analyses.cone_pendulum import series
@@ -28,7 +28,7 @@ def numbers(study: Study) -> Record:
         # [J] minimum of the correct V on the turning platform
         deepest=min(equilibrium.potential for equilibrium in turning.problem.equilibria),
         # numbers of harmonics for the motion of Fig. 3, and just above the barrier
-        harmonics=needed(turning.correct, series.ACCURACIES)[-1],
+        harmonics=harmonics_needed(turning.correct, series.ACCURACIES)[-1],
         harmonics_near=just_above[-1],
         near=NEAR,
         angles=ANGLES,

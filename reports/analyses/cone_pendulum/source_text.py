@@ -12,7 +12,7 @@ from plumbob.analytic.numerics.quad import double
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.cone_pendulum import ConePendulum
 from plumbob.analytic.systems.pendulums.pendulum_motion import PendulumMotion
-from plumbob.analytic.systems.pendulums.uniformity import from_below
+from plumbob.analytic.systems.pendulums.uniformity import uniformity_from_bottom
 from plumbob.analytic.systems.platform_energy import energies
 from plumbob.engines.study.results import Study
 from plumbob.reports.analyses.analysis import Analysis, Record
@@ -170,7 +170,7 @@ def period_map(pendulum: ConePendulum, axis: str, values: Array) -> Record:
     flank = 0.5 * (body.inertia_y + shifted - body.inertia_z) * squares
     swing = body.mass * y * s * squares
     weight = body.mass * pendulum.gravity * s + 0 * squares
-    periods = from_below(
+    periods = uniformity_from_bottom(
         TrigonometricPotential(flank, swing, weight),
         body.inertia_x + shifted,
         np.asarray(pendulum.theta_dot),

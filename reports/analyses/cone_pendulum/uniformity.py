@@ -5,7 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from plumbob.analytic.numerics.elliptic.trigonometric_potential import TrigonometricPotential
-from plumbob.analytic.systems.pendulums.uniformity import from_below, of_motion
+from plumbob.analytic.systems.pendulums.uniformity import (
+    uniformity_from_bottom,
+    uniformity_of_motion,
+)
 from plumbob.engines.study.results import Study
 from plumbob.reports.analyses.analysis import Analysis, Record
 from plumbob.reports.analyses.cone_pendulum.hamiltonian import cone
@@ -30,7 +33,7 @@ def numbers(study: Study) -> Record:
     points = []
     for pivot, platform_rate, speed in POINTS:
         motion = cone(pivot_y=pivot, platform_rate=platform_rate, theta_dot=speed).motion
-        exact = of_motion(motion)
+        exact = uniformity_of_motion(motion)
         points.append(
             Record(pivot=pivot, platform_rate=platform_rate, speed=speed, exact=exact)
         )
@@ -54,8 +57,8 @@ def uniformity_map(pivot: float) -> Record:
     squares = RATES**2
     unit = in_double(slow.potential)  # its a and b grow with the square of the rate
     potential = TrigonometricPotential(unit.a * squares, unit.b * squares, unit.c + 0 * squares)
-    turning = from_below(potential, inertia, speeds + 0 * squares)
-    resting = from_below(TrigonometricPotential(0.0, 0.0, unit.c), inertia, speeds)
+    turning = uniformity_from_bottom(potential, inertia, speeds + 0 * squares)
+    resting = uniformity_from_bottom(TrigonometricPotential(0.0, 0.0, unit.c), inertia, speeds)
     deviation = turning.deviation / resting.deviation
     time = resting.near - turning.near
     return Record(
