@@ -1,5 +1,8 @@
-"""Errors of steps on a disc that rolls: schemes on its smooth equations, or Euler's steps of a disc
-with six coordinates on a contact that is a spring and damper, whose friction ends all slip."""
+"""Errors of steps on a disc that rolls.
+
+Two models are stepped: schemes on the disc's smooth equations; or semi-implicit Euler on a disc
+with six coordinates whose contact is a spring and damper with friction that ends all slip.
+"""
 
 from __future__ import annotations
 
@@ -14,33 +17,38 @@ from plumbob.analytic.systems.rolling_disc import RollingDisc, masses, moments
 from plumbob.analytic.theory import Predicted, StepErrors, SteppedErrors, apart
 
 ROLLS = SoftPoint(time_constant=0.0, ratio=np.inf, pyramidal=False)
-"""Stands for a contact of a spring and damper, with friction that ends a slip within its step."""
-RATE, DAMPING = 0.4, 0.3  # of its spring, per step, and its damping ratio
-FRICTION = 1.0  # of the models
-YIELDS = 9.999e-6  # friction's softness over the inverse mass, by impedance and impratio
-# Calibrated, of units in the last place, as of inputs, and a disc of a millionth of its radius:
-# half of what they allow is used (test_rolling_disc.py)
+"""Mark of a contact by spring and damper whose friction ends a slip within a step."""
+RATE, DAMPING = 0.4, 0.3  # angular frequency of the spring times the step; damping ratio
+FRICTION = 1.0  # coefficient of friction in the models
+YIELDS = 9.999e-6  # softness of friction over the inverse mass, by impedance and impratio
+# Multiple of the input uncertainty that rounding in steps may reach. Calibrated: half of it is used
+# (test_rolling_disc.py).
 ROUNDED = 20.0
 
 
 def turning(angles: Array) -> Array:
-    """Axes of the precession, the tilt and the spin, in columns, shape (3, 3)."""
+    """Returns the axes of the precession, the tilt and the spin as columns, shape (3, 3)."""
     (a, c) = np.cos(angles[:2])
     (b, d) = np.sin(angles[:2])
     return np.array([[0.0, a, b * d], [0.0, b, -a * d], [1.0, 0.0, c]])
 
 
 def rolling(disc: RollingDisc, angles: Array, depth: float = 0.0) -> Array:
-    """Velocity of the disc where it touches, `depth` [m] below its middle's distance to the lowest
-    point, by the velocity of its middle and the rates of its angles, shape (3, 6)."""
+    """Returns the Jacobian of the contact point's velocity, shape (3, 6).
+
+    The contact point is on the disc, `depth` [m] below the disc's lowest point. The six columns
+    belong to the velocity of the disc's centre and to the rates of its `angles`.
+    """
     axes = turning(angles)
     arm = np.cross(axes[:, 1], axes[:, 2]) * disc.radius - [0.0, 0.0, depth]
     return np.hstack([np.eye(3), np.cross(axes.T, arm).T])
 
 
 def stepped(disc: RollingDisc, step: float, marks: Array) -> Array:
-    """Angles and rates after the numbers of steps `marks`, shape (6, n), of a unit mass; empty
-    where the disc slips."""
+    """Returns angles and their rates after the numbers of steps `marks`, shape (6, n).
+
+    The disc has unit mass. `step` is in [s]. If the disc slips, the result is empty, shape (6, 0).
+    """
     start = disc.motion.system.start
     square = disc.radius**2
     spring = (RATE / step) ** 2
@@ -62,7 +70,7 @@ def stepped(disc: RollingDisc, step: float, marks: Array) -> Array:
         held = np.linalg.solve(
             ends[:2] @ mobility @ ends[:2].T + YIELDS * np.eye(2), -ends[:2] @ rates
         )
-        if not np.hypot(*held) <= FRICTION * push:  # it slips
+        if not np.hypot(*held) <= FRICTION * push:  # the disc slips
             return np.empty((6, 0))
         rates = rates + mobility @ ends[:2].T @ held
         place = place + step * rates
@@ -71,7 +79,7 @@ def stepped(disc: RollingDisc, step: float, marks: Array) -> Array:
 
 
 def disc_errors(disc: RollingDisc) -> StepErrors:
-    """The errors of steps on a disc; empty for schemes and contacts that are not stepped here."""
+    """Returns the errors of steps on a disc; empty for schemes and contacts unknown here."""
 
     def error(scheme: Scheme, step: float, times: Array) -> Predicted:
         if scheme.contact is None:

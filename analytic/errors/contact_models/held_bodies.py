@@ -1,6 +1,8 @@
 """Errors of steps on bodies that are held: a stack, a body between two fingers, a cube on a slope.
 
-None, or depths and drifts of soft contacts; or friction ends the slip of a cube within its step.
+With hard contacts, a body at rest has no error. With soft contacts, the errors are the depth of
+each contact and the drift of friction. A cube that slides is stepped with friction that ends the
+slip within a step.
 """
 
 from __future__ import annotations
@@ -18,14 +20,14 @@ from plumbob.analytic.systems.pinch import Pinch
 from plumbob.analytic.systems.stack import Stack
 from plumbob.analytic.theory import Predicted, StepErrors, SteppedErrors, apart
 
-CORNERS = 4  # of a face that does not turn, which carry the same loads
-DEEPEST = 0.4  # chosen, of an edge: beyond a half, a contact pushes the cube through
+CORNERS = 4  # corners of a face, which carry equal loads because the face does not turn
+DEEPEST = 0.4  # chosen: largest depth over the edge; beyond 0.5 contacts push the cube through
 FINGERS = 2
-TIP = 0.2  # chosen: the radius of a fingertip over the cube's edge
+TIP = 0.2  # chosen: radius of a fingertip over the cube's edge
 
 
 def corners(stack: Stack) -> list[Held]:
-    """Loads on a corner of each cube's lower face, from the lowest to the top."""
+    """Returns one corner contact of each cube's lower face, from the lowest cube to the top."""
     below = np.concatenate([[0.0], 1.0 / stack.masses[:-1]])
     weights = below + 1.0 / stack.masses
     parts = stack.masses / CORNERS
@@ -37,8 +39,11 @@ def corners(stack: Stack) -> list[Held]:
 
 
 def stack_errors(stack: Stack) -> StepErrors:
-    """The errors of steps on a stack; empty for schemes that are not stepped here, and where a
-    contact is too deep to push the right way."""
+    """Returns the errors of steps on a stack.
+
+    The errors are empty for schemes that are not stepped here. They are empty, too, if a contact is
+    so deep that it would push the wrong way.
+    """
 
     def error(scheme: Scheme, step: float, times: Array) -> Predicted:
         still = np.zeros(len(times))
@@ -54,7 +59,7 @@ def stack_errors(stack: Stack) -> StepErrors:
 
 
 def fingertip(pinch: Pinch) -> Held:
-    """The load on one of the fingers."""
+    """Returns the contact of one of the fingers."""
     weight = 1.0 / pinch.mass + 1.0 / pinch.finger_mass
     pull = pinch.pull / FINGERS
     part = pinch.mass / FINGERS
@@ -62,8 +67,11 @@ def fingertip(pinch: Pinch) -> Held:
 
 
 def pinch_errors(pinch: Pinch) -> StepErrors:
-    """The errors of steps on a pinched body; empty for schemes that are not stepped here, and where
-    a friction pyramid does not hold it or a contact is too deep."""
+    """Returns the errors of steps on a pinched body.
+
+    The errors are empty for schemes that are not stepped here. They are empty, too, if the friction
+    pyramid does not hold the body, or if a contact is too deep.
+    """
 
     def error(scheme: Scheme, step: float, times: Array) -> Predicted:
         held = fingertip(pinch)
@@ -81,15 +89,18 @@ def pinch_errors(pinch: Pinch) -> StepErrors:
 
 
 def corner(cube: Incline) -> Held:
-    """The load on one of the corners."""
+    """Returns the contact of one of the cube's lower corners."""
     pull = cube.pull * np.array([np.cos(cube.heading), np.sin(cube.heading)])
     part = cube.mass / CORNERS
     return Held(part * cube.press, cube.friction, part * pull, 1.0 / cube.mass, part)
 
 
 def incline_errors(cube: Incline) -> StepErrors:
-    """The errors of steps on a cube; empty for schemes that are not stepped here, and of soft
-    contacts on a cube that slides, whose contacts chatter."""
+    """Returns the errors of steps on a cube on a slope.
+
+    The errors are empty for schemes that are not stepped here. They are empty, too, for a cube that
+    slides on soft contacts, because these contacts chatter.
+    """
 
     def error(scheme: Scheme, step: float, times: Array) -> Predicted:
         exact = cube.observe(times)

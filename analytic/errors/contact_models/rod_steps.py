@@ -1,5 +1,8 @@
-"""Errors of Euler steps on a rod that strikes the floor: a spring and damper along the normal, with
-friction that ends a slip within its step, or impulses that are solved in turns."""
+"""Errors of Euler steps on a rod that strikes the floor.
+
+Two contacts are stepped: MuJoCo's spring and damper along the normal, with friction that ends a
+slip within its step; and pymunk's impulses, which are solved in turns.
+"""
 
 from __future__ import annotations
 
@@ -17,13 +20,12 @@ from plumbob.analytic.schemes import EULER, Scheme
 from plumbob.analytic.systems.rod_impact import RodImpact
 from plumbob.analytic.theory import Predicted, StepErrors, SteppedErrors, apart
 
-TIP = 1e-12  # of the length: radius of an end in pymunk, where contacts begin
-# calibrated: units in the last place that an impact makes of one; a fifth is used
-ROUNDED = 1e3
+TIP = 1e-12  # radius of a rod's end over its length in pymunk: contacts begin at this distance
+ROUNDED = 1e3  # calibrated: amplification of rounding by an impact; a fifth of it is used
 
 
 def stepped(rod: RodImpact, scheme: Scheme, step: float, marks: Array) -> Array:
-    """x, z and the angle after the numbers of steps `marks`, shape (3, n)."""
+    """Returns x [m], z [m] and the angle [rad] after the numbers of steps `marks`, shape (3, n)."""
     half = rod.length / 2.0
     first = scheme.position_first
     mobility = np.diag([1.0, 1.0, 3.0 / half**2]) / rod.mass
@@ -52,8 +54,12 @@ def stepped(rod: RodImpact, scheme: Scheme, step: float, marks: Array) -> Array:
 
 
 def rod_errors(rod: RodImpact) -> StepErrors:
-    """The errors of steps on a rod; empty for schemes that are not stepped here, friction that does
-    not end a slip within its step, and impulses kept from step to step, where a rod jams."""
+    """Returns the errors of steps on a rod.
+
+    The errors are empty for schemes that are not stepped here, and for friction that does not end a
+    slip within its step. They are empty, too, if pymunk's rod jams: pymunk then reuses the impulses
+    of the step before.
+    """
 
     def error(scheme: Scheme, step: float, times: Array) -> Predicted:
         kept = scheme.position_first and rod.impact.jams

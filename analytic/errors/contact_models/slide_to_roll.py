@@ -1,8 +1,8 @@
 """Errors of Euler steps on a ball that slides until it rolls.
 
-A step takes friction f g h from the speed, 7/2 of that from the slip, and in the step in which the
-slip would change its sign what ends it. So speeds are exact at the ends of steps but for that one
-step, and only the sum of the speeds, the place, is not.
+In a step h friction reduces the speed by f g h, and the slip by 7/2 of that. If the slip would
+change its sign, the step ends the slip instead. Speeds at the ends of steps are therefore exact,
+except in that one step. The position is not exact: it is the sum of the speeds.
 """
 
 from __future__ import annotations
@@ -18,8 +18,11 @@ from plumbob.analytic.theory import Predicted, StepErrors, SteppedErrors, apart
 
 
 def rolling_errors(ball: RollingBall) -> StepErrors:
-    """The errors of steps on a ball; empty for schemes that are not stepped here, and with rolling
-    friction, for which engines have other laws."""
+    """Returns the errors of steps on a ball.
+
+    The errors are empty for schemes that are not stepped here. They are empty for rolling friction,
+    too, for which engines have other laws.
+    """
 
     def error(scheme: Scheme, step: float, times: Array) -> Predicted:
         if scheme.integrator != EULER or ball.rolling_friction:

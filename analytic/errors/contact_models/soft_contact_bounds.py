@@ -1,29 +1,30 @@
 """Model errors of soft contacts on a motion of the capsule: bounds by reason.
 
-Deflection dynamics. The deflections c N_i, affine in the slider's place r, put C at a height z and
-give the body's plane a gradient g, so the slider has the height q = z + g.r. With F_i the friction,
-a and b the horizontal accelerations of C and Q, plane vectors as complex numbers in body axes, the
-loads of statics lack
+Deflection dynamics. The deflections c N_i are affine in the slider's position r. They put C at a
+height z and give the body's plane a gradient g, so that the slider Q has the height q = z + g.r.
+F_i are the friction forces, a and b the horizontal accelerations of C and Q. Plane vectors are
+complex numbers in body axes. The static loads lack
 
     sum dN_i     = M z'' + m q''
     sum dN_i A_i = m q'' r + P - (q - z) m b - z sum F_i + sum z_i F_i/2,
     P = I_a (g'' + 2i w g' + (i w' - w^2) g) + J (w^2 g - i w' g - i w g')
 
-where w is the body's rate and I_a its inertia across: vertical inertia, gyroscopic moments, and
-moments of horizontal forces at their heights. A contact acts halfway down its depth.
+where w is the body's rate, and I_a its inertia about a horizontal axis. The terms are the vertical
+inertia, gyroscopic moments, and moments of horizontal forces at their heights. A contact acts
+halfway down its depth.
 
-Contraction. Where the N_i differ from those of statics by dN_i, friction differs by f dN_i at each
-support. What that does is bounded by a property of dry friction: at given normal forces the
-velocities of two motions of a body never diverge, measured by the kinetic energy of their
-difference, since friction does no positive work on that. So with e the root of twice that energy,
-and directions d_i of slip,
+Contraction. If the N_i differ from the static loads by dN_i, friction differs by f dN_i at each
+support. A property of dry friction bounds the effect: at given normal forces, the velocities of two
+motions of a body never diverge. The distance is the kinetic energy of the difference of the
+velocities, on which friction does no positive work. With e the root of twice that energy, and d_i
+the directions of slip,
 
     e' <= ((sum f dN_i d_i)^2/(M + m) + (sum f dN_i rho_i x d_i)^2/I)^(1/2),    rho_i = CA_i - mu r,
 
-the errors of the rates are e/I^(1/2) and e/(M + m)^(1/2), of angle and place their integrals. On a
-line the d_i stay what they are, and what the two terms add up to, with their signs, is the error.
-The friction of a support that sticks may differ in any direction. The error resets where no support
-slips, of the exact motion and of that of the steps.
+The errors of the rates are e/I^(1/2) and e/(M + m)^(1/2). The errors of angle and position are
+their integrals. On a line the d_i are constant, and the integrals of the two terms, with their
+signs, are the error itself. The friction of a support that sticks may differ in any direction. The
+error resets when no support slips, neither in the exact motion nor in the stepped one.
 Derivations: THEORY.md, section 9.
 """
 
@@ -58,32 +59,33 @@ from plumbob.analytic.systems.capsule_setup import CapsuleProblem
 from plumbob.analytic.systems.three_points.equations import Complex
 from plumbob.analytic.systems.three_points.reference import PlaneReference
 
-LAST_STEPS = 2.5  # steps at the drift's speed that a stop takes longer, of Euler and of RK4
-DRIVE_ROUNDINGS = 16  # of what drives the slider's joint
+LAST_STEPS = 2.5  # steps for which a body drifts on after its stop, with Euler and with RK4
+DRIVE_ROUNDINGS = 16  # roundings of the force that drives the slider's joint
+# Positions of the slider [m] at C, and 1 m along x and y, by which affine loads are known.
 CORNERS = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]])
 
 
 @dataclass(frozen=True)
 class QuasiStatic:
-    """Deflections under the loads of statics along a motion, and their derivatives."""
+    """Deflections under static loads along a motion, and their derivatives."""
 
-    depths: Array  # of the supports [m], shape (3, n)
-    height: Array  # z of C [m], shape (n,)
+    depths: Array  # [m] heights of the supports, negative, shape (3, n)
+    height: Array  # z [m], height of C, shape (n,)
     height_second: Array  # z'' [m/s^2]
-    gradient: Complex  # g of the body's plane
+    gradient: Complex  # g, gradient of the body's plane
     gradient_rate: Complex  # g' [1/s]
     gradient_second: Complex  # g'' [1/s^2]
 
 
 def model_error(problem: CapsuleProblem, duration: float, contact: SoftContact) -> ModelError:
-    """{observable: {reason: bound}} of a motion of the capsule over `duration` [s]."""
+    """Returns the bounds of soft contacts over `duration` [s]: {observable: {reason: bound}}."""
     motion = sampled(problem, duration)
     step = contact.step
     resting = _resting(problem, motion, duration, contact)
-    # an acceleration [m/s^2], in any direction
+    # The solver leaves an error of the acceleration [m/s^2], in any direction.
     left = math.sqrt(2.0 * contact.solver_tolerance)
     unsolved = _grown(motion, resting, np.full((2, 1), left * math.sqrt(motion.mass)))
-    speed = unsolved.speed + left * step  # while it sticks, until the next step
+    speed = unsolved.speed + left * step  # a sticking body keeps an error until the next step
     way = unsolved.place + left * step * duration
     mechanisms: dict[str, tuple[BodyError, Any]] = {
         "drift of stiction": (_stiction_drift(problem, motion, contact), ()),
@@ -100,9 +102,12 @@ def model_error(problem: CapsuleProblem, duration: float, contact: SoftContact) 
 def _resting(
     problem: CapsuleProblem, motion: SampledMotion, duration: float, contact: SoftContact
 ) -> Any:
-    """Whether no support slips, shape (n,), of the exact motion and in the plane of that of the
-    steps, unless they are too many to be taken: the residual of a turn continues until friction
-    has stopped that too."""
+    """Returns the times at which no support slips, as truth values of shape (n,).
+
+    If the motion has no closed form, the stepped motion must rest as well, and so must the slider:
+    a residual rotation continues until friction has stopped it. If there are too many steps, the
+    stepped motion is not tested.
+    """
     still = ~motion.slips.any(axis=0)
     if motion.formula:
         return still
@@ -120,8 +125,11 @@ def _resting(
 def _stiction_drift(
     problem: CapsuleProblem, motion: SampledMotion, contact: SoftContact
 ) -> BodyError:
-    """A support that sticks drifts at the slip compliance times f W or less; one that nothing
-    pushes, of a body that has come to rest, keeps that velocity for some steps."""
+    """Returns the error by the drift of regularised stiction.
+
+    A support that sticks drifts at the slip compliance times f W or less. A coasting body that has
+    come to rest, without any push, keeps this velocity for a few steps only.
+    """
     speed = contact.slip_compliance * motion.capsule.friction * motion.capsule.weight
     lasting = motion.count * float(motion.times[-1])
     if problem.motion.kind == "coasting":
@@ -131,8 +139,12 @@ def _stiction_drift(
 
 
 def _armature(motion: SampledMotion, contact: SoftContact) -> BodyError:
-    """The slider's way in the body lacks m/A of its way in space, and the rounding of what drives
-    it; the body's by the reaction to that, and in the plane by no more than that."""
+    """Returns the error by the armature A of the slider's joint.
+
+    The slider's path in the body is in error by m/A of its path in space, and by the rounding of
+    the drive. On a line the reaction moves the body by the mass ratio times that error. In the
+    plane the error of the body is at most the slider's.
+    """
     if not motion.speed.any():
         return BodyError()
     capsule = motion.capsule
@@ -155,7 +167,7 @@ def _armature(motion: SampledMotion, contact: SoftContact) -> BodyError:
 def _deflection(
     motion: SampledMotion, resting: Any, contact: SoftContact, normal: NormalContact
 ) -> dict[str, tuple[BodyError, Any]]:
-    """Errors of the body and of its loads [N] by contacts that deflect, by reason."""
+    """Returns the errors of the body and of its loads [N] from deflecting contacts, by reason."""
     lost = missing_loads(motion, normal)
     swung = soft_contact.OVERSHOOT_FACTOR * np.abs(lost).max(axis=1)
     deflected = soft_contact.QUASI_STATIC_FACTOR * _growth(motion, lost)
@@ -171,21 +183,24 @@ def _deflection(
 def _raised(
     motion: SampledMotion, contact: SoftContact, normal: NormalContact
 ) -> tuple[BodyError, Array]:
-    """Of a centre of mass above the contacts, which the source leaves out: friction on a line has a
-    moment about it that shifts load along the line, and it moves as the body tilts."""
+    """Returns the errors of the body and of its loads [N] from a centre of mass above the contacts.
+
+    The source leaves this height out. Friction on a line has a moment about the centre of mass that
+    shifts load along the line, and the centre of mass moves as the body tilts.
+    """
     capsule = motion.capsule
     bent = _quasi_static(motion, normal.compliance)
     depth = -float(bent.depths.min())
     (_, tilting) = _fractions(motion.capsule)
     force = capsule.friction * capsule.weight
     along = np.exp(1j * motion.line)
-    # by 1 m: friction sets in at once
+    # Friction sets in at once: the shift of the loads is a jump.
     shifted = 2.0 * force * (tilting.conjugate() * along).real
     tilt = abs((depth + normal.height) * normal.compliance * (tilting * shifted).sum())
     tilt += float(np.abs(bent.gradient - bent.gradient[0]).max())
     way = (depth + normal.height) * tilt
     speeds = np.abs(motion.velocity)
-    # Supports far below C slip aside while the body tips, and friction follows the slip.
+    # Supports far below C slip sideways while the body tilts, and friction follows the slip.
     lasting = float(motion.times[speeds.argmax()] * np.trapezoid(speeds > 0.0, motion.times))
     aside = normal.height * tilt * contact.contact_rate * lasting / (speeds.max() or math.inf)
     turn = force * normal.height / capsule.inertia * aside
@@ -194,7 +209,10 @@ def _raised(
 
 
 def missing_loads(motion: SampledMotion, normal: NormalContact) -> Array:
-    """dN_i [N], shape (3, n), of contacts under a body that tilts (module docstring)."""
+    """Returns the loads dN_i [N] that static loads lack under a body that tilts, shape (3, n).
+
+    The equations are in the module docstring.
+    """
     capsule = motion.capsule
     bent = _quasi_static(motion, normal.compliance)
     lifted, over = _slider_height(motion, bent)
@@ -210,14 +228,16 @@ def missing_loads(motion: SampledMotion, normal: NormalContact) -> Array:
 
 
 def _fractions(capsule: Capsule) -> tuple[Array, Complex]:
-    """Fractions of the load on each support with its centre at C, and their slopes as complex
-    numbers [1/m], shape (3,) each."""
+    """Returns the fraction of a load at C on each support, and the fractions' gradients.
+
+    The gradients are complex numbers [1/m]; both results have the shape (3,).
+    """
     central, ahead, aside = load_fractions(capsule, CORNERS)
     return central, ahead - central + 1j * (aside - central)
 
 
 def _quasi_static(motion: SampledMotion, compliance: float) -> QuasiStatic:
-    """Deflections of contacts of a `compliance` [m/N] under the loads of statics."""
+    """Returns the deflections of contacts of a `compliance` [m/N] under static loads."""
     here, ahead, aside = -compliance * normal_forces(motion.capsule, CORNERS)
     slopes = np.array([ahead - here, aside - here]).T
     (central, tilting) = _fractions(motion.capsule)
@@ -237,7 +257,8 @@ def _quasi_static(motion: SampledMotion, compliance: float) -> QuasiStatic:
 
 
 def _slider_height(motion: SampledMotion, bent: QuasiStatic) -> tuple[Array, Array]:
-    """q'' [m/s^2] of the slider, and its height over C, q - z = g.r [m], each of shape (n,)."""
+    """Returns the slider's vertical acceleration q'' [m/s^2], and its height over C, q - z = g.r
+    [m], each of shape (n,)."""
     r = motion.place
     v = motion.speed
     w = motion.push
@@ -247,8 +268,10 @@ def _slider_height(motion: SampledMotion, bent: QuasiStatic) -> tuple[Array, Arr
 
 
 def _horizontal(motion: SampledMotion, friction: Complex) -> tuple[Array, Complex]:
-    """Angular acceleration of the body [rad/s^2] and the horizontal force on the slider [N] under
-    the `friction` F_i [N], shape (3, n): m b in the module docstring."""
+    """Returns the body's angular acceleration [rad/s^2] and the horizontal force on the slider [N].
+
+    The force is m b in the module docstring. `friction` holds the forces F_i [N], shape (3, n).
+    """
     r = motion.place
     rate = motion.rate
     capsule = motion.capsule
@@ -262,8 +285,11 @@ def _horizontal(motion: SampledMotion, friction: Complex) -> tuple[Array, Comple
 def _gyration(
     rate: Array, spun: Array, bent: QuasiStatic, across: float, upright: float
 ) -> Complex:
-    """Gyroscopic moment P [N m] of a body that tilts while it turns, its inertias being `across`
-    the vertical and `upright` [kg m^2] (module docstring)."""
+    """Returns the gyroscopic moment P [N m] of a body that tilts while it turns (module docstring).
+
+    The body's moments of inertia are `across`, about a horizontal axis, and `upright`, about the
+    vertical axis [kg m^2]. `rate` and `spun` are its angular velocity and acceleration.
+    """
     g = bent.gradient
     g1 = bent.gradient_rate
     g2 = bent.gradient_second
@@ -272,8 +298,12 @@ def _gyration(
 
 
 def _growth(motion: SampledMotion, lost: Array) -> Array:
-    """The two parts of e' [kg^(1/2) m/s^2], shape (2, n), of normal forces that lack `lost` [N],
-    shape (3, n); on a line with their signs, elsewhere each a bound on all of it."""
+    """Returns the two parts of e' (module docstring) [kg^(1/2) m/s^2], shape (2, n).
+
+    `lost` [N], shape (3, n), is the error of the normal forces. On a line without rotation the
+    parts keep their signs. If the body also turns, the first part is an absolute value. If the
+    motion has no closed form, the result is a bound on the sum, shape (n,).
+    """
     towards = motion.directions
     force = (lost * towards).sum(axis=0) / math.sqrt(motion.mass)
     torque = (lost * (motion.arms.conjugate() * towards).imag).sum(axis=0)
@@ -288,8 +318,12 @@ def _growth(motion: SampledMotion, lost: Array) -> Array:
 def _coupling(
     motion: SampledMotion, contact: SoftContact, normal: NormalContact
 ) -> tuple[BodyError, Array]:
-    """A normal force that a slip acceleration a [m/s^2] changes by kappa f a [N], until the
-    contacts' deflection has taken it up; and its error from the rounding of their depth."""
+    """Returns the errors of the body and of its loads [N] from tangential–normal coupling.
+
+    A slip acceleration a [m/s^2] changes the normal force by kappa f a [N], until the deflection of
+    the contacts has compensated the change. The rounding of the contact depths is added to the
+    loads.
+    """
     capsule = motion.capsule
     reach = float(np.abs(motion.supports).max())
     altered = normal.coupling * capsule.friction
@@ -307,8 +341,11 @@ def _coupling(
 
 
 def _grown(motion: SampledMotion, resting: Any, growth: Array) -> BodyError:
-    """Error from the parts of e', `growth` [kg^(1/2) m/s^2], shape (2, n), that resets where the
-    body is `resting`, shape (n,)."""
+    """Returns the error of the body that grows at the rates `growth`, the two parts of e'.
+
+    `growth` [kg^(1/2) m/s^2] has the shape (2, n), or a shape that broadcasts to it. Whenever the
+    body is `resting`, shape (n,), the error of the velocities resets to zero.
+    """
     times = motion.times
     growth = np.where(resting, 0.0, growth * np.ones((2, 1)))
     grown = cumulative_trapezoid(growth, times, initial=0)

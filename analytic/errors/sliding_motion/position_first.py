@@ -1,19 +1,19 @@
-"""Position-first steps of a body on three Coulomb points: parts move straight in a step.
+"""Position-first steps of a body on three Coulomb points: parts move along straight lines.
 
-Such an engine moves first, then solves velocities so that every joint is closed when its parts have
-moved again. A part at s of a body that turns at omega about C is thus required to have the velocity
-i omega s + G s, where G closes what the last step has opened by moving straight,
+Such an engine moves first. Then it solves for velocities that close every joint when the parts have
+moved again. A part at the position s of a body that turns at omega about C is therefore required to
+have the velocity i omega s + G s. G closes the opening that the last straight step has left:
 
     G = (1 - e^(-i h omega) (1 + i h omega))/h = -h omega^2/2 + O(h^2),
 
-and so has the slip of a support. The slider is required to move to its target. Friction opposes the
-slips at the step's end. Left out is that parts away from C have an angular momentum from G,
-(h omega)^2/3 of that from omega.
+The slip of a support has the same additional part. The slider is required to move to its target.
+Friction opposes the slips at the step's end. One effect is left out: parts away from C have an
+angular momentum from G, (h omega)^2/3 of their angular momentum from omega.
 
-Targets are left Riemann sums of the slider's velocity, which stay half a step behind its position
-and leave its velocity exact even where its acceleration jumps inside a step. But they drift at
-second order, turn after turn. Where the acceleration jumps at grid times only they need not: then
-they are the position less half a step of the velocity. Derived in THEORY.md, section 7.
+Targets are left Riemann sums of the slider's velocity. They stay half a step behind the slider's
+position, and keep its velocity exact even if its acceleration jumps inside a step. But they drift
+at second order, turn after turn. If the acceleration jumps at grid times only, the targets are the
+position less half a step of the velocity, which does not drift. Derivation: THEORY.md, section 7.
 """
 
 from __future__ import annotations
@@ -31,16 +31,16 @@ from plumbob.analytic.systems.slider_path import SliderPath
 from plumbob.analytic.systems.three_points.friction import Start
 from plumbob.analytic.systems.three_points.implicit_friction import Slip
 
-GRID = 1e-6  # of a step: how near to a grid time a switch is taken to be on it
+GRID = 1e-6  # [steps] a switch closer to a grid time counts as on the grid
 
 
 def opened(turn: float) -> complex:
-    """Part of an arm by which a straight step through the angle `turn` [rad] misses the circle."""
+    """Returns the error of a straight step through the angle `turn` [rad], over the arm."""
     return 1.0 - cmath.exp(-1j * turn) * (1.0 + 1j * turn)
 
 
 def switches_on_grid(path: SliderPath, step: float) -> bool:
-    """Whether the slider's acceleration jumps at multiples of `step` [s] alone."""
+    """Returns whether the slider's acceleration jumps only at multiples of `step` [s]."""
     steps = path.breakpoints / step
     return bool(np.abs(steps - np.rint(steps)).max() < GRID)
 
@@ -49,9 +49,11 @@ def switches_on_grid(path: SliderPath, step: float) -> bool:
 def position_first_trajectory(
     capsule: Capsule, path: SliderPath, start: Start, step: float, steps: int
 ) -> Array:
-    """COLUMNS at the start and after each of `steps` steps of `step` [s], shape (steps + 1, 6), in
-    the ground's axes. A joint that is closed in every step is open at the start by what a step
-    before it opened."""
+    """Returns COLUMNS at the start and after each of `steps` steps of `step` [s].
+
+    The result has the shape (steps + 1, 6), in the axes of the ground. At the start, joints are as
+    open as an earlier step would have left them.
+    """
     inside, moving, targets = _targets(path, step, steps)
     body = Body.of(capsule)
     speed = complex(*start.velocity)
@@ -69,8 +71,11 @@ def position_first_trajectory(
 def _advanced(
     body: Body, state: Parts, target: complex, step: float, near: Slip
 ) -> tuple[Parts, Slip]:
-    """State (of the slider its place and velocity in the ground's axes), and slip in the body's,
-    after a step that is to bring the slider to `target` in the body [m]."""
+    """Returns the state and the slip after a step that moves the slider to `target` [m].
+
+    A state is z, psi, the slider's position, z', omega and the slider's velocity, in the axes of
+    the ground. The slip is in the axes of the body. `near` is a slip from which the search starts.
+    """
     z, psi, slider, speed, omega, sliding = state
     z = z + step * speed
     slider = slider + step * sliding
@@ -92,8 +97,11 @@ def _advanced(
 def _targets(
     path: SliderPath, step: float, steps: int
 ) -> tuple[complex, complex, list[complex]]:
-    """Place [m] and velocity [m/s] of the slider in the body at the start, and its place there that
-    each step's velocity is to lead to; a velocity acts in the step that follows."""
+    """Returns the slider's first position [m], first velocity [m/s] and targets [m] in the body.
+
+    Each target is the position that the velocity of one step has to lead to. A velocity acts in the
+    step after the one in which it is solved for.
+    """
     places, speeds, _ = path.kinematics(step * np.arange(steps + 2, dtype=np.float64))
     targets = places - 0.5 * step * speeds
     if not switches_on_grid(path, step):

@@ -1,5 +1,8 @@
-"""Errors of fixed steps on a capsule: on coasting, on motions along a line that friction brings to
-rest (THEORY.md, section 4), and in the plane (section 7). The steps are taken."""
+"""Errors of fixed steps on a capsule, by taking the steps.
+
+The motions are coasting, motions along a line that friction brings to rest (THEORY.md, section 4),
+and motions in the plane (section 7).
+"""
 
 from __future__ import annotations
 
@@ -29,16 +32,16 @@ from plumbob.analytic.systems.three_points.reference import PlaneReference
 from plumbob.analytic.tableau import CLASSICAL
 from plumbob.analytic.theory import Predicted, StepErrors, SteppedErrors, apart
 
-MOST_STEPS = 2_000_000  # of a run: some ten seconds
-MOST_PLANE_STEPS = 200_000  # each takes some tens of microseconds
-JUMPING = ("friction_force", "driving_force")  # they jump when w jumps, or when the body stops
+MOST_STEPS = 2_000_000  # steps in a run along a line, which take some ten seconds
+MOST_PLANE_STEPS = 200_000  # steps in a run in the plane, some tens of microseconds each
+JUMPING = ("friction_force", "driving_force")  # forces that jump when w jumps or the body stops
 # RK4 leaves this fraction of a velocity that friction stops after each step (THEORY.md, section 4).
 TAIL = 0.375
-LASTS = 40  # steps after which double precision shows nothing of that velocity
+LASTS = 40  # steps after which such a velocity is below double precision
 
 
 def capsule_errors(problem: CapsuleProblem) -> StepErrors:
-    """Theory of the errors of fixed steps on a motion of the capsule."""
+    """Returns the theory of fixed-step errors on a motion of the capsule."""
     motion = problem.motion
     reference = problem.reference
     if isinstance(reference, PlaneReference):
@@ -61,10 +64,13 @@ def capsule_errors(problem: CapsuleProblem) -> StepErrors:
 def stepped(
     scheme: Scheme, step: float, rate: float, pushes: Sequence[float], limit: float
 ) -> Array:
-    """Way, rate and friction at the start and after each step of `step` [s], shape (3, n + 1), of
-    what begins at `rate` [m/s or rad/s] under `pushes`, shape (n,), and friction up to `limit`,
-    accelerations both: friction aims at rest within a step, by semi-implicit Euler or RK4 in each
-    stage. The friction is that of the first stage of the step that follows, of the last one NaN."""
+    """Returns distance, rate and friction at the start and after each step, shape (3, n + 1).
+
+    A body begins at `rate` [m/s or rad/s]. In each step of `step` [s] one of the `pushes`, shape
+    (n,), acts, and friction up to `limit`, all as accelerations. Friction aims at rest within a
+    step, once in a step of semi-implicit Euler and in each stage of RK4. The friction in a column
+    acts in the first stage of the following step; in the last column it is NaN.
+    """
     way = 0.0
     rows = list[tuple[float, float, float]]()
     push = 0.0
@@ -85,16 +91,18 @@ def stepped(
 
 
 def ways(speeds: Array, lead: float, step: float) -> Array:
-    """States passed at the start and after each step of `step` [s], shape (n + 1, ...), at
-    `speeds` of that shape that are right at these times: each step has the part 1/2 + `lead` of
-    that at its end."""
+    """Returns positions at the start and after each step of `step` [s], shape (n + 1, ...).
+
+    `speeds` are exact at these times and have the same shape. In each step the speed at its end has
+    the weight 1/2 + `lead`, and the speed at its start the rest.
+    """
     mean = (0.5 - lead) * speeds[:-1] + (0.5 + lead) * speeds[1:]
     return step * np.cumsum(np.concatenate([0.0 * speeds[:1], mean]), axis=0)
 
 
-@lru_cache(maxsize=KEPT)  # the same for all methods of one scene
+@lru_cache(maxsize=KEPT)  # all methods of one scene share the result
 def _body(motion: Any, scheme: Scheme, step: float, steps: int) -> Array:
-    """`stepped` of the body under the mean reaction of the slider in each step."""
+    """Returns `stepped` for the body under the slider's mean reaction in each step."""
     capsule = motion.single.capsule
     gained = np.diff(motion.relative_velocity(step * np.arange(steps + 2.0)))
     pushes = (-capsule.mass_ratio / step * gained).tolist()
@@ -104,10 +112,12 @@ def _body(motion: Any, scheme: Scheme, step: float, steps: int) -> Array:
 def line_errors(
     motion: Any, reference: Reference, scheme: Scheme, step: float, times: Array
 ) -> Predicted:
-    """Error of semi-implicit Euler and of RK4 with `step` [s] at grid `times` [s], shape (n,), by
-    observable of `reference`, on a line, lines that repeat, or a slow stroke: friction stops the
-    body within a step, and w is its mean over each step. Empty for other schemes, and for more than
-    MOST_STEPS steps."""
+    """Returns the errors of Euler or RK4 steps on a line, repeated lines or a slow stroke.
+
+    The errors are at grid `times` [s], shape (n,), by observable of `reference`, for a `step` [s].
+    Friction stops the body within a step, and w is the mean over each step. The errors are empty
+    for other schemes, and for more than MOST_STEPS steps.
+    """
     marks = whole_steps(times, step)
     if scheme.position_lead is None or marks[-1] > MOST_STEPS:
         return {}
@@ -123,8 +133,8 @@ def line_errors(
 def _line_run(
     motion: Any, scheme: Scheme, lead: float, step: float, marks: Array
 ) -> dict[str, Array]:
-    """Signals of a run with `step` [s] along a line, after as many steps as each of `marks` says,
-    shape (n,). `lead` is the scheme's `position_lead`."""
+    """Returns the observables of a run along a line after each of the numbers of steps `marks`,
+    shape (n,); `step` is in [s], `lead` is the scheme's `position_lead`."""
     kind = Scheme(scheme.integrator, position_first=scheme.position_first)
     way, rate, deceleration = _body(motion, kind, step, int(marks[-1]))[:, marks]
     capsule = motion.single.capsule
@@ -159,9 +169,12 @@ def jumps(reference: Reference, scheme: Scheme, step: float, times: Array) -> Si
 def coasting_errors(
     motion: ResidualMotion, scheme: Scheme, step: float, times: Array
 ) -> Signals:
-    """Error of semi-implicit Euler and of RK4 with `step` [s] at grid `times` [s], shape (n,), with
-    friction that stops the body within a step; the coordinates of C only where its path is no
-    circle. Empty for other schemes."""
+    """Returns the errors of Euler or RK4 steps on a coasting body, by observable.
+
+    The errors are at grid `times` [s], shape (n,), for a `step` [s]. Friction stops the body within
+    a step. The coordinates of C are left out if C moves on a circle. The errors are empty for other
+    schemes.
+    """
     if scheme.position_lead is None:
         return {}
     still = np.zeros(len(times))
@@ -188,9 +201,12 @@ def coasting_errors(
 def plane_errors(
     reference: PlaneReference, scheme: Scheme, step: float, times: Array
 ) -> Signals:
-    """Error that steps of `step` [s] make of the motion at grid `times` [s], shape (n,), by
-    observable of `PlaneReference`, found by taking them (`errors.plane_steps`,
-    `errors.position_first`); empty for other schemes, or more than MOST_PLANE_STEPS steps."""
+    """Returns the errors of steps on a motion in the plane, by observable of `PlaneReference`.
+
+    The errors are at grid `times` [s], shape (n,), for a `step` [s], found by taking the steps
+    (`plane_steps`, `position_first`). They are empty for other schemes, and for more than
+    MOST_PLANE_STEPS steps.
+    """
     marks = whole_steps(times, step)
     steps = int(marks.max())
     motion = reference.motion
@@ -212,17 +228,20 @@ def plane_errors(
     return apart(stepped, reference.observe(times))
 
 
-# The line manoeuvre's end, for any step. The scheme
+# The end of a line manoeuvre has a closed form for any step. The scheme
 #     u = v - mu w dt,  v+ = sgn(u) max(|u| - f g dt, 0),  x+ = x + v+ dt
-# with w averaged over the step has the exact velocity at t_k, and x is the trapezoid sum of v(t_k)
-# because the body starts and ends at rest (so it does not matter whether v or x is advanced first).
+# averages w over the step, so that its velocity at t_k is exact. The body starts and ends at rest.
+# Therefore x is the trapezoid sum of v(t_k), whether v or x is advanced first.
 
 
 def step_error(line: LineManoeuvre, step: float | Array) -> Array:
-    """Error of the final displacement [m], simulated minus exact, of semi-implicit Euler with
-    Coulomb friction resolved within the step and w averaged over it, shape of `step` [s]: with t1
-    on the grid -p (1 - p)(mu w2 + f g) dt^2/2, p the fraction in t_star/dt, a sawtooth in dt; off
-    it with the trapezoid error at t1, too."""
+    """Returns the error of the final displacement [m], simulated minus exact, shape of `step` [s].
+
+    The scheme is semi-implicit Euler with Coulomb friction resolved within the step and w averaged
+    over the step. If t1 is on the grid, the error is -p (1 - p)(mu w2 + f g) dt^2/2, with p the
+    fractional part of t_star/dt: a sawtooth in dt. If t1 is off the grid, the trapezoid error at t1
+    is added.
+    """
     steps = np.asarray(step, dtype=np.float64)
     a1 = line.closed.backward
     a2 = line.closed.braking

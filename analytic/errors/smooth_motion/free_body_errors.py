@@ -1,6 +1,7 @@
 """Errors of fixed steps on the rotation of a free rigid body (THEORY.md, 12).
 
-Every scheme here takes the angular velocity w to Psi(w), whatever the attitude q, and q to q g(w).
+Every scheme here takes the angular velocity w to Psi(w), which does not depend on the attitude q,
+and takes q to the product q g(w).
 """
 
 from __future__ import annotations
@@ -38,15 +39,18 @@ from plumbob.analytic.tableau import moved
 
 ORDERS: Mapping[str, range] = MappingProxyType(
     {EULER: range(1, 5), LINEARLY_IMPLICIT: range(1, 5), LEAPFROG: range(2, 10, 2)}
-    | {RK4_ADDED_RATES: range(2, 7)}  # five, since the second is zero
+    | {RK4_ADDED_RATES: range(2, 7)}  # five orders, because one of them is zero
     | {name: range(tableau.order, tableau.order + 4) for name, tableau in TABLEAUX.items()}
 )
-"""Of the errors of a scheme, that are followed."""
+"""Orders of the error that are computed, by integrator."""
 
 
 def stepped(body: FreeBody, scheme: Scheme, step: Any) -> Advance:
-    """The step of a scheme with ORDERS, of a time and the state, w and then q; but for TABLEAUX a
-    state may be w alone."""
+    """Returns the step of a scheme of ORDERS on the rotation of a body.
+
+    A state is w [rad/s] and then q. A state may also be w alone, unless the scheme is one of
+    TABLEAUX.
+    """
     of = factors(body)
     integrator = scheme.integrator
 
@@ -55,13 +59,13 @@ def stepped(body: FreeBody, scheme: Scheme, step: Any) -> Advance:
             return _implicit_slopes(of, w, step)
         return acceleration(of, w)
 
-    if integrator in TABLEAUX:  # of w and q together: the turn is not of length 1
+    if integrator in TABLEAUX:  # w and q are stepped together, and |q| does not stay 1
         return lambda time, state: TABLEAUX[integrator].advanced(
             lambda _, z: slope(of, z), state, step
         )
     if integrator == RK4_ADDED_RATES:
-        # The stages' angular velocities are added as vectors, and turn the body at once, although
-        # each belongs to axes that have turned by then.
+        # This scheme adds the angular velocities of its stages as vectors and turns the body by the
+        # sum, although each stage belongs to axes that have turned meanwhile.
         classical = advance(Scheme(RK4), Equations(forces, 3), step)
 
         def added(time: Any, state: Parts) -> Parts:
@@ -81,7 +85,8 @@ def stepped(body: FreeBody, scheme: Scheme, step: Any) -> Advance:
 
 
 def _implicit_slopes(of: Parts, w: Parts, step: Any) -> Parts:
-    """k of (1 - h J) k = f(w), f Euler's equations and J their derivative."""
+    """Returns k of the linear system (1 - h J) k = f(w), with Euler's equations f and their
+    Jacobian J."""
     rows: list[list[Any]] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]
     for i, factor in enumerate(of):
         rows[i][i - 2] = -step * factor * w[i - 1]
@@ -90,7 +95,7 @@ def _implicit_slopes(of: Parts, w: Parts, step: Any) -> Parts:
 
 
 def _turned(q: Parts, w: Parts, step: Any) -> Parts:
-    """q exp(h w/2): series, the turn of first degree in its variable."""
+    """Returns q exp(h w/2), for power series whose step h is of first degree in the variable."""
     if not len(q):
         return q
     half = (0.0, *(step * x / 2 for x in w))
@@ -103,20 +108,20 @@ def _turned(q: Parts, w: Parts, step: Any) -> Parts:
 
 
 def _turned_along_tangent(q: Parts, w: Parts, step: Any) -> Parts:
-    """q (1 + h w/2), of length 1: series, a turn by 2 atan(|w| h/2)."""
+    """Returns q (1 + h w/2), normalised, for power series: a turn by the angle 2 atan(|w| h/2)."""
     if not len(q):
         return q
     half = [step * x / 2 for x in w]
     square = half[0] * half[0] + half[1] * half[1] + half[2] * half[2]
     total = term = 1.0 + 0.0 * square
-    for k in range(1, len(square.terms) // 2 + 1):  # terms of 1/sqrt(1 + square)
+    for k in range(1, len(square.terms) // 2 + 1):  # binomial series of 1/sqrt(1 + square)
         term = term * square * (0.5 / k - 1.0)
         total = total + term
     return product(q, [total, *(total * x for x in half)])
 
 
 def free_body_errors(body: FreeBody) -> ErrorSeries:
-    """The errors on one body's motion."""
+    """Returns the error theory of one body's rotation."""
 
     def known(scheme: Scheme) -> tuple[Step, range] | None:
         if scheme.integrator not in ORDERS or scheme.position_first:

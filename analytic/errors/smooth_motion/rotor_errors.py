@@ -1,4 +1,4 @@
-"""Errors of fixed steps on the driven rotor, and what they do to its energy."""
+"""Errors of fixed steps on the driven rotor, and the drift of its energy."""
 
 from __future__ import annotations
 
@@ -34,16 +34,17 @@ from plumbob.analytic.systems.pendulums.rod_tension import RodMotion
 from plumbob.analytic.systems.simple_pendulum import SimplePendulum
 from plumbob.analytic.theory import Coefficients, SteppedErrors, apart
 
-SAMPLES = 65  # of a period, for the size of the errors there
-# of an energy error's size in a period: what collocation and round-off leave
-NEGLIGIBLE = 1e-10
+SAMPLES = 65  # samples in a period, among which the largest error is sought
+NEGLIGIBLE = 1e-10  # relative energy change in a period, below which it is numerical noise
 
 
 @dataclass(frozen=True, eq=False)
 class RotorErrors:
-    """The error expansions of the motion of `rotor` from `theta` [rad], `theta_dot` [rad/s], which
-    is `known` exactly or else integrated, and of the tension where that is a `RodMotion`; an
-    `ErrorTheory`."""
+    """The `ErrorTheory` of the motion of a `rotor` from `theta` [rad] and `theta_dot` [rad/s].
+
+    `known` is the exact motion; if it is None, the motion is integrated. If it is a `RodMotion`,
+    the errors include the rod's tension. `terms` is the number of terms in the series.
+    """
 
     rotor: DrivenRotor
     theta: float
@@ -58,12 +59,12 @@ class RotorErrors:
 
     @property
     def rod(self) -> SmoothSystem | None:
-        """The function that reads a rod's tension off the angle; None where there is no rod."""
+        """System whose readings give a rod's tension; None without a rod."""
         return self.known.system if isinstance(self.known, RodMotion) else None
 
     @cached_property
     def motion(self) -> SmoothMotion:
-        """The same, with its equation."""
+        """The exact motion with its equation."""
         system = smooth_system(self.rotor, self.theta, self.theta_dot)
         return rotor_motion(self.rotor, system, self.exact)
 
@@ -86,8 +87,10 @@ class RotorErrors:
         return step, orders(scheme, self.rotor, self.terms)
 
     def series(self, scheme: Scheme, times: Array) -> Coefficients:
-        """The first `terms` coefficients at `times` [s], shape (n,), see `ErrorSeries`; of the
-        tension [N] by its power series in those of theta and theta_dot."""
+        """Returns the first `terms` coefficients of the error at `times` [s], see `ErrorSeries`.
+
+        The tension [N] is computed on the power series of theta and theta_dot.
+        """
         terms = self._series.series(simplest(scheme, self.rotor), times)
         if self.rod is None or not terms:
             return terms
@@ -104,9 +107,11 @@ class RotorErrors:
         }
 
     def at_step(self, scheme: Scheme, step: float, times: Array) -> SteppedErrors:
-        """The scheme stepped at `times` [s], shape (n,), less the exact motion: empty for more than
-        MOST_STEPS steps, for times that are no multiples of the step, and for an orbit that
-        diverges."""
+        """Returns the stepped motion less the exact motion at `times` [s], shape (n,).
+
+        The errors are empty for more than MOST_STEPS steps, for times that are no multiples of the
+        step, and for an orbit that diverges.
+        """
         marks = steps_until(times, step) if scheme.integrator in STEPPED else None
         if marks is None:
             return SteppedErrors({})
@@ -135,10 +140,13 @@ class RotorErrors:
         return SteppedErrors(apart({n: x.real for n, x in stepped.items()}, exact), doubts)
 
     def energy_drift_rate(self, period: float, scheme: Scheme) -> Mapping[int, float]:
-        """Coefficients D_p of the mean rate sum_p D_p step^p at which `scheme` changes the energy
-        per moment of inertia [rad^2/s^3 over s^p] on an undamped motion of `period` [s], up to
-        twice the scheme's order: that of its error after a period. Zero where nothing drifts, empty
-        without a series. Raises ParameterError."""
+        """Returns the coefficients D_p of the mean energy drift sum_p D_p step^p, as {p: D_p}.
+
+        The energy is per moment of inertia; D_p is in rad^2/s^3 over s^p. The motion is undamped,
+        with the `period` [s]. The drift follows from the error after one period. Powers p go up to
+        twice the order of the scheme. Without drift the coefficients are zero; without a series the
+        result is empty. Raises ParameterError for a rotor with damping or forcing.
+        """
         if not self.rotor.conservative:
             raise ParameterError("rotor", self.rotor, "without damping and forcing")
         times = np.linspace(0.0, period, SAMPLES)
@@ -157,12 +165,13 @@ class RotorErrors:
 
 
 def pendulum_errors(motion: PendulumMotion) -> RotorErrors:
-    """The theory of an undamped pendulum's `motion`."""
+    """Returns the error theory of an undamped pendulum's `motion`."""
     theta, theta_dot = motion.closed_form.state(np.zeros(1))
     return RotorErrors(motion.rotor, float(theta[0]), float(theta_dot[0]), motion)
 
 
 def simple_pendulum_errors(pendulum: SimplePendulum) -> RotorErrors:
-    """The theory of a simple pendulum, with its rod's tension, or of its linear companion."""
+    """Returns the error theory of a simple pendulum, with its rod's tension, or of its linear
+    companion."""
     start = pendulum.started
     return RotorErrors(pendulum.rotor, start.theta, start.theta_dot, pendulum.motion)

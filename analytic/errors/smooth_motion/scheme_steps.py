@@ -1,4 +1,4 @@
-"""One step of each scheme on q'' = f(t, q, q'), of numbers, arrays or power series in the step."""
+"""One step of each scheme on q'' = f(t, q, q'), for numbers, arrays or power series in the step."""
 
 from __future__ import annotations
 
@@ -17,33 +17,33 @@ from plumbob.analytic.reference import Array
 from plumbob.analytic.schemes import EULER, TABLEAUX, Scheme
 from plumbob.analytic.tableau import moved
 
-MOST_STEPS = 2_000_000  # of a run: a few seconds
-OFF = 1e-6  # of a step: samples this far from a whole number of steps are not on the orbit
-MOST_CORRECTIONS = 100  # of an implicit half kick
-READ_AT = MappingProxyType(
-    {"start": 0.0, "midpoint": 0.5, "mean": 0.5}
-)  # where in a step a held control is read
+MOST_STEPS = 2_000_000  # steps in a run, which take a few seconds
+OFF = 1e-6  # [steps] a sample further from a whole number of steps is not on the orbit
+MOST_CORRECTIONS = 100  # iterations for an implicit half kick
+READ_AT = MappingProxyType({"start": 0.0, "midpoint": 0.5, "mean": 0.5})
+"""Fraction of a step at which a held control is read, by kind of control."""
 Marks = npt.NDArray[np.int64]
 Parts = Sequence[Any]
 Advance = Callable[[Any, Parts], Parts]
-"""The time at a step's start [s] and the state there, q and then q' -> the state after it."""
+"""Function from the time [s] and state at a step's start to the state after it: q and then q'."""
 
 
 @dataclass(frozen=True)
 class Equations:
-    """Equations of motion as a step reads them."""
+    """Equations of motion q'' = f(t, q, q') for a step of a scheme."""
 
-    acceleration: Callable[[Any, Parts, Parts], Parts]  # of a time, q and q'
-    count: int  # of the rates q'
+    acceleration: Callable[[Any, Parts, Parts], Parts]  # function of a time, q and q'
+    count: int  # number of rates q'
     implicit: Callable[[Parts], tuple[Any, Any]] | None = None
-    """Of a state, the damping [1/s] and the stiffness [1/s^2] that act on the state after a step:
-    all damping in a half kick of leapfrog, which iterates where none is known."""
+    """Function from a state to the damping [1/s] and the stiffness [1/s^2] that act on the state
+    after a step. Leapfrog takes all damping from here for its implicit half kick; None: leapfrog
+    solves the half kick by iteration."""
     drifted: Callable[[Parts, Parts, Any], Parts] = moved
-    """q after a step at a constant q'."""
+    """Function from q, a constant q' and a step to q after the step."""
 
 
 def advance(scheme: Scheme, equations: Equations, step: Any) -> Advance:
-    """The step of a `scheme` of STEPPED."""
+    """Returns the step of a `scheme` of STEPPED on the `equations`; `step` is its size [s]."""
     count = equations.count
     drifted = equations.drifted
     implicit = equations.implicit
@@ -75,7 +75,7 @@ def advance(scheme: Scheme, equations: Equations, step: Any) -> Advance:
                 length = step / (1.0 + step * (damping + step * spring))
             v = moved(v, push, length)
             return [*drifted(q, v, step), *v]
-        # Half a kick, a drift, and half a kick by the rates after it.
+        # Leapfrog: half a kick, a drift, and half a kick by the accelerations after the drift.
         half = step / 2
         v = moved(v, push, half)
         q = drifted(q, v, step)
@@ -88,8 +88,11 @@ def advance(scheme: Scheme, equations: Equations, step: Any) -> Advance:
 
 
 def _corrected(kick: Callable[[Parts], Parts], start: Parts) -> Parts:
-    """The rates r = `kick`(r), by a fixed-point iteration that goes on while its
-    changes shrink; of series for as many degrees as they have."""
+    """Returns the rates r that satisfy r = `kick`(r), by a fixed-point iteration from `start`.
+
+    The iteration ends when its changes no longer shrink. Each iteration makes one more term of a
+    power series exact: series take as many iterations as they have terms.
+    """
     if isinstance(start[0], Series):
         return reduce(lambda rates, _: kick(rates), start[0].terms, start)
     before: Any = np.inf
@@ -116,13 +119,15 @@ def _corrected(kick: Callable[[Parts], Parts], start: Parts) -> Parts:
 
 
 def whole_steps(times: Array, step: float) -> npt.NDArray[Any]:
-    """The numbers of steps of `step` [s] nearest to `times` [s], shape (n,)."""
+    """Returns the numbers of steps of `step` [s] nearest to `times` [s], shape (n,)."""
     return np.rint(np.asarray(times) / step).astype(np.int64)
 
 
 def steps_until(times: Array, step: float, most: int = MOST_STEPS) -> Marks | None:
-    """The numbers of steps of `step` [s] until `times` [s], shape (n,); None for more than `most`,
-    and for times that are no multiples of the step."""
+    """Returns the numbers of steps of `step` [s] up to `times` [s], shape (n,).
+
+    Returns None for more than `most` steps, and for times that are no multiples of the step.
+    """
     marks = whole_steps(times, step)
     if not 0 < int(marks[-1]) <= most:
         return None
@@ -133,7 +138,7 @@ def steps_until(times: Array, step: float, most: int = MOST_STEPS) -> Marks | No
 def states_after(
     advance: Advance, state: Parts, step: float, marks: Sequence[int]
 ) -> list[Parts]:
-    """The states after the increasing numbers of steps `marks` of `step` [s]."""
+    """Returns the states after each of the increasing numbers of steps `marks` of `step` [s]."""
     states = []
     done = 0
     for mark in marks:

@@ -1,7 +1,8 @@
-"""How long a method stays right on any motion whose error has a series in the step (THEORY.md, 13).
+"""Long-run growth of a method's error on a motion whose error has a series in the step.
 
-The series is followed until the error is large, and carried on as it grew: exponentially where the
-motion itself parts neighbours, by the time and its square elsewhere, not at all where it dies.
+The series is evaluated until the error is large. After that time the error is extrapolated. On a
+chaotic motion it grows exponentially, on other motions with the time and its square. If the error
+dies away, it is not extrapolated. Derivation: THEORY.md, section 13.
 """
 
 from __future__ import annotations
@@ -15,13 +16,14 @@ from plumbob.analytic.reference import Array
 from plumbob.analytic.stability import LEVELS, Growth, LongRun
 from plumbob.analytic.theory import Coefficients
 
-FIRST, LONGEST = 30, 300  # fastest periods that a series is followed for, at first and at most
-MORE = 2.0  # times as long, the next time
-KNOWN = 23.0  # e-folds, after which 10^-10 of an orbit is as large as the orbit
-SAMPLES = 48  # of a fastest period
-BEGUN = 8.0  # part of a run from which on the envelope of its errors is fitted
-# Calibrated (test_long_runs.py: damped, forced and rotating motions): of the largest error so far,
-# that of the last quarter where it dies, and that of the first half where it grows no more.
+FIRST, LONGEST = 30, 300  # fastest periods in the first evaluation, and in the longest
+MORE = 2.0  # factor from one evaluation's duration to the next
+KNOWN = 23.0  # e-folds: an uncertainty of 1e-10 has grown to the size of the orbit
+SAMPLES = 48  # samples in a fastest period
+BEGUN = 8.0  # the envelope is fitted from this part of the run on: one eighth
+# An error dies away if its last quarter stays below the fraction DIES of its largest value. It is
+# constant if its first half reaches more than the fraction STAYS of its largest value. Both are
+# calibrated on damped, forced and rotating motions (test_long_runs.py).
 DIES, STAYS = 0.5, 0.85
 
 
@@ -33,9 +35,13 @@ def followed(
     lasts: float = math.inf,
     exponent: float = 0.0,
 ) -> LongRun | None:
-    """The growth of the error of a scheme with a `series` at times [s], at a `step` [s] and over
-    these `scales`, on a motion of a `fastest` period [s] that `lasts` so long [s] and parts
-    neighbours at the rate `exponent` [1/s]; None without a series."""
+    """Returns the long-run growth of a scheme's error; None if the scheme has no series.
+
+    `series` gives the coefficients of the error at times [s]. `scales` are the units of the
+    observables in which the error is measured. `fastest` is the motion's shortest period [s].
+    `lasts` is the time [s] after which a damped motion is at rest. `exponent` [1/s] is the rate at
+    which neighbours of a chaotic motion separate; 0 for other motions.
+    """
     longest = min(lasts, LONGEST * fastest)
     enough = LEVELS[1] if math.isinf(lasts) else math.inf
     if exponent:
@@ -57,7 +63,11 @@ def followed(
 
 
 def _carried_on(times: Array, size: Array, exponent: float) -> LongRun:
-    """The growth of the largest errors, shape (n,), at `times` [s], shape (n,)."""
+    """Returns the kind and rate of growth of an error, and the times at which it reaches LEVELS.
+
+    `size` is the error over its scale at `times` [s], both of shape (n,). `exponent` [1/s] is the
+    rate of a chaotic motion, else 0.
+    """
     until = float(times[-1])
     half = float(size[: len(size) // 2].max())
     largest = float(size.max())
@@ -87,8 +97,11 @@ def _carried_on(times: Array, size: Array, exponent: float) -> LongRun:
 
 
 def _envelope(times: Array, size: Array) -> tuple[float, float, float]:
-    """c, a and b of c + a t + b t^2 next to the largest errors up to each of `times` [s], a and b
-    not negative; b is zero where those leave a straight line by no more than they jump."""
+    """Returns c, a and b of the envelope c + a t + b t^2 of an error, with a and b at least 0.
+
+    The envelope is fitted to the largest error up to each of the `times` [s]. If a straight line
+    and the parabola differ by less than the errors jump, the straight line is returned: b = 0.
+    """
     from scipy.optimize import lsq_linear
 
     later = times > times[-1] / BEGUN

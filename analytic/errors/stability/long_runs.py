@@ -1,8 +1,9 @@
-"""How long a method stays right on a periodic motion: by the growth of its error (THEORY.md, 13).
+"""Long-run growth of a method's error on a periodic motion.
 
-A step's modified equation is autonomous where the exact one is. Its motion near a periodic one is
-that motion ahead by a time s(t), but for an error that repeats: s = a t + b t^2, a from the wrong
-period, b from the energy's drift, which changes the period.
+If the exact equation is autonomous, the modified equation of a step is autonomous too. Near a
+periodic motion, its solution is the exact motion ahead by a time s(t), plus an error that repeats
+in each period. The time ahead is s = a t + b t^2: a comes from the wrong period, b from the drift
+of the energy, which changes the period. Derivation: THEORY.md, section 13.
 """
 
 from __future__ import annotations
@@ -20,25 +21,28 @@ from plumbob.analytic.reference import Array, Reference, Signals
 from plumbob.analytic.schemes import Scheme
 from plumbob.analytic.stability import LEVELS, Growth, LongRun
 
-PERIODS = 5  # over which the time ahead is followed
-SAMPLES = 128  # of a period
-# of the error's series: products of errors, which the time ahead is not linear in, begin
+PERIODS = 5  # periods over which the time ahead is fitted
+SAMPLES = 128  # samples in a period
+# From the third term on, the series contains products of errors, and the time ahead is not linear
+# in products.
 TERMS = 2
-# with the third
-# of a part of the time ahead, relative to what the error makes of it in a period
+# A part of the time ahead that is smaller, relative to the error along the motion, is rounding.
 NOTHING = 1e-9
 
 
 @dataclass(frozen=True)
 class PeriodicMotion:
-    """The `errors` on a conservative rotor's exact motion of a finite `period` [s]."""
+    """A periodic motion of a conservative rotor, with its error theory and its `period` [s]."""
 
     errors: RotorErrors
     period: float
 
     def long_run(self, scheme: Scheme, step: float, scale: float) -> LongRun | None:
-        """The growth of the error of `scheme` with `step` [s], over a `scale` [rad]; None for a
-        scheme without a series. Raises ParameterError where the motion does not repeat."""
+        """Returns the long-run growth of the error of a `scheme` with a `step` [s].
+
+        Errors are measured in units of `scale` [rad]. Returns None if the scheme has no series.
+        Raises ParameterError if the motion does not repeat.
+        """
         if not (self.errors.rotor.conservative and math.isfinite(self.period)):
             raise ParameterError(
                 "period", self.period, "finite, of an undamped unforced motion"
@@ -64,8 +68,12 @@ class PeriodicMotion:
         return LongRun(growth, float(ahead[0 if quadratic else 1]), drift, spent)
 
     def _time_ahead(self, times: Array, error: Signals, observed: Signals) -> Array:
-        """b and a of b t^2 + a t, by the error's mean component along the motion in each period;
-        of what is nothing, zero."""
+        """Returns b [1/s] and a [s/s] of the time ahead b t^2 + a t.
+
+        Both are fitted to the mean, over each period, of the error's component along the motion.
+        `error` and `observed` are sampled at `times` [s]. If a coefficient is below rounding, it is
+        set to zero.
+        """
         theta = observed["theta"]
         rate = observed["theta_dot"]
         push = self.errors.rotor.acceleration(0.0, theta, rate)
@@ -82,8 +90,12 @@ class PeriodicMotion:
     def _time_shifts(
         self, theta: Array, repeating: Array, sign: float
     ) -> Mapping[float, float]:
-        """The time ahead [s] at which the error first reaches each level; infinite where none up
-        to half a period does. Angles are over their scale."""
+        """Returns the smallest time ahead [s] at which the error reaches each of LEVELS.
+
+        `theta` is the exact angle, `repeating` the error that repeats in each period, both over
+        their scale. `sign` is the sign of the time ahead. If no shift up to half a period reaches a
+        level, the time ahead is infinite.
+        """
         rate = (theta[SAMPLES] - theta[0]) / self.period  # of a rotation
         shifts = sign * self.period * np.geomspace(1e-7, 0.5, 2000)[:, None]
         spaced = np.arange(SAMPLES) * self.period / SAMPLES
@@ -98,13 +110,15 @@ class PeriodicMotion:
 
 
 def kinetic_energy(exact: Reference, until: float) -> float:
-    """The largest per moment of inertia [rad^2/s^2] of a motion `until` a time [s]; 1 at rest."""
+    """Returns the largest kinetic energy per moment of inertia [rad^2/s^2] of an `exact` motion up
+    to the time `until` [s]; 1 if the motion is at rest."""
     rates = exact.observe(np.linspace(0.0, until, SAMPLES))["theta_dot"]
     return 0.5 * float(np.abs(rates).max()) ** 2 or 1.0
 
 
 def _when(ahead: Array, shift: float) -> float:
-    """The first time [s] at which the time ahead is `shift` [s], of either sign."""
+    """Returns the first positive time t [s] at which |b t^2 + a t| is `shift` [s]; infinite if
+    there is none. `ahead` holds b and a."""
     roots = np.concatenate([np.roots(np.append(ahead, side * shift)) for side in (1.0, -1.0)])
     real = roots.real[(np.abs(roots.imag) < 1e-9 * np.abs(roots)) & (roots.real > 0.0)]
     return float(real.min()) if real.size and math.isfinite(shift) else math.inf

@@ -1,4 +1,4 @@
-"""The largest steps on a pendulum's exact motion, by eigenvalues or by stepping it."""
+"""Largest stable steps on a pendulum's exact motion, by eigenvalues or by trial steps."""
 
 from __future__ import annotations
 
@@ -39,19 +39,22 @@ from plumbob.analytic.reference import Array, Reference, Signals
 from plumbob.analytic.schemes import ADAPTIVE, CLOSED_FORM, STEPPED, Scheme
 from plumbob.analytic.stability import LEVELS, NO_STEP, LongRun, StabilityTheory, StepLimit
 
-# by which the curvature of the potential may change along a motion by equilibrium
+# Largest relative change of the potential's curvature along a motion that counts as small.
 STRAIGHT = 1e-3
-SAMPLES = 512
+SAMPLES = 512  # samples of the orbit
 RESTS = 10.0  # time constants after which a damped motion is at rest, or a forced one repeats
-# growth in a period beyond which a motion passes a saddle closely: s(t) of (13.7),
+# If a nudge grows more than this in a period, the motion passes close to a saddle. The time ahead
+# of (13.7) is linear in the error and does not describe such a motion.
 PASSES = 30.0
-# linear in the error, is a better description of motions that do not
 
 
 @dataclass(frozen=True)
 class PendulumStability:
-    """The limits on the `exact` motion of `rotor` from `start`, theta [rad] and theta_dot [rad/s];
-    `period` [s] is infinite where it has none."""
+    """Step limits on the `exact` motion of a `rotor`.
+
+    `start` is theta [rad] and theta_dot [rad/s] at time 0. `period` [s] is infinite if the motion
+    has none.
+    """
 
     rotor: DrivenRotor
     start: tuple[float, float]
@@ -60,12 +63,12 @@ class PendulumStability:
 
     @cached_property
     def errors(self) -> RotorErrors:
-        """Its error theory."""
+        """Error theory of the motion."""
         return RotorErrors(self.rotor, *self.start, self.exact)
 
     @cached_property
     def _span(self) -> float:
-        """How long the motion is looked at [s]: a period, or PERIODS of the fastest mode."""
+        """Time span [s] that is sampled: one period, or PERIODS of the fastest mode."""
         if math.isfinite(self.period):
             return self.period
         return PERIODS * math.tau / (self.rotor.rate() or 1.0)
@@ -82,12 +85,16 @@ class PendulumStability:
     @cached_property
     def rate(self) -> float:
         """The fastest angular frequency or rate [rad/s] of the linearised motion."""
-        # without a potential no angle is another
+        # A linear rotor's angle has no period of 2 pi: its turns set no rate.
         return fastest_rate(self._rates, self._orbit * (not self.rotor.linear))
 
     @cached_property
     def equilibrium(self) -> bool:
-        """Whether eigenvalues alone set the limits."""
+        """Whether eigenvalues alone set the limits.
+
+        Eigenvalues suffice if the rotor is linear, or if it stays so close to an equilibrium that
+        the curvature of its potential is constant.
+        """
         slope = self.rotor.slope(self._orbit[0])
         ends = (
             math.isfinite(self.period) or self.rotor.damping_rate or not np.ptp(self._orbit[0])
@@ -104,7 +111,7 @@ class PendulumStability:
 
     @cached_property
     def kinds(self) -> PendulumKinds:
-        """The kinds of motion of the rotor."""
+        """Classifier of the rotor's motions."""
         return PendulumKinds(self.rotor, float(np.abs(self._orbit[1]).max()))
 
     @cached_property
@@ -114,7 +121,8 @@ class PendulumStability:
         return self.kinds(self.exact.observe(np.linspace(0.0, count * self._span, SAMPLES)))
 
     def kind_of(self, observed: Signals) -> str:
-        """See `StabilityTheory`; always the exact motion's where that is of no kind."""
+        """Returns the kind of motion, see `StabilityTheory`; if the exact motion's kind is not
+        judged, always the exact motion's kind."""
         return self.kinds(observed) if self.kind.startswith(JUDGED) else self.kind
 
     def limits(self, scheme: Scheme) -> tuple[StepLimit, ...]:
@@ -132,19 +140,21 @@ class PendulumStability:
 
     @cached_property
     def repeats_after(self) -> float:
-        """The period of an undamped motion [s], linear or not; infinite where there is none."""
+        """Period [s] of an undamped motion, linear or not; infinite if there is none."""
         linear = self.rotor.linear and self.rotor.conservative and self.rotor.stiffness > 0.0
         return math.tau / math.sqrt(self.rotor.stiffness) if linear else self.period
 
     @cached_property
     def lasts(self) -> float:
-        """See `StabilityTheory`: RESTS time constants of the mode that is damped least."""
+        """Time [s] until a damped motion is at rest: RESTS time constants of the mode with the
+        least damping, see `StabilityTheory`."""
         if self.rotor.damping_rate and not self.growth.exponent:
             return RESTS / max(float(np.abs(self._rates.real).min()), TINY)
         return math.inf
 
     def energy(self, observed: Signals) -> Array:
-        """See `StabilityTheory`: over the largest kinetic energy of the exact motion."""
+        """Returns the energy over the largest kinetic energy of the exact motion, see
+        `StabilityTheory`."""
         scale = kinetic_energy(self.exact, self._span)
         return self.rotor.energy(observed["theta"], observed["theta_dot"]) / scale
 
@@ -170,7 +180,7 @@ class PendulumStability:
         return run
 
     def _by_eigenvalues(self, scheme: Scheme) -> tuple[StepLimit, ...]:
-        # Next to an equilibrium, within STRAIGHT of it.
+        # The steps are linearised at the middle of the swing, which is at the equilibrium.
         middle = (float(np.mean(self._orbit[0])), 0.0)
 
         def matrices(steps: Array) -> Array:
@@ -190,7 +200,7 @@ class PendulumStability:
             SteppedMotion(
                 partial(many_steps, self.rotor, self.start, scheme),
                 ANGLE,
-                # of a joint the bob's speed, too
+                # The third scale is for the speed of a jointed bob, a further part of the state.
                 (1.0, self.rate, self.rate)[: 2 if scheme.joint_closing_rate is None else 3],
                 math.tau / self.rate,
                 self.growth,
@@ -208,8 +218,10 @@ def pendulum_stability(
     period: float,
     tilt: float = 0.0,
 ) -> StabilityTheory:
-    """The theory of a pendulum, see `PendulumStability`, of which theta less a `tilt` [rad] is
-    observed."""
+    """Returns the stability theory of a pendulum, see `PendulumStability`.
+
+    `tilt` [rad] is the rotor's angle less the observed theta.
+    """
     theory = PendulumStability(rotor, start, exact, period)
 
     def of_rotor(observed: Signals) -> Signals:

@@ -1,4 +1,4 @@
-"""The largest steps on the motion of any smooth system, by stepping it at many sizes at once."""
+"""Largest stable steps on the motion of any smooth system, by trial steps of many sizes."""
 
 from __future__ import annotations
 
@@ -24,20 +24,22 @@ from plumbob.analytic.reference import Array, Signals
 from plumbob.analytic.schemes import ADAPTIVE, LEAPFROG, Scheme
 from plumbob.analytic.stability import NO_STEP, StabilityTheory, StepLimit
 
-SAMPLES = 257  # along the exact motion, for its rates
-FIRST = 2.0  # [s] of the motion, by which its rates are known
-FASTER, STILL = 4.0, 1e-3  # chosen: times, and of the fastest rate: less is at rest
+SAMPLES = 257  # samples of the exact motion that give its rates
+FIRST = 2.0  # [s] duration of the exact motion that gives its rates
+# Chosen: ratio of root mean square rates beyond which the kind of motion differs; and fraction of
+# the fastest rate below which a coordinate is at rest.
+FASTER, STILL = 4.0, 1e-3
 
 
 @dataclass(frozen=True)
 class SmoothStability:
-    """The limits on a `motion` whose coordinates are angles."""
+    """Step limits on a `motion` whose coordinates are angles."""
 
     motion: CertifiedMotion
 
     @cached_property
     def exact(self) -> SmoothMotion:
-        """The motion with its linearisation."""
+        """The exact motion with its linearisation."""
         return certified(self.motion)
 
     @cached_property
@@ -52,12 +54,16 @@ class SmoothStability:
 
     @property
     def scales(self) -> Array:
-        """Of the state, shape (2 n,)."""
+        """Units of the state, shape (2 n,): 1 rad for angles, the fastest rate for rates."""
         return np.repeat([1.0, self.rate], len(self.orbit) // 2)
 
     def kind_of(self, observed: Signals) -> str:
-        """See `StabilityTheory`: as fast in the last third as the exact motion, by a factor of
-        FASTER in the root mean square of all rates, each over its own, or not."""
+        """Returns "as fast", "slower" or "faster", see `StabilityTheory`.
+
+        The rates in the last third of the samples are compared with the exact motion's rates. Each
+        mean square is divided by the exact one, and the ratios are averaged. A motion is as fast if
+        the root of the average is within a factor of FASTER.
+        """
         system = self.motion.system
         ratios = []
         for name, exact in zip(system.rates, np.split(self.orbit, 2)[1], strict=True):
@@ -77,8 +83,11 @@ class SmoothStability:
         return growth_along(self.exact, self.scales, until, self.rate, repeats=False)
 
     def limits(self, scheme: Scheme) -> tuple[StepLimit, ...]:
-        """See `StabilityTheory`; empty where the motion is chaotic, a loop or a contact soft, and
-        for leapfrog, whose implicit half steps take minutes."""
+        """Returns the limits of a scheme, see `StabilityTheory`.
+
+        The limits are empty if the motion is chaotic, or if a loop or a contact is soft. They are
+        empty for leapfrog, too: its implicit half steps would take minutes.
+        """
         if scheme.integrator == ADAPTIVE:
             return (NO_STEP,)
         system = self.motion.system
@@ -105,7 +114,7 @@ class SmoothStability:
 
 
 def smooth_stability(motion: CertifiedMotion) -> StabilityTheory:
-    """The theory of a smooth system, see `SmoothStability`."""
+    """Returns the stability theory of a smooth system, see `SmoothStability`."""
     theory = SmoothStability(motion)
     return StabilityTheory(
         math.tau / theory.rate,
