@@ -1,4 +1,4 @@
-"""Linear response of any size: w' = A(x) w + q(x) on steps in x, by Gauss collocation."""
+"""Linear differential equations w' = A(x) w + q(x) of any size, by Gauss collocation."""
 
 from __future__ import annotations
 
@@ -32,7 +32,8 @@ class Response:
         return np.diff(self.orbit.breakpoints)[:, None, None, None]
 
     def at(self, times: Array) -> Array:
-        """Values at `times` [s], shape (n,), as shape (n, d, columns). Raises ParameterError."""
+        """Returns w at `times` [s], shape (n,), as shape (n, d, columns). Raises ParameterError
+        for a time outside the grid."""
         step = self.orbit.locate(times)
         length = np.diff(self.orbit.breakpoints)[step]
         weights = self._rule.integral_to((times - self.orbit.breakpoints[step]) / length)
@@ -40,7 +41,7 @@ class Response:
         return self.states[step] + gained.reshape(-1, *self.states.shape[1:])
 
     def followed_by(self, other: Response) -> Response:
-        """This response and the `other`, which begins where it ends."""
+        """Returns one response that joins this one and the `other`, which begins at its end."""
         return Response(
             TimeGrid(np.append(self.orbit.breakpoints, other.orbit.breakpoints[1:])),
             np.concatenate([self.states, other.states[1:]]),
@@ -48,8 +49,10 @@ class Response:
         )
 
     def at_nodes(self, derivative: int = 0) -> Array:
-        """Values, or time derivatives of the order given, at the nodes of all steps, shape
-        (steps, stages, d, columns)."""
+        """Returns w, or its time derivative of order `derivative`, at the nodes of all steps.
+
+        The shape is (steps, stages, d, columns).
+        """
         if derivative == 0:
             gained = (self._rule.integral @ _flat(self.slopes)).reshape(self.slopes.shape)
             return self.states[:-1, None] + self._lengths * gained
@@ -60,12 +63,12 @@ class Response:
 
 
 def _flat(slopes: Array) -> Array:
-    """The slopes at each node of a step in one row, shape (steps, stages, d columns)."""
+    """Returns the slopes with one row for each node, shape (steps, stages, d times columns)."""
     return slopes.reshape(*slopes.shape[:2], -1)
 
 
 def together(responses: Sequence[Response]) -> Response:
-    """Responses along one orbit as one, with the columns of all."""
+    """Returns one response with the columns of all `responses` along the same orbit."""
     return Response(
         responses[0].orbit,
         np.concatenate([response.states for response in responses], axis=-1),
@@ -75,24 +78,27 @@ def together(responses: Sequence[Response]) -> Response:
 
 @dataclass(frozen=True)
 class LinearFlow:
-    """The homogeneous equation on a grid of steps, its matrix at the nodes of each."""
+    """The homogeneous equation w' = A w on a grid of steps."""
 
     grid: TimeGrid
-    matrix: Any  # A, real or complex, shape (steps, stages, d, d)
+    matrix: Any  # A at the nodes, real or complex, shape (steps, stages, d, d)
 
     @cached_property
     def _free(self) -> Array:
-        """Slopes at the nodes for each component at a step's start, (steps, stages, d, d)."""
+        """Slopes at the nodes for a unit value of each component at the step's start, shape
+        (steps, stages, d, d)."""
         return self._solved(self.matrix)
 
     @cached_property
     def transitions(self) -> Array:
-        """Fundamental matrix across each step, shape (steps, d, d)."""
+        """Fundamental matrix of each step, shape (steps, d, d)."""
         return np.eye(self.matrix.shape[-1]) + self._across(self._free)
 
     def respond(self, start: Array, forcing: Array) -> Response:
-        """Response that begins at `start`, shape (d, columns), under `forcing`, the q at the nodes,
-        shape (steps, stages, d, columns)."""
+        """Returns the response from `start`, shape (d, columns), under a forcing.
+
+        `forcing` is q at the nodes, shape (steps, stages, d, columns).
+        """
         forced = self._solved(forcing)
         states = [start]
         for across, gained in zip(self.transitions, self._across(forced), strict=True):
@@ -101,19 +107,23 @@ class LinearFlow:
         return Response(self.grid, np.array(states), slopes)
 
     def _across(self, slopes: Array) -> Array:
-        """The sum that a step adds, (steps, d, columns), with these slopes at its nodes."""
+        """Returns the integral of the slopes over each step, shape (steps, d, columns)."""
         weights = gauss_collocation(slopes.shape[1]).weights
         gained = np.einsum("n,snab->sab", weights, slopes)
         return np.asarray(np.diff(self.grid.breakpoints)[:, None, None] * gained)
 
     def _solved(self, sources: Array) -> Array:
-        """Slopes at the nodes of each step from rest, for `sources` there, the same shape."""
+        """Returns the slopes at the nodes of each step that starts at w = 0.
+
+        `sources` is the forcing at the nodes; the result has its shape.
+        """
         steps, stages, size, _ = self.matrix.shape
         scaled = (
             np.diff(self.grid.breakpoints)[:, None, None] * gauss_collocation(stages).integral
         )
         slopes = np.empty(sources.shape, np.result_type(sources, self.matrix))
-        # Slopes k_i = A_i (w + length sum_j a_ij k_j) + q_i, all nodes of a step together.
+        # The slopes k_i = A_i (w + length sum_j a_ij k_j) + q_i are solved for all nodes of a step
+        # together.
         for block in (slice(k, k + BLOCK) for k in range(0, steps, BLOCK)):
             system = -np.einsum("sij,siab->siajb", scaled[block], self.matrix[block])
             flat = system.reshape(-1, stages * size, stages * size) + np.eye(stages * size)

@@ -1,4 +1,4 @@
-"""Power series, cut off at one degree, for formulas that are written for numbers."""
+"""Truncated power series, which can be passed to formulas that are written for numbers."""
 
 from __future__ import annotations
 
@@ -12,9 +12,12 @@ from numpy.lib.mixins import NDArrayOperatorsMixin
 
 
 class Series(NDArrayOperatorsMixin):
-    """A power series in one variable. `terms`, from degree 0 on, are numbers or arrays of shapes
-    that broadcast. It takes + - * /, sine and cosine, of other series, numbers and arrays, which
-    are constants; of two degrees the lower one is known."""
+    """A truncated power series in one variable.
+
+    `terms`, from degree 0 on, are numbers or arrays whose shapes broadcast. The operations are + -
+    * /, sine and cosine. The other operand may be a series, or a number or an array, which counts
+    as a constant. If two series have different degrees, the result has the lower degree.
+    """
 
     def __init__(self, terms: Sequence[Any]) -> None:
         self.terms = list(terms)
@@ -27,20 +30,23 @@ class Series(NDArrayOperatorsMixin):
 
 
 def variable(degree: int) -> Series:
-    """The variable itself."""
+    """Returns the variable itself as a series of a `degree`, 1 or more."""
     return Series([0.0, 1.0] + (degree - 1) * [0.0])
 
 
 def constant(value: Any, degree: int) -> Series:
-    """The series of a number or an array."""
+    """Returns the series of a constant, a number or an array."""
     return Series(_terms(value, degree + 1))
 
 
 def flown(
     slope: Callable[[Any, Sequence[Any]], Sequence[Any]], start: Sequence[Series]
 ) -> list[Series]:
-    """The solution of z' = `slope`(h, z) after h as series in that, from a `start` of series, each
-    degree by the lower ones."""
+    """Returns the solution z(h) of z' = `slope`(h, z) as power series in h.
+
+    `start` has one series for each part of z, whose constants are z(0). The terms are computed from
+    the lowest degree up.
+    """
     state = [Series(part.terms) for part in start]
     for n in range(1, len(state[0].terms)):
         rates = slope(variable(n - 1), [Series(part.terms[:n]) for part in state])
@@ -77,7 +83,8 @@ def _quotient(a: list[Any], b: list[Any]) -> list[Any]:
 
 
 def _sine_cosine(a: list[Any]) -> tuple[list[Any], list[Any]]:
-    """By (sin u)' = u' cos u and its like."""
+    """Returns the terms of the sine and the cosine of a series, from (sin u)' = u' cos u and
+    (cos u)' = -u' sin u."""
     sine = [np.sin(a[0])]
     cosine = [np.cos(a[0])]
     for n in range(1, len(a)):

@@ -17,24 +17,31 @@ from plumbob.analytic.systems.capsule_setup import CapsuleProblem, InWorld
 from plumbob.analytic.systems.three_points.motion import ThreePointMotion
 from plumbob.analytic.systems.three_points.reference import PlaneReference
 
-# Relative difference of lengths of phases, beyond which a stencil is not accurate: nearer
-# neighbours than that have the motion's own uncertainty over a smaller difference.
+# Largest relative difference between the lengths of a phase in two neighbours. A stencil with a
+# larger difference is not accurate. Closer neighbours would not help: they divide the motion's own
+# uncertainty by a smaller difference.
 CLOSE = 0.1
-TOGETHER = 1e-6  # likewise, where supports that stop together then do not: of first order in it
+# Largest relative difference between sliding times if all supports stop together. Supports of a
+# neighbour then stop one by one, which makes an error of first order in this difference.
+TOGETHER = 1e-6
 
 
 def capsule_gradients(
     problems: Sequence[Neighbours[CapsuleProblem]], times: Array
 ) -> list[Sensitivity]:
-    """Sensitivities at `times` [s], shape (n,), by each parameter."""
+    """Returns the sensitivities at `times` [s], shape (n,), by each parameter; `problems` has the
+    neighbours by one parameter each."""
     moved = partial(phased, together=problems[0].here.motion.kind == "coasting")
     return phased_gradients([one.each(moved) for one in problems], times)
 
 
 def phased(problem: CapsuleProblem, together: bool = False) -> Phased:
-    """The motion; its formula changes where the slider's acceleration does, and where the body
-    stops, or its mode changes. Near a motion in which all supports stop `together` others pivot at
-    the end, for a time that is small in the difference."""
+    """Returns the motion of a problem with the times at which its formula changes.
+
+    The formula changes with the slider's acceleration, with the mode of the supports, and when the
+    body stops. If all supports of the unchanged motion stop `together`, a neighbour pivots at its
+    end, for a time that is small in the difference. These short phases are then left out.
+    """
     motion = problem.motion
     single = problem.motion.single
     own = problem.reference
@@ -49,7 +56,8 @@ def phased(problem: CapsuleProblem, together: bool = False) -> Phased:
 
 
 def alike(problem: CapsuleProblem, near: CapsuleProblem) -> bool:
-    """Whether a problem `near` another has the same phases, of nearly the same lengths."""
+    """Returns whether a problem and its neighbour `near` have the same phases of nearly equal
+    lengths."""
     here = problem.motion.single
     there = near.motion.single
     if not isinstance(here, ThreePointMotion):
@@ -63,14 +71,17 @@ def alike(problem: CapsuleProblem, near: CapsuleProblem) -> bool:
 
 
 def _repeated(motion: Any, times: Array) -> Array:
-    """Times [s] in one motion as those in all its repetitions."""
+    """Returns the `times` [s] in one manoeuvre together with the same times in its repetitions."""
     if motion.count == 1:
         return times
     return np.asarray((motion.period * np.arange(motion.count)[:, None] + times).ravel())
 
 
 def _phases(motion: ThreePointMotion) -> tuple[list[tuple[str, int, int]], Array]:
-    """Mode, support and number of the slider's piece in each phase, and when it begins [s]."""
+    """Returns the name of each phase and the time [s] at which it begins.
+
+    A name is the mode, the support and the number of the slider's piece.
+    """
     names = [
         (segment.mode, segment.support, segment.interval.number) for segment in motion.segments
     ]

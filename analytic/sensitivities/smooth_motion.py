@@ -1,13 +1,13 @@
 """Sensitivities of a smooth motion by the variational equation.
 
-Of z' = f(t, z; p) from z(0; p), the derivative S = dz/dp at fixed time obeys
+The solution of z' = f(t, z; p) from z(0; p) has a derivative S = dz/dp at fixed time, which obeys
 
     S' = f_z S + f_p,     S(0) = dz(0)/dp,                                                      (1)
 
-(Hairer, Norsett and Wanner 1993, Solving Ordinary Differential Equations I, I.14), and that of an
-observable o(t, z; p) is o_z S + o_p. z(t) is the exact motion, whatever gives it, so that S exists
-on a separatrix too, where a closed form has no derivative: f is smooth, and t finite. It is solved
-with two numbers of stages, whose difference is part of the uncertainty.
+(Hairer, Norsett and Wanner 1993, Solving Ordinary Differential Equations I, I.14). The derivative
+of an observable o(t, z; p) is o_z S + o_p. z(t) is the exact motion from any source. Since f is
+smooth and t finite, S exists on a separatrix too, on which a closed form has no derivative. Eq. 1
+is solved with two numbers of stages. The difference of the two results is part of the uncertainty.
 """
 
 from __future__ import annotations
@@ -30,15 +30,18 @@ from plumbob.analytic.sensitivities.neighbours import (
     stacked,
 )
 
-STAGES, FEWER = 12, 9  # of the collocation, and of the one that shows its error
-RESOLVED, HALVINGS = 1e-11, 4  # relative difference of the two, and halvings of the step for it
+STAGES, FEWER = 12, 9  # stages of the collocation, and of a second one that shows its error
+RESOLVED, HALVINGS = 1e-11, 4  # largest relative difference of the two; halvings to reach it
 
 
 def smooth_gradients(
     equations: Callable[[Any], SmoothMotion], problems: Sequence[Neighbours[Any]], times: Array
 ) -> list[Sensitivity]:
-    """Sensitivities at `times` [s], shape (n,), by each parameter, of problems whose `equations`
-    are those of a smooth motion: eq. 1."""
+    """Returns the sensitivities at `times` [s], shape (n,), by each parameter (eq. 1).
+
+    `problems` has the neighbours by one parameter each. `equations` gives the smooth motion of a
+    problem.
+    """
     motions = [one.each(equations) for one in problems]
     found, missed = _resolved(motions, times)
     states = motions[0].here.state(times)
@@ -49,13 +52,17 @@ def smooth_gradients(
 
 
 def _resolved(motions: Sequence[Neighbours[SmoothMotion]], times: Array) -> Derived:
-    """S at `times` and its uncertainty, shape (n, d, parameters)."""
+    """Returns S at `times` [s] and its uncertainty, shape (n, d, parameters) each.
+
+    The step of the collocation is halved until the two numbers of stages agree.
+    """
     last = float(np.max(times, initial=0.0)) or 1.0
     count = len(motions)
     steps = len(motions[0].here.grid(last).breakpoints)
     for _ in range(1 + HALVINGS):
         grid = TimeGrid(np.linspace(0.0, last, steps))
-        along = np.append(times, grid.breakpoints)  # what has decayed beside what it was
+        # The breakpoints give the largest size of S, also if S has decayed at `times`.
+        along = np.append(times, grid.breakpoints)
         fine, coarse = (_response(grid, motions, stages, along) for stages in (STAGES, FEWER))
         apart = np.abs(fine - coarse)[..., :count]
         found = fine[..., :count]
@@ -70,8 +77,10 @@ def _resolved(motions: Sequence[Neighbours[SmoothMotion]], times: Array) -> Deri
 def _response(
     grid: TimeGrid, motions: Sequence[Neighbours[SmoothMotion]], stages: int, times: Array
 ) -> Array:
-    """S at `times`, shape (n, d, 2 parameters): the second half of its columns is the response to
-    the uncertainties of f_p and of the start."""
+    """Returns S at `times` [s], shape (n, d, 2 parameters).
+
+    The second half of the columns is the response to the uncertainties of f_p and of the start.
+    """
     nodes, states, flow = motions[0].here.linearised(grid, stages)
     forcing = stacked(
         [one.derivative(lambda motion: motion.slope(nodes, states)) for one in motions]
@@ -84,8 +93,11 @@ def _response(
 def read_along(
     motions: Neighbours[Any], times: Array, states: Array, change: Array, missed: Array
 ) -> Sensitivity:
-    """Sensitivity o_z S + o_p of what neighbours `read` of `times`, shape (n,), and `states`, shape
-    (d, n), whose S is `change`, and its uncertainty `missed`; o_z by imaginary parts."""
+    """Returns the sensitivities o_z S + o_p of the observables on one motion.
+
+    The neighbours `read` observables from `times` [s], shape (n,), and `states`, shape (d, n). S is
+    `change`, its uncertainty `missed`, both of shape (d, n). o_z is computed by imaginary parts.
+    """
     here: Any = motions.here
     names = list(here.read(times, states))
 

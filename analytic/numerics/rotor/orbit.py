@@ -1,4 +1,4 @@
-"""The driven rotor as a smooth system, and any exact motion of it as a smooth motion."""
+"""The driven rotor as a smooth system, and its exact motions as smooth motions."""
 
 from __future__ import annotations
 
@@ -16,8 +16,11 @@ ANGLE = ("theta", "theta_dot")
 def smooth_system(
     rotor: DrivenRotor, theta: float, theta_dot: float, tilt: float = 0.0
 ) -> SmoothSystem:
-    """The equation of `rotor`, whose angle is `theta` [rad] plus a `tilt` [rad], from that and
-    `theta_dot` [rad/s]."""
+    """Returns the equation of a `rotor` as a system that starts at `theta` [rad] and `theta_dot`
+    [rad/s].
+
+    The rotor's angle is theta plus a `tilt` [rad].
+    """
     acceleration = forces(rotor)
     return SmoothSystem(
         ANGLE[:1],
@@ -34,7 +37,9 @@ def smooth_system(
 def rotor_motion(
     rotor: DrivenRotor, system: SmoothSystem, motion: Reference, start: Any = None
 ) -> SmoothMotion:
-    """An exact `motion` of a `rotor` with the equations of its `system`, from a `start` of 34
-    digits where it is given."""
+    """Returns an exact `motion` of a `rotor` together with the equations of its `system`.
+
+    `start` is the initial state in 34 digits; if it is None, the system's start in doubles.
+    """
     fastest = abs(float(system.start[1])) + 2 * rotor.rate()
     return along(system, motion, fastest, start)

@@ -2,14 +2,15 @@
 
 The first is Gauss collocation, whose polynomials are resolved to round-off, so that they give the
 motion at any time. The second is an explicit method of order 8 in many small steps. It runs over
-all steps of the first at once, each from where that begins; its distance from where the next
-begins, propagated by the motion's own linearisation, is the difference of the two motions (parallel
+all steps of the first at once: each run starts at the beginning of one step and ends at the
+beginning of the next, where it differs a little from the first method. These differences,
+propagated by the motion's own linearisation, add up to the difference of the two motions (parallel
 shooting: Bellen and Zennaro 1989, J. Comput. Appl. Math. 25, 341). The same run carries the
-linearisation, by the start and by the parameters, as imaginary parts.
+derivatives by the start and by the parameters, as imaginary parts.
 
 Both methods round. Rounding errors of different steps are independent, so that the two motions may
-agree by chance where neither is exact. The variance of their difference does not cancel: it is the
-sum of the squares of what each step's difference has become.
+agree by chance although neither is exact. The variance of their difference does not cancel: it is
+the sum of the squares of the propagated differences of all steps.
 """
 
 from __future__ import annotations
@@ -34,56 +35,65 @@ from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.reference import Array, Signals, remembered
 from plumbob.analytic.tableau import order_8
 
-STAGES = 20
-BLOCK = 32  # steps of the first method that the second runs over at once
-PARTS = 24  # steps of the second method in one of the first
-RESOLVED = 1e-15  # of the state: the last Legendre coefficients of a step; a tenth is round-off
+STAGES = 20  # stages of the collocation
+BLOCK = 32  # steps of the first method that the second method runs over at once
+PARTS = 24  # steps of the second method in one step of the first
+# Largest relative size of a resolved step's last Legendre coefficients; a tenth is round-off.
+RESOLVED = 1e-15
 SMOOTHER = 2 * STAGES // 3  # coefficients from this degree on decide whether a step may double
-REACH = 4.0  # of the longest step: at most so many time constants of the fastest deviation
-SMALLEST = 2.0**-24  # of the first step
+REACH = 4.0  # longest step, in time constants of the fastest deviation
+SMALLEST = 2.0**-24  # smallest step over the first step
 SIGMAS = 3.0  # standard deviations of the random walk that the steps' differences make
-SURE = 1e-3  # of its largest value: a motion that is known no better is not certified
+SURE = 1e-3  # largest relative uncertainty of a certified motion
 
 
 @dataclass(frozen=True)
 class _Track:
-    """A motion as far as it is known; d numbers of state, c inputs."""
+    """A motion up to the time that has been integrated; d numbers of state, c inputs."""
 
-    step: float  # [s], the next one's
-    solution: Response | None  # the first method's, shape (d,)
-    end: Array  # its last state, shape (d,)
-    response: Array  # of that by each input and, in the last column, the difference, (d, c + 1)
-    variance: Array  # covariance of the end by rounding in all steps, shape (d, d)
+    step: float  # [s] length of the next step
+    solution: Response | None  # solution of the first method; None before the first step
+    end: Array  # last state of the first method, shape (d,)
+    # Derivatives of the last state by each input, and in the last column the difference of the two
+    # methods, shape (d, c + 1).
+    response: Array
+    variance: Array  # covariance of the last state by rounding in all steps, shape (d, d)
     size: Array  # largest magnitudes so far, shape (d,)
     apart: Array  # largest difference of the two methods so far, shape (d,)
-    times: Array  # [s] at which what follows is known, shape (m,)
-    doubts: Array  # the uncertainty then, shape (m, d)
-    until: float = math.inf  # [s] to where the motion is certified
-    why: str = ""  # it is not certified further
+    times: Array  # [s] times at which the uncertainty is known, shape (m,)
+    doubts: Array  # uncertainty at these times, shape (m, d)
+    until: float = math.inf  # [s] end of the certified motion
+    why: str = ""  # reason why the motion is not certified further
 
     @property
     def reached(self) -> float:
-        """The time that the first method has reached [s]."""
+        """Time that the first method has reached [s]."""
         return 0.0 if self.solution is None else self.solution.orbit.duration
 
 
 @dataclass(frozen=True, eq=False)
 class CertifiedMotion:
-    """The motion of a `system`; a `Reference`. It is integrated as far as requested, and kept.
-    Raises ParameterError for times beyond what double precision determines."""
+    """The motion of a `system`; a `Reference`.
+
+    The motion is integrated up to the latest time that has been requested, and stored. Raises
+    ParameterError for times at which double precision no longer determines the motion.
+    """
 
     system: SmoothSystem
     _known: list[_Track] = field(default_factory=list, repr=False)
 
     @remembered
     def observe(self, times: Array) -> Signals:
-        """Coordinates and rates at `times` [s], shape (n,), by name."""
+        """Returns the observables at `times` [s], shape (n,), by name."""
         return self.system.observed(self._track(times)[1].T)
 
     def uncertainty(self, times: Array) -> Signals:
-        """Sum, shape (n,) each, of the largest difference of the two methods so far, SIGMAS
-        standard deviations of that difference, the error of the first method's polynomials, and the
-        effect of rounded inputs."""
+        """Returns the uncertainty of each observable at `times` [s], shape (n,).
+
+        It is a sum: the largest difference of the two methods so far, SIGMAS standard deviations of
+        that difference, the error of the first method's polynomials, and the effect of rounded
+        inputs.
+        """
         track, states = self._track(times)
         after = np.searchsorted(track.times, times, side="right")
         before = track.doubts[after - 1]
@@ -92,23 +102,27 @@ class CertifiedMotion:
         return self.system.doubts(states.T, doubts.T)
 
     def _track(self, times: Array) -> tuple[_Track, Array]:
-        """The track up to the last of `times` [s], and the states then, shape (n, d)."""
+        """Returns the track up to the last of `times` [s], and the states at `times`, shape
+        (n, d)."""
         track = self._until(times)
         assert track.solution is not None
         return track, track.solution.at(np.asarray(times))
 
     def certify(self, last: float, watch: Callable[[float], None]) -> None:
-        """Integrate the motion up to `last` [s], and keep it. `watch` is called before every step
-        with the time [s] up to which the motion is certified. If `watch` raises, the motion up to
-        that time is kept, with the same bits as in a longer integration."""
-        with np.errstate(all="ignore"):  # what overflows is not certified
+        """Integrates the motion up to `last` [s], and stores it.
+
+        `watch` is called before every step with the time [s] up to which the motion is certified.
+        If `watch` raises, the motion up to that time is stored, with the same bits as in a longer
+        integration.
+        """
+        with np.errstate(all="ignore"):  # a motion that overflows is not certified
             track = self._known[0] if self._known else _begun(self.system)
             while not track.why and (track.solution is None or track.reached < last):
                 track = _extended(self.system, track, watch)
                 self._known[:] = [track]
 
     def known_until(self, last: float) -> float:
-        """The time up to `last` [s] until which the motion is certified."""
+        """Returns the time [s] up to which the motion is certified, at most `last` [s]."""
         try:
             self._until(np.array([last]))
         except ParameterError:
@@ -116,8 +130,8 @@ class CertifiedMotion:
         return last
 
     def nonlinearity(self, times: Array, errors: Signals) -> float:
-        """The rates' nonlinear response to errors of the state, shape (n,) each, over the linear
-        one."""
+        """Returns the nonlinear response of the rates to `errors` of the state over their linear
+        response, at `times` [s], shape (n,)."""
         states = self.system.state(self.observe(times))
         nothing = np.zeros(len(times))
         moved = self.system.state(defaultdict(lambda: nothing, errors))
@@ -128,7 +142,8 @@ class CertifiedMotion:
         return float(np.abs(remainder).max()) / largest if largest else 0.0
 
     def _until(self, times: Array) -> _Track:
-        """The track up to the last of `times` [s] or beyond; raises ParameterError."""
+        """Returns the track up to the last of `times` [s] or beyond. Raises ParameterError if the
+        motion is not certified that far."""
         last = float(np.max(times, initial=0.0))
         self.certify(last, lambda reached: None)
         track = self._known[0]
@@ -152,7 +167,8 @@ def _begun(system: SmoothSystem) -> _Track:
 
 
 def _fastest(system: SmoothSystem, time: float, state: Array) -> float:
-    """Largest rate [1/s] at which small deviations change; infinite where it is not known."""
+    """Returns the largest rate [1/s] at which small deviations change; infinite if the Jacobian is
+    not finite."""
     jacobian = system.jacobian(time, state[:, None])[..., 0]
     if not np.isfinite(jacobian).all():
         return math.inf
@@ -160,8 +176,11 @@ def _fastest(system: SmoothSystem, time: float, state: Array) -> float:
 
 
 def _extended(system: SmoothSystem, track: _Track, watch: Callable[[float], None]) -> _Track:
-    """The track, longer by up to BLOCK steps of collocation, with the bound on the error at each
-    new time, which a second, independent integration gives."""
+    """Returns a track extended by up to BLOCK steps of collocation.
+
+    A second, independent integration gives the uncertainty at each new time. `watch` is called
+    before each step, see `certify`.
+    """
     block, step, why = _collocated(system, track, watch)
     if block is None:
         return replace(track, until=min(track.until, track.reached), why=why)
@@ -196,8 +215,12 @@ def _extended(system: SmoothSystem, track: _Track, watch: Callable[[float], None
 def _condition(
     system: SmoothSystem, times: Array, states: Array, responses: Array, size: Array
 ) -> Array:
-    """Change of the states, shape (m, d), in units of ULP, by one unit in the last place of every
-    input and of the times. `size` has the largest magnitudes of the state so far, shape (d,)."""
+    """Returns the change of the states, shape (m, d), by one unit in the last place of every input
+    and of the times, in units of ULP.
+
+    `responses` has the derivatives by the inputs, shape (m, d, inputs + 1). `size` has the largest
+    magnitudes of the state so far, shape (d,).
+    """
     condition = np.abs(states) + np.abs(responses[..., :-1]) @ (
         np.append(size, np.ones(len(system.parameters)))
     )
@@ -205,12 +228,13 @@ def _condition(
 
 
 def _rate(block: Response) -> float:
-    """Inverse of the longest step [1/s]."""
+    """Returns the inverse of the longest step [1/s]."""
     return float(1.0 / np.diff(block.orbit.breakpoints).max())
 
 
 def _between(block: Response, shots: Array) -> tuple[Array, Array]:
-    """Times [s], shape (m,), of the second method's steps, and its states then, shape (m, d)."""
+    """Returns the times [s] of the second method's steps, shape (m,), and its states, shape
+    (m, d)."""
     begin = block.orbit.breakpoints[:-1, None]
     lengths = np.diff(block.orbit.breakpoints)[:, None]
     states = block.states[:-1, None] + shots.real[:, :-1, :, 0]
@@ -219,8 +243,11 @@ def _between(block: Response, shots: Array) -> tuple[Array, Array]:
 
 
 def _scales(sizes: Array, least: float = 0.0) -> Array:
-    """Scales of a state's numbers of these sizes, shape (d,): one of coordinates, and one of rates,
-    at `least` [1/s] times that."""
+    """Returns the scales of a state, shape (d,): one scale for all coordinates, one for all rates.
+
+    `sizes` are the magnitudes of the state's numbers, shape (d,). The scale of the rates is at
+    least `least` [1/s] times the scale of the coordinates.
+    """
     coordinate, rate = sizes.reshape(2, -1).max(axis=1)
     return np.repeat((coordinate or 1.0, max(rate, least * coordinate) or 1.0), len(sizes) // 2)
 
@@ -228,9 +255,12 @@ def _scales(sizes: Array, least: float = 0.0) -> Array:
 def _collocated(
     system: SmoothSystem, track: _Track, watch: Callable[[float], None]
 ) -> tuple[Response | None, float, str]:
-    """Up to BLOCK steps of Gauss collocation from where a track ends, none where no step can be
-    taken; the length of the next step [s], and why there is none. Before each step `watch` is
-    called with the time [s] at which the track ends."""
+    """Returns up to BLOCK further steps of collocation, the length of the next step [s], and the
+    reason why there are no more steps, else an empty text.
+
+    If no step can be taken, the steps are None. Before each step `watch` is called with the time
+    [s] at which the track ends.
+    """
     rule = gauss_collocation(STAGES)
     step = track.step
     state = track.end
@@ -263,7 +293,8 @@ def _collocated(
 
 
 def _scaled(system: SmoothSystem, times: Array, step: float) -> RightHandSide:
-    """A system's rates times a `step` [s], at the `times` [s] of its nodes."""
+    """Returns the right-hand side of a system for collocation: its rates times a `step` [s], at the
+    `times` [s] of the nodes."""
 
     def rates(states: Array, wanted: bool) -> tuple[Array, Array]:
         slopes = step * system.slope(times, states.T).T
@@ -276,8 +307,12 @@ def _scaled(system: SmoothSystem, times: Array, step: float) -> RightHandSide:
 
 
 def _shot(system: SmoothSystem, block: Response) -> Array:
-    """Change of the state since each step's start by the second method, in PARTS of a step, with
-    its derivatives by the start and the parameters: (steps, PARTS + 1, d, d + parameters)."""
+    """Returns the change of the state since each step's start, after each of PARTS of a step, by
+    the second method.
+
+    Imaginary parts carry the derivatives by the start and the parameters. The shape is (steps,
+    PARTS + 1, d, d + parameters).
+    """
     begin = block.orbit.breakpoints[:-1]
     lengths = np.diff(block.orbit.breakpoints)
     starts = block.states[:-1].T
@@ -301,8 +336,11 @@ def _shot(system: SmoothSystem, block: Response) -> Array:
 
 
 def _carried(response: Array, block: Response, shots: Array) -> tuple[Array, Array]:
-    """Derivatives of the state by the inputs at the m known times of a block, shape (m, d, inputs +
-    1), and at the block's end. The last column is the accumulated difference of the two methods."""
+    """Returns the derivatives of the state by the inputs at the m times of a block, shape (m, d,
+    inputs + 1), and at the block's end, shape (d, inputs + 1).
+
+    The last column is the accumulated difference of the two methods.
+    """
     size = len(response)
     rows = []
     for across, lacking in zip(_flow(shots), _missed(block, shots), strict=True):
@@ -315,9 +353,12 @@ def _carried(response: Array, block: Response, shots: Array) -> tuple[Array, Arr
 
 
 def _spread(variance: Array, block: Response, shots: Array) -> tuple[Array, Array]:
-    """Uncertainty of the state at all known times, shape (m, d), and its covariance at the block's
-    end, shape (d, d). The uncertainty is SIGMAS standard deviations of the two methods' difference,
-    whose parts from single steps are independent, and the error of the polynomials in each step."""
+    """Returns the uncertainty of the state at the m times of a block, shape (m, d), and the
+    covariance of the state at the block's end, shape (d, d).
+
+    The uncertainty is SIGMAS standard deviations of the two methods' difference, plus the error of
+    the polynomials in each step. The differences of single steps are independent.
+    """
     size = len(variance)
     rows = []
     for across, lacking in zip(_flow(shots), _missed(block, shots), strict=True):
@@ -331,7 +372,7 @@ def _spread(variance: Array, block: Response, shots: Array) -> tuple[Array, Arra
 
 
 def _flow(shots: Array) -> Array:
-    """Derivatives of the states in each step by its start and the parameters, shape
+    """Returns the derivatives of the states in each step by its start and the parameters, shape
     (steps, PARTS + 1, d, d + parameters)."""
     flow = shots.imag / TINY
     size = flow.shape[2]
@@ -340,5 +381,6 @@ def _flow(shots: Array) -> Array:
 
 
 def _missed(block: Response, shots: Array) -> Array:
-    """The second method's state less the first's after each step, shape (steps, d)."""
+    """Returns the second method's state less the first method's after each step, shape (steps,
+    d)."""
     return np.asarray(shots.real[:, -1, :, 0] - np.diff(block.states, axis=0))
