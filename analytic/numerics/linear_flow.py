@@ -67,7 +67,7 @@ def _flat(slopes: Array) -> Array:
     return slopes.reshape(*slopes.shape[:2], -1)
 
 
-def together(responses: Sequence[Response]) -> Response:
+def join_columns(responses: Sequence[Response]) -> Response:
     """Returns one response with the columns of all `responses` along the same orbit."""
     return Response(
         responses[0].orbit,

@@ -39,7 +39,7 @@ def constant(value: Any, degree: int) -> Series:
     return Series(_terms(value, degree + 1))
 
 
-def flown(
+def flow_series(
     slope: Callable[[Any, Sequence[Any]], Sequence[Any]], start: Sequence[Series]
 ) -> list[Series]:
     """Returns the solution z(h) of z' = `slope`(h, z) as power series in h.

@@ -14,7 +14,7 @@ from plumbob.models.model_file import ModelFile
 def fill(spec: Any, problem: RollingDisc) -> None:
     """Write the numbers of a disc of mass 1 into an MjSpec of rolling_disc.xml. It starts where it
     rolls: the velocity of its centre follows from its angles' rates."""
-    from plumbob.analytic.errors.contact_models.disc_steps import rolling
+    from plumbob.analytic.errors.contact_models.disc_steps import contact_jacobian
 
     radius = problem.radius
     system = problem.motion.system
@@ -24,7 +24,7 @@ def fill(spec: Any, problem: RollingDisc) -> None:
     spec.geom("rim").size = [radius, radius, 1e-6 * radius]
     spec.geom("disc").size[:2] = [radius, 0.02 * radius]
     start.qpos = [0.0, 0.0, radius * np.sin(problem.tilt), *system.position]
-    held = rolling(problem, np.array(system.position))[:, 3:] @ system.rate
+    held = contact_jacobian(problem, np.array(system.position))[:, 3:] @ system.rate
     start.qvel = [*-held, *system.rate]
 
 

@@ -60,22 +60,21 @@ def drive_error(
 
     pendulum = pendulum.started
     body = pendulum.body
-    arm = pendulum.body.mass * pendulum.body.com_distance
+    moment = body.mass * body.com_distance
+    inertia_difference = body.inertia_y - body.inertia_z
 
     def slopes(time: float, state: Any) -> list[Any]:
         theta, rate, u = state
         sine = np.sin(theta)
         cosine = np.cos(theta)
         w = pendulum.platform_rate + 1j * TINY * u
-        k = arm * pendulum.pivot_x * cosine
-        j_slope = (
-            2.0 * cosine * (arm * pendulum.pivot_y + (body.inertia_y - body.inertia_z) * sine)
-        )
+        coupling = moment * pendulum.pivot_x * cosine
+        j_slope = 2.0 * cosine * (moment * pendulum.pivot_y + inertia_difference * sine)
         j_slope += 2.0 * body.inertia_yz * np.cos(2.0 * theta)
-        bend = (j_slope * w**2 / 2 - arm * pendulum.gravity * sine) / body.inertia_x
-        turned = arm * pendulum.pivot_x * sine * rate**2 - k * bend
-        u_rate = turned - drive_rate * u - j_slope * rate * w
-        return [rate, bend - 1j * TINY * k * u_rate / body.inertia_x, u_rate]
+        ideal = (j_slope * w**2 / 2 - moment * pendulum.gravity * sine) / body.inertia_x
+        reaction = moment * pendulum.pivot_x * sine * rate**2 - coupling * ideal
+        u_rate = reaction - drive_rate * u - j_slope * rate * w
+        return [rate, ideal - 1j * TINY * coupling * u_rate / body.inertia_x, u_rate]
 
     solution = solve_ivp(
         slopes,
@@ -99,8 +98,8 @@ def platform_error(
     They are the errors of a platform without a drive whose moment of inertia is `armature`
     [kg m^2] in place of infinity.
     """
-    apart = drive_error(pendulum, np.linspace(0.0, duration, POINTS), armature, 0.0)
-    return float(np.abs(apart.theta).max()), float(np.abs(apart.theta_dot).max())
+    error = drive_error(pendulum, np.linspace(0.0, duration, POINTS), armature, 0.0)
+    return float(np.abs(error.theta).max()), float(np.abs(error.theta_dot).max())
 
 
 @lru_cache(maxsize=64)
@@ -112,7 +111,5 @@ def bob_error(problem: Any, duration: float, moment_ratio: float) -> Mapping[str
     up from the uncertainty, which is the effect of rounding every parameter.
     """
     doubts = problem.motion.uncertainty(np.linspace(0.0, duration, POINTS // 10))
-    return {
-        name: moment_ratio / (2 * ROUNDOFF) * float(doubt.max())
-        for name, doubt in doubts.items()
-    }
+    roundings = moment_ratio / (2 * ROUNDOFF)
+    return {name: roundings * float(doubt.max()) for name, doubt in doubts.items()}

@@ -9,8 +9,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from plumbob.analytic.errors.contact_models.soft_friction import STEPPED, Held, drifted
-from plumbob.analytic.errors.sliding_motion.sliding_errors import stepped
+from plumbob.analytic.errors.contact_models.soft_friction import STEPPED, Held, held_drift
+from plumbob.analytic.errors.sliding_motion.sliding_errors import stepped_motion
 from plumbob.analytic.errors.smooth_motion.scheme_steps import whole_steps
 from plumbob.analytic.numerics.arithmetic import ULP
 from plumbob.analytic.reference import Array
@@ -28,14 +28,14 @@ TIP = 0.2  # chosen: radius of a fingertip over the cube's edge
 
 def corners(stack: Stack) -> list[Held]:
     """Returns one corner contact of each cube's lower face, from the lowest cube to the top."""
-    below = np.concatenate([[0.0], 1.0 / stack.masses[:-1]])
-    weights = below + 1.0 / stack.masses
-    parts = stack.masses / CORNERS
+    inverse_masses_below = np.concatenate([[0.0], 1.0 / stack.masses[:-1]])
+    weights = inverse_masses_below + 1.0 / stack.masses
+    masses = stack.masses / CORNERS
     loads = stack.normal_forces / CORNERS
-    return [
-        Held(float(load), 0.0, np.zeros(2), float(weight), float(part))
-        for load, weight, part in zip(loads, weights, parts, strict=True)
-    ]
+    contacts = []
+    for load, weight, mass in zip(loads, weights, masses, strict=True):
+        contacts.append(Held(float(load), 0.0, np.zeros(2), float(weight), float(mass)))
+    return contacts
 
 
 def stack_errors(stack: Stack) -> StepErrors:
@@ -46,24 +46,27 @@ def stack_errors(stack: Stack) -> StepErrors:
     """
 
     def error(scheme: Scheme, step: float, times: Array) -> Predicted:
-        still = np.zeros(len(times))
+        zeros = np.zeros(len(times))
         if scheme.contact is None:
-            return {"top": still} if scheme.integrator == EULER else {}
-        depths = [held.depth(scheme.contact, step) for held in corners(stack)]
+            return {"top": zeros} if scheme.integrator == EULER else {}
+        depths = [contact.depth(scheme.contact, step) for contact in corners(stack)]
         if scheme.integrator not in STEPPED or max(depths) > DEEPEST * stack.size:
             return {}
-        deflected = {"top": still - sum(depths)}
-        return SteppedErrors(deflected, stack.uncertainty(times), lasting=deflected)
+        deflections = {"top": zeros - sum(depths)}
+        return SteppedErrors(deflections, stack.uncertainty(times), lasting=deflections)
 
     return StepErrors(error)
 
 
 def fingertip(pinch: Pinch) -> Held:
     """Returns the contact of one of the fingers."""
-    weight = 1.0 / pinch.mass + 1.0 / pinch.finger_mass
-    pull = pinch.pull / FINGERS
-    part = pinch.mass / FINGERS
-    return Held(pinch.normal_force, pinch.friction, pull, weight, part)
+    return Held(
+        load=pinch.normal_force,
+        friction=pinch.friction,
+        pull=pinch.pull / FINGERS,
+        weight=1.0 / pinch.mass + 1.0 / pinch.finger_mass,
+        mass=pinch.mass / FINGERS,
+    )
 
 
 def pinch_errors(pinch: Pinch) -> StepErrors:
@@ -74,16 +77,18 @@ def pinch_errors(pinch: Pinch) -> StepErrors:
     """
 
     def error(scheme: Scheme, step: float, times: Array) -> Predicted:
-        held = fingertip(pinch)
-        still = pinch.observe(times)
+        contact = fingertip(pinch)
+        exact = pinch.observe(times)  # zeros: the body does not move
         if scheme.contact is None:
-            return still if scheme.integrator == EULER else {}
-        drift = drifted(scheme, held, step, whole_steps(times, step))
-        deep = held.depth(scheme.contact, step) > TIP * pinch.size
-        if deep or not len(drift) or drift[0].max() > pinch.size / 2.0:  # off the face
+            return exact if scheme.integrator == EULER else {}
+        drift = held_drift(scheme, contact, step, whole_steps(times, step))
+        too_deep = contact.depth(scheme.contact, step) > TIP * pinch.size
+        if too_deep or not len(drift):
             return {}
-        slipped = dict(zip(still, drift, strict=True))
-        return SteppedErrors(slipped, pinch.uncertainty(times), lasting=slipped)
+        if drift[0].max() > pinch.size / 2.0:  # the fingertip leaves the face
+            return {}
+        drifts = dict(zip(exact, drift, strict=True))
+        return SteppedErrors(drifts, pinch.uncertainty(times), lasting=drifts)
 
     return StepErrors(error)
 
@@ -91,8 +96,14 @@ def pinch_errors(pinch: Pinch) -> StepErrors:
 def corner(cube: Incline) -> Held:
     """Returns the contact of one of the cube's lower corners."""
     pull = cube.pull * np.array([np.cos(cube.heading), np.sin(cube.heading)])
-    part = cube.mass / CORNERS
-    return Held(part * cube.press, cube.friction, part * pull, 1.0 / cube.mass, part)
+    mass = cube.mass / CORNERS
+    return Held(
+        load=mass * cube.press,
+        friction=cube.friction,
+        pull=mass * pull,
+        weight=1.0 / cube.mass,
+        mass=mass,
+    )
 
 
 def incline_errors(cube: Incline) -> StepErrors:
@@ -108,16 +119,16 @@ def incline_errors(cube: Incline) -> StepErrors:
         if scheme.contact is None and scheme.integrator == EULER:
             pulls = [cube.pull] * int(marks[-1])
             limit = cube.friction * cube.press
-            reached = stepped(scheme, step, cube.speed, pulls, limit)[:, marks]
-            rounded = ULP * (abs(cube.speed) + cube.gravity * times)
+            x, speed, _ = stepped_motion(scheme, step, cube.speed, pulls, limit)[:, marks]
+            rounding = ULP * (abs(cube.speed) + cube.gravity * times)
             return SteppedErrors(
-                apart(dict(zip(("x", "speed"), reached, strict=False)), exact),
-                {"x": rounded * (step + times), "speed": rounded},
+                apart({"x": x, "speed": speed}, exact),
+                {"x": rounding * (step + times), "speed": rounding},
             )
-        drift = drifted(scheme, corner(cube), step, marks)
+        drift = held_drift(scheme, corner(cube), step, marks)
         if cube.speed or not len(drift):
             return {}
-        slipped = dict(zip(exact, drift, strict=True))
-        return SteppedErrors(slipped, cube.uncertainty(times), lasting=slipped)
+        drifts = dict(zip(exact, drift, strict=True))
+        return SteppedErrors(drifts, cube.uncertainty(times), lasting=drifts)
 
     return StepErrors(error)

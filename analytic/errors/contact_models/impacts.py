@@ -18,7 +18,7 @@ from scipy.optimize import brentq
 from plumbob.analytic.errors.smooth_motion.scheme_steps import (
     Equations,
     Parts,
-    advance,
+    scheme_step,
     states_after,
     whole_steps,
 )
@@ -40,10 +40,12 @@ NEARBY = 2.0 * ULP  # relative change of the inputs that changes a run as much a
 def damping_ratio(restitution: float) -> float:
     """Returns the damping ratio zeta of a contact with a `restitution`, at least LEAST."""
     loss = -math.log(max(restitution, LEAST))
-    return float(brentq(lambda zeta: lost(zeta) - loss, 0.0, 10.0, xtol=1e-15)) if loss else 0.0
+    if not loss:
+        return 0.0
+    return float(brentq(lambda zeta: log_loss(zeta) - loss, 0.0, 10.0, xtol=1e-15))
 
 
-def lost(zeta: float) -> float:
+def log_loss(zeta: float) -> float:
     """Returns -log e of the restitution e of a damping ratio."""
     if abs(zeta - 1.0) < 1e-9:
         return 2.0
@@ -63,7 +65,7 @@ class SoftImpact:
         """Stiffness and damping as MuJoCo's parameter `solref`."""
         return -self.stiffness, -self.damping
 
-    def pressed(self, z: float, speed: float) -> float:
+    def contact_acceleration(self, z: float, speed: float) -> float:
         """Returns the acceleration [m/s^2] by spring and damper alone, at a height z < 0 [m]."""
         return max(0.0, -self.stiffness * z - self.damping * speed)
 
@@ -71,9 +73,8 @@ class SoftImpact:
         """Returns the acceleration [m/s^2] of a ball whose lowest point is at the height z [m]."""
         if z >= 0.0:
             return -gravity
-        return max(
-            -gravity, (IMPEDANCE - 1.0) * gravity - self.damping * speed - self.stiffness * z
-        )
+        weight = (IMPEDANCE - 1.0) * gravity
+        return max(-gravity, weight - self.damping * speed - self.stiffness * z)
 
 
 def soft_impact(restitution: float, step: float) -> SoftImpact:
@@ -94,10 +95,9 @@ def held_impulses(ends: Array, weights: Array, friction: float, push: float) -> 
     (2, 2). The normal impulse is `push` [N s]. Friction, a multiple `friction` of it at most, ends
     the slip.
     """
-    most = friction * push
-    return np.array(
-        [np.clip((-ends[0] - weights[0, 1] * push) / weights[0, 0], -most, most), push]
-    )
+    limit = friction * push
+    sticking = (-ends[0] - weights[0, 1] * push) / weights[0, 0]
+    return np.array([np.clip(sticking, -limit, limit), push])
 
 
 def hard_impulses(
@@ -108,25 +108,28 @@ def hard_impulses(
     Arguments are as in `held_impulses`. Pymunk solves the two impulses in turns. The normal impulse
     reverses the velocity before a step's gravity was added: `pull` [m/s].
     """
-    lacks = np.array([-ends[0], pull - ends[1] - restitution * min(ends[1], 0.0)])
+    along, normal = 0, 1
+    changes = np.array([-ends[0], pull - ends[1] - restitution * min(ends[1], 0.0)])
     impulses = np.zeros(2)
     for _ in range(ITERATIONS):
-        for row in (1, 0):
-            impulses[row] += (lacks[row] - weights[row] @ impulses) / weights[row, row]
-            most = friction * impulses[1]
-            impulses[row] = np.clip(
-                impulses[row], *((-most, most) if row == 0 else (0.0, np.inf))
-            )
+        missing = changes[normal] - weights[normal] @ impulses
+        impulses[normal] = max(impulses[normal] + missing / weights[normal, normal], 0.0)
+        limit = friction * impulses[normal]
+        missing = changes[along] - weights[along] @ impulses
+        sticking = impulses[along] + missing / weights[along, along]
+        impulses[along] = np.clip(sticking, -limit, limit)
     return impulses
 
 
 def soft_heights(ball: BouncingBall, scheme: Scheme, step: float, marks: list[int]) -> Array:
     """Returns heights z [m] after the numbers of steps `marks`, with MuJoCo's contact."""
     impact = soft_impact(ball.restitution, step)
-    gravity = ball.gravity
-    equations = Equations(lambda time, z, speed: (impact.acceleration(gravity, *z, *speed),), 1)
-    take = advance(scheme, equations, step)
-    return np.array([z for z, _ in states_after(take, (ball.height, 0.0), step, marks)])
+
+    def acceleration(time: float, z: Parts, speed: Parts) -> Parts:
+        return (impact.acceleration(ball.gravity, *z, *speed),)
+
+    advance = scheme_step(scheme, Equations(acceleration, 1), step)
+    return np.array([z for z, _ in states_after(advance, (ball.height, 0.0), step, marks)])
 
 
 def hard_heights(ball: BouncingBall, step: float, marks: list[int]) -> Array:
@@ -135,18 +138,18 @@ def hard_heights(ball: BouncingBall, step: float, marks: list[int]) -> Array:
     If the ball has moved below the floor, the contact reverses the speed before gravity, and a
     second velocity closes the penetration but for a slop.
     """
-    closed = 1.0 - KEPT**step
+    closed_fraction = 1.0 - KEPT**step
     slop = SLOP * ball.height
 
-    def take(time: float, state: Parts) -> Parts:
-        z, speed, push = state
-        z += step * (speed + push)
-        back = -ball.restitution * speed if z < 0.0 else -math.inf
-        push = closed * max(0.0, -z - slop) / step
-        return z, max(speed - step * ball.gravity, back), push
+    def advance(time: float, state: Parts) -> Parts:
+        z, speed, closing_speed = state
+        z += step * (speed + closing_speed)
+        rebound = -ball.restitution * speed if z < 0.0 else -math.inf
+        closing_speed = closed_fraction * max(0.0, -z - slop) / step
+        return z, max(speed - step * ball.gravity, rebound), closing_speed
 
     start = (ball.height, 0.0, 0.0)
-    return np.array([z for z, *_ in states_after(take, start, step, marks)])
+    return np.array([z for z, *_ in states_after(advance, start, step, marks)])
 
 
 def bouncing_errors(ball: BouncingBall) -> StepErrors:
@@ -172,9 +175,10 @@ def bouncing_errors(ball: BouncingBall) -> StepErrors:
         z = heights(ball)
         doubt = np.full(len(z), rounding * ball.height)
         for name in ("height", "gravity"):
-            changed = replace(ball, **{name: getattr(ball, name) * (1.0 + rounding)})
-            doubt += np.abs(heights(changed) - z)
-        left = np.full(len(z), SLOP * ball.height if scheme.position_first else 0.0)
-        return SteppedErrors({"z": z - ball.observe(times)["z"]}, {"z": doubt}, {"z": left})
+            neighbour = replace(ball, **{name: getattr(ball, name) * (1.0 + rounding)})
+            doubt += np.abs(heights(neighbour) - z)
+        error = z - ball.observe(times)["z"]
+        slop = np.full(len(z), SLOP * ball.height if scheme.position_first else 0.0)
+        return SteppedErrors({"z": error}, {"z": doubt}, {"z": slop})
 
     return StepErrors(error)

@@ -37,11 +37,11 @@ def by_observable(parts: Mapping[str, Bounds]) -> ModelError:
     >>> by_observable({"rounding": {"x": 1e-15, "y": 2e-15}, "depth": {"x": 1e-9}})
     {'x': {'rounding': 1e-15, 'depth': 1e-09}, 'y': {'rounding': 2e-15}}
     """
-    names = dict.fromkeys(name for bounds in parts.values() for name in bounds)
-    return {
-        name: {why: float(bounds[name]) for why, bounds in parts.items() if name in bounds}
-        for name in names
-    }
+    by_name: dict[str, dict[str, float]] = {}
+    for reason, bounds in parts.items():
+        for name, bound in bounds.items():
+            by_name.setdefault(name, {})[reason] = float(bound)
+    return by_name
 
 
 @dataclass(frozen=True)
@@ -52,7 +52,7 @@ class BodyError:
     speed: float = 0.0  # [m/s] velocity of C
     angle: float = 0.0  # [rad] heading
     rate: float = 0.0  # [rad/s] rate of the heading
-    slid: float = 0.0  # [m] position of the slider in the body
+    slider_place: float = 0.0  # [m] position of the slider in the body
     slider_rate: float = 0.0  # [m/s] rate of the slider in the body
     drive: float = 0.0  # [m/s^2] acceleration of the slider by its drive
 
@@ -115,16 +115,13 @@ class SampledMotion:
     @property
     def traction(self) -> Complex:
         """Friction over the load of each support, shape (3, n); equal for all if none slips."""
-        held = self.capsule.slider_mass * self.push - self.mass * self.pull
-        slides = -self.capsule.friction * self.directions
-        return np.where(
-            self.slips.any(axis=0),
-            slides,
-            bool(self.capsule.friction) * held / self.loads.sum(axis=0),
-        )
+        sliding = -self.capsule.friction * self.directions
+        holding_force = self.capsule.slider_mass * self.push - self.mass * self.pull
+        sticking = bool(self.capsule.friction) * holding_force / self.loads.sum(axis=0)
+        return np.where(self.slips.any(axis=0), sliding, sticking)
 
     @property
-    def way(self) -> float:
+    def path_length(self) -> float:
         """Path length of C in all manoeuvres together [m]."""
         return self.count * float(np.trapezoid(np.abs(self.velocity), self.times))
 
@@ -136,18 +133,18 @@ class SampledMotion:
         the N_i [N].
         """
         capsule = self.capsule
-        arm = self.capsule.mass_ratio * self.place
+        mu = capsule.mass_ratio
+        arm = mu * self.place
         reach = float(np.abs(arm).max())
         fastest = float(np.abs(self.velocity).max())
-        place = error.place + error.angle * (reach + self.way)
+        place = error.place + error.angle * (reach + self.path_length)
         speed = error.speed + error.rate * reach + error.angle * fastest
         aside = float(np.abs((arm * np.exp(-1j * self.line)).imag).max())
-        each = np.zeros(3) + error.slid * steepest_load(capsule)
+        normal_forces = np.zeros(3) + error.slider_place * steepest_load(capsule)
         if len(loads):
-            each += loads
+            normal_forces += loads
         friction = capsule.friction * float(np.sum(loads))
         friction += self.mass * error.speed / step
-        mu = capsule.mass_ratio
         return {
             **dict.fromkeys(("x", "y", "sideways"), place),
             **dict.fromkeys(("velocity_x", "velocity_y"), speed),
@@ -155,21 +152,21 @@ class SampledMotion:
             "velocity": error.speed + error.rate * aside,
             **dict.fromkeys(("heading", "body_angle"), error.angle),
             "heading_rate": error.rate,
-            "stroke": error.slid,
+            "stroke": error.slider_place,
             "stroke_rate": error.slider_rate,
             "friction_force": friction,
             "driving_force": mu * friction + (1.0 - mu) * capsule.slider_mass * error.drive,
-            **dict(zip(NORMAL_FORCES, each.tolist(), strict=True)),
+            **dict(zip(NORMAL_FORCES, normal_forces.tolist(), strict=True)),
         }
 
 
-def sampled(problem: CapsuleProblem, duration: float) -> SampledMotion:
+def sample_motion(problem: CapsuleProblem, duration: float) -> SampledMotion:
     """Returns a problem's exact motion up to `duration` [s], sampled finely in each piece of the
     slider's motion; the first manoeuvre only if a manoeuvre is repeated."""
     setup = problem.setup
     motion = problem.motion
     end = duration if motion.count == 1 else min(duration, motion.period)
-    times = _times(motion.path, end)
+    times = _sample_times(motion.path, end)
     observed = problem.reference.observe(times)
     place, speed, push = (part @ [1.0, 1j] for part in motion.path.kinematics(times))
     rate = observed.get("heading_rate", 0.0 * times)
@@ -180,32 +177,31 @@ def sampled(problem: CapsuleProblem, duration: float) -> SampledMotion:
     else:
         velocity = observed["velocity"] * along
     return SampledMotion(
-        setup.capsule,
-        motion.count,
-        motion.kind != "plane",
-        float(np.angle(velocity.sum() or along)),
-        setup.pull * along,
-        times,
-        place,
-        speed,
-        push,
-        velocity,
-        rate,
-        np.array([observed[name] for name in NORMAL_FORCES]),
+        capsule=setup.capsule,
+        count=motion.count,
+        formula=motion.kind != "plane",
+        line=float(np.angle(velocity.sum() or along)),
+        pull=setup.pull * along,
+        times=times,
+        place=place,
+        speed=speed,
+        push=push,
+        velocity=velocity,
+        rate=rate,
+        loads=np.array([observed[name] for name in NORMAL_FORCES]),
     )
 
 
-def _times(path: SliderPath, end: float) -> Array:
+def _sample_times(path: SliderPath, end: float) -> Array:
     """Returns times up to `end` [s], shape (n,): PLACES in each piece of the path, LATE after the
     last piece."""
     edges = np.unique(np.append(np.clip(path.breakpoints, 0.0, end), [0.0, end]))
     edges = edges[np.append(np.diff(edges) > SHORT * end, True)]
     counts = [PLACES] * (len(edges) - 2) + [LATE]
-    parts = [
-        np.linspace(a, b, n, endpoint=False)
-        for (a, b), n in zip(pairwise(edges.tolist()), counts, strict=True)
-    ]
-    return np.append(np.concatenate(parts), end)
+    pieces = []
+    for (begin, until), count in zip(pairwise(edges.tolist()), counts, strict=True):
+        pieces.append(np.linspace(begin, until, count, endpoint=False))
+    return np.append(np.concatenate(pieces), end)
 
 
 def support_arm(capsule: Capsule) -> float:

@@ -60,10 +60,10 @@ def convergence_factor(masses: Sequence[float], joints: Sequence[Array]) -> floa
     (k, n) whose rows are the directions in which the joint acts. An iteration is the product of the
     joints' projections, I - M^-1 A_j^T (A_j M^-1 A_j^T)^-1 A_j.
     """
-    return float(np.abs(np.linalg.eigvals(_iteration(masses, joints))).max())
+    return float(np.abs(np.linalg.eigvals(_iteration_matrix(masses, joints))).max())
 
 
-def _iteration(masses: Sequence[float], joints: Sequence[Array]) -> Array:
+def _iteration_matrix(masses: Sequence[float], joints: Sequence[Array]) -> Array:
     """Returns the matrix of one iteration, which maps velocities to velocities, shape (n, n)."""
     inverse = np.diag(1.0 / np.asarray(masses))
     product = np.eye(len(masses))
@@ -81,7 +81,8 @@ def iterations_needed(factor: float, least: int) -> int:
     """
     if factor >= TARGET ** (1.0 / MOST_ITERATIONS):
         return max(least, MOST_ITERATIONS)
-    return max(least, math.ceil(math.log(TARGET) / math.log(max(factor, TARGET))))
+    needed = math.log(TARGET) / math.log(max(factor, TARGET))
+    return max(least, math.ceil(needed))
 
 
 def feet_factor(capsule: Capsule, foot_mass: float, slider: Array) -> float:
@@ -91,32 +92,31 @@ def feet_factor(capsule: Capsule, foot_mass: float, slider: Array) -> float:
     Momentum goes from the slider to the ground through the feet, and light feet carry little of it
     in one iteration: they stop a heavy slider late.
     """
-    corners = np.asarray(capsule.supports)
-    count = 11
+    supports = np.asarray(capsule.supports)
+    count = 11  # three velocities of the core, two of the slider, two of each foot
     core_mass = capsule.body_mass - 3 * foot_mass
-    core_centre = -foot_mass * corners.sum(axis=0) / core_mass
-    moment = float(
-        capsule.inertia
-        - core_mass * core_centre @ core_centre
-        - foot_mass * np.square(corners).sum()
-    )
-    pins = [_pin(count, corner - core_centre, 5 + 2 * i) for i, corner in enumerate(corners)]
-    sticking = [np.eye(count)[5 + 2 * i : 7 + 2 * i] for i in range(3)]
-    masses = [core_mass, core_mass, moment, *[capsule.slider_mass] * 2, *[foot_mass] * 6]
-    return convergence_factor(
-        masses, [_pin(count, np.asarray(slider) - core_centre, 3), *pins, *sticking]
-    )
+    core_centre = -foot_mass * supports.sum(axis=0) / core_mass
+    core_offset = core_mass * core_centre @ core_centre
+    core_inertia = float(capsule.inertia - core_offset - foot_mass * np.square(supports).sum())
+    slider_pin = _pin_jacobian(count, np.asarray(slider) - core_centre, 3)
+    foot_pins = []
+    sticking = []
+    for i, support in enumerate(supports):
+        foot_pins.append(_pin_jacobian(count, support - core_centre, 5 + 2 * i))
+        sticking.append(np.eye(count)[5 + 2 * i : 7 + 2 * i])
+    core = [core_mass, core_mass, core_inertia]
+    masses = [*core, *[capsule.slider_mass] * 2, *[foot_mass] * 6]
+    return convergence_factor(masses, [slider_pin, *foot_pins, *sticking])
 
 
 def slipping_feet_factor(capsule: Capsule, foot_mass: float, sticking: int) -> float:
     """Returns the convergence factor of a body on three feet along a line, `sticking` of which
     stick while the others slip."""
-    unit = np.eye(5)
+    unit = np.eye(5)  # the body, the slider and three feet, one velocity each
     masses = [capsule.body_mass - 3 * foot_mass, capsule.slider_mass, *[foot_mass] * 3]
     pins = [unit[:1] - unit[i : i + 1] for i in range(1, 5)]
-    return convergence_factor(
-        masses, [*pins, *(unit[i : i + 1] for i in range(2, 2 + sticking))]
-    )
+    sticking_feet = [unit[i : i + 1] for i in range(2, 2 + sticking)]
+    return convergence_factor(masses, [*pins, *sticking_feet])
 
 
 def pivots_factor(capsule: Capsule, slider: Array) -> float:
@@ -127,17 +127,20 @@ def pivots_factor(capsule: Capsule, slider: Array) -> float:
     or its force is practically fixed. Velocities that no joint stops are left out.
     """
     states = []
-    for corner in capsule.supports:
-        sticking = _pin(5, np.asarray(corner))
-        turning = [np.asarray([corner]) @ sticking] if any(corner) else []
-        states.append([[sticking], [], *([joint] for joint in turning)])
+    for support in capsule.supports:
+        sticking = _pin_jacobian(5, np.asarray(support))
+        support_states = [[sticking], []]
+        if any(support):
+            support_states.append([np.asarray([support]) @ sticking])
+        states.append(support_states)
     masses = [*[capsule.body_mass] * 2, capsule.inertia, *[capsule.slider_mass] * 2]
-    pin = _pin(5, np.asarray(slider), 3)
-    left = [
-        np.abs(np.linalg.eigvals(_iteration(masses, [pin, *itertools.chain(*state)])))
-        for state in itertools.product(*states)
-    ]
-    return max(float(factors[factors < LASTING].max(initial=0.0)) for factors in left)
+    slider_pin = _pin_jacobian(5, np.asarray(slider), 3)
+    slowest = 0.0
+    for state in itertools.product(*states):
+        joints = [slider_pin, *itertools.chain(*state)]
+        factors = np.abs(np.linalg.eigvals(_iteration_matrix(masses, joints)))
+        slowest = max(slowest, float(factors[factors < LASTING].max(initial=0.0)))
+    return slowest
 
 
 def contacts_factor(
@@ -150,13 +153,14 @@ def contacts_factor(
     """
     rows: list[Array] = []
     for place in reach:
-        contact = _pin(5, np.array([place, 0.0]))
+        contact = _pin_jacobian(5, np.array([place, 0.0]))
         rows += [contact[1:], contact[:1]]
     masses = [capsule.body_mass] * 2 + [moment] + [capsule.slider_mass] * 2
-    return convergence_factor(masses, [*rows, _pin(5, np.array([slider, 0.0]), 3)])
+    slider_pin = _pin_jacobian(5, np.array([slider, 0.0]), 3)
+    return convergence_factor(masses, [*rows, slider_pin])
 
 
-def _pin(count: int, arm: Array, other: int | None = None) -> Array:
+def _pin_jacobian(count: int, arm: Array, other: int | None = None) -> Array:
     """Returns the Jacobian of a pin on a body, shape (2, count).
 
     It gives the body's velocity at `arm` from its centre of mass [m], less the velocity of the

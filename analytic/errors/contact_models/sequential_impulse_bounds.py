@@ -33,7 +33,7 @@ from plumbob.analytic.errors.contact_models.model_error import (
     SampledMotion,
     by_observable,
     radius_of_gyration,
-    sampled,
+    sample_motion,
     support_arm,
 )
 from plumbob.analytic.errors.contact_models.sequential_impulse import (
@@ -72,50 +72,53 @@ def model_error(
     They are empty for pivots in the plane, whose friction is not Coulomb's.
     """
     kind = problem.motion.kind
-    motion = sampled(problem, duration)
+    motion = sample_motion(problem, duration)
     if solver.model == "pivots" and kind == "plane":
         return {}
-    bounds = {"rounding of positions": _rounding(motion, duration, solver)}
+    bounds = {"rounding of positions": _rounding_bounds(motion, duration, solver)}
     # Pivots have Coulomb friction only if the body turns about C. Otherwise no bound is known.
     if solver.model != "pivots" or kind == "coasting":
-        bounds["solver iterations"] = _iterations(problem, motion, duration, solver)
+        bounds["solver iterations"] = _iteration_bounds(problem, motion, duration, solver)
     if solver.model == "feet":
-        bounds["straight steps of feet"] = _straight_feet(motion, solver, kind == "coasting")
+        coasting = kind == "coasting"
+        bounds["straight steps of feet"] = _straight_feet_bounds(motion, solver, coasting)
     if solver.model == "side":
-        bounds["contact depth"] = _contact_depth(problem, motion, solver)
+        bounds["contact depth"] = _contact_depth_bounds(problem, motion, solver)
     return by_observable(bounds)
 
 
 def demand(problem: CapsuleProblem, motion: SampledMotion) -> Demand:
     """Returns the demand of a motion on the solver."""
     capsule = motion.capsule
-    limit = _limit(problem)
+    limit = _friction_limit(problem)
     pushes = capsule.mass_ratio * np.abs(motion.push)
     if not motion.formula:
         single = problem.motion.single
-        times = np.clip(single.path.breakpoints, 0.0, None)
-        changes = motion.count * (len(single.events) + times.size)
-        sliding = motion.count * _sliding(single, times)
+        switches = np.clip(single.path.breakpoints, 0.0, None)
+        changes = motion.count * (len(single.events) + switches.size)
+        sliding = motion.count * _sliding_time(single, switches)
         return Demand(changes, limit, push=float(pushes.max()), sliding=sliding)
     # The first sample is left out: a body that starts from rest slips from the second sample on.
     jumps = np.abs(np.diff(motion.traction[:, 1:])).max(axis=0) * problem.setup.press
     sudden = int(np.count_nonzero(jumps > JUMP * limit))
+    slides_at_start = bool(motion.slips[:, 1].any())
     used = pushes[pushes > 0.0] / limit if limit else np.zeros(0)
     # The friction limits of the feet change as the slider moves.
-    moved = np.abs(motion.place - motion.place[0]).max() * steepest_load(capsule) / motion.mass
+    travel = np.abs(motion.place - motion.place[0]).max()
+    load_change = travel * steepest_load(capsule) / motion.mass
     return Demand(
-        motion.count * (sudden + bool(motion.slips[:, 1].any())),
-        float(jumps.max() + capsule.friction * moved * bool(sudden)),
-        float(np.abs(1.0 - used).min(initial=1.0)),
+        changes=motion.count * (sudden + slides_at_start),
+        jump=float(jumps.max() + capsule.friction * load_change * bool(sudden)),
+        spare=float(np.abs(1.0 - used).min(initial=1.0)),
     )
 
 
-def _limit(problem: CapsuleProblem) -> float:
+def _friction_limit(problem: CapsuleProblem) -> float:
     """Returns the friction limit per mass, f g [m/s^2]."""
     return problem.setup.capsule.friction * problem.setup.press
 
 
-def _sliding(single: Any, switches: Any) -> float:
+def _sliding_time(single: Any, switches: Any) -> float:
     """Returns the total time [s] that the body may slide with a residual of the solver.
 
     From each event in which a foot begins to stick or to slip, the time to the following rest is
@@ -125,21 +128,21 @@ def _sliding(single: Any, switches: Any) -> float:
     the push is at most the friction, because a foot sticks; push and friction each leave a
     residual, hence twice.
     """
-    sliding = 0.0
+    total = 0.0
     longest = 0.0
-    resting = single.rest_time
-    modes_before = (None, *(event.mode for event in single.events[:-1]))
-    for event, before in zip(reversed(single.events), reversed(modes_before), strict=True):
+    rest_time = single.rest_time
+    modes_before = [None, *[event.mode for event in single.events[:-1]]]
+    for event, mode_before in zip(reversed(single.events), reversed(modes_before), strict=True):
         if event.mode == "rest":
-            resting = event.time
+            rest_time = event.time
         elif event.mode == "pivot" or np.abs(switches - event.time).min() > AT_SWITCH:
-            sliding += resting - event.time
-        elif before == "rest":
-            longest = max(longest, resting - event.time)
-    return float(sliding + 2.0 * longest)
+            total += rest_time - event.time
+        elif mode_before == "rest":
+            longest = max(longest, rest_time - event.time)
+    return float(total + 2.0 * longest)
 
 
-def _iterations(
+def _iteration_bounds(
     problem: CapsuleProblem, motion: SampledMotion, duration: float, solver: SequentialImpulse
 ) -> Bounds:
     """Returns bounds on the error of unfinished solver iterations.
@@ -150,25 +153,34 @@ def _iterations(
     two steps.
     """
     need = demand(problem, motion)
-    limit = _limit(problem)
     step = solver.step
     residual = solver.residual
     if solver.model != "side":
-        stalls = STALLED if need.spare < USED_UP else 0.0
-        residual = max(solver.one_foot_residual, stalls)
-    stopped = residual * need.jump * step
-    spare = need.spare * limit
-    left = stopped + solver.residual * need.push * step
-    lasting = min(stopped / spare, duration) if spare else duration * bool(stopped)
-    lasting += (2.0 if need.push else 1.0) * step
-    way = need.changes * left * lasting + stopped * need.sliding
+        stalled_residual = STALLED if need.spare < USED_UP else 0.0
+        residual = max(solver.one_foot_residual, stalled_residual)
+    friction_residual = residual * need.jump * step
+    velocity_residual = friction_residual + solver.residual * need.push * step
+    spare_friction = need.spare * _friction_limit(problem)
+    if spare_friction:
+        decay_time = min(friction_residual / spare_friction, duration)
+    else:
+        decay_time = duration * bool(friction_residual)
+    decay_time += (2.0 if need.push else 1.0) * step
+    distance = need.changes * velocity_residual * decay_time
+    distance += friction_residual * need.sliding
     # Iterations reduce the kinetic energy: a residual rate is a residual speed over the radius of
     # gyration, or over the supports' arm if that is shorter.
     capsule = motion.capsule
-    speed = 2.0 * left
+    speed = 2.0 * velocity_residual
     radius = min(support_arm(capsule), radius_of_gyration(capsule))
     error = BodyError(
-        way, speed, way / radius, speed / radius, speed * step, left, 2.0 * left / step
+        place=distance,
+        speed=speed,
+        angle=distance / radius,
+        rate=speed / radius,
+        slider_place=speed * step,
+        slider_rate=velocity_residual,
+        drive=2.0 * velocity_residual / step,
     )
     bounds = motion.bounds(error, step)
     if solver.model != "side":
@@ -177,26 +189,36 @@ def _iterations(
     return {**bounds, **dict.fromkeys(NORMAL_FORCES, bounds["friction_force"])}
 
 
-def _rounding(motion: SampledMotion, duration: float, solver: SequentialImpulse) -> Bounds:
+def _rounding_bounds(
+    motion: SampledMotion, duration: float, solver: SequentialImpulse
+) -> Bounds:
     """Returns bounds on the error by rounding of positions (module docstring)."""
     arm = support_arm(motion.capsule)
     step = solver.step
-    gone = motion.way + float(np.abs(motion.place - motion.place[0]).max())
-    size = float(np.abs(motion.place[0])) + arm + gone
-    bit = ROUNDINGS * ROUNDOFF * size
-    way = bit * math.sqrt(duration / step)
-    speed = bit / step
-    loads = motion.mass * (1.0 + size / _base(solver)) * speed / step
-    error = BodyError(way, speed, way / arm, speed / arm, way, speed, 2.0 * speed / step)
+    travel = motion.path_length + float(np.abs(motion.place - motion.place[0]).max())
+    size = float(np.abs(motion.place[0])) + arm + travel
+    rounding = ROUNDINGS * ROUNDOFF * size
+    distance = rounding * math.sqrt(duration / step)
+    speed = rounding / step
+    loads = motion.mass * (1.0 + size / _support_distance(solver)) * speed / step
+    error = BodyError(
+        place=distance,
+        speed=speed,
+        angle=distance / arm,
+        rate=speed / arm,
+        slider_place=distance,
+        slider_rate=speed,
+        drive=2.0 * speed / step,
+    )
     return {**motion.bounds(error, step), **dict.fromkeys(NORMAL_FORCES, loads)}
 
 
-def _base(solver: SequentialImpulse) -> float:
+def _support_distance(solver: SequentialImpulse) -> float:
     """Returns the distance of the hindmost and the foremost support along the line [m]."""
     return solver.reach[1] - solver.reach[0]
 
 
-def _contact_depth(
+def _contact_depth_bounds(
     problem: CapsuleProblem, motion: SampledMotion, solver: SequentialImpulse
 ) -> Bounds:
     """Returns bounds on the normal forces [N] from the overlap of the contacts.
@@ -205,12 +227,14 @@ def _contact_depth(
     centre of pressure.
     """
     capsule = motion.capsule
-    moment = _limit(problem) * motion.mass * solver.depth
-    moved = moment * steepest_load(capsule) / (capsule.slider_mass * capsule.gravity)
-    return dict.fromkeys(NORMAL_FORCES, moment / _base(solver) + moved)
+    moment = _friction_limit(problem) * motion.mass * solver.depth
+    pressure_shift = moment * steepest_load(capsule) / (capsule.slider_mass * capsule.gravity)
+    return dict.fromkeys(NORMAL_FORCES, moment / _support_distance(solver) + pressure_shift)
 
 
-def _straight_feet(motion: SampledMotion, solver: SequentialImpulse, coasting: bool) -> Bounds:
+def _straight_feet_bounds(
+    motion: SampledMotion, solver: SequentialImpulse, coasting: bool
+) -> Bounds:
     """Returns bounds on the error of feet that move straight in a step, not on a circle.
 
     If the motion is `coasting`, the error of the rotation moves C as well.

@@ -30,16 +30,16 @@ def rolling_errors(ball: RollingBall) -> StepErrors:
         marks = whole_steps(times, step)
         slip = ball.speed - ball.radius * ball.spin
         steps = np.arange(marks[-1] + 1)
-        lost = np.minimum(3.5 * ball.friction * ball.gravity * step * steps, abs(slip))
-        lost *= np.sign(slip)
-        speed = ball.speed - lost * 2.0 / 7.0
-        spin = ball.spin + lost * 5.0 / 7.0 / ball.radius
-        moved = speed[:-1] if scheme.position_first else speed[1:]
-        x = np.concatenate([[0.0], np.cumsum(step * moved)])
-        reached = {"x": x[marks], "speed": speed[marks], "spin": spin[marks]}
+        slip_loss = np.minimum(3.5 * ball.friction * ball.gravity * step * steps, abs(slip))
+        slip_loss *= np.sign(slip)
+        speed = ball.speed - slip_loss * 2.0 / 7.0
+        spin = ball.spin + slip_loss * 5.0 / 7.0 / ball.radius
+        step_speeds = speed[:-1] if scheme.position_first else speed[1:]
+        x = np.concatenate([[0.0], np.cumsum(step * step_speeds)])
+        stepped = {"x": x[marks], "speed": speed[marks], "spin": spin[marks]}
         doubt = ball.scale * ULP * np.ones(len(times))
         return SteppedErrors(
-            apart(reached, ball.observe(times)),
+            apart(stepped, ball.observe(times)),
             {"x": doubt * (step + times), "speed": doubt, "spin": doubt / ball.radius},
         )
 

@@ -44,7 +44,7 @@ from plumbob.analytic.errors.contact_models.model_error import (
     ModelError,
     SampledMotion,
     by_observable,
-    sampled,
+    sample_motion,
 )
 from plumbob.analytic.errors.contact_models.soft_contact import (
     DEPTH_ROUNDINGS,
@@ -79,27 +79,31 @@ class QuasiStatic:
 
 def model_error(problem: CapsuleProblem, duration: float, contact: SoftContact) -> ModelError:
     """Returns the bounds of soft contacts over `duration` [s]: {observable: {reason: bound}}."""
-    motion = sampled(problem, duration)
+    motion = sample_motion(problem, duration)
     step = contact.step
-    resting = _resting(problem, motion, duration, contact)
+    resting = _is_resting(problem, motion, duration, contact)
     # The solver leaves an error of the acceleration [m/s^2], in any direction.
-    left = math.sqrt(2.0 * contact.solver_tolerance)
-    unsolved = _grown(motion, resting, np.full((2, 1), left * math.sqrt(motion.mass)))
-    speed = unsolved.speed + left * step  # a sticking body keeps an error until the next step
-    way = unsolved.place + left * step * duration
+    residual = math.sqrt(2.0 * contact.solver_tolerance)
+    growth = np.full((2, 1), residual * math.sqrt(motion.mass))
+    solver_error = _accumulated_error(motion, resting, growth)
+    # A sticking body keeps its error of the velocity until the next step.
+    speed = solver_error.speed + residual * step
+    place = solver_error.place + residual * step * duration
+    solver_error = replace(solver_error, place=place, speed=speed)
     mechanisms: dict[str, tuple[BodyError, Any]] = {
         "drift of stiction": (_stiction_drift(problem, motion, contact), ()),
-        "armature": (_armature(motion, contact), ()),
-        "solver": (replace(unsolved, place=way, speed=speed), np.full(3, left * motion.mass)),
+        "armature": (_armature_error(motion, contact), ()),
+        "solver": (solver_error, np.full(3, residual * motion.mass)),
     }
     if contact.normal is not None:
-        mechanisms |= _deflection(motion, resting, contact, contact.normal)
-    return by_observable(
-        {why: motion.bounds(error, step, loads) for why, (error, loads) in mechanisms.items()}
-    )
+        mechanisms |= _deflection_errors(motion, resting, contact, contact.normal)
+    bounds = {}
+    for reason, (error, loads) in mechanisms.items():
+        bounds[reason] = motion.bounds(error, step, loads)
+    return by_observable(bounds)
 
 
-def _resting(
+def _is_resting(
     problem: CapsuleProblem, motion: SampledMotion, duration: float, contact: SoftContact
 ) -> Any:
     """Returns the times at which no support slips, as truth values of shape (n,).
@@ -108,18 +112,21 @@ def _resting(
     a residual rotation continues until friction has stopped it. If there are too many steps, the
     stepped motion is not tested.
     """
-    still = ~motion.slips.any(axis=0)
+    exact_rests = ~motion.slips.any(axis=0)
     if motion.formula:
-        return still
-    still &= motion.speed == 0.0
-    if (steps := round(duration / contact.step)) > MOST_PLANE_STEPS:
-        return still
-    begun = cast(PlaneReference, problem.reference).begun
-    driven = (motion.capsule, problem.motion.path, begun)
-    rows = trajectory(*driven, contact.integrator, contact.step, steps)
-    moved = np.abs(rows[:, 3:] * [1.0, 1.0, np.abs(motion.supports).max()]).sum(axis=1)
-    moving = moved > STILL * moved.max()
-    return still & ~moving[np.minimum(np.rint(motion.times / contact.step).astype(int), steps)]
+        return exact_rests
+    exact_rests &= motion.speed == 0.0
+    steps = round(duration / contact.step)
+    if steps > MOST_PLANE_STEPS:
+        return exact_rests
+    start = cast(PlaneReference, problem.reference).begun
+    path = problem.motion.path
+    rows = trajectory(motion.capsule, path, start, contact.integrator, contact.step, steps)
+    scales = [1.0, 1.0, np.abs(motion.supports).max()]
+    stepped_speeds = np.abs(rows[:, 3:] * scales).sum(axis=1)
+    stepped_moves = stepped_speeds > STILL * stepped_speeds.max()
+    nearest_steps = np.rint(motion.times / contact.step).astype(int)
+    return exact_rests & ~stepped_moves[np.minimum(nearest_steps, steps)]
 
 
 def _stiction_drift(
@@ -131,14 +138,14 @@ def _stiction_drift(
     come to rest, without any push, keeps this velocity for a few steps only.
     """
     speed = contact.slip_compliance * motion.capsule.friction * motion.capsule.weight
-    lasting = motion.count * float(motion.times[-1])
+    duration = motion.count * float(motion.times[-1])
     if problem.motion.kind == "coasting":
-        lasting = LAST_STEPS * contact.step
+        duration = LAST_STEPS * contact.step
     arm = float(np.abs(motion.supports).min())
-    return BodyError(speed * lasting, 2.0 * speed, speed * lasting / arm, speed / arm)
+    return BodyError(speed * duration, 2.0 * speed, speed * duration / arm, speed / arm)
 
 
-def _armature(motion: SampledMotion, contact: SoftContact) -> BodyError:
+def _armature_error(motion: SampledMotion, contact: SoftContact) -> BodyError:
     """Returns the error by the armature A of the slider's joint.
 
     The slider's path in the body is in error by m/A of its path in space, and by the rounding of
@@ -148,39 +155,42 @@ def _armature(motion: SampledMotion, contact: SoftContact) -> BodyError:
     if not motion.speed.any():
         return BodyError()
     capsule = motion.capsule
-    rounded = DRIVE_ROUNDINGS * ROUNDOFF
-    part = capsule.slider_mass / contact.armature
+    rounding = DRIVE_ROUNDINGS * ROUNDOFF
+    mass_over_armature = capsule.slider_mass / contact.armature
+    relative_error = mass_over_armature + rounding
     speeds = np.abs(motion.speed) + np.abs(motion.velocity) + np.abs(motion.rate * motion.place)
     fastest = float(speeds.max())
-    gone = motion.count * float(np.trapezoid(speeds, motion.times)) + fastest * contact.step
-    way = (part + rounded) * gone
-    speed = (part + rounded) * fastest
-    pushed = float(np.abs(motion.push).max()) + capsule.friction * capsule.gravity
-    drive = part * pushed + 2.0 * rounded * fastest / contact.step
+    path = motion.count * float(np.trapezoid(speeds, motion.times)) + fastest * contact.step
+    place = relative_error * path
+    speed = relative_error * fastest
+    largest_push = float(np.abs(motion.push).max()) + capsule.friction * capsule.gravity
+    drive = mass_over_armature * largest_push + 2.0 * rounding * fastest / contact.step
     if motion.formula:
         mu = capsule.mass_ratio
-        return BodyError(mu * way, mu * speed, slid=way, slider_rate=speed, drive=drive)
-    arm = float(np.abs(motion.supports).min())
-    return BodyError(way, speed, way / arm, speed / arm, way, speed, drive)
+        body_error = BodyError(place=mu * place, speed=mu * speed)
+    else:
+        arm = float(np.abs(motion.supports).min())
+        body_error = BodyError(place, speed, place / arm, speed / arm)
+    return replace(body_error, slider_place=place, slider_rate=speed, drive=drive)
 
 
-def _deflection(
+def _deflection_errors(
     motion: SampledMotion, resting: Any, contact: SoftContact, normal: NormalContact
 ) -> dict[str, tuple[BodyError, Any]]:
     """Returns the errors of the body and of its loads [N] from deflecting contacts, by reason."""
-    lost = missing_loads(motion, normal)
-    swung = soft_contact.OVERSHOOT_FACTOR * np.abs(lost).max(axis=1)
-    deflected = soft_contact.QUASI_STATIC_FACTOR * _growth(motion, lost)
-    parts: dict[str, tuple[BodyError, Any]] = {
-        "contact deflection": (_grown(motion, resting, deflected), swung),
-        "tangential–normal coupling": _coupling(motion, contact, normal),
+    missing = missing_loads(motion, normal)
+    loads = soft_contact.OVERSHOOT_FACTOR * np.abs(missing).max(axis=1)
+    growth = soft_contact.QUASI_STATIC_FACTOR * _error_growth(motion, missing)
+    errors: dict[str, tuple[BodyError, Any]] = {
+        "contact deflection": (_accumulated_error(motion, resting, growth), loads),
+        "tangential–normal coupling": _coupling_error(motion, contact, normal),
     }
     if motion.formula:
-        parts["height of the centre of mass"] = _raised(motion, contact, normal)
-    return parts
+        errors["height of the centre of mass"] = _height_error(motion, contact, normal)
+    return errors
 
 
-def _raised(
+def _height_error(
     motion: SampledMotion, contact: SoftContact, normal: NormalContact
 ) -> tuple[BodyError, Array]:
     """Returns the errors of the body and of its loads [N] from a centre of mass above the contacts.
@@ -189,23 +199,25 @@ def _raised(
     shifts load along the line, and the centre of mass moves as the body tilts.
     """
     capsule = motion.capsule
-    bent = _quasi_static(motion, normal.compliance)
-    depth = -float(bent.depths.min())
-    (_, tilting) = _fractions(motion.capsule)
+    deflections = _quasi_static(motion, normal.compliance)
+    depth = -float(deflections.depths.min())
+    (_, gradients) = _load_fractions(motion.capsule)
     force = capsule.friction * capsule.weight
-    along = np.exp(1j * motion.line)
-    # Friction sets in at once: the shift of the loads is a jump.
-    shifted = 2.0 * force * (tilting.conjugate() * along).real
-    tilt = abs((depth + normal.height) * normal.compliance * (tilting * shifted).sum())
-    tilt += float(np.abs(bent.gradient - bent.gradient[0]).max())
-    way = (depth + normal.height) * tilt
+    direction = np.exp(1j * motion.line)
+    # Load shift per height: friction sets in at once, and overshoot doubles its effect.
+    load_shift = 2.0 * force * (gradients.conjugate() * direction).real
+    tilt = abs((depth + normal.height) * normal.compliance * (gradients * load_shift).sum())
+    tilt += float(np.abs(deflections.gradient - deflections.gradient[0]).max())
+    place = (depth + normal.height) * tilt
     speeds = np.abs(motion.velocity)
     # Supports far below C slip sideways while the body tilts, and friction follows the slip.
-    lasting = float(motion.times[speeds.argmax()] * np.trapezoid(speeds > 0.0, motion.times))
-    aside = normal.height * tilt * contact.contact_rate * lasting / (speeds.max() or math.inf)
-    turn = force * normal.height / capsule.inertia * aside
-    turn += depth * tilt / float(np.abs(motion.supports).min())
-    return BodyError(way, way * contact.contact_rate, turn), normal.height * np.abs(shifted)
+    duration = float(motion.times[speeds.argmax()] * np.trapezoid(speeds > 0.0, motion.times))
+    slip_speed = normal.height * tilt * contact.contact_rate
+    sideways = slip_speed * duration / (speeds.max() or math.inf)
+    angle = force * normal.height / capsule.inertia * sideways
+    angle += depth * tilt / float(np.abs(motion.supports).min())
+    loads = normal.height * np.abs(load_shift)
+    return BodyError(place, place * contact.contact_rate, angle), loads
 
 
 def missing_loads(motion: SampledMotion, normal: NormalContact) -> Array:
@@ -214,20 +226,25 @@ def missing_loads(motion: SampledMotion, normal: NormalContact) -> Array:
     The equations are in the module docstring.
     """
     capsule = motion.capsule
-    bent = _quasi_static(motion, normal.compliance)
-    lifted, over = _slider_height(motion, bent)
+    deflections = _quasi_static(motion, normal.compliance)
+    lift, slider_height = _slider_lift(motion, deflections)
     friction = motion.loads * motion.traction
-    dragged = friction.sum(axis=0)
-    spun, drawn = _horizontal(motion, friction)
-    total = capsule.body_mass * bent.height_second + capsule.slider_mass * lifted
-    moment = capsule.slider_mass * lifted * motion.place
-    moment += _gyration(motion.rate, spun, bent, normal.tilt_inertia, capsule.inertia)
-    moment += -over * drawn - bent.height * dragged + 0.5 * (bent.depths * friction).sum(axis=0)
-    central, tilting = _fractions(capsule)
-    return np.outer(central, total) + (tilting.conjugate()[:, None] * moment).real
+    total_friction = friction.sum(axis=0)
+    spin, slider_force = _horizontal_reaction(motion, friction)
+    force = capsule.body_mass * deflections.height_second + capsule.slider_mass * lift
+    moment = capsule.slider_mass * lift * motion.place
+    moment += _gyroscopic_moment(
+        motion.rate, spin, deflections, normal.tilt_inertia, capsule.inertia
+    )
+    friction_moment = 0.5 * (deflections.depths * friction).sum(axis=0)
+    moment += (
+        -slider_height * slider_force - deflections.height * total_friction + friction_moment
+    )
+    central, gradients = _load_fractions(capsule)
+    return np.outer(central, force) + (gradients.conjugate()[:, None] * moment).real
 
 
-def _fractions(capsule: Capsule) -> tuple[Array, Complex]:
+def _load_fractions(capsule: Capsule) -> tuple[Array, Complex]:
     """Returns the fraction of a load at C on each support, and the fractions' gradients.
 
     The gradients are complex numbers [1/m]; both results have the shape (3,).
@@ -238,36 +255,36 @@ def _fractions(capsule: Capsule) -> tuple[Array, Complex]:
 
 def _quasi_static(motion: SampledMotion, compliance: float) -> QuasiStatic:
     """Returns the deflections of contacts of a `compliance` [m/N] under static loads."""
-    here, ahead, aside = -compliance * normal_forces(motion.capsule, CORNERS)
-    slopes = np.array([ahead - here, aside - here]).T
-    (central, tilting) = _fractions(motion.capsule)
+    central_depths, depths_x, depths_y = -compliance * normal_forces(motion.capsule, CORNERS)
+    slopes = np.array([depths_x - central_depths, depths_y - central_depths]).T
+    (central, gradients) = _load_fractions(motion.capsule)
     place, speed, push = (
         np.array([vector.real, vector.imag])
         for vector in (motion.place, motion.speed, motion.push)
     )
-    depths = here[:, None] + slopes @ place
+    depths = central_depths[:, None] + slopes @ place
     return QuasiStatic(
         depths=depths,
         height=central @ depths,
         height_second=central @ slopes @ push,
-        gradient=tilting @ depths,
-        gradient_rate=tilting @ slopes @ speed,
-        gradient_second=tilting @ slopes @ push,
+        gradient=gradients @ depths,
+        gradient_rate=gradients @ slopes @ speed,
+        gradient_second=gradients @ slopes @ push,
     )
 
 
-def _slider_height(motion: SampledMotion, bent: QuasiStatic) -> tuple[Array, Array]:
+def _slider_lift(motion: SampledMotion, deflections: QuasiStatic) -> tuple[Array, Array]:
     """Returns the slider's vertical acceleration q'' [m/s^2], and its height over C, q - z = g.r
     [m], each of shape (n,)."""
     r = motion.place
-    v = motion.speed
-    w = motion.push
-    curved = bent.gradient_second.conjugate() * r + 2.0 * bent.gradient_rate.conjugate() * v
-    lifted = bent.height_second + (curved + bent.gradient.conjugate() * w).real
-    return lifted, (bent.gradient.conjugate() * r).real
+    g = deflections.gradient.conjugate()
+    g1 = deflections.gradient_rate.conjugate()
+    g2 = deflections.gradient_second.conjugate()
+    relative = g2 * r + 2.0 * g1 * motion.speed + g * motion.push
+    return deflections.height_second + relative.real, (g * r).real
 
 
-def _horizontal(motion: SampledMotion, friction: Complex) -> tuple[Array, Complex]:
+def _horizontal_reaction(motion: SampledMotion, friction: Complex) -> tuple[Array, Complex]:
     """Returns the body's angular acceleration [rad/s^2] and the horizontal force on the slider [N].
 
     The force is m b in the module docstring. `friction` holds the forces F_i [N], shape (3, n).
@@ -276,46 +293,50 @@ def _horizontal(motion: SampledMotion, friction: Complex) -> tuple[Array, Comple
     rate = motion.rate
     capsule = motion.capsule
     mu = motion.capsule.mass_ratio
-    torque = (motion.arms.conjugate() * friction).imag.sum(axis=0)
-    carried = motion.push + 2j * rate * motion.speed - rate**2 * r
-    spun = (torque - mu * capsule.body_mass * (r.conjugate() * carried).imag) / motion.inertia
-    return spun, mu * (capsule.body_mass * (carried + 1j * spun * r) + friction.sum(axis=0))
+    friction_torque = (motion.arms.conjugate() * friction).imag.sum(axis=0)
+    relative = motion.push + 2j * rate * motion.speed - rate**2 * r
+    slider_torque = mu * capsule.body_mass * (r.conjugate() * relative).imag
+    spin = (friction_torque - slider_torque) / motion.inertia
+    inertial_force = capsule.body_mass * (relative + 1j * spin * r)
+    return spin, mu * (inertial_force + friction.sum(axis=0))
 
 
-def _gyration(
-    rate: Array, spun: Array, bent: QuasiStatic, across: float, upright: float
+def _gyroscopic_moment(
+    rate: Array, spin: Array, deflections: QuasiStatic, across: float, upright: float
 ) -> Complex:
     """Returns the gyroscopic moment P [N m] of a body that tilts while it turns (module docstring).
 
     The body's moments of inertia are `across`, about a horizontal axis, and `upright`, about the
-    vertical axis [kg m^2]. `rate` and `spun` are its angular velocity and acceleration.
+    vertical axis [kg m^2]. `rate` and `spin` are its angular velocity and acceleration.
     """
-    g = bent.gradient
-    g1 = bent.gradient_rate
-    g2 = bent.gradient_second
-    tilted = across * (g2 + 2j * rate * g1 + (1j * spun - rate**2) * g)
-    return tilted + upright * (rate**2 * g - 1j * spun * g - 1j * rate * g1)
+    g = deflections.gradient
+    g1 = deflections.gradient_rate
+    g2 = deflections.gradient_second
+    tilting = across * (g2 + 2j * rate * g1 + (1j * spin - rate**2) * g)
+    return tilting + upright * (rate**2 * g - 1j * spin * g - 1j * rate * g1)
 
 
-def _growth(motion: SampledMotion, lost: Array) -> Array:
+def _error_growth(motion: SampledMotion, missing: Array) -> Array:
     """Returns the two parts of e' (module docstring) [kg^(1/2) m/s^2], shape (2, n).
 
-    `lost` [N], shape (3, n), is the error of the normal forces. On a line without rotation the
+    `missing` [N], shape (3, n), is the error of the normal forces. On a line without rotation the
     parts keep their signs. If the body also turns, the first part is an absolute value. If the
     motion has no closed form, the result is a bound on the sum, shape (n,).
     """
-    towards = motion.directions
-    force = (lost * towards).sum(axis=0) / math.sqrt(motion.mass)
-    torque = (lost * (motion.arms.conjugate() * towards).imag).sum(axis=0)
+    directions = motion.directions
+    force = (missing * directions).sum(axis=0) / math.sqrt(motion.mass)
+    torque = (missing * (motion.arms.conjugate() * directions).imag).sum(axis=0)
     parts = motion.capsule.friction * np.array([force, torque / np.sqrt(motion.inertia)])
+    if motion.formula and motion.rate.any():
+        return np.array([np.abs(parts[0]), parts[1]])
     if motion.formula:
-        return np.array([np.abs(parts[0]), parts[1]]) if motion.rate.any() else parts
+        return parts
     reach = np.sqrt(1.0 / motion.mass + np.abs(motion.arms) ** 2 / motion.inertia)
-    held = (np.where(towards, 0.0, np.abs(lost)) * reach).sum(axis=0)
-    return np.asarray(np.hypot(*np.abs(parts)) + motion.capsule.friction * held)
+    sticking = (np.where(directions, 0.0, np.abs(missing)) * reach).sum(axis=0)
+    return np.asarray(np.hypot(*np.abs(parts)) + motion.capsule.friction * sticking)
 
 
-def _coupling(
+def _coupling_error(
     motion: SampledMotion, contact: SoftContact, normal: NormalContact
 ) -> tuple[BodyError, Array]:
     """Returns the errors of the body and of its loads [N] from tangential–normal coupling.
@@ -326,21 +347,26 @@ def _coupling(
     """
     capsule = motion.capsule
     reach = float(np.abs(motion.supports).max())
-    altered = normal.coupling * capsule.friction
-    sizes = np.abs(motion.slips)
-    quick = altered * float(np.abs(np.gradient(sizes, motion.times, axis=1)).max())
-    sudden, growing = (altered * float(x.max()) / contact.step for x in (sizes[:, 0], sizes))
+    load_per_acceleration = normal.coupling * capsule.friction
+    slip_speeds = np.abs(motion.slips)
+    accelerations = np.abs(np.gradient(slip_speeds, motion.times, axis=1))
+    smooth_load = load_per_acceleration * float(accelerations.max())
+    start_load = load_per_acceleration * float(slip_speeds[:, 0].max()) / contact.step
+    stop_load = load_per_acceleration * float(slip_speeds.max()) / contact.step
     factor = soft_contact.QUASI_STATIC_FACTOR * capsule.friction * normal.compliance
-    lever = normal.tilt_inertia * float(np.abs(_fractions(capsule)[1]).sum())
-    speed = 2.0 * factor * (quick + sudden) * contact.contact_rate
-    turn = factor * (quick + sudden) * (lever + motion.mass * reach) / capsule.inertia
-    loads = soft_contact.OVERSHOOT_FACTOR * quick + sudden
+    _, gradients = _load_fractions(capsule)
+    lever = normal.tilt_inertia * float(np.abs(gradients).sum())
+    speed = 2.0 * factor * (smooth_load + start_load) * contact.contact_rate
+    angle = (
+        factor * (smooth_load + start_load) * (lever + motion.mass * reach) / capsule.inertia
+    )
+    loads = soft_contact.OVERSHOOT_FACTOR * smooth_load + start_load
     loads += DEPTH_ROUNDINGS * ROUNDOFF * reach / normal.compliance
-    way = factor * (quick + sudden + growing)
-    return BodyError(way, speed, turn, turn * contact.contact_rate), np.full(3, loads)
+    place = factor * (smooth_load + start_load + stop_load)
+    return BodyError(place, speed, angle, angle * contact.contact_rate), np.full(3, loads)
 
 
-def _grown(motion: SampledMotion, resting: Any, growth: Array) -> BodyError:
+def _accumulated_error(motion: SampledMotion, resting: Any, growth: Array) -> BodyError:
     """Returns the error of the body that grows at the rates `growth`, the two parts of e'.
 
     `growth` [kg^(1/2) m/s^2] has the shape (2, n), or a shape that broadcasts to it. Whenever the
@@ -348,10 +374,11 @@ def _grown(motion: SampledMotion, resting: Any, growth: Array) -> BodyError:
     """
     times = motion.times
     growth = np.where(resting, 0.0, growth * np.ones((2, 1)))
-    grown = cumulative_trapezoid(growth, times, initial=0)
-    since = np.maximum.accumulate(np.where(resting, np.arange(len(times)), 0))
-    energy = grown - grown[:, since]
-    rates = energy / np.sqrt([np.full(len(times), motion.mass), motion.inertia])
-    ways = motion.count * np.abs(cumulative_trapezoid(rates, times)).max(axis=1)
-    fastest = np.abs(rates).max(axis=1)
-    return BodyError(float(ways[0]), float(fastest[0]), float(ways[1]), float(fastest[1]))
+    integral = cumulative_trapezoid(growth, times, initial=0)
+    last_rest = np.maximum.accumulate(np.where(resting, np.arange(len(times)), 0))
+    error_since_rest = integral - integral[:, last_rest]
+    velocities = error_since_rest / np.sqrt([np.full(len(times), motion.mass), motion.inertia])
+    distances = motion.count * np.abs(cumulative_trapezoid(velocities, times)).max(axis=1)
+    place, angle = map(float, distances)
+    speed, rate = map(float, np.abs(velocities).max(axis=1))
+    return BodyError(place, speed, angle, rate)

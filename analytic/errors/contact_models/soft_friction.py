@@ -30,9 +30,10 @@ GROWTH = (1 / 24, 1 / 6, 1 / 2, 1.0, 1.0)  # coefficients of RK4's growth factor
 
 def impedance(point: SoftPoint, depth: float) -> float:
     """Returns the impedance d at a `depth` [m]: two parabolas between the two values of `point`."""
-    part = min(depth / point.width, 1.0)
-    (least, most) = point.impedance
-    return least + (most - least) * (2 * part**2 if part < 0.5 else 1 - 2 * (1 - part) ** 2)
+    fraction = min(depth / point.width, 1.0)
+    least, most = point.impedance
+    rise = 2 * fraction**2 if fraction < 0.5 else 1 - 2 * (1 - fraction) ** 2
+    return least + (most - least) * rise
 
 
 def rates(point: SoftPoint, step: float) -> tuple[float, float]:
@@ -44,16 +45,17 @@ def rates(point: SoftPoint, step: float) -> tuple[float, float]:
 
 def depth_under(point: SoftPoint, push: float, step: float) -> float:
     """Returns the depth [m] at which a row rests under `push` [m/s^2]: force times inverse mass."""
+    if not push:
+        return 0.0
     stiffness, _ = rates(point, step)
+    least_impedance = point.impedance[0]
+    deepest = push / (stiffness * least_impedance**2)
 
-    def excess(depth: float) -> float:
+    def excess_force(depth: float) -> float:
         d = impedance(point, depth)
         return stiffness * d**2 * depth - (1.0 - d) * push
 
-    least = point.impedance[0]
-    return (
-        float(brentq(excess, 0.0, push / (stiffness * least**2), xtol=1e-18)) if push else 0.0
-    )
+    return float(brentq(excess_force, 0.0, deepest, xtol=1e-18))
 
 
 @dataclass(frozen=True)
@@ -68,15 +70,15 @@ class Held:
 
     def holds(self, point: SoftPoint) -> bool:
         """Returns whether the tangential force is within the friction cone or pyramid."""
-        pulled = np.abs(self.pull).sum() if point.pyramidal else np.hypot(*self.pull)
-        return bool(pulled <= self.friction * self.load)
+        force = np.abs(self.pull).sum() if point.pyramidal else np.hypot(*self.pull)
+        return bool(force <= self.friction * self.load)
 
-    def edged(self, point: SoftPoint) -> bool:
+    def has_edges(self, point: SoftPoint) -> bool:
         """Returns whether the contact has the rows of a pyramid's edges; without friction it has
         only a normal row."""
         return point.pyramidal and self.friction > 0.0
 
-    def edge(self, point: SoftPoint) -> float:
+    def edge_softness(self, point: SoftPoint) -> float:
         """Returns the softness of a pyramid's edge over the softness of a normal row."""
         return 2.0 * self.friction**2 * (1.0 + self.friction**2) / point.ratio
 
@@ -87,13 +89,15 @@ class Held:
         across carry half of the load that the edge along the pull leaves. They carry more until the
         drift is complete: `lag` is the part of the drift's speed that is still missing.
         """
-        if not self.edged(point):
+        if not self.has_edges(point):
             return depth_under(point, self.load * self.weight, step)
         along = float(np.abs(self.pull).max()) / self.friction
-        even = along <= self.load / 2.0
-        across = self.load / 4.0 if even else (self.load - along) / 2.0
-        across += 0.0 if even else lag * (along - across) / 3.0
-        return depth_under(point, self.edge(point) * across * self.weight, step)
+        if along <= self.load / 2.0:
+            edge_load = self.load / 4.0
+        else:
+            final_load = (self.load - along) / 2.0
+            edge_load = final_load + lag * (along - final_load) / 3.0
+        return depth_under(point, self.edge_softness(point) * edge_load * self.weight, step)
 
     def drift(self, point: SoftPoint, step: float) -> tuple[Array, Array]:
         """Returns the final drift along each tangent [m/s] and the rate of approach [1/s].
@@ -102,17 +106,17 @@ class Held:
         The contact's force is beta + alpha (b v + a), with mass a = pull - force.
         """
         d = impedance(point, self.depth(point, step))
-        damping = rates(point, step)[1]
-        soft = (1.0 - d) / d * self.weight
+        _, damping = rates(point, step)
+        softness = (1.0 - d) / d * self.weight
         mu = self.friction
-        firm = np.full(2, point.ratio / soft)
-        base = np.zeros(2)
-        if self.edged(point):
-            edge = self.edge(point) * soft
-            gone = np.abs(self.pull) > mu * self.load / 2.0
-            firm = np.where(gone, 2.0 / 3.0, 2.0) * mu**2 / edge
-            base = np.where(gone, np.sign(self.pull) * mu * self.load / 3.0, 0.0)
-        return (self.pull - base) / (firm * damping), damping / (1.0 + self.mass / firm)
+        alpha = np.full(2, point.ratio / softness)
+        beta = np.zeros(2)
+        if self.has_edges(point):
+            edge_softness = self.edge_softness(point) * softness
+            edge_let_go = np.abs(self.pull) > mu * self.load / 2.0
+            alpha = np.where(edge_let_go, 2.0 / 3.0, 2.0) * mu**2 / edge_softness
+            beta = np.where(edge_let_go, np.sign(self.pull) * mu * self.load / 3.0, 0.0)
+        return (self.pull - beta) / (alpha * damping), damping / (1.0 + self.mass / alpha)
 
     def settling(self, point: SoftPoint, step: float) -> float:
         """Returns the relative change of the softness while the drift builds up.
@@ -122,16 +126,20 @@ class Held:
         does.
         """
         along = np.abs(self.pull).max()
-        half = self.friction * self.load / 2.0
-        if not self.edged(point) or along <= half:
+        half_limit = self.friction * self.load / 2.0
+        if not self.has_edges(point) or along <= half_limit:
             return 0.0
-        lag = rates(point, step)[1] / float(self.drift(point, step)[1].min()) - 1.0
-        first, last = (impedance(point, self.depth(point, step, x)) for x in (lag, 0.0))
-        late = lag if along * (1.0 - lag) <= half else 0.0
-        return late + abs((1.0 - first) / first / ((1.0 - last) / last) - 1.0)
+        _, damping = rates(point, step)
+        _, approach_rates = self.drift(point, step)
+        lag = damping / float(approach_rates.min()) - 1.0
+        first = impedance(point, self.depth(point, step, lag))
+        last = impedance(point, self.depth(point, step))
+        change = abs((1.0 - first) / first / ((1.0 - last) / last) - 1.0)
+        edge_holds_at_first = along * (1.0 - lag) <= half_limit
+        return lag + change if edge_holds_at_first else change
 
 
-def drifted(scheme: Scheme, held: Held, step: float, counts: Array) -> Array:
+def held_drift(scheme: Scheme, held: Held, step: float, counts: Array) -> Array:
     """Returns the drift [m] and its speed [m/s] along the pull, shape (2, n), of a body that starts
     at rest, after the numbers of steps `counts`, shape (n,).
 
@@ -141,13 +149,17 @@ def drifted(scheme: Scheme, held: Held, step: float, counts: Array) -> Array:
     point = scheme.contact
     if point is None or scheme.integrator not in STEPPED or not held.holds(point):
         return np.empty((0, len(counts)))
-    speeds, falls = held.drift(point, step)
-    speeds = speeds[:, None]
-    fall = -step * falls
-    euler = scheme.integrator == EULER
-    growth = 1.0 + fall if euler else np.polyval(GROWTH, fall)
-    gained = growth if euler else (growth - 1.0) / fall
-    powers = growth[:, None] ** counts
-    ways = step * speeds * (counts - (gained / (1.0 - growth))[:, None] * (1.0 - powers))
-    along = held.pull / (np.hypot(*held.pull) or 1.0)
-    return np.asarray(along @ np.array([ways, speeds * (1.0 - powers)]))
+    final_speeds, approach_rates = held.drift(point, step)
+    decay = -step * approach_rates
+    if scheme.integrator == EULER:
+        factor = 1.0 + decay
+        mean_factor = factor
+    else:
+        factor = np.asarray(np.polyval(GROWTH, decay), dtype=np.float64)
+        mean_factor = (factor - 1.0) / decay
+    missing = factor[:, None] ** counts  # fraction of the final speed that is still missing
+    lost_steps = (mean_factor / (1.0 - factor))[:, None] * (1.0 - missing)
+    distances = step * final_speeds[:, None] * (counts - lost_steps)
+    speeds = final_speeds[:, None] * (1.0 - missing)
+    direction = held.pull / (np.hypot(*held.pull) or 1.0)
+    return np.asarray(direction @ np.array([distances, speeds]))

@@ -28,7 +28,7 @@ import numpy as np
 from plumbob.analytic.errors.smooth_motion.scheme_steps import (
     Equations,
     Parts,
-    advance,
+    scheme_step,
     states_after,
 )
 from plumbob.analytic.reference import Array
@@ -67,15 +67,15 @@ class Body:
         equations = mechanics(capsule)
         limits = np.column_stack([equations.centre_limits, *equations.limit_slopes]).tolist()
         return cls(
-            equations.mass,
-            equations.mass_ratio,
-            equations.reduced_mass,
-            equations.body_inertia,
-            tuple(equations.supports.tolist()),
-            tuple(map(tuple, limits)),
+            mass=equations.mass,
+            mass_ratio=equations.mass_ratio,
+            reduced_mass=equations.reduced_mass,
+            inertia=equations.body_inertia,
+            supports=tuple(equations.supports.tolist()),
+            limits=tuple(map(tuple, limits)),
         )
 
-    def pulled(
+    def rates_with_friction(
         self, q: Parts, rates: Parts, w: complex, lead: float, near: Slip
     ) -> tuple[Parts, Slip]:
         """Returns the rates of change of z', omega and v, and the slip that friction opposes.
@@ -83,18 +83,20 @@ class Body:
         The slip is a time `lead` [s] later. `q` is z, psi and r; `rates` is z', omega and v; `w` is
         the slider's acceleration [m/s^2]. `near` is a slip from which the search starts.
         """
-        (_, psi, r), (speed, omega, v) = q, rates
+        _, psi, r = q
+        speed, omega, v = rates
         turn = exp(1j * psi)
         arm = self.mass_ratio * r
-        carried = w + 2j * omega * v - omega * omega * r
-        pushed = -self.mass_ratio * carried
-        spun = -self.reduced_mass * (r.conjugate() * carried).imag / self.inertia_with(r)
-        begun = speed / turn + 1j * omega * arm
-        free = (begun + lead * pushed, omega + lead * spun)
-        slip = self.after_friction(r, lead, free, near)
-        pushed = (slip[0] - begun) / lead
-        spun = (slip[1] - omega) / lead
-        return ((pushed - 1j * spun * arm) * turn, spun, w), slip
+        slider_acceleration = w + 2j * omega * v - omega * omega * r
+        inertia = self.inertia_with(r)
+        free_push = -self.mass_ratio * slider_acceleration
+        free_spin = -self.reduced_mass * (r.conjugate() * slider_acceleration).imag / inertia
+        velocity = speed / turn + 1j * omega * arm
+        free_slip = (velocity + lead * free_push, omega + lead * free_spin)
+        slip = self.after_friction(r, lead, free_slip, near)
+        push = (slip[0] - velocity) / lead
+        spin = (slip[1] - omega) / lead
+        return ((push - 1j * spin * arm) * turn, spin, w), slip
 
     def inertia_with(self, r: complex) -> float:
         """Returns the moment of inertia about the combined centre [kg m^2], the slider at r [m]."""
@@ -108,7 +110,10 @@ class Body:
         The slip of each support also has the part `opened` [1/s] times the support's position.
         `near` is a slip from which the search starts.
         """
-        limits = [lead * max(c + r.real * a + r.imag * b, 0.0) for c, a, b in self.limits]
+        limits = []
+        for central, along_x, along_y in self.limits:
+            limit = central + r.real * along_x + r.imag * along_y
+            limits.append(lead * max(limit, 0.0))
         if not any(limits):
             return free
         arms = [support - self.mass_ratio * r for support in self.supports]
@@ -136,15 +141,16 @@ def trajectory(
 
     def acceleration(time: float, q: Parts, rates: Parts) -> Parts:
         nonlocal near
-        pulled, near = body.pulled(q, rates, pushes[round(time / step)], lead, near)
-        return pulled
+        push = pushes[round(time / step)]
+        accelerations, near = body.rates_with_friction(q, rates, push, lead, near)
+        return accelerations
 
-    take = advance(Scheme(integrator, "start"), Equations(acceleration, 3), step)
+    advance = scheme_step(Scheme(integrator, "start"), Equations(acceleration, 3), step)
     state = (0j, 0.0, complex(*places[0]), speed, omega, complex(*speeds[0]))
-    return columns_of(states_after(take, state, step, range(steps + 1)))
+    return columns_of_states(states_after(advance, state, step, range(steps + 1)))
 
 
-def columns_of(states: Sequence[Parts]) -> Array:
+def columns_of_states(states: Sequence[Parts]) -> Array:
     """Returns COLUMNS of n states (z, psi, r, z', omega, v), shape (n, 6)."""
     z, psi, _, speed, omega, _ = np.array(states).T
     columns = [z.real, z.imag, psi.real, speed.real, speed.imag, omega.real]

@@ -23,7 +23,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from plumbob.analytic.errors.sliding_motion.plane_steps import Body, columns_of
+from plumbob.analytic.errors.sliding_motion.plane_steps import Body, columns_of_states
 from plumbob.analytic.errors.smooth_motion.scheme_steps import Parts
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.capsule import Capsule
@@ -34,15 +34,15 @@ from plumbob.analytic.systems.three_points.implicit_friction import Slip
 GRID = 1e-6  # [steps] a switch closer to a grid time counts as on the grid
 
 
-def opened(turn: float) -> complex:
+def chord_error(turn: float) -> complex:
     """Returns the error of a straight step through the angle `turn` [rad], over the arm."""
     return 1.0 - cmath.exp(-1j * turn) * (1.0 + 1j * turn)
 
 
 def switches_on_grid(path: SliderPath, step: float) -> bool:
     """Returns whether the slider's acceleration jumps only at multiples of `step` [s]."""
-    steps = path.breakpoints / step
-    return bool(np.abs(steps - np.rint(steps)).max() < GRID)
+    switch_steps = path.breakpoints / step
+    return bool(np.abs(switch_steps - np.rint(switch_steps)).max() < GRID)
 
 
 @lru_cache(maxsize=16)
@@ -54,21 +54,22 @@ def position_first_trajectory(
     The result has the shape (steps + 1, 6), in the axes of the ground. At the start, joints are as
     open as an earlier step would have left them.
     """
-    inside, moving, targets = _targets(path, step, steps)
+    place, rate, targets = _targets(path, step, steps)
     body = Body.of(capsule)
     speed = complex(*start.velocity)
     omega = start.angular_velocity
-    behind = opened(step * omega)
-    sliding = speed + (1j * omega + behind / step) * inside + moving
-    states: list[Parts] = [(0j, 0.0, inside * (1.0 - behind), speed, omega, sliding)]
-    near: Slip = (speed + 1j * omega * body.mass_ratio * inside, omega)
+    opening = chord_error(step * omega)
+    slider = place * (1.0 - opening)
+    slider_velocity = speed + (1j * omega + opening / step) * place + rate
+    states: list[Parts] = [(0j, 0.0, slider, speed, omega, slider_velocity)]
+    near: Slip = (speed + 1j * omega * body.mass_ratio * place, omega)
     for target in targets:
-        state, near = _advanced(body, states[-1], target, step, near)
+        state, near = _next_state(body, states[-1], target, step, near)
         states.append(state)
-    return columns_of(states)
+    return columns_of_states(states)
 
 
-def _advanced(
+def _next_state(
     body: Body, state: Parts, target: complex, step: float, near: Slip
 ) -> tuple[Parts, Slip]:
     """Returns the state and the slip after a step that moves the slider to `target` [m].
@@ -76,22 +77,24 @@ def _advanced(
     A state is z, psi, the slider's position, z', omega and the slider's velocity, in the axes of
     the ground. The slip is in the axes of the body. `near` is a slip from which the search starts.
     """
-    z, psi, slider, speed, omega, sliding = state
+    z, psi, slider, speed, omega, slider_velocity = state
     z = z + step * speed
-    slider = slider + step * sliding
+    slider = slider + step * slider_velocity
     psi = psi + step * omega
-    turned = cmath.exp(1j * psi)
-    behind = opened(step * omega) / step
+    turn = cmath.exp(1j * psi)
+    opening_rate = chord_error(step * omega) / step
     arm = slider - z
-    inside = arm / turned
-    closing = turned * (target - inside) / step
-    apart = sliding - closing - speed
-    turning = body.inertia * omega + body.reduced_mass * (arm.conjugate() * apart).imag
-    free = (speed + body.mass_ratio * apart) / turned, turning / body.inertia_with(inside)
-    slip = body.after_friction(inside, step, free, near, behind)
-    omega = slip[1]
-    speed = slip[0] * turned - 1j * omega * body.mass_ratio * arm
-    return (z, psi, slider, speed, omega, speed + 1j * omega * arm + closing), slip
+    place = arm / turn
+    closing = turn * (target - place) / step
+    mismatch = slider_velocity - closing - speed
+    spin = body.inertia * omega + body.reduced_mass * (arm.conjugate() * mismatch).imag
+    free_velocity = (speed + body.mass_ratio * mismatch) / turn
+    free_slip = free_velocity, spin / body.inertia_with(place)
+    slip = body.after_friction(place, step, free_slip, near, opening_rate)
+    velocity, omega = slip
+    speed = velocity * turn - 1j * omega * body.mass_ratio * arm
+    slider_velocity = speed + 1j * omega * arm + closing
+    return (z, psi, slider, speed, omega, slider_velocity), slip
 
 
 def _targets(
@@ -106,5 +109,5 @@ def _targets(
     targets = places - 0.5 * step * speeds
     if not switches_on_grid(path, step):
         targets[1:] = places[0] + np.cumsum(step * speeds[:-1], axis=0)
-    following: list[complex] = (targets[2:] @ np.array([1.0, 1j])).tolist()
-    return complex(*places[0]), complex(*speeds[0]), following
+    complex_targets: list[complex] = (targets[2:] @ np.array([1.0, 1j])).tolist()
+    return complex(*places[0]), complex(*speeds[0]), complex_targets

@@ -48,20 +48,20 @@ def capsule_errors(problem: CapsuleProblem) -> StepErrors:
         return StepErrors(partial(plane_errors, reference))
     if motion.kind == "coasting":
         return StepErrors(partial(coasting_errors, motion))
-    if motion.kind == "hold":  # nothing moves
-        return StepErrors(
-            lambda scheme, step, times: (
-                {}
-                if scheme.position_lead is None
-                else {
-                    name: np.zeros_like(value) for name, value in motion.observe(times).items()
-                }
-            )
-        )
+    if motion.kind == "hold":
+        return StepErrors(partial(hold_errors, motion))
     return StepErrors(partial(line_errors, motion, reference))
 
 
-def stepped(
+def hold_errors(motion: Any, scheme: Scheme, step: float, times: Array) -> Signals:
+    """Returns zero errors at `times` [s] for a body that does not move; none for schemes without
+    theory."""
+    if scheme.position_lead is None:
+        return {}
+    return {name: np.zeros_like(value) for name, value in motion.observe(times).items()}
+
+
+def stepped_motion(
     scheme: Scheme, step: float, rate: float, pushes: Sequence[float], limit: float
 ) -> Array:
     """Returns distance, rate and friction at the start and after each step, shape (3, n + 1).
@@ -71,26 +71,27 @@ def stepped(
     step, once in a step of semi-implicit Euler and in each stage of RK4. The friction in a column
     acts in the first stage of the following step; in the last column it is NaN.
     """
-    way = 0.0
+    distance = 0.0
     rows = list[tuple[float, float, float]]()
     push = 0.0
 
     def slopes(_: float, state: Sequence[float]) -> tuple[float, float]:
-        return state[1], push + min(max(-state[1] / step - push, -limit), limit)
+        friction = min(max(-state[1] / step - push, -limit), limit)
+        return state[1], push + friction
 
     for push in pushes:
-        gained = slopes(0.0, (way, rate))[1]
-        rows.append((way, rate, gained - push))
+        _, acceleration = slopes(0.0, (distance, rate))
+        rows.append((distance, rate, acceleration - push))
         if scheme.integrator == RK4:
-            way, rate = CLASSICAL.advanced(slopes, (way, rate), step)
+            distance, rate = CLASSICAL.advanced(slopes, (distance, rate), step)
         else:
-            before = rate
-            rate = rate + step * gained
-            way += step * (before if scheme.position_first else rate)
-    return np.array([*rows, (way, rate, math.nan)]).T
+            rate_before = rate
+            rate = rate + step * acceleration
+            distance += step * (rate_before if scheme.position_first else rate)
+    return np.array([*rows, (distance, rate, math.nan)]).T
 
 
-def ways(speeds: Array, lead: float, step: float) -> Array:
+def positions(speeds: Array, lead: float, step: float) -> Array:
     """Returns positions at the start and after each step of `step` [s], shape (n + 1, ...).
 
     `speeds` are exact at these times and have the same shape. In each step the speed at its end has
@@ -101,12 +102,12 @@ def ways(speeds: Array, lead: float, step: float) -> Array:
 
 
 @lru_cache(maxsize=KEPT)  # all methods of one scene share the result
-def _body(motion: Any, scheme: Scheme, step: float, steps: int) -> Array:
-    """Returns `stepped` for the body under the slider's mean reaction in each step."""
+def _body_motion(motion: Any, scheme: Scheme, step: float, steps: int) -> Array:
+    """Returns `stepped_motion` of the body under the slider's mean reaction in each step."""
     capsule = motion.single.capsule
-    gained = np.diff(motion.relative_velocity(step * np.arange(steps + 2.0)))
-    pushes = (-capsule.mass_ratio / step * gained).tolist()
-    return stepped(scheme, step, 0.0, pushes, capsule.friction * capsule.gravity)
+    velocity_changes = np.diff(motion.relative_velocity(step * np.arange(steps + 2.0)))
+    pushes = (-capsule.mass_ratio / step * velocity_changes).tolist()
+    return stepped_motion(scheme, step, 0.0, pushes, capsule.friction * capsule.gravity)
 
 
 def line_errors(
@@ -125,9 +126,9 @@ def line_errors(
     errors = apart(line_run, reference.observe(times))
     single = motion.single
     loads = np.outer(load_slopes(single.capsule, single.direction), errors["stroke"])
-    still = dict.fromkeys(("stroke_rate", "heading", "sideways"), np.zeros(len(marks)))
-    every = {**errors, **still, **dict(zip(NORMAL_FORCES, loads, strict=True))}
-    return SteppedErrors(every, lasting=jumps(reference, scheme, step, times))
+    exact = dict.fromkeys(("stroke_rate", "heading", "sideways"), np.zeros(len(marks)))
+    all_errors = {**errors, **exact, **dict(zip(NORMAL_FORCES, loads, strict=True))}
+    return SteppedErrors(all_errors, lasting=largest_jumps(reference, scheme, step, times))
 
 
 def _line_run(
@@ -135,22 +136,23 @@ def _line_run(
 ) -> dict[str, Array]:
     """Returns the observables of a run along a line after each of the numbers of steps `marks`,
     shape (n,); `step` is in [s], `lead` is the scheme's `position_lead`."""
-    kind = Scheme(scheme.integrator, position_first=scheme.position_first)
-    way, rate, deceleration = _body(motion, kind, step, int(marks[-1]))[:, marks]
+    reduced_scheme = Scheme(scheme.integrator, position_first=scheme.position_first)
+    body_motion = _body_motion(motion, reduced_scheme, step, int(marks[-1]))
+    distance, rate, deceleration = body_motion[:, marks]
     capsule = motion.single.capsule
     friction = (capsule.body_mass + capsule.slider_mass) * deceleration
     slider_rates = motion.relative_velocity(step * np.arange(marks[-1] + 2.0))
     slider_accelerations = (np.diff(slider_rates) / step)[marks]
     return {
-        "displacement": way,
+        "displacement": distance,
         "velocity": rate,
-        "stroke": ways(slider_rates, lead, step)[marks],
+        "stroke": positions(slider_rates, lead, step)[marks],
         "friction_force": friction,
         "driving_force": driving_force(capsule, friction, slider_accelerations),
     }
 
 
-def jumps(reference: Reference, scheme: Scheme, step: float, times: Array) -> Signals:
+def largest_jumps(reference: Reference, scheme: Scheme, step: float, times: Array) -> Signals:
     """Returns the largest jump of each force within one `step` [s] before or after each of the grid
     `times` [s], shape (n,). If a force jumps within a step, the run shows one of its two values, or
     their mean, however small the step. RK4 keeps the fraction TAIL of that error in each step that
@@ -160,8 +162,8 @@ def jumps(reference: Reference, scheme: Scheme, step: float, times: Array) -> Si
     for k in range(LASTS if scheme.integrator == RK4 else 2):
         earlier = reference.observe(np.maximum(times - k * step, 0.0))
         for name, jump in largest.items():
-            left = TAIL ** max(k - 1, 0) * np.abs(later[name] - earlier[name])
-            largest[name] = np.maximum(jump, left)
+            remainder = TAIL ** max(k - 1, 0) * np.abs(later[name] - earlier[name])
+            largest[name] = np.maximum(jump, remainder)
         later = earlier
     return largest
 
@@ -177,25 +179,27 @@ def coasting_errors(
     """
     if scheme.position_lead is None:
         return {}
-    still = np.zeros(len(times))
+    zeros = np.zeros(len(times))
     loads = by_support(np.zeros((len(times), 3)))
     marks = whole_steps(times, step)
-    nothing = [0.0] * int(marks[-1])
-    way, rate, _ = stepped(scheme, step, motion.rate, nothing, motion.deceleration)[:, marks]
-    way, rate = np.stack([way, rate]) - motion.course(times)
+    pushes = [0.0] * int(marks[-1])
+    run = stepped_motion(scheme, step, motion.rate, pushes, motion.deceleration)
+    distance, rate = run[:2, marks] - motion.course(times)
     if motion.centre is None:
-        cos = math.cos(motion.direction)
-        sin = math.sin(motion.direction)
+        cosine = math.cos(motion.direction)
+        sine = math.sin(motion.direction)
         errors = {
-            "x": way * cos,
-            "y": way * sin,
-            "velocity_x": rate * cos,
-            "velocity_y": rate * sin,
+            "x": distance * cosine,
+            "y": distance * sine,
+            "velocity_x": rate * cosine,
+            "velocity_y": rate * sine,
         }
-        return {**errors, **loads, **dict.fromkeys(("heading", "heading_rate"), still)}
-    central = dict.fromkeys(("x", "y", "velocity_x", "velocity_y"), still)
-    turned = {"heading": way, "heading_rate": rate}
-    return {**(central if motion.centre == (0.0, 0.0) else {}), **turned, **loads}
+        return {**errors, **loads, **dict.fromkeys(("heading", "heading_rate"), zeros)}
+    rotation = {"heading": distance, "heading_rate": rate}
+    if motion.centre == (0.0, 0.0):
+        rest = dict.fromkeys(("x", "y", "velocity_x", "velocity_y"), zeros)
+        return {**rest, **rotation, **loads}
+    return {**rotation, **loads}
 
 
 def plane_errors(
@@ -212,19 +216,18 @@ def plane_errors(
     motion = reference.motion
     if steps > MOST_PLANE_STEPS or scheme.position_lead is None:
         return {}
-    driven = (motion.capsule, motion.path, reference.begun)
+    problem = (motion.capsule, motion.path, reference.begun)
     if scheme.position_first:
-        rows = position_first_trajectory(*driven, step, steps)[marks]
+        rows = position_first_trajectory(*problem, step, steps)[marks]
     else:
-        rows = trajectory(*driven, scheme.integrator, step, steps)[marks]
+        rows = trajectory(*problem, scheme.integrator, step, steps)[marks]
     stepped = dict(zip(COLUMNS, rows.T, strict=True))
     stepped["body_angle"] = stepped["heading"]
     if not scheme.position_first:
-        places, speeds, _ = motion.path.kinematics(
-            np.arange(steps + 1, dtype=np.float64) * step
-        )
-        places = places[0] + ways(speeds, scheme.position_lead, step)[marks]
-        stepped |= by_support(normal_forces(motion.capsule, places))
+        grid = np.arange(steps + 1, dtype=np.float64) * step
+        places, speeds, _ = motion.path.kinematics(grid)
+        stepped_places = places[0] + positions(speeds, scheme.position_lead, step)[marks]
+        stepped |= by_support(normal_forces(motion.capsule, stepped_places))
     return apart(stepped, reference.observe(times))
 
 
@@ -247,7 +250,7 @@ def step_error(line: LineManoeuvre, step: float | Array) -> Array:
     a2 = line.closed.braking
 
     def trapezoid(jump: float, time: float) -> Array:
-        part = time / steps - np.floor(time / steps)
-        return np.asarray(0.5 * jump * part * (1.0 - part))
+        fraction = time / steps - np.floor(time / steps)
+        return np.asarray(0.5 * jump * fraction * (1.0 - fraction))
 
     return (trapezoid(a1 + a2, line.t1) - trapezoid(a2, line.t_star)) * steps**2

@@ -27,8 +27,8 @@ from typing import Any
 import numpy as np
 
 from plumbob.analytic.numerics.arithmetic import ULP
-from plumbob.analytic.numerics.linear_flow import Response, together
-from plumbob.analytic.numerics.power_series import Series, constant, flown, variable
+from plumbob.analytic.numerics.linear_flow import Response, join_columns
+from plumbob.analytic.numerics.power_series import Series, constant, flow_series, variable
 from plumbob.analytic.numerics.smooth.smooth_motion import SmoothMotion
 from plumbob.analytic.reference import Array
 from plumbob.analytic.schemes import Scheme
@@ -68,14 +68,16 @@ class ErrorSeries:
         If the scheme has no series, the result is empty. Raises ParameterError if the motion is too
         long to be followed.
         """
-        if (known := self.stepped(scheme)) is None:
+        step_and_orders = self.stepped(scheme)
+        if step_and_orders is None:
             return {}
+        _, orders = step_and_orders
         last = float(np.max(times, initial=0.0)) or 1.0
         until = LONGER ** math.ceil(math.log(last, LONGER))
         errors = np.moveaxis(_expansion(self, scheme, until).at(times), 0, -1).copy()
         return {
             order: dict(zip(self.names, errors[:, column], strict=True))
-            for column, order in enumerate(known[1])
+            for column, order in enumerate(orders)
         }
 
 
@@ -85,49 +87,50 @@ def _expansion(series: ErrorSeries, scheme: Scheme, until: float) -> Response:
 
     The coefficients of the orders, from the lowest on, are the columns of one response.
     """
-    known = series.stepped(scheme)
+    step_and_orders = series.stepped(scheme)
+    assert step_and_orders is not None
+    step, orders = step_and_orders
     motion = series.motion
-    assert known is not None
-    step, orders = known
     times, states, flow = motion.linearised(motion.grid(until))
     state = [constant(values, orders[-1] + 1) for values in states]
-    exact = flown(lambda h, z: series.slope(times + h, z), state)
-    least = ROUNDING * np.abs(states).max(axis=1) * (1.0 + motion.pace * until)
+    exact = flow_series(lambda h, z: series.slope(times + h, z), state)
+    noise = ROUNDING * np.abs(states).max(axis=1) * (1.0 + motion.pace * until)
     responses: dict[int, Response] = {}
     for order in orders:
         after = step(times, variable(order + 1), state)
-        left = np.stack(_left(after, exact, order + 1, times), axis=-1)
-        source = left.reshape(*flow.matrix.shape[:3], 1) - sum(
-            _derivatives(responses, order + 1)
-        )
+        step_error = np.stack(_step_error(after, exact, order + 1, times), axis=-1)
+        lower_terms = sum(_derivative_terms(responses, order + 1))
+        source = step_error.reshape(*flow.matrix.shape[:3], 1) - lower_terms
         response = flow.respond(np.zeros((len(states), 1)), source)
-        responses[order] = _above(response, least * motion.pace**order)
-        _include(state, order, responses[order])
-    return together(list(responses.values()))
+        responses[order] = _without_noise(response, noise * motion.pace**order)
+        _set_terms(state, order, responses[order])
+    return join_columns(list(responses.values()))
 
 
-def _left(after: Sequence[Any], exact: Sequence[Any], m: int, times: Array) -> list[Array]:
+def _step_error(
+    after: Sequence[Any], exact: Sequence[Any], m: int, times: Array
+) -> list[Array]:
     """Returns the coefficient `m` of a step's error, `after` minus `exact`, for each part of the
     state, shape (n,) each."""
     pairs = zip(after, exact, strict=True)
     return [a.terms[m] - b.terms[m] + np.zeros_like(times) for a, b in pairs]
 
 
-def _include(state: Sequence[Series], order: int, response: Response) -> None:
+def _set_terms(state: Sequence[Series], order: int, response: Response) -> None:
     """Sets the terms of an `order` in the series of a `state` to the errors of a response."""
     errors = response.at_nodes()
     for part, error in zip(state, np.moveaxis(errors[..., 0], -1, 0), strict=True):
         part.terms[order] = error.ravel()
 
 
-def _above(response: Response, levels: Array) -> Response:
-    """Returns a response whose parts are set to zero unless they somewhere exceed `levels`."""
+def _without_noise(response: Response, noise: Array) -> Response:
+    """Returns a response whose parts are set to zero unless they somewhere exceed `noise`."""
     sizes = np.abs(response.at_nodes()).max(axis=(0, 1, 3))
-    kept = (sizes > levels).astype(float)[:, None]
-    return Response(response.orbit, response.states * kept, response.slopes * kept)
+    factors = (sizes > noise).astype(float)[:, None]
+    return Response(response.orbit, response.states * factors, response.slopes * factors)
 
 
-def _derivatives(lower: Mapping[int, Response], m: int) -> list[Array]:
+def _derivative_terms(lower: Mapping[int, Response], m: int) -> list[Array]:
     """Returns the terms e_k^{(m-k)}/(m-k)! of the coefficient `m`, for each of the `lower` orders
     k."""
     return [

@@ -11,13 +11,13 @@ from typing import Any
 import numpy as np
 
 from plumbob.analytic.errors.smooth_motion.error_series import ErrorSeries, Step
-from plumbob.analytic.errors.smooth_motion.scheme_steps import advance, steps_until
+from plumbob.analytic.errors.smooth_motion.scheme_steps import scheme_step, steps_until
 from plumbob.analytic.errors.smooth_motion.stepped_rotor import (
-    equations_of,
-    in_series,
-    orbit,
-    orders,
-    simplest,
+    error_orders,
+    has_series,
+    rotor_equations,
+    simplest_scheme,
+    stepped_orbit,
 )
 from plumbob.analytic.numerics.arithmetic import ULP
 from plumbob.analytic.numerics.power_series import constant
@@ -70,41 +70,44 @@ class RotorErrors:
 
     @cached_property
     def _series(self) -> ErrorSeries:
-        free = equations_of(self.rotor, Scheme(EULER), 0.0)
+        """Error series of theta and theta_dot."""
+        equations = rotor_equations(self.rotor, Scheme(EULER), 0.0)
 
         def slope(time: Any, state: Any) -> tuple[Any, Any]:
-            return state[1], *free.acceleration(time, state[:1], state[1:])
+            return state[1], *equations.acceleration(time, state[:1], state[1:])
 
-        return ErrorSeries(self.motion, ANGLE, slope, self._stepped)
+        return ErrorSeries(self.motion, ANGLE, slope, self._step_and_orders)
 
-    def _stepped(self, scheme: Scheme) -> tuple[Step, range] | None:
-        if not in_series(scheme):
+    def _step_and_orders(self, scheme: Scheme) -> tuple[Step, range] | None:
+        """Returns the step of a scheme and the orders of its error; None without a series."""
+        if not has_series(scheme):
             return None
 
-        def step(times: Any, step: Any, state: Any) -> Any:
-            return advance(scheme, equations_of(self.rotor, scheme, step), step)(times, state)
+        def step(times: Any, length: Any, state: Any) -> Any:
+            equations = rotor_equations(self.rotor, scheme, length)
+            return scheme_step(scheme, equations, length)(times, state)
 
-        return step, orders(scheme, self.rotor, self.terms)
+        return step, error_orders(scheme, self.rotor, self.terms)
 
     def series(self, scheme: Scheme, times: Array) -> Coefficients:
         """Returns the first `terms` coefficients of the error at `times` [s], see `ErrorSeries`.
 
         The tension [N] is computed on the power series of theta and theta_dot.
         """
-        terms = self._series.series(simplest(scheme, self.rotor), times)
-        if self.rod is None or not terms:
-            return terms
+        coefficients = self._series.series(simplest_scheme(scheme, self.rotor), times)
+        if self.rod is None or not coefficients:
+            return coefficients
         observed = self.exact.observe(times)
-        state = {name: constant(observed[name], max(terms)) for name in ANGLE}
-        for power, coefficients in terms.items():
-            for name, part in state.items():
-                part.terms[power] = coefficients[name]
-        theta, theta_dot = state.values()
-        read = self.rod.readings(self.rod.values, (theta,), (theta_dot,)).items()
-        return {
-            power: {**errors, **{name: part.terms[power] for name, part in read}}
-            for power, errors in terms.items()
-        }
+        theta, theta_dot = (constant(observed[name], max(coefficients)) for name in ANGLE)
+        for power, errors in coefficients.items():
+            theta.terms[power] = errors["theta"]
+            theta_dot.terms[power] = errors["theta_dot"]
+        readings = self.rod.readings(self.rod.values, (theta,), (theta_dot,))
+        with_readings = {}
+        for power, errors in coefficients.items():
+            reading_errors = {name: part.terms[power] for name, part in readings.items()}
+            with_readings[power] = {**errors, **reading_errors}
+        return with_readings
 
     def at_step(self, scheme: Scheme, step: float, times: Array) -> SteppedErrors:
         """Returns the stepped motion less the exact motion at `times` [s], shape (n,).
@@ -118,26 +121,35 @@ class RotorErrors:
         exact = self.exact.observe(times)
         start = (self.theta, self.theta_dot)
         sizes = tuple(float(np.abs(exact[name]).max()) for name in ANGLE)
-        scheme = simplest(scheme, self.rotor)
-        states = orbit(self.rotor, start, scheme, step, marks.tobytes(), sizes)
+        scheme = simplest_scheme(scheme, self.rotor)
+        states = stepped_orbit(self.rotor, start, scheme, step, marks.tobytes(), sizes)
         if states is None:
             return SteppedErrors({})
         stepped = dict(zip(ANGLE, states, strict=False))
         if self.rod is not None:
-            p, (x, v, *joint) = self.rod.values, states
-            stepped |= self.rod.readings(p, (x,), (v,))
-            if joint:
-                stepped["tension"] = p.mass * p.length * joint[-1]
-        doubts = {
-            name: np.abs(x.imag) / TINY + ULP * (1.0 + np.abs(x.real))
-            for name, x in stepped.items()
-        }
+            stepped |= self._tension(states)
+        values = {name: x.real for name, x in stepped.items()}
+        doubts = {}
+        for name, x in stepped.items():
+            doubts[name] = np.abs(x.imag) / TINY + ULP * (1.0 + np.abs(x.real))
         if self.rod is not None:
-            of_rod = self.rod.doubts(states[:2].real, np.zeros((2, len(times))))
-            doubts["tension"] += of_rod["tension"]
+            rod_doubts = self.rod.doubts(states[:2].real, np.zeros((2, len(times))))
+            doubts["tension"] += rod_doubts["tension"]
         if not np.isfinite([*doubts.values()]).all():
             return SteppedErrors({})
-        return SteppedErrors(apart({n: x.real for n, x in stepped.items()}, exact), doubts)
+        return SteppedErrors(apart(values, exact), doubts)
+
+    def _tension(self, states: Any) -> Mapping[str, Any]:
+        """Returns the rod's tension [N] in stepped states, shape (d, n), by name.
+
+        If a joint holds the bob, the last number of a state is the joint's pull.
+        """
+        assert self.rod is not None
+        parameters = self.rod.values
+        theta, theta_dot, *joint = states
+        if joint:
+            return {"tension": parameters.mass * parameters.length * joint[-1]}
+        return self.rod.readings(parameters, (theta,), (theta_dot,))
 
     def energy_drift_rate(self, period: float, scheme: Scheme) -> Mapping[int, float]:
         """Returns the coefficients D_p of the mean energy drift sum_p D_p step^p, as {p: D_p}.
@@ -150,18 +162,18 @@ class RotorErrors:
         if not self.rotor.conservative:
             raise ParameterError("rotor", self.rotor, "without damping and forcing")
         times = np.linspace(0.0, period, SAMPLES)
-        theta_dot = self.theta_dot
-        pull = self.rotor.acceleration(0.0, self.theta, theta_dot)
+        rate = self.theta_dot
+        pull = self.rotor.acceleration(0.0, self.theta, rate)
         fastest = np.abs(self.exact.observe(times)["theta_dot"]).max()
-        rates = {}
+        drift_rates = {}
         for power, error in self.series(scheme, times).items():
-            gained = float(theta_dot * error["theta_dot"][-1] - pull * error["theta"][-1])
+            if power >= 2 * (scheme.order or 0):
+                continue
+            gain = float(rate * error["theta_dot"][-1] - pull * error["theta"][-1])
             size = np.abs(error["theta_dot"]).max() + fastest * (math.tau / period) ** power
-            if power < 2 * (scheme.order or 0):
-                rates[power] = (
-                    gained / period if abs(gained) > NEGLIGIBLE * fastest * size else 0.0
-                )
-        return rates
+            drifts = abs(gain) > NEGLIGIBLE * fastest * size
+            drift_rates[power] = gain / period if drifts else 0.0
+        return drift_rates
 
 
 def pendulum_errors(motion: PendulumMotion) -> RotorErrors:

@@ -42,52 +42,69 @@ class Equations:
     """Function from q, a constant q' and a step to q after the step."""
 
 
-def advance(scheme: Scheme, equations: Equations, step: Any) -> Advance:
+def scheme_step(scheme: Scheme, equations: Equations, step: Any) -> Advance:
     """Returns the step of a `scheme` of STEPPED on the `equations`; `step` is its size [s]."""
     count = equations.count
     drifted = equations.drifted
     implicit = equations.implicit
     tableau = TABLEAUX.get(scheme.integrator)
-    lag = READ_AT.get(scheme.control)
+    held_fraction = READ_AT.get(scheme.control)
 
-    def pulled(time: Any, fraction: float, q: Parts, v: Parts) -> Parts:
-        return equations.acceleration(time + step * (fraction if lag is None else lag), q, v)
+    def acceleration(time: Any, fraction: float, q: Parts, v: Parts) -> Parts:
+        read_at = fraction if held_fraction is None else held_fraction
+        return equations.acceleration(time + step * read_at, q, v)
 
-    def stepped(time: Any, state: Parts) -> Parts:
-        if tableau is not None:
+    def explicit_step(time: Any, state: Parts) -> Parts:
+        assert tableau is not None
 
-            def slopes(part: float, z: Parts) -> Parts:
-                v = z[-count:]
-                return [*v, *pulled(time, part, z[:-count], v)]
+        def slopes(fraction: float, z: Parts) -> Parts:
+            v = z[-count:]
+            return [*v, *acceleration(time, fraction, z[:-count], v)]
 
-            return tableau.advanced(slopes, state, step)
+        return tableau.advanced(slopes, state, step)
+
+    def position_first_step(time: Any, state: Parts) -> Parts:
+        v = state[-count:]
+        q = drifted(state[:-count], v, step)
+        return [*q, *moved(v, acceleration(time, 0.0, q, v), step)]
+
+    def euler_step(time: Any, state: Parts) -> Parts:
         q = state[:-count]
         v = state[-count:]
-        if scheme.position_first:
-            q = drifted(q, v, step)
-            return [*q, *moved(v, pulled(time, 0.0, q, v), step)]
-        push = pulled(time, 0.0, q, v)
+        push = acceleration(time, 0.0, q, v)
         length = step
-        damping, spring = (0.0, 0.0) if implicit is None else implicit(state)
-        if scheme.integrator == EULER:
-            if implicit is not None:
-                push = moved(push, v, -step * spring)
-                length = step / (1.0 + step * (damping + step * spring))
-            v = moved(v, push, length)
-            return [*drifted(q, v, step), *v]
-        # Leapfrog: half a kick, a drift, and half a kick by the accelerations after the drift.
+        if implicit is not None:
+            damping, spring = implicit(state)
+            push = moved(push, v, -step * spring)
+            length = step / (1.0 + step * (damping + step * spring))
+        v = moved(v, push, length)
+        return [*drifted(q, v, step), *v]
+
+    def leapfrog_step(time: Any, state: Parts) -> Parts:
+        # Half a kick, a drift, and half a kick by the accelerations after the drift.
         half = step / 2
-        v = moved(v, push, half)
+        q = state[:-count]
+        v = state[-count:]
+        v = moved(v, acceleration(time, 0.0, q, v), half)
         q = drifted(q, v, step)
         if implicit is not None:
-            kicked = moved(v, pulled(time, 1.0, q, [0.0] * count), half)
-            return [*q, *(x / (1.0 + half * damping) for x in kicked)]
-        return [*q, *_corrected(lambda rates: moved(v, pulled(time, 1.0, q, rates), half), v)]
+            damping, _ = implicit(state)
+            kicked = moved(v, acceleration(time, 1.0, q, [0.0] * count), half)
+            return [*q, *[x / (1.0 + half * damping) for x in kicked]]
 
-    return stepped
+        def kick(rates: Parts) -> Parts:
+            return moved(v, acceleration(time, 1.0, q, rates), half)
+
+        return [*q, *_fixed_point(kick, v)]
+
+    if tableau is not None:
+        return explicit_step
+    if scheme.position_first:
+        return position_first_step
+    return euler_step if scheme.integrator == EULER else leapfrog_step
 
 
-def _corrected(kick: Callable[[Parts], Parts], start: Parts) -> Parts:
+def _fixed_point(kick: Callable[[Parts], Parts], start: Parts) -> Parts:
     """Returns the rates r that satisfy r = `kick`(r), by a fixed-point iteration from `start`.
 
     The iteration ends when its changes no longer shrink. Each iteration makes one more term of a
@@ -100,22 +117,23 @@ def _corrected(kick: Callable[[Parts], Parts], start: Parts) -> Parts:
         for _ in range(MOST_CORRECTIONS):
             rates = start
             start = kick(start)
-            change = max([abs(x - rate) for x, rate in zip(start, rates, strict=True)])
+            changes = [abs(after - rate) for after, rate in zip(start, rates, strict=True)]
+            change = max(changes)
             if not 0.0 < change < before:
                 break
             before = change
         return start
-    now: Any = np.array(start)
-    shrinks = np.ones(now.shape[1:], dtype=bool)
+    rates_now: Any = np.array(start)
+    shrinks = np.ones(rates_now.shape[1:], dtype=bool)
     for _ in range(MOST_CORRECTIONS):
-        after = np.array(kick(now))
-        change = np.abs(after - now).max(axis=0)
-        now = np.where(shrinks, after, now)
+        kicked = np.array(kick(rates_now))
+        change = np.abs(kicked - rates_now).max(axis=0)
+        rates_now = np.where(shrinks, kicked, rates_now)
         shrinks &= (change > 0.0) & (change < before)
         if not shrinks.any():
             break
         before = change
-    return [*now]
+    return [*rates_now]
 
 
 def whole_steps(times: Array, step: float) -> npt.NDArray[Any]:
@@ -131,8 +149,8 @@ def steps_until(times: Array, step: float, most: int = MOST_STEPS) -> Marks | No
     marks = whole_steps(times, step)
     if not 0 < int(marks[-1]) <= most:
         return None
-    off = np.abs(times / step - marks).max()
-    return marks if off <= OFF + ULP * marks[-1] else None
+    largest_offset = np.abs(times / step - marks).max()
+    return marks if largest_offset <= OFF + ULP * marks[-1] else None
 
 
 def states_after(
@@ -140,10 +158,10 @@ def states_after(
 ) -> list[Parts]:
     """Returns the states after each of the increasing numbers of steps `marks` of `step` [s]."""
     states = []
-    done = 0
+    steps_taken = 0
     for mark in marks:
-        for n in range(done, mark):
+        for n in range(steps_taken, mark):
             state = advance(n * step, state)
         states.append(state)
-        done = mark
+        steps_taken = mark
     return states

@@ -37,7 +37,7 @@ from plumbob.analytic.errors.smooth_motion.scheme_steps import (
     Advance,
     Equations,
     Parts,
-    advance,
+    scheme_step,
     states_after,
 )
 from plumbob.analytic.numerics.arithmetic import ROUNDOFF, ULP
@@ -51,7 +51,7 @@ FORCES = (0, 1, 2, 4, 7)  # indices of the rotor's coefficients that are acceler
 Complex = npt.NDArray[np.complex128]
 
 
-def equations_of(
+def rotor_equations(
     rotor: DrivenRotor, scheme: Scheme, step: Any, library: Any = np, by: Any = 1.0
 ) -> Equations:
     """Returns the equation of a rotor for steps of `step` [s], a number, an array or a series.
@@ -60,27 +60,26 @@ def equations_of(
     """
     p = SimpleNamespace(**{name: value * by for name, value in asdict(rotor).items()})
     if scheme.control == "mean" and rotor.forcing_frequency:
-        half = 0.5 * step * p.forcing_frequency
-        p.forcing_amplitude = p.forcing_amplitude * library.sin(half) / half
-    force = forces(rotor, library)
-    part = float(scheme.implicit_damping)
-    implicit = part * p.damping_rate, p.stiffness if scheme.implicit_spring else 0.0
+        half_turn = 0.5 * step * p.forcing_frequency
+        p.forcing_amplitude = p.forcing_amplitude * library.sin(half_turn) / half_turn
+    acceleration = partial(forces(rotor, library), p)
     if scheme.integrator == LEAPFROG:  # all damping is implicit, so that the step is symmetric
-        implicit = p.damping_rate, 0.0
-    return Equations(
-        partial(force, p),
-        1,
-        (lambda state: implicit) if part or scheme.integrator == LEAPFROG else None,
-    )
+        damping, stiffness = p.damping_rate, 0.0
+    elif scheme.implicit_damping:
+        damping = float(scheme.implicit_damping) * p.damping_rate
+        stiffness = p.stiffness if scheme.implicit_spring else 0.0
+    else:
+        return Equations(acceleration, 1)
+    return Equations(acceleration, 1, lambda state: (damping, stiffness))
 
 
-def in_series(scheme: Scheme) -> bool:
+def has_series(scheme: Scheme) -> bool:
     """Returns whether the error of `scheme` on a rotor has a known series in the step."""
     jointed = scheme.control == "mean" or scheme.joint_closing_rate is not None
     return scheme.integrator in STEPPED and not jointed
 
 
-def orders(scheme: Scheme, rotor: DrivenRotor, terms: int) -> range:
+def error_orders(scheme: Scheme, rotor: DrivenRotor, terms: int) -> range:
     """Returns the powers of the step in the first `terms` of the error on `rotor`.
 
     A symmetric scheme has even powers only. A forcing held over the step may lower the first power.
@@ -94,7 +93,7 @@ def orders(scheme: Scheme, rotor: DrivenRotor, terms: int) -> range:
     return range(first, first + stride * terms, stride)
 
 
-def simplest(scheme: Scheme, rotor: DrivenRotor) -> Scheme:
+def simplest_scheme(scheme: Scheme, rotor: DrivenRotor) -> Scheme:
     """Returns the scheme without the variants that change nothing on `rotor`.
 
     Methods that differ only in such variants then share their results.
@@ -110,7 +109,7 @@ def simplest(scheme: Scheme, rotor: DrivenRotor) -> Scheme:
 
 
 @lru_cache(maxsize=KEPT)  # all methods of one scene share the result
-def orbit(
+def stepped_orbit(
     rotor: DrivenRotor,
     start: tuple[float, float],
     scheme: Scheme,
@@ -125,20 +124,21 @@ def orbit(
     rounding: of each coefficient by a unit in the last place, and of one step of a motion whose
     largest theta and theta_dot are `sizes`.
     """
-    take, state = _stepper(rotor, 1.0 + 1j * TINY * ULP, start, scheme, step, cmath)
+    advance, state = _stepper(rotor, 1.0 + 1j * TINY * ULP, start, scheme, step, cmath)
     # The start is nudged towards rest: a stronger pull and a smaller swing both make a pendulum
     # faster, so that the effects of the two nudges add up.
-    nudges = zip(state, _rounded(rotor, scheme, step, *sizes), strict=False)
-    state = [x - 1j * TINY * math.copysign(size, x.real) for x, size in nudges]
+    roundings = _state_rounding(rotor, scheme, step, *sizes)
+    nudged = []
+    for part, rounding in zip(state, roundings, strict=False):
+        nudged.append(part - 1j * TINY * math.copysign(rounding, part.real))
+    counts = np.frombuffer(marks, dtype=np.int64).tolist()
     try:
-        return np.array(
-            states_after(take, state, step, np.frombuffer(marks, dtype=np.int64).tolist())
-        ).T
+        return np.array(states_after(advance, nudged, step, counts)).T
     except (ValueError, OverflowError, ZeroDivisionError):  # cmath raises for a diverged state
         return None
 
 
-def _rounded(
+def _state_rounding(
     rotor: DrivenRotor, scheme: Scheme, step: float, theta: float, rate: float
 ) -> list[float]:
     """Returns the rounding of each number of a state in a step, as absolute values.
@@ -146,15 +146,13 @@ def _rounded(
     The motion reaches up to `theta` [rad] and `rate` [rad/s].
     """
     force = sum(abs(astuple(rotor)[i]) for i in FORCES)
-    angle = ROUNDOFF * theta + ULP * step * rate
-    speed = ROUNDOFF * rate
-    speed += FORCE_ROUNDINGS * ULP * step * force
-    turned = 0.0
+    theta_rounding = ROUNDOFF * theta + ULP * step * rate
+    rate_rounding = ROUNDOFF * rate + FORCE_ROUNDINGS * ULP * step * force
     if scheme.jointed_moment:  # the rounding of the joint's impulse turns the bob
-        turned = ULP * step * (rate**2 + force) / scheme.jointed_moment
+        rate_rounding += ULP * step * (rate**2 + force) / scheme.jointed_moment
     # The last four are for a joint: the bob's velocity, the opening's two parts, which round as
     # lengths do, and the pull.
-    return [angle, speed + turned, ROUNDOFF * rate, ULP, ULP, 0.0]
+    return [theta_rounding, rate_rounding, ROUNDOFF * rate, ULP, ULP, 0.0]
 
 
 def many_steps(
@@ -180,29 +178,32 @@ def _stepper(
 ) -> tuple[Advance, Parts]:
     """Returns the step of a scheme on a rotor and the initial state.
 
-    `start` is theta [rad] and theta_dot [rad/s]. The other arguments are as in `equations_of`.
+    `start` is theta [rad] and theta_dot [rad/s]. The other arguments are as in `rotor_equations`.
     """
-    equations = equations_of(rotor, scheme, step, library, by)
+    equations = rotor_equations(rotor, scheme, step, library, by)
     if scheme.joint_closing_rate is None:
-        return advance(scheme, equations, step), start
+        return scheme_step(scheme, equations, step), start
     closing = scheme.joint_closing_rate
     (theta, theta_dot) = start
+    weight_only = rotor.conservative and not rotor.cos
     joint = _Joint(
-        None if rotor.conservative and not rotor.cos else equations.acceleration,
-        READ_AT.get(scheme.control, 0.0),
-        rotor.sin * by,
-        step,
-        0.0 if math.isinf(closing) else library.exp(-closing * step),
-        (1.0 + math.sqrt(1.0 - 4.0 * scheme.jointed_moment)) / 2.0,
-        library,
+        acceleration=None if weight_only else equations.acceleration,
+        lag=READ_AT.get(scheme.control, 0.0),
+        weight=rotor.sin * by,
+        step=step,
+        kept=0.0 if math.isinf(closing) else library.exp(-closing * step),
+        part=(1.0 + math.sqrt(1.0 - 4.0 * scheme.jointed_moment)) / 2.0,
+        library=library,
     )
-    a = b = 0.0 * step
+    opening_out = opening_along = 0.0 * step
     if math.isinf(closing):  # the joint is as open as an earlier step would have left it
-        before = step * (theta_dot - step * float(rotor.acceleration(0.0, theta, theta_dot)))
-        a, b = joint.turned(before, (1.0, before))
-        a = a - 1.0
+        earlier_rate = theta_dot - step * float(rotor.acceleration(0.0, theta, theta_dot))
+        turn = step * earlier_rate
+        opening_out, opening_along = joint.turned(turn, (1.0, turn))
+        opening_out = opening_out - 1.0
+    bob_velocity = theta_dot - joint.rate * opening_along
     pull = theta_dot**2 + joint.weight * math.cos(theta)
-    return joint, (theta, theta_dot, theta_dot - joint.rate * b, a, b, pull)
+    return joint, (theta, theta_dot, bob_velocity, opening_out, opening_along, pull)
 
 
 @dataclass(frozen=True)
@@ -224,22 +225,30 @@ class _Joint:
 
     def turned(self, angle: Any, *vectors: tuple[Any, Any]) -> list[Any]:
         """Returns the components of `vectors` in axes that have turned by an `angle` [rad]."""
-        c = self.library.cos(angle)
-        s = self.library.sin(angle)
-        return [x for out, aside in vectors for x in (c * out + s * aside, c * aside - s * out)]
+        cosine = self.library.cos(angle)
+        sine = self.library.sin(angle)
+        components = []
+        for outwards, along in vectors:
+            components.append(cosine * outwards + sine * along)
+            components.append(cosine * along - sine * outwards)
+        return components
 
     def __call__(self, time: Any, state: Parts) -> Parts:
-        x, w, v, a, b, _ = state
+        """Returns the state after a step: theta, w, the imaginary part of V, the real and imaginary
+        parts of Z, and the joint's pull T/(m L)."""
+        theta, w, v_along, z_out, z_along, _ = state
         turn = self.step * w
         rate = self.rate
         lever = self.step / self.part
         if self.acceleration is not None:
-            v = v + lever * self.acceleration(time + self.lag * self.step, (0.0,), (w,))[0]
-        opened = 1.0 + self.kept * a, turn + self.kept * b
-        outwards, along, a, b = self.turned(turn, (-rate * a, v), opened)
-        x = x + turn
-        a = a - 1.0
-        outwards = outwards + lever * self.weight * self.library.cos(x)
-        along = along - lever * self.weight * self.library.sin(x)
-        w = w + self.part * (along - w + rate * b)
-        return x, w, w - rate * b, a, b, (outwards + rate * a) / lever
+            (push,) = self.acceleration(time + self.lag * self.step, (0.0,), (w,))
+            v_along = v_along + lever * push
+        velocity = -rate * z_out, v_along
+        opening = 1.0 + self.kept * z_out, turn + self.kept * z_along
+        u_out, u_along, z_out, z_along = self.turned(turn, velocity, opening)
+        theta = theta + turn
+        z_out = z_out - 1.0
+        u_out = u_out + lever * self.weight * self.library.cos(theta)
+        u_along = u_along - lever * self.weight * self.library.sin(theta)
+        w = w + self.part * (u_along - w + rate * z_along)
+        return theta, w, w - rate * z_along, z_out, z_along, (u_out + rate * z_out) / lever

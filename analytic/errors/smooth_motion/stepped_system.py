@@ -12,7 +12,7 @@ from plumbob.analytic.errors.smooth_motion.scheme_steps import (
     Advance,
     Equations,
     Parts,
-    advance,
+    scheme_step,
     states_after,
     steps_until,
 )
@@ -46,14 +46,13 @@ def smooth_errors(
         system = motion.system
         if scheme.loop is not None and soft is not None:
             system = soft(scheme.loop, step)
-        take = advance_of(scheme, system, step, implicit)
-        if take is None or marks is None:
+        advance = system_step(scheme, system, step, implicit)
+        if advance is None or marks is None:
             return {}
+        start = system.start.tolist()
         try:
             with np.errstate(all="ignore"):  # diverging steps overflow
-                states: Array = np.array(
-                    states_after(take, system.start.tolist(), step, marks.tolist())
-                )
+                states: Array = np.array(states_after(advance, start, step, marks.tolist()))
         except (ArithmeticError, ValueError):  # plain numbers raise if the steps diverge
             return {}
         if not np.isfinite(states).all():
@@ -63,7 +62,7 @@ def smooth_errors(
     return StepErrors(error)
 
 
-def advance_of(
+def system_step(
     scheme: Scheme, system: SmoothSystem, step: Any, implicit: Implicit | None = None
 ) -> Advance | None:
     """Returns the step of `scheme` on `system`; `step` is a size [s] or an array of sizes.
@@ -72,15 +71,17 @@ def advance_of(
     forces implicitly that `implicit` does not give.
     """
     values = system.values
-    at_end = None
+    implicit_at_end = None
     if implicit is not None and scheme.integrator == EULER:
-        at_end = partial(implicit, scheme)
+        implicit_at_end = partial(implicit, scheme)
     damped = scheme.implicit_damping > 0.0 and system.damped
     jointed = scheme.joint_closing_rate is not None or scheme.control == "mean"
-    unknown = at_end is None and (scheme.implicit_spring or damped)
+    unknown = implicit_at_end is None and (scheme.implicit_spring or damped)
     if scheme.integrator not in STEPPED or jointed or unknown:
         return None
-    equations = Equations(
-        lambda time, q, v: system.acceleration(time, q, v, values), len(system.rates), at_end
-    )
-    return advance(scheme, equations, step)
+
+    def acceleration(time: Any, q: Parts, v: Parts) -> Parts:
+        return system.acceleration(time, q, v, values)
+
+    equations = Equations(acceleration, len(system.rates), implicit_at_end)
+    return scheme_step(scheme, equations, step)

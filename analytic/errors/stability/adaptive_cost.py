@@ -30,11 +30,11 @@ def stability_interval(tableau: Tableau, direction: complex) -> float:
     A step is stable if LEAST_STEPS of it grow by no more than FACTOR, so that |R(z)| is about 1 or
     less. The direction is -1 for a mode that decays, i for a mode that oscillates.
     """
-    distance = np.linspace(0.0, FARTHEST, GRID + 1)[1:]
-    points = np.asarray(distance * (direction / abs(direction)), dtype=np.complex128)
-    size = np.abs(stability_function(tableau, points))
-    beyond = np.flatnonzero(size > FACTOR ** (1.0 / LEAST_STEPS))
-    return float(distance[beyond[0]]) if beyond.size else FARTHEST
+    distances = np.linspace(0.0, FARTHEST, GRID + 1)[1:]
+    points = np.asarray(distances * (direction / abs(direction)), dtype=np.complex128)
+    growth = np.abs(stability_function(tableau, points))
+    unstable = np.flatnonzero(growth > FACTOR ** (1.0 / LEAST_STEPS))
+    return float(distances[unstable[0]]) if unstable.size else FARTHEST
 
 
 def stiffness_cost(tableau: Tableau | None, rates: Complex) -> float:
@@ -45,7 +45,6 @@ def stiffness_cost(tableau: Tableau | None, rates: Complex) -> float:
     """
     if tableau is None:
         return 0.0
-    decaying = [rate for rate in rates if rate.real <= 0.0 and rate]
-    return max(
-        (abs(rate) / stability_interval(tableau, rate) for rate in decaying), default=0.0
-    )
+    stable_rates = [rate for rate in rates if rate.real <= 0.0 and rate]
+    steps_per_second = [abs(rate) / stability_interval(tableau, rate) for rate in stable_rates]
+    return max(steps_per_second, default=0.0)

@@ -33,9 +33,10 @@ class FlowGrowth:
 
     def __call__(self, durations: Any) -> Any:
         """Returns the largest factors within `durations` [s], a number or an array."""
-        beyond = np.maximum(np.asarray(durations) - self.times[-1], 0.0)
-        grown = np.interp(durations, self.times, self.largest) + self.slope * beyond
-        return np.asarray(grown * np.exp(np.minimum(self.exponent * beyond, 600.0)))
+        time_after = np.maximum(np.asarray(durations) - self.times[-1], 0.0)
+        linear = np.interp(durations, self.times, self.largest) + self.slope * time_after
+        folds = np.minimum(self.exponent * time_after, 600.0)  # a limit against overflow
+        return np.asarray(linear * np.exp(folds))
 
 
 def eigenvalues(motion: SmoothMotion, states: Array, parts: int) -> npt.NDArray[np.complex128]:
@@ -56,8 +57,9 @@ def fastest_rate(rates: npt.NDArray[np.complex128], orbit: Array) -> float:
     (2 n, m).
     """
     angles, speeds = np.split(orbit, 2)
-    turned = np.abs(speeds[np.ptp(angles, axis=1) > math.tau]).max(initial=0.0)
-    return float(max(np.abs(rates).max(), turned)) or 1.0
+    turns = np.ptp(angles, axis=1) > math.tau
+    turning_rate = np.abs(speeds[turns]).max(initial=0.0)
+    return float(max(np.abs(rates).max(), turning_rate)) or 1.0
 
 
 def growth_along(
@@ -74,15 +76,17 @@ def growth_along(
     extrapolated.
     """
     times = np.linspace(0.0, until, 1 + math.ceil(PARTS * until * rate / math.tau))
-    d = len(scales)
-    tangents = motion.tangents(times)[:, :d, :d] * scales / scales[:, None]
+    size = len(scales)
+    tangents = motion.tangents(times)[:, :size, :size] * scales / scales[:, None]
     norms = np.linalg.norm(tangents, ord=2, axis=(1, 2))
     largest = np.maximum.accumulate(np.maximum(norms, 1.0))
     if repeats:
-        sheared = tangents @ (tangents[-1] - np.eye(d))
-        most = float(np.linalg.norm(sheared, ord=2, axis=(1, 2)).max())
-        return FlowGrowth(times, largest, most / until)
-    folds = math.log(norms[-1] / norms[len(norms) // 2])
-    if folds > EXPONENTIAL:
-        return FlowGrowth(times, largest, exponent=2.0 * folds / until)
-    return FlowGrowth(times, largest, slope=float(norms[-1]) / until if folds > 0.0 else 0.0)
+        growth_per_period = tangents @ (tangents[-1] - np.eye(size))
+        largest_gain = np.linalg.norm(growth_per_period, ord=2, axis=(1, 2)).max()
+        return FlowGrowth(times, largest, slope=float(largest_gain) / until)
+    folds_in_second_half = math.log(norms[-1] / norms[len(norms) // 2])
+    if folds_in_second_half > EXPONENTIAL:
+        return FlowGrowth(times, largest, exponent=2.0 * folds_in_second_half / until)
+    if folds_in_second_half > 0.0:
+        return FlowGrowth(times, largest, slope=float(norms[-1]) / until)
+    return FlowGrowth(times, largest)

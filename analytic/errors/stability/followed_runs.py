@@ -27,7 +27,7 @@ BEGUN = 8.0  # the envelope is fitted from this part of the run on: one eighth
 DIES, STAYS = 0.5, 0.85
 
 
-def followed(
+def long_run_by_series(
     series: Callable[[Array], Coefficients],
     scales: Mapping[str, float],
     step: float,
@@ -43,60 +43,61 @@ def followed(
     which neighbours of a chaotic motion separate; 0 for other motions.
     """
     longest = min(lasts, LONGEST * fastest)
-    enough = LEVELS[1] if math.isinf(lasts) else math.inf
+    largest_needed = LEVELS[1] if math.isinf(lasts) else math.inf
     if exponent:
         longest = min(longest, KNOWN / exponent)
-        enough = LEVELS[-1]
+        largest_needed = LEVELS[-1]
     until = min(FIRST * fastest, longest)
     while True:
         times = np.linspace(0.0, until, math.ceil(SAMPLES * until / fastest) + 1)
         terms = series(times)
         if not terms:
             return None
-        size = np.zeros_like(times)
+        relative_error = np.zeros_like(times)
         for name, scale in scales.items():
             error = sum(step**order * errors[name] for order, errors in terms.items())
-            size = np.maximum(size, np.abs(error) / scale)
-        if size.max() > enough or until >= longest:
-            return _carried_on(times, size, exponent)
+            relative_error = np.maximum(relative_error, np.abs(error) / scale)
+        if relative_error.max() > largest_needed or until >= longest:
+            return _extrapolated_run(times, relative_error, exponent)
         until = min(MORE * until, longest)
 
 
-def _carried_on(times: Array, size: Array, exponent: float) -> LongRun:
+def _extrapolated_run(times: Array, relative_error: Array, exponent: float) -> LongRun:
     """Returns the kind and rate of growth of an error, and the times at which it reaches LEVELS.
 
-    `size` is the error over its scale at `times` [s], both of shape (n,). `exponent` [1/s] is the
-    rate of a chaotic motion, else 0.
+    `relative_error` is the error over its scale at `times` [s], both of shape (n,). `exponent`
+    [1/s] is the rate of a chaotic motion, else 0.
     """
+    count = len(relative_error)
     until = float(times[-1])
-    half = float(size[: len(size) // 2].max())
-    largest = float(size.max())
-    last = float(size[3 * len(size) // 4 :].max())
-    offset, linear, quadratic = _envelope(times, size)
+    largest = float(relative_error.max())
+    largest_in_first_half = float(relative_error[: count // 2].max())
+    largest_in_last_quarter = float(relative_error[3 * count // 4 :].max())
+    offset, linear, quadratic = _envelope(times, relative_error)
     growth: Growth = "linear" if linear > quadratic * until else "quadratic"
     rate = linear if growth == "linear" else quadratic
     if exponent:
         growth, rate = "exponential", exponent
-    elif last < DIES * largest:
+    elif largest_in_last_quarter < DIES * largest:
         growth, rate = "decaying", 0.0
-    elif half > STAYS * largest:
+    elif largest_in_first_half > STAYS * largest:
         growth, rate = "constant", 0.0
 
-    def reached(level: float) -> float:
-        above = np.flatnonzero(size >= level)
+    def time_of_level(level: float) -> float:
+        above = np.flatnonzero(relative_error >= level)
         if above.size:
             return float(times[above[0]])
         if not rate:
             return math.inf
         if exponent:
-            return until + math.log(level / last) / rate
+            return until + math.log(level / largest_in_last_quarter) / rate
         rise = level - offset
         return 2.0 * rise / (linear + math.sqrt(linear**2 + 4.0 * quadratic * rise))
 
-    return LongRun(growth, rate, 0.0, {level: reached(level) for level in LEVELS})
+    return LongRun(growth, rate, 0.0, {level: time_of_level(level) for level in LEVELS})
 
 
-def _envelope(times: Array, size: Array) -> tuple[float, float, float]:
+def _envelope(times: Array, relative_error: Array) -> tuple[float, float, float]:
     """Returns c, a and b of the envelope c + a t + b t^2 of an error, with a and b at least 0.
 
     The envelope is fitted to the largest error up to each of the `times` [s]. If a straight line
@@ -104,15 +105,14 @@ def _envelope(times: Array, size: Array) -> tuple[float, float, float]:
     """
     from scipy.optimize import lsq_linear
 
-    later = times > times[-1] / BEGUN
     until = times[-1]
-    largest = np.maximum.accumulate(size)[later]
-    powers = np.vander(times[later] / until, 3, increasing=True)
-    curved, straight = (
-        lsq_linear(powers[:, :count], largest, ([-np.inf, 0.0, 0.0][:count], np.inf)).x
-        for count in (3, 2)
-    )
-    apart = np.abs(powers @ curved - powers[:, :2] @ straight).max()
-    jumps = np.abs(powers @ curved - largest).max()
-    offset, linear, quadratic = curved if apart > jumps else (*straight, 0.0)
+    fitted = times > until / BEGUN
+    largest_so_far = np.maximum.accumulate(relative_error)[fitted]
+    powers = np.vander(times[fitted] / until, 3, increasing=True)
+    lowest = [-np.inf, 0.0, 0.0]  # smallest values of the coefficients
+    parabola = lsq_linear(powers, largest_so_far, (lowest, np.inf)).x
+    line = lsq_linear(powers[:, :2], largest_so_far, (lowest[:2], np.inf)).x
+    difference = np.abs(powers @ parabola - powers[:, :2] @ line).max()
+    jumps = np.abs(powers @ parabola - largest_so_far).max()
+    offset, linear, quadratic = parabola if difference > jumps else (*line, 0.0)
     return float(offset), float(linear / until), float(quadratic / until**2)

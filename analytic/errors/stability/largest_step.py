@@ -37,10 +37,10 @@ def jacobians(advance: Advance, state: Parts, count: int) -> Array:
     """
     columns = []
     for varied in range(len(state)):
-        nudges = (TINY * 1j * (varied == i) for i in range(len(state)))
-        nudged = [np.zeros(count) + x + nudge for x, nudge in zip(state, nudges, strict=True)]
-        after = [np.imag(part) / TINY for part in advance(0.0, nudged)]
-        columns.append(np.stack(after, axis=-1))
+        nudged = [np.zeros(count) + part + 0j for part in state]
+        nudged[varied] = nudged[varied] + 1j * TINY
+        derivatives = [np.imag(part) / TINY for part in advance(0.0, nudged)]
+        columns.append(np.stack(derivatives, axis=-1))
     return np.stack(columns, axis=-1)
 
 
@@ -51,7 +51,7 @@ def run_length(steps: Array, fastest: float) -> npt.NDArray[np.int64]:
     return np.maximum(LEAST_STEPS, periods.astype(np.int64))
 
 
-def excess(matrices: Matrices, rates: Complex, steps: Array) -> Array:
+def excess_growth(matrices: Matrices, rates: Complex, steps: Array) -> Array:
     """Returns the largest excess of a mode's growth in a step over the exact growth, shape (n,).
 
     The growth is the logarithm of the factor in one step of size `steps` [s], shape (n,). `rates`
@@ -59,11 +59,12 @@ def excess(matrices: Matrices, rates: Complex, steps: Array) -> Array:
     the order of their growth (eq. 13.3).
     """
     with np.errstate(divide="ignore"):
-        grown = np.log(np.abs(np.linalg.eigvals(matrices(steps))))
-    flow = np.full(grown.shape[1], -np.inf)  # -inf stands for modes that only the scheme has
-    flow[: len(rates)] = np.sort(rates.real)[::-1]
-    allowed = np.maximum(0.0, FASTER * steps[:, None] * flow)
-    return np.asarray((-np.sort(-grown, axis=1) - allowed).max(axis=1))
+        growth = np.log(np.abs(np.linalg.eigvals(matrices(steps))))
+    falling_growth = -np.sort(-growth, axis=1)
+    exact_rates = np.full(growth.shape[1], -np.inf)  # -inf for modes that only the scheme has
+    exact_rates[: len(rates)] = np.sort(rates.real)[::-1]
+    allowed_growth = np.maximum(0.0, FASTER * steps[:, None] * exact_rates)
+    return np.asarray((falling_growth - allowed_growth).max(axis=1))
 
 
 def largest_step(
@@ -79,9 +80,9 @@ def largest_step(
 
     def fails(steps: Array) -> Marks:
         counts = run_length(steps, math.tau / rate)
-        return counts * excess(matrices, rates, steps) > math.log(factor)
+        return counts * excess_growth(matrices, rates, steps) > math.log(factor)
 
-    return first_failing(fails, rate)
+    return first_failing_step(fails, rate)
 
 
 def largest_lasting_step(matrices: Matrices, rates: Complex) -> float:
@@ -97,10 +98,10 @@ def largest_lasting_step(matrices: Matrices, rates: Complex) -> float:
         counts = run_length(steps, math.tau / rate)
         return np.asarray(0.75 * counts * np.log(radius) < math.log(QUIET))
 
-    return first_failing(fails, rate)
+    return first_failing_step(fails, rate)
 
 
-def first_failing(fails: Callable[[Array], Marks], rate: float) -> float:
+def first_failing_step(fails: Callable[[Array], Marks], rate: float) -> float:
     """Returns the step [s] below which no step fails; infinite if no step fails.
 
     The steps that are tested are RANGE over the fastest `rate` [1/s]. The limit between the last
@@ -112,12 +113,12 @@ def first_failing(fails: Callable[[Array], Marks], rate: float) -> float:
     failing = np.flatnonzero(fails(steps))
     if not failing.size:
         return math.inf
-    holds = steps[max(failing[0] - 1, 0)]
-    lost = steps[failing[0]]
-    while lost / holds - 1.0 > 1e-12:
-        middle = math.sqrt(holds * lost)
+    stable = steps[max(failing[0] - 1, 0)]
+    unstable = steps[failing[0]]
+    while unstable / stable - 1.0 > 1e-12:
+        middle = math.sqrt(stable * unstable)
         if fails(np.array([middle]))[0]:
-            lost = middle
+            unstable = middle
         else:
-            holds = middle
-    return float(holds)
+            stable = middle
+    return float(stable)

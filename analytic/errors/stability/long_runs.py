@@ -52,20 +52,25 @@ class PeriodicMotion:
         if not series:
             return None
         observed = self.errors.exact.observe(times)
-        error = {n: np.asarray(sum(step**p * part[n] for p, part in series)) for n in ANGLE}
-        ahead = self._time_ahead(times, error, observed)
-        steady = error["theta"] - np.polyval(ahead, times) * times * observed["theta_dot"]
-        sign = math.copysign(1.0, ahead[0] or ahead[1])
-        reached = self._time_shifts(observed["theta"] / scale, steady[:SAMPLES] / scale, sign)
-        spent = {level: _when(ahead, shift) for level, shift in reached.items()}
-        first = next((time for time in spent.values() if 0.0 < time < math.inf), self.period)
-        quadratic = abs(ahead[0] * first) > abs(ahead[1])
-        growth: Growth = "quadratic" if quadratic else "linear" if ahead[1] else "constant"
-        rates = self.errors.energy_drift_rate(self.period, scheme).items()
-        drift = sum(rate * step**p for p, rate in rates) / kinetic_energy(
-            self.errors.exact, self.period
-        )
-        return LongRun(growth, float(ahead[0 if quadratic else 1]), drift, spent)
+        error = {}
+        for name in ANGLE:
+            error[name] = np.asarray(sum(step**power * terms[name] for power, terms in series))
+        quadratic, linear = time_ahead = self._time_ahead(times, error, observed)
+        drifting = np.polyval(time_ahead, times) * times * observed["theta_dot"]
+        repeating = (error["theta"] - drifting)[:SAMPLES] / scale
+        sign = math.copysign(1.0, quadratic or linear)
+        shifts = self._time_shifts(observed["theta"] / scale, repeating, sign)
+        level_times = {level: _time_of_shift(time_ahead, x) for level, x in shifts.items()}
+        later = [time for time in level_times.values() if 0.0 < time < math.inf]
+        first = later[0] if later else self.period
+        growth: Growth = "linear" if linear else "constant"
+        rate = float(linear)
+        if abs(quadratic * first) > abs(linear):
+            growth, rate = "quadratic", float(quadratic)
+        energy_rates = self.errors.energy_drift_rate(self.period, scheme).items()
+        energy_rate = sum(coefficient * step**power for power, coefficient in energy_rates)
+        energy = kinetic_energy(self.errors.exact, self.period)
+        return LongRun(growth, rate, energy_rate / energy, level_times)
 
     def _time_ahead(self, times: Array, error: Signals, observed: Signals) -> Array:
         """Returns b [1/s] and a [s/s] of the time ahead b t^2 + a t.
@@ -74,18 +79,17 @@ class PeriodicMotion:
         `error` and `observed` are sampled at `times` [s]. If a coefficient is below rounding, it is
         set to zero.
         """
-        theta = observed["theta"]
         rate = observed["theta_dot"]
-        push = self.errors.rotor.acceleration(0.0, theta, rate)
-        scale = math.tau / self.period
-        along = error["theta"] * rate + error["theta_dot"] * push / scale**2
+        acceleration = self.errors.rotor.acceleration(0.0, observed["theta"], rate)
+        frequency = math.tau / self.period
+        along = error["theta"] * rate + error["theta_dot"] * acceleration / frequency**2
         means = along.reshape(PERIODS, -1).mean(axis=1)
-        size = float((rate**2 + (push / scale) ** 2)[:SAMPLES].mean())
+        squared_speed = float((rate**2 + (acceleration / frequency) ** 2)[:SAMPLES].mean())
         middles = times.reshape(PERIODS, -1).mean(axis=1)
-        fitted = np.polyfit(middles, means / size, 2)[:2]
-        noise = NOTHING * np.abs(along).max() / size
-        lasting = fitted * self.period ** np.array([2.0, 1.0])
-        return np.where(np.abs(lasting) > noise, fitted, 0.0)
+        coefficients = np.polyfit(middles, means / squared_speed, 2)[:2]
+        noise = NOTHING * np.abs(along).max() / squared_speed
+        ahead_after_period = coefficients * self.period ** np.array([2.0, 1.0])
+        return np.where(np.abs(ahead_after_period) > noise, coefficients, 0.0)
 
     def _time_shifts(
         self, theta: Array, repeating: Array, sign: float
@@ -96,17 +100,19 @@ class PeriodicMotion:
         their scale. `sign` is the sign of the time ahead. If no shift up to half a period reaches a
         level, the time ahead is infinite.
         """
-        rate = (theta[SAMPLES] - theta[0]) / self.period  # of a rotation
-        shifts = sign * self.period * np.geomspace(1e-7, 0.5, 2000)[:, None]
-        spaced = np.arange(SAMPLES) * self.period / SAMPLES
-        wave = theta[:SAMPLES] - rate * spaced
-        moved = np.interp(spaced + shifts, spaced, wave, period=self.period) + rate * shifts
-        errors = np.abs(moved - wave + repeating).max(axis=1)
-        above = {level: np.flatnonzero(errors >= level) for level in LEVELS}
-        return {
-            level: float(shifts[first[0], 0]) if first.size else math.inf
-            for level, first in above.items()
-        }
+        mean_rate = (theta[SAMPLES] - theta[0]) / self.period  # not zero for a rotation
+        shifts = sign * self.period * np.geomspace(1e-7, 0.5, 2000)
+        times = np.arange(SAMPLES) * self.period / SAMPLES
+        wave = theta[:SAMPLES] - mean_rate * times
+        shift_rows = shifts[:, None]
+        shifted_wave = np.interp(times + shift_rows, times, wave, period=self.period)
+        change = shifted_wave + mean_rate * shift_rows - wave
+        largest_error = np.abs(change + repeating).max(axis=1)
+        smallest_shifts = {}
+        for level in LEVELS:
+            above = np.flatnonzero(largest_error >= level)
+            smallest_shifts[level] = float(shifts[above[0]]) if above.size else math.inf
+        return smallest_shifts
 
 
 def kinetic_energy(exact: Reference, until: float) -> float:
@@ -116,7 +122,7 @@ def kinetic_energy(exact: Reference, until: float) -> float:
     return 0.5 * float(np.abs(rates).max()) ** 2 or 1.0
 
 
-def _when(ahead: Array, shift: float) -> float:
+def _time_of_shift(ahead: Array, shift: float) -> float:
     """Returns the first positive time t [s] at which |b t^2 + a t| is `shift` [s]; infinite if
     there is none. `ahead` holds b and a."""
     roots = np.concatenate([np.roots(np.append(ahead, side * shift)) for side in (1.0, -1.0)])

@@ -58,24 +58,24 @@ class PendulumKinds:
         """
         theta = observed["theta"]
         rate = observed["theta_dot"]
-        last = slice(-(len(theta) // 4) or None, None)
+        last = slice(-(len(theta) // 4) or None, None)  # the last quarter
         if not (np.isfinite(theta).all() and np.isfinite(rate).all()):
             return "lost"
         if not self.rotor.autonomous:
             return "forced"
-        if self.rotor.damping_rate:
-            wells = np.unique(self.wells(theta[last]))
-            calm = np.abs(rate[last]).max() <= CALM * self.speed
-            return (
-                f"settles in well {wells[0]:.0f}" if len(wells) == 1 and calm else "irregular"
-            )
-        if np.abs(rate[last]).max() <= QUIET * self.speed:
-            return "at rest"
         wells = np.unique(self.wells(theta))
+        last_wells = np.unique(self.wells(theta[last]))
+        last_speed = np.abs(rate[last]).max()
+        if self.rotor.damping_rate:
+            if len(last_wells) == 1 and last_speed <= CALM * self.speed:
+                return f"settles in well {last_wells[0]:.0f}"
+            return "irregular"
+        if last_speed <= QUIET * self.speed:
+            return "at rest"
         if len(wells) > 1 and ((rate > 0.0).all() or (rate < 0.0).all()):
             return "rotation"
-        late = np.unique(self.wells(theta[last]))
-        faster = np.abs(rate).max() > FASTER * self.speed
-        if faster or len(wells) > max(1, len(self.crests)) or len(late) < len(wells):
+        too_fast = np.abs(rate).max() > FASTER * self.speed
+        too_many_wells = len(wells) > max(1, len(self.crests))
+        if too_fast or too_many_wells or len(last_wells) < len(wells):
             return "irregular"
         return "libration in well " + " and ".join(f"{well:.0f}" for well in wells)

@@ -10,7 +10,7 @@ from functools import cache, cached_property, partial
 import numpy as np
 
 from plumbob.analytic.errors.smooth_motion.rotor_errors import RotorErrors
-from plumbob.analytic.errors.smooth_motion.stepped_rotor import many_steps, simplest
+from plumbob.analytic.errors.smooth_motion.stepped_rotor import many_steps, simplest_scheme
 from plumbob.analytic.errors.stability.flow_growth import (
     PERIODS,
     FlowGrowth,
@@ -18,7 +18,7 @@ from plumbob.analytic.errors.stability.flow_growth import (
     fastest_rate,
     growth_along,
 )
-from plumbob.analytic.errors.stability.followed_runs import followed
+from plumbob.analytic.errors.stability.followed_runs import long_run_by_series
 from plumbob.analytic.errors.stability.largest_step import (
     Complex,
     jacobians,
@@ -75,6 +75,7 @@ class PendulumStability:
 
     @cached_property
     def _orbit(self) -> Array:
+        """Samples of theta [rad] and theta_dot [rad/s] along the time span, shape (2, SAMPLES)."""
         return self.errors.motion.state(np.linspace(0.0, self._span, SAMPLES))
 
     @cached_property
@@ -95,12 +96,12 @@ class PendulumStability:
         Eigenvalues suffice if the rotor is linear, or if it stays so close to an equilibrium that
         the curvature of its potential is constant.
         """
-        slope = self.rotor.slope(self._orbit[0])
-        ends = (
-            math.isfinite(self.period) or self.rotor.damping_rate or not np.ptp(self._orbit[0])
-        )
-        near = np.ptp(slope) <= STRAIGHT * np.abs(slope).max()
-        return bool(self.rotor.linear or (ends and near and self.rotor.autonomous))
+        theta = self._orbit[0]
+        curvature = self.rotor.slope(theta)
+        constant_curvature = np.ptp(curvature) <= STRAIGHT * np.abs(curvature).max()
+        bounded = math.isfinite(self.period) or self.rotor.damping_rate or not np.ptp(theta)
+        stays_close = bounded and constant_curvature and self.rotor.autonomous
+        return bool(self.rotor.linear or stays_close)
 
     @cached_property
     def growth(self) -> FlowGrowth:
@@ -132,10 +133,11 @@ class PendulumStability:
         jointed = scheme.joint_closing_rate is not None
         if scheme.integrator not in STEPPED or (jointed and not self.rotor.sin):
             return ()
-        return self._found(simplest(scheme, self.rotor))
+        return self._cached_limits(simplest_scheme(scheme, self.rotor))
 
     @cached_property
-    def _found(self) -> Callable[[Scheme], tuple[StepLimit, ...]]:
+    def _cached_limits(self) -> Callable[[Scheme], tuple[StepLimit, ...]]:
+        """Function from a scheme to its limits, which caches them."""
         return cache(self._by_eigenvalues if self.equilibrium else self._by_steps)
 
     @cached_property
@@ -166,13 +168,13 @@ class PendulumStability:
         if self.rotor.conservative and math.isfinite(self.repeats_after) and not passes:
             motion = PeriodicMotion(self.errors, self.repeats_after)
             return motion.long_run(scheme, step, scales["theta"])
-        run = followed(
-            partial(self.errors.series, scheme),
-            scales,
-            step,
-            math.tau / self.rate,
-            self.lasts,
-            float(self.growth.exponent),
+        run = long_run_by_series(
+            series=partial(self.errors.series, scheme),
+            scales=scales,
+            step=step,
+            fastest=math.tau / self.rate,
+            lasts=self.lasts,
+            exponent=float(self.growth.exponent),
         )
         if passes and run and run.times[LEVELS[0]] < self.period:
             exponent = math.log(float(self.growth.largest[-1])) / self.period
@@ -180,6 +182,7 @@ class PendulumStability:
         return run
 
     def _by_eigenvalues(self, scheme: Scheme) -> tuple[StepLimit, ...]:
+        """Returns the limits of a scheme on a motion near an equilibrium."""
         # The steps are linearised at the middle of the swing, which is at the equilibrium.
         middle = (float(np.mean(self._orbit[0])), 0.0)
 
@@ -196,19 +199,23 @@ class PendulumStability:
         return tuple(limits)
 
     def _by_steps(self, scheme: Scheme) -> tuple[StepLimit, ...]:
-        return limits_by_steps(
-            SteppedMotion(
-                partial(many_steps, self.rotor, self.start, scheme),
-                ANGLE,
-                # The third scale is for the speed of a jointed bob, a further part of the state.
-                (1.0, self.rate, self.rate)[: 2 if scheme.joint_closing_rate is None else 3],
-                math.tau / self.rate,
-                self.growth,
-                self.kind_of,
-                self.kind,
-                self._span * (2.0 if math.isfinite(self.period) else 1.0),
-            )
+        """Returns the limits of a scheme by trial steps."""
+        scales = [1.0, self.rate]
+        if scheme.joint_closing_rate is not None:
+            scales.append(
+                self.rate
+            )  # the speed of a jointed bob is a further part of the state
+        motion = SteppedMotion(
+            begin=partial(many_steps, self.rotor, self.start, scheme),
+            names=ANGLE,
+            scales=scales,
+            fastest=math.tau / self.rate,
+            growth=self.growth,
+            kind_of=self.kind_of,
+            kind=self.kind,
+            window=self._span * (2.0 if math.isfinite(self.period) else 1.0),
         )
+        return limits_by_steps(motion)
 
 
 def pendulum_stability(
@@ -224,16 +231,19 @@ def pendulum_stability(
     """
     theory = PendulumStability(rotor, start, exact, period)
 
-    def of_rotor(observed: Signals) -> Signals:
+    def with_rotor_angle(observed: Signals) -> Signals:
         return {**observed, "theta": observed["theta"] + tilt}
 
+    def energy(observed: Signals) -> Array:
+        return theory.energy(with_rotor_angle(observed))
+
     return StabilityTheory(
-        math.tau / theory.rate,
-        theory.equilibrium,
-        theory.limits,
-        theory.growth,
-        lambda observed: theory.kind_of(of_rotor(observed)),
-        theory.long_run,
-        (lambda observed: theory.energy(of_rotor(observed))) if rotor.conservative else None,
-        theory.lasts,
+        fastest=math.tau / theory.rate,
+        equilibrium=theory.equilibrium,
+        limits=theory.limits,
+        growth=theory.growth,
+        kind_of=lambda observed: theory.kind_of(with_rotor_angle(observed)),
+        long_run=theory.long_run,
+        energy=energy if rotor.conservative else None,
+        lasts=theory.lasts,
     )

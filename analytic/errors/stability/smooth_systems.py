@@ -9,7 +9,7 @@ from functools import cache, cached_property
 import numpy as np
 
 from plumbob.analytic.errors.smooth_motion.scheme_steps import Advance, Parts
-from plumbob.analytic.errors.smooth_motion.stepped_system import advance_of
+from plumbob.analytic.errors.smooth_motion.stepped_system import system_step
 from plumbob.analytic.errors.stability.flow_growth import (
     PERIODS,
     FlowGrowth,
@@ -26,9 +26,8 @@ from plumbob.analytic.stability import NO_STEP, StabilityTheory, StepLimit
 
 SAMPLES = 257  # samples of the exact motion that give its rates
 FIRST = 2.0  # [s] duration of the exact motion that gives its rates
-# Chosen: ratio of root mean square rates beyond which the kind of motion differs; and fraction of
-# the fastest rate below which a coordinate is at rest.
-FASTER, STILL = 4.0, 1e-3
+FASTER = 4.0  # chosen: ratio of root mean square rates beyond which the kind differs
+STILL = 1e-3  # chosen: fraction of the fastest rate below which a coordinate is at rest
 
 
 @dataclass(frozen=True)
@@ -64,17 +63,17 @@ class SmoothStability:
         mean square is divided by the exact one, and the ratios are averaged. A motion is as fast if
         the root of the average is within a factor of FASTER.
         """
-        system = self.motion.system
+        _, exact_rates = np.split(self.orbit, 2)
         ratios = []
-        for name, exact in zip(system.rates, np.split(self.orbit, 2)[1], strict=True):
-            usual = float(np.mean(exact**2))
-            rates = observed[name]
-            if usual > (STILL * self.rate) ** 2:
-                ratios.append(float(np.mean(rates[-(len(rates) + 2) // 3 :] ** 2)) / usual)
-        pace = math.sqrt(np.mean(ratios)) if ratios else 1.0
-        return (
-            "as fast" if 1.0 / FASTER < pace < FASTER else "slower" if pace < 1.0 else "faster"
-        )
+        for name, exact in zip(self.motion.system.rates, exact_rates, strict=True):
+            exact_square = float(np.mean(exact**2))
+            last_third = observed[name][-(len(observed[name]) + 2) // 3 :]
+            if exact_square > (STILL * self.rate) ** 2:
+                ratios.append(float(np.mean(last_third**2)) / exact_square)
+        ratio = math.sqrt(np.mean(ratios)) if ratios else 1.0
+        if 1.0 / FASTER < ratio < FASTER:
+            return "as fast"
+        return "slower" if ratio < 1.0 else "faster"
 
     @cached_property
     def growth(self) -> FlowGrowth:
@@ -92,23 +91,23 @@ class SmoothStability:
             return (NO_STEP,)
         system = self.motion.system
         soft = scheme.loop is not None or scheme.contact is not None
-        if soft or scheme.integrator == LEAPFROG or advance_of(scheme, system, 1.0) is None:
+        if soft or scheme.integrator == LEAPFROG or system_step(scheme, system, 1.0) is None:
             return ()
 
         def begin(steps: Array) -> tuple[Advance, Parts]:
-            advance = advance_of(scheme, system, steps)
+            advance = system_step(scheme, system, steps)
             assert advance is not None
             return advance, system.start.tolist()
 
         motion = SteppedMotion(
-            begin,
-            (*system.coordinates, *system.rates),
-            self.scales.tolist(),
-            math.tau / self.rate,
-            self.growth,
-            self.kind_of,
-            "as fast",
-            FIRST,
+            begin=begin,
+            names=(*system.coordinates, *system.rates),
+            scales=self.scales.tolist(),
+            fastest=math.tau / self.rate,
+            growth=self.growth,
+            kind_of=self.kind_of,
+            kind="as fast",
+            window=FIRST,
         )
         return limits_by_steps(motion)
 
@@ -117,9 +116,9 @@ def smooth_stability(motion: CertifiedMotion) -> StabilityTheory:
     """Returns the stability theory of a smooth system, see `SmoothStability`."""
     theory = SmoothStability(motion)
     return StabilityTheory(
-        math.tau / theory.rate,
-        False,
-        cache(theory.limits),
-        theory.growth,
-        theory.kind_of,
+        fastest=math.tau / theory.rate,
+        equilibrium=False,
+        limits=cache(theory.limits),
+        growth=theory.growth,
+        kind_of=theory.kind_of,
     )

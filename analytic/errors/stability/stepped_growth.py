@@ -59,24 +59,24 @@ class SteppedMotion:
         """
         advance, start = self.begin(steps)
         nudges = [*self.scales, *np.zeros(len(start) - len(self.scales))]
-        return advance, [
-            np.zeros(len(steps)) + part + 1j * TINY * nudge
-            for part, nudge in zip(start, nudges, strict=True)
-        ]
+        state = []
+        for part, nudge in zip(start, nudges, strict=True):
+            state.append(np.zeros(len(steps)) + part + 1j * TINY * nudge)
+        return advance, state
 
     def size(self, state: Parts) -> Array:
         """Returns the size of the nudge in a state over its size at the start, shape (n,); infinite
         for diverged runs."""
         parts = zip(self.names, state, self.scales, strict=False)
-        squares = sum((part.imag / TINY / scale) ** 2 for _, part, scale in parts)
-        return np.where(self.lost(state), np.inf, np.sqrt(squares / len(self.names)))
+        square = sum((part.imag / TINY / scale) ** 2 for _, part, scale in parts)
+        return np.where(self.lost(state), np.inf, np.sqrt(square / len(self.names)))
 
     def observed(self, state: Parts) -> Signals:
         """Returns the observables of a state: the real values of its first parts."""
         return {name: part.real for name, part in zip(self.names, state, strict=False)}
 
 
-def tried(motion: SteppedMotion, steps: Array, counts: Counts) -> tuple[Marks, Marks]:
+def trial_results(motion: SteppedMotion, steps: Array, counts: Counts) -> tuple[Marks, Marks]:
     """Returns which of `steps` [s] are stable, and which also keep the kind of motion.
 
     Both results, `steps` and `counts` have shape (n,); `counts` is the number of steps in a run. A
@@ -84,24 +84,25 @@ def tried(motion: SteppedMotion, steps: Array, counts: Counts) -> tuple[Marks, M
     """
     advance, state = motion.nudged(steps)
     stable = np.ones(len(steps), dtype=bool)
-    counted = [0]
+    sample_counts = [0]
     samples: list[Signals] = [motion.observed(state)]
     with np.errstate(all="ignore"):  # diverging runs overflow
-        for sampled in sampled_steps(int(counts.max())):
+        for sample_count in sample_steps(int(counts.max())):
             if not stable.any():
                 break
-            for n in range(counted[-1], sampled):
+            for n in range(sample_counts[-1], sample_count):
                 state = advance(n * steps, state)
-            counted.append(sampled)
-            over = motion.size(state) / motion.growth(np.minimum(sampled, counts) * steps)
-            stable &= (over <= FACTOR) | (sampled > counts)
+            sample_counts.append(sample_count)
+            exact_growth = motion.growth(np.minimum(sample_count, counts) * steps)
+            excess = motion.size(state) / exact_growth
+            stable &= (excess <= FACTOR) | (sample_count > counts)
             samples.append(motion.observed(state))
     judged = stable & (counts * steps >= motion.window)
-    within = np.searchsorted(counted, counts, side="right")
-    return stable, stable & _kept(motion, samples, judged, within)
+    samples_in_run = np.searchsorted(sample_counts, counts, side="right")
+    return stable, stable & _keeps_kind(motion, samples, judged, samples_in_run)
 
 
-def sampled_steps(count: int) -> list[int]:
+def sample_steps(count: int) -> list[int]:
     """Returns the numbers of steps, up to `count`, after which a run is sampled.
 
     Samples are spaced unevenly, by multiples of the golden ratio: even samples half a period apart
@@ -109,10 +110,11 @@ def sampled_steps(count: int) -> list[int]:
     """
     marks = np.arange(1, SAMPLES + 1)
     marks = marks - (marks * GOLDEN) % 1.0
-    return [int(n) for n in np.unique(np.ceil(marks * count / SAMPLES)) if n < count] + [count]
+    uneven = np.unique(np.ceil(marks * count / SAMPLES))
+    return [int(n) for n in uneven if n < count] + [count]
 
 
-def _kept(
+def _keeps_kind(
     motion: SteppedMotion, samples: Sequence[Signals], judged: Marks, counts: Counts
 ) -> Marks:
     """Returns which runs keep the exact motion's kind, shape (n,).
@@ -120,11 +122,11 @@ def _kept(
     A run's kind is read from its first `counts` samples. Runs that are not `judged` count as kept.
     """
     series = {name: np.stack([sample[name] for sample in samples]) for name in samples[0]}
-    kept = np.ones_like(judged)
+    keeps_kind = np.ones_like(judged)
     for i in np.flatnonzero(judged):
-        kind = motion.kind_of({name: values[: counts[i], i] for name, values in series.items()})
-        kept[i] = kind == motion.kind
-    return kept
+        run = {name: values[: counts[i], i] for name, values in series.items()}
+        keeps_kind[i] = motion.kind_of(run) == motion.kind
+    return keeps_kind
 
 
 def limits_by_steps(motion: SteppedMotion) -> tuple[StepLimit, ...]:
@@ -149,10 +151,12 @@ def limits_by_steps(motion: SteppedMotion) -> tuple[StepLimit, ...]:
 def step_limit(kind: Kind, step: float, how: str, rate: float) -> StepLimit:
     """Returns the record of a limit at a `step` [s], whose reason begins with `how` and gives the
     step as h omega, for the motion's fastest `rate` [rad/s]."""
-    at = f"{how} h omega = {step * rate:.3g}, the fastest mode's {rate:.3g} rad/s"
+    reason = f"{how} h omega = {step * rate:.3g}, the fastest mode's {rate:.3g} rad/s"
     if math.isinf(step):
-        at = "no step tried is too large"
-    return StepLimit(kind, step, at if step else f"{how} every step tried")
+        reason = "no step tried is too large"
+    if not step:
+        reason = f"{how} every step tried"
+    return StepLimit(kind, step, reason)
 
 
 def first_failures(motion: SteppedMotion) -> tuple[float, float]:
@@ -164,16 +168,20 @@ def first_failures(motion: SteppedMotion) -> tuple[float, float]:
     of the limit.
     """
     steps = np.geomspace(*RANGE, COARSE) * motion.fastest
-    kept = tried(motion, steps, np.full(COARSE, SHORT))[1]
-    fails = min(_first(steps, kept)[1], steps[-1])
-    unstable, changed = near(motion, fails)
+    _, keeps_kind = trial_results(motion, steps, np.full(COARSE, SHORT))
+    fails = min(_first_failure(steps, keeps_kind)[1], steps[-1])
+    unstable, changed = limits_near(motion, fails)
     while changed == 0.0 and fails > steps[0]:
         fails /= RATIO**BELOW
-        unstable, changed = near(motion, fails)
-    return math.nan if changed < unstable == math.inf else unstable, changed
+        unstable, changed = limits_near(motion, fails)
+    if math.isinf(unstable) and changed < unstable:
+        unstable = math.nan
+    return unstable, changed
 
 
-def near(motion: SteppedMotion, fails: float, most: int | None = None) -> tuple[float, float]:
+def limits_near(
+    motion: SteppedMotion, fails: float, most: int | None = None
+) -> tuple[float, float]:
     """Returns the limits of stability and of kind [s] among the steps just below `fails` [s].
 
     The steps go from `fails` down to RATIO**BELOW below it. Runs have `most` steps; if it is None,
@@ -182,16 +190,18 @@ def near(motion: SteppedMotion, fails: float, most: int | None = None) -> tuple[
     last = exponent(fails / motion.fastest, EVERY) + EVERY
     steps = motion.fastest * RATIO ** np.arange(last - BELOW, last + 1.0, EVERY)
     counts = run_length(steps, motion.fastest) if most is None else np.full(len(steps), most)
-    unstable, changed = (_first(steps, marks) for marks in tried(motion, steps, counts))
-    return math.sqrt(unstable[0] * unstable[1]), math.sqrt(changed[0] * changed[1])
+    stable, keeps_kind = trial_results(motion, steps, counts)
+    last_stable, first_unstable = _first_failure(steps, stable)
+    last_kept, first_changed = _first_failure(steps, keeps_kind)
+    return math.sqrt(last_stable * first_unstable), math.sqrt(last_kept * first_changed)
 
 
-def _first(steps: Array, held: Marks) -> tuple[float, float]:
+def _first_failure(steps: Array, holds: Marks) -> tuple[float, float]:
     """Returns the last step [s] that holds and the first step [s] that fails.
 
     If the smallest step fails, the last that holds is zero. If all hold, both are infinite.
     """
-    failing = np.flatnonzero(~held)
+    failing = np.flatnonzero(~holds)
     if not failing.size:
         return np.inf, np.inf
     first = int(failing[0])

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from plumbob.analytic.numerics.elliptic.motion import EllipticMotion
-from plumbob.analytic.numerics.power_series import constant, flown
+from plumbob.analytic.numerics.power_series import constant, flow_series
 from plumbob.analytic.numerics.quad import Quad, double
 from plumbob.analytic.reference import Array
 
@@ -90,7 +90,7 @@ def orbit_table(
         return None
     times = np.linspace(0.0, period, int(count) + 1)
     start = [constant(part, _DEGREE) for part in motion.state(times)]
-    series, _ = flown(lambda h, z: (z[1], acceleration(h, *z)), start)
+    series, _ = flow_series(lambda h, z: (z[1], acceleration(h, *z)), start)
     powers = times[1] ** np.arange(_DEGREE + 1.0)
     terms = np.array(np.broadcast_arrays(*series.terms))  # without forces, zeros are numbers
     return OrbitTable(motion.period, terms * powers[:, None])

@@ -78,7 +78,7 @@ class SmoothSystem:
 
     def acceleration(self, time: Any, q: Elements, v: Elements, p: Any) -> list[Any]:
         """Returns q'' at `time` [s] for the parameters `p`."""
-        return solved(self.mass_matrix(p, q), self.forces(p, time, q, v))
+        return solve_linear(self.mass_matrix(p, q), self.forces(p, time, q, v))
 
     def observed(self, states: Array) -> Signals:
         """Returns the observables of `states`, shape (2 n, m), each of shape (m,)."""
@@ -92,31 +92,31 @@ class SmoothSystem:
 
     def kinetic_energy(self, observed: Signals) -> Array:
         """Returns the kinetic energy [J] for observables of shape (m,)."""
-        q, v = ([observed[name] for name in names] for names in (self.coordinates, self.rates))
-        rows = self.mass_matrix(self.values, q)
-        parts = (m * v[i] * v[j] for i, row in enumerate(rows) for j, m in enumerate(row))
-        return np.asarray(sum(parts) / 2)
+        q = [observed[name] for name in self.coordinates]
+        v = [observed[name] for name in self.rates]
+        twice_energy: Any = 0
+        for row, row_rate in zip(self.mass_matrix(self.values, q), v, strict=True):
+            for element, column_rate in zip(row, v, strict=True):
+                twice_energy = twice_energy + element * row_rate * column_rate
+        return np.asarray(twice_energy / 2)
 
     def doubts(self, states: Array, doubts: Array) -> Signals:
         """Returns the uncertainties of the observables of `states`, shape (2 n, m).
 
         The states are known within `doubts`, of the same shape. Parameters and results are rounded.
         """
-        half = len(states) // 2
-        p = self.perturbed()
-        ahead = (
-            states[:, None]
-            + 1j * TINY * np.eye(2 * half, 2 * half + len(self.parameters))[:, :, None]
-        )
-        weights = np.concatenate(
-            [doubts, np.full((len(self.parameters), doubts.shape[1]), ULP)]
-        )
-        read = self.readings(p, ahead[:half], ahead[half:])
-        return dict(zip((*self.coordinates, *self.rates), doubts, strict=True)) | {
-            name: (np.abs(value.imag) / TINY * weights).sum(axis=0)
-            + ULP * np.abs(value.real[0])
-            for name, value in read.items()
-        }
+        size = len(states)
+        directions = np.eye(size, size + len(self.parameters))[:, :, None]
+        nudged = states[:, None] + 1j * TINY * directions
+        parameter_doubts = np.full((len(self.parameters), doubts.shape[1]), ULP)
+        input_doubts = np.concatenate([doubts, parameter_doubts])
+        uncertainties = dict(zip((*self.coordinates, *self.rates), doubts, strict=True))
+        readings = self.readings(self.perturbed(), nudged[: size // 2], nudged[size // 2 :])
+        for name, value in readings.items():
+            derivatives = np.abs(value.imag) / TINY
+            rounding = ULP * np.abs(value.real[0])
+            uncertainties[name] = (derivatives * input_doubts).sum(axis=0) + rounding
+        return uncertainties
 
     def jacobian(self, time: Any, states: Array) -> Array:
         """Returns the derivatives of the rates by the state, shape (2 n, 2 n, m), at `states`,
@@ -131,24 +131,21 @@ class SmoothSystem:
         parameter k.
         """
         size = 2 * len(self.coordinates)
-        unit = np.eye(size + len(self.parameters))[size:, :, None]
-        values = self.parameters.items()
-        return SimpleNamespace(
-            **{
-                name: value * (1 + 1j * TINY * row)
-                for (name, value), row in zip(values, unit, strict=True)
-            }
-        )
+        directions = np.eye(size + len(self.parameters))[size:, :, None]
+        nudged = {}
+        for (name, value), direction in zip(self.parameters.items(), directions, strict=True):
+            nudged[name] = value * (1 + 1j * TINY * direction)
+        return SimpleNamespace(**nudged)
 
 
 def jacobian(slope: Callable[[Any, Array], Array], time: Any, states: Array) -> Array:
     """Returns the derivatives of a `slope` by the `states`, shape (d, m), at `time` [s], as shape
     (d, d, m)."""
-    ahead = states[:, None] + 1j * TINY * np.eye(len(states))[:, :, None]
-    return np.asarray(slope(time, ahead).imag / TINY)
+    nudged = states[:, None] + 1j * TINY * np.eye(len(states))[:, :, None]
+    return np.asarray(slope(time, nudged).imag / TINY)
 
 
-def solved(matrix: Sequence[Elements], right: Elements) -> list[Any]:
+def solve_linear(matrix: Sequence[Elements], right: Elements) -> list[Any]:
     """Returns the solution of a linear system whose elements may be arrays.
 
     Elimination does not exchange rows: the matrix is positive definite, or near the identity.
@@ -161,6 +158,6 @@ def solved(matrix: Sequence[Elements], right: Elements) -> list[Any]:
             for j in range(k + 1, size + 1):
                 row[j] = row[j] - ratio * pivot[j]
     for i, row in reversed(list(enumerate(rows))):
-        known = sum([row[j] * rows[j][-1] for j in range(i + 1, size)], 0.0)
-        row[-1] = (row[-1] - known) / row[i]
+        later_terms = sum([row[j] * rows[j][-1] for j in range(i + 1, size)], 0.0)
+        row[-1] = (row[-1] - later_terms) / row[i]
     return [row[-1] for row in rows]
