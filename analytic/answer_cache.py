@@ -33,8 +33,8 @@ class Same:
 def exactly(exact: Same, times: bytes) -> tuple[Signals, Signals]:
     """Returns the observables of a Reference and their uncertainty at `times`, the bytes of times
     [s]."""
-    at = np.frombuffer(times)
-    return exact.value.observe(at), exact.value.uncertainty(at)
+    samples = np.frombuffer(times)
+    return exact.value.observe(samples), exact.value.uncertainty(samples)
 
 
 @lru_cache(maxsize=KEPT)
@@ -46,16 +46,18 @@ def expected(
     `step` is in [s], `times` are the bytes of times [s]. The sum has the observables that occur in
     every power. All methods of a scheme share the result.
     """
-    at = np.frombuffer(times)
-    series = theory.value.series(scheme, at)
-    powers = {p: {n: c * step**p for n, c in terms.items()} for p, terms in series.items()}
+    samples = np.frombuffer(times)
+    powers = {}
+    for power, coefficients in theory.value.series(scheme, samples).items():
+        powers[power] = {name: c * step**power for name, c in coefficients.items()}
     common = set.intersection(*map(set, powers.values())) if powers else set()
-    started = at > 0.0  # at time 0 no step has been taken, and no joint has pulled
-    total = {
-        name: np.where(started, sum(terms[name] for terms in powers.values()), 0.0)
-        for name in sorted(common)
-    }
-    return powers, total, exact.value.nonlinearity(at, total) if total else 0.0
+    started = samples > 0.0  # at time 0 no step has been taken, and no joint has pulled
+    total = {}
+    for name in sorted(common):
+        error = sum(terms[name] for terms in powers.values())
+        total[name] = np.where(started, error, 0.0)
+    nonlinearity = exact.value.nonlinearity(samples, total) if total else 0.0
+    return powers, total, nonlinearity
 
 
 @lru_cache(maxsize=KEPT)

@@ -29,12 +29,13 @@ class ParameterError(ValueError):
         If this error names a changed parameter or one of `names`, it is returned. If it names a
         quantity that is computed from the parameters, the result names the `changes` instead.
         """
-        if not changes or {"set", *changes, *names} & set(self.name.split(", ")):
+        names_a_parameter = {"set", *changes, *names} & set(self.name.split(", "))
+        if not changes or names_a_parameter:
             return self
-        required = f"{self.name} is {self.requirement}, not {_shown(self.value)}"
+        condition = f"{self.name} is {self.requirement}, not {_shown(self.value)}"
         if self.requirement.startswith(SUCH):
-            required = self.requirement.removeprefix(SUCH)
-        return changed_beyond(changes, f"{SUCH}{required}")
+            condition = self.requirement.removeprefix(SUCH)
+        return changed_beyond(changes, f"{SUCH}{condition}")
 
 
 def changed_beyond(changes: Mapping[str, Any], requirement: str) -> ParameterError:
@@ -45,31 +46,31 @@ def changed_beyond(changes: Mapping[str, Any], requirement: str) -> ParameterErr
 
 
 def _shown(value: object) -> str:
+    """Returns a value as text for a message, cut to MOST_SHOWN characters."""
     text = repr(value)
     return text if len(text) <= MOST_SHOWN else f"{text[: MOST_SHOWN - 3]}..."
 
 
 def finite(name: str, value: Any) -> float:
     """Returns `value` as a finite float; raises ParameterError with the `name` otherwise."""
-    if (
-        isinstance(value, bool)
-        or not isinstance(value, (int, float))
-        or not math.isfinite(value)
-    ):
+    is_number = isinstance(value, (int, float)) and not isinstance(value, bool)
+    if not is_number or not math.isfinite(value):
         raise ParameterError(name, value, "a finite number")
     return float(value)
 
 
 def positive(name: str, value: Any) -> float:
     """Returns `value` as a finite float above zero; raises ParameterError otherwise."""
-    if (number := finite(name, value)) <= 0.0:
+    number = finite(name, value)
+    if number <= 0.0:
         raise ParameterError(name, value, "greater than 0")
     return number
 
 
 def non_negative(name: str, value: Any) -> float:
     """Returns `value` as a finite float of zero or more; raises ParameterError otherwise."""
-    if (number := finite(name, value)) < 0.0:
+    number = finite(name, value)
+    if number < 0.0:
         raise ParameterError(name, value, "0 or greater")
     return number
 
@@ -86,9 +87,16 @@ def check_fields(
     `others` are not checked.
     """
     for field in fields(problem):
-        if (name := field.name) not in others:
-            least = non_negative if name in non_negatives else finite
-            (positive if name in positives else least)(name, getattr(problem, name))
+        name = field.name
+        if name in others:
+            continue
+        value = getattr(problem, name)
+        if name in positives:
+            positive(name, value)
+        elif name in non_negatives:
+            non_negative(name, value)
+        else:
+            finite(name, value)
 
 
 def numbers(name: str, value: Any, shape: tuple[int, ...], requirement: str) -> Any:
@@ -98,14 +106,18 @@ def numbers(name: str, value: Any, shape: tuple[int, ...], requirement: str) -> 
     error names its row.
     """
 
-    def checked(row: str, part: Any, left: tuple[int, ...]) -> Any:
-        if not left:
+    def checked(row: str, part: Any, part_shape: tuple[int, ...]) -> Any:
+        if not part_shape:
             return finite(row, part)
+        count, *inner_shape = part_shape
         items = tuple(part) if isinstance(part, Iterable) else ()
-        if len(items) != left[0]:
+        if len(items) != count:
             raise ParameterError(name, value, requirement)
-        names = [f"{row}[{i}]" if left[1:] else row for i in range(left[0])]
-        return tuple(checked(*pair, left[1:]) for pair in zip(names, items, strict=True))
+        checked_items = []
+        for i, item in enumerate(items):
+            item_name = f"{row}[{i}]" if inner_shape else row
+            checked_items.append(checked(item_name, item, tuple(inner_shape)))
+        return tuple(checked_items)
 
     return checked(name, value, shape)
 
@@ -135,5 +147,5 @@ def nearest(name: str, names: Sequence[str], more: str = "...") -> str:
 
     if len(names) <= FEW:
         return ", ".join(names)
-    near = difflib.get_close_matches(name, names, n=3, cutoff=0.4) or names[:FEW]
-    return ", ".join([*near, more])
+    similar = difflib.get_close_matches(name, names, n=3, cutoff=0.4) or names[:FEW]
+    return ", ".join([*similar, more])

@@ -99,37 +99,34 @@ class Scheme:
     def __post_init__(self) -> None:
         euler = self.integrator == EULER
         rate = self.joint_closing_rate
-        part = self.jointed_moment
-        damped = self.implicit_damping
-        wrong = (
+        moment = self.jointed_moment
+        largest_moment = 0.0 if rate is None else 0.25
+        damping = self.implicit_damping
+        checks = (
             ("control", self.control, self.control not in _CONTROLS),
-            ("implicit_damping", damped, (damped and not euler) or not 0 <= damped <= 1),
-            ("implicit_spring", True, self.implicit_spring and damped != 1),
+            ("implicit_damping", damping, (damping and not euler) or not 0 <= damping <= 1),
+            ("implicit_spring", True, self.implicit_spring and damping != 1),
             ("position_first", True, self.position_first and not euler),
-            ("position_first", True, self.position_first and damped),
+            ("position_first", True, self.position_first and damping),
             ("tangent_turn", True, self.tangent_turn and not euler),
             ("joint_closing_rate", rate, rate is not None and not self.position_first),
             ("joint_closing_rate", rate, rate is not None and not rate > 0.0),
-            (
-                "jointed_moment",
-                part,
-                not 0.0 <= part < (0.0 if rate is None else 0.25) + 1e-300,
-            ),
+            ("jointed_moment", moment, not 0.0 <= moment < largest_moment + 1e-300),
         )
-        for name, value, broken in wrong:
-            if broken and self.integrator in KNOWN:
-                raise ParameterError(
-                    f"scheme, {name}", value, f"something that {self.integrator} can have"
-                )
+        for name, value, wrong in checks:
+            if wrong and self.integrator in KNOWN:
+                requirement = f"something that {self.integrator} can have"
+                raise ParameterError(f"scheme, {name}", value, requirement)
 
     def __str__(self) -> str:
         words = [self.integrator, _CONTROLS[self.control]]
         words.append("implicit damping" if self.implicit_damping else "")
         words.append("implicit spring" if self.implicit_spring else "")
         words.append("position first" if self.position_first else "")
-        if (rate := self.joint_closing_rate) is not None:
-            how = "in one step" if math.isinf(rate) else f"at {rate:.3g}/s"
-            words.append(f"joints closing {how}")
+        rate = self.joint_closing_rate
+        if rate is not None:
+            speed = "in one step" if math.isinf(rate) else f"at {rate:.3g}/s"
+            words.append(f"joints closing {speed}")
         return ", ".join(word for word in words if word)
 
     @property

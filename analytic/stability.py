@@ -42,7 +42,8 @@ class StepLimit:
 def exponent(periods: float, every: int = 1) -> int:
     """Returns the largest exponent of RATIO, a multiple of `every`, whose power is at most
     `periods`, a step in fastest periods."""
-    return math.floor(math.log(periods) / math.log(RATIO) / every + 1e-9) * every
+    exact_exponent = math.log(periods) / math.log(RATIO)
+    return math.floor(exact_exponent / every + 1e-9) * every
 
 
 NO_STEP = StepLimit("unstable", math.inf, "no step is given: the method chooses its own")

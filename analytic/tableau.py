@@ -39,7 +39,7 @@ class Tableau:
                 if weight:
                     stage = moved(stage, slope, weight * step)
             stages.append(slopes_at(node, stage))
-        return _weighted(self.weights, stages)
+        return _weighted_sum(self.weights, stages)
 
     def advanced(self, slopes_at: Slopes, state: Sequence[Any], step: Any) -> Sequence[Any]:
         """Returns the parts of `state` after a `step`."""
@@ -48,26 +48,39 @@ class Tableau:
     def change(self, slope: Callable[[Any, Any], Any], time: Any, state: Any, step: Any) -> Any:
         """Returns the change of `state` in a `step` [s] from `time` [s] under its rate
         `slope(time, state)`; the arrays broadcast."""
-        (total,) = self.slopes(lambda part, z: (slope(time + part * step, *z),), (state,), step)
+
+        def slopes_at(fraction: float, parts: Sequence[Any]) -> Sequence[Any]:
+            return (slope(time + fraction * step, *parts),)
+
+        (total,) = self.slopes(slopes_at, (state,), step)
         return step / self.divisor * total
 
 
-def _weighted(weights: Sequence[float], stages: Sequence[Sequence[Any]]) -> Sequence[Any]:
+def _weighted_sum(weights: Sequence[float], stages: Sequence[Sequence[Any]]) -> Sequence[Any]:
     """Returns the weighted sum of the stages' slopes, for each part of the state."""
-    # A sum takes half the time of a product with a number, which numpy would have to convert.
-    parts = [
-        slopes if w == 1.0 else [k + k if w == 2.0 else w * k for k in slopes]
-        for w, slopes in zip(weights, stages, strict=True)
-        if w
+    terms = [
+        _multiple(weight, slopes)
+        for weight, slopes in zip(weights, stages, strict=True)
+        if weight
     ]
-    return reduce(lambda total, part: list(map(add, total, part)), parts)
+    return reduce(lambda total, term: list(map(add, total, term)), terms)
+
+
+def _multiple(weight: float, slopes: Sequence[Any]) -> Sequence[Any]:
+    """Returns a multiple of each of the `slopes`."""
+    if weight == 1.0:
+        return slopes
+    if weight == 2.0:
+        # A sum takes half the time of a product with a number, which numpy would have to convert.
+        return [slope + slope for slope in slopes]
+    return [weight * slope for slope in slopes]
 
 
 CLASSICAL = Tableau(
-    4,
-    (0.0, 0.5, 0.5, 1.0),
-    (1.0, 2.0, 2.0, 1.0),
-    ((), (0.5,), (0.0, 0.5), (0.0, 0.0, 1.0)),
+    order=4,
+    nodes=(0.0, 0.5, 0.5, 1.0),
+    weights=(1.0, 2.0, 2.0, 1.0),
+    matrix=((), (0.5,), (0.0, 0.5), (0.0, 0.0, 1.0)),
     divisor=6.0,
 )
 

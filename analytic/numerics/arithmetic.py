@@ -33,13 +33,13 @@ def varied(given: Any, part: float) -> Iterator[Any]:
     `part`. Every number except zeros is reduced in turn."""
     if is_dataclass(given) and not isinstance(given, type):
         for field in fields(given):
-            for near in varied(getattr(given, field.name), part):
-                yield replace(given, **{field.name: near})
+            for reduced in varied(getattr(given, field.name), part):
+                yield replace(given, **{field.name: reduced})
     elif getattr(given, "ndim", 0):  # an array of doubles or of 34 digits
         for i in np.flatnonzero(given != 0.0):
-            near = given.copy()
-            near[i] = given[i] * (1.0 - part)
-            yield near
+            reduced = given.copy()
+            reduced[i] = given[i] * (1.0 - part)
+            yield reduced
     elif isinstance(given, float) and given:
         yield given * (1.0 - part)
 
@@ -54,7 +54,7 @@ def rounded_inputs(
     """
     exact = observe(problem)
     doubts = {name: ULP * np.abs(values) for name, values in exact.items()}
-    for near in varied(problem, NEAR):
-        for name, values in observe(near).items():
+    for neighbour in varied(problem, NEAR):
+        for name, values in observe(neighbour).items():
             doubts[name] += roundings * ULP / NEAR * np.abs(values - exact[name])
     return doubts

@@ -168,13 +168,13 @@ def collocate(
     """
     slopes = guess.copy()
     previous = 0.0
-    last = False
+    last_step = False
     newton = None
     for _ in range(ITERATIONS):
-        fresh = newton is None
-        value, derivative = right_hand_side(start + rule.integral @ slopes, fresh)
-        if fresh:
-            newton = _newton(rule, derivative)
+        needs_matrix = newton is None
+        value, derivative = right_hand_side(start + rule.integral @ slopes, needs_matrix)
+        if needs_matrix:
+            newton = _newton_correction(rule, derivative)
         if newton is None or not np.isfinite(value.sum()):
             return None
         correction = newton(value - slopes)
@@ -183,19 +183,23 @@ def collocate(
         # Newton's method converges quadratically, with an old matrix linearly. In both cases the
         # next step is below step^2/previous. If derivatives are left out, the next step is taken
         # all the same: a small part of the error converges more slowly than the steps so far.
-        ends = step * step <= CONVERGED * previous
-        if step <= CONVERGED or STALLED > step > previous or last or (ends and all_derivatives):
+        next_is_negligible = step * step <= CONVERGED * previous
+        stalled = STALLED > step > previous
+        if step <= CONVERGED or stalled or last_step:
             return slopes
-        last = ends
+        if next_is_negligible and all_derivatives:
+            return slopes
+        last_step = next_is_negligible
         if step > DIVERGED:
             return None
-        if step > FACTORED or (not fresh and step > SLOW * previous):
+        converges_slowly = not needs_matrix and step > SLOW * previous
+        if step > FACTORED or converges_slowly:
             newton = None
         previous = step
     return None
 
 
-def _newton(rule: Collocation, derivative: Array) -> Callable[[Array], Array] | None:
+def _newton_correction(rule: Collocation, derivative: Array) -> Callable[[Array], Array] | None:
     """Returns a function that replaces a residual of the slopes, shape (n, d), by Newton's
     correction.
 
@@ -207,21 +211,22 @@ def _newton(rule: Collocation, derivative: Array) -> Callable[[Array], Array] | 
 
     if not np.isfinite(derivative.sum()):
         return None
-    count, _, stiff = derivative.shape
-    across = derivative[:, :stiff].transpose(2, 0, 1)
-    others = derivative[:, stiff:]
-    matrix = np.multiply(-rule.integral.T[:, None, :, None], across[None]).reshape(-1)
-    matrix[:: count * stiff + 1] += 1.0
-    square = matrix.reshape(count * stiff, count * stiff).T
+    count, _, implicit = derivative.shape
+    implicit_derivative = derivative[:, :implicit].transpose(2, 0, 1)
+    explicit_derivative = derivative[:, implicit:]
+    integrals = -rule.integral.T[:, None, :, None]
+    matrix = np.multiply(integrals, implicit_derivative[None]).reshape(-1)
+    matrix[:: count * implicit + 1] += 1.0
+    square = matrix.reshape(count * implicit, count * implicit).T
     factors, pivots, singular = dgetrf(square, overwrite_a=True)
 
     def correction(residual: Array) -> Array:
         # LAPACK takes a single column as a vector.
-        right: Any = residual[:, :stiff].reshape(-1)
-        residual[:, :stiff] = dgetrs(factors, pivots, right)[0].reshape(-1, stiff)
-        if stiff < residual.shape[1]:
-            moved = rule.integral @ residual[:, :stiff]
-            residual[:, stiff:] += (others @ moved[:, :, None])[:, :, 0]
+        right: Any = residual[:, :implicit].reshape(-1)
+        residual[:, :implicit] = dgetrs(factors, pivots, right)[0].reshape(-1, implicit)
+        if implicit < residual.shape[1]:
+            change = rule.integral @ residual[:, :implicit]
+            residual[:, implicit:] += (explicit_derivative @ change[:, :, None])[:, :, 0]
         return residual
 
     return None if singular else correction
@@ -234,20 +239,19 @@ def linearised(rates: Array, derivative: Array, lengths: Array) -> Array:
     state, shape (d, k), is taken as constant, so that the rates are exp(length J) f. They are a
     first guess that follows decaying components.
     """
-    stiff = derivative.shape[1]
-    values, vectors = np.linalg.eig(derivative[:stiff])
+    count = derivative.shape[1]
+    values, vectors = np.linalg.eig(derivative[:count])
     try:
-        weights = np.linalg.solve(vectors, rates[:stiff].astype(complex))
+        weights = np.linalg.solve(vectors, rates[:count].astype(complex))
     except np.linalg.LinAlgError:
         return np.repeat(rates[None, :], lengths.size, axis=0)
-    exponent = lengths[:, None] * values.real
-    growth = np.exp(
-        np.minimum(exponent, LARGEST_EXPONENT) + 1j * lengths[:, None] * values.imag
-    )
-    ahead = np.empty((lengths.size, rates.size))
-    ahead[:, :stiff] = ((growth * weights) @ vectors.T).real
+    rows = lengths[:, None]
+    folds = np.minimum(rows * values.real, LARGEST_EXPONENT)
+    growth = np.exp(folds + 1j * rows * values.imag)
+    rates_ahead = np.empty((lengths.size, rates.size))
+    rates_ahead[:, :count] = ((growth * weights) @ vectors.T).real
     with np.errstate(all="ignore"):
-        integrals = np.where(values == 0.0, lengths[:, None], (growth - 1.0) / values)
-    moved = ((integrals * weights) @ vectors.T).real
-    ahead[:, stiff:] = rates[stiff:] + moved @ derivative[stiff:].T
-    return ahead
+        integrals = np.where(values == 0.0, rows, (growth - 1.0) / values)
+    change = ((integrals * weights) @ vectors.T).real
+    rates_ahead[:, count:] = rates[count:] + change @ derivative[count:].T
+    return rates_ahead

@@ -25,10 +25,12 @@ class Response:
 
     @property
     def _rule(self) -> Collocation:
+        """Collocation rule of the nodes."""
         return gauss_collocation(self.slopes.shape[1])
 
     @cached_property
     def _lengths(self) -> Array:
+        """Lengths of the steps [s], shape (steps, 1, 1, 1)."""
         return np.diff(self.orbit.breakpoints)[:, None, None, None]
 
     def at(self, times: Array) -> Array:
@@ -36,9 +38,10 @@ class Response:
         for a time outside the grid."""
         step = self.orbit.locate(times)
         length = np.diff(self.orbit.breakpoints)[step]
-        weights = self._rule.integral_to((times - self.orbit.breakpoints[step]) / length)
-        gained = (length[:, None] * weights)[:, None] @ _flat(self.slopes)[step]
-        return self.states[step] + gained.reshape(-1, *self.states.shape[1:])
+        fraction = (times - self.orbit.breakpoints[step]) / length
+        weights = length[:, None] * self._rule.integral_to(fraction)
+        change = weights[:, None] @ _row_per_node(self.slopes)[step]
+        return self.states[step] + change.reshape(-1, *self.states.shape[1:])
 
     def followed_by(self, other: Response) -> Response:
         """Returns one response that joins this one and the `other`, which begins at its end."""
@@ -54,15 +57,16 @@ class Response:
         The shape is (steps, stages, d, columns).
         """
         if derivative == 0:
-            gained = (self._rule.integral @ _flat(self.slopes)).reshape(self.slopes.shape)
-            return self.states[:-1, None] + self._lengths * gained
-        values = _flat(self.slopes)
+            integrals = self._rule.integral @ _row_per_node(self.slopes)
+            change = self._lengths * integrals.reshape(self.slopes.shape)
+            return self.states[:-1, None] + change
+        values = _row_per_node(self.slopes)
         for _ in range(derivative - 1):
             values = self._rule.derivative @ values / self._lengths[..., 0]
         return values.reshape(self.slopes.shape)
 
 
-def _flat(slopes: Array) -> Array:
+def _row_per_node(slopes: Array) -> Array:
     """Returns the slopes with one row for each node, shape (steps, stages, d times columns)."""
     return slopes.reshape(*slopes.shape[:2], -1)
 
@@ -84,49 +88,51 @@ class LinearFlow:
     matrix: Any  # A at the nodes, real or complex, shape (steps, stages, d, d)
 
     @cached_property
-    def _free(self) -> Array:
+    def _unit_slopes(self) -> Array:
         """Slopes at the nodes for a unit value of each component at the step's start, shape
         (steps, stages, d, d)."""
-        return self._solved(self.matrix)
+        return self._slopes_from_zero(self.matrix)
 
     @cached_property
     def transitions(self) -> Array:
         """Fundamental matrix of each step, shape (steps, d, d)."""
-        return np.eye(self.matrix.shape[-1]) + self._across(self._free)
+        return np.eye(self.matrix.shape[-1]) + self._integral_over_step(self._unit_slopes)
 
     def respond(self, start: Array, forcing: Array) -> Response:
         """Returns the response from `start`, shape (d, columns), under a forcing.
 
         `forcing` is q at the nodes, shape (steps, stages, d, columns).
         """
-        forced = self._solved(forcing)
+        forced_slopes = self._slopes_from_zero(forcing)
+        forced_changes = self._integral_over_step(forced_slopes)
         states = [start]
-        for across, gained in zip(self.transitions, self._across(forced), strict=True):
-            states.append(across @ states[-1] + gained)
-        slopes = forced + self._free @ np.array(states[:-1])[:, None]
+        for transition, change in zip(self.transitions, forced_changes, strict=True):
+            states.append(transition @ states[-1] + change)
+        slopes = forced_slopes + self._unit_slopes @ np.array(states[:-1])[:, None]
         return Response(self.grid, np.array(states), slopes)
 
-    def _across(self, slopes: Array) -> Array:
+    def _integral_over_step(self, slopes: Array) -> Array:
         """Returns the integral of the slopes over each step, shape (steps, d, columns)."""
         weights = gauss_collocation(slopes.shape[1]).weights
-        gained = np.einsum("n,snab->sab", weights, slopes)
-        return np.asarray(np.diff(self.grid.breakpoints)[:, None, None] * gained)
+        means = np.einsum("n,snab->sab", weights, slopes)
+        return np.asarray(np.diff(self.grid.breakpoints)[:, None, None] * means)
 
-    def _solved(self, sources: Array) -> Array:
+    def _slopes_from_zero(self, sources: Array) -> Array:
         """Returns the slopes at the nodes of each step that starts at w = 0.
 
         `sources` is the forcing at the nodes; the result has its shape.
         """
         steps, stages, size, _ = self.matrix.shape
-        scaled = (
-            np.diff(self.grid.breakpoints)[:, None, None] * gauss_collocation(stages).integral
-        )
+        unknowns = stages * size
+        lengths = np.diff(self.grid.breakpoints)[:, None, None]
+        integrals = lengths * gauss_collocation(stages).integral
         slopes = np.empty(sources.shape, np.result_type(sources, self.matrix))
         # The slopes k_i = A_i (w + length sum_j a_ij k_j) + q_i are solved for all nodes of a step
         # together.
-        for block in (slice(k, k + BLOCK) for k in range(0, steps, BLOCK)):
-            system = -np.einsum("sij,siab->siajb", scaled[block], self.matrix[block])
-            flat = system.reshape(-1, stages * size, stages * size) + np.eye(stages * size)
-            right = sources[block].reshape(len(flat), stages * size, -1)
-            slopes[block] = np.linalg.solve(flat, right).reshape(slopes[block].shape)
+        for first in range(0, steps, BLOCK):
+            block = slice(first, first + BLOCK)
+            coupling = -np.einsum("sij,siab->siajb", integrals[block], self.matrix[block])
+            system = coupling.reshape(-1, unknowns, unknowns) + np.eye(unknowns)
+            right = sources[block].reshape(len(system), unknowns, -1)
+            slopes[block] = np.linalg.solve(system, right).reshape(slopes[block].shape)
         return slopes

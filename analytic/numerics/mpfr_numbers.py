@@ -18,9 +18,8 @@ import numpy as np
 BITS = 113  # length of the significand, as in IEEE 754 binary128
 _CONTEXT = gmpy2.context(precision=BITS)
 _NUMBER = type(gmpy2.mpfr(0))
-_SCALARS = frozenset(
-    {_NUMBER, float, int, np.float64}
-)  # types that the context's functions take
+# Types that the functions of the context take as arguments.
+_SCALARS = frozenset({_NUMBER, float, int, np.float64})
 
 
 def _raw(value: Any) -> Any:

@@ -46,8 +46,10 @@ class PointImpact:
         """q during the initial slip, and q after that slip has ended."""
         (a, b, _) = self.weights
         f = self.friction
-        after = min(max(-b / a, -f), f)
-        return (-math.copysign(f, self.slip) if self.slip else after), after
+        after_slip = min(max(-b / a, -f), f)
+        if not self.slip:
+            return after_slip, after_slip
+        return -math.copysign(f, self.slip), after_slip
 
     @property
     def jams(self) -> bool:
@@ -62,41 +64,50 @@ class PointImpact:
         Before and after the end of slip, v is a linear and its work a quadratic function of P.
         """
         (a, b, c) = self.weights
-        (q, after) = self.ratios
+        (q_in_slip, q_after) = self.ratios
         v = self.speed
-        slows = b + a * q
-        rate = c + b * q
-        later = c + b * after
-        ends = -self.slip / slows if self.slip * slows < 0.0 else math.inf
-        slip = ends if self.slip else 0.0
-        then = v + rate * slip  # v where slip ends
+        slip_rate = b + a * q_in_slip
+        rate = c + b * q_in_slip
+        rate_after = c + b * q_after
+        slip_end = 0.0  # normal impulse at which slip ends
+        if self.slip:
+            slows = self.slip * slip_rate < 0.0
+            slip_end = -self.slip / slip_rate if slows else math.inf
+        v_at_end = v + rate * slip_end
 
-        def reached(speed: float) -> float:
-            return slip + (speed - then) / later if speed > then else (speed - v) / rate
+        def impulse_at(speed: float) -> float:
+            if speed > v_at_end:
+                return slip_end + (speed - v_at_end) / rate_after
+            return (speed - v) / rate
 
         if self.law == "newton":
-            total = reached(-self.restitution * v)
+            total = impulse_at(-self.restitution * v)
         elif self.law == "poisson":
-            total = (1.0 + self.restitution) * reached(0.0)
+            total = (1.0 + self.restitution) * impulse_at(0.0)
         else:
-            pressed = -(v + min(then, 0.0)) * min(reached(0.0), slip)  # twice the work in slip
-            total = reached(self._rebound(pressed, then, rate, later))
-        slid = min(total, slip)
-        return slip, total, q * slid + after * (total - slid)
+            slip_compression = min(impulse_at(0.0), slip_end)
+            twice_work = -(v + min(v_at_end, 0.0)) * slip_compression
+            total = impulse_at(self._rebound(twice_work, v_at_end, rate, rate_after))
+        in_slip = min(total, slip_end)
+        return slip_end, total, q_in_slip * in_slip + q_after * (total - in_slip)
 
-    def _rebound(self, pressed: float, then: float, rate: float, later: float) -> float:
+    def _rebound(
+        self, twice_work: float, v_at_end: float, rate: float, rate_after: float
+    ) -> float:
         """Returns the velocity off the floor [m/s] after which e^2 of the work of compression is
         returned.
 
-        `pressed` is the work done before slip ends, `then` the velocity v when slip ends, `rate`
-        and `later` are dv/dP before and after the end of slip. Work is the impulse times the mean
-        velocity; all values here are twice the work.
+        `twice_work` is twice the work of compression before slip ends, `v_at_end` the velocity v
+        when slip ends. `rate` and `rate_after` are dv/dP before and after the end of slip. Work is
+        the impulse times the mean velocity.
         """
-        low = min(then, 0.0)
-        high = max(then, 0.0)
-        back = self.restitution**2 * (pressed + low**2 / later)
-        first = high**2 / rate if high else 0.0
-        return math.sqrt(high**2 + later * (back - first) if back > first else rate * back)
+        negative = min(v_at_end, 0.0)
+        positive = max(v_at_end, 0.0)
+        returned = self.restitution**2 * (twice_work + negative**2 / rate_after)
+        returned_in_slip = positive**2 / rate if positive else 0.0
+        if returned > returned_in_slip:
+            return math.sqrt(positive**2 + rate_after * (returned - returned_in_slip))
+        return math.sqrt(rate * returned)
 
     @property
     def outcome(self) -> str:

@@ -25,8 +25,9 @@ class Series(NDArrayOperatorsMixin):
     def __array_ufunc__(self, function: Any, method: str, *values: Any, **options: Any) -> Any:
         if method != "__call__" or options or function.__name__ not in _RULES:
             return NotImplemented
-        degrees = min(len(value.terms) for value in values if isinstance(value, Series))
-        return Series(_RULES[function.__name__](*(_terms(value, degrees) for value in values)))
+        count = min(len(value.terms) for value in values if isinstance(value, Series))
+        operands = [_terms(value, count) for value in values]
+        return Series(_RULES[function.__name__](*operands))
 
 
 def variable(degree: int) -> Series:
@@ -55,17 +56,20 @@ def flow_series(
     return state
 
 
-def _terms(value: Any, degrees: int) -> list[Any]:
+def _terms(value: Any, count: int) -> list[Any]:
+    """Returns the first `count` terms of a series or of a constant."""
     if isinstance(value, Series):
-        return value.terms[:degrees]
-    return [value] + (degrees - 1) * [0.0]
+        return value.terms[:count]
+    return [value] + (count - 1) * [0.0]
 
 
 def _is_zero(term: Any) -> bool:
+    """Returns whether a term is a zero number; an array of zeros counts as not zero."""
     return isinstance(term, float) and term == 0.0
 
 
 def _product(a: list[Any], b: list[Any]) -> list[Any]:
+    """Returns the terms of the product of two series with as many terms."""
     terms: list[Any] = [0.0] * len(a)
     for i, x in enumerate(a):
         if not _is_zero(x):
@@ -76,9 +80,11 @@ def _product(a: list[Any], b: list[Any]) -> list[Any]:
 
 
 def _quotient(a: list[Any], b: list[Any]) -> list[Any]:
+    """Returns the terms of the quotient of two series with as many terms."""
     terms: list[Any] = []
     for n, x in enumerate(a):
-        terms.append((x - sum(b[i] * terms[n - i] for i in range(1, n + 1))) / b[0])
+        lower_terms = sum(b[i] * terms[n - i] for i in range(1, n + 1))
+        terms.append((x - lower_terms) / b[0])
     return terms
 
 
@@ -88,10 +94,14 @@ def _sine_cosine(a: list[Any]) -> tuple[list[Any], list[Any]]:
     sine = [np.sin(a[0])]
     cosine = [np.cos(a[0])]
     for n in range(1, len(a)):
-        parts = [(i / n * a[i], n - i) for i in range(1, n + 1) if not _is_zero(a[i])]
-        rising = sum((part * cosine[k] for part, k in parts), 0.0)
-        cosine.append(-sum((part * sine[k] for part, k in parts), 0.0))
-        sine.append(rising)
+        sine_term = cosine_term = 0.0
+        for i in range(1, n + 1):
+            if not _is_zero(a[i]):
+                derivative = i / n * a[i]
+                sine_term = sine_term + derivative * cosine[n - i]
+                cosine_term = cosine_term + derivative * sine[n - i]
+        sine.append(sine_term)
+        cosine.append(-cosine_term)
     return sine, cosine
 
 

@@ -43,7 +43,7 @@ def choose(condition: Any, value: Any, other: Any) -> Any:
     return np.where(condition, value, other)
 
 
-def chosen(condition: Any, value: Callable[[], Any], other: Callable[[], Any]) -> Any:
+def choose_lazily(condition: Any, value: Callable[[], Any], other: Callable[[], Any]) -> Any:
     """Returns the result of `value` if the condition holds, else the result of `other`,
     elementwise. A function whose result is chosen nowhere is not called."""
     if np.all(condition):

@@ -72,16 +72,16 @@ class Neighbours(Generic[T]):
 
     def each(self, change: Callable[[T], S]) -> Neighbours[S]:
         """Returns the neighbours with `change` applied to the result at every offset."""
-        return Neighbours(tuple(change(one) for one in self.moved), self.offsets)
+        return Neighbours(tuple(change(result) for result in self.moved), self.offsets)
 
     @cached_property
     def _weights(self) -> tuple[Array, Array]:
         """Weights of eq. 1 for all offsets, and for the nearest offsets, a stencil of lower order;
         shape (n,) each."""
         nearest = np.argsort(np.abs(self.offsets), kind="stable")[: len(self.offsets) - FEWER]
-        fewer = np.zeros(len(self.offsets))
-        fewer[nearest] = _weights(self.offsets[nearest])
-        return _weights(self.offsets), fewer
+        lower_order = np.zeros(len(self.offsets))
+        lower_order[nearest] = _weights(self.offsets[nearest])
+        return _weights(self.offsets), lower_order
 
     @cached_property
     def _unexplained(self) -> Array:
@@ -92,8 +92,9 @@ class Neighbours(Generic[T]):
 
     def slope(self, read: Callable[[T], float]) -> float:
         """Returns the derivative of the number that `read` gives, without its uncertainty."""
-        values = np.array([read(one) for one in self.moved])
-        return float(self._weights[0] @ (values - values[self.offsets == 0.0]))
+        values = np.array([read(result) for result in self.moved])
+        weights, _ = self._weights
+        return float(weights @ (values - values[self.offsets == 0.0]))
 
     def derivative(self, read: Callable[[T], Any], errors: Array | None = None) -> Derived:
         """Returns the derivative of the array that `read` gives, and its uncertainty.
@@ -101,25 +102,27 @@ class Neighbours(Generic[T]):
         The array has doubles or 34-digit numbers and any shape. If its values have errors of their
         own, `errors` has the relative sizes of these, with times along the last axis.
         """
-        values = [np.asarray(read(one)) for one in self.moved]
+        values = [np.asarray(read(result)) for result in self.moved]
         base = np.asarray(read(self.here))
-        all_of_them, fewer = self._weights
+        weights, lower_order = self._weights
         differences = np.array([double(value - base) for value in values])
-        found = np.tensordot(all_of_them, differences, 1)
-        uncertain = SURE * np.abs(found - np.tensordot(fewer, differences, 1))
-        rounded = np.zeros(base.shape)
+        derivative = np.tensordot(weights, differences, 1)
+        uncertainty = SURE * np.abs(derivative - np.tensordot(lower_order, differences, 1))
+        rounding = np.zeros(base.shape)
         if base.dtype == np.float64:  # the rounding of 34-digit numbers is negligible
-            rounded = ULP * np.abs(values).max(axis=0)
-            uncertain += rounded * np.abs(all_of_them).sum()
+            rounding = ULP * np.abs(values).max(axis=0)
+            uncertainty += rounding * np.abs(weights).sum()
         if errors is not None:
-            size = errors + rounded + TINY
-            left = np.tensordot(self._unexplained, differences, 1) / size
-            sizes = np.sqrt(np.mean(left**2, axis=tuple(range(left.ndim - 1))))
+            scale = errors + rounding + TINY
+            noise = np.tensordot(self._unexplained, differences, 1) / scale
+            deviations = np.sqrt(np.mean(noise**2, axis=tuple(range(noise.ndim - 1))))
             # If a formula changes between neighbours, only the errors near that time are larger.
-            usual = np.quantile(sizes[sizes > 0.0], USUAL) if sizes.any() else 0.0
-            ratio = np.maximum(usual, sizes)
-            uncertain += DEVIATIONS * ratio * size * np.linalg.norm(all_of_them)
-        return found, uncertain
+            usual = 0.0
+            if deviations.any():
+                usual = np.quantile(deviations[deviations > 0.0], USUAL)
+            ratio = np.maximum(usual, deviations)
+            uncertainty += DEVIATIONS * ratio * scale * np.linalg.norm(weights)
+        return derivative, uncertainty
 
 
 def in_rows(observed: Signals, names: Sequence[str]) -> Array:
@@ -130,8 +133,8 @@ def in_rows(observed: Signals, names: Sequence[str]) -> Array:
 def stacked(derived: Sequence[Derived]) -> Array:
     """Returns derivatives by several parameters along the last axis, followed by their
     uncertainties."""
-    values, uncertain = zip(*derived, strict=True)
-    return np.stack([*values, *uncertain], axis=-1)
+    values, uncertainties = zip(*derived, strict=True)
+    return np.stack([*values, *uncertainties], axis=-1)
 
 
 def _weights(offsets: Array) -> Array:

@@ -46,18 +46,20 @@ def phased_gradients(motions: Sequence[Neighbours[Phased]], times: Array) -> lis
     here = motions[0].here
     names = list(here.reference.observe(times))
     phases = np.searchsorted(here.switches, times, side="right") - 1
-    answers = []
-    for one in motions:
-        both = np.empty((2, len(names), times.size))
+    sensitivities = []
+    for neighbours in motions:
+        results = np.empty((2, len(names), times.size))
         for phase in np.unique(phases):
             inside = phases == phase
-            both[..., inside] = _within(one, names, int(phase), times[inside])
-        values, uncertain = (dict(zip(names, part, strict=True)) for part in both)
-        answers.append(Sensitivity(values, uncertain))
-    return answers
+            results[..., inside] = _phase_sensitivities(
+                neighbours, names, int(phase), times[inside]
+            )
+        values, uncertainties = (dict(zip(names, rows, strict=True)) for rows in results)
+        sensitivities.append(Sensitivity(values, uncertainties))
+    return sensitivities
 
 
-def _within(
+def _phase_sensitivities(
     motions: Neighbours[Phased], names: Sequence[str], phase: int, times: Array
 ) -> Derived:
     """Returns the sensitivities (eq. 1) and their uncertainties, shape (observables, n), at `times`
@@ -70,22 +72,24 @@ def _within(
 
     def tau(motion: Phased) -> Array:
         begin = motion.switches[phase]
-        return np.asarray(
-            begin + (since if last else fraction * (motion.switches[phase + 1] - begin))
-        )
+        if last:
+            return np.asarray(begin + since)
+        return np.asarray(begin + fraction * (motion.switches[phase + 1] - begin))
 
     def read(motion: Phased) -> Array:
         return in_rows(motion.reference.observe(tau(motion)), names)
 
     # A motion with a closed form has neighbours without one, whose uncertainties are larger.
-    ends = (motions.moved[0], here, motions.moved[-1])
-    unsure = [in_rows(motion.reference.uncertainty(tau(motion)), names) for motion in ends]
-    values, uncertain = motions.derivative(read, np.max(unsure, axis=0))
-    shift, doubt = motions.derivative(tau)
+    errors = []
+    for motion in (motions.moved[0], here, motions.moved[-1]):
+        errors.append(in_rows(motion.reference.uncertainty(tau(motion)), names))
+    values, uncertainty = motions.derivative(read, np.max(errors, axis=0))
+    shift, shift_doubt = motions.derivative(tau)
     if not shift.any():
-        return values, uncertain
-    slope, rounding = _slopes(here, names, float(here.switches[phase]), length, times)
-    return values - slope * shift, uncertain + np.abs(slope) * doubt + rounding * np.abs(shift)
+        return values, uncertainty
+    slope, slope_doubt = _slopes(here, names, float(here.switches[phase]), length, times)
+    uncertainty = uncertainty + np.abs(slope) * shift_doubt + slope_doubt * np.abs(shift)
+    return values - slope * shift, uncertainty
 
 
 def _slopes(
@@ -100,13 +104,16 @@ def _slopes(
     if not np.isfinite(length):
         return np.zeros(shape), np.zeros(shape)
     slopes = np.zeros(shape)
-    uncertain = np.full(shape, np.inf)
+    uncertainty = np.full(shape, np.inf)
     inward = np.where(times - begin < 0.5 * length, 1.0, -1.0)  # away from the nearer end
     for width in length * WINDOWS:
         step = inward * width / ABOVE[-1]
         ahead = tuple(in_rows(motion.reference.observe(times + k * step), names) for k in ABOVE)
-        rate, unsure = Neighbours(ahead, np.array(ABOVE, dtype=float)).derivative(np.asarray)
+        stencil = Neighbours(ahead, np.array(ABOVE, dtype=float))
+        rate, rate_doubt = stencil.derivative(np.asarray)
         rate = rate / step
-        unsure = unsure / np.abs(step)
-        slopes, uncertain = np.where(unsure < uncertain, (rate, unsure), (slopes, uncertain))
-    return slopes, uncertain
+        rate_doubt = rate_doubt / np.abs(step)
+        better = rate_doubt < uncertainty
+        slopes = np.where(better, rate, slopes)
+        uncertainty = np.where(better, rate_doubt, uncertainty)
+    return slopes, uncertainty

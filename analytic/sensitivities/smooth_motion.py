@@ -42,16 +42,18 @@ def smooth_gradients(
     `problems` has the neighbours by one parameter each. `equations` gives the smooth motion of a
     problem.
     """
-    motions = [one.each(equations) for one in problems]
-    found, missed = _resolved(motions, times)
+    motions = [neighbours.each(equations) for neighbours in problems]
+    derivatives, doubts = _state_derivatives(motions, times)
     states = motions[0].here.state(times)
-    return [
-        read_along(one, times, states, found[..., k].T, missed[..., k].T)
-        for k, one in enumerate(motions)
-    ]
+    sensitivities = []
+    for k, neighbours in enumerate(motions):
+        change = derivatives[..., k].T
+        doubt = doubts[..., k].T
+        sensitivities.append(observable_sensitivity(neighbours, times, states, change, doubt))
+    return sensitivities
 
 
-def _resolved(motions: Sequence[Neighbours[SmoothMotion]], times: Array) -> Derived:
+def _state_derivatives(motions: Sequence[Neighbours[SmoothMotion]], times: Array) -> Derived:
     """Returns S at `times` [s] and its uncertainty, shape (n, d, parameters) each.
 
     The step of the collocation is halved until the two numbers of stages agree.
@@ -62,16 +64,18 @@ def _resolved(motions: Sequence[Neighbours[SmoothMotion]], times: Array) -> Deri
     for _ in range(1 + HALVINGS):
         grid = TimeGrid(np.linspace(0.0, last, steps))
         # The breakpoints give the largest size of S, also if S has decayed at `times`.
-        along = np.append(times, grid.breakpoints)
-        fine, coarse = (_response(grid, motions, stages, along) for stages in (STAGES, FEWER))
-        apart = np.abs(fine - coarse)[..., :count]
-        found = fine[..., :count]
-        largest = np.abs(found).max(axis=0)
-        if (apart <= RESOLVED * largest).all():
+        all_times = np.append(times, grid.breakpoints)
+        fine = _response(grid, motions, STAGES, all_times)
+        coarse = _response(grid, motions, FEWER, all_times)
+        difference = np.abs(fine - coarse)[..., :count]
+        derivatives = fine[..., :count]
+        largest = np.abs(derivatives).max(axis=0)
+        if (difference <= RESOLVED * largest).all():
             break
         steps *= 2
-    missed = apart + np.abs(fine[..., count:]) + ROUNDOFF * steps * largest
-    return found[: len(times)], missed[: len(times)]
+    input_doubts = np.abs(fine[..., count:])
+    doubts = difference + input_doubts + ROUNDOFF * steps * largest
+    return derivatives[: len(times)], doubts[: len(times)]
 
 
 def _response(
@@ -82,35 +86,43 @@ def _response(
     The second half of the columns is the response to the uncertainties of f_p and of the start.
     """
     nodes, states, flow = motions[0].here.linearised(grid, stages)
-    forcing = stacked(
-        [one.derivative(lambda motion: motion.slope(nodes, states)) for one in motions]
-    )
-    start = stacked([one.derivative(lambda motion: motion.start) for one in motions])
-    across = forcing.transpose(1, 0, 2)
-    return flow.respond(start, across.reshape(*flow.matrix.shape[:3], -1)).at(times)
+
+    def slope(motion: SmoothMotion) -> Array:
+        return motion.slope(nodes, states)
+
+    def initial_state(motion: SmoothMotion) -> Any:
+        return motion.start
+
+    forcing = stacked([neighbours.derivative(slope) for neighbours in motions])
+    start = stacked([neighbours.derivative(initial_state) for neighbours in motions])
+    forcing_at_nodes = forcing.transpose(1, 0, 2).reshape(*flow.matrix.shape[:3], -1)
+    return flow.respond(start, forcing_at_nodes).at(times)
 
 
-def read_along(
-    motions: Neighbours[Any], times: Array, states: Array, change: Array, missed: Array
+def observable_sensitivity(
+    motions: Neighbours[Any], times: Array, states: Array, change: Array, doubt: Array
 ) -> Sensitivity:
     """Returns the sensitivities o_z S + o_p of the observables on one motion.
 
     The neighbours `read` observables from `times` [s], shape (n,), and `states`, shape (d, n). S is
-    `change`, its uncertainty `missed`, both of shape (d, n). o_z is computed by imaginary parts.
+    `change`, its uncertainty `doubt`, both of shape (d, n). o_z is computed by imaginary parts.
     """
     here: Any = motions.here
     names = list(here.read(times, states))
 
-    def ahead(direction: Array) -> Array:
-        moved = here.read(times, states + 1j * TINY * direction)
-        return in_rows(moved, names).imag / TINY
+    def read(motion: Any) -> Array:
+        return in_rows(motion.read(times, states), names)
 
-    direct, uncertain = motions.derivative(lambda m: in_rows(m.read(times, states), names))
-    values = direct + ahead(change)
-    for row, size in enumerate(missed):
-        alone = np.zeros_like(states)
-        alone[row] = size
-        uncertain = uncertain + np.abs(ahead(alone))
+    def derivative_along(direction: Array) -> Array:
+        nudged = here.read(times, states + 1j * TINY * direction)
+        return in_rows(nudged, names).imag / TINY
+
+    direct, uncertainty = motions.derivative(read)
+    values = direct + derivative_along(change)
+    for row, row_doubt in enumerate(doubt):
+        direction = np.zeros_like(states)
+        direction[row] = row_doubt
+        uncertainty = uncertainty + np.abs(derivative_along(direction))
     return Sensitivity(
-        dict(zip(names, values, strict=True)), dict(zip(names, uncertain, strict=True))
+        dict(zip(names, values, strict=True)), dict(zip(names, uncertainty, strict=True))
     )

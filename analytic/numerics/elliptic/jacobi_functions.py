@@ -25,7 +25,8 @@ def _means(a: Any, b: Any, near: float) -> list[tuple[Any, Any, Any]]:
     """
     steps = []
     for _ in range(_STEPS):
-        steps.append((a, b, half_sum := (a + b) / 2))
+        half_sum = (a + b) / 2
+        steps.append((a, b, half_sum))
         if np.all(abs(a - b) <= near * a):  # convergence is quadratic
             break
         a, b = half_sum, np.sqrt(a * b)
@@ -36,7 +37,8 @@ def half_turn(a: Quad, b: Quad) -> Quad:
     """Returns the time tau in which chi advances by pi, pi / AGM(A, B), to 34 digits; infinite for
     B = 0."""
     endless = b == 0
-    return choose(endless, quad(np.inf), PI / _means(a, choose(endless, a, b), 1e-16)[-1][-1])
+    mean = _means(a, choose(endless, a, b), 1e-16)[-1][-1]
+    return choose(endless, quad(np.inf), PI / mean)
 
 
 def jacobi(tau: Any, a: Any, b: Any) -> tuple[Array, Array, Array]:
@@ -50,8 +52,10 @@ def jacobi(tau: Any, a: Any, b: Any) -> tuple[Array, Array, Array]:
     angle = steps[-1][-1] * tau
     sine = np.sin(angle)
     small = np.abs(double(sine)) < 1e-100
-    tiny = np.copysign(1e-100, double(sine))  # a smaller divisor could overflow
-    ratio = np.cos(angle) / (choose(small, tiny, sine) if np.any(small) else sine)
+    divisor = sine
+    if np.any(small):  # a smaller divisor could overflow
+        divisor = choose(small, np.copysign(1e-100, double(sine)), sine)
+    ratio = np.cos(angle) / divisor
     dn: Any = 1.0
     for mean, geometric, half_sum in reversed(steps):
         square = ratio * ratio * half_sum
@@ -61,11 +65,11 @@ def jacobi(tau: Any, a: Any, b: Any) -> tuple[Array, Array, Array]:
     cn = ratio * sn
     sn = choose(sine == 0, sine, sn)
     if np.any(endless):
-        fading = np.exp(-abs(a * tau))
-        fading = 2 * fading / (1 + fading * fading)
+        decay = np.exp(-abs(a * tau))
+        hyperbolic_secant = 2 * decay / (1 + decay * decay)
         sn = np.where(endless, np.tanh(a * tau), sn)
-        cn = np.where(endless, fading, cn)
-        dn = np.where(endless, fading, dn)
+        cn = np.where(endless, hyperbolic_secant, cn)
+        dn = np.where(endless, hyperbolic_secant, dn)
     return sn, cn, dn
 
 

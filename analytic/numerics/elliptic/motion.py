@@ -27,7 +27,7 @@ from plumbob.analytic.numerics.elliptic.trigonometric_potential import (
     TrigonometricPotential,
     crests,
 )
-from plumbob.analytic.numerics.quad import PI, Quad, choose, chosen, double, quad
+from plumbob.analytic.numerics.quad import PI, Quad, choose, choose_lazily, double, quad
 from plumbob.analytic.reference import Array
 
 # Energy above a saddle, over the potential, below which that energy is made a factor of the cubic.
@@ -78,13 +78,21 @@ class _Weierstrass:
         """Returns P and P' at `times` [s] within half a period."""
         sn, cn, dn = jacobi(times, self.a, self.b)
         s = sn / self.a
-        r = chosen(self.real, lambda: s * s, lambda: (1 - cn) * (2 / self.a**2))
-        h = chosen(self.real, lambda: 1.0, lambda: (1 + cn) / 2)
+        r = choose_lazily(self.real, lambda: s * s, lambda: (1 - cn) * (2 / self.a**2))
+        h = choose_lazily(self.real, lambda: 1.0, lambda: (1 + cn) / 2)
         p_dot = -2 * dn * choose(self.real, cn, 1.0)
         p = self.e * r + h
         r2 = r * r
-        bend = 6 * p * p - self.g2 / 2 * r2
-        return _Point(s, r, r2, h, p_dot, s * p_dot, p, bend)
+        return _Point(
+            s=s,
+            r=r,
+            r2=r2,
+            h=h,
+            p_dot=p_dot,
+            moving=s * p_dot,
+            p=p,
+            bend=6 * p * p - self.g2 / 2 * r2,
+        )
 
 
 class _Point(NamedTuple):
@@ -165,14 +173,14 @@ class EllipticMotion:
             if not np.all(finite):
                 faded = choose(finite, quad(np.inf), _FADED / self.function.a)
                 spent = np.minimum(np.maximum(spent, -faded), faded)
-            half, rate = self._swept(spent)
+            half_angle, rate = self._half_angle_and_rate(spent)
             sense = self.sense * np.sign(double(spent))
-            moved = 2 * self._wound(half, turns, sense)
-            still = np.zeros(np.shape(spent))
-            theta = self.theta0 + choose(self.rest, still, moved)
-            return double(theta), double(choose(self.rest, still, rate))
+            change = 2 * self._with_whole_turns(half_angle, turns, sense)
+            zeros = np.zeros(np.shape(spent))
+            theta = self.theta0 + choose(self.rest, zeros, change)
+            return double(theta), double(choose(self.rest, zeros, rate))
 
-    def _wound(self, half: Quad, turns: Any, sense: Any) -> Quad:
+    def _with_whole_turns(self, half: Quad, turns: Any, sense: Any) -> Quad:
         """Returns half the angle from the start, whole turns included.
 
         `half` is this half angle modulo pi. `turns` is the number of periods that are over; after
@@ -180,17 +188,17 @@ class EllipticMotion:
         """
 
         def around() -> Quad:
-            back = choose(sense > 0, half < 0, (half > 0) & (sense < 0))
-            return half + PI * (choose(back, sense, 0.0) + self.sense * turns)
+            past_half_turn = choose(sense > 0, half < 0, (half > 0) & (sense < 0))
+            return half + PI * (choose(past_half_turn, sense, 0.0) + self.sense * turns)
 
         def within() -> Quad:
             turn = (self.top - self.theta0) / (2 * PI)
             to_barrier = PI * (turn - np.floor(turn))  # half the angle, forward from the start
             return half - PI * (np.floor((half - to_barrier) / PI) + 1)
 
-        return chosen(self.rotation, around, within)
+        return choose_lazily(self.rotation, around, within)
 
-    def _swept(self, times: Quad) -> tuple[Quad, Quad]:
+    def _half_angle_and_rate(self, times: Quad) -> tuple[Quad, Quad]:
         """Returns half the angle from the start, modulo pi, and theta_dot [rad/s], at `times` [s]
         within half a period of the start."""
         a1, a2, a3, a4 = self.quartic[1:]
@@ -202,20 +210,16 @@ class EllipticMotion:
         odd = speed * t.moving
         even = t.r * push
         bend = speed * t.bend
+        x = even - odd
         y = 2 * centred * centred - self._a0_a4 / 2 * t.r2
         # w is x/y with x = even - odd, and also u/v. If w is infinite at the time -t, both x and y
         # vanish at t, and u/v has to be used.
         u = t.r * (2 * (a3**2 - a2 * a4) * t.r - 2 * a4 * t.p)
         v = even + odd
-        return _larger(
-            (
-                even - odd,
-                y,
-                y * (lift - bend)
-                - 4 * centred * t.p_dot * (t.s * push - speed * t.p_dot * t.h),
-            ),
-            (u, v, -2 * a4 * t.moving * v - u * (lift + bend)),
-        )
+        xy_rate = 4 * centred * t.p_dot * (t.s * push - speed * t.p_dot * t.h)
+        xy_numerator = y * (lift - bend) - xy_rate
+        uv_numerator = -2 * a4 * t.moving * v - u * (lift + bend)
+        return _from_larger((x, y, xy_numerator), (u, v, uv_numerator))
 
     @property
     def _a0_a4(self) -> Quad:
@@ -246,30 +250,37 @@ class EllipticMotion:
 
         Each time is sought between two neighbouring turning points.
         """
-        finite = math.isfinite(last := float(double(self.period)))
-        last = last if finite else float(double(_FADED / self.function.a))
-        turns = np.floor((theta - double(self.theta0)) * self.sense / (2 * np.pi))
-        turns = np.maximum(turns, 0.0) if self.rotation and finite else 0.0 * theta
-        wanted = theta - turns * self.sense * 2 * np.pi
+        period = float(double(self.period))
+        periodic = math.isfinite(period)
+        last = period if periodic else float(double(_FADED / self.function.a))
+        turns = 0.0 * theta
+        if self.rotation and periodic:
+            turns = np.floor((theta - double(self.theta0)) * self.sense / (2 * np.pi))
+            turns = np.maximum(turns, 0.0)
+        target = theta - turns * self.sense * 2 * np.pi
         edges = np.array([0.0, *self._turning_points(last), last])
-        ends = self.state(edges)[0]
-        near = _REACHED * (1 + np.abs(theta))
-        least = np.minimum(ends[:-1], ends[1:])
-        most = np.maximum(ends[:-1], ends[1:])
-        inside = (least <= (wanted + near)[:, None]) & (most >= (wanted - near)[:, None])
-        part = inside.argmax(axis=1)
-        wanted = np.clip(wanted, least[part], most[part])
-        times = self._passed(0, wanted, edges[part], edges[part + 1])
-        times = np.where(inside.any(axis=1), times + turns * (last if finite else 0.0), np.nan)
+        edge_angles = self.state(edges)[0]
+        tolerance = _REACHED * (1 + np.abs(theta))
+        lowest = np.minimum(edge_angles[:-1], edge_angles[1:])
+        highest = np.maximum(edge_angles[:-1], edge_angles[1:])
+        above = lowest <= (target + tolerance)[:, None]
+        below = highest >= (target - tolerance)[:, None]
+        reached = above & below
+        interval = reached.argmax(axis=1)
+        target = np.clip(target, lowest[interval], highest[interval])
+        times = self._crossing_times(0, target, edges[interval], edges[interval + 1])
+        times = times + turns * (last if periodic else 0.0)
+        times = np.where(reached.any(axis=1), times, np.nan)
         return np.where(theta == double(self.theta0), 0.0, times)
 
     def _turning_points(self, last: float) -> Array:
         """Returns the times up to `last` [s] at which the motion turns back, shape (n,)."""
         samples = np.linspace(0.0, last, SAMPLES)
         before = np.flatnonzero(np.diff(np.sign(self.state(samples)[1])))
-        return self._passed(1, np.zeros(len(before)), samples[before], samples[before + 1])
+        zeros = np.zeros(len(before))
+        return self._crossing_times(1, zeros, samples[before], samples[before + 1])
 
-    def _passed(self, part: int, value: Array, low: Array, high: Array) -> Array:
+    def _crossing_times(self, part: int, value: Array, low: Array, high: Array) -> Array:
         """Returns the times [s] at which theta (`part` 0) or theta_dot (`part` 1) has a `value`.
 
         Each time is between `low` and `high` [s]; theta or theta_dot is monotonic between them. All
@@ -277,20 +288,24 @@ class EllipticMotion:
         """
         from scipy.optimize.elementwise import find_root
 
-        def beyond(times: Array, values: Array) -> Array:
+        def difference(times: Array, values: Array) -> Array:
             return self.state(times)[part] - values
 
-        return find_root(beyond, (low, high), args=(value,)).x
+        return find_root(difference, (low, high), args=(value,)).x
 
 
-def _larger(one: tuple[Quad, Quad, Quad], other: tuple[Quad, Quad, Quad]) -> tuple[Quad, Quad]:
+def _from_larger(
+    one: tuple[Quad, Quad, Quad], other: tuple[Quad, Quad, Quad]
+) -> tuple[Quad, Quad]:
     """Returns half an angle and the angle's rate from the larger of two triples x, y, n.
 
     The half angle is atan2(x, y), its rate n/(x^2 + y^2). Both triples describe the same angle.
     """
-    sizes = [x * x + y * y for x, y, _ in (one, other)]
-    x, y, swept = (choose(sizes[1] > sizes[0], b, a) for a, b in zip(one, other, strict=True))
-    return np.arctan2(x, y), 2 * swept / np.maximum(*sizes)
+    size = one[0] * one[0] + one[1] * one[1]
+    other_size = other[0] * other[0] + other[1] * other[1]
+    other_is_larger = other_size > size
+    x, y, numerator = (choose(other_is_larger, b, a) for a, b in zip(one, other, strict=True))
+    return np.arctan2(x, y), 2 * numerator / np.maximum(size, other_size)
 
 
 def solve(
@@ -308,11 +323,10 @@ def solve(
     angle from that barrier, on the turn nearest to `theta`. Source: Sudakov 2015, eqs. 15 and 16,
     inverted.
     """
-    *coefficients, inertia, theta, theta_dot, rise, from_top = _broadcast(
-        *(potential.a, potential.b, potential.c),
-        *(inertia, theta, theta_dot, excess, theta_from_top),
+    a, b, c, inertia, theta, theta_dot, rise, from_top = _broadcast(
+        potential.a, potential.b, potential.c, inertia, theta, theta_dot, excess, theta_from_top
     )
-    potential = TrigonometricPotential(*coefficients)
+    potential = TrigonometricPotential(a, b, c)
     with np.errstate(all="ignore"):  # infinite periods, and branches that are not chosen
         top, other = _crests(potential)
         between = _height(potential, top, other - top)
@@ -322,20 +336,20 @@ def solve(
         kinetic = inertia * theta_dot * theta_dot / 2 if excess is None else rise + reach
         above = kinetic - reach if excess is None else rise
         quartic = _quartic(potential, theta, kinetic, inertia)
+        energies = (above, above + between)
+        without_speed = abs(kinetic) <= 1e-60 * potential.scale
+        without_force = abs(potential.slope(theta)) <= 1e-30 * potential.scale
         return EllipticMotion(
             potential=potential,
             inertia=inertia,
             theta0=theta,
             kinetic=kinetic,
             forward=np.logical_not(theta_dot < 0),
-            rest=(abs(kinetic) <= 1e-60 * potential.scale)
-            & (abs(potential.slope(theta)) <= 1e-30 * potential.scale),
+            rest=without_speed & without_force,
             rotation=above >= 0,
             top=top,
             quartic=quartic,
-            function=_function(
-                quartic, potential, inertia, (top, other), (above, above + between)
-            ),
+            function=_function(quartic, potential, inertia, (top, other), energies),
         )
 
 
@@ -356,21 +370,16 @@ def _function(
     energy = choose(closer, above[1], above[0])
     crest = choose(closer, crests[1], crests[0])
     near = abs(energy) <= _NEAR * potential.scale
-    a0, a1, a2, a3, a4 = (
-        choose(near, there, here)
-        for there, here in zip(_quartic(potential, crest, energy, inertia), start, strict=True)
-    )
+    at_crest = _quartic(potential, crest, energy, inertia)
+    a0, a1, a2, a3, a4 = (choose(near, *pair) for pair in zip(at_crest, start, strict=True))
     # At a crest a3 = 0, g2 = 3 a2^2 + a0 a4 and g3 = a2 (a0 a4 - a2^2) - a1^2 a4. One root is near
     # a2/2. In the distance from a2/2, the small coefficients of the cubic have a4 as a factor.
     twist = choose(near, 0 * a3, a3)
     product = a0 * a4 - 4 * a1 * twist
     shift = choose(near, a2, 0 * a2)
     c0 = a2 * (a0 * a4 + 2 * a1 * twist - a2**2) - a0 * twist**2 - a1**2 * a4
-    return _Weierstrass.of(
-        shift,
-        product + choose(near, 0 * a2, 3 * a2**2),
-        choose(near, a4 * (3 * a0 * a2 / 2 - a1**2), c0),
-    )
+    c1 = product + choose(near, 0 * a2, 3 * a2**2)
+    return _Weierstrass.of(shift, c1, choose(near, a4 * (3 * a0 * a2 / 2 - a1**2), c0))
 
 
 def _broadcast(*values: Any) -> Sequence[Quad]:
@@ -384,7 +393,7 @@ def _quartic(
 ) -> _Quartic:
     """Returns A0 ... A4 [1/s^2] for w measured from `angle` [rad], at which the kinetic energy is
     `energy` [J]."""
-    fourth, third, second, first = _fall(potential, angle)
+    fourth, third, second, first = _potential_drop(potential, angle)
     return (
         (energy + fourth) / (2 * inertia),
         third / (8 * inertia),
@@ -394,7 +403,9 @@ def _quartic(
     )
 
 
-def _fall(potential: TrigonometricPotential, angle: Quad) -> tuple[Quad, Quad, Quad, Quad]:
+def _potential_drop(
+    potential: TrigonometricPotential, angle: Quad
+) -> tuple[Quad, Quad, Quad, Quad]:
     """Returns the coefficients of w^4 to w^1 in (1 + w^2)^2 (V(angle) - V(angle + x)), with
     w = tan(x/2)."""
     sine = np.sin(angle)
@@ -408,7 +419,7 @@ def _fall(potential: TrigonometricPotential, angle: Quad) -> tuple[Quad, Quad, Q
 
 def _height(potential: TrigonometricPotential, crest: Quad, x: Quad) -> Quad:
     """Returns V(crest) - V(crest + x) without a difference of two potentials."""
-    fourth, third, second, _ = _fall(potential, crest)
+    fourth, third, second, _ = _potential_drop(potential, crest)
     sine = np.sin(x / 2)
     cosine = np.cos(x / 2)
     return sine**2 * (fourth * sine**2 + third * sine * cosine + second * cosine**2)
@@ -417,15 +428,15 @@ def _height(potential: TrigonometricPotential, crest: Quad, x: Quad) -> Quad:
 def _crests(potential: TrigonometricPotential) -> tuple[Quad, Quad]:
     """Returns the angle of the highest maximum of V, 0 for a constant V, and the angle of the other
     maximum, NaN if there is none."""
+    coefficients = map(np.ravel, (potential.a, potential.b, potential.c))
+    defaults = quad(np.array([0.0, np.nan]))  # angles that stand for missing maxima
     pairs = []
-    none = quad(np.array([0.0, np.nan]))
-    for each in zip(*map(np.ravel, (potential.a, potential.b, potential.c)), strict=True):
-        tops = crests(TrigonometricPotential(*each))
-        pairs.append(np.append(tops, none[len(tops) > 0 :])[:2])
-    highest, other = (
-        quad(angles.reshape(np.shape(potential.a))) for angles in np.array(pairs).T
-    )
-    return highest, other
+    for a, b, c in zip(*coefficients, strict=True):
+        tops = crests(TrigonometricPotential(a, b, c))
+        pairs.append(np.append(tops, defaults[len(tops) > 0 :])[:2])
+    highest, other = np.array(pairs).T
+    shape = np.shape(potential.a)
+    return quad(highest.reshape(shape)), quad(other.reshape(shape))
 
 
 def _nearest_top(
@@ -434,11 +445,11 @@ def _nearest_top(
     """Returns the angle of the highest barrier on the turn nearest to `theta`; if both barriers are
     equally high, the nearer one."""
     equal = abs(between) <= 1e-28 * potential.scale
-    gap = _turned(top - theta)
-    other_gap = _turned(other - theta)
+    gap = _without_turns(top - theta)
+    other_gap = _without_turns(other - theta)
     return theta + choose(equal & (abs(other_gap) < abs(gap)), other_gap, gap)
 
 
-def _turned(angle: Quad) -> Quad:
+def _without_turns(angle: Quad) -> Quad:
     """Returns an angle reduced to -pi ... pi by whole turns."""
     return angle - 2 * PI * quad(np.rint(double(angle) / (2 * np.pi)))

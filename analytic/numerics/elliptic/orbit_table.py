@@ -34,9 +34,8 @@ class OrbitTable:
     @property
     def turn(self) -> float:
         """Angle [rad] by which theta grows in a period, a multiple of 2 pi."""
-        return float(
-            2 * np.pi * np.rint((self.series[0, -1] - self.series[0, 0]) / (2 * np.pi))
-        )
+        growth = self.series[0, -1] - self.series[0, 0]
+        return float(2 * np.pi * np.rint(growth / (2 * np.pi)))
 
     def state(self, times: Array) -> tuple[Array, Array]:
         """Returns theta [rad] and theta_dot [rad/s] at `times` [s], shape (n,)."""
@@ -47,29 +46,31 @@ class OrbitTable:
         return theta, rate
 
     def _state(self, times: Array) -> tuple[Array, Array]:
+        """Returns theta and theta_dot at one block of times; see `state`."""
         period = double(self.period)
-        nodes = (self.series.shape[1] - 1) / period
+        node_rate = (self.series.shape[1] - 1) / period
         turns = np.floor(times / period)
-        high = _short(period)
-        low = _short(double(self.period - high))
-        ahead = times - turns * high
-        ahead -= turns * low
-        ahead -= turns * double(self.period - high - low)
-        ahead *= nodes
-        node = np.rint(ahead)
-        ahead -= node
-        at = node.astype(np.intp)
-        theta = self.series[-1].take(at, mode="clip")
-        slope = np.zeros_like(ahead)
+        # The period is subtracted in three parts, so that only the last product is rounded.
+        high = _leading_bits(period)
+        low = _leading_bits(double(self.period - high))
+        offset = times - turns * high
+        offset -= turns * low
+        offset -= turns * double(self.period - high - low)
+        offset *= node_rate
+        nearest = np.rint(offset)
+        offset -= nearest
+        node = nearest.astype(np.intp)
+        theta = self.series[-1].take(node, mode="clip")
+        slope = np.zeros_like(offset)
         for terms in self.series[-2::-1]:
-            slope *= ahead
+            slope *= offset
             slope += theta
-            theta *= ahead
-            theta += terms.take(at, mode="clip")
-        return theta + turns * self.turn, slope * nodes
+            theta *= offset
+            theta += terms.take(node, mode="clip")
+        return theta + turns * self.turn, slope * node_rate
 
 
-def _short(value: float) -> float:
+def _leading_bits(value: float) -> float:
     """Returns the first 20 bits of a number, so that its products with up to 2^33 turns are
     exact."""
     large = (2.0**33 + 1.0) * value

@@ -48,13 +48,13 @@ class ReciprocalIntegral:
         mean = (self.a + self.b) / 2
         geometric = np.sqrt(self.a * self.b)
         rate = double(mean)
-        begun = tau if double(geometric) else np.clip(tau, -_FADED / rate, _FADED / rate)
-        s, c, d = jacobi(begun, rate, double(geometric))
+        clipped = tau if double(geometric) else np.clip(tau, -_FADED / rate, _FADED / rate)
+        s, c, d = jacobi(clipped, rate, double(geometric))
         modulus = (self.a - self.b) / (self.a + self.b) / (1 + self.f)  # k1/(1 + f)
         g = double(modulus * self.below_one)
         weight = factor * self.f / (1 + self.f)
         third = s**3 / 3 * scipy.special.elliprj(c * c, d * d, 1.0, 1.0 + g * s * s)
-        faded = double(weight) * (tau - begun)  # dn is 0 in the clipped time
+        faded = double(weight) * (tau - clipped)  # dn is 0 in the clipped time
         # k1 - g is 2 f times `modulus`, without a difference.
         return np.asarray(double(2 * weight * modulus / mean) * third + faded)
 

@@ -54,21 +54,21 @@ def critical_points(potential: TrigonometricPotential) -> Quad:
     """Returns the angles in (-pi, pi] with dV/dtheta = 0, in 34 digits, ascending, shape (n,), of
     one potential."""
     coefficients = double(potential.a), double(potential.b), double(potential.c)
-    rough = TrigonometricPotential(*coefficients)
+    in_doubles = TrigonometricPotential(*coefficients)
     scale = sum(map(abs, coefficients))
     if not scale:
         return quad(np.zeros(0))
     with np.errstate(all="ignore"):
-        near = (
-            _polished(potential, quad(_approximate(rough)))
-            if rough.b
-            else _symmetric(potential)
-        )
-        close = double(near)
+        if in_doubles.b:
+            angles = _newton_angles(potential, quad(_approximate_angles(in_doubles)))
+        else:
+            angles = _symmetric_angles(potential)
+        rounded = double(angles)
         # A false root has a slope that is not zero. A repeated root is equal to its neighbour.
-        kept = np.abs(rough.slope(close)) <= 1e-12 * scale
-        kept[1:] &= ~(np.diff(close) < 1e-12)
-        return (near - 2 * PI * quad(np.rint(close / (2 * np.pi))))[kept]
+        valid = np.abs(in_doubles.slope(rounded)) <= 1e-12 * scale
+        valid[1:] &= ~(np.diff(rounded) < 1e-12)
+        turns = quad(np.rint(rounded / (2 * np.pi)))
+        return (angles - 2 * PI * turns)[valid]
 
 
 def crests(potential: TrigonometricPotential) -> Quad:
@@ -87,7 +87,7 @@ def kind(potential: TrigonometricPotential, theta: Quad) -> Kind:
     return "centre" if curvature > 0.0 else "saddle"
 
 
-def _polished(potential: TrigonometricPotential, theta: Quad) -> Quad:
+def _newton_angles(potential: TrigonometricPotential, theta: Quad) -> Quad:
     """Returns angles improved by Newton's method on dV/dtheta, until the error is below
     round-off."""
     for _ in range(40):
@@ -99,7 +99,7 @@ def _polished(potential: TrigonometricPotential, theta: Quad) -> Quad:
     return theta
 
 
-def _approximate(potential: TrigonometricPotential) -> Array:
+def _approximate_angles(potential: TrigonometricPotential) -> Array:
     """Returns approximate angles of the critical points, ascending.
 
     They are the arguments of the roots of dV/dtheta in z = e^(i theta),
@@ -114,7 +114,7 @@ def _approximate(potential: TrigonometricPotential) -> Array:
     return np.sort(np.angle(roots[np.abs(np.abs(roots) - 1.0) < 1e-4]))
 
 
-def _symmetric(potential: TrigonometricPotential) -> Quad:
+def _symmetric_angles(potential: TrigonometricPotential) -> Quad:
     """Returns the critical points for b = 0, the solutions of sin(theta) (c - 2 a cos(theta)) = 0.
 
     A point that does not exist is NaN. A closed form is needed because at a pitchfork Newton's

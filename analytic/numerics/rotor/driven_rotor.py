@@ -96,7 +96,9 @@ def forces(rotor: DrivenRotor, library: Any = np) -> Callable[..., tuple[Any]]:
     autonomous = rotor.autonomous
 
     def acceleration(p: Any, t: Any, q: Any, v: Any) -> tuple[Any]:
-        (theta,), (rate,), total = q, v, 0.0
+        (theta,) = q
+        (rate,) = v
+        total: Any = 0.0
         if not linear:
             sine = library.sin(theta)
             total = (2.0 * p.sin2 * sine + p.cos) * library.cos(theta) - p.sin * sine

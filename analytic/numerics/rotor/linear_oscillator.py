@@ -27,9 +27,8 @@ def linear_motion(
     not negative.
     """
     rate = math.sqrt(abs(rotor.stiffness)) + rotor.damping_rate + abs(rotor.forcing_frequency)
-    doublings = max(
-        0, math.ceil(math.log2(8 * rate * float(np.max(times, initial=0.0)) or 1.0))
-    )
+    longest = float(np.max(times, initial=0.0))
+    doublings = max(0, math.ceil(math.log2(8 * rate * longest or 1.0)))
     push = rotor.forcing_amplitude
     phase = quad(rotor.forcing_phase)
     start = np.array([quad(theta), quad(theta_dot), push * np.sin(phase), push * np.cos(phase)])

@@ -6,7 +6,7 @@ from dataclasses import asdict
 from typing import Any
 
 from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor, forces
-from plumbob.analytic.numerics.smooth.smooth_motion import SmoothMotion, along
+from plumbob.analytic.numerics.smooth.smooth_motion import SmoothMotion, with_equations
 from plumbob.analytic.numerics.smooth.smooth_system import SmoothSystem
 from plumbob.analytic.reference import Reference
 
@@ -23,14 +23,14 @@ def smooth_system(
     """
     acceleration = forces(rotor)
     return SmoothSystem(
-        ANGLE[:1],
-        ANGLE[1:],
-        lambda p, q: ((1.0 + 0.0 * q[0],),),
-        lambda p, t, q, v: acceleration(p, t, (q[0] + tilt,), v),
-        asdict(rotor),
-        (theta,),
-        (theta_dot,),
-        rotor.damping_rate > 0.0,
+        coordinates=ANGLE[:1],
+        rates=ANGLE[1:],
+        mass_matrix=lambda p, q: ((1.0 + 0.0 * q[0],),),
+        forces=lambda p, t, q, v: acceleration(p, t, (q[0] + tilt,), v),
+        parameters=asdict(rotor),
+        position=(theta,),
+        rate=(theta_dot,),
+        damped=rotor.damping_rate > 0.0,
     )
 
 
@@ -42,4 +42,4 @@ def rotor_motion(
     `start` is the initial state in 34 digits; if it is None, the system's start in doubles.
     """
     fastest = abs(float(system.start[1])) + 2 * rotor.rate()
-    return along(system, motion, fastest, start)
+    return with_equations(system, motion, fastest, start)

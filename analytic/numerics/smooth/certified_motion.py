@@ -19,6 +19,7 @@ import math
 from collections import defaultdict
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 
@@ -104,7 +105,7 @@ class CertifiedMotion:
     def _track(self, times: Array) -> tuple[_Track, Array]:
         """Returns the track up to the last of `times` [s], and the states at `times`, shape
         (n, d)."""
-        track = self._until(times)
+        track = self._track_until(times)
         assert track.solution is not None
         return track, track.solution.at(np.asarray(times))
 
@@ -116,15 +117,15 @@ class CertifiedMotion:
         integration.
         """
         with np.errstate(all="ignore"):  # a motion that overflows is not certified
-            track = self._known[0] if self._known else _begun(self.system)
+            track = self._known[0] if self._known else _first_track(self.system)
             while not track.why and (track.solution is None or track.reached < last):
-                track = _extended(self.system, track, watch)
+                track = _extended_track(self.system, track, watch)
                 self._known[:] = [track]
 
     def known_until(self, last: float) -> float:
         """Returns the time [s] up to which the motion is certified, at most `last` [s]."""
         try:
-            self._until(np.array([last]))
+            self._track_until(np.array([last]))
         except ParameterError:
             return self._known[0].until
         return last
@@ -133,15 +134,15 @@ class CertifiedMotion:
         """Returns the nonlinear response of the rates to `errors` of the state over their linear
         response, at `times` [s], shape (n,)."""
         states = self.system.state(self.observe(times))
-        nothing = np.zeros(len(times))
-        moved = self.system.state(defaultdict(lambda: nothing, errors))
-        linear = np.einsum("ijn,jn->in", self.system.jacobian(times, states), moved)
-        rates = (self.system.slope(times, z) for z in (states + moved, states))
-        remainder = np.subtract(*rates) - linear
+        zeros = np.zeros(len(times))
+        state_errors = self.system.state(defaultdict(lambda: zeros, errors))
+        linear = np.einsum("ijn,jn->in", self.system.jacobian(times, states), state_errors)
+        rates = self.system.slope(times, states)
+        remainder = self.system.slope(times, states + state_errors) - rates - linear
         largest = float(np.abs(linear).max())
         return float(np.abs(remainder).max()) / largest if largest else 0.0
 
-    def _until(self, times: Array) -> _Track:
+    def _track_until(self, times: Array) -> _Track:
         """Returns the track up to the last of `times` [s] or beyond. Raises ParameterError if the
         motion is not certified that far."""
         last = float(np.max(times, initial=0.0))
@@ -152,21 +153,27 @@ class CertifiedMotion:
         return track
 
 
-def _begun(system: SmoothSystem) -> _Track:
+def _first_track(system: SmoothSystem) -> _Track:
+    """Returns the track of a system at time 0."""
     start = system.start
     size = len(start)
-    count = len(start) + len(system.parameters)
-    rate = _fastest(system, 0.0, start)
+    inputs = size + len(system.parameters)
+    rate = _fastest_rate(system, 0.0, start)
     step = 2.0 ** math.floor(-math.log2(rate)) if 0.0 < rate < math.inf else 1.0
-    response = np.eye(size, count + 1)
-    exact = np.zeros((size, size))
-    none = np.empty((0, size))
     return _Track(
-        step, None, start, response, exact, np.abs(start), exact[0], np.empty(0), none
+        step=step,
+        solution=None,
+        end=start,
+        response=np.eye(size, inputs + 1),
+        variance=np.zeros((size, size)),
+        size=np.abs(start),
+        apart=np.zeros(size),
+        times=np.empty(0),
+        doubts=np.empty((0, size)),
     )
 
 
-def _fastest(system: SmoothSystem, time: float, state: Array) -> float:
+def _fastest_rate(system: SmoothSystem, time: float, state: Array) -> float:
     """Returns the largest rate [1/s] at which small deviations change; infinite if the Jacobian is
     not finite."""
     jacobian = system.jacobian(time, state[:, None])[..., 0]
@@ -175,40 +182,42 @@ def _fastest(system: SmoothSystem, time: float, state: Array) -> float:
     return float(np.abs(np.linalg.eigvals(jacobian)).max())
 
 
-def _extended(system: SmoothSystem, track: _Track, watch: Callable[[float], None]) -> _Track:
+def _extended_track(
+    system: SmoothSystem, track: _Track, watch: Callable[[float], None]
+) -> _Track:
     """Returns a track extended by up to BLOCK steps of collocation.
 
     A second, independent integration gives the uncertainty at each new time. `watch` is called
     before each step, see `certify`.
     """
-    block, step, why = _collocated(system, track, watch)
+    block, step, why = _next_block(system, track, watch)
     if block is None:
         return replace(track, until=min(track.until, track.reached), why=why)
-    shots = _shot(system, block)
-    times, states = _between(block, shots)
-    responses, response = _carried(track.response, block, shots)
-    spread, variance = _spread(track.variance, block, shots)
+    shots = _second_integration(system, block)
+    times, states = _second_states(block, shots)
+    responses, response = _propagated_responses(track.response, block, shots)
+    spread, variance = _rounding_spread(track.variance, block, shots)
     size = np.maximum(track.size, np.abs(states).max(axis=0))
-    apart = np.concatenate([track.apart[None], np.abs(responses[..., -1])])
-    apart = np.maximum.accumulate(apart)[1:]
+    differences = np.concatenate([track.apart[None], np.abs(responses[..., -1])])
+    apart = np.maximum.accumulate(differences)[1:]
     doubts = apart + spread + ULP * _condition(system, times, states, responses, size)
-    lost = ~np.all(doubts <= SURE * _scales(size, _rate(block)), axis=1)
+    uncertain = ~np.all(doubts <= SURE * _scales(size, _rate(block)), axis=1)
     until = block.orbit.duration if why else track.until
-    if lost.any():
-        until = float(times[lost.argmax()])
+    if uncertain.any():
+        until = float(times[uncertain.argmax()])
         why = "double precision determines it no further"
     return _Track(
-        step,
-        block if track.solution is None else track.solution.followed_by(block),
-        block.states[-1],
-        response,
-        variance,
-        size,
-        apart[-1],
-        np.concatenate([track.times, times]),
-        np.concatenate([track.doubts, doubts]),
-        until,
-        why,
+        step=step,
+        solution=block if track.solution is None else track.solution.followed_by(block),
+        end=block.states[-1],
+        response=response,
+        variance=variance,
+        size=size,
+        apart=apart[-1],
+        times=np.concatenate([track.times, times]),
+        doubts=np.concatenate([track.doubts, doubts]),
+        until=until,
+        why=why,
     )
 
 
@@ -221,10 +230,10 @@ def _condition(
     `responses` has the derivatives by the inputs, shape (m, d, inputs + 1). `size` has the largest
     magnitudes of the state so far, shape (d,).
     """
-    condition = np.abs(states) + np.abs(responses[..., :-1]) @ (
-        np.append(size, np.ones(len(system.parameters)))
-    )
-    return np.asarray(condition + np.abs(times * system.slope(times, states.T)).T)
+    inputs = np.append(size, np.ones(len(system.parameters)))
+    by_inputs = np.abs(states) + np.abs(responses[..., :-1]) @ inputs
+    by_times = np.abs(times * system.slope(times, states.T)).T
+    return np.asarray(by_inputs + by_times)
 
 
 def _rate(block: Response) -> float:
@@ -232,7 +241,7 @@ def _rate(block: Response) -> float:
     return float(1.0 / np.diff(block.orbit.breakpoints).max())
 
 
-def _between(block: Response, shots: Array) -> tuple[Array, Array]:
+def _second_states(block: Response, shots: Array) -> tuple[Array, Array]:
     """Returns the times [s] of the second method's steps, shape (m,), and its states, shape
     (m, d)."""
     begin = block.orbit.breakpoints[:-1, None]
@@ -249,10 +258,11 @@ def _scales(sizes: Array, least: float = 0.0) -> Array:
     least `least` [1/s] times the scale of the coordinates.
     """
     coordinate, rate = sizes.reshape(2, -1).max(axis=1)
-    return np.repeat((coordinate or 1.0, max(rate, least * coordinate) or 1.0), len(sizes) // 2)
+    rate = max(rate, least * coordinate)
+    return np.repeat((coordinate or 1.0, rate or 1.0), len(sizes) // 2)
 
 
-def _collocated(
+def _next_block(
     system: SmoothSystem, track: _Track, watch: Callable[[float], None]
 ) -> tuple[Response | None, float, str]:
     """Returns up to BLOCK further steps of collocation, the length of the next step [s], and the
@@ -272,19 +282,20 @@ def _collocated(
         watch(track.reached)
         guess = step * system.slope(time, state)
         scale = _scales(np.max([track.size, np.abs(state), np.abs(guess)], axis=0))
-        right = _scaled(system, time + step * rule.nodes, step)
-        solved = collocate(rule, right, state, np.tile(guess, (STAGES, 1)), scale)
-        if solved is None or not rule.truncation(solved, scale) <= RESOLVED:
+        right = _right_hand_side(system, time + step * rule.nodes, step)
+        increments = collocate(rule, right, state, np.tile(guess, (STAGES, 1)), scale)
+        if increments is None or not rule.truncation(increments, scale) <= RESOLVED:
             step /= 2
             continue
         time = time + step
-        state = state + rule.weights @ solved
+        state = state + rule.weights @ increments
         times.append(time)
         states.append(state)
-        slopes.append(solved / step)
-        smooth = np.abs(rule.spectrum[SMOOTHER:] @ solved / scale).max() <= STAGES * RESOLVED
-        followed = 2 * step * _fastest(system, time, state) <= REACH
-        if smooth and followed and time % (2 * step) == 0.0:
+        slopes.append(increments / step)
+        high_terms = np.abs(rule.spectrum[SMOOTHER:] @ increments / scale)
+        smooth = high_terms.max() <= STAGES * RESOLVED
+        within_reach = 2 * step * _fastest_rate(system, time, state) <= REACH
+        if smooth and within_reach and time % (2 * step) == 0.0:
             step *= 2
     why = "" if len(slopes) == BLOCK else "there it is too fast to follow"
     if not slopes:
@@ -292,21 +303,20 @@ def _collocated(
     return Response(TimeGrid(np.array(times)), np.array(states), np.array(slopes)), step, why
 
 
-def _scaled(system: SmoothSystem, times: Array, step: float) -> RightHandSide:
+def _right_hand_side(system: SmoothSystem, times: Array, step: float) -> RightHandSide:
     """Returns the right-hand side of a system for collocation: its rates times a `step` [s], at the
     `times` [s] of the nodes."""
 
-    def rates(states: Array, wanted: bool) -> tuple[Array, Array]:
+    def rates(states: Array, with_jacobian: bool) -> tuple[Array, Array]:
         slopes = step * system.slope(times, states.T).T
-        jacobian = (
-            step * np.moveaxis(system.jacobian(times, states.T), -1, 0) if wanted else slopes
-        )
-        return slopes, jacobian
+        if not with_jacobian:
+            return slopes, slopes  # the second array is not read
+        return slopes, step * np.moveaxis(system.jacobian(times, states.T), -1, 0)
 
     return rates
 
 
-def _shot(system: SmoothSystem, block: Response) -> Array:
+def _second_integration(system: SmoothSystem, block: Response) -> Array:
     """Returns the change of the state since each step's start, after each of PARTS of a step, by
     the second method.
 
@@ -318,24 +328,24 @@ def _shot(system: SmoothSystem, block: Response) -> Array:
     starts = block.states[:-1].T
     values = system.perturbed()
     size = len(starts)
-    state = np.zeros((size, size + len(system.parameters), len(begin)), dtype=complex)
-    state.real = starts[:, None]
-    state.imag[:, :size] = TINY * np.eye(size)[..., None]
-    moved = [np.zeros_like(state)]
+    start = np.zeros((size, size + len(system.parameters), len(begin)), dtype=complex)
+    start.real = starts[:, None]
+    start.imag[:, :size] = TINY * np.eye(size)[..., None]
+
+    def slope(time: Any, state: Any) -> Any:
+        return system.slope(time, state, values)
+
+    changes = [np.zeros_like(start)]
     for part in range(PARTS):
-        moved.append(
-            moved[-1]
-            + order_8().change(
-                lambda time, ahead: system.slope(time, ahead, values),
-                begin + lengths * (part / PARTS),
-                state + moved[-1],
-                lengths / PARTS,
-            )
-        )
-    return np.moveaxis(np.array(moved), -1, 0)
+        times = begin + lengths * (part / PARTS)
+        change = order_8().change(slope, times, start + changes[-1], lengths / PARTS)
+        changes.append(changes[-1] + change)
+    return np.moveaxis(np.array(changes), -1, 0)
 
 
-def _carried(response: Array, block: Response, shots: Array) -> tuple[Array, Array]:
+def _propagated_responses(
+    response: Array, block: Response, shots: Array
+) -> tuple[Array, Array]:
     """Returns the derivatives of the state by the inputs at the m times of a block, shape (m, d,
     inputs + 1), and at the block's end, shape (d, inputs + 1).
 
@@ -343,16 +353,16 @@ def _carried(response: Array, block: Response, shots: Array) -> tuple[Array, Arr
     """
     size = len(response)
     rows = []
-    for across, lacking in zip(_flow(shots), _missed(block, shots), strict=True):
-        row = across[..., :size] @ response
-        row[..., size:-1] += across[..., size:]
+    for flow, difference in zip(_flow(shots), _step_differences(block, shots), strict=True):
+        row = flow[..., :size] @ response
+        row[..., size:-1] += flow[..., size:]
         rows.append(row[:-1])
         response = row[-1]
-        response[:, -1] += lacking
+        response[:, -1] += difference
     return np.concatenate(rows), response
 
 
-def _spread(variance: Array, block: Response, shots: Array) -> tuple[Array, Array]:
+def _rounding_spread(variance: Array, block: Response, shots: Array) -> tuple[Array, Array]:
     """Returns the uncertainty of the state at the m times of a block, shape (m, d), and the
     covariance of the state at the block's end, shape (d, d).
 
@@ -361,14 +371,16 @@ def _spread(variance: Array, block: Response, shots: Array) -> tuple[Array, Arra
     """
     size = len(variance)
     rows = []
-    for across, lacking in zip(_flow(shots), _missed(block, shots), strict=True):
-        flow = across[..., :size]
-        rows.append(np.einsum("pij,jk,pik->pi", flow[:-1], variance, flow[:-1]))
-        variance = flow[-1] @ variance @ flow[-1].T + np.outer(lacking, lacking)
-    times, states = _between(block, shots)
-    off = np.abs(block.at(times) - states).reshape(len(rows), PARTS, size).max(axis=1)
-    walk = SIGMAS * np.sqrt(np.maximum(np.concatenate(rows), 0.0))
-    return walk + np.repeat(off, PARTS, axis=0), variance
+    for flow, difference in zip(_flow(shots), _step_differences(block, shots), strict=True):
+        tangents = flow[..., :size]
+        rows.append(np.einsum("pij,jk,pik->pi", tangents[:-1], variance, tangents[:-1]))
+        carried_variance = tangents[-1] @ variance @ tangents[-1].T
+        variance = carried_variance + np.outer(difference, difference)
+    times, states = _second_states(block, shots)
+    polynomial_errors = np.abs(block.at(times) - states).reshape(len(rows), PARTS, size)
+    largest_in_step = np.repeat(polynomial_errors.max(axis=1), PARTS, axis=0)
+    random_walk = SIGMAS * np.sqrt(np.maximum(np.concatenate(rows), 0.0))
+    return random_walk + largest_in_step, variance
 
 
 def _flow(shots: Array) -> Array:
@@ -380,7 +392,7 @@ def _flow(shots: Array) -> Array:
     return flow
 
 
-def _missed(block: Response, shots: Array) -> Array:
+def _step_differences(block: Response, shots: Array) -> Array:
     """Returns the second method's state less the first method's after each step, shape (steps,
     d)."""
     return np.asarray(shots.real[:, -1, :, 0] - np.diff(block.states, axis=0))

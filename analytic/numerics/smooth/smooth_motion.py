@@ -34,7 +34,8 @@ class SmoothMotion:
     def grid(self, until: float) -> TimeGrid:
         """Returns equal steps up to the time `until` [s], in each of which the motion changes
         little. Raises ParameterError for more than MOST_STEPS steps."""
-        if not (count := until * self.pace) <= MOST_STEPS:
+        count = until * self.pace
+        if not count <= MOST_STEPS:
             raise ParameterError("duration", until, "shorter: the motion is too fast")
         return TimeGrid(np.linspace(0.0, until, 2 + math.floor(count)))
 
@@ -44,8 +45,8 @@ class SmoothMotion:
         """Returns the times of the nodes of a grid's steps [s], shape (n,), the exact states there,
         shape (d, n), and the flow of small deviations, w' = f_z w."""
         edges = grid.breakpoints
-        rule = gauss_collocation(stages)
-        nodes = edges[:-1, None] + np.diff(edges)[:, None] * rule.nodes
+        fractions = gauss_collocation(stages).nodes
+        nodes = edges[:-1, None] + np.diff(edges)[:, None] * fractions
         times = np.minimum(nodes, grid.duration).ravel()
         states = self.state(times)
         matrix = np.moveaxis(self.jacobian(times, states), -1, 0)
@@ -60,7 +61,7 @@ class SmoothMotion:
         return flow.respond(np.eye(flow.matrix.shape[-1]), np.zeros_like(flow.matrix)).at(times)
 
 
-def along(
+def with_equations(
     system: SmoothSystem, motion: Reference, pace: float = 0.0, start: Any = None
 ) -> SmoothMotion:
     """Returns an exact `motion` together with the equations of its `system`.
@@ -72,15 +73,15 @@ def along(
         jacobian = system.jacobian(0.0, system.start[:, None])[..., 0]
         pace = 4 * float(np.abs(np.linalg.eigvals(jacobian)).max())
     return SmoothMotion(
-        system.start if start is None else start,
-        system.slope,
-        system.jacobian,
-        lambda times: system.state(motion.observe(times)),
-        pace,
-        lambda times, states: system.observed(states),
+        start=system.start if start is None else start,
+        slope=system.slope,
+        jacobian=system.jacobian,
+        state=lambda times: system.state(motion.observe(times)),
+        pace=pace,
+        read=lambda times, states: system.observed(states),
     )
 
 
 def certified(motion: CertifiedMotion) -> SmoothMotion:
     """Returns a certified motion together with its equations."""
-    return along(motion.system, motion)
+    return with_equations(motion.system, motion)

@@ -38,8 +38,10 @@ def softened(
 
     def forces(p: Any, time: Any, q: Any, v: Any) -> Any:
         at = (p, time, q, v)
-        free, across, pull = _pulled(tree, gaps, at, damping, stiffness, soft, loop.curved)
-        return (free + across.T @ pull).tolist()
+        free, gap_jacobian, pull = _loop_equation(
+            tree, gaps, at, damping, stiffness, soft, loop.curved
+        )
+        return (free + gap_jacobian.T @ pull).tolist()
 
     return replace(tree, forces=forces)
 
@@ -50,10 +52,11 @@ def loop_force(tree: SmoothSystem, gaps: Gaps, q: Array, v: Array) -> Array:
     It is l of eq. 1 without softness and gap. `q` and `v` are the tree's coordinates and rates,
     shape (n,) each.
     """
-    return _pulled(tree, gaps, (tree.values, 0.0, q, v))[2]
+    _, _, force = _loop_equation(tree, gaps, (tree.values, 0.0, q, v))
+    return force
 
 
-def _pulled(
+def _loop_equation(
     tree: SmoothSystem,
     gaps: Gaps,
     at: tuple[Any, Any, Any, Any],
@@ -70,9 +73,10 @@ def _pulled(
     p, _, q, v = at
     mass: Array = np.array(tree.mass_matrix(p, q))
     free: Array = np.array(tree.forces(*at))
-    gap, across, bent = (np.array(part) for part in gaps(p, q, v))
-    light = np.linalg.solve(mass, across.T)
-    wanted = -damping * (across @ np.array(v)) - stiffness * gap - light.T @ free
+    gap, jacobian, curvature = (np.array(part) for part in gaps(p, q, v))
+    mobility = np.linalg.solve(mass, jacobian.T)
+    required = -damping * (jacobian @ np.array(v)) - stiffness * gap - mobility.T @ free
     if curved:
-        wanted = wanted - bent
-    return free, across, np.linalg.solve(across @ light + soft * np.eye(len(gap)), wanted)
+        required = required - curvature
+    inverse_mass = jacobian @ mobility + soft * np.eye(len(gap))
+    return free, jacobian, np.linalg.solve(inverse_mass, required)
