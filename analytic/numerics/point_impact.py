@@ -71,8 +71,7 @@ class PointImpact:
         rate_after = c + b * q_after
         slip_end = 0.0  # normal impulse at which slip ends
         if self.slip:
-            slows = self.slip * slip_rate < 0.0
-            slip_end = -self.slip / slip_rate if slows else math.inf
+            slip_end = -self.slip / slip_rate if self.slip * slip_rate < 0.0 else math.inf
         v_at_end = v + rate * slip_end
 
         def impulse_at(speed: float) -> float:

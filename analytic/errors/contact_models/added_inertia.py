@@ -23,7 +23,7 @@ order is smaller by J/A.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
@@ -59,25 +59,8 @@ def drive_error(
     from scipy.integrate import solve_ivp
 
     pendulum = pendulum.started
-    body = pendulum.body
-    moment = body.mass * body.com_distance
-    inertia_difference = body.inertia_y - body.inertia_z
-
-    def slopes(time: float, state: Any) -> list[Any]:
-        theta, rate, u = state
-        sine = np.sin(theta)
-        cosine = np.cos(theta)
-        w = pendulum.platform_rate + 1j * TINY * u
-        coupling = moment * pendulum.pivot_x * cosine
-        j_slope = 2.0 * cosine * (moment * pendulum.pivot_y + inertia_difference * sine)
-        j_slope += 2.0 * body.inertia_yz * np.cos(2.0 * theta)
-        ideal = (j_slope * w**2 / 2 - moment * pendulum.gravity * sine) / body.inertia_x
-        reaction = moment * pendulum.pivot_x * sine * rate**2 - coupling * ideal
-        u_rate = reaction - drive_rate * u - j_slope * rate * w
-        return [rate, ideal - 1j * TINY * coupling * u_rate / body.inertia_x, u_rate]
-
     solution = solve_ivp(
-        slopes,
+        _equations(pendulum, drive_rate),
         (0.0, float(times[-1])),
         np.array([pendulum.theta, pendulum.theta_dot, 0.0], dtype=complex),
         "DOP853",
@@ -87,6 +70,31 @@ def drive_error(
     )
     theta, rate, u = solution.y / inertia
     return PlatformError(theta.imag / TINY, rate.imag / TINY, u.real)
+
+
+def _equations(
+    pendulum: ConePendulum, drive_rate: float
+) -> Callable[[float, Any], Sequence[Any]]:
+    """Returns the rates of theta, theta_dot and u as a function of time and these three (module
+    docstring), for an imaginary 1/A of TINY."""
+    body = pendulum.body
+    moment = body.mass * body.com_distance
+
+    def slopes(time: float, state: Any) -> Sequence[Any]:
+        theta, rate, u = state
+        sine = np.sin(theta)
+        cosine = np.cos(theta)
+        w = pendulum.platform_rate + 1j * TINY * u
+        coupling = moment * pendulum.pivot_x * cosine
+        j_slope = moment * pendulum.pivot_y + (body.inertia_y - body.inertia_z) * sine
+        j_slope *= 2.0 * cosine
+        j_slope += 2.0 * body.inertia_yz * np.cos(2.0 * theta)
+        ideal = (j_slope * w**2 / 2 - moment * pendulum.gravity * sine) / body.inertia_x
+        reaction = moment * pendulum.pivot_x * sine * rate**2 - coupling * ideal
+        u_rate = reaction - drive_rate * u - j_slope * rate * w
+        return [rate, ideal - 1j * TINY * coupling * u_rate / body.inertia_x, u_rate]
+
+    return slopes
 
 
 @lru_cache(maxsize=64)  # all methods and steps of a scene share the result

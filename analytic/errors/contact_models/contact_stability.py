@@ -40,9 +40,9 @@ def largest_contact_step(ratio: float, spring: ContactSpring, scheme: Scheme) ->
     `ratio` is the squared ratio of the mode's frequency to the frequency of one contact. If no
     theory covers the scheme, the step is infinite.
     """
-    answer = ratio / (ratio + spring.regularisation)
-    damping = answer * spring.damping
-    stiffness = answer * spring.stiffness
+    fraction = ratio / (ratio + spring.regularisation)
+    damping = fraction * spring.damping
+    stiffness = fraction * spring.stiffness
     rotor = DrivenRotor(damping_rate=damping, stiffness=stiffness)
     if scheme.integrator == LINEARLY_IMPLICIT:
         scheme = Scheme(EULER, implicit_damping=1.0)

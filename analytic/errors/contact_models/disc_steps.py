@@ -54,33 +54,47 @@ def stepped_states(disc: RollingDisc, step: float, marks: Array) -> Array:
     The disc has unit mass. `step` is in [s]. If the disc slips, the result is empty, shape (6, 0).
     """
     start = disc.motion.system.start
-    square = disc.radius**2
-    spring = (RATE / step) ** 2
-    damper = 2.0 * DAMPING * RATE / step
-    height = disc.radius * np.sin(disc.tilt) - disc.gravity / spring
+    height = disc.radius * np.sin(disc.tilt) - disc.gravity / (RATE / step) ** 2
     position = np.array([0, 0, height, *start[:3]])
     centre_velocity = -contact_jacobian(disc, start[:3])[:, 3:] @ start[3:]
     rates = np.array([*centre_velocity, *start[3:]])
-    states = [np.concatenate([position[3:], rates[3:]])]
-    mobility = np.eye(6)
+    states = [start]
     for _ in range(int(marks[-1])):
-        angles = position[3:]
-        lowest = position[2] - disc.radius * np.sin(angles[1])
-        contact = contact_jacobian(disc, angles, lowest / 2.0)
-        tangents = contact[:2]
-        mobility[3:, 3:] = np.linalg.inv(masses(0.0, angles)) / square
-        normal_impulse = max(0.0, -spring * lowest - damper * (contact @ rates)[2]) * step
-        torques = step * square * np.array(moments(0.0, 0.0, angles, rates[3:]))
-        free_impulses = np.array([0.0, 0.0, -disc.gravity * step, *torques])
-        rates = rates + mobility @ (free_impulses + contact[2] * normal_impulse)
-        inverse_mass = tangents @ mobility @ tangents.T + YIELDS * np.eye(2)
-        friction_impulse = np.linalg.solve(inverse_mass, -tangents @ rates)
-        if not np.hypot(*friction_impulse) <= FRICTION * normal_impulse:  # the disc slips
+        next_rates = _rates_after_contact(disc, step, position, rates)
+        if next_rates is None:
             return np.empty((6, 0))
-        rates = rates + mobility @ tangents.T @ friction_impulse
+        rates = next_rates
         position = position + step * rates
         states.append(np.concatenate([position[3:], rates[3:]]))
     return np.asarray(np.array(states)[marks].T)
+
+
+def _rates_after_contact(
+    disc: RollingDisc, step: float, position: Array, rates: Array
+) -> Array | None:
+    """Returns the rates after the forces of a step; None if the disc slips.
+
+    `position` is the position of the disc's centre [m] and the angles, `rates` are their rates,
+    shape (6,) each.
+    """
+    square = disc.radius**2
+    angles = position[3:]
+    lowest = position[2] - disc.radius * np.sin(angles[1])
+    contact = contact_jacobian(disc, angles, lowest / 2.0)
+    tangents = contact[:2]
+    mobility = np.eye(6)
+    mobility[3:, 3:] = np.linalg.inv(masses(0.0, angles)) / square
+    spring = (RATE / step) ** 2
+    damper = 2.0 * DAMPING * RATE / step
+    normal_impulse = max(0.0, -spring * lowest - damper * (contact @ rates)[2]) * step
+    torques = step * square * np.array(moments(0.0, 0.0, angles, rates[3:]))
+    free_impulses = np.array([0.0, 0.0, -disc.gravity * step, *torques])
+    rates = rates + mobility @ (free_impulses + contact[2] * normal_impulse)
+    inverse_mass = tangents @ mobility @ tangents.T + YIELDS * np.eye(2)
+    friction_impulse = np.linalg.solve(inverse_mass, -tangents @ rates)
+    if not np.hypot(*friction_impulse) <= FRICTION * normal_impulse:
+        return None
+    return np.asarray(rates + mobility @ tangents.T @ friction_impulse)
 
 
 def disc_errors(disc: RollingDisc) -> StepErrors:

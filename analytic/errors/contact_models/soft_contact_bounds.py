@@ -106,7 +106,7 @@ def model_error(problem: CapsuleProblem, duration: float, contact: SoftContact) 
 def _is_resting(
     problem: CapsuleProblem, motion: SampledMotion, duration: float, contact: SoftContact
 ) -> Any:
-    """Returns the times at which no support slips, as truth values of shape (n,).
+    """Returns for each time whether no support slips, shape (n,).
 
     If the motion has no closed form, the stepped motion must rest as well, and so must the slider:
     a residual rotation continues until friction has stopped it. If there are too many steps, the
@@ -201,7 +201,7 @@ def _height_error(
     capsule = motion.capsule
     deflections = _quasi_static(motion, normal.compliance)
     depth = -float(deflections.depths.min())
-    (_, gradients) = _load_fractions(motion.capsule)
+    gradients = _load_fractions(motion.capsule)[1]
     force = capsule.friction * capsule.weight
     direction = np.exp(1j * motion.line)
     # Load shift per height: friction sets in at once, and overshoot doubles its effect.
@@ -354,7 +354,7 @@ def _coupling_error(
     start_load = load_per_acceleration * float(slip_speeds[:, 0].max()) / contact.step
     stop_load = load_per_acceleration * float(slip_speeds.max()) / contact.step
     factor = soft_contact.QUASI_STATIC_FACTOR * capsule.friction * normal.compliance
-    _, gradients = _load_fractions(capsule)
+    gradients = _load_fractions(capsule)[1]
     lever = normal.tilt_inertia * float(np.abs(gradients).sum())
     speed = 2.0 * factor * (smooth_load + start_load) * contact.contact_rate
     angle = (

@@ -87,12 +87,11 @@ class Body:
         speed, omega, v = rates
         turn = exp(1j * psi)
         arm = self.mass_ratio * r
-        slider_acceleration = w + 2j * omega * v - omega * omega * r
-        inertia = self.inertia_with(r)
-        free_push = -self.mass_ratio * slider_acceleration
-        free_spin = -self.reduced_mass * (r.conjugate() * slider_acceleration).imag / inertia
+        relative = w + 2j * omega * v - omega * omega * r  # acceleration of the slider
+        push = -self.mass_ratio * relative
+        spin = -self.reduced_mass * (r.conjugate() * relative).imag / self.inertia_with(r)
         velocity = speed / turn + 1j * omega * arm
-        free_slip = (velocity + lead * free_push, omega + lead * free_spin)
+        free_slip = (velocity + lead * push, omega + lead * spin)
         slip = self.after_friction(r, lead, free_slip, near)
         push = (slip[0] - velocity) / lead
         spin = (slip[1] - omega) / lead

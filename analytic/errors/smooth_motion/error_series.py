@@ -98,11 +98,11 @@ def _expansion(series: ErrorSeries, scheme: Scheme, until: float) -> Response:
     responses: dict[int, Response] = {}
     for order in orders:
         after = step(times, variable(order + 1), state)
-        step_error = np.stack(_step_error(after, exact, order + 1, times), axis=-1)
-        lower_terms = sum(_derivative_terms(responses, order + 1))
-        source = step_error.reshape(*flow.matrix.shape[:3], 1) - lower_terms
-        response = flow.respond(np.zeros((len(states), 1)), source)
-        responses[order] = _without_noise(response, noise * motion.pace**order)
+        source = np.stack(_step_error(after, exact, order + 1, times), axis=-1)
+        source = source.reshape(*flow.matrix.shape[:3], 1)
+        source = source - sum(_derivative_terms(responses, order + 1))
+        responses[order] = flow.respond(np.zeros((len(states), 1)), source)
+        responses[order] = _without_noise(responses[order], noise * motion.pace**order)
         _set_terms(state, order, responses[order])
     return join_columns(list(responses.values()))
 

@@ -88,7 +88,7 @@ def scheme_step(scheme: Scheme, equations: Equations, step: Any) -> Advance:
         v = moved(v, acceleration(time, 0.0, q, v), half)
         q = drifted(q, v, step)
         if implicit is not None:
-            damping, _ = implicit(state)
+            damping = implicit(state)[0]
             kicked = moved(v, acceleration(time, 1.0, q, [0.0] * count), half)
             return [*q, *[x / (1.0 + half * damping) for x in kicked]]
 

@@ -48,29 +48,36 @@ class PeriodicMotion:
                 "period", self.period, "finite, of an undamped unforced motion"
             )
         times = np.arange(PERIODS * SAMPLES, dtype=np.float64) * self.period / SAMPLES
-        series = [*self.errors.series(scheme, times).items()][:TERMS]
-        if not series:
+        error = self._error(scheme, step, times)
+        if not error:
             return None
         observed = self.errors.exact.observe(times)
-        error = {}
-        for name in ANGLE:
-            error[name] = np.asarray(sum(step**power * terms[name] for power, terms in series))
-        quadratic, linear = time_ahead = self._time_ahead(times, error, observed)
+        time_ahead = self._time_ahead(times, error, observed)
         drifting = np.polyval(time_ahead, times) * times * observed["theta_dot"]
         repeating = (error["theta"] - drifting)[:SAMPLES] / scale
-        sign = math.copysign(1.0, quadratic or linear)
+        sign = math.copysign(1.0, time_ahead[0] or time_ahead[1])
         shifts = self._time_shifts(observed["theta"] / scale, repeating, sign)
         level_times = {level: _time_of_shift(time_ahead, x) for level, x in shifts.items()}
         later = [time for time in level_times.values() if 0.0 < time < math.inf]
-        first = later[0] if later else self.period
-        growth: Growth = "linear" if linear else "constant"
-        rate = float(linear)
-        if abs(quadratic * first) > abs(linear):
-            growth, rate = "quadratic", float(quadratic)
-        energy_rates = self.errors.energy_drift_rate(self.period, scheme).items()
-        energy_rate = sum(coefficient * step**power for power, coefficient in energy_rates)
-        energy = kinetic_energy(self.errors.exact, self.period)
-        return LongRun(growth, rate, energy_rate / energy, level_times)
+        growth, rate = _growth(time_ahead, later[0] if later else self.period)
+        return LongRun(growth, rate, self._energy_rate(scheme, step), level_times)
+
+    def _error(self, scheme: Scheme, step: float, times: Array) -> Signals:
+        """Returns the error of theta and theta_dot at `times` [s] by the first TERMS of the series;
+        empty if the scheme has no series."""
+        series = [*self.errors.series(scheme, times).items()][:TERMS]
+        if not series:
+            return {}
+        error = {}
+        for name in ANGLE:
+            error[name] = np.asarray(sum(step**power * terms[name] for power, terms in series))
+        return error
+
+    def _energy_rate(self, scheme: Scheme, step: float) -> float:
+        """Returns the mean rate of the energy over the largest kinetic energy [1/s]."""
+        coefficients = self.errors.energy_drift_rate(self.period, scheme).items()
+        energy_rate = sum(coefficient * step**power for power, coefficient in coefficients)
+        return energy_rate / kinetic_energy(self.errors.exact, self.period)
 
     def _time_ahead(self, times: Array, error: Signals, observed: Signals) -> Array:
         """Returns b [1/s] and a [s/s] of the time ahead b t^2 + a t.
@@ -120,6 +127,15 @@ def kinetic_energy(exact: Reference, until: float) -> float:
     to the time `until` [s]; 1 if the motion is at rest."""
     rates = exact.observe(np.linspace(0.0, until, SAMPLES))["theta_dot"]
     return 0.5 * float(np.abs(rates).max()) ** 2 or 1.0
+
+
+def _growth(time_ahead: Array, time: float) -> tuple[Growth, float]:
+    """Returns the kind and the rate of growth that dominate a time ahead b t^2 + a t at a `time`
+    [s]. `time_ahead` holds b and a."""
+    quadratic, linear = map(float, time_ahead)
+    if abs(quadratic * time) > abs(linear):
+        return "quadratic", quadratic
+    return ("linear" if linear else "constant"), linear
 
 
 def _time_of_shift(ahead: Array, shift: float) -> float:

@@ -65,12 +65,16 @@ def jacobi(tau: Any, a: Any, b: Any) -> tuple[Array, Array, Array]:
     cn = ratio * sn
     sn = choose(sine == 0, sine, sn)
     if np.any(endless):
-        decay = np.exp(-abs(a * tau))
-        hyperbolic_secant = 2 * decay / (1 + decay * decay)
         sn = np.where(endless, np.tanh(a * tau), sn)
-        cn = np.where(endless, hyperbolic_secant, cn)
-        dn = np.where(endless, hyperbolic_secant, dn)
+        cn = np.where(endless, _hyperbolic_secant(a * tau), cn)
+        dn = np.where(endless, _hyperbolic_secant(a * tau), dn)
     return sn, cn, dn
+
+
+def _hyperbolic_secant(x: Any) -> Any:
+    """Returns 1/cosh(x), without overflow for large x."""
+    decay = np.exp(-abs(x))
+    return 2 * decay / (1 + decay * decay)
 
 
 def time_of_point(sine: Any, cosine: Any, a: Any, b: Any) -> Any:

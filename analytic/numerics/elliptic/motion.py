@@ -210,16 +210,20 @@ class EllipticMotion:
         odd = speed * t.moving
         even = t.r * push
         bend = speed * t.bend
-        x = even - odd
         y = 2 * centred * centred - self._a0_a4 / 2 * t.r2
         # w is x/y with x = even - odd, and also u/v. If w is infinite at the time -t, both x and y
         # vanish at t, and u/v has to be used.
         u = t.r * (2 * (a3**2 - a2 * a4) * t.r - 2 * a4 * t.p)
         v = even + odd
-        xy_rate = 4 * centred * t.p_dot * (t.s * push - speed * t.p_dot * t.h)
-        xy_numerator = y * (lift - bend) - xy_rate
-        uv_numerator = -2 * a4 * t.moving * v - u * (lift + bend)
-        return _from_larger((x, y, xy_numerator), (u, v, uv_numerator))
+        return _from_larger(
+            (
+                even - odd,
+                y,
+                y * (lift - bend)
+                - 4 * centred * t.p_dot * (t.s * push - speed * t.p_dot * t.h),
+            ),
+            (u, v, -2 * a4 * t.moving * v - u * (lift + bend)),
+        )
 
     @property
     def _a0_a4(self) -> Quad:
@@ -323,10 +327,11 @@ def solve(
     angle from that barrier, on the turn nearest to `theta`. Source: Sudakov 2015, eqs. 15 and 16,
     inverted.
     """
-    a, b, c, inertia, theta, theta_dot, rise, from_top = _broadcast(
-        potential.a, potential.b, potential.c, inertia, theta, theta_dot, excess, theta_from_top
+    given = (potential.a, potential.b, potential.c, inertia, theta, theta_dot)
+    *coefficients, inertia, theta, theta_dot, rise, from_top = _broadcast(
+        *given, excess, theta_from_top
     )
-    potential = TrigonometricPotential(a, b, c)
+    potential = TrigonometricPotential(*coefficients)
     with np.errstate(all="ignore"):  # infinite periods, and branches that are not chosen
         top, other = _crests(potential)
         between = _height(potential, top, other - top)
@@ -336,24 +341,30 @@ def solve(
         kinetic = inertia * theta_dot * theta_dot / 2 if excess is None else rise + reach
         above = kinetic - reach if excess is None else rise
         quartic = _quartic(potential, theta, kinetic, inertia)
-        energies = (above, above + between)
-        without_speed = abs(kinetic) <= 1e-60 * potential.scale
-        without_force = abs(potential.slope(theta)) <= 1e-30 * potential.scale
         return EllipticMotion(
             potential=potential,
             inertia=inertia,
             theta0=theta,
             kinetic=kinetic,
             forward=np.logical_not(theta_dot < 0),
-            rest=without_speed & without_force,
+            rest=_is_at_rest(potential, theta, kinetic),
             rotation=above >= 0,
             top=top,
             quartic=quartic,
-            function=_function(quartic, potential, inertia, (top, other), energies),
+            function=_weierstrass_function(
+                quartic, potential, inertia, (top, other), (above, above + between)
+            ),
         )
 
 
-def _function(
+def _is_at_rest(potential: TrigonometricPotential, theta: Quad, kinetic: Quad) -> Any:
+    """Returns whether a motion from `theta` [rad] with the `kinetic` energy [J] stays at rest."""
+    without_speed = abs(kinetic) <= 1e-60 * potential.scale
+    without_force = abs(potential.slope(theta)) <= 1e-30 * potential.scale
+    return without_speed & without_force
+
+
+def _weierstrass_function(
     start: _Quartic,
     potential: TrigonometricPotential,
     inertia: Quad,
@@ -378,8 +389,8 @@ def _function(
     product = a0 * a4 - 4 * a1 * twist
     shift = choose(near, a2, 0 * a2)
     c0 = a2 * (a0 * a4 + 2 * a1 * twist - a2**2) - a0 * twist**2 - a1**2 * a4
-    c1 = product + choose(near, 0 * a2, 3 * a2**2)
-    return _Weierstrass.of(shift, c1, choose(near, a4 * (3 * a0 * a2 / 2 - a1**2), c0))
+    c0 = choose(near, a4 * (3 * a0 * a2 / 2 - a1**2), c0)
+    return _Weierstrass.of(shift, product + choose(near, 0 * a2, 3 * a2**2), c0)
 
 
 def _broadcast(*values: Any) -> Sequence[Quad]:

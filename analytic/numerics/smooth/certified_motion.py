@@ -198,8 +198,8 @@ def _extended_track(
     responses, response = _propagated_responses(track.response, block, shots)
     spread, variance = _rounding_spread(track.variance, block, shots)
     size = np.maximum(track.size, np.abs(states).max(axis=0))
-    differences = np.concatenate([track.apart[None], np.abs(responses[..., -1])])
-    apart = np.maximum.accumulate(differences)[1:]
+    apart = np.concatenate([track.apart[None], np.abs(responses[..., -1])])
+    apart = np.maximum.accumulate(apart)[1:]
     doubts = apart + spread + ULP * _condition(system, times, states, responses, size)
     uncertain = ~np.all(doubts <= SURE * _scales(size, _rate(block)), axis=1)
     until = block.orbit.duration if why else track.until
