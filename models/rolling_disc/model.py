@@ -14,7 +14,7 @@ from plumbob.models.model_file import ModelFile
 def fill(spec: Any, problem: RollingDisc) -> None:
     """Writes the numbers of a disc of mass 1 into an MjSpec of rolling_disc.xml. The disc rolls at
     the start: the rates of its angles determine the velocity of its centre."""
-    from plumbob.analytic.errors.contact_models.disc_steps import rolling
+    from plumbob.analytic.errors.contact_models.disc_steps import contact_jacobian
 
     radius = problem.radius
     system = problem.motion.system
@@ -24,7 +24,7 @@ def fill(spec: Any, problem: RollingDisc) -> None:
     spec.geom("rim").size = [radius, radius, 1e-6 * radius]
     spec.geom("disc").size[:2] = [radius, 0.02 * radius]
     start.qpos = [0.0, 0.0, radius * np.sin(problem.tilt), *system.position]
-    contact_velocity = rolling(problem, np.array(system.position))[:, 3:] @ system.rate
+    contact_velocity = contact_jacobian(problem, np.array(system.position))[:, 3:] @ system.rate
     start.qvel = [*-contact_velocity, *system.rate]
 
 
