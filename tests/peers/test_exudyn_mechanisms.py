@@ -1,5 +1,6 @@
 """Parts of mechanisms in Exudyn: balls, free bodies, prescribed joints, loops and contacts."""
 
+import math
 from dataclasses import replace
 
 import mujoco
@@ -14,9 +15,10 @@ from plumbob.engines.study.measurement import measure, relative_error
 from plumbob.tests.peers.test_dart_mechanisms import case, default, scene_mechanism
 from plumbob.tests.peers.test_mechanisms import LOOPS, STEP, exudyn
 from plumbob.tests.peers.test_smooth_peers import needed
-from plumbob.tests.support.built_mechanisms import (
-    stepped,
-)
+from plumbob.tests.support.built_mechanisms import stepped
+from plumbob.tests.support.cases import error_of_run
+
+DEFAULT = "exudyn/default"
 
 
 def test_exudyn_s_explicit_solvers_refuse_what_they_would_ignore():
@@ -145,3 +147,48 @@ def test_exudyn_s_ball_bounces_back_more_exactly_the_more_steps_it_takes(
     made.put(State(np.array([0.1005]), np.array([-1.0])))
     made.advance(None, 200)
     assert made.state().qvel[0] == pytest.approx(wanted, abs=1e-4)
+
+
+def test_exudyn_s_error_of_a_turn_is_in_proportion_to_the_speeds_of_regularised_friction(
+    monkeypatch,
+):
+    """A body that turns back passes speeds in which friction is in proportion to the slip. If that
+    lasts several steps, the error is in proportion to these speeds; by default it lasts less than
+    a step, and the error depends on where in a step the body turns, too."""
+    needed(DEFAULT)
+    from plumbob.engines.adapters.exudyn import contacts
+
+    usual = contacts.SLIP
+
+    def error(slip, step):
+        monkeypatch.setattr(contacts, "SLIP", slip)
+        return error_of_run("incline/returns", DEFAULT, step)
+
+    wide, wider, coarse = error(20.0, STEP), error(40.0, STEP), error(40.0, 2.0 * STEP)
+    assert wider / wide == pytest.approx(2.0, rel=0.05)
+    assert coarse / wider == pytest.approx(2.0, rel=0.05)
+    steps = (8e-4, 1e-3, 1.26e-3)  # [s]
+    slopes = [error(usual, step) / step for step in steps]
+    assert max(slopes) / min(slopes) > 1.2
+
+
+@pytest.mark.parametrize(
+    ("step", "rocker", "tolerance", "ends"),
+    [
+        (1.5e-3, 0.2002, 1e-8, False),
+        (1.5e-3, 0.2002, 1e-6, True),
+        (2e-3, 0.2002, 1e-6, False),
+        (2e-3, 0.2005, 1e-8, True),
+    ],
+)
+def test_exudyn_s_newton_method_fails_as_a_loop_comes_near_to_its_singular_pose(
+    step, rocker, tolerance, ends
+):
+    """Where links are almost on one line, rounding keeps Newton's method from its tolerance of
+    1e-8: a tolerance of 1e-6 lets it end at larger steps, and a longer rocker at any."""
+    needed(DEFAULT)
+    changes = {"rocker": rocker}
+    error = error_of_run(
+        "four-bar/near-change-point", DEFAULT, step, None, changes, relativeTolerance=tolerance
+    )
+    assert math.isfinite(error) == ends
