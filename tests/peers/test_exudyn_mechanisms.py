@@ -90,35 +90,6 @@ def test_exudyn_s_loops_stay_closed_and_have_order_2(name):
     assert coarse / fine == pytest.approx(4.0, rel=0.1)
 
 
-def test_exudyn_s_weld_keeps_two_bodies_together():
-    """Two free bodies that turn as one about the first one's frame, in free space."""
-    needed("exudyn/default")
-    bodies = "".join(
-        f'<body name="{name}" pos="{x} 0 1" quat="{quat}"><freejoint/>'
-        '<inertial pos="0.1 0.1 0" mass="1" diaginertia="0.1 0.2 0.15"/></body>'
-        for name, x, quat in (("a", 0.0, "1 0.2 0.3 0"), ("b", 0.5, "1 0 0.3 0.4"))
-    )
-    weld = '<equality><weld body1="a" body2="b"/></equality>'
-    model = mujoco.MjModel.from_xml_string(
-        f"<mujoco><option gravity='0 0 0'/><worldbody>{bodies}</worldbody>{weld}</mujoco>"
-    )
-    data = mujoco.MjData(model)
-    mujoco.mj_kinematics(model, data)
-    first, second = (data.xmat[i].reshape(3, 3).copy() for i in (1, 2))
-    spin = np.array([1.0, 2.0, 3.0])
-    rates = [np.zeros(3), first.T @ spin, np.cross(spin, [0.5, 0.0, 0.0]), second.T @ spin]
-    made = exudyn(compiled_mechanism(model), None)
-    made.put(State(model.qpos0, np.concatenate(rates)))
-    made.advance(None, 500)
-    data.qpos[:] = made.state().qpos
-    mujoco.mj_kinematics(model, data)
-    now = [data.xmat[i].reshape(3, 3) for i in (1, 2)]
-    # Positions are constrained: what Newton's tolerance leaves, over the inertias, is open.
-    np.testing.assert_allclose(now[0].T @ now[1], first.T @ second, atol=1e-8)
-    apart = now[0].T @ (data.xpos[2] - data.xpos[1])
-    np.testing.assert_allclose(apart, first.T @ [0.5, 0.0, 0.0], atol=1e-8)
-
-
 @pytest.mark.parametrize("slip", [2.5, 5.0])
 def test_exudyn_s_body_that_should_stick_drifts_at_a_part_of_the_slip_speed(slip, monkeypatch):
     """Friction is in proportion to a slip below `slip` times the step: at 0.9 of the slope that

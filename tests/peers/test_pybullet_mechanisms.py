@@ -35,6 +35,7 @@ INERTIA = 0.02  # [kg m^2] of scenes with a capsule
 LONG = (
     1e-2  # [s]: a step changes velocities by the accelerations that it begins with, times this
 )
+SHORT = 1e-6  # [s]
 # Sums of tens of products in double precision, which cancel by a factor of a thousand at most.
 CLOSE = 1e-12
 TURNED = "all joints"  # a mechanism that has a free body whose frame is not at its centre
@@ -101,8 +102,16 @@ def test_a_mechanism_in_pybullet_has_mujoco_s_accelerations(name):
 
 def test_all_kinds_of_joints_have_mujoco_s_accelerations():
     """The velocity of a free body's frame is of its attitude after the step: that adds an error in
-    proportion to the step, here of 1e-6 s, whose rounding is 1e-16/1e-6."""
-    assert largest_difference(TURNED, 1e-6) <= 1e-6
+    proportion to the step, here of 1e-6 s, whose rounding is 1e-16/1e-6. A mass that is wrong by
+    1e-5 is noticed, and so is a step ten times as long."""
+    assert largest_difference(TURNED, SHORT) <= 1e-6
+    assert largest_difference(TURNED, 10.0 * SHORT) > 1e-6
+
+    def change(mechanism):
+        heavier = (replace(body, mass=(1.0 + 1e-5) * body.mass) for body in mechanism.bodies)
+        return replace(mechanism, bodies=tuple(heavier))
+
+    assert largest_difference(TURNED, SHORT, change) > 1e-6
 
 
 @pytest.mark.parametrize(
@@ -197,16 +206,26 @@ ROTOR = """<option gravity="0 0 0"/><worldbody><body><joint axis="0 0 1" {}/>
 <compiler angle="radian"/>"""
 
 
-def test_a_prescribed_joint_has_its_velocity_at_every_grid_time():
+def largest_deviation_of_a_prescribed_velocity(**settings):
+    """The largest difference [m/s] of a slider's velocity from the velocity that is prescribed for
+    it, whose largest is 0.4 m/s, beside contacts with friction."""
     parts = scene_mechanism("capsule-line/ca1")
-    made = stepper(parts.mechanism)
+    made = stepper(parts.mechanism, **settings)
     made.put(parts.start)
     (slider,) = (x for x in parts.mechanism.joints if x.velocity is not None)
+    deviations = []
     for k in range(1, 80):
         made.advance(None, 1)
         wanted = slider.velocity(np.array([k * STEP]))[0]
-        # the largest is 0.4 m/s; 200 iterations of motors and contacts leave this
-        assert made.state().qvel[-1] == pytest.approx(wanted, abs=1e-9)
+        deviations.append(abs(made.state().qvel[-1] - wanted))
+    return max(deviations)
+
+
+def test_a_prescribed_joint_has_its_velocity_at_every_grid_time():
+    # 200 iterations of motors and contacts leave nothing, and rounding is 1e-16.
+    assert largest_deviation_of_a_prescribed_velocity() <= 1e-14
+    # Bullet's default ends the iterations at a residual of 1e-7.
+    assert largest_deviation_of_a_prescribed_velocity(solverResidualThreshold=1e-7) > 1e-5
 
 
 def test_dry_friction_of_a_joint_is_exact():
@@ -233,35 +252,6 @@ def test_bodies_turn_faster_than_bullet_s_default_limit_of_100_rad_a_second():
     slow.put(State(np.zeros(1), np.array([500.0])))
     slow.advance(None, 1)
     assert slow.state().qvel[0] == 100.0
-
-
-def test_a_welded_pair_keeps_its_relative_pose():
-    bodies = "".join(
-        f'<body name="{name}" pos="{pos}" quat="{quat}"><freejoint/>'
-        '<inertial pos="0.1 0.1 0" mass="1" diaginertia="0.1 0.2 0.15"/></body>'
-        for name, pos, quat in (("a", "0 0 1", "1 0.2 0.3 0"), ("b", "0.5 0 1", "1 0 0.3 0.4"))
-    )
-    loop = '<equality><weld body1="a" body2="b"/></equality>'
-    model = mujoco.MjModel.from_xml_string(
-        f"<mujoco><worldbody>{bodies}</worldbody>{loop}</mujoco>"
-    )
-    data = mujoco.MjData(model)
-    made = stepper(compiled_mechanism(model))
-    made.put(State(model.qpos0, np.array([0.0, 0, 0, 1, 2, 3, 0, 0, 0, 0, 0, 0])))
-
-    def relative():
-        data.qpos[:] = made.state().qpos
-        mujoco.mj_kinematics(model, data)
-        frame = data.xmat[1].reshape(3, 3)
-        return frame.T @ (data.xpos[2] - data.xpos[1]), frame.T @ data.xmat[2].reshape(3, 3)
-
-    before = relative()
-    made.advance(None, 500)
-    turned = made.state().qpos[3:7]
-    assert abs(turned @ model.qpos0[3:7]) / np.linalg.norm(model.qpos0[3:7]) < 0.99
-    for now, then in zip(relative(), before, strict=True):
-        # A fifth of what is open is closed a step: 5 step^2 times rates^2 are.
-        np.testing.assert_allclose(now, then, atol=1e-4)
 
 
 @pytest.mark.parametrize("kind", ["weld", "connect"])
