@@ -34,6 +34,7 @@ def dart():
 # Sums of tens of products in double precision, which cancel by a factor of a thousand at most.
 CLOSE = 1e-12
 STEP = 1e-3  # [s]
+FASTEST = 1e150  # [rad/s]: squares of larger rates are not finite
 SYSTEMS = sorted(built_in())
 AT_REST = State(np.zeros(1), np.zeros(1))
 ALL_JOINTS = """<mujoco><compiler angle="radian"/>
@@ -368,6 +369,15 @@ def test_each_pair_has_its_friction():
     made.advance(None, 100)
     slowed = 9.81 * 100 * STEP * np.array([0.1, -0.5])
     np.testing.assert_allclose(made.state().qvel[[0, 2]], [2.0, -2.0] - slowed, atol=1e-4)
+
+
+@pytest.mark.parametrize("step", [1.0, 0.01])
+def test_a_run_whose_accelerations_are_not_finite_is_lost(step):
+    """DART sets such accelerations to zero: all numbers of the run stay finite, to its end."""
+    case = case_of(scene("heavy-top/nutating")).lasting(30.0)
+    run = find_engine("dart").prepare(case, method("dart/default"), step).run()
+    assert run.diverged_at is not None
+    assert max(np.abs(values).max() for values in run.observables.values()) < FASTEST
 
 
 def test_a_run_that_is_lost_prints_nothing(capfd):
