@@ -87,13 +87,13 @@ LOOPS_OF_PAIR = {
 SPIN = np.array([1.0, 2.0, 3.0])  # [rad/s]
 
 
-def opening_of_a_loop(make, kind, misplaced=0.0):
+def opening_of_a_loop(make, kind, misplacement=0.0):
     """The largest coordinate of the gap [m] between the points that a loop holds together, and the
     largest change of an element of the relative attitude, after 500 steps.
 
     Two free bodies are held by a loop of this kind in free space, and begin to turn as one body
-    about the first body's frame. `make` makes a stepper of a mechanism and a start. The engine has
-    the loop's point of the first body `misplaced` [m] along each axis.
+    about the first body's frame. `make` makes a stepper of a mechanism and a start. In the engine,
+    the loop's point of the first body is `misplacement` [m] from its place along each axis.
     """
     model = mujoco.MjModel.from_xml_string(PAIR_OF_BODIES.format(LOOPS_OF_PAIR[kind]))
     mechanism = compiled_mechanism(model)
@@ -112,9 +112,9 @@ def opening_of_a_loop(make, kind, misplaced=0.0):
     spins = [frame.T @ SPIN for frame in frames]
     moving = np.cross(SPIN, data.xpos[2] - data.xpos[1])
     start = State(model.qpos0, np.concatenate([np.zeros(3), spins[0], moving, spins[1]]))
-    places = (loop.places[0] + misplaced, loop.places[1])
+    places = (loop.places[0] + misplacement, loop.places[1])
     made = make(replace(mechanism, loops=(replace(loop, places=places),)), start)
     made.put(start)
     made.advance(None, 500)
-    gap, turned = gap_and_relative_attitude(made.state().qpos)
-    return np.abs(gap).max(), np.abs(turned - attitude).max()
+    gap, attitude_after = gap_and_relative_attitude(made.state().qpos)
+    return np.abs(gap).max(), np.abs(attitude_after - attitude).max()
