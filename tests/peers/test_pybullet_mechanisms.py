@@ -372,3 +372,14 @@ def test_restitution_is_lost_to_contacts_before_shapes_touch_and_to_pushing_out(
     step = 1e-4
     assert error_of_run(name, HARD, step) < 4e-4
     assert error_of_run(name, HARD, step, **settings) > 1e-2
+
+
+@pytest.mark.long(keep=0)
+def test_more_iterations_carry_a_heavier_cube():
+    """A cube of ten thousand times the mass stands on another one."""
+    scene, step, lasting = "stack/heavy-top", 2e-3, 0.2  # [s]
+    few, many = (
+        error_of_run(scene, HARD, step, lasting, numSolverIterations=count)
+        for count in (200, 5000)
+    )
+    assert few > 0.5 > 0.05 > many
