@@ -15,7 +15,7 @@ from plumbob.engines.study import store
 from plumbob.engines.study.checkpoint import measured_into
 from plumbob.engines.study.convergence import SEED
 from plumbob.engines.study.results import Analysed, Study
-from plumbob.engines.study.runner import run_study
+from plumbob.engines.study.runner import pairs, run_study
 from plumbob.engines.workers import Workers
 from plumbob.models.registry import scenes as find_scenes
 from plumbob.models.scene import Scene
@@ -46,6 +46,8 @@ def command(chosen: argparse.Namespace) -> int:
     methods = _methods(chosen.methods, chosen.like)
     if chosen.like:
         scenes = tuple(beside(scene, methods[0]) for scene in scenes)
+    if not pairs(scenes, methods):
+        note(_reason_of_no_runs(scenes, methods))
     with values.workers(chosen) as (executor, jobs):
         return _validated(chosen, scenes, methods, executor, jobs)
 
@@ -147,6 +149,15 @@ def _methods(pattern: str | None, like: str | None) -> tuple[Method, ...]:
             m for m in methods if installed(engine_of(m)) or not engine_of(m).optional
         )
     return (own_method(like), *methods) if like else methods
+
+
+def _reason_of_no_runs(scenes: Sequence[Scene], methods: Sequence[Method]) -> str:
+    """One line that says why a study of these scenes and methods has no runs."""
+    patterns = ",".join(f"{engine}/*" for engine in dict.fromkeys(m.engine for m in methods))
+    others = dict.fromkeys(method.name for _, method in pairs(scenes, find_methods(patterns)))
+    names = ", ".join(method.name for method in methods)
+    meant = f"; meant for them: {', '.join(others)}" if others else ""
+    return f"no runs: none of the methods {names} is meant for one of these scenes{meant}"
 
 
 def exit_code(study: Study, every: Results) -> int:

@@ -140,6 +140,22 @@ def test_the_table_and_the_last_lines(validate):
     assert limits == "1 known limit, 0 unexpected"
 
 
+@pytest.mark.parametrize(
+    ("scene", "methods", "others"),
+    [
+        ("projectile/thrown", "mujoco/euler+coulomb", "; meant for them: mujoco/euler, "),
+        ("pinch/0.5", "heyoka/*", ""),
+    ],
+)
+def test_a_study_without_runs_says_why(capsys, monkeypatch, tmp_path, scene, methods, others):
+    without_pages(monkeypatch)
+    words = ["validate", "--scenes", scene, "--methods", methods, "--jobs", "1"]
+    assert main([*words, "--out", str(tmp_path)]) == 0
+    (line,) = capsys.readouterr().err.splitlines()
+    assert re.match("plumbob: no runs: none of the methods .* is meant for one of these", line)
+    assert others in line
+
+
 def test_verbose_adds_reasons_intervals_and_costs(validate):
     plain, verbose = (validate(LINE, "mujoco/euler", v) for v in ((), ("-v",)))
     assert " ns" not in plain.out

@@ -28,6 +28,7 @@ from plumbob.engines.stepper import Forces, State
 from plumbob.engines.tangent_space import exponential, logarithm
 
 TURNING = ("ball", "free")  # kinds of joint with an attitude, a quaternion
+FASTEST = 1e150  # [rad/s] or [m/s]: squares of larger rates are not finite
 
 
 @dataclass(frozen=True)
@@ -102,7 +103,10 @@ class DartStepper:
             made.setVelocities(v)
 
     def state(self) -> State:
-        """The state now; a quaternion has the sign that is nearer to the last one."""
+        """The state now; a quaternion has the sign that is nearer to the last one.
+
+        DART sets accelerations that are not finite to zero, and goes on: if a rate has become so
+        large that its square is not finite, all numbers of the state are nan."""
         places, rates = list[Array](), list[Array]()
         for number, (joint, made) in enumerate(self._joints):
             q, v = made.getPositions(), made.getVelocities()
@@ -118,7 +122,9 @@ class DartStepper:
             else:
                 places.append(q + joint.reference)
                 rates.append(v)
-        return State(np.concatenate(places), np.concatenate(rates))
+        qpos, qvel = np.concatenate(places), np.concatenate(rates)
+        lost = np.abs(qvel).max() > FASTEST
+        return State(math.nan * qpos, math.nan * qvel) if lost else State(qpos, qvel)
 
     def advance(self, controls: Array | None, steps: int) -> None:
         """Take `steps` steps under controls, shape (steps, controls)."""

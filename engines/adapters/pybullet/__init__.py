@@ -30,7 +30,7 @@ OTHERS = (  # a representative of each system that is of no kind below
 )
 # A body that is held does not move by a bit at large steps, and at small ones it slides for the
 # millisecond before shapes have their static penetration: such errors have no order.
-HELD = ("!incline/rest", "!incline/just-held", "!pinch/0.*")
+HELD = ("!incline/rest", "!incline/just-held", "!pinch/0.*", "!pinch/lifted")
 UNDAMPED = MappingProxyType(
     {"linearDamping": 0.0, "angularDamping": 0.0, "maxJointVelocity": 1e9}
 )
