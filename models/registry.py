@@ -75,9 +75,9 @@ def find_system(name: str) -> System:
 
 def added_system(name: str) -> System | None:
     """Returns the system that another package adds under this name; None if no package does."""
-    # If no package adds the name, nothing needs to be loaded.
+    # The names of packages' entry points are tested first: `built_in` loads plumbob's systems.
     added_names = entry_points.entry_points_by_name(entry_points.SYSTEMS)
-    if name in built_in() or name not in added_names:
+    if name not in added_names or name in built_in():
         return None
     return systems().get(name)
 
