@@ -33,8 +33,8 @@ class Forces:
     """Forces of an engine in the last step that it took [N], along the world's axes. Where nothing
     has been stepped yet, or the engine does not tell a force, it is nan."""
 
-    joints: Array  # of each joint on the body that it moves, shape (joints, 3)
-    touching: Array  # of the first shape of each pair on the second, shape (pairs, 3)
+    joints: Array  # force [N] of each joint on the body that the joint moves, shape (joints, 3)
+    touching: Array  # force [N] of a pair's first shape on the second, shape (pairs, 3)
 
 
 @dataclass(frozen=True)

@@ -116,15 +116,15 @@ def _system_fault(candidate: Any, name: str) -> str:
 
 
 def _scene_fault(system: System, scene: Scene) -> str:
-    """Message if the exact motion of a scene, evaluated at its start and its end, is not finite;
-    empty if it is."""
+    """Message if the exact motion of a scene, or its uncertainty, is not finite at the start or the
+    end; empty if it is. Raises the exceptions of an added system's functions."""
     case = system.case(scene)
     ends = np.array([0.0, scene.duration])
     for values in (case.reference.observe(ends), case.reference.uncertainty(ends)):
         for observable in system.observables:
             if not np.isfinite(values[observable.name]).all():
                 return f"{scene.name}: {observable.name} is not finite"
-    system.quantities(case)
+    system.quantities(case)  # called for the exceptions that it may raise
     return ""
 
 

@@ -149,8 +149,9 @@ class ConePendulum:
 
     @cached_property
     def _potential_terms(self) -> tuple[TrigonometricPotential, Quad, Quad]:
-        """The three-term potential in phi = theta + tilt, the tilt [rad], and the constant [J] to
-        add to the potential to get V."""
+        """The potential V of theta as a `TrigonometricPotential` of the angle phi = theta + tilt,
+        the tilt [rad], and a constant [J]: V is the sum of that potential and the constant. The
+        tilt turns to axes in which the product of inertia I_yz is zero."""
         body = self.body
         rate2 = quad(self.platform_rate) ** 2
         arm = quad(body.mass) * body.com_distance

@@ -34,7 +34,8 @@ SOURCE = (
     "and forced, by RK4"
 )
 FROM_TOP = "theta_from_top"  # parameter that replaces theta
-# The notebook's C [kg/s] and F_0 [N], of F(t) = F_0 sin(Omega t), and the rates that they replace.
+# {parameter in the notebook's form: parameter that it replaces}: C [kg/s], and F_0 [N] of the force
+# F(t) = F_0 sin(Omega t)
 OWN_FORM = MappingProxyType({"damping": "damping_rate", "force": "forcing_amplitude"})
 _REST: Parameters = MappingProxyType(
     {

@@ -157,7 +157,8 @@ def _scene(
 
 
 def _epsilon_scene(epsilon: float, *, stop: bool) -> Scene:
-    """Returns the scene with this epsilon, until the slider stops, or until the body is at rest."""
+    """Returns the scene with this epsilon. It ends when the slider stops if `stop`, and otherwise
+    when the body is at rest."""
     suffix = "-stop" if stop else ""
     end = "the slider stops, at 2 tau" if stop else "all is at rest"
     hard = ""

@@ -11,9 +11,10 @@ from plumbob.analytic.stability import LEVELS
 from plumbob.engines.study.long_runs import LongRunSearch, MeasuredLongRun
 from plumbob.reports.judge.stability import LimitVerdict
 
-# Calibrated from both sides in tests/study/test_long_runs.py: the measured time may differ from the
-# predicted time by this fraction and by this many periods. The error is at its largest once a
-# period, so the samples of a run meet it late.
+# The measured time may differ from the predicted time by WITHIN times the predicted time plus
+# PERIODS periods. A run notices the crossing of a level only at the next peak of the error, which
+# comes once a period. Both numbers are calibrated: tests/study/test_long_runs.py fails with smaller
+# and with larger ones.
 WITHIN, PERIODS = 0.1, 2.0
 JUDGED_LEVELS = LEVELS[
     :2

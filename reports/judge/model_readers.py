@@ -82,8 +82,8 @@ def compared_reading(
     ignored: Collection[str] = (),
 ) -> FileReading:
     """Returns the fields that a reader takes from a file, and those it drops. `reference` are the
-    fields as MuJoCo reads them, `fields` those of the other reader. The reader has constants of its
-    own for the fields in `ignored`."""
+    fields as MuJoCo reads them, `fields` those of the other reader. The fields in `ignored` count
+    as dropped: the reader does not read them, and its default happens to equal the file's value."""
     lost = dict.fromkeys(ignored, "its default is the same") | dropped(reference, fields)
     stated = fields_stated(reference)
     read = tuple(field for field in stated if field not in lost)

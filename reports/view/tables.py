@@ -87,8 +87,14 @@ def paragraphs(template: str, **values: Any) -> tuple[str, ...]:
 
 
 def read_table(block: str, parts: Parts) -> Table:
-    """Reads a table from its text: the caption, the heads, the rows and the note. `parts` holds the
-    cells whose placeholders are in the text."""
+    """Returns the table that a block of text describes:
+
+        folded table: Caption, which may go on in the next line
+        | head | head |
+        | cell | cell |
+        note: A note.
+
+    The first word is optional. `parts` holds cells that stand in the text as placeholders."""
     joined: list[str] = []
     for line in map(str.strip, block.splitlines()):
         if line.startswith(("|", "note: ")) or not joined:

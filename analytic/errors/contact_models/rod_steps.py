@@ -25,7 +25,9 @@ ROUNDED = 1e3  # calibrated: amplification of rounding by an impact; a fifth of 
 
 
 def stepped_places(rod: RodImpact, scheme: Scheme, step: float, marks: Array) -> Array:
-    """Returns x [m], z [m] and the angle [rad] after the numbers of steps `marks`, shape (3, n)."""
+    """Returns the place x, z of the rod's centre [m] and the rod's angle [rad] after the numbers of
+    steps `marks`, shape (3, n). A scheme that moves positions first is pymunk's, with pymunk's
+    contact; otherwise scheme and contact are MuJoCo's."""
     half = rod.length / 2.0
     first = scheme.position_first
     contact_height = TIP * rod.length if first else 0.0
@@ -34,7 +36,8 @@ def stepped_places(rod: RodImpact, scheme: Scheme, step: float, marks: Array) ->
     rates = np.array([rod.speed, 0.0, 0.0])
     places = [place]
     for _ in range(int(marks[-1])):
-        place = place + first * step * rates
+        if first:
+            place = place + step * rates
         lowest = place[1] - half * np.sin(place[2])
         if lowest < contact_height:
             # pymunk's contact is at the rod's end, MuJoCo's halfway between end and floor.
@@ -45,7 +48,8 @@ def stepped_places(rod: RodImpact, scheme: Scheme, step: float, marks: Array) ->
             impulses = _impulses(rod, first, step, lowest, velocities, weights)
             rates = rates + mobility @ jacobian.T @ impulses
         rates = rates - [0.0, step * rod.gravity, 0.0]
-        place = place + (not first) * step * rates
+        if not first:
+            place = place + step * rates
         places.append(place)
     return np.asarray(np.array(places)[marks].T)
 

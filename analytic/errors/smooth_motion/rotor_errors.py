@@ -183,7 +183,7 @@ def pendulum_errors(motion: PendulumMotion) -> RotorErrors:
 
 
 def simple_pendulum_errors(pendulum: SimplePendulum) -> RotorErrors:
-    """Returns the error theory of a simple pendulum, with its rod's tension, or of its linear
-    companion."""
+    """Returns the theory that predicts the errors of methods on a simple or a linear pendulum. It
+    includes the errors of the rod's tension if the pendulum's motion has a tension."""
     start = pendulum.started
     return RotorErrors(pendulum.rotor, start.theta, start.theta_dot, pendulum.motion)

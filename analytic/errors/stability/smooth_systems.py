@@ -84,9 +84,9 @@ class SmoothStability:
     def limits(self, scheme: Scheme) -> tuple[StepLimit, ...]:
         """Returns the limits of a scheme, see `StabilityTheory`.
 
-        The limits are empty if the motion is chaotic, or if a loop or a contact is soft. They are
-        empty for leapfrog, too: its implicit half steps would take minutes.
-        """
+        A scheme that chooses its steps has no limit. The limits are empty, which means not known,
+        if a loop or a contact is soft, if no formula steps the scheme on this system, and for
+        leapfrog, whose implicit half steps would take minutes."""
         if scheme.integrator == ADAPTIVE:
             return (NO_STEP,)
         system = self.motion.system

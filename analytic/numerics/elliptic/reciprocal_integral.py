@@ -24,8 +24,8 @@ from plumbob.analytic.numerics.elliptic.jacobi_functions import half_turn, jacob
 from plumbob.analytic.numerics.quad import Quad, double, quad
 from plumbob.analytic.reference import Array
 
-# Points of the trapezoidal rule in a time 1/A. The integrand is analytic within pi/2 of this time
-# beside the real axis (DLMF 22.4), so that the rule's error is 1e-38.
+# Points of the trapezoidal rule in a time 1/A. The integrand is analytic in the strip |Im t| <
+# pi/(2A) (DLMF 22.4), so that the rule's error is 1e-38.
 POINTS = 9
 _FADED = 350.0  # A tau at which sech^2 is close to the smallest double
 

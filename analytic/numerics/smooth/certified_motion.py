@@ -37,7 +37,7 @@ from plumbob.analytic.reference import Array, Signals, remembered
 from plumbob.analytic.tableau import order_8
 
 STAGES = 20  # stages of the collocation
-BLOCK = 32  # steps of the first method that the second method runs over at once
+BLOCK = 32  # steps of the first method that the second method checks in one call
 PARTS = 24  # steps of the second method in one step of the first
 # Largest relative size of a resolved step's last Legendre coefficients; a tenth is round-off.
 RESOLVED = 1e-15
@@ -110,13 +110,14 @@ class CertifiedMotion:
         return track, track.solution.at(np.asarray(times))
 
     def certify(self, last: float, watch: Callable[[float], None]) -> None:
-        """Integrates the motion up to `last` [s], and stores it.
+        """Integrates the motion up to `last` [s] and stores it, or up to the time beyond which its
+        error has no bound, for a reason that is stored too.
 
         `watch` is called before every step with the time [s] up to which the motion is certified.
         If `watch` raises, the motion up to that time is stored, with the same bits as in a longer
         integration.
         """
-        with np.errstate(all="ignore"):  # a motion that overflows is not certified
+        with np.errstate(all="ignore"):  # a motion that overflows ends: numpy need not warn
             track = self._known[0] if self._known else _first_track(self.system)
             while not track.why and (track.solution is None or track.reached < last):
                 track = _extended_track(self.system, track, watch)

@@ -30,8 +30,9 @@ def acceleration(inertia_factors: Sequence[Any], w: Sequence[Any]) -> list[Any]:
 
 
 def slope(inertia_factors: Sequence[Any], state: Sequence[Any]) -> list[Any]:
-    """Returns the rates of change of the `state`, seven components of w and q, with the `factors`
-    of a body."""
+    """Returns the derivatives by time of the `state` of a body with these `inertia_factors`: three
+    components of the angular velocity in the body's axes, then four of the attitude's
+    quaternion."""
     attitude_rate = quaternion_product(state[3:], (0.0, *state[:3]))
     half_rates = (part / 2 for part in attitude_rate)
     return [*acceleration(inertia_factors, state[:3]), *half_rates]

@@ -94,7 +94,8 @@ class LineMotion(LinearResponse):
     @cached_property
     def path(self) -> SliderPath:
         """The slider's path in the body over all repetitions."""
-        # Successive phases with one acceleration of the slider are one piece.
+        # Consecutive phases with the same acceleration of the slider are one piece, which begins
+        # with the first of them.
         groups = groupby(self.phases, key=lambda phase: phase.pull)
         slider_phases = [next(phases) for _, phases in groups]
         ends = [phase.start for phase in slider_phases[1:]]

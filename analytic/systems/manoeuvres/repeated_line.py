@@ -46,8 +46,9 @@ class RepeatedLine(LineMotion):
 
     @cached_property
     def phases(self) -> tuple[Phase, ...]:
-        """The phases of one manoeuvre and of the return after it."""
-        *line_phases, end = self.manoeuvre.phases
+        """The phases of one manoeuvre and of the return after it. The manoeuvre's last phase is its
+        state at the end, where the return begins."""
+        *line_phases, end = self.manoeuvre.phases  # `end` has no duration
         return_phases = [
             phase._replace(
                 start=end.start + phase.start,

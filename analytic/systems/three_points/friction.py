@@ -213,10 +213,11 @@ def _integrate_path(
 def _departure_guess(
     slip: Slip, delay: float, support: int = 0, omega: float = 0.0, rate: float = 0.0
 ) -> Guess:
-    """Returns first guesses of (p_x, p_y, omega) for a slide that begins with the accelerations
-    `slip`, from rest or out of a pivot about `support` with angular velocity `omega` [rad/s] and
-    its `rate` [rad/s^2]. If `delay` > 0 [s], the accelerations are those at time `delay` and grow
-    in proportion to time from 0."""
+    """Returns a function from times to first guesses of the velocity p of C and the angular
+    velocity omega, (p_x, p_y, omega), of a slide that begins with the accelerations `slip`. The
+    body comes from rest, or from a pivot about `support` with angular velocity `omega` [rad/s] and
+    angular acceleration `rate` [rad/s^2]. If `delay` > 0 [s], the accelerations rise linearly from
+    0 and reach `slip` at the time `delay`."""
 
     def guess(times: Array, terms: Configuration) -> Array:
         effective_times = times**2 / (2.0 * delay) if delay else times

@@ -250,16 +250,19 @@ def _newton_minimum(
 def _newton_step(
     problem: FrictionProblem, free: Slip, slip: Slip, smallest_speed: float
 ) -> tuple[Slip, float] | None:
-    """Returns Newton's step at the velocities `slip`, and the slope of the value along the step
-    [J]. Returns None if a support slips by `smallest_speed` [m/s] or less: there is no derivative.
+    """Returns Newton's step for the minimum of `FrictionProblem.value` [J] at the velocities
+    `slip`, linear u and angular o, and the slope of that value along the step [J]. Returns None if
+    a support slips by `smallest_speed` [m/s] or less, where the value has no derivative, or if the
+    equations of the step are singular.
 
     If a support's slip changes by w, its friction changes in proportion to (w - e^2 w*)/2, the part
     of w across the direction e of the slip.
     """
-    # gradient of the value by u and by o
+    # gradient of the value by the linear velocity u and the angular velocity o
     by_u = problem.mass * (slip[0] - free[0])
     by_o = problem.inertia * (slip[1] - free[1])
-    # second derivatives of friction, see `_solve_newton`; `spin` includes the inertia
+    # Second derivatives of the value: `stiff` and `twist` by u and u, `bend` by u and o, `spin` by
+    # o and o. `_solve_newton` has the equations.
     stiff = 0.0
     twist = 0j
     bend = 0j
@@ -320,17 +323,20 @@ def _damping_factor(
 def onset_acceleration(
     mass: float, terms: Configuration, force: complex, torque: float
 ) -> Slip:
-    """Returns the accelerations with which a body at rest starts to move under a wrench about G:
-    linear, of the body's point at G (complex [m/s^2], body axes), and angular [rad/s^2]. Both are 0
-    if the body sticks. `mass` M + m [kg], `force` [N], `torque` [N m]."""
+    """Returns the accelerations with which a body at rest starts to move under a `force` [N] and a
+    `torque` [N m] about G, the common centre of mass of body and slider: the linear acceleration of
+    the body's point at G (complex [m/s^2], body axes) and the angular one [rad/s^2]. Both are 0 if
+    the body sticks. `mass` is the sum of both masses [kg]."""
     limits = terms.limits[0].tolist()
     arms = terms.arms[0].tolist()
     inertia = float(terms.inertia[0])
     factor, _ = load_factor(limits, arms, force, torque)
     if factor <= 1.0 + EXCESS_ROUNDING:
         return REST
-    free = (force / mass, torque / inertia)
-    return after_friction(FrictionProblem(mass, inertia, limits, arms), free, free)
+    without_friction = (force / mass, torque / inertia)
+    problem = FrictionProblem(mass, inertia, limits, arms)
+    # The accelerations without friction are also the first guess of the search.
+    return after_friction(problem, without_friction, without_friction)
 
 
 def slip_acceleration(

@@ -210,8 +210,8 @@ def _surface(mechanism: Mechanism, links: Links, shape: Shape) -> Surface:
 
 
 def _gap(poses: Sequence[Pose], first: Surface, second: Surface) -> float:
-    """The gap between two surfaces [m], or between the boxes to the right and up around them;
-    negative if they overlap."""
+    """The gap between two surfaces [m], or between their axis-aligned bounding boxes if neither is
+    a floor; negative if they overlap."""
     directions = [first.normal or -second.normal] if first.normal or second.normal else AXES
     return max(first.begins(poses, -d) + second.begins(poses, d) for d in directions)
 

@@ -43,8 +43,8 @@ def chatter(study: Study) -> Record | None:
 
 
 def _contacts(request: ExtraRun, run: Trajectory) -> Record:
-    """Returns the behaviour of a method's contacts at one step: the error, missing contacts,
-    heights and loads over time."""
+    """Returns the behaviour of a method's contacts in a run with one step size: the error, missing
+    contacts, heights and loads over time."""
     motion = problem(LINE).motion
     height = run.channels["vertical_displacement"]
     contacts = run.channels["contacts"]
@@ -53,10 +53,11 @@ def _contacts(request: ExtraRun, run: Trajectory) -> Record:
         step=request.step,  # [s]
         error=end_error(LINE, run),  # relative error of the displacement
         vertical_range=np.ptp(height),  # [m]
-        # fraction of the samples while the body slides in which a contact is missing
+        # fraction of the samples during sliding that have fewer than three contacts
         missing=np.mean(contacts[run.times < motion.t_star] < 3),
         times=run.times,  # [s] times of the following rows
-        heights=np.maximum(np.abs(height), FLOOR),  # [m] magnitudes, positive
+        # [m] magnitudes, at least FLOOR for a logarithmic axis
+        heights=np.maximum(np.abs(height), FLOOR),
         contacts=contacts,
         # ratio of the sum of normal forces to the weight
         loads=np.sum([run.observables[load] for load in LOADS], axis=0) / motion.capsule.weight,

@@ -20,7 +20,7 @@ from plumbob.reports.analyses.measurements import LINE
 ANGLES = MappingProxyType({DEFAULT: (0, 15, 30, 45), RECOMMENDED: (0, 30)})
 PAIRS = tuple((method, angle) for method, angles in ANGLES.items() for angle in angles)
 SEARCHED = (0.15, 0.6)  # search range: from half of the scene's friction to twice it
-BUDGET = 40  # number of runs, after which the fit is within 1e-4
+BUDGET = 40  # number of runs; the fitted friction is then within 1e-4 of the best fit
 ALIKE = 1e-3  # relative bias of the friction below which fits count as equal
 
 

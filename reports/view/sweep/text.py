@@ -91,7 +91,8 @@ def sides_text(varied: Sequence[Side]) -> str:
 
 
 def terminal_values(swept: Swept) -> dict[str, Any]:
-    """Returns the values of the template that writes a sweep to the terminal."""
+    """Returns the values of the template that writes a sweep to the terminal. Two of them are
+    functions that the template calls: "size" formats an error, "place" a point of the grid."""
     box = swept.sweep.box
     return {
         "scene": box.scene,
