@@ -202,7 +202,8 @@ class OwnDerivative:
     way: str  # name of the way
     of: Derivatives
     precision: float = 0.0  # bound on the relative rounding of a step's derivative
-    # the same derivatives by other differences, whose distance shows how large rounding is
+    # the same derivatives by other differences: their distance from `of` shows how large rounding
+    # is
     beside: Derivatives | None = None
     of_mechanisms: OfMechanisms | None = None
     """Three mechanisms in which a number is a little smaller, as it is, and a little larger; how

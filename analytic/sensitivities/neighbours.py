@@ -76,8 +76,8 @@ class Neighbours(Generic[T]):
 
     @cached_property
     def _weights(self) -> tuple[Array, Array]:
-        """Weights of eq. 1 for all offsets, and for the nearest offsets, a stencil of lower order;
-        shape (n,) each."""
+        """The weights (eq. 1) of two stencils, shape (n,) each: of all offsets; and, of lower
+        order, without the FEWER farthest offsets, whose weights are 0."""
         nearest = np.argsort(np.abs(self.offsets), kind="stable")[: len(self.offsets) - FEWER]
         lower_order = np.zeros(len(self.offsets))
         lower_order[nearest] = _weights(self.offsets[nearest])

@@ -143,9 +143,12 @@ class RollingBall(LinearResponse):
         }
 
     def uncertainty(self, times: Array) -> Signals:
-        """Bound on the error of each observable, shape (n,). No speed grows beyond its size at the
-        start. If rounding delays a switch, the speeds change by no more than that rounding: the
-        jump of an acceleration is at most the rate of the slip or spin that ends."""
+        """Bound on the error of each observable, shape (n,).
+
+        No speed grows beyond its size at the start. Rounding of a slip or spin delays its end by
+        that rounding over the rate at which it falls. Meanwhile a speed changes by the delay times
+        the jump of its acceleration. The jump is at most that rate, so that the error of the speed
+        is at most the rounding."""
         speeds = np.full(len(times), ROUNDINGS * ULP * self.scale)
         durations = np.minimum(times, self.rest_time)
         return {"x": speeds * durations, "speed": speeds, "spin": speeds / self.radius}

@@ -99,11 +99,12 @@ class JudgedGradient:
 
 
 def judged_gradients(search: GradientSearch, gradients: Gradients) -> Iterator[JudgedGradient]:
-    """Yields the judged derivatives of a search. If the user asked for values of eps, each eps
-    gives one; otherwise a finite difference is judged at its best eps."""
+    """Yields the judged derivatives of a search. If the user asked for values of eps, a finite
+    difference is judged at each of them; otherwise it is judged at its best eps. A derivative that
+    is no finite difference is judged once."""
     for gradient in gradients.records:
-        sweep = gradient.tried and not search.eps
-        differences = (gradient.best,) if sweep else gradient.tried
+        only_best = gradient.tried and not search.eps
+        differences = (gradient.best,) if only_best else gradient.tried
         for difference in differences or (None,):
             yield _judged_gradient(search, gradient, difference)
 

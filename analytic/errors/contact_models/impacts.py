@@ -28,7 +28,8 @@ from plumbob.analytic.schemes import EULER, TABLEAUX, Scheme
 from plumbob.analytic.systems.bouncing_ball import BouncingBall
 from plumbob.analytic.theory import Predicted, StepErrors, SteppedErrors
 
-IMPEDANCE = 0.99  # d: the solver loses two digits, and 1 % of gravity acts during contact
+# MuJoCo's d. With 1 - d = 0.01 the solver loses two digits, and 1 % of gravity acts during contact.
+IMPEDANCE = 0.99
 RATE = 0.2  # chosen: angular frequency of the spring times the step; a contact lasts 16 steps
 LEAST = 0.01  # smallest restitution of a spring and damper: even overdamped, it rebounds
 KEPT = 0.899999976158142**60  # fraction of a penetration left after 1 s: pymunk's default
@@ -171,6 +172,7 @@ def bouncing_errors(ball: BouncingBall) -> StepErrors:
                 return hard_heights(ball, step, marks)
             return soft_heights(ball, scheme, step, marks)
 
+        # The uncertainty by rounding is found from balls with a nearby height and gravity.
         rounding = NEARBY if scheme.position_first else NEARBY / (1.0 - IMPEDANCE)
         z = heights(ball)
         doubt = np.full(len(z), rounding * ball.height)
@@ -178,7 +180,7 @@ def bouncing_errors(ball: BouncingBall) -> StepErrors:
             neighbour = replace(ball, **{name: getattr(ball, name) * (1.0 + rounding)})
             doubt += np.abs(heights(neighbour) - z)
         error = z - ball.observe(times)["z"]
-        slop = np.full(len(z), SLOP * ball.height if scheme.position_first else 0.0)
-        return SteppedErrors({"z": error}, {"z": doubt}, {"z": slop})
+        lasting_error = np.full(len(z), SLOP * ball.height if scheme.position_first else 0.0)
+        return SteppedErrors({"z": error}, {"z": doubt}, {"z": lasting_error})
 
     return StepErrors(error)

@@ -247,8 +247,9 @@ def missing_loads(motion: SampledMotion, normal: NormalContact) -> Array:
 def _load_fractions(capsule: Capsule) -> tuple[Array, Complex]:
     """Returns the fraction of a load at C on each support, and the fractions' gradients.
 
-    The gradients are complex numbers [1/m]; both results have the shape (3,).
-    """
+    The gradients are complex numbers [1/m]; both results have the shape (3,). The fractions are
+    linear in the place of the load: CORNERS are C and the places 1 m ahead and aside, whose
+    differences are the gradients."""
     central, ahead, aside = load_fractions(capsule, CORNERS)
     return central, ahead - central + 1j * (aside - central)
 

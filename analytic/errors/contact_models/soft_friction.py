@@ -44,12 +44,15 @@ def rates(point: SoftPoint, step: float) -> tuple[float, float]:
 
 
 def depth_under(point: SoftPoint, push: float, step: float) -> float:
-    """Returns the depth [m] at which a row rests under `push` [m/s^2]: force times inverse mass."""
+    """Returns the depth [m] at which a soft contact is at rest under a load; `push` [m/s^2] is the
+    load times the inverse mass of the contact."""
     if not push:
         return 0.0
     stiffness, _ = rates(point, step)
     least_impedance = point.impedance[0]
-    deepest = push / (stiffness * least_impedance**2)
+    deepest = push / (
+        stiffness * least_impedance**2
+    )  # as if the impedance did not rise with depth
 
     def excess_force(depth: float) -> float:
         d = impedance(point, depth)

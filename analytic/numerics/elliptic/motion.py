@@ -30,7 +30,8 @@ from plumbob.analytic.numerics.elliptic.trigonometric_potential import (
 from plumbob.analytic.numerics.quad import PI, Quad, choose, choose_lazily, double, quad
 from plumbob.analytic.reference import Array
 
-# Energy above a saddle, over the potential, below which that energy is made a factor of the cubic.
+# If the energy above a saddle is less than this fraction of the potential, the cubic is written
+# with that energy as a factor: its roots nearly coincide, and would lose their digits.
 _NEAR = 1e-10
 _FADED = 20.0  # A t after which a motion on a separatrix is at rest at the saddle, in double
 _Quartic = tuple[Quad, Quad, Quad, Quad, Quad]  # A0 ... A4 [1/s^2]

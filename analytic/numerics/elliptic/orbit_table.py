@@ -30,7 +30,8 @@ class OrbitTable:
     """Taylor series of theta [rad] at evenly spaced times of one period, both ends included."""
 
     period: Quad  # [s]
-    series: Array  # shape (8, nodes), constants first; the unit of time is the node spacing
+    # Taylor coefficients at each node, shape (8, nodes), the constant first; time in node spacings
+    series: Array
 
     @property
     def turn(self) -> float:

@@ -91,10 +91,9 @@ class CertifiedMotion:
     def uncertainty(self, times: Array) -> Signals:
         """Returns the uncertainty of each observable at `times` [s], shape (n,).
 
-        It is a sum: the largest difference of the two methods so far, SIGMAS standard deviations of
-        that difference, the error of the first method's polynomials, and the effect of rounded
-        inputs.
-        """
+        It is a sum: the largest difference between the two methods up to that time, SIGMAS standard
+        deviations of that difference, the error of the first method's polynomials, and the effect
+        of rounded inputs. Between two stored times the larger of both values holds."""
         track, states = self._track(times)
         after = np.searchsorted(track.times, times, side="right")
         before = track.doubts[after - 1]

@@ -37,11 +37,12 @@ def softened(
     soft = inverse_mass * (1 - loop.impedance) / loop.impedance
 
     def forces(p: Any, time: Any, q: Any, v: Any) -> Any:
-        at = (p, time, q, v)
-        free, gap_jacobian, pull = _loop_equation(
-            tree, gaps, at, damping, stiffness, soft, loop.curved
+        """Generalised forces: those of the open tree plus those that close the loop."""
+        state = (p, time, q, v)
+        tree_forces, gap_jacobian, loop_forces = _loop_equation(
+            tree, gaps, state, damping, stiffness, soft, loop.curved
         )
-        return (free + gap_jacobian.T @ pull).tolist()
+        return (tree_forces + gap_jacobian.T @ loop_forces).tolist()
 
     return replace(tree, forces=forces)
 

@@ -93,8 +93,8 @@ class FreeBody:
 
     @property
     def half_period(self) -> float:
-        """Time [s] in which two components of the angular velocity change sign, one of them the
-        middle one; infinite if they never do."""
+        """Time [s] after which the angular velocity about the axis of the intermediate moment of
+        inertia, and about one other axis, have changed sign; infinite if they never do."""
         constants = self.rotation.constants
         return math.inf if constants is None else float(double(constants.half_turn))
 

@@ -105,15 +105,17 @@ class ResidualMotion(SingleMotion, LinearResponse):
         """Bound on the error of each observable [SI] at `times` [s], shape (n,), by parameters and
         times rounded to double and by the arithmetic."""
         rounding = ROUNDINGS * ROUNDOFF
-        distance = rounding * abs(self.distance)
-        rate = rounding * abs(self.rate)
+        # For a turn about a centre the distance and the rate are an angle [rad] and its rate
+        # [rad/s].
+        distance_error = rounding * abs(self.distance)
+        rate_error = rounding * abs(self.rate)
         load = normal_force_uncertainty(self.capsule, math.hypot(*self.slider))
-        position, velocity, heading, heading_rate = distance, rate, 0.0, 0.0
+        position, velocity, heading, heading_rate = distance_error, rate_error, 0.0, 0.0
         if self.centre is not None:
             arm = math.hypot(*self.centre)
-            heading, heading_rate = distance, rate
-            position = arm * (distance + rounding)
-            velocity = arm * (rate + abs(self.rate) * (distance + rounding))
+            heading, heading_rate = distance_error, rate_error
+            position = arm * (distance_error + rounding)
+            velocity = arm * (rate_error + abs(self.rate) * (distance_error + rounding))
         bounds = (position, position, velocity, velocity, heading, heading_rate, *3 * (load,))
         names = self.observe(np.zeros(1))
         constants = (np.full(np.shape(times), bound) for bound in bounds)

@@ -61,8 +61,8 @@ def centre_velocity(manoeuvre: TurnManoeuvre, motion: ThreePointMotion) -> compl
 
 
 def shortened_turn() -> tuple[float, float]:
-    """Returns the body angle [rad] at 2 tau of the turn with epsilon SMALL, and the body angle of
-    the turn with the same Z in 1/SHORTER of the time."""
+    """Returns the body angles [rad] at the ends, 2 tau, of two turns: the turn with epsilon SMALL,
+    and a turn in which the slider takes the same path in 1/SHORTER of the time."""
     manoeuvre = turn(SMALL)
     shorter = replace(manoeuvre, half_time=manoeuvre.half_time / SHORTER)
     motion = three_point_motion(shorter.capsule, shorter.path)

@@ -38,8 +38,8 @@ def numbers(study: Study) -> Record:
 
 
 def largest_sampled_potential() -> float:
-    """Returns the largest value of the printed V [J] at ANGLES equally spaced angles. In this way
-    the source finds the lower bound of the energy."""
+    """Returns the largest value of the printed V [J] at ANGLES equally spaced angles. The source
+    takes this value as the smallest energy with which the pendulum rotates."""
     theta = np.arange(ANGLES) * TURN / ANGLES
     return float(in_double(closed_forms(ROTATING).printed.potential).value(theta).max())
 

@@ -77,7 +77,7 @@ def readings(run: Trajectory) -> Record | None:
     return Record(
         across=np.abs(across).max(),  # largest |L θ̈|
         along=along.max(),  # largest L θ̇²
-        # largest difference of the readings, plus gravity, from L θ̈ and L θ̇²
+        # largest difference between a reading plus gravity and L θ̈ or L θ̇²
         gap=max(gap_across, gap_along),
         reads_across=np.abs(read_across).max(),  # largest reading across the rod
         # largest difference of the reading along the rod from T/m of the engine's force sensor

@@ -55,7 +55,9 @@ SHARED_PAGES = MappingProxyType(
         "sources": "sources",
         "glossary": "terms",
     }
-)  # pages that belong to no system, each with the common value without which it is left out
+)
+"""{page that belongs to no system: name of the common value that it needs}. A page whose value is
+missing is left out."""
 SEARCH = "search.js"
 BARE, FRAME = "bare.html.jinja", "frame.html.jinja"
 Page = tuple[str, str, dict[str, Any]]  # name of the page, its template, values of the template
