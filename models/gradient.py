@@ -23,7 +23,7 @@ from plumbob.analytic.sensitivities.neighbours import (
     Sensitivity,
 )
 from plumbob.analytic.sensitivities.phases import Phased, phased_gradients
-from plumbob.models.scene import Case, Gradients, Parameters, System
+from plumbob.models.scene import Case, ExactGradients, Parameters, System
 
 STEP = 1e-3  # distance of the nearest neighbour, relative to the number's size
 SHRINK_FACTOR = 0.5  # factor of the distance from one attempt to the next
@@ -141,7 +141,7 @@ def _sensitivity(number: Number, times: Array, names: Sequence[str]) -> Sensitiv
     return Sensitivity(undefined, uncertainty, reason, below, above)
 
 
-def _default_gradients(system: System) -> Gradients:
+def _default_gradients(system: System) -> ExactGradients:
     """Returns the derivatives' function for a system that has none of its own. If the system's
     motion has a variational equation, the function solves it. Otherwise it takes differences of the
     exact motion."""

@@ -42,7 +42,7 @@ from plumbob.analytic.systems.pendulums.pendulum_motion import PendulumMotion
 
 
 @dataclass(frozen=True)
-class Body:
+class HungBody:
     """A rigid body hung on a horizontal axis: mass [kg], distance of its centre of mass from the
     axis [m], and moments of inertia about the pivot [kg m^2]. inertia_yz is an element of the
     inertia tensor: minus the integral of y z over the mass. moment_roundings is the uncertainty of
@@ -81,7 +81,7 @@ class Body:
             raise ParameterError("inertia_yz", self.inertia_yz, need)
 
 
-def cone(density: float, height: float, apex_angle: float) -> Body:
+def cone(density: float, height: float, apex_angle: float) -> HungBody:
     """Returns a solid cone hung by its vertex (Sudakov 2015, eq. 1); density [kg/m^3], height [m],
     full apex angle [rad]. Raises ParameterError."""
     positive("density", density)
@@ -95,7 +95,7 @@ def cone(density: float, height: float, apex_angle: float) -> Body:
     # The relative change of tan^2 is 2 apex_angle/sin(apex_angle) times the relative change of the
     # angle, and tan^2 is one of the two terms of inertia_x.
     condition = 2 * apex_angle / math.sin(apex_angle) * tan2 / (4 + tan2)
-    return Body(
+    return HungBody(
         mass=mass,
         com_distance=0.75 * height,
         inertia_x=across,
@@ -131,7 +131,7 @@ class ConePendulum:
     ('libration', 1.24948)
     """
 
-    body: Body
+    body: HungBody
     pivot_x: float
     pivot_y: float
     platform_rate: float

@@ -28,7 +28,7 @@ from plumbob.analytic.numerics.smooth.soft_loop import softened
 from plumbob.analytic.parameters import ParameterError, check_fields
 from plumbob.analytic.reference import Array, Signals
 from plumbob.analytic.schemes import SoftLoop
-from plumbob.analytic.systems.crank_links import Link, crank_motion, potential, reaction
+from plumbob.analytic.systems.crank_links import CrankLink, crank_motion, potential, reaction
 from plumbob.analytic.systems.n_pendulum import NPendulum
 
 LENGTHS = ("crank", "coupler", "rocker", "ground")
@@ -204,13 +204,13 @@ def _link_rates(p: Any, t: Any) -> tuple[Any, Any, Any]:
     return (u, v, w), (turn, swing), (turning, swinging)
 
 
-def _moving_links(p: Any, t: Any) -> tuple[Link, ...]:
+def _moving_links(p: Any, t: Any) -> tuple[CrankLink, ...]:
     """Returns crank, coupler and rocker as links at the crank's angle t."""
     (u, v, w), (turn, swing), (turning, swinging) = _link_rates(p, t)
     return (
-        Link(p.crank_mass, u, 1.0),
-        Link(p.coupler_mass, v, turn, turning),
-        Link(p.rocker_mass, (-w[0], -w[1]), swing, swinging),
+        CrankLink(p.crank_mass, u, 1.0),
+        CrankLink(p.coupler_mass, v, turn, turning),
+        CrankLink(p.rocker_mass, (-w[0], -w[1]), swing, swinging),
     )
 
 

@@ -17,7 +17,7 @@ from plumbob.analytic.numerics.quad import double
 from plumbob.analytic.parameters import known
 from plumbob.analytic.reference import Signals
 from plumbob.analytic.stability import StabilityTheory
-from plumbob.analytic.systems.cone_pendulum import Body, ConePendulum, cone
+from plumbob.analytic.systems.cone_pendulum import ConePendulum, HungBody, cone
 from plumbob.analytic.systems.pendulums.pendulum_motion import PendulumMotion
 from plumbob.models.cone_pendulum.answers import over_angle, over_time
 from plumbob.models.quantities import RADIAN, swing_quantities
@@ -68,7 +68,7 @@ def problem(parameters: Parameters) -> ConePendulum:
     known(parameters, (*shape_names, *_REST, *_MORE))
     values = dict(parameters)
     shape = [values.pop(name) for name in shape_names if name in values or name != _PRODUCT]
-    body = Body(*shape) if is_general else cone(*shape)
+    body = HungBody(*shape) if is_general else cone(*shape)
     return ConePendulum(body=body, **values)
 
 
@@ -85,7 +85,7 @@ def change(parameters: Parameters, changes: Parameters) -> Parameters:
     return replaced(parameters, changes)
 
 
-def _mass_properties(body: Body) -> dict[str, float]:
+def _mass_properties(body: HungBody) -> dict[str, float]:
     """Returns the parameters that describe a body of any shape."""
     return {name: getattr(body, name) for name in (*_BODY, _PRODUCT)}
 

@@ -15,7 +15,7 @@ from plumbob.analytic.reference import Signals
 from plumbob.analytic.systems.capsule_setup import CapsuleProblem, CapsuleSetup
 from plumbob.analytic.systems.manoeuvres.residual_motion import coasting
 from plumbob.analytic.systems.slider_path import fixed
-from plumbob.analytic.systems.three_points.friction import Start, three_point_motion
+from plumbob.analytic.systems.three_points.friction import InitialVelocities, three_point_motion
 from plumbob.analytic.systems.three_points.reference import PlaneReference
 from plumbob.models.quantities import pose_quantities
 from plumbob.models.scene import Observable, Parameters, scene_of, step_sizes
@@ -67,7 +67,7 @@ def problem(parameters: Parameters) -> CapsuleProblem:
     closed_form = coasting(body, slider, (vx, vy), rate)
     if closed_form is not None:
         return CapsuleProblem(closed_form, closed_form, setup)
-    motion = three_point_motion(body, fixed(slider), Start((vx, vy), rate))
+    motion = three_point_motion(body, fixed(slider), InitialVelocities((vx, vy), rate))
     return CapsuleProblem(motion, PlaneReference(motion), setup)
 
 

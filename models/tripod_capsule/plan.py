@@ -15,7 +15,7 @@ import numpy as np
 from plumbob.analytic.parameters import ParameterError, known, numbers
 from plumbob.analytic.systems.capsule import Capsule
 from plumbob.analytic.systems.capsule_setup import CapsuleProblem
-from plumbob.analytic.systems.planner.problem import POSES, Limits, RestPose
+from plumbob.analytic.systems.planner.problem import POSES, PlanLimits, RestPose
 from plumbob.analytic.systems.three_points.forces import plane_demand
 from plumbob.models.quantities import pose_quantities
 from plumbob.models.scene import Observable, Parameters, Scene, scene_of, step_sizes
@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from plumbob.analytic.systems.planner.result import Plan, TrackName
     from plumbob.analytic.systems.planner.tracks import ArcName, Pair
 
-LIMITS = tuple(field.name for field in fields(Limits))
+LIMITS = tuple(field.name for field in fields(PlanLimits))
 CURVE = ("legs", "segments", "arc")  # parameters of the slider's curve, if it is not free
 NAMES = (*BODY, *LIMITS, "to", "track", "start", "slider", "slider_at_end", *CURVE)
 _POSE = "a pose [x, y, psi]"
@@ -65,7 +65,7 @@ CURVES: tuple[tuple[str, Pair, ArcName, float, Literal["quick", "full"]], ...] =
 def _cached_plan(
     body: Capsule,
     goal: RestPose,
-    limits: Limits,
+    limits: PlanLimits,
     track: TrackName,
     start: RestPose,
     **curve: Any,
@@ -84,7 +84,7 @@ def requested_plan(parameters: Parameters) -> Plan:
     slider = parameters.get("slider", (0.0, 0.0))
     start = _rest_pose("start", parameters.get("start", (0.0, 0.0, 0.0)), slider)
     goal = _rest_pose("to", parameters.get("to"), parameters.get("slider_at_end", slider))
-    limits = Limits(**{name: parameters[name] for name in LIMITS if name in parameters})
+    limits = PlanLimits(**{name: parameters[name] for name in LIMITS if name in parameters})
     track = parameters.get("track", "free")
     if track not in _TRACKS:
         raise ParameterError("track", track, "free or curve")
@@ -222,5 +222,5 @@ SYSTEM = capsule_system(
     interest=pose_quantities,
     start=(),
     structure=structure,
-    left_out=asdict(Limits()),
+    left_out=asdict(PlanLimits()),
 )

@@ -11,7 +11,7 @@ import numpy as np
 
 from plumbob.analytic.reference import Array
 from plumbob.reports.view.axis import Axis, Ticks
-from plumbob.reports.view.content import Figure, Layout, Trace
+from plumbob.reports.view.content import Figure, PlotlyLayout, PlotlyTrace
 from plumbob.reports.view.plotly_figure import FRONT
 from plumbob.reports.view.point_names import placed_names
 
@@ -50,13 +50,13 @@ class Path:
     opacity: float | None = None
 
 
-Drawing = SimpleNamespace
+SvgDrawing = SimpleNamespace
 """The values of the SVG template: size [px], axes and their ticks, paths in tenths of a pixel,
 names of points, the shades of a map with the ticks of its scale, and the legend: name, colour and
 dashes of each curve."""
 
 
-def drawing(figure: Figure, chosen: Sequence[str] = ()) -> Drawing | None:
+def drawing(figure: Figure, chosen: Sequence[str] = ()) -> SvgDrawing | None:
     """Returns the drawing of a figure, restricted to the curves of the `chosen` methods if the
     figure has any of these; None if no value has a place on one of the axes."""
     traces = drawn_traces(figure, chosen)
@@ -74,7 +74,7 @@ def drawing(figure: Figure, chosen: Sequence[str] = ()) -> Drawing | None:
     if square:
         scale = max(abs(x.scale), abs(y.scale))
         x, y = x.scaled(scale), y.scaled(scale)
-    drawn = Drawing(
+    drawn = SvgDrawing(
         width=width,
         height=height,
         layout=layout,
@@ -95,13 +95,13 @@ def drawing(figure: Figure, chosen: Sequence[str] = ()) -> Drawing | None:
     return drawn
 
 
-def _paths(traces: Sequence[Trace], x: Axis, y: Axis) -> Iterator[Path]:
+def _paths(traces: Sequence[PlotlyTrace], x: Axis, y: Axis) -> Iterator[Path]:
     """Yields the paths of all traces: the cells of a map, the line and the marks of a curve."""
     for trace in traces:
         yield from _map(trace, x, y) if "z" in trace else _marks(trace, x, y)
 
 
-def _legend(layout: Layout, traces: Sequence[Trace]) -> list[tuple[str, str, str]]:
+def _legend(layout: PlotlyLayout, traces: Sequence[PlotlyTrace]) -> list[tuple[str, str, str]]:
     """Returns the name, the colour and the dashes of each curve in the legend; none if the layout
     shows no legend and no curve belongs to a method."""
     if not layout.get("showlegend") and not any("meta" in trace for trace in traces):
@@ -111,7 +111,7 @@ def _legend(layout: Layout, traces: Sequence[Trace]) -> list[tuple[str, str, str
     return [(name, t["line"]["color"], dashes(t)) for name, t in by_name.items()]
 
 
-def drawn_traces(figure: Figure, chosen: Sequence[str]) -> Sequence[Trace]:
+def drawn_traces(figure: Figure, chosen: Sequence[str]) -> Sequence[PlotlyTrace]:
     """Returns the traces of a figure that its picture shows: the traces of the `chosen` methods and
     of the Pareto front; all traces if the figure has none of the `chosen` methods."""
     chosen_traces = [t for t in figure.traces if t.get("meta", FRONT) in (*chosen, FRONT)]
@@ -120,7 +120,7 @@ def drawn_traces(figure: Figure, chosen: Sequence[str]) -> Sequence[Trace]:
 
 
 def _axis(
-    layout: Layout, traces: Sequence[Trace], key: str, start: float, end: float
+    layout: PlotlyLayout, traces: Sequence[PlotlyTrace], key: str, start: float, end: float
 ) -> Axis | None:
     """Returns the axis from pixel `start` to pixel `end`, over the range that `layout` declares or,
     by default, over the values `key` ("x" or "y") of all traces; None if there are no values."""
@@ -137,7 +137,7 @@ def _axis(
     return Axis(low - margin, high + margin, start, end, logarithmic)
 
 
-def _ticks(layout: Layout, axis: Axis) -> Ticks:
+def _ticks(layout: PlotlyLayout, axis: Axis) -> Ticks:
     """Returns the ticks that `layout` declares, or ticks at round values; on a horizontal axis,
     only those whose texts do not touch."""
     if "ticktext" not in layout:
@@ -160,7 +160,7 @@ def separated_ticks(ticks: Ticks) -> Ticks:
     return separated
 
 
-def _marks(trace: Trace, x: Axis, y: Axis) -> Iterator[Path]:
+def _marks(trace: PlotlyTrace, x: Axis, y: Axis) -> Iterator[Path]:
     """Yields the path of a trace's line and the path of its marks, as far as the trace has them."""
     places = 10.0 * np.column_stack([x.along(trace["x"]), y.along(trace["y"])])
     finite = np.isfinite(places.sum(axis=1))
@@ -191,7 +191,7 @@ def _marks(trace: Trace, x: Axis, y: Axis) -> Iterator[Path]:
 
 
 def _points_with_names(
-    traces: Sequence[Trace], x: Axis, y: Axis
+    traces: Sequence[PlotlyTrace], x: Axis, y: Axis
 ) -> list[tuple[float, float, str]]:
     """Returns (x [px], y [px], text) of each point in the traces whose texts are shown."""
     points = []
@@ -202,7 +202,7 @@ def _points_with_names(
     return points
 
 
-def _map(trace: Trace, x: Axis, y: Axis) -> Iterator[Path]:
+def _map(trace: PlotlyTrace, x: Axis, y: Axis) -> Iterator[Path]:
     """Yields the cells of a map, as one path for each shade."""
     xs = 10.0 * _edges(x.along(trace["x"]))
     ys = 10.0 * _edges(y.along(trace["y"]))
@@ -223,7 +223,7 @@ def _edges(places: Array) -> Array:
     return np.concatenate([places[:1], (places[1:] + places[:-1]) / 2, places[-1:]])
 
 
-def _shade(trace: Trace, fraction: float) -> str:
+def _shade(trace: PlotlyTrace, fraction: float) -> str:
     """Returns the colour of a map at a fraction of its colour scale, as "#rrggbb"."""
     fractions, colours = zip(*trace["colorscale"], strict=True)
     channels = np.array([list(bytes.fromhex(colour[1:])) for colour in colours]).T
@@ -231,6 +231,6 @@ def _shade(trace: Trace, fraction: float) -> str:
     return "#" + "".join(f"{level:02x}" for level in levels)
 
 
-def dashes(trace: Trace) -> str:
+def dashes(trace: PlotlyTrace) -> str:
     """Returns the SVG dash pattern of a trace [px]; empty for a solid line."""
     return DASHES.get(trace["line"]["dash"], "")

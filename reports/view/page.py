@@ -19,7 +19,7 @@ from urllib.parse import quote
 
 from plumbob.reports.view import notation
 from plumbob.reports.view.content import Figure
-from plumbob.reports.view.drawing import Drawing, drawing
+from plumbob.reports.view.drawing import SvgDrawing, drawing
 from plumbob.reports.view.own_files import check_replaceable
 from plumbob.reports.view.tables import template_environment
 
@@ -55,7 +55,7 @@ class Plots:
 
     def picture(
         self, figure: Figure, chosen: Sequence[str], still: bool = False
-    ) -> tuple[str, Drawing | None]:
+    ) -> tuple[str, SvgDrawing | None]:
         """Returns the address and the drawing of a figure's picture; "" and None if nothing can be
         drawn. The picture shows the `chosen` methods if the figure has any of them.
 

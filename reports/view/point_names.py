@@ -29,7 +29,7 @@ class Name(NamedTuple):
     line: tuple[float, float] | None
 
 
-Box = tuple[float, float, float, float]  # left, top, right, bottom [px]
+NameBox = tuple[float, float, float, float]  # left, top, right, bottom [px]
 
 
 def placed_names(
@@ -55,7 +55,7 @@ def placed_names(
     return names
 
 
-def _candidates(a: float, b: float, text: str) -> Iterator[tuple[Name, Box]]:
+def _candidates(a: float, b: float, text: str) -> Iterator[tuple[Name, NameBox]]:
     """Yields the places to try for the name `text` of a point at (a, b) [px], the nearest first,
     each with the box that the name covers."""
     width = LETTER * len(text)
@@ -71,7 +71,7 @@ def _candidates(a: float, b: float, text: str) -> Iterator[tuple[Name, Box]]:
             yield name, (left, middle - LINE / 2.0, left + width, middle + LINE / 2.0)
 
 
-def _inside(box: Box, around: Box) -> bool:
+def _inside(box: NameBox, around: NameBox) -> bool:
     """Returns whether a box lies within the box `around`."""
     return (
         box[0] >= around[0]
@@ -81,7 +81,7 @@ def _inside(box: Box, around: Box) -> bool:
     )
 
 
-def _free(box: Box, taken: Sequence[Box]) -> bool:
+def _free(box: NameBox, taken: Sequence[NameBox]) -> bool:
     """Returns whether a box overlaps no box in `taken`."""
     return not any(
         box[0] < other[2] and other[0] < box[2] and box[1] < other[3] and other[1] < box[3]

@@ -13,7 +13,7 @@ from plumbob.engines.study.codec import restored
 from plumbob.engines.study.results import Study
 from plumbob.reports.advice.recommend import Recommendation
 from plumbob.reports.advice.user_settings import UserResult
-from plumbob.reports.judge.expectations import Standing
+from plumbob.reports.judge.expectations import VerdictStanding
 from plumbob.reports.judge.tolerance import Tolerance
 from plumbob.reports.judge.verdict import Verdict
 
@@ -73,7 +73,7 @@ class PairVerdict:
 
     verdict: Verdict
     reason: str
-    standing: Standing
+    standing: VerdictStanding
     expected: Verdict
     declared: str  # the declared reason of the expected verdict
     runs: tuple[RunVerdict, ...] = ()

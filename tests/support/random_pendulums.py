@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from plumbob.analytic.systems.cone_pendulum import Body, ConePendulum, cone
+from plumbob.analytic.systems.cone_pendulum import ConePendulum, HungBody, cone
 
 REGIMES = (
     "rotation forward",
@@ -44,7 +44,7 @@ def _platform(rng):
         arm = rng.uniform(0.02, 1.0)
         moments = mass * (squares.sum() - squares)
         least = mass * arm**2
-        body = Body(mass, arm, moments[0] + least, moments[1] + least, moments[2])
+        body = HungBody(mass, arm, moments[0] + least, moments[1] + least, moments[2])
     rate = float(rng.choice([0.0, 1000.0, 10.0 ** rng.uniform(-1.0, 3.0)], p=[0.05, 0.05, 0.9]))
     pivot = float(rng.choice([0.0, rng.uniform(-1.0, 1.0), 10.0 ** rng.uniform(-6.0, 0.0)]))
     gravity = float(rng.choice([0.0, 1.62, 9.8], p=[0.1, 0.2, 0.7]))

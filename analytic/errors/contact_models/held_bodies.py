@@ -9,7 +9,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from plumbob.analytic.errors.contact_models.soft_friction import STEPPED, Held, held_drift
+from plumbob.analytic.errors.contact_models.soft_friction import (
+    STEPPED,
+    HeldContact,
+    held_drift,
+)
 from plumbob.analytic.errors.sliding_motion.sliding_errors import stepped_motion
 from plumbob.analytic.errors.smooth_motion.scheme_steps import whole_steps
 from plumbob.analytic.numerics.arithmetic import ULP
@@ -26,7 +30,7 @@ FINGERS = 2
 TIP = 0.2  # chosen: radius of a fingertip over the cube's edge
 
 
-def corners(stack: Stack) -> list[Held]:
+def corners(stack: Stack) -> list[HeldContact]:
     """Returns one corner contact of each cube's lower face, from the lowest cube to the top."""
     inverse_masses_below = np.concatenate([[0.0], 1.0 / stack.masses[:-1]])
     weights = inverse_masses_below + 1.0 / stack.masses
@@ -34,7 +38,7 @@ def corners(stack: Stack) -> list[Held]:
     loads = stack.normal_forces / CORNERS
     contacts = []
     for load, weight, mass in zip(loads, weights, masses, strict=True):
-        contacts.append(Held(float(load), 0.0, np.zeros(2), float(weight), float(mass)))
+        contacts.append(HeldContact(float(load), 0.0, np.zeros(2), float(weight), float(mass)))
     return contacts
 
 
@@ -58,9 +62,9 @@ def stack_errors(stack: Stack) -> StepErrors:
     return StepErrors(error)
 
 
-def fingertip(pinch: Pinch) -> Held:
+def fingertip(pinch: Pinch) -> HeldContact:
     """Returns the contact of one of the fingers."""
-    return Held(
+    return HeldContact(
         load=pinch.normal_force,
         friction=pinch.friction,
         pull=pinch.pull / FINGERS,
@@ -93,11 +97,11 @@ def pinch_errors(pinch: Pinch) -> StepErrors:
     return StepErrors(error)
 
 
-def corner(cube: Incline) -> Held:
+def corner(cube: Incline) -> HeldContact:
     """Returns the contact of one of the cube's lower corners."""
     pull = cube.pull * np.array([np.cos(cube.heading), np.sin(cube.heading)])
     mass = cube.mass / CORNERS
-    return Held(
+    return HeldContact(
         load=mass * cube.press,
         friction=cube.friction,
         pull=mass * pull,

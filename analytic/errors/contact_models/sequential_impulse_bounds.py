@@ -54,7 +54,7 @@ AT_SWITCH = 1e-9  # [s] an event this close to a switch of the slider is caused 
 
 
 @dataclass(frozen=True)
-class Demand:
+class SolverDemand:
     """Demand of a motion on the solver: sudden changes of forces."""
 
     changes: int  # number of sudden changes
@@ -87,7 +87,7 @@ def model_error(
     return by_observable(bounds)
 
 
-def demand(problem: CapsuleProblem, motion: SampledMotion) -> Demand:
+def demand(problem: CapsuleProblem, motion: SampledMotion) -> SolverDemand:
     """Returns the demand of a motion on the solver."""
     capsule = motion.capsule
     limit = _friction_limit(problem)
@@ -97,7 +97,7 @@ def demand(problem: CapsuleProblem, motion: SampledMotion) -> Demand:
         switches = np.clip(single.path.breakpoints, 0.0, None)
         changes = motion.count * (len(single.events) + switches.size)
         sliding = motion.count * _sliding_time(single, switches)
-        return Demand(changes, limit, push=float(pushes.max()), sliding=sliding)
+        return SolverDemand(changes, limit, push=float(pushes.max()), sliding=sliding)
     # The first sample is left out: a body that starts from rest slips from the second sample on.
     jumps = np.abs(np.diff(motion.traction[:, 1:])).max(axis=0) * problem.setup.press
     sudden = int(np.count_nonzero(jumps > JUMP * limit))
@@ -106,7 +106,7 @@ def demand(problem: CapsuleProblem, motion: SampledMotion) -> Demand:
     # The friction limits of the feet change as the slider moves.
     travel = np.abs(motion.place - motion.place[0]).max()
     load_change = travel * steepest_load(capsule) / motion.mass
-    return Demand(
+    return SolverDemand(
         changes=motion.count * (sudden + slides_at_start),
         jump=float(jumps.max() + capsule.friction * load_change * bool(sudden)),
         spare=float(np.abs(1.0 - used).min(initial=1.0)),

@@ -59,7 +59,7 @@ def depth_under(point: SoftPoint, push: float, step: float) -> float:
 
 
 @dataclass(frozen=True)
-class Held:
+class HeldContact:
     """A contact that carries a load and holds a tangential force by friction."""
 
     load: float  # [N] normal force
@@ -139,7 +139,7 @@ class Held:
         return lag + change if edge_holds_at_first else change
 
 
-def held_drift(scheme: Scheme, held: Held, step: float, counts: Array) -> Array:
+def held_drift(scheme: Scheme, held: HeldContact, step: float, counts: Array) -> Array:
     """Returns the drift [m] and its speed [m/s] along the pull, shape (2, n), of a body that starts
     at rest, after the numbers of steps `counts`, shape (n,).
 

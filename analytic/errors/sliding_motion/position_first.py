@@ -23,12 +23,15 @@ from functools import lru_cache
 
 import numpy as np
 
-from plumbob.analytic.errors.sliding_motion.plane_steps import Body, columns_of_states
+from plumbob.analytic.errors.sliding_motion.plane_steps import (
+    CapsuleConstants,
+    columns_of_states,
+)
 from plumbob.analytic.errors.smooth_motion.scheme_steps import Parts
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.capsule import Capsule
 from plumbob.analytic.systems.slider_path import SliderPath
-from plumbob.analytic.systems.three_points.friction import Start
+from plumbob.analytic.systems.three_points.friction import InitialVelocities
 from plumbob.analytic.systems.three_points.implicit_friction import Slip
 
 GRID = 1e-6  # [steps] a switch closer to a grid time counts as on the grid
@@ -47,7 +50,7 @@ def switches_on_grid(path: SliderPath, step: float) -> bool:
 
 @lru_cache(maxsize=16)
 def position_first_trajectory(
-    capsule: Capsule, path: SliderPath, start: Start, step: float, steps: int
+    capsule: Capsule, path: SliderPath, start: InitialVelocities, step: float, steps: int
 ) -> Array:
     """Returns COLUMNS at the start and after each of `steps` steps of `step` [s].
 
@@ -55,7 +58,7 @@ def position_first_trajectory(
     open as an earlier step would have left them.
     """
     place, rate, targets = _targets(path, step, steps)
-    body = Body.of(capsule)
+    body = CapsuleConstants.of(capsule)
     speed = complex(*start.velocity)
     omega = start.angular_velocity
     opening = chord_error(step * omega)
@@ -70,7 +73,7 @@ def position_first_trajectory(
 
 
 def _next_state(
-    body: Body, state: Parts, target: complex, step: float, near: Slip
+    body: CapsuleConstants, state: Parts, target: complex, step: float, near: Slip
 ) -> tuple[Parts, Slip]:
     """Returns the state and the slip after a step that moves the slider to `target` [m].
 

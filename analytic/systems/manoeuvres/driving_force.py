@@ -10,7 +10,7 @@ import numpy as np
 
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.capsule import Capsule
-from plumbob.analytic.systems.capsule_motion import Demand
+from plumbob.analytic.systems.capsule_motion import ActuatorDemand
 
 
 def driving_force(capsule: Capsule, friction: Array, acceleration: Array) -> Array:
@@ -23,7 +23,7 @@ def driving_force(capsule: Capsule, friction: Array, acceleration: Array) -> Arr
     return mu * friction + reduced * acceleration
 
 
-def demand(motion: Any, duration: float) -> Demand:
+def demand(motion: Any, duration: float) -> ActuatorDemand:
     """Returns the demand of one `motion` along a line over `duration` [s]. Between two switches the
     force is constant and the slider's velocity is linear in time.
 
@@ -42,7 +42,7 @@ def demand(motion: Any, duration: float) -> Demand:
     state = motion.at(middles)
     # The force is constant and the velocity linear: the power is largest at an interval's end.
     speeds = np.abs(state.stroke_rate) + np.abs(0.5 * lengths * state.pull)
-    return Demand(
+    return ActuatorDemand(
         peak=float(np.abs(forces).max()),
         rms=math.sqrt(float(np.sum(forces**2 * lengths)) / duration),
         power=float(np.abs(forces * speeds).max()),

@@ -20,7 +20,7 @@ from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.capsule import ROUNDOFF, Capsule, check_loads, normal_forces
 from plumbob.analytic.systems.slider_path import SliderPath, arc_stroke, fixed
 from plumbob.analytic.systems.three_points.equations import Complex
-from plumbob.analytic.systems.three_points.friction import Start, three_point_motion
+from plumbob.analytic.systems.three_points.friction import InitialVelocities, three_point_motion
 
 QUADRATURE_TOLERANCE = 1e-13  # relative tolerance of the quadrature
 MAX_INTERVALS = 1000  # largest number of the quadrature's intervals
@@ -319,7 +319,7 @@ def residual_limit(
     # A stop from speed v turns the body by about v^2/(f g lever).
     scale = float(np.sqrt(SLOW**2 * capsule.friction * capsule.gravity * lever)) / speed
     velocity_of_c = scale * (velocity - 1j * omega * arm)
-    start = Start((velocity_of_c.real, velocity_of_c.imag), scale * omega)
+    start = InitialVelocities((velocity_of_c.real, velocity_of_c.imag), scale * omega)
     slider = arm / capsule.mass_ratio
     motion = three_point_motion(capsule, fixed((slider.real, slider.imag)), start)
     end = motion.at(np.array([motion.rest_time]))

@@ -16,7 +16,7 @@ from plumbob.analytic.systems.planner.lines import strokes
 from plumbob.analytic.systems.planner.manoeuvre import Manoeuvre, Passage
 from plumbob.analytic.systems.planner.problem import (
     FULL_CIRCLE,
-    Limits,
+    PlanLimits,
     RestPose,
     check_pushing,
     to_ten_digits,
@@ -34,7 +34,7 @@ POSE_TOLERANCE = 1e-9  # [m] and [rad] largest distance of the final pose from t
 def plan(
     capsule: Capsule,
     goal: RestPose,
-    limits: Limits | None = None,
+    limits: PlanLimits | None = None,
     track: TrackName = "free",
     start: RestPose | None = None,
     *,
@@ -50,7 +50,7 @@ def plan(
     Raises ParameterError naming the limit that makes a pose unreachable, or the pose if the plan
     misses it.
     """
-    limits = limits or Limits()
+    limits = limits or PlanLimits()
     start = start or RestPose(0.0, 0.0, 0.0)
     for pose in (start, goal):
         if abs(pose.heading) > LARGEST_HEADING:

@@ -54,7 +54,7 @@ class Manoeuvre:
         return self.path.duration
 
 
-class Place(NamedTuple):
+class TrackPlace(NamedTuple):
     """A place of the slider on a `part` of the track: its `point` x + iy relative to C [m] and, on
     the ARC, its `angle` [rad], which counts whole turns."""
 
@@ -62,7 +62,7 @@ class Place(NamedTuple):
     point: complex
     angle: float = 0.0
 
-    def differs_from(self, other: Place) -> bool:
+    def differs_from(self, other: TrackPlace) -> bool:
         """Returns True if the slider has to move to reach the place `other`."""
         on_arc = self.part == other.part == ARC
         difference = self.angle - other.angle if on_arc else self.point - other.point
@@ -73,8 +73,8 @@ class Place(NamedTuple):
 class Passage:
     """Manoeuvres that take the slider from the place `begin` of the track to the place `end`."""
 
-    begin: Place
-    end: Place
+    begin: TrackPlace
+    end: TrackPlace
     manoeuvres: tuple[Manoeuvre, ...]
 
     @property

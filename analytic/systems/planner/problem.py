@@ -46,7 +46,7 @@ POSES: tuple[tuple[str, RestPose], ...] = (
 
 
 @dataclass(frozen=True)
-class Limits:
+class PlanLimits:
     """Limits on the motions of a plan. Raises ParameterError.
 
     acceleration: largest |w| of the slider [m/s^2]
@@ -73,7 +73,7 @@ class Limits:
             raise ParameterError("manoeuvres", self.manoeuvres, need)
 
 
-def check_pushing(capsule: Capsule, limits: Limits) -> None:
+def check_pushing(capsule: Capsule, limits: PlanLimits) -> None:
     """Raises ParameterError if no line manoeuvre moves the body (Chernousko 2020, eq. 15). Turns
     alone do not suffice to reach a pose, for they also shift C."""
     if not limits.acceleration > capsule.holding_acceleration:
@@ -81,7 +81,7 @@ def check_pushing(capsule: Capsule, limits: Limits) -> None:
         raise ParameterError("acceleration", limits.acceleration, need)
 
 
-def too_many(limits: Limits, needed: int) -> ParameterError:
+def too_many(limits: PlanLimits, needed: int) -> ParameterError:
     """Returns the error for a pose that needs `needed` manoeuvres, more than the limit."""
     return ParameterError(
         "manoeuvres",

@@ -14,7 +14,7 @@ from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.capsule import Capsule
 from plumbob.analytic.systems.capsule_motion import MotionKind
 from plumbob.analytic.systems.planner.manoeuvre import Manoeuvre
-from plumbob.analytic.systems.planner.problem import FULL_CIRCLE, Limits, RestPose
+from plumbob.analytic.systems.planner.problem import FULL_CIRCLE, PlanLimits, RestPose
 from plumbob.analytic.systems.planner.tracks import (
     ArcName,
     Ends,
@@ -40,7 +40,7 @@ class Plan:
     capsule: Capsule
     start: RestPose
     goal: RestPose
-    limits: Limits
+    limits: PlanLimits
     track: TrackName
     manoeuvres: tuple[Manoeuvre, ...] = field(repr=False)
     # supports towards which the curve's segments lie, if `segments` is None

@@ -30,11 +30,11 @@ from plumbob.analytic.systems.planner.manoeuvre import (
     NEAR,
     SECOND,
     Manoeuvre,
-    Place,
+    TrackPlace,
     slow_arc,
     slow_line,
 )
-from plumbob.analytic.systems.planner.problem import FULL_CIRCLE, Limits
+from plumbob.analytic.systems.planner.problem import FULL_CIRCLE, PlanLimits
 
 # places at which the first turn may begin, as fractions of the circle
 CIRCLE_PLACES = tuple(k / 24 for k in range(24))
@@ -61,9 +61,9 @@ class Rail(NamedTuple):
     high: float
     part: int = ANYWHERE
 
-    def place(self, along: float) -> Place:
+    def place(self, along: float) -> TrackPlace:
         """Returns the place on the rail at `along` [m], signed along the direction from C."""
-        return Place(self.part, cmath.rect(along, self.direction))
+        return TrackPlace(self.part, cmath.rect(along, self.direction))
 
     @property
     def backward(self) -> Rail:
@@ -116,7 +116,7 @@ class Track:
     """
 
     capsule: Capsule
-    limits: Limits
+    limits: PlanLimits
     segments: tuple[Rail, ...] = ()
     arc: Ends | None = None
 
@@ -154,10 +154,10 @@ class Track:
         return closed_form(self.capsule, self.limits.acceleration, self.w2, 1.0)
 
     @cached_property
-    def joints(self) -> dict[int, tuple[Place, Place]]:
+    def joints(self) -> dict[int, tuple[TrackPlace, TrackPlace]]:
         """The places at which a segment meets the arc, by the segment's part: the place as one on
         the segment, and as one on the arc."""
-        joints = dict[int, tuple[Place, Place]]()
+        joints = dict[int, tuple[TrackPlace, TrackPlace]]()
         for rail in self.segments:
             for along in (self.limits.radius, -self.limits.radius):
                 direction = rail.direction if along > 0.0 else rail.direction + math.pi
@@ -182,21 +182,21 @@ class Track:
         from_first = (sense * (angle - first) + NEAR) % FULL_CIRCLE - NEAR
         return first + sense * from_first if from_first <= abs(last - first) + NEAR else None
 
-    def places(self, point: Point) -> tuple[Place, ...]:
+    def places(self, point: Point) -> tuple[TrackPlace, ...]:
         """Returns all places of the track at `point` relative to C [m]. Raises ParameterError if
         there is none."""
         position = complex(*point)
         if not self.is_curve:
-            return (Place(ANYWHERE, position),)
-        places = list[Place]()
+            return (TrackPlace(ANYWHERE, position),)
+        places = list[TrackPlace]()
         for rail in self.segments:
             along = position * cmath.rect(1.0, -rail.direction)
             on_line = abs(along.imag) <= NEAR
             if on_line and rail.low - NEAR <= along.real <= rail.high + NEAR:
-                places.append(Place(rail.part, position))
+                places.append(TrackPlace(rail.part, position))
         angle = self._arc_angle(cmath.phase(position))
         if angle is not None and abs(abs(position) - self.limits.radius) <= NEAR:
-            places.append(Place(ARC, position, angle))
+            places.append(TrackPlace(ARC, position, angle))
         if not places:
             raise ParameterError("slider", point, "on the curve: segment, arc, segment")
         return tuple(places)
@@ -214,10 +214,10 @@ class Track:
         places = (0.0,) if returning else ARC_PLACES
         return Circle(sense, min(extent, longest), first, extent, places)
 
-    def on_circle(self, angle: float) -> Place:
+    def on_circle(self, angle: float) -> TrackPlace:
         """Returns the place on the circle at `angle` [rad]."""
         part = ANYWHERE if self.arc is None else ARC
-        return Place(part, cmath.rect(self.limits.radius, angle), angle)
+        return TrackPlace(part, cmath.rect(self.limits.radius, angle), angle)
 
     def legs(self, displacement: complex) -> tuple[Legs, ...]:
         """Returns ways to carry the body over `displacement` [m], in body axes: straight, or along
@@ -244,12 +244,12 @@ class Track:
         high = min(max(0.5 * length, length + behind), ahead)
         return Rail(direction, high - length, high)
 
-    def route(self, begin: Place, end: Place) -> tuple[Manoeuvre, ...]:
+    def route(self, begin: TrackPlace, end: TrackPlace) -> tuple[Manoeuvre, ...]:
         """Returns the slow motions from one place to another. Within one piece they follow that
         piece; on a curve they follow the curve and stop at its corners. Otherwise they are the
         faster of two ways: straight, or through C, where static friction allows the largest
         acceleration."""
-        c = Place(ANYWHERE, 0j)
+        c = TrackPlace(ANYWHERE, 0j)
         ways = [((begin, end),), ((begin, c), (c, end))]
         if begin.part == end.part != ANYWHERE:
             ways = ways[:1]
@@ -260,7 +260,9 @@ class Track:
         motions = [self._slow_motions(way) for way in ways]
         return min(motions, key=lambda way: sum(motion.duration for motion in way))
 
-    def _slow_motions(self, pairs: Sequence[tuple[Place, Place]]) -> tuple[Manoeuvre, ...]:
+    def _slow_motions(
+        self, pairs: Sequence[tuple[TrackPlace, TrackPlace]]
+    ) -> tuple[Manoeuvre, ...]:
         """Returns slow motions between pairs of places; both places of a pair are on one part of
         the track."""
         capsule = self.capsule
@@ -296,7 +298,7 @@ def checked_curve(
 
 def curve(
     capsule: Capsule,
-    limits: Limits,
+    limits: PlanLimits,
     legs: Pair = (1, 2),
     arc: ArcName | Ends = "shorter",
     segments: tuple[LineSegment, ...] | None = None,

@@ -91,7 +91,7 @@ def exact_turn(
     return turn_through(float(root))
 
 
-class Choice(NamedTuple):
+class TurnChoice(NamedTuple):
     """A number of `turns`, each with the slider through about `swing` [rad], the first one from the
     start number `place` of the circle. `time` [s] is the estimate for these turns and the lines
     after them, to ten digits."""
@@ -104,14 +104,14 @@ class Choice(NamedTuple):
 
 def estimate_choices(
     track: Track, circle: Circle, heading: float, displacement: complex
-) -> list[Choice]:
+) -> list[TurnChoice]:
     """Returns ways to turn the body by `heading` [rad], a positive number, and to move C in all by
     `displacement` [m], in body axes at the start. Raises ParameterError.
 
     Each time is estimated from a few computed turns: heading and shift of a turn are nearly in
     proportion to the slider's angle, its time to the square root.
     """
-    choices = list[Choice]()
+    choices = list[TurnChoice]()
     turns = _survey_turns(track, circle)
     fewest = math.ceil(heading / (HEADING_MARGIN * circle.heading_gain(turns[-1].heading)))
     most = min(fewest + EXTRA_COUNTS, track.limits.manoeuvres)
@@ -130,7 +130,7 @@ def estimate_choices(
             remaining = displacement - total_shift * cmath.rect(1.0, start)
             remaining *= cmath.rect(1.0, circle.sense * heading)  # in body axes after the turns
             estimate = to_ten_digits(time + line_time(track, remaining))
-            choices.append(Choice(estimate, count, place, swing))
+            choices.append(TurnChoice(estimate, count, place, swing))
     if not choices:
         raise too_many(track.limits, fewest)
     return choices
@@ -177,7 +177,7 @@ def _survey_turns(track: Track, circle: Circle) -> list[Turn]:
 
 
 def turns_of_choice(
-    track: Track, circle: Circle, heading: float, choice: Choice
+    track: Track, circle: Circle, heading: float, choice: TurnChoice
 ) -> list[Turn] | None:
     """Returns the turns of a choice, which together add exactly the `heading` [rad], a positive
     number. If all begin at one place, they are equal; otherwise the last one differs. Returns None

@@ -10,7 +10,7 @@ from numpy.polynomial.legendre import legder, leggauss
 
 from plumbob.analytic.numerics.collocation import evaluate
 from plumbob.analytic.reference import Array
-from plumbob.analytic.systems.capsule_motion import Demand
+from plumbob.analytic.systems.capsule_motion import ActuatorDemand
 from plumbob.analytic.systems.three_points.equations import (
     Complex,
     Configuration,
@@ -93,7 +93,7 @@ def loading(motion: ThreePointMotion, segment: SmoothSegment, fractions: Array) 
     return Loading(motion.body, terms, states, rates, derivatives[:, 3] * segment.last)
 
 
-def plane_demand(motion: ThreePointMotion) -> Demand:
+def plane_demand(motion: ThreePointMotion) -> ActuatorDemand:
     """Returns what `motion` asks of the actuators until the slider stops: peak and root mean square
     of the force's magnitude, and the peak power given to the slider in the body."""
     nodes, weights = leggauss(NODES)
@@ -110,4 +110,4 @@ def plane_demand(motion: ThreePointMotion) -> Demand:
             durations = 0.5 * weights * load.pace[1:-1]
             square_integral += float(durations @ forces[1:-1] ** 2)
     rms = math.sqrt(square_integral / stop) if stop else 0.0
-    return Demand(peak_force, rms, peak_power)
+    return ActuatorDemand(peak_force, rms, peak_power)

@@ -18,8 +18,8 @@ from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.three_points.equations import Complex, Configuration, cross
 from plumbob.analytic.systems.three_points.smooth_segment import (
     Interval,
+    SegmentState,
     SmoothSegment,
-    State,
     fitted_coefficients,
     state_at,
 )
@@ -35,7 +35,7 @@ Ending = Literal["time", "stop", "slip"]
 STOP: Ending = "stop"
 
 
-Pivoted = tuple[list[SmoothSegment], State, Ending]
+Pivoted = tuple[list[SmoothSegment], SegmentState, Ending]
 """The segments of a pivot, the state at its end, and the reason why it ended."""
 
 
@@ -93,7 +93,7 @@ class Pivot:
         return self.sense * omega, limit - needed, limit
 
 
-def integrate_pivot(pivot: Pivot, state: State) -> Pivoted:
+def integrate_pivot(pivot: Pivot, state: SegmentState) -> Pivoted:
     """Integrates the turn about a support from `state` until the turning stops, the support slips,
     or the piece ends. Returns the segments, the last state and the reason.
 
@@ -142,7 +142,7 @@ def integrate_pivot(pivot: Pivot, state: State) -> Pivoted:
     raise RuntimeError(f"{MAX_ELEMENTS} elements did not finish piece {interval.number}")
 
 
-def _first_size(pivot: Pivot, state: State, remaining: float) -> float:
+def _first_size(pivot: Pivot, state: SegmentState, remaining: float) -> float:
     """Returns the length of the first element [s]: the remaining time of the piece. If the piece
     has no end, it is more than the time in which friction stops the turning."""
     if np.isfinite(remaining):
@@ -152,7 +152,7 @@ def _first_size(pivot: Pivot, state: State, remaining: float) -> float:
     return 1.5 * abs(state.omega) * float(pivot.inertia(terms)[0]) / braking
 
 
-def _element(pivot: Pivot, state: State, size: float) -> tuple[Array, float, float]:
+def _element(pivot: Pivot, state: SegmentState, size: float) -> tuple[Array, float, float]:
     """Returns the coefficients of a SmoothSegment from `state` over `size` [s], their relative
     truncation error, and the rounding error of omega [rad/s]."""
     interval = pivot.interval

@@ -14,7 +14,7 @@ from plumbob.analytic.systems.capsule import (
     normal_force_uncertainty,
     normal_forces,
 )
-from plumbob.analytic.systems.three_points.friction import Start
+from plumbob.analytic.systems.three_points.friction import InitialVelocities
 
 ROUNDINGS = 8 * ROUNDOFF  # relative rounding of parameters, times and the change of axes
 # The stated error is this factor times the difference from a coarser computation. In one motion in
@@ -84,8 +84,8 @@ class PlaneReference(LinearResponse):
         return float(normal_force_uncertainty(capsule, reach, displacement))
 
     @property
-    def start(self) -> Start:
+    def start(self) -> InitialVelocities:
         """The initial velocity of C and the initial angular velocity."""
         first = self.motion.at(np.zeros(1))
         x, y = first.velocity[0].tolist()
-        return Start((x, y), float(first.angular_velocity[0]))
+        return InitialVelocities((x, y), float(first.angular_velocity[0]))

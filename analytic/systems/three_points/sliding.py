@@ -32,8 +32,8 @@ from plumbob.analytic.systems.three_points.equations import (
 )
 from plumbob.analytic.systems.three_points.smooth_segment import (
     Interval,
+    SegmentState,
     SmoothSegment,
-    State,
     fitted_coefficients,
     monotone_root,
     speed_scale,
@@ -56,7 +56,7 @@ MAX_ELEMENTS = 2000  # largest number of elements in one piece
 
 # A function of the times since the start and the slider; it returns states, shape (n, 3).
 Guess = Callable[[Array, Configuration], Array]
-Slid = tuple[list[SmoothSegment], State, tuple[int, ...]]
+Slid = tuple[list[SmoothSegment], SegmentState, tuple[int, ...]]
 """The segments of a slide, the state at its end, and the supports that are then at rest."""
 
 
@@ -71,7 +71,7 @@ class ElementPlan:
     """
 
     interval: Interval
-    state: State
+    state: SegmentState
     terms: Configuration
     clock: Clock
     longest: float
@@ -110,7 +110,7 @@ class ElementPlan:
 
 
 def integrate_slide(
-    interval: Interval, state: State, departure: Guess | None = None, slipped: int = -1
+    interval: Interval, state: SegmentState, departure: Guess | None = None, slipped: int = -1
 ) -> Slid:
     """Integrates a slide from `state` until a support comes to rest or the piece ends. Returns the
     segments, the last state, and the supports at rest.
@@ -162,7 +162,9 @@ def integrate_slide(
     raise RuntimeError(f"{MAX_ELEMENTS} elements did not finish piece {interval.number}")
 
 
-def resting_supports(terms: Configuration, state: State, fastest: float) -> tuple[int, ...]:
+def resting_supports(
+    terms: Configuration, state: SegmentState, fastest: float
+) -> tuple[int, ...]:
     """Returns the supports whose speed is round-off. Returns all three if the speed of the whole
     body is round-off compared with `fastest` [m/s], the largest speed in this piece."""
     velocity = np.array([state.velocity])
@@ -183,7 +185,7 @@ def _unbalanced_acceleration(interval: Interval, terms: Configuration) -> float:
 
 
 def _departure_plan(
-    interval: Interval, terms: Configuration, state: State, departure: Guess
+    interval: Interval, terms: Configuration, state: SegmentState, departure: Guess
 ) -> ElementPlan:
     """Returns the plan of an element in which a support starts from rest. It runs in time; `terms`
     are the slider's at the start."""
@@ -211,7 +213,7 @@ def _departure_plan(
 
 
 def _continuation_plan(
-    interval: Interval, terms: Configuration, state: State, fastest: float
+    interval: Interval, terms: Configuration, state: SegmentState, fastest: float
 ) -> ElementPlan:
     """Returns the plan of the element that continues a slide from `state`, with the slider's
     `terms`. `fastest` [m/s] is the largest speed scale so far in the piece."""

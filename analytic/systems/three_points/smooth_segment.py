@@ -50,7 +50,7 @@ class Interval:
 
 
 @dataclass(frozen=True)
-class State:
+class SegmentState:
     """State at local `time` [s] of a piece: velocity p of the body's point at G in body axes [m/s],
     angular velocity [rad/s], heading psi [rad], position of C on the ground [m]."""
 
@@ -90,7 +90,7 @@ class SmoothSegment:
         return np.asarray(basis(parameters, len(self.coefficients)) @ self.coefficients)
 
 
-def rest_segment(interval: Interval, end: float, state: State) -> SmoothSegment:
+def rest_segment(interval: Interval, end: float, state: SegmentState) -> SmoothSegment:
     """Returns the segment of a body at rest from `state` to local time `end` [s], which may be
     infinite."""
     half = 0.5 * (end - state.time if np.isfinite(end) else 1.0)
@@ -132,7 +132,7 @@ def monotone_root(series: Array, values: Array) -> Array:
     return x
 
 
-def fitted_coefficients(interval: Interval, first: State, slopes: Array) -> Array:
+def fitted_coefficients(interval: Interval, first: SegmentState, slopes: Array) -> Array:
     """Returns the coefficients of a SmoothSegment, shape (n + 1, 7), from the `slopes` of (p_x,
     p_y, omega, t) at the nodes, shape (n, 4). Heading and position of C follow by integration."""
     rule = interval.accuracy.rule
@@ -153,17 +153,19 @@ def velocity_of_c(body: Mechanics, slider: Complex, states: Array) -> Complex:
     return np.asarray(velocity - 1j * omega * body.mass_ratio * slider)
 
 
-def state_at(coefficients: Array, parameter: float) -> State:
+def state_at(coefficients: Array, parameter: float) -> SegmentState:
     """Returns the state at a `parameter` of a segment's polynomials."""
     if parameter == 1.0:
         values = coefficients.sum(axis=0)
     else:
         values = evaluate(coefficients, np.array([parameter]))[0]
     px, py, omega, time, heading, x, y = values
-    return State(float(time), complex(px, py), float(omega), float(heading), complex(x, y))
+    return SegmentState(
+        float(time), complex(px, py), float(omega), float(heading), complex(x, y)
+    )
 
 
-def speed_scale(terms: Configuration, state: State) -> float:
+def speed_scale(terms: Configuration, state: SegmentState) -> float:
     """Returns the size of the terms that add up to a support's velocity [m/s]: the scale of its
     round-off."""
     return abs(state.velocity) + abs(state.omega) * float(np.abs(terms.arms).max())

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from plumbob.analytic.systems.capsule_motion import Demand
+from plumbob.analytic.systems.capsule_motion import ActuatorDemand
 from plumbob.analytic.systems.manoeuvres.driving_force import demand
 from plumbob.analytic.systems.manoeuvres.turn_manoeuvre import turn_of
 from plumbob.analytic.systems.three_points.forces import plane_demand
@@ -37,7 +37,7 @@ def numbers(study: Study) -> Record | None:
     )
 
 
-def _turn_demand(epsilon: float) -> Demand:
+def _turn_demand(epsilon: float) -> ActuatorDemand:
     """Returns the demand of a turn on the actuator."""
     manoeuvre = turn_of(problem(LINE).setup.capsule, RADIUS, epsilon)
     return plane_demand(three_point_motion(manoeuvre.capsule, manoeuvre.path))

@@ -9,7 +9,7 @@ import numpy as np
 
 from plumbob.analytic.systems.manoeuvres.line_manoeuvre import LineManoeuvre
 from plumbob.analytic.systems.planner.construction import plan as find_plan
-from plumbob.analytic.systems.planner.problem import Limits, RestPose
+from plumbob.analytic.systems.planner.problem import PlanLimits, RestPose
 from plumbob.analytic.systems.slider_path import line_stroke
 from plumbob.analytic.systems.three_points.friction import three_point_motion
 from plumbob.engines.study.results import Study
@@ -110,7 +110,7 @@ def numbers(study: Study) -> Record:
     loads = line.normal_forces(np.linspace(0.0, line.t2, 50)).sum(axis=1)
     limit = body.holding_acceleration
     exponents = time_exponents(line)
-    plan = find_plan(body, RestPose(AWAY, 0.0, 0.0), Limits(acceleration=SPARE * limit))
+    plan = find_plan(body, RestPose(AWAY, 0.0, 0.0), PlanLimits(acceleration=SPARE * limit))
     return Record(
         # relative error of the displacement for each of CONTACTS
         friction_errors=[measured_error(study, LINE, method, STEP) for method in CONTACTS],

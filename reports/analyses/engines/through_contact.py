@@ -42,7 +42,7 @@ QUANTITIES = (  # scene, observable, parameter, time [s] (sliding or sticking; N
     (TURN, "heading", "friction", None),
     (TURN, "heading", "angular_acceleration", None),
 )
-Quantity = tuple[str, str, str, float | None]
+DerivativeCase = tuple[str, str, str, float | None]
 STEPS = (1e-3, 2.5e-4)  # [s]
 FRICTIONS = np.linspace(0.25, 0.35, 33)  # friction coefficients of the curves
 TANGENTS = slice(7, 26, 9)  # indices of the frictions at which derivatives are drawn
@@ -121,7 +121,7 @@ def claims(numbers: Record) -> Claims:
     return (clear(text, float(sizes[DEFAULT]), float(sizes[RECOMMENDED])),)
 
 
-def _pairs(plan: StudyPlan) -> list[tuple[Quantity, str]]:
+def _pairs(plan: StudyPlan) -> list[tuple[DerivativeCase, str]]:
     """Returns the pairs of quantity and method that a plan covers."""
     quick = plan.profile == "quick"
     quantities = QUANTITIES[:1] if quick else QUANTITIES
@@ -140,7 +140,7 @@ def _curve_runs(method: str) -> list[ExtraRun]:
     return _varied_runs(SLIDE, method, STEPS[0], None, "friction", FRICTIONS)
 
 
-def _neighbour_runs(quantity: Quantity, method: str, step: float) -> list[ExtraRun]:
+def _neighbour_runs(quantity: DerivativeCase, method: str, step: float) -> list[ExtraRun]:
     """Returns a run with each neighbouring value of the parameter, in ascending order."""
     name, _, parameter, end = quantity
     value = find_scene(name).parameters[parameter]
@@ -171,7 +171,7 @@ def _final_values(study: Study, runs: Sequence[ExtraRun], observable: str) -> Ar
     return np.array(ends).T
 
 
-def _derivative_errors(study: Study, quantity: Quantity, method: str) -> Record | None:
+def _derivative_errors(study: Study, quantity: DerivativeCase, method: str) -> Record | None:
     """Returns the errors of a quantity's derivatives near a parameter's value; None if a run is
     missing. A derivative is the relative change of the observable over the relative change of the
     parameter."""

@@ -13,7 +13,7 @@ from plumbob.analytic.reference import Array, Signals
 from plumbob.engines.trajectory import Trajectory
 from plumbob.reports.view import notation
 
-Box = tuple[float, float, float, float]  # left, right, bottom, top
+PictureBox = tuple[float, float, float, float]  # left, right, bottom, top
 STILL = 1e-9  # [rad] largest angle that is not mentioned beside a distance
 # direction of the camera: around the vertical, and above the horizontal
 AZIMUTH = math.radians(25.0)
@@ -30,7 +30,7 @@ class Picture:
     picture."""
 
     kind: Literal["pendulum", "cone", "capsule", "body", "geoms"]
-    box: Box  # [m] extent of the picture
+    box: PictureBox  # [m] extent of the picture
     geometry: Mapping[str, Any]  # further values for the script, as JSON
     sizes: Mapping[str, float]  # by unit
     motion: Callable[[Array], Signals]

@@ -26,7 +26,7 @@ from plumbob.reports.view.tables import paragraphs, table, table_or_none
 from plumbob.reports.view.top_tables import anchor
 from plumbob.reports.view.trimming import trimming
 
-View = SimpleNamespace
+PageView = SimpleNamespace
 """The content of a scene's or a system's page; its attributes are the names in the template."""
 # section and page with the findings on engines that hold for every system
 OF_ENGINES = "engines"
@@ -45,17 +45,17 @@ def scenes_of_system(study: Study, system: SystemRecord) -> list[Scene]:
 
 def system_view(
     study: Study, records: Records, system: SystemRecord, all_results: Results
-) -> View:
+) -> PageView:
     """Returns the view of one system: the views of its scenes in `study`, its findings, galleries
     and matrices. `all_results` holds the results of all methods on all scenes."""
     scenes = scenes_of_system(study, system)
-    views = list[View]()
+    views = list[PageView]()
     for scene in scenes:
         record = records.scenes[scene.name]
         results = [result for (name, _), result in all_results.items() if name == scene.name]
         if record.exact and results:
             views.append(scene_view(study, record, record.exact, results))
-    return View(
+    return PageView(
         system=system,
         about=read_description(system.name),
         galleries=findings_about(study, system.name, "gallery"),
@@ -69,7 +69,7 @@ def system_view(
 
 def scene_view(
     study: Study, record: SceneRecord, exact: ExactRecord, results: Sequence[MethodResult]
-) -> View:
+) -> PageView:
     """Returns the view of one scene of `study`: its figures, tables, sentences and replay.
 
     `record` holds the scene's verdicts and recommendations, `exact` its exact motion, and `results`
@@ -90,7 +90,7 @@ def scene_view(
     if at_first:
         last = ran[at_first[-1]]
         typical = reference_run(last.done, last.method)
-    return View(
+    return PageView(
         scene=scene,
         anchor=anchor(scene.name),
         # verdicts, and how many methods have each

@@ -41,7 +41,7 @@ from plumbob.reports.view.site.links import (
     resolve_links,
 )
 from plumbob.reports.view.site.phenomena import phenomena
-from plumbob.reports.view.site.views import OF_ENGINES, View, system_view
+from plumbob.reports.view.site.views import OF_ENGINES, PageView, system_view
 from plumbob.reports.view.user_settings import table as own_table
 
 SMOOTH_SCENE = (
@@ -157,7 +157,7 @@ def site_content(study: Study) -> SiteContent:
     return SiteContent(common, _pages(views, common))
 
 
-def _views(study: Study, records: Records, results: Results) -> list[View]:
+def _views(study: Study, records: Records, results: Results) -> list[PageView]:
     """Returns the view of each system of the study, in the order of the sources. A system of
     another package is left out if no run of it reached its end."""
     done = {
@@ -177,7 +177,7 @@ def _views(study: Study, records: Records, results: Results) -> list[View]:
 
 
 def _common(
-    study: Study, records: Records, views: Sequence[View], results: Results
+    study: Study, records: Records, views: Sequence[PageView], results: Results
 ) -> dict[str, Any]:
     """Returns the values that every page may show, by their names in the templates."""
     on_engines = findings_about(study, OF_ENGINES)
@@ -230,7 +230,7 @@ def _common(
     }
 
 
-def _pages(views: Sequence[View], common: Mapping[str, Any]) -> list[Page]:
+def _pages(views: Sequence[PageView], common: Mapping[str, Any]) -> list[Page]:
     """Returns all pages but the index: systems, scenes, then the pages that belong to no system."""
     pages: list[Page] = [
         (view.system.name, "system.html.jinja", {"view": view}) for view in views

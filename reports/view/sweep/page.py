@@ -17,7 +17,7 @@ from plumbob.engines.study.provenance import Provenance
 from plumbob.engines.sweep.sweep import Sweep, Swept
 from plumbob.reports.view import tables
 from plumbob.reports.view.axis import Axis
-from plumbob.reports.view.content import Figure, Layout
+from plumbob.reports.view.content import Figure, PlotlyLayout
 from plumbob.reports.view.page import fill_page, write_file
 from plumbob.reports.view.plotly_figure import ZERO, linear, logarithmic
 from plumbob.reports.view.sweep.text import error_text, point_text, sides_text, sweep_rows
@@ -123,7 +123,7 @@ def _curves(swept: Swept, side: int) -> dict[str, Any]:
     return {"side": side, "places": values, "lines": lines}
 
 
-def _axis(side: Side) -> Layout:
+def _axis(side: Side) -> PlotlyLayout:
     """Returns the axis of a varied parameter, titled with its name and unit."""
     title = side.name
     for line in tables.paragraphs("units"):
