@@ -38,7 +38,7 @@ def exactly(exact: Same, times: bytes) -> tuple[Signals, Signals]:
 
 
 @lru_cache(maxsize=KEPT)
-def expected(
+def expected_series(
     exact: Same, theory: Same, scheme: Scheme, step: float, times: bytes
 ) -> tuple[Powers, Signals, float]:
     """Returns the terms of an ErrorTheory's series, their sum, and the sum's nonlinearity.
@@ -62,6 +62,6 @@ def expected(
 
 @lru_cache(maxsize=KEPT)
 def as_stepped(theory: Same, scheme: Scheme, step: float, times: bytes) -> SteppedErrors:
-    """Returns the errors of an ErrorTheory for one step size; arguments are as in `expected`."""
+    """Returns the errors of an ErrorTheory for one step size; arguments are as in `expected_series`."""
     errors: SteppedErrors = theory.value.at_step(scheme, step, np.frombuffer(times))
     return errors

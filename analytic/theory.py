@@ -48,7 +48,7 @@ class SteppedErrors:
     fall with the step is therefore `predicted` only if it is derived."""
 
 
-def apart(stepped: Signals, exact: Signals) -> Signals:
+def signal_differences(stepped: Signals, exact: Signals) -> Signals:
     """Returns the `stepped` observables less the `exact` ones, for the names that are in both."""
     return {name: stepped[name] - values for name, values in exact.items() if name in stepped}
 

@@ -149,11 +149,11 @@ def _default_gradients(system: System) -> ExactGradients:
     def gradients(problems: Sequence[Neighbours[Any]], times: Array) -> list[Sensitivity]:
         start = np.zeros(1)
         if isinstance(system.reference(problems[0].here), CertifiedMotion):
-            from plumbob.analytic.numerics.smooth.smooth_motion import certified
+            from plumbob.analytic.numerics.smooth.smooth_motion import certified_smooth_motion
             from plumbob.analytic.sensitivities.smooth_motion import smooth_gradients
 
             def motion(problem: Any) -> Any:
-                return certified(cast(Any, system.reference(problem)))
+                return certified_smooth_motion(cast(Any, system.reference(problem)))
 
             return smooth_gradients(motion, problems, times)
 

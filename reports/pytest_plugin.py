@@ -52,7 +52,7 @@ def pytest_collection_modifyitems(session: pytest.Session, items: list[pytest.It
     from plumbob.engines.registry import engine_of, installed
     from plumbob.engines.registry import methods as find_methods
     from plumbob.engines.study.runner import pairs
-    from plumbob.models.registry import scenes as find_scenes
+    from plumbob.models.registry import matching_scenes as find_scenes
 
     profile = profile or "quick"
     try:

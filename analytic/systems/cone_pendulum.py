@@ -34,7 +34,7 @@ from plumbob.analytic.numerics.elliptic.trigonometric_potential import (
     Kind,
     TrigonometricPotential,
     critical_points,
-    kind,
+    equilibrium_kind,
 )
 from plumbob.analytic.numerics.quad import Quad, double, quad
 from plumbob.analytic.parameters import ParameterError, check_fields, finite, positive
@@ -81,7 +81,7 @@ class HungBody:
             raise ParameterError("inertia_yz", self.inertia_yz, need)
 
 
-def cone(density: float, height: float, apex_angle: float) -> HungBody:
+def solid_cone(density: float, height: float, apex_angle: float) -> HungBody:
     """Returns a solid cone hung by its vertex (Sudakov 2015, eq. 1); density [kg/m^3], height [m],
     full apex angle [rad]. Raises ParameterError."""
     positive("density", density)
@@ -249,7 +249,7 @@ class ConePendulum:
         """Returns the equilibrium at the critical point `theta` [rad] of `potential`."""
         potential, tilt, offset = self._potential_terms
         stiffness = abs(float(double(potential.curvature(theta))))
-        kind_there = kind(potential, theta)
+        kind_there = equilibrium_kind(potential, theta)
         rate = 0.0 if kind_there == "degenerate" else math.sqrt(stiffness / self.body.inertia_x)
         value = float(double(potential.value(theta) + offset))
         angle = double(theta - tilt)

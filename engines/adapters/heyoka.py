@@ -16,7 +16,7 @@ import numpy as np
 from numpy.lib.mixins import NDArrayOperatorsMixin
 
 from plumbob.analytic.numerics.arithmetic import ULP
-from plumbob.analytic.numerics.rotor.orbit import smooth_system
+from plumbob.analytic.numerics.rotor.orbit import rotor_system
 from plumbob.analytic.numerics.smooth.smooth_system import SmoothSystem
 from plumbob.analytic.reference import Array, Signals
 from plumbob.analytic.schemes import ADAPTIVE, Scheme
@@ -110,7 +110,7 @@ def _translated(case: Case) -> Translated:
         )
     else:
         tilt = getattr(problem, "tilt", 0.0)
-        system = smooth_system(rotor, problem.theta + tilt, problem.theta_dot)
+        system = rotor_system(rotor, problem.theta + tilt, problem.theta_dot)
     half = len(system.rates)
 
     def slopes(time: Any, state: Sequence[Any]) -> Sequence[Any]:

@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from plumbob.analytic.answer_cache import Same, expected
+from plumbob.analytic.answer_cache import Same, expected_series
 from plumbob.analytic.left_open import SURE, by_series, roundings
 from plumbob.analytic.parameters import ParameterError, nearest
 from plumbob.analytic.reference import Array
@@ -205,7 +205,9 @@ class _Runs:
             raise Unsupported(measured.reason or measured.status)
         scheme = scheme_of(case, self.method)
         times = run.times.tobytes()
-        powers, *_ = expected(Same(case.reference), Same(case.errors), scheme, self.step, times)
+        powers, *_ = expected_series(
+            Same(case.reference), Same(case.errors), scheme, self.step, times
+        )
         series = [powers[p] for p in sorted(powers)]
         ends = {}
         second = confirming(case, self.method) if scheme.integrator == ADAPTIVE else None

@@ -27,7 +27,7 @@ ENERGIES = MappingProxyType(
 )
 
 
-def over_time(problem: ConePendulum, times: Array) -> Mapping[Observable, Array]:
+def answers_over_time(problem: ConePendulum, times: Array) -> Mapping[Observable, Array]:
     """Returns phase (Sudakov 2015, eqs. 11 and 13), momentum (8), the three parts of T (3-5), U, T
     + U, and the work of the drive since the start, at `times` [s], shape (n,)."""
     observed = problem.reference.observe(np.append(0.0, times))

@@ -24,9 +24,9 @@ def observe(body: FreeBody, qpos: Array, qvel: Array) -> Signals:
     return attitude | dict(zip(RATES, qvel[:, 3:6].T, strict=True))
 
 
-def largest(body: FreeBody) -> Mapping[str, float]:
+def angular_velocity_bounds(body: FreeBody) -> Mapping[str, float]:
     """Returns angular velocities [rad/s] that no motion reaches."""
     return dict.fromkeys(RATES, DIVERGED_RATIO * body.fastest or 1.0)
 
 
-MODEL = ModelFile(fill, observe, largest=largest)
+MODEL = ModelFile(fill, observe, largest=angular_velocity_bounds)

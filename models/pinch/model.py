@@ -43,9 +43,9 @@ def observe(problem: Pinch, qpos: Array, qvel: Array) -> Signals:
     }
 
 
-def controls(problem: Pinch) -> Controls:
+def finger_forces(problem: Pinch) -> Controls:
     """Returns the forces of the fingers [N]."""
     return lambda times: np.full((len(times), 2), float(problem.normal_force))
 
 
-MODEL = ModelFile(fill, observe, controls=controls)
+MODEL = ModelFile(fill, observe, controls=finger_forces)

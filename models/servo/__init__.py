@@ -30,7 +30,7 @@ def facts(servo: Servo) -> Mapping[str, Any]:
     }
 
 
-def errors(servo: Servo) -> ErrorTheory:
+def servo_errors(servo: Servo) -> ErrorTheory:
     """Returns the theory of the errors of fixed steps on the motion."""
     if not servo.saturates:
         theory: ErrorTheory = linear.errors(servo.started)
@@ -111,7 +111,7 @@ SYSTEMS = (
         ),
         default="motor-damped",
         reference=lambda servo: servo if servo.saturates else servo.started.motion,
-        errors=errors,
+        errors=servo_errors,
         stability=lambda servo: None if servo.saturates else linear.stability(servo.started),
         invariants=lambda servo, observed: (
             {} if servo.saturates else linear.invariants(servo.started, observed)

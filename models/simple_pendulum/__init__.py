@@ -81,7 +81,7 @@ def per_unit_mass(parameters: Parameters) -> dict[str, Any]:
     return values
 
 
-def change(parameters: Parameters, changes: Parameters) -> Parameters:
+def change_pendulum(parameters: Parameters, changes: Parameters) -> Parameters:
     """Returns parameters with some values changed. A change of theta_from_top replaces theta, and
     the reverse. In the same way C and its rate, and F_0 and its amplitude, replace each other."""
     for pair in (*OWN_FORM.items(), ("theta", FROM_TOP)):
@@ -163,7 +163,7 @@ _scene = partial(
     steps=step_sizes(1e-1, 1e-5),  # includes the notebook's 0.05 s
     base=_REST,
     source=SOURCE,
-    change=change,
+    change=change_pendulum,
 )
 
 
@@ -377,7 +377,7 @@ def _system(name: str, title: str, observables: tuple[Observable, ...], linear: 
         mjcf=Path(__file__).parent / "simple_pendulum.xml",
         family="simple_pendulum",
         kind=ONE_SMOOTH,
-        change=change,
+        change=change_pendulum,
         interest=swing_quantities,
         sensitivity=from_analytic("sensitivities.smooth_systems.simple_pendulum_gradients"),
         left_out={"mass": MASS},

@@ -25,9 +25,9 @@ from plumbob.models.tripod_capsule.parameters import (
     LOADS,
     SOURCE,
     UNLOADING,
-    capsule,
     capsule_system,
-    heading,
+    read_capsule,
+    read_heading,
     slider_place,
 )
 
@@ -49,9 +49,9 @@ def problem(parameters: Parameters) -> CapsuleProblem:
     """Returns the problem of the residual motion that parameters describe, by its formula if it has
     one; raises ParameterError."""
     known(parameters, NAMES)
-    body = capsule(parameters)
+    body = read_capsule(parameters)
     slider = slider_place(parameters)
-    heading_at_start = heading(parameters)
+    heading_at_start = read_heading(parameters)
     vx, vy = (finite(name, parameters[name]) for name in ("velocity_x", "velocity_y"))
     rate = finite("heading_rate", parameters["heading_rate"])
     setup = CapsuleSetup(

@@ -9,7 +9,7 @@ from typing import Any
 
 from plumbob.analytic.parameters import finite, known
 from plumbob.analytic.systems.capsule_setup import CapsuleProblem, CapsuleSetup
-from plumbob.analytic.systems.manoeuvres.driving_force import demand
+from plumbob.analytic.systems.manoeuvres.driving_force import force_demand
 from plumbob.analytic.systems.manoeuvres.slow_motion import SlowStroke
 from plumbob.analytic.systems.manoeuvres.tilted_hold import TiltedHold, tilt_angle
 from plumbob.models.scene import Parameters, Scene, step_sizes
@@ -18,12 +18,12 @@ from plumbob.models.tripod_capsule.parameters import (
     CHECK,
     SOURCE,
     UNLOADING,
-    capsule,
     capsule_system,
     change_line,
-    heading,
     line_angle,
     line_problem,
+    read_capsule,
+    read_heading,
     slider_place,
 )
 
@@ -37,8 +37,8 @@ def problem(parameters: Parameters) -> CapsuleProblem:
     known(parameters, NAMES)
     if "length" in parameters:
         return _stroke_problem(parameters)
-    body = capsule(parameters)
-    heading_at_start = heading(parameters)
+    body = read_capsule(parameters)
+    heading_at_start = read_heading(parameters)
     slider = slider_place(parameters)
     line = line_angle(parameters, body)
     hold = TiltedHold(body, finite("fraction", parameters["fraction"]), line, slider)
@@ -51,7 +51,7 @@ def problem(parameters: Parameters) -> CapsuleProblem:
 
 def _stroke_problem(parameters: Parameters) -> CapsuleProblem:
     """Returns the problem of a slow stroke of the slider, out and back; raises ParameterError."""
-    body = capsule(parameters)
+    body = read_capsule(parameters)
     line = line_angle(parameters, body)
     start = parameters.get("start", 0.0)
     stroke = SlowStroke(body, parameters["length"], parameters["fraction"], line, start)
@@ -68,7 +68,7 @@ def facts(problem: CapsuleProblem) -> Mapping[str, Any]:
         "holding_acceleration": body.holding_acceleration,
     }
     if hold.kind == "stroke":
-        actuator_demand = demand(hold, hold.duration).facts()
+        actuator_demand = force_demand(hold, hold.duration).facts()
         return {**facts, "stroke": hold.length, "t_rest": hold.duration, **actuator_demand}
     tilt = tilt_angle(body, hold.fraction)
     return {

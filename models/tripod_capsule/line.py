@@ -15,7 +15,7 @@ from plumbob.analytic.parameters import known
 from plumbob.analytic.reference import Signals
 from plumbob.analytic.systems.capsule import lowest_normal_forces, source_assumption
 from plumbob.analytic.systems.capsule_setup import CapsuleProblem
-from plumbob.analytic.systems.manoeuvres.driving_force import demand
+from plumbob.analytic.systems.manoeuvres.driving_force import force_demand
 from plumbob.analytic.systems.manoeuvres.line_manoeuvre import (
     condition_number,
     printed_body_velocity,
@@ -82,7 +82,7 @@ def facts(problem: CapsuleProblem) -> Mapping[str, Any]:
         "t_star": line.t_star,
         "t_rest": line.t_star,
         "direction": line.direction,
-        **demand(line, line.t2).facts(),
+        **force_demand(line, line.t2).facts(),
         "holding_acceleration": line.capsule.holding_acceleration,
         "condition_number": condition_number(line),
         "lowest_normal_forces": [float(force) for force in lowest],

@@ -84,18 +84,18 @@ capsule_system = partial(
 """Returns a system with the capsule's model and family; the arguments are those of `System`."""
 
 
-def capsule(parameters: Parameters) -> Capsule:
+def read_capsule(parameters: Parameters) -> Capsule:
     """Returns the capsule that parameters describe; raises ParameterError."""
     return Capsule(**{name: parameters[name] for name in BODY})
 
 
-UNLOADING = 0.099 / capsule(CHECK).mass_ratio
+UNLOADING = 0.099 / read_capsule(CHECK).mass_ratio
 """[m] distance of the slider from C, away from A1, with which A1 carries 1/300 of the weight."""
 
 
 def holding_acceleration(changes: Parameters) -> float:
     """Returns f g/mu [m/s^2] of the body with some of CHECK's parameters changed."""
-    return capsule({**CHECK, **changes}).holding_acceleration
+    return read_capsule({**CHECK, **changes}).holding_acceleration
 
 
 def line_angle(parameters: Parameters, body: Capsule) -> float:
@@ -108,7 +108,7 @@ def line_angle(parameters: Parameters, body: Capsule) -> float:
 
 def manoeuvre(parameters: Parameters) -> LineManoeuvre:
     """Returns the line manoeuvre that parameters describe; raises ParameterError."""
-    body = capsule(parameters)
+    body = read_capsule(parameters)
     return LineManoeuvre(
         body,
         parameters["w1"],
@@ -128,7 +128,7 @@ def line_problem(motion: Any, parameters: Parameters) -> CapsuleProblem:
         body,
         (x, y),
         single.direction,
-        heading(parameters),
+        read_heading(parameters),
         press=body.gravity,
         relative_velocity=motion.relative_velocity,
     )
@@ -153,7 +153,7 @@ def plane_problem(motion: Any, exact: Any, facing: float) -> CapsuleProblem:
     return CapsuleProblem(motion, PlaneReference(exact), setup)
 
 
-def heading(parameters: Parameters) -> float:
+def read_heading(parameters: Parameters) -> float:
     """Returns the heading of the body in the world [rad]; raises ParameterError."""
     return finite("heading", parameters.get("heading", 0.0))
 

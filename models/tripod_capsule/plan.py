@@ -23,9 +23,9 @@ from plumbob.models.tripod_capsule.parameters import (
     BODY,
     CHECK,
     SOURCE,
-    capsule,
     capsule_system,
     plane_problem,
+    read_capsule,
 )
 from plumbob.models.tripod_capsule.turn import OBSERVED
 
@@ -94,7 +94,14 @@ def requested_plan(parameters: Parameters) -> Plan:
         raise ParameterError(name, parameters[name], "left out where the track is free")
     legs, arc, segments = checked_curve(**curve)
     return _cached_plan(
-        capsule(parameters), goal, limits, track, start, legs=legs, arc=arc, segments=segments
+        read_capsule(parameters),
+        goal,
+        limits,
+        track,
+        start,
+        legs=legs,
+        arc=arc,
+        segments=segments,
     )
 
 

@@ -9,7 +9,7 @@ from typing import Any
 
 from plumbob.analytic.parameters import known
 from plumbob.analytic.systems.capsule_setup import CapsuleProblem
-from plumbob.analytic.systems.manoeuvres.driving_force import demand
+from plumbob.analytic.systems.manoeuvres.driving_force import force_demand
 from plumbob.analytic.systems.manoeuvres.line_manoeuvre import LineManoeuvre
 from plumbob.analytic.systems.manoeuvres.mean_speed import fastest_speed
 from plumbob.analytic.systems.manoeuvres.repeated_line import RepeatedLine
@@ -66,7 +66,7 @@ def facts(problem: CapsuleProblem) -> Mapping[str, Any]:
         "stroke": repeated.manoeuvre.stroke,
         "mean_speed": repeated.mean_speed,
         **_mean_speed_bound(once.manoeuvre),
-        **demand(once, once.period).facts(),
+        **force_demand(once, once.period).facts(),
     }
 
 

@@ -23,10 +23,10 @@ from plumbob.models.tripod_capsule.parameters import (
     CHECK,
     LOADS,
     SOURCE,
-    capsule,
     capsule_system,
-    heading,
     plane_problem,
+    read_capsule,
+    read_heading,
 )
 
 TURN = ("radius", "angular_acceleration", "half_time", "start", "count", "pause")
@@ -50,7 +50,7 @@ def problem(parameters: Parameters) -> CapsuleProblem:
     ParameterError."""
     known(parameters, NAMES)
     turn = TurnManoeuvre(
-        capsule(parameters),
+        read_capsule(parameters),
         parameters["radius"],
         parameters["angular_acceleration"],
         parameters["half_time"],
@@ -59,7 +59,7 @@ def problem(parameters: Parameters) -> CapsuleProblem:
     count = parameters.get("count", 1)
     pause = parameters.get("pause", 0.0)
     turns = _repeated(turn, count, pause)
-    return plane_problem(turns, turns, heading(parameters))
+    return plane_problem(turns, turns, read_heading(parameters))
 
 
 @lru_cache(maxsize=8)  # every method and step of a scene has the same motion
@@ -128,7 +128,7 @@ def _parameters(epsilon: float, body_angle: float, **values: Any) -> dict[str, A
     [rad] to leading order."""
     parameters: dict[str, Any] = {**CHECK, "radius": 0.12, "start": 0.0, **values}
     turn = turn_of(
-        capsule(parameters), parameters["radius"], epsilon, body_angle, parameters["start"]
+        read_capsule(parameters), parameters["radius"], epsilon, body_angle, parameters["start"]
     )
     drive = {"angular_acceleration": turn.angular_acceleration, "half_time": turn.half_time}
     return parameters | drive
@@ -194,7 +194,7 @@ def _hard_scenes(
 def _body_turn_of_circle(slider_mass: float) -> float:
     """Returns the body's turn [rad], to leading order, while a slider of this mass goes round a
     circle."""
-    body = capsule({**CHECK, "slider_mass": slider_mass})
+    body = read_capsule({**CHECK, "slider_mass": slider_mass})
     return 2.0 * math.pi * turn_of(body, 0.12, 1.0).inertia_ratio
 
 

@@ -11,7 +11,7 @@ from plumbob.engines.study.results import Study
 from plumbob.models.registry import case_of, scene
 from plumbob.reports.analyses.analysis import Analysis, Record, Section
 from plumbob.reports.analyses.claims import at_most
-from plumbob.reports.analyses.measurements import plan_of, recordings
+from plumbob.reports.analyses.measurements import recordings, study_plan
 from plumbob.reports.view.content import Claim
 
 STEP = 1e-3  # [s]
@@ -30,7 +30,7 @@ def numbers(study: Study) -> Record | None:
     other coefficients; None if no method was run."""
     measured = {}
     ball = case_of(scene(RUNS[0].scene)).problem
-    for request, run in recordings(study, requests(plan_of(study))).items():
+    for request, run in recordings(study, requests(study_plan(study))).items():
         top = run.observables["z"][run.times > ball.fall].max()
         measured[request.method] = math.sqrt(float(top) / ball.height)
     if not measured:

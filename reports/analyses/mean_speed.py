@@ -6,7 +6,7 @@ from plumbob.analytic.systems.capsule import longest_stroke
 from plumbob.analytic.systems.manoeuvres import mean_speed
 from plumbob.analytic.systems.manoeuvres.repeated_line import RepeatedLine
 from plumbob.engines.study.results import Study
-from plumbob.models.tripod_capsule.parameters import CHECK, capsule
+from plumbob.models.tripod_capsule.parameters import CHECK, read_capsule
 from plumbob.reports.analyses.analysis import Analysis, Record
 from plumbob.reports.analyses.measurements import covers
 
@@ -20,7 +20,7 @@ def numbers(study: Study) -> Record | None:
     bounds; None if the study has no repeated manoeuvre."""
     if not any(covers(study, name) for name in SCENES):
         return None
-    body = capsule(CHECK)
+    body = read_capsule(CHECK)
     holding = body.holding_acceleration
     low, high = longest_stroke(body, 0.0)
     pushed = mean_speed.fastest_manoeuvre(body, PUSH * holding, STROKE)

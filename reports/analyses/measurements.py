@@ -60,7 +60,7 @@ def extra_runs(
     return tuple(ExtraRun(*parts, duration) for parts in product(scenes, methods, steps))
 
 
-def plan_of(study: Study) -> StudyPlan:
+def study_plan(study: Study) -> StudyPlan:
     """Returns the plan of a study: its profile, scenes and methods."""
     return StudyPlan(study.profile, study.scenes, study.methods)
 
@@ -123,7 +123,9 @@ def covers(plan: Study | StudyPlan, *scenes: str) -> bool:
     return set(scenes) <= {scene.name for scene in plan.scenes}
 
 
-def energy(potential: TrigonometricPotential, inertia: float, run: Trajectory) -> Array:
+def pendulum_energy(
+    potential: TrigonometricPotential, inertia: float, run: Trajectory
+) -> Array:
     """Returns the energy inertia theta_dot^2 / 2 + `potential` [J] along a run, shape (n,)."""
     theta = run.observables["theta"]
     rate = run.observables["theta_dot"]

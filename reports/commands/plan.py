@@ -19,7 +19,7 @@ from plumbob.engines.study.measurement import Measurement, measure
 from plumbob.models.registry import case_of
 from plumbob.models.registry import scene as find_scene
 from plumbob.models.scene import Scene
-from plumbob.models.tripod_capsule.parameters import BODY, CHECK, capsule
+from plumbob.models.tripod_capsule.parameters import BODY, CHECK, read_capsule
 from plumbob.models.tripod_capsule.plan import CURVE, LIMITS, requested_plan
 from plumbob.reports.analyses.capsule_plan.pose_errors import (
     error_by_name,
@@ -72,7 +72,7 @@ def command(chosen: argparse.Namespace) -> int:
             measured = run_plan(found, scene, method, chosen.step)
         if chosen.other:
             known(chosen.other, BODY)
-            body = capsule({**asdict(found.capsule), **chosen.other})
+            body = read_capsule({**asdict(found.capsule), **chosen.other})
             answer["on"] = _misses(replace(found, capsule=body))
     if measured is not None:
         answer["method"] = measured_data(found, measured)

@@ -19,7 +19,7 @@ from plumbob.reports.commands.own_file import OF_FILES, described, is_file, moti
 from plumbob.reports.judge.long_runs import JudgedLongRun, judged_long_run
 from plumbob.reports.judge.stability import JudgedLimit, study_limits
 from plumbob.reports.view.own_files import check_replaceable
-from plumbob.reports.view.stability import NAME, table, write_stability_page
+from plumbob.reports.view.stability import NAME, stability_table, write_stability_page
 from plumbob.reports.view.terminal import aligned
 
 if TYPE_CHECKING:
@@ -48,7 +48,7 @@ def command(chosen: argparse.Namespace) -> int:
     judged = list(_judged(study))
     page = chosen.out and write_stability_page(judged, study.provenance, Path(chosen.out))
     records = [of.record() for of in judged]
-    shown = aligned(table(judged))
+    shown = aligned(stability_table(judged))
     surprises = [
         (record, of) for record, of in zip(records, judged, strict=True) if of.surprise
     ]

@@ -157,7 +157,7 @@ def compared_errors(
     return list(errors.values()) if expected(scene.name, method.name).limit else []
 
 
-def as_expected(scene: Scene, method: Method, judgement: Judgement) -> bool:
+def verdict_is_expected(scene: Scene, method: Method, judgement: Judgement) -> bool:
     """Whether a verdict on a convergence study is the expected one."""
     return not surprise(scene, method, judgement)
 
@@ -263,7 +263,7 @@ def require_accuracy(judgement: Judgement, within: float) -> Judgement:
 def standing(scene: Scene, method: Method, judgement: Judgement) -> VerdictStanding:
     """Returns the meaning of a verdict to a reader. `known limit` is a declared limit;
     `pre-asymptotic` and `not run` claim nothing."""
-    if not as_expected(scene, method, judgement):
+    if not verdict_is_expected(scene, method, judgement):
         return "unexpected"
     if judgement.verdict in ("unsupported", "missing"):
         return "not run"

@@ -56,7 +56,7 @@ names of points, the shades of a map with the ticks of its scale, and the legend
 dashes of each curve."""
 
 
-def drawing(figure: Figure, chosen: Sequence[str] = ()) -> SvgDrawing | None:
+def svg_drawing(figure: Figure, chosen: Sequence[str] = ()) -> SvgDrawing | None:
     """Returns the drawing of a figure, restricted to the curves of the `chosen` methods if the
     figure has any of these; None if no value has a place on one of the axes."""
     traces = drawn_traces(figure, chosen)

@@ -32,7 +32,7 @@ def lost_by_motion(results: Sequence[MethodResult]) -> float | None:
     return digits_lost(max(uncertainties)) if uncertainties else None
 
 
-def table(scenes: Sequence[Sequence[MethodResult]]) -> Table | None:
+def hard_case_table(scenes: Sequence[Sequence[MethodResult]]) -> Table | None:
     """Returns the table of hard cases, with a row for each scene and method; None if no run is
     stored.
 

@@ -29,7 +29,7 @@ class JunitCase(NamedTuple):
     message: str = ""
 
 
-def write_junit(file: Path, study: Study, results: Results) -> None:
+def write_study_junit(file: Path, study: Study, results: Results) -> None:
     """Writes the JUnit file of a study, with a test case for each scene and method.
 
     An unexpected verdict is a failure. A known limit, and a verdict that claims nothing, is

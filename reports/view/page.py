@@ -19,7 +19,7 @@ from urllib.parse import quote
 
 from plumbob.reports.view import notation
 from plumbob.reports.view.content import Figure
-from plumbob.reports.view.drawing import SvgDrawing, drawing
+from plumbob.reports.view.drawing import SvgDrawing, svg_drawing
 from plumbob.reports.view.own_files import check_replaceable
 from plumbob.reports.view.tables import template_environment
 
@@ -63,7 +63,7 @@ class Plots:
         and is never wide, because it stands in a column."""
         if not still:
             self.data.append({"data": figure.traces, "layout": figure.layout})
-        drawn = drawing(replace(figure, wide=figure.wide and not still), chosen)
+        drawn = svg_drawing(replace(figure, wide=figure.wide and not still), chosen)
         if drawn is None:
             return "", None
         svg = _environment().get_template("figure.svg.jinja").render(of=drawn)

@@ -153,7 +153,7 @@ def spacious(title: str, values: npt.ArrayLike) -> PlotlyLayout:
     return logarithmic(title, range=(middle - half, middle + half))
 
 
-def positive(values: npt.ArrayLike) -> Array:
+def positive_magnitudes(values: npt.ArrayLike) -> Array:
     """Returns the magnitudes for a logarithmic axis; zero becomes `ZERO`, at the bottom."""
     return np.asarray(np.maximum(np.abs(np.asarray(values, dtype=float)), ZERO))
 

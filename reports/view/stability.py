@@ -21,14 +21,14 @@ def write_stability_page(judged: Judged, provenance: Provenance, folder: Path) -
     cannot be written."""
     page = fill_page(
         "stability.html.jinja",
-        table=table(judged),
+        table=stability_table(judged),
         long=_has_long_runs(judged),
         made=provenance,
     )
     return write_file(page, folder, NAME)
 
 
-def table(judged: Judged) -> Table:
+def stability_table(judged: Judged) -> Table:
     """Returns the table with a row for each largest step, or for each long run."""
     if _has_long_runs(judged):
         return table_of("long_runs", judged=judged)

@@ -206,6 +206,6 @@ def _functions(parts: Parts) -> dict[str, Any]:
         "linear": plotly_figure.linear,
         "logarithmic": plotly_figure.logarithmic,
         "spacious": plotly_figure.spacious,
-        "positive": plotly_figure.positive,
+        "positive": plotly_figure.positive_magnitudes,
         "colours": palette,  # colours.BLUE, colours.OF_METHODS[name]
     }

@@ -34,7 +34,7 @@ def _timings(scene: Scene, methods: Sequence[Method]) -> list[TrimmingRun]:
     return [TrimmingRun(scene.name, name, step, STEPS, REPEATS) for name in schemes.values()]
 
 
-def trimming(study: Study, scene: Scene) -> Table | None:
+def trimming_table(study: Study, scene: Scene) -> Table | None:
     """Returns the table with the cost of a step of the full model, of the model with disabled
     stages, and of the model that also lacks the geoms without effect, for one method of each
     scheme. None if no timing is stored for the scene."""

@@ -71,7 +71,7 @@ def without_pages(monkeypatch):
     monkeypatch.setattr("plumbob.reports.analyses.requests", lambda plan: ())
     monkeypatch.setattr("plumbob.reports.analyses.analyses_of", _verdicts_alone)
     monkeypatch.setattr(
-        "plumbob.reports.view.site.writing.write_page",
+        "plumbob.reports.view.site.writing.write_study_pages",
         lambda study, out, *more: out / "none",
     )
 

@@ -12,7 +12,7 @@ from plumbob.reports.view import own_files
 from plumbob.reports.view.junit import JunitCase, write_cases
 from plumbob.reports.view.own_files import check_replaceable, check_replaceable_folder
 from plumbob.reports.view.page import TEMPLATES, fill_page
-from plumbob.reports.view.site.writing import write_page
+from plumbob.reports.view.site.writing import write_study_pages
 from plumbob.tests.support.studies import quick
 
 FOREIGN = "a user's own"
@@ -60,7 +60,7 @@ def test_a_file_of_the_users_stays(kind, tmp_path, monkeypatch, capsys):
 
 def test_a_site_is_replaced_with_or_without_its_list(tmp_path):
     """An earlier version made no list."""
-    write_page(quick(), tmp_path)
+    write_study_pages(quick(), tmp_path)
     pages = tmp_path / "pages"
     there = {path.name for path in pages.iterdir()}
     assert {*(pages / own_files.LIST).read_text().splitlines(), own_files.LIST} == there
@@ -72,10 +72,10 @@ def test_a_site_is_replaced_with_or_without_its_list(tmp_path):
         with pytest.raises(ParameterError, match=name):
             check_replaceable_folder("out", pages)
         file.rmdir() if name == "folder" else file.unlink()
-    write_page(quick(), tmp_path)
+    write_study_pages(quick(), tmp_path)
     (pages / "foreign.svg").write_text(FOREIGN)
     with pytest.raises(ParameterError, match=r"foreign\.svg"):
-        write_page(replace(quick(), profile="full"), tmp_path)
+        write_study_pages(replace(quick(), profile="full"), tmp_path)
     assert (pages / "foreign.svg").read_text() == FOREIGN
 
 

@@ -11,10 +11,10 @@ from plumbob.analytic.errors.contact_models import impacts
 from plumbob.engines.method import meant
 from plumbob.engines.registry import engine_of, method, methods
 from plumbob.engines.study.measurement import measure
-from plumbob.models.registry import case_of, scene, scenes
+from plumbob.models.registry import case_of, matching_scenes, scene
 from plumbob.reports.judge.verdict import judge
 
-SCENES = scenes("bouncing-ball")
+SCENES = matching_scenes("bouncing-ball")
 BALL = case_of(scene("bouncing-ball/half")).problem
 
 

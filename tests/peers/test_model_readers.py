@@ -10,7 +10,7 @@ from plumbob.engines.registry import methods as find_methods
 from plumbob.engines.study import store
 from plumbob.engines.study.model_reading import ModelReading, dropped
 from plumbob.engines.study.runner import run_study
-from plumbob.models.registry import scenes as find_scenes
+from plumbob.models.registry import matching_scenes as find_scenes
 from plumbob.reports.analyses.engines.readers import KNOWN, READERS, requests
 from plumbob.reports.cli import main
 from plumbob.reports.judge.model_readers import compared_reading

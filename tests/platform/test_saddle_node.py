@@ -5,9 +5,9 @@ import math
 import numpy as np
 import pytest
 
-from plumbob.analytic.systems.cone_pendulum import ConePendulum, HungBody, cone
+from plumbob.analytic.systems.cone_pendulum import ConePendulum, HungBody, solid_cone
 
-STEEL = cone(8000.0, 0.3, math.radians(30.0))
+STEEL = solid_cone(8000.0, 0.3, math.radians(30.0))
 # of radius 0.5 m, 0.1 m below the pivot: its largest moment is along its axis
 ACROSS = 4.0 * (0.5**2 / 4.0 + 0.1**2)
 DISC = HungBody(4.0, 0.1, ACROSS, ACROSS, 4.0 * 0.5**2 / 2.0)

@@ -8,13 +8,13 @@ import gmpy2
 import numpy as np
 import pytest
 
-from plumbob.analytic.systems.cone_pendulum import ConePendulum, cone
+from plumbob.analytic.systems.cone_pendulum import ConePendulum, solid_cone
 from plumbob.analytic.systems.pendulums import uniformity
 from plumbob.reports.analyses.cone_pendulum import source_text
 from plumbob.reports.analyses.cone_pendulum.hamiltonian import ROTATING, closed_forms
 from plumbob.tests.support.high_precision import orbit_of
 
-STEEL = cone(8000.0, 0.3, math.radians(30.0))
+STEEL = solid_cone(8000.0, 0.3, math.radians(30.0))
 TURNING = ConePendulum(STEEL, 0.0, 0.09, 26.0, 9.8, 0.0, 37.0)
 # pivot_y, platform rate, theta_dot: spread, deviation, near; integrated independently
 KNOWN = {

@@ -8,7 +8,7 @@ from plumbob.analytic.errors.contact_models.model_error import sample_motion
 from plumbob.analytic.errors.contact_models.sequential_impulse_bounds import (
     STALLED,
     USED_UP,
-    demand,
+    solver_demand,
 )
 from plumbob.engines.adapters.pymunk.capsule import described
 from plumbob.engines.study.measurement import measure
@@ -32,7 +32,7 @@ def residual(name, step, iterations, **changes):
     feet = replace(feet, settings={**feet.settings, "iterations": iterations})
     solver = described(case.problem, feet, step)
     assert solver.iterations == iterations
-    jump = demand(case.problem, sample_motion(case.problem, changed.duration)).jump
+    jump = solver_demand(case.problem, sample_motion(case.problem, changed.duration)).jump
     velocity = measure(case, feet, step)[0].errors["velocity"]
     return beyond(velocity) / (jump * step), solver.one_foot_residual
 
@@ -56,7 +56,7 @@ def test_forces_change_at_once_as_often_as_the_motion_says(name, changes):
     begins to return, turns round, and stops again."""
     case = case_of(scene(name))
     assert (
-        demand(case.problem, sample_motion(case.problem, case.scene.duration)).changes
+        solver_demand(case.problem, sample_motion(case.problem, case.scene.duration)).changes
         == changes
     )
 

@@ -8,8 +8,8 @@ import numpy as np
 
 from plumbob.engines.registry import methods as find_methods
 from plumbob.engines.study.extra_runs import StudyPlan
+from plumbob.models.registry import matching_scenes as find_scenes
 from plumbob.models.registry import scene as find_scene
-from plumbob.models.registry import scenes as find_scenes
 from plumbob.reports.analyses.replay import replay, requests
 from plumbob.reports.view import notation
 from plumbob.reports.view.page import TEMPLATES, Plots

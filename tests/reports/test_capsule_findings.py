@@ -65,7 +65,7 @@ def test_errors_are_the_sawtooth_of_the_step():
         for error, predicted in zip(errors[name], numbers.predicted, strict=False):
             assert 0.99 < error / predicted < most
     assert min(errors["mujoco/euler"]) > 0.02
-    assert displacement.errors(nothing()) is None
+    assert displacement.displacement_errors(nothing()) is None
 
 
 def test_heights():

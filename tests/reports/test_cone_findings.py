@@ -19,7 +19,11 @@ from plumbob.reports.analyses.cone_pendulum import (
     symmetry,
     uniformity,
 )
-from plumbob.reports.analyses.cone_pendulum.hamiltonian import ROTATING, closed_forms, cone
+from plumbob.reports.analyses.cone_pendulum.hamiltonian import (
+    ROTATING,
+    closed_forms,
+    turning_cone,
+)
 from plumbob.reports.view.finding_text import findings_of, read_findings
 from plumbob.tests.support.declared import declared, finding, nothing, numbers_of
 from plumbob.tests.support.studies import quick
@@ -114,7 +118,8 @@ def test_finding_equilibria():
     assert len(numbers["centres"]) == 15
     assert numbers["largest_gap"] < 1e-6  # the amplitude's
     near, far = (
-        cone(pivot_y=0.0, platform_rate=rate).equilibria[0].rate for rate in (8.0, 8.001)
+        turning_cone(pivot_y=0.0, platform_rate=rate).equilibria[0].rate
+        for rate in (8.0, 8.001)
     )
     assert abs(near / far - 1.0) > 1e-4  # what a platform rate wrong by 1e-4 would change
 

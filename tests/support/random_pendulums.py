@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from plumbob.analytic.systems.cone_pendulum import ConePendulum, HungBody, cone
+from plumbob.analytic.systems.cone_pendulum import ConePendulum, HungBody, solid_cone
 
 REGIMES = (
     "rotation forward",
@@ -37,7 +37,7 @@ def _platform(rng):
     I_x < I_z; half with different moments; at 0 to 1000 rad/s."""
     if rng.random() < 0.5:
         apex = math.radians(rng.uniform(5.0, 170.0))
-        body = cone(rng.uniform(500.0, 9000.0), rng.uniform(0.05, 2.0), apex)
+        body = solid_cone(rng.uniform(500.0, 9000.0), rng.uniform(0.05, 2.0), apex)
     else:
         squares = rng.uniform(0.01, 1.0, 3)  # second moments along the axes
         mass = rng.uniform(0.1, 50.0)

@@ -15,7 +15,7 @@ from plumbob.analytic.systems.planner.lines import line_time
 from plumbob.analytic.systems.planner.manoeuvre import slow_arc, slow_line
 from plumbob.analytic.systems.planner.problem import POSES, PlanLimits, RestPose
 from plumbob.analytic.systems.planner.result import pose_error
-from plumbob.analytic.systems.planner.tracks import Track, curve
+from plumbob.analytic.systems.planner.tracks import Track, curved_track
 from plumbob.analytic.systems.slider_path import ArcPiece, StraightPiece, arc, straight
 from plumbob.analytic.systems.three_points.friction import three_point_motion
 from plumbob.models.registry import scene
@@ -177,7 +177,7 @@ def test_the_curve_may_have_any_two_lines_and_either_arc(legs, arc):
 @pytest.mark.parametrize("track", ["free", "curve"])
 def test_lines_take_about_as_long_as_is_estimated(track):
     limits = PlanLimits()
-    rails = Track(CHECK, limits) if track == "free" else curve(CHECK, limits)
+    rails = Track(CHECK, limits) if track == "free" else curved_track(CHECK, limits)
     estimate = line_time(rails, PLACES["ahead"].place)
     assert estimate == pytest.approx(planned("ahead", track).duration, rel=0.05)
 

@@ -14,7 +14,7 @@ from plumbob.analytic.numerics.arithmetic import ULP
 from plumbob.analytic.reference import Array
 from plumbob.analytic.schemes import EULER, Scheme, SoftPoint
 from plumbob.analytic.systems.rolling_disc import RollingDisc, masses, moments
-from plumbob.analytic.theory import Predicted, StepErrors, SteppedErrors, apart
+from plumbob.analytic.theory import Predicted, StepErrors, SteppedErrors, signal_differences
 
 ROLLS = SoftPoint(time_constant=0.0, ratio=np.inf, pyramidal=False)
 """Mark of a contact by spring and damper whose friction ends a slip within a step."""
@@ -109,7 +109,7 @@ def disc_errors(disc: RollingDisc) -> StepErrors:
         if not states.size:
             return {}
         exact = disc.motion.observe(times)
-        errors = apart(dict(zip(exact, states, strict=True)), exact)
+        errors = signal_differences(dict(zip(exact, states, strict=True)), exact)
         uncertainty = {}
         for name, doubt in disc.motion.uncertainty(times).items():
             uncertainty[name] = ROUNDED * (doubt + ULP * abs(exact[name]))

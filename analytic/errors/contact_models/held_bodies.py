@@ -22,7 +22,7 @@ from plumbob.analytic.schemes import EULER, Scheme
 from plumbob.analytic.systems.incline import Incline
 from plumbob.analytic.systems.pinch import Pinch
 from plumbob.analytic.systems.stack import Stack
-from plumbob.analytic.theory import Predicted, StepErrors, SteppedErrors, apart
+from plumbob.analytic.theory import Predicted, StepErrors, SteppedErrors, signal_differences
 
 CORNERS = 4  # corners of a face, which carry equal loads because the face does not turn
 DEEPEST = 0.4  # chosen: largest depth over the edge; beyond 0.5 contacts push the cube through
@@ -126,7 +126,7 @@ def incline_errors(cube: Incline) -> StepErrors:
             x, speed, _ = stepped_motion(scheme, step, cube.speed, pulls, limit)[:, marks]
             rounding = ULP * (abs(cube.speed) + cube.gravity * times)
             return SteppedErrors(
-                apart({"x": x, "speed": speed}, exact),
+                signal_differences({"x": x, "speed": speed}, exact),
                 {"x": rounding * (step + times), "speed": rounding},
             )
         drift = held_drift(scheme, corner(cube), step, marks)

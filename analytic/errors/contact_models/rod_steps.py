@@ -18,7 +18,7 @@ from plumbob.analytic.numerics.arithmetic import ULP
 from plumbob.analytic.reference import Array
 from plumbob.analytic.schemes import EULER, Scheme
 from plumbob.analytic.systems.rod_impact import RodImpact
-from plumbob.analytic.theory import Predicted, StepErrors, SteppedErrors, apart
+from plumbob.analytic.theory import Predicted, StepErrors, SteppedErrors, signal_differences
 
 TIP = 1e-12  # radius of a rod's end over its length in pymunk: contacts begin at this distance
 ROUNDED = 1e3  # calibrated: amplification of rounding by an impact; a fifth of it is used
@@ -81,7 +81,7 @@ def rod_errors(rod: RodImpact) -> StepErrors:
             return {}
         exact = rod.observe(times)
         places = stepped_places(rod, scheme, step, whole_steps(times, step))
-        errors = apart(dict(zip(exact, places, strict=True)), exact)
+        errors = signal_differences(dict(zip(exact, places, strict=True)), exact)
         uncertainty = {name: ROUNDED * ULP * (1 + abs(x)) for name, x in exact.items()}
         return SteppedErrors(errors, uncertainty)
 

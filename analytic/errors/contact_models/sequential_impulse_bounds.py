@@ -87,7 +87,7 @@ def model_error(
     return by_observable(bounds)
 
 
-def demand(problem: CapsuleProblem, motion: SampledMotion) -> SolverDemand:
+def solver_demand(problem: CapsuleProblem, motion: SampledMotion) -> SolverDemand:
     """Returns the demand of a motion on the solver."""
     capsule = motion.capsule
     limit = _friction_limit(problem)
@@ -152,7 +152,7 @@ def _iteration_bounds(
     by a part in that step and by the rest in the next: the push of the slider leaves a residual for
     two steps.
     """
-    need = demand(problem, motion)
+    need = solver_demand(problem, motion)
     step = solver.step
     residual = solver.residual
     if solver.model != "side":

@@ -30,7 +30,7 @@ from plumbob.analytic.systems.manoeuvres.line_manoeuvre import LineManoeuvre
 from plumbob.analytic.systems.manoeuvres.residual_motion import ResidualMotion
 from plumbob.analytic.systems.three_points.reference import PlaneReference
 from plumbob.analytic.tableau import CLASSICAL
-from plumbob.analytic.theory import Predicted, StepErrors, SteppedErrors, apart
+from plumbob.analytic.theory import Predicted, StepErrors, SteppedErrors, signal_differences
 
 MOST_STEPS = 2_000_000  # steps in a run along a line, which take some ten seconds
 MOST_PLANE_STEPS = 200_000  # steps in a run in the plane, some tens of microseconds each
@@ -123,7 +123,7 @@ def line_errors(
     if scheme.position_lead is None or marks[-1] > MOST_STEPS:
         return {}
     line_run = _line_run(motion, scheme, scheme.position_lead, step, marks)
-    errors = apart(line_run, reference.observe(times))
+    errors = signal_differences(line_run, reference.observe(times))
     single = motion.single
     loads = np.outer(load_slopes(single.capsule, single.direction), errors["stroke"])
     exact = dict.fromkeys(("stroke_rate", "heading", "sideways"), np.zeros(len(marks)))
@@ -228,7 +228,7 @@ def plane_errors(
         places, speeds, _ = motion.path.kinematics(grid)
         stepped_places = places[0] + positions(speeds, scheme.position_lead, step)[marks]
         stepped |= by_support(normal_forces(motion.capsule, stepped_places))
-    return apart(stepped, reference.observe(times))
+    return signal_differences(stepped, reference.observe(times))
 
 
 # The end of a line manoeuvre has a closed form for any step. The scheme

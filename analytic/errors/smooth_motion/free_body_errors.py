@@ -28,14 +28,14 @@ from plumbob.analytic.schemes import (
     Scheme,
 )
 from plumbob.analytic.systems.free_body.equations import (
-    acceleration,
+    angular_acceleration,
     factors,
     free_rotation,
     slope,
 )
 from plumbob.analytic.systems.free_body.problem import FreeBody
 from plumbob.analytic.systems.free_body.rotation import ATTITUDE, RATES, quaternion_product
-from plumbob.analytic.tableau import moved
+from plumbob.analytic.tableau import advance_parts
 
 ORDERS: Mapping[str, range] = MappingProxyType(
     {EULER: range(1, 5), LINEARLY_IMPLICIT: range(1, 5), LEAPFROG: range(2, 10, 2)}
@@ -57,7 +57,7 @@ def rotation_step(body: FreeBody, scheme: Scheme, step: Any) -> Advance:
     def forces(time: Any, q: Parts, w: Parts) -> Parts:
         if integrator == LINEARLY_IMPLICIT:
             return _implicit_slopes(ratios, w, step)
-        return acceleration(ratios, w)
+        return angular_acceleration(ratios, w)
 
     if integrator in TABLEAUX:  # w and q are stepped together, and |q| does not stay 1
         tableau = TABLEAUX[integrator]
@@ -95,7 +95,7 @@ def _implicit_slopes(ratios: Parts, w: Parts, step: Any) -> Parts:
     for i, ratio in enumerate(ratios):
         rows[i][i - 2] = -step * ratio * w[i - 1]
         rows[i][i - 1] = -step * ratio * w[i - 2]
-    return solve_linear(rows, acceleration(ratios, w))
+    return solve_linear(rows, angular_acceleration(ratios, w))
 
 
 def _rotated(q: Parts, w: Parts, step: Any) -> Parts:
@@ -107,7 +107,7 @@ def _rotated(q: Parts, w: Parts, step: Any) -> Parts:
     term = total
     for k in range(1, len(half[1].terms)):
         term = [x / k for x in quaternion_product(term, half)]
-        total = moved(total, term, 1.0)
+        total = advance_parts(total, term, 1.0)
     return quaternion_product(q, total)
 
 

@@ -22,7 +22,7 @@ from plumbob.analytic.errors.smooth_motion.stepped_rotor import (
 from plumbob.analytic.numerics.arithmetic import ULP
 from plumbob.analytic.numerics.power_series import constant
 from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
-from plumbob.analytic.numerics.rotor.orbit import ANGLE, rotor_motion, smooth_system
+from plumbob.analytic.numerics.rotor.orbit import ANGLE, rotor_motion, rotor_system
 from plumbob.analytic.numerics.smooth.smooth_motion import SmoothMotion
 from plumbob.analytic.numerics.smooth.smooth_system import TINY, SmoothSystem
 from plumbob.analytic.parameters import ParameterError
@@ -32,7 +32,7 @@ from plumbob.analytic.systems.pendulums.driven_motion import DrivenMotion
 from plumbob.analytic.systems.pendulums.pendulum_motion import PendulumMotion
 from plumbob.analytic.systems.pendulums.rod_tension import RodMotion
 from plumbob.analytic.systems.simple_pendulum import SimplePendulum
-from plumbob.analytic.theory import Coefficients, SteppedErrors, apart
+from plumbob.analytic.theory import Coefficients, SteppedErrors, signal_differences
 
 SAMPLES = 65  # samples in a period, among which the largest error is sought
 NEGLIGIBLE = 1e-10  # relative energy change in a period, below which it is numerical noise
@@ -65,7 +65,7 @@ class RotorErrors:
     @cached_property
     def motion(self) -> SmoothMotion:
         """The exact motion with its equation."""
-        system = smooth_system(self.rotor, self.theta, self.theta_dot)
+        system = rotor_system(self.rotor, self.theta, self.theta_dot)
         return rotor_motion(self.rotor, system, self.exact)
 
     @cached_property
@@ -137,7 +137,7 @@ class RotorErrors:
             doubts["tension"] += rod_doubts["tension"]
         if not np.isfinite([*doubts.values()]).all():
             return SteppedErrors({})
-        return SteppedErrors(apart(values, exact), doubts)
+        return SteppedErrors(signal_differences(values, exact), doubts)
 
     def _tension(self, states: Any) -> Mapping[str, Any]:
         """Returns the rod's tension [N] in stepped states, shape (d, n), by name.

@@ -15,7 +15,7 @@ from plumbob.analytic.numerics.arithmetic import ULP
 from plumbob.analytic.numerics.power_series import Series
 from plumbob.analytic.reference import Array
 from plumbob.analytic.schemes import EULER, TABLEAUX, Scheme
-from plumbob.analytic.tableau import moved
+from plumbob.analytic.tableau import advance_parts
 
 MOST_STEPS = 2_000_000  # steps in a run, which take a few seconds
 OFF = 1e-6  # [steps] a sample further from a whole number of steps is not on the orbit
@@ -38,7 +38,7 @@ class Equations:
     """Function from a state to the damping [1/s] and the stiffness [1/s^2] that act on the state
     after a step. Leapfrog takes all damping from here for its implicit half kick; None: leapfrog
     solves the half kick by iteration."""
-    drifted: Callable[[Parts, Parts, Any], Parts] = moved
+    drifted: Callable[[Parts, Parts, Any], Parts] = advance_parts
     """Function from q, a constant q' and a step to q after the step."""
 
 
@@ -66,7 +66,7 @@ def scheme_step(scheme: Scheme, equations: Equations, step: Any) -> Advance:
     def position_first_step(time: Any, state: Parts) -> Parts:
         v = state[-count:]
         q = drifted(state[:-count], v, step)
-        return [*q, *moved(v, acceleration(time, 0.0, q, v), step)]
+        return [*q, *advance_parts(v, acceleration(time, 0.0, q, v), step)]
 
     def euler_step(time: Any, state: Parts) -> Parts:
         q = state[:-count]
@@ -75,9 +75,9 @@ def scheme_step(scheme: Scheme, equations: Equations, step: Any) -> Advance:
         length = step
         if implicit is not None:
             damping, spring = implicit(state)
-            push = moved(push, v, -step * spring)
+            push = advance_parts(push, v, -step * spring)
             length = step / (1.0 + step * (damping + step * spring))
-        v = moved(v, push, length)
+        v = advance_parts(v, push, length)
         return [*drifted(q, v, step), *v]
 
     def leapfrog_step(time: Any, state: Parts) -> Parts:
@@ -85,15 +85,15 @@ def scheme_step(scheme: Scheme, equations: Equations, step: Any) -> Advance:
         half = step / 2
         q = state[:-count]
         v = state[-count:]
-        v = moved(v, acceleration(time, 0.0, q, v), half)
+        v = advance_parts(v, acceleration(time, 0.0, q, v), half)
         q = drifted(q, v, step)
         if implicit is not None:
             damping = implicit(state)[0]
-            kicked = moved(v, acceleration(time, 1.0, q, [0.0] * count), half)
+            kicked = advance_parts(v, acceleration(time, 1.0, q, [0.0] * count), half)
             return [*q, *[x / (1.0 + half * damping) for x in kicked]]
 
         def kick(rates: Parts) -> Parts:
-            return moved(v, acceleration(time, 1.0, q, rates), half)
+            return advance_parts(v, acceleration(time, 1.0, q, rates), half)
 
         return [*q, *_fixed_point(kick, v)]
 

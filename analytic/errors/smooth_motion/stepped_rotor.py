@@ -41,7 +41,7 @@ from plumbob.analytic.errors.smooth_motion.scheme_steps import (
     states_after,
 )
 from plumbob.analytic.numerics.arithmetic import ROUNDOFF, ULP
-from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor, forces
+from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor, rotor_acceleration
 from plumbob.analytic.numerics.smooth.smooth_system import TINY
 from plumbob.analytic.reference import KEPT, Array
 from plumbob.analytic.schemes import EULER, LEAPFROG, STEPPED, Scheme
@@ -62,7 +62,7 @@ def rotor_equations(
     if scheme.control == "mean" and rotor.forcing_frequency:
         half_turn = 0.5 * step * p.forcing_frequency
         p.forcing_amplitude = p.forcing_amplitude * library.sin(half_turn) / half_turn
-    acceleration = partial(forces(rotor, library), p)
+    acceleration = partial(rotor_acceleration(rotor, library), p)
     if scheme.integrator == LEAPFROG:  # all damping is implicit, so that the step is symmetric
         damping, stiffness = p.damping_rate, 0.0
     elif scheme.implicit_damping:

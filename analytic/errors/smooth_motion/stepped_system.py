@@ -21,7 +21,7 @@ from plumbob.analytic.numerics.smooth.smooth_system import SmoothSystem
 from plumbob.analytic.reference import Array, Signals
 from plumbob.analytic.schemes import EULER, STEPPED, Scheme, SoftLoop
 from plumbob.analytic.systems.servo import Servo
-from plumbob.analytic.theory import StepErrors, apart
+from plumbob.analytic.theory import StepErrors, signal_differences
 
 MOST_STEPS = 200_000  # steps in a run, which take some ten seconds
 Implicit = Callable[[Scheme, Parts], tuple[float, float]]
@@ -57,7 +57,7 @@ def smooth_errors(
             return {}
         if not np.isfinite(states).all():
             return {}
-        return apart(system.observed(states.T), motion.observe(times))
+        return signal_differences(system.observed(states.T), motion.observe(times))
 
     return StepErrors(error)
 

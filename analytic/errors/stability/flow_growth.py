@@ -49,7 +49,7 @@ def eigenvalues(motion: SmoothMotion, states: Array, parts: int) -> npt.NDArray[
     return np.linalg.eigvals(np.moveaxis(matrices, -1, 0)).astype(np.complex128)
 
 
-def fastest_rate(rates: npt.NDArray[np.complex128], orbit: Array) -> float:
+def fastest_flow_rate(rates: npt.NDArray[np.complex128], orbit: Array) -> float:
     """Returns the fastest rate [rad/s] of a motion; 1 if nothing moves.
 
     The rate is the largest eigenvalue among `rates` [1/s], or the largest speed of an angle that

@@ -15,7 +15,7 @@ from plumbob.analytic.errors.stability.flow_growth import (
     PERIODS,
     FlowGrowth,
     eigenvalues,
-    fastest_rate,
+    fastest_flow_rate,
     growth_along,
 )
 from plumbob.analytic.errors.stability.followed_runs import long_run_by_series
@@ -87,7 +87,7 @@ class PendulumStability:
     def rate(self) -> float:
         """The fastest angular frequency or rate [rad/s] of the linearised motion."""
         # A linear rotor's angle has no period of 2 pi: its turns set no rate.
-        return fastest_rate(self._rates, self._orbit * (not self.rotor.linear))
+        return fastest_flow_rate(self._rates, self._orbit * (not self.rotor.linear))
 
     @cached_property
     def equilibrium(self) -> bool:

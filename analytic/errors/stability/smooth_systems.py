@@ -14,12 +14,12 @@ from plumbob.analytic.errors.stability.flow_growth import (
     PERIODS,
     FlowGrowth,
     eigenvalues,
-    fastest_rate,
+    fastest_flow_rate,
     growth_along,
 )
 from plumbob.analytic.errors.stability.stepped_growth import SteppedMotion, limits_by_steps
 from plumbob.analytic.numerics.smooth.certified_motion import CertifiedMotion
-from plumbob.analytic.numerics.smooth.smooth_motion import SmoothMotion, certified
+from plumbob.analytic.numerics.smooth.smooth_motion import SmoothMotion, certified_smooth_motion
 from plumbob.analytic.reference import Array, Signals
 from plumbob.analytic.schemes import ADAPTIVE, LEAPFROG, Scheme
 from plumbob.analytic.stability import NO_STEP, StabilityTheory, StepLimit
@@ -39,7 +39,7 @@ class SmoothStability:
     @cached_property
     def exact(self) -> SmoothMotion:
         """The exact motion with its linearisation."""
-        return certified(self.motion)
+        return certified_smooth_motion(self.motion)
 
     @cached_property
     def orbit(self) -> Array:
@@ -49,7 +49,9 @@ class SmoothStability:
     @cached_property
     def rate(self) -> float:
         """The fastest rate [rad/s] of the linearised motion, or of an angle that turns."""
-        return fastest_rate(eigenvalues(self.exact, self.orbit, len(self.orbit)), self.orbit)
+        return fastest_flow_rate(
+            eigenvalues(self.exact, self.orbit, len(self.orbit)), self.orbit
+        )
 
     @property
     def scales(self) -> Array:

@@ -78,7 +78,7 @@ def crests(potential: TrigonometricPotential) -> Quad:
     return tops[np.argsort(-double(potential.value(tops)), kind="stable")]
 
 
-def kind(potential: TrigonometricPotential, theta: Quad) -> Kind:
+def equilibrium_kind(potential: TrigonometricPotential, theta: Quad) -> Kind:
     """Returns the kind of the equilibrium at a critical point `theta`, a scalar."""
     curvature = double(potential.curvature(theta))
     # At a pitchfork the curvature is zero but for rounding of the coefficients.

@@ -63,7 +63,7 @@ class DrivenRotor:
     def acceleration(self, times: Any, theta: Any, theta_dot: Any) -> Any:
         """Returns the angular acceleration [rad/s^2] at `times` [s], `theta` [rad] and `theta_dot`
         [rad/s]; numbers, arrays or complex arrays."""
-        return forces(self)(self, times, (theta,), (theta_dot,))[0]
+        return rotor_acceleration(self)(self, times, (theta,), (theta_dot,))[0]
 
     def slope(self, theta: Array | float) -> Array:
         """Returns the partial derivative of the acceleration by theta [1/s^2].
@@ -85,7 +85,7 @@ class DrivenRotor:
         return math.sqrt(stiffness) + self.damping_rate + forced
 
 
-def forces(rotor: DrivenRotor, library: Any = np) -> Callable[..., tuple[Any]]:
+def rotor_acceleration(rotor: DrivenRotor, library: Any = np) -> Callable[..., tuple[Any]]:
     """Returns the acceleration of a `rotor` as a function of coefficients, time, angle and rate.
 
     The function works in any arithmetic for which `library` has a sine and a cosine. Terms that are

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import asdict
 from typing import Any
 
-from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor, forces
+from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor, rotor_acceleration
 from plumbob.analytic.numerics.smooth.smooth_motion import SmoothMotion, with_equations
 from plumbob.analytic.numerics.smooth.smooth_system import SmoothSystem
 from plumbob.analytic.reference import Reference
@@ -13,7 +13,7 @@ from plumbob.analytic.reference import Reference
 ANGLE = ("theta", "theta_dot")
 
 
-def smooth_system(
+def rotor_system(
     rotor: DrivenRotor, theta: float, theta_dot: float, tilt: float = 0.0
 ) -> SmoothSystem:
     """Returns the equation of a `rotor` as a system that starts at `theta` [rad] and `theta_dot`
@@ -21,7 +21,7 @@ def smooth_system(
 
     The rotor's angle is theta plus a `tilt` [rad].
     """
-    acceleration = forces(rotor)
+    acceleration = rotor_acceleration(rotor)
     return SmoothSystem(
         coordinates=ANGLE[:1],
         rates=ANGLE[1:],

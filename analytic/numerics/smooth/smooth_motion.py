@@ -82,6 +82,6 @@ def with_equations(
     )
 
 
-def certified(motion: CertifiedMotion) -> SmoothMotion:
+def certified_smooth_motion(motion: CertifiedMotion) -> SmoothMotion:
     """Returns a certified motion together with its equations."""
     return with_equations(motion.system, motion)

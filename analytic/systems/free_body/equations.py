@@ -24,7 +24,7 @@ def factors(body: FreeBody) -> tuple[float, float, float]:
     return (y - z) / x, (z - x) / y, (x - y) / z
 
 
-def acceleration(inertia_factors: Sequence[Any], w: Sequence[Any]) -> list[Any]:
+def angular_acceleration(inertia_factors: Sequence[Any], w: Sequence[Any]) -> list[Any]:
     """Returns the three components of w' from those of w and the `factors` of a body."""
     return [factor * w[i - 2] * w[i - 1] for i, factor in enumerate(inertia_factors)]
 
@@ -34,7 +34,7 @@ def slope(inertia_factors: Sequence[Any], state: Sequence[Any]) -> list[Any]:
     of a body."""
     attitude_rate = quaternion_product(state[3:], (0.0, *state[:3]))
     half_rates = (part / 2 for part in attitude_rate)
-    return [*acceleration(inertia_factors, state[:3]), *half_rates]
+    return [*angular_acceleration(inertia_factors, state[:3]), *half_rates]
 
 
 def free_rotation(body: FreeBody) -> SmoothMotion:

@@ -23,7 +23,7 @@ def driving_force(capsule: Capsule, friction: Array, acceleration: Array) -> Arr
     return mu * friction + reduced * acceleration
 
 
-def demand(motion: Any, duration: float) -> ActuatorDemand:
+def force_demand(motion: Any, duration: float) -> ActuatorDemand:
     """Returns the demand of one `motion` along a line over `duration` [s]. Between two switches the
     force is constant and the slider's velocity is linear in time.
 

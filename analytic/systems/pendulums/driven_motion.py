@@ -11,7 +11,7 @@ import numpy as np
 from plumbob.analytic.numerics.arithmetic import ULP, rounded_inputs
 from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
 from plumbob.analytic.numerics.rotor.linear_oscillator import linear_motion
-from plumbob.analytic.numerics.rotor.orbit import smooth_system
+from plumbob.analytic.numerics.rotor.orbit import rotor_system
 from plumbob.analytic.numerics.smooth.certified_motion import CertifiedMotion
 from plumbob.analytic.parameters import finite
 from plumbob.analytic.reference import Array, Signals, remembered
@@ -42,7 +42,7 @@ class DrivenMotion:
     @cached_property
     def certified(self) -> CertifiedMotion:
         """The motion, integrated by two independent methods."""
-        return CertifiedMotion(smooth_system(self.rotor, self.theta, self.theta_dot))
+        return CertifiedMotion(rotor_system(self.rotor, self.theta, self.theta_dot))
 
     def certify(self, last: float, watch: Callable[[float], None]) -> None:
         """Integrates the motion up to `last` [s] if it has no closed form (see

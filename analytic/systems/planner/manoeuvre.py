@@ -89,7 +89,9 @@ def wait(place: complex, duration: float) -> Manoeuvre:
     return Manoeuvre("wait", {}, fixed((place.real, place.imag), duration))
 
 
-def line(direction: float, position: float, w1: float, w2: float, t1: float) -> Manoeuvre:
+def line_manoeuvre(
+    direction: float, position: float, w1: float, w2: float, t1: float
+) -> Manoeuvre:
     """Returns a line manoeuvre along `direction` [rad] that begins at `position` [m], signed along
     the direction from C (Chernousko 2020, eqs. 14-22)."""
     place = cmath.rect(position, direction)
@@ -98,7 +100,7 @@ def line(direction: float, position: float, w1: float, w2: float, t1: float) -> 
     return Manoeuvre("line", parameters, path)
 
 
-def turn(
+def circle_manoeuvre(
     radius: float, angle: float, angular_acceleration: float, half_time: float
 ) -> Manoeuvre:
     """Returns a turn manoeuvre that begins at `angle` [rad] on the circle (Chernousko 2020, eqs.

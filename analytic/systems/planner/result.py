@@ -21,7 +21,7 @@ from plumbob.analytic.systems.planner.tracks import (
     LineSegment,
     Pair,
     Track,
-    curve,
+    curved_track,
 )
 from plumbob.analytic.systems.slider_path import SliderPath, concatenate, fixed
 from plumbob.analytic.systems.three_points.friction import three_point_motion
@@ -56,7 +56,7 @@ class Plan:
         """The track on which the slider may move."""
         if self.track == "free":
             return Track(self.capsule, self.limits)
-        return curve(self.capsule, self.limits, self.legs, self.arc, self.segments)
+        return curved_track(self.capsule, self.limits, self.legs, self.arc, self.segments)
 
     @cached_property
     def path(self) -> SliderPath:

@@ -296,7 +296,7 @@ def checked_curve(
     return legs, arc, segments
 
 
-def curve(
+def curved_track(
     capsule: Capsule,
     limits: PlanLimits,
     legs: Pair = (1, 2),

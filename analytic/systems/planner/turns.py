@@ -20,7 +20,7 @@ import numpy as np
 
 from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.systems.planner.lines import line_time
-from plumbob.analytic.systems.planner.manoeuvre import Passage, slow_arc, turn, wait
+from plumbob.analytic.systems.planner.manoeuvre import Passage, circle_manoeuvre, slow_arc, wait
 from plumbob.analytic.systems.planner.problem import FULL_CIRCLE, to_ten_digits, too_many
 from plumbob.analytic.systems.planner.tracks import Circle, Track
 from plumbob.analytic.systems.three_points.friction import three_point_motion
@@ -54,7 +54,9 @@ def compute_turn(track: Track, start: float, swing: float) -> Turn:
     # The largest |w| is at half time, where the centripetal acceleration is a Z |swing|.
     acceleration = track.limits.acceleration / (track.limits.radius * math.hypot(1.0, swing))
     half_time = math.sqrt(abs(swing) / acceleration)
-    manoeuvre = turn(track.limits.radius, start, math.copysign(acceleration, swing), half_time)
+    manoeuvre = circle_manoeuvre(
+        track.limits.radius, start, math.copysign(acceleration, swing), half_time
+    )
     motion = three_point_motion(track.capsule, manoeuvre.path)
     pose = motion.at(np.array([motion.rest_time]))
     begin = track.on_circle(start)

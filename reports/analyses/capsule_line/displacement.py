@@ -29,7 +29,7 @@ def step_term(scene: str, step: float) -> float:
     return float(step_error(problem(scene).motion, step))
 
 
-def errors(study: Study) -> Record | None:
+def displacement_errors(study: Study) -> Record | None:
     """Returns the relative errors of the displacement by method and step, and the predicted errors;
     None if the study lacks the scene."""
     if not covers(study, LINE):
@@ -88,4 +88,4 @@ def _converge(numbers: Record) -> Claims:
     return (clear(text, numbers.bad[0], numbers.good),)
 
 
-ERRORS = Analysis("capsule_line/displacement", errors, claims=_converge)
+ERRORS = Analysis("capsule_line/displacement", displacement_errors, claims=_converge)

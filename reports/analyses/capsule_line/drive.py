@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from plumbob.analytic.systems.capsule_motion import ActuatorDemand
-from plumbob.analytic.systems.manoeuvres.driving_force import demand
+from plumbob.analytic.systems.manoeuvres.driving_force import force_demand
 from plumbob.analytic.systems.manoeuvres.turn_manoeuvre import turn_of
 from plumbob.analytic.systems.three_points.forces import plane_demand
 from plumbob.analytic.systems.three_points.friction import three_point_motion
@@ -28,7 +28,7 @@ def numbers(study: Study) -> Record | None:
     edges = np.array([0.0, line.t1, line.t_star, line.t2, 1.05 * line.t2])
     middles = 0.5 * (edges[1:] + edges[:-1])
     return Record(
-        line=demand(line, line.t2),
+        line=force_demand(line, line.t2),
         turns={str(epsilon): _turn_demand(epsilon) for epsilon in EPSILONS},  # by epsilon
         times=np.repeat(edges, 2)[1:-1],  # [s] both ends of each interval of constant force
         forces=np.repeat(line.driving_force(middles), 2),  # [N] exact

@@ -36,7 +36,7 @@ LIMITS = MappingProxyType({"acceleration": 40.0, "stroke": 0.1})
 
 
 @cache
-def line(w1: float, w2: float, t1: float) -> Case:
+def bench_manoeuvre(w1: float, w2: float, t1: float) -> Case:
     """Returns the bench's manoeuvre along C-A1 with accelerations w1, w2 [m/s^2] and time t1
     [s]."""
     return case_of(scene(LINE, {"w1": w1, "w2": w2, "t1": t1}))
@@ -79,15 +79,15 @@ def predicted_displacement(case: Case) -> Record:
 def numbers(study: Study) -> Record:
     """Returns the bench's parameters, its manoeuvre, other manoeuvres with the same stroke, ten
     repeated manoeuvres, and a plan to a pose."""
-    usual = predicted_displacement(line(**SET))
-    body = line(**SET).problem.motion.capsule
+    usual = predicted_displacement(bench_manoeuvre(**SET))
+    body = bench_manoeuvre(**SET).problem.motion.capsule
     w2 = SET["w2"]
     threshold = body.holding_acceleration
     others = []
     for ratio in RATIOS:
         w1 = ratio * threshold
         t1 = math.sqrt(2.0 * w2 * usual.stroke / (w1 * (w1 + w2)))  # eq. 18 for t1
-        others.append(predicted_displacement(line(w1, w2, t1)))
+        others.append(predicted_displacement(bench_manoeuvre(w1, w2, t1)))
     repeated = case_of(scene(REPEATED, dict(SET)))
     ten = repeated.system.facts(repeated.problem)
     return Record(

@@ -14,7 +14,7 @@ from plumbob.engines.study.results import Study
 from plumbob.models.tripod_capsule.parameters import CHECK
 from plumbob.models.tripod_capsule.plan import CURVES, POSE, requested_plan
 from plumbob.reports.analyses.analysis import Analysis, Record
-from plumbob.reports.analyses.capsule_plan.plans import plan_numbers, plan_of
+from plumbob.reports.analyses.capsule_plan.plans import capsule_plan_of, plan_numbers
 from plumbob.reports.analyses.measurements import covers
 
 PAIRS: tuple[Pair, ...] = ((1, 2), (2, 3), (3, 1))
@@ -60,7 +60,7 @@ def numbers(study: Study) -> Record | None:
     return Record(
         curves=curves,
         supports=np.vstack([corners, corners[:1]]),  # [m] closed triangle, shape (4, 2)
-        second=plan_numbers(plan_of(SCENES[1])),  # plan of the second of `scenes`
+        second=plan_numbers(capsule_plan_of(SCENES[1])),  # plan of the second of `scenes`
         slider=SLIDER,
         replaced=plan_numbers(moved),  # plan that moves the slider to another position
         misplaced=math.dist(moved.path.end, SLIDER[1]),  # [m] error of that slider position

@@ -17,7 +17,7 @@ from plumbob.models.registry import case_of
 from plumbob.models.registry import scene as find_scene
 from plumbob.models.tripod_capsule.turn import EPSILONS
 from plumbob.reports.analyses.analysis import Analysis, Record
-from plumbob.reports.analyses.capsule_turn.turns import facts, turn
+from plumbob.reports.analyses.capsule_turn.turns import check_turn, facts
 
 CHECKED = MappingProxyType(
     {0.3: -0.9068671274, 0.1: -0.9888885424, 0.03: -0.9989925407, 0.01: -0.9998879884}
@@ -55,7 +55,7 @@ def _errors(at_stop: str, at_rest: str) -> Record:
 def second_order(study: Study) -> Record:
     """Returns the check values of the body angle, the errors of the formulas, and the coefficients
     of epsilon^2 from theory and from the exact motion."""
-    manoeuvre = turn(0.1)
+    manoeuvre = check_turn(0.1)
     scale = manoeuvre.characteristic_time**2
     correction = manoeuvre.correction
     angles = [(e, known, facts(e)["body_angle"]) for e, known in CHECKED.items()]

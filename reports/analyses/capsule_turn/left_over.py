@@ -6,14 +6,14 @@ from __future__ import annotations
 from plumbob.engines.study.results import Study
 from plumbob.models.tripod_capsule.turn import EPSILONS
 from plumbob.reports.analyses.analysis import Analysis, Record
-from plumbob.reports.analyses.capsule_turn.turns import facts, turn
+from plumbob.reports.analyses.capsule_turn.turns import check_turn, facts
 
 SHOWN = 0.1  # epsilon in the summary of the finding
 
 
 def numbers(study: Study) -> Record:
     """Returns omega and |v| at 2 tau for each epsilon, from the exact motion and by the formula."""
-    coefficient = float(turn(SHOWN).correction.rate_coefficients[2])
+    coefficient = float(check_turn(SHOWN).correction.rate_coefficients[2])
     return Record(
         rows=[_residual_velocities(epsilon) for epsilon in EPSILONS],
         shown=_residual_velocities(SHOWN),

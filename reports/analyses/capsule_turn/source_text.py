@@ -16,7 +16,7 @@ from plumbob.engines.study.results import Study
 from plumbob.models.tripod_capsule.turn import EPSILONS
 from plumbob.reports.analyses.analysis import Analysis, Record
 from plumbob.reports.analyses.capsule_turn.course import exact_course
-from plumbob.reports.analyses.capsule_turn.turns import facts, scene_name, turn
+from plumbob.reports.analyses.capsule_turn.turns import check_turn, facts, scene_name
 from plumbob.reports.analyses.measurements import problem
 
 SHOWN = 0.3  # epsilon at which the effect of friction is visible
@@ -63,7 +63,7 @@ def centre_velocity(manoeuvre: TurnManoeuvre, motion: ThreePointMotion) -> compl
 def shortened_turn() -> tuple[float, float]:
     """Returns the body angle [rad] at 2 tau of the turn with epsilon SMALL, and the body angle of
     the turn with the same Z in 1/SHORTER of the time."""
-    manoeuvre = turn(SMALL)
+    manoeuvre = check_turn(SMALL)
     shorter = replace(manoeuvre, half_time=manoeuvre.half_time / SHORTER)
     motion = three_point_motion(shorter.capsule, shorter.path)
     end = motion.at(np.array([2.0 * shorter.half_time]))
@@ -73,7 +73,7 @@ def shortened_turn() -> tuple[float, float]:
 def numbers(study: Study) -> Record:
     """Returns the numbers of the exact motion for each statement. A number that states no epsilon
     belongs to the turn with epsilon SHOWN."""
-    manoeuvre = turn(SHOWN)
+    manoeuvre = check_turn(SHOWN)
     motion = problem(scene_name(SHOWN)).motion.single
     known = facts(SHOWN)
     velocity = centre_velocity(manoeuvre, motion)

@@ -13,7 +13,7 @@ from plumbob.models.registry import case_of
 from plumbob.models.registry import scene as find_scene
 from plumbob.reports.analyses.analysis import Analysis, Record
 from plumbob.reports.analyses.claims import AGREES, Claims, at_most
-from plumbob.reports.analyses.cone_pendulum.hamiltonian import MUJOCO, ROTATING, cone
+from plumbob.reports.analyses.cone_pendulum.hamiltonian import MUJOCO, ROTATING, turning_cone
 from plumbob.reports.analyses.measurements import PERIODS, in_double, period
 
 STEP = 2e-4  # [s]
@@ -27,13 +27,13 @@ HIGHEST = 1100.0  # [J] highest energy of the curves
 
 def _request(theta: float, speed: float) -> ExtraRun:
     """Returns MuJoCo's run over PERIODS periods from a start (`theta` [rad], `speed` [rad/s])."""
-    duration = PERIODS * cone(theta=theta, theta_dot=speed).motion.period
+    duration = PERIODS * turning_cone(theta=theta, theta_dot=speed).motion.period
     return ExtraRun(ROTATING, MUJOCO, STEP, duration, (("theta", theta), ("theta_dot", speed)))
 
 
 def numbers(study: Study) -> Record:
     """Returns actions and periods, exact and in MuJoCo's runs."""
-    problem = cone(theta=DEEP, theta_dot=40.0)
+    problem = turning_cone(theta=DEEP, theta_dot=40.0)
     starts = tuple(_motion_from(study, *start) for start in STARTS)
     gaps = [abs(start.gap) for start in starts if start.gap]
     drifts = [start.drift for start in starts if start.drift]
@@ -49,7 +49,7 @@ def numbers(study: Study) -> Record:
 def _motion_from(study: Study, theta: float, speed: float) -> Record:
     """Returns energy, period and drift of the action for one start (`theta` [rad], `speed`
     [rad/s]), exact and in a run of MuJoCo's full model."""
-    problem = cone(theta=theta, theta_dot=speed)
+    problem = turning_cone(theta=theta, theta_dot=speed)
     run = study.answer(_request(theta, speed))
     motion = problem.motion
     drift = None

@@ -12,7 +12,7 @@ from plumbob.engines.study.request import Changes
 from plumbob.engines.study.results import Study
 from plumbob.reports.analyses.analysis import Analysis, Record
 from plumbob.reports.analyses.claims import AGREES, Claims, at_most
-from plumbob.reports.analyses.cone_pendulum.hamiltonian import MUJOCO, ROTATING, cone
+from plumbob.reports.analyses.cone_pendulum.hamiltonian import MUJOCO, ROTATING, turning_cone
 from plumbob.reports.analyses.measurements import PERIODS, period
 
 PIVOTS = (0.0, 0.09)  # [m] y of the pivot
@@ -27,7 +27,7 @@ def centres() -> list[tuple[float, float, Equilibrium]]:
     at each of PIVOTS and RATES."""
     stable = list[tuple[float, float, Equilibrium]]()
     for pivot, rate in product(PIVOTS, RATES):
-        equilibria = cone(pivot_y=pivot, platform_rate=rate).equilibria
+        equilibria = turning_cone(pivot_y=pivot, platform_rate=rate).equilibria
         stable += [(pivot, rate, e) for e in equilibria if e.kind == "centre"]
     return stable
 
@@ -58,8 +58,8 @@ def numbers(study: Study) -> Record:
             gap=None if measured is None else measured / centre.rate - 1.0,  # relative error
         )
         rows.append(row)
-    level = cone(pivot_y=PIVOTS[0], platform_rate=26.0)
-    offset = cone(pivot_y=PIVOTS[-1], platform_rate=26.0)
+    level = turning_cone(pivot_y=PIVOTS[0], platform_rate=26.0)
+    offset = turning_cone(pivot_y=PIVOTS[-1], platform_rate=26.0)
     gaps = [abs(row.gap) for row in rows if row.gap is not None]
     return Record(
         centres=rows,
@@ -85,7 +85,7 @@ def _diagram(pivot: float) -> Record:
     stable and unstable ones."""
     by_kind = {kind: Record(rates=[], angles=[]) for kind in ("centre", "saddle")}
     for rate in DRAWN.tolist():
-        for equilibrium in cone(pivot_y=pivot, platform_rate=rate).equilibria:
+        for equilibrium in turning_cone(pivot_y=pivot, platform_rate=rate).equilibria:
             if equilibrium.kind in by_kind:
                 by_kind[equilibrium.kind].rates.append(rate)
                 by_kind[equilibrium.kind].angles.append(equilibrium.theta)

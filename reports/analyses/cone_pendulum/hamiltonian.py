@@ -16,7 +16,7 @@ from plumbob.models.registry import case_of
 from plumbob.models.registry import scene as find_scene
 from plumbob.reports.analyses.analysis import Analysis, Record
 from plumbob.reports.analyses.claims import Claims, clear
-from plumbob.reports.analyses.measurements import case, energy
+from plumbob.reports.analyses.measurements import case, pendulum_energy
 
 RESTING, ROTATING = "cone-pendulum/resting-base", "cone-pendulum/rotating-base"
 MUJOCO, MUJOCO_STEP = "mujoco/rk4", 1e-4  # [s] full model: platform, hinge and cone
@@ -32,7 +32,7 @@ TIMES = np.linspace(0.0, END, 501)  # [s] compared times; every other one is dra
 
 
 @cache
-def cone(**changes: float) -> ConePendulum:
+def turning_cone(**changes: float) -> ConePendulum:
     """Returns the problem of the source's cone on its turning platform, with some parameters
     changed."""
     return case_of(find_scene(ROTATING, changes)).problem  # type: ignore[no-any-return]
@@ -102,8 +102,8 @@ def _compare(both: Record, run: Trajectory) -> Record:
     theta = run.observables["theta"]
     from_correct = theta - both.correct.state(run.times)[0]
     from_printed = theta - both.printed.state(run.times)[0]
-    correct_energy = energy(both.correct.potential, both.correct.inertia, run)
-    printed_energy = energy(both.printed.potential, both.printed.inertia, run)
+    correct_energy = pendulum_energy(both.correct.potential, both.correct.inertia, run)
+    printed_energy = pendulum_energy(both.printed.potential, both.printed.inertia, run)
     return Record(
         from_correct=np.abs(from_correct).max(),  # [rad] largest difference
         from_printed=np.abs(from_printed).max(),  # [rad] largest difference

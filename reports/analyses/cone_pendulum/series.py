@@ -12,7 +12,7 @@ from plumbob.reports.analyses.cone_pendulum.hamiltonian import (
     RESTING,
     ROTATING,
     closed_forms,
-    cone,
+    turning_cone,
 )
 
 ACCURACIES = (1e-3, 1e-6, 1e-9, 1e-12)
@@ -23,7 +23,7 @@ Counts = tuple[int, ...]  # numbers of harmonics for each of ACCURACIES
 def harmonics_near_barrier(above: float) -> Counts:
     """Returns the numbers of harmonics that reach each of ACCURACIES, for a rotation of the
     source's cone on its turning platform with an energy `above` the barrier [J]."""
-    problem = cone(theta=SHALLOW, theta_dot=1.0)
+    problem = turning_cone(theta=SHALLOW, theta_dot=1.0)
     motion = PendulumMotion(
         problem.potential, problem.body.inertia_x, problem.theta, 1.0, excess=above
     )
@@ -32,7 +32,7 @@ def harmonics_near_barrier(above: float) -> Counts:
 
 def barrier_height() -> float:
     """Returns the height of the barrier above the deepest well [J], which scales energies."""
-    problem = cone(theta=SHALLOW, theta_dot=1.0)
+    problem = turning_cone(theta=SHALLOW, theta_dot=1.0)
     lowest = min(equilibrium.potential for equilibrium in problem.equilibria)
     return float(double(problem.motion.barriers[0])) - lowest
 

@@ -82,7 +82,7 @@ def _time_over_angle(resting: PendulumMotion, turning: PendulumMotion) -> Record
         # number of crossings of t/T and θ/2π within a turn
         crossings=[int(np.count_nonzero(crossing)) for crossing in crossings],
         # rotation just above the barrier on a turning platform
-        long=rotation(closed_forms(HARDLY).correct),
+        long=rotation_over_top(closed_forms(HARDLY).correct),
     )
 
 
@@ -221,10 +221,10 @@ def rotations() -> Mapping[str, Record]:
         "printed": turning.printed,
         "level": replace(turning.problem, platform_rate=0.0).motion,
     }
-    return {name: rotation(motion) for name, motion in motions.items()}
+    return {name: rotation_over_top(motion) for name, motion in motions.items()}
 
 
-def rotation(motion: PendulumMotion) -> Record:
+def rotation_over_top(motion: PendulumMotion) -> Record:
     """Returns the energies and speeds of a rotation over the top."""
     phases = (np.arange(SAMPLES) + 0.5) / SAMPLES
     speed = motion.state(phases * motion.period)[1]

@@ -50,7 +50,7 @@ def inertia(study: Study) -> Record:
     return _effect_of_term(study, term, problem, printed, OF_INERTIA)
 
 
-def product(study: Study) -> Record:
+def product_of_inertia(study: Study) -> Record:
     """Returns the comparison for a body with a product of inertia: the closed form in tilted axes,
     and engines that use no such axes."""
     problem = case_of(find_scene(ROTATING, dict(TILTED))).problem
@@ -104,7 +104,7 @@ INERTIA = Analysis(
 )
 PRODUCT_OF_INERTIA = Analysis(
     "cone_pendulum/no_symmetry",
-    product,
+    product_of_inertia,
     lambda plan: tuple(OF_PRODUCT.values()),
     partial(_claims, "the motion by the product of inertia, and the engines' distance,"),
 )

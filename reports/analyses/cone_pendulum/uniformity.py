@@ -11,7 +11,7 @@ from plumbob.analytic.systems.pendulums.uniformity import (
 )
 from plumbob.engines.study.results import Study
 from plumbob.reports.analyses.analysis import Analysis, Record
-from plumbob.reports.analyses.cone_pendulum.hamiltonian import cone
+from plumbob.reports.analyses.cone_pendulum.hamiltonian import turning_cone
 from plumbob.reports.analyses.measurements import in_double
 
 # y of the pivot [m], platform rate [rad/s] and initial speed [rad/s]; each turning platform follows
@@ -32,7 +32,9 @@ def numbers(study: Study) -> Record:
     """Returns the three measures at POINTS and over two maps."""
     points = []
     for pivot, platform_rate, speed in POINTS:
-        motion = cone(pivot_y=pivot, platform_rate=platform_rate, theta_dot=speed).motion
+        motion = turning_cone(
+            pivot_y=pivot, platform_rate=platform_rate, theta_dot=speed
+        ).motion
         exact = uniformity_of_motion(motion)
         points.append(
             Record(pivot=pivot, platform_rate=platform_rate, speed=speed, exact=exact)
@@ -51,7 +53,7 @@ def numbers(study: Study) -> Record:
 
 def uniformity_map(pivot: float) -> Record:
     """Returns maps of the three measures, shape (speeds, rates), relative to a platform at rest."""
-    slow = cone(pivot_y=pivot, platform_rate=1.0, theta_dot=float(SPEEDS[0]))
+    slow = turning_cone(pivot_y=pivot, platform_rate=1.0, theta_dot=float(SPEEDS[0]))
     inertia = slow.body.inertia_x
     speeds = SPEEDS[:, None]
     squares = RATES**2

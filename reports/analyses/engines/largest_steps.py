@@ -20,7 +20,7 @@ from plumbob.models.registry import case_of, stability_of, system_of
 from plumbob.models.scene import ON_SUPPORTS, SMOOTH, Scene
 from plumbob.reports.analyses.analysis import Analysis, Record
 from plumbob.reports.analyses.claims import as_expected, at_most
-from plumbob.reports.analyses.measurements import plan_of
+from plumbob.reports.analyses.measurements import study_plan
 from plumbob.reports.judge.stability import study_limits
 from plumbob.reports.view.content import Claim
 from plumbob.reports.view.site.largest_step import SCENES
@@ -115,7 +115,7 @@ def evaluation_rates(study: Study) -> Mapping[float, Mapping[str, float]]:
     solver: evaluations per simulated second [1/s]. The entry "predicted" is the number that
     stability requires of the first solver."""
     rates: dict[float, dict[str, float]] = {}
-    for request in solver_runs(plan_of(study)):
+    for request in solver_runs(study_plan(study)):
         theory = stability_of(case_of(request.posed()))
         assert theory is not None
         fastest = np.array([-math.tau / theory.fastest + 0j])

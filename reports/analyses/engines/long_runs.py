@@ -11,7 +11,7 @@ from plumbob.engines.study.long_runs import LongRunSearch
 from plumbob.engines.study.results import Study
 from plumbob.reports.analyses.analysis import Analysis, Record
 from plumbob.reports.analyses.claims import Claims, as_expected
-from plumbob.reports.analyses.measurements import plan_of
+from plumbob.reports.analyses.measurements import study_plan
 from plumbob.reports.judge.long_runs import judged_long_run
 from plumbob.reports.view.content import Claim
 
@@ -31,7 +31,7 @@ def requests(plan: StudyPlan) -> Sequence[LongRunSearch]:
 
 def numbers(study: Study) -> Record | None:
     """Returns the judged long runs of a study; None if it holds none."""
-    answers = {request: study.answer(request) for request in requests(plan_of(study))}
+    answers = {request: study.answer(request) for request in requests(study_plan(study))}
     judged = [
         judged_long_run(search, measured)
         for search, measured in answers.items()

@@ -17,7 +17,7 @@ from plumbob.models.registry import scene as find_scene
 from plumbob.reports.analyses.analysis import Analysis, Record
 from plumbob.reports.analyses.capsule_line.headings import DEFAULT, RECOMMENDED
 from plumbob.reports.analyses.claims import Claims, clear
-from plumbob.reports.analyses.measurements import plan_of, recordings
+from plumbob.reports.analyses.measurements import recordings, study_plan
 
 SLIDE, COAST = "capsule-line/heading-030", "capsule-coast/translation"
 SPIN, TURN = "capsule-coast/spin", "capsule-turn/pivot"
@@ -79,7 +79,7 @@ def requests(plan: StudyPlan) -> Sequence[ExtraRun]:
 def numbers(study: Study) -> Record | None:
     """Returns the curves of displacement against friction, and the derivatives of the quantities;
     None if the study holds no complete curve."""
-    plan = plan_of(study)
+    plan = study_plan(study)
     curves = dict[str, Array]()
     for name in _methods_of_curves(plan):
         measured, exact = _final_values(study, _curve_runs(name), "displacement")

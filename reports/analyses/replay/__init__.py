@@ -14,16 +14,21 @@ from plumbob.engines.study.results import Study
 from plumbob.engines.trajectory import Trajectory
 from plumbob.models.registry import case_of, system_of
 from plumbob.models.scene import Case, Scene
-from plumbob.reports.analyses.replay.body import body
-from plumbob.reports.analyses.replay.capsule import capsule
-from plumbob.reports.analyses.replay.pendulums import cone, pendulum
+from plumbob.reports.analyses.replay.body import body_picture
+from plumbob.reports.analyses.replay.capsule import capsule_picture
+from plumbob.reports.analyses.replay.pendulums import cone_picture, pendulum_picture
 from plumbob.reports.analyses.replay.picture import Picture
 from plumbob.reports.analyses.replay.runs import RECOMMENDED, shown_runs, shown_seconds
 from plumbob.reports.analyses.replay.samples import COUNT, Samples, encode_samples
 from plumbob.reports.view.records import Layer, Replay
 
 PICTURES: Mapping[str, Callable[[Case, float], Picture]] = MappingProxyType(
-    {"capsule": capsule, "cone_pendulum": cone, "free_body": body, "simple_pendulum": pendulum}
+    {
+        "capsule": capsule_picture,
+        "cone_pendulum": cone_picture,
+        "free_body": body_picture,
+        "simple_pendulum": pendulum_picture,
+    }
 )  # function that makes the picture, by the family of the system
 TRUTH = Layer("exact", "exact answer", "")
 Drawn = tuple[Layer, Samples]  # layer, and samples of a motion or of a run's deviations from it

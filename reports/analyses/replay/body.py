@@ -14,7 +14,7 @@ REACH = 1.3  # length of the line along the angular momentum L; the box's corner
 EDGE = 1.45  # half the width of the picture
 
 
-def body(case: Case, seconds: float) -> Picture:
+def body_picture(case: Case, seconds: float) -> Picture:
     """Returns the picture of a free body over `seconds` [s]."""
     moments = np.array(case.problem.inertia)
     # A flat body is drawn with a thickness of a twentieth of its size.

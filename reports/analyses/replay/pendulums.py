@@ -20,7 +20,7 @@ HALF_ANGLE = math.radians(15.0)  # [rad] half apex angle of a general body's con
 CLEAR = 1.15  # distance of the platform below the pivot, relative to the cone's slant height
 
 
-def pendulum(case: Case, seconds: float) -> Picture:
+def pendulum_picture(case: Case, seconds: float) -> Picture:
     """Returns the picture of a simple or linear pendulum over `seconds` [s]."""
     length = case.problem.length
     reach = 1.2 * length
@@ -37,7 +37,7 @@ def pendulum(case: Case, seconds: float) -> Picture:
     )
 
 
-def cone(case: Case, seconds: float) -> Picture:
+def cone_picture(case: Case, seconds: float) -> Picture:
     """Returns the picture of a cone on its turning platform over `seconds` [s]. A general body is
     drawn as a cone with the same centre of mass."""
     problem = case.problem

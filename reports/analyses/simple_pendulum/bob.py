@@ -33,7 +33,7 @@ def bob_path(scene: str, motion: Signals) -> Array:
     return bob_place(case(scene).problem.length, motion["theta"])
 
 
-def distances(name: str) -> Array:
+def bob_distances(name: str) -> Array:
     """Returns the distance [m] between the two bobs of a case at the times FINE, shape (n,)."""
     simple = bob_path(SIMPLE + name, fine_motion(SIMPLE + name))
     linear = bob_path(LINEAR + name, fine_motion(LINEAR + name))
@@ -50,14 +50,14 @@ def numbers(study: Study) -> Record:
         times=SHORT,
         # [m] x and y of each bob at these times, shape (2, n)
         paths=[bob_path(scene, case(scene).reference.observe(SHORT)).T for scene in scenes],
-        accelerometer=None if run is None else readings(run),
+        accelerometer=None if run is None else accelerometer_readings(run),
         apart=APART,  # [m]
         duration=DURATION,
         shown=SHOWN,
     )
 
 
-def readings(run: Trajectory) -> Record | None:
+def accelerometer_readings(run: Trajectory) -> Record | None:
     """Returns the readings of an accelerometer at MuJoCo's bob in case 2, beside the exact
     acceleration [m/s^2]; None if the run has no readings."""
     if "acceleration_across" not in run.channels:
@@ -88,7 +88,7 @@ def readings(run: Trajectory) -> Record | None:
 def _distance(label: str, name: str) -> Record:
     """Returns the largest distance between the two bobs of a case, and the time at which it first
     exceeds APART."""
-    separation = distances(name)
+    separation = bob_distances(name)
     beyond = np.flatnonzero(separation > APART * case(SIMPLE + name).problem.length)
     return Record(
         label=label,

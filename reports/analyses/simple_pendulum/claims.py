@@ -16,8 +16,8 @@ from plumbob.reports.analyses.simple_pendulum.notebook import (
     FINE,
     LINEAR,
     SIMPLE,
-    difference,
     fine_motion,
+    nonlinear_difference,
 )
 
 VISIBLE = 0.05  # difference that a plot shows, relative to the amplitude
@@ -33,7 +33,7 @@ def angle(scene: str) -> Array:
 def visible_difference(name: str) -> Record:
     """Returns the difference between the non-linear and the linear motion of a case, and the time
     at which it becomes visible."""
-    differences = np.abs(difference(name))
+    differences = np.abs(nonlinear_difference(name))
     amplitude = abs(float(angle(SIMPLE + name)[0]))
     visible = np.flatnonzero(differences > VISIBLE * amplitude)
     return Record(
@@ -73,7 +73,7 @@ def lengthening(name: str) -> float:
     return float(problem.elliptic.period) / natural - 1.0
 
 
-def rotation(name: str) -> Record:
+def rotation_numbers(name: str) -> Record:
     """Returns the number of turns of a rotation, the largest angle of the linear pendulum with the
     same start, and the initial speed beside the speed that just reaches the top."""
     problem = case(SIMPLE + name).problem
@@ -106,7 +106,7 @@ def numbers(study: Study) -> Record:
         partings={label: visible_difference(CASES[label]) for label in ("1", "2", "5", "6")},
         # relative lengthening of the period
         lengthening={label: lengthening(CASES[label]) for label in ("1", "2")},
-        rotations={label: rotation(CASES[label]) for label in ("3", "4")},
+        rotations={label: rotation_numbers(CASES[label]) for label in ("3", "4")},
         decay={label: decay_error(CASES[label]) for label in ("5", "6")},  # see `decay_error`
         # [rad] largest angle of the settled forced swing
         forced=largest_angle(f"{SIMPLE}forced-large", SETTLED),
@@ -117,7 +117,7 @@ def numbers(study: Study) -> Record:
         # error [rad] of MuJoCo's multibody model on case 2, and its step [s]
         mujoco=smallest_error(study),
         # times [s], and non-linear minus linear angle [rad], in case 1
-        apart=(FINE[::40], difference(CASES["1"])[::40]),
+        apart=(FINE[::40], nonlinear_difference(CASES["1"])[::40]),
         duration=DURATION,
         visible=VISIBLE,
         settled=SETTLED,

@@ -88,7 +88,7 @@ def _curves(times: Array, theta: Array, rate: Array) -> Record:
     )
 
 
-def errors(study: Study) -> Record:
+def notebook_errors(study: Study) -> Record:
     """Returns the errors of RK4 in each case, at dt 0.05 over a thousand steps, and the error of
     the linear equation."""
     entries = []
@@ -101,7 +101,7 @@ def errors(study: Study) -> Record:
             predicted=predicted,  # [rad]
             of_linear=rk4_error(study, LINEAR + name)[0],  # [rad] RK4 on the linear pendulum
             # [rad] largest difference of the linear motion from the non-linear one
-            difference=np.abs(difference(name)).max(),
+            difference=np.abs(nonlinear_difference(name)).max(),
         )
         entries.append(entry)
     sizes = [entry.error for entry in entries]
@@ -153,11 +153,11 @@ def fine_motion(scene: str) -> Signals:
     return case(scene).reference.observe(FINE)
 
 
-def difference(name: str) -> Array:
+def nonlinear_difference(name: str) -> Array:
     """Returns the non-linear minus the linear angle [rad] of a case's exact motions at the times
     FINE, shape (n,)."""
     return fine_motion(SIMPLE + name)["theta"] - fine_motion(LINEAR + name)["theta"]
 
 
 CASE_MOTIONS = Analysis("simple_pendulum/notebook_cases", cases, requests)
-RK4 = Analysis("simple_pendulum/notebook_rk4", errors, requests, claims)
+RK4 = Analysis("simple_pendulum/notebook_rk4", notebook_errors, requests, claims)

@@ -22,7 +22,7 @@ METHODS = (
 )
 
 
-def largest_step(all_results: Results) -> PageView | None:
+def largest_step_table(all_results: Results) -> PageView | None:
     """The table of the largest stable steps, and the result of the default method on the first
     scene where that method has a limit; None if the default method has none on any scene."""
     limited: dict[str, dict[str, MethodResult]] = {scene: {} for scene in SCENES}

@@ -24,7 +24,7 @@ from plumbob.reports.view.site import matrix
 from plumbob.reports.view.site.claims import findings_about
 from plumbob.reports.view.tables import paragraphs, table, table_or_none
 from plumbob.reports.view.top_tables import anchor
-from plumbob.reports.view.trimming import trimming
+from plumbob.reports.view.trimming import trimming_table
 
 PageView = SimpleNamespace
 """The content of a scene's or a system's page; its attributes are the names in the template."""
@@ -63,7 +63,7 @@ def system_view(
         scenes=tuple(views),  # the default scene first
         leading=views[0] if views else None,  # the system's page shows its measurements
         matrices=matrix.matrices(study, all_results, scenes),
-        hard=hard_cases.table([view.results for view in views if view.scene.hard]),
+        hard=hard_cases.hard_case_table([view.results for view in views if view.scene.hard]),
     )
 
 
@@ -107,7 +107,9 @@ def scene_view(
         first=table("scene_errors", rows=rows),
         figures=scene_figures(rows, observables, method_styles, exact.motion, timed, at_first),
         replay=exact.replay,
-        hard=hard_cases.table([rows]) if scene.hard or any(r.limit for r in rows) else None,
+        hard=hard_cases.hard_case_table([rows])
+        if scene.hard or any(r.limit for r in rows)
+        else None,
         results=rows,
         rest=_further_tables(study, scene, record, exact, rows),
         typical=typical,  # run of a recommended method near the reference step
@@ -136,7 +138,7 @@ def _further_tables(
         top_tables.scene_recommendations(record.recommendations),
         table_or_none("orders", rows=with_order),
         table_or_none("gradients", records=_derivatives(study, scene.name)),
-        trimming(study, scene),
+        trimming_table(study, scene),
         table_or_none("cost", rows=timed),
         table_or_none("budgets", rows=rows, units=units),
         table("every_run", leading=observables[0], rows=rows),

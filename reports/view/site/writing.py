@@ -32,7 +32,7 @@ from plumbob.reports.view.records import Records, records_of
 from plumbob.reports.view.settings import shown_settings
 from plumbob.reports.view.site import first_screen, matrix, search
 from plumbob.reports.view.site.claims import findings_about
-from plumbob.reports.view.site.largest_step import largest_step
+from plumbob.reports.view.site.largest_step import largest_step_table
 from plumbob.reports.view.site.links import (
     INDEX,
     PAGES,
@@ -42,7 +42,7 @@ from plumbob.reports.view.site.links import (
 )
 from plumbob.reports.view.site.phenomena import phenomena
 from plumbob.reports.view.site.views import OF_ENGINES, PageView, system_view
-from plumbob.reports.view.user_settings import table as own_table
+from plumbob.reports.view.user_settings import user_settings_table as own_table
 
 SMOOTH_SCENE = (
     "cone-pendulum/rotating-base"  # scene without contacts whose cost figure is on the index
@@ -69,7 +69,7 @@ class SiteContent:
     pages: Sequence[Page]  # all pages but the index
 
 
-def write_page(study: Study, folder: Path) -> Path:
+def write_study_pages(study: Study, folder: Path) -> Path:
     """Writes the site of `study` into `folder` and returns the path of its index.
 
     The new folder of pages replaces the old one in one move, and the index follows. Raises OSError
@@ -80,7 +80,7 @@ def write_page(study: Study, folder: Path) -> Path:
 
 def write_site(content: SiteContent, folder: Path) -> Path:
     """Writes the site with this content into `folder` and returns the path of its index; raises
-    OSError and ParameterError as `write_page` does."""
+    OSError and ParameterError as `write_study_pages` does."""
     check_site_replaceable("out", folder)
     files, index = _files(content)
     files = {**files, LIST: "".join(f"{name}\n" for name in files)}
@@ -207,7 +207,7 @@ def _common(
         "made": first_screen.run_counts(results),
         "answers": answers,
         "smooth": smooth[0] if smooth else None,
-        "largest_step": largest_step(results),
+        "largest_step": largest_step_table(results),
         "settings": settings,
         "advice": recommendations or settings,
         "user_settings": own_table(records.study.user, results),

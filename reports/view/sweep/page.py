@@ -50,14 +50,14 @@ def render(swept: Swept, provenance: Provenance) -> str:
         runs=swept.errors.size,
         sides=sides_text(swept.sweep.box.sides),
         summary=tables.table("sweep", rows=swept_rows, **words),
-        figures=figures(swept),
+        figures=sweep_figures(swept),
         worst=[tables.table("sweep_worst", of=row, **words) for row in with_worst],
         reasons=swept.reasons,
         provenance=provenance,
     )
 
 
-def figures(swept: Swept) -> tuple[Figure, ...]:
+def sweep_figures(swept: Swept) -> tuple[Figure, ...]:
     """Returns the figures of a sweep. If two or more parameters vary, each method and step has a
     map over the first two, and every further parameter has curves. If one parameter varies, it has
     curves."""
