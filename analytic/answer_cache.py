@@ -62,6 +62,7 @@ def expected_series(
 
 @lru_cache(maxsize=KEPT)
 def as_stepped(theory: Same, scheme: Scheme, step: float, times: bytes) -> SteppedErrors:
-    """Returns the errors of an ErrorTheory for one step size; arguments are as in `expected_series`."""
+    """Returns the errors of an ErrorTheory for one step size; arguments are as in
+    `expected_series`."""
     errors: SteppedErrors = theory.value.at_step(scheme, step, np.frombuffer(times))
     return errors

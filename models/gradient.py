@@ -16,9 +16,9 @@ from plumbob.analytic.numerics.smooth.certified_motion import CertifiedMotion
 from plumbob.analytic.parameters import ParameterError, known, nearest
 from plumbob.analytic.reference import Array
 from plumbob.analytic.sensitivities.neighbours import (
-    ABOVE,
-    BELOW,
-    CENTRAL,
+    CENTRAL_OFFSETS,
+    OFFSETS_ABOVE,
+    OFFSETS_BELOW,
     Neighbours,
     Sensitivity,
 )
@@ -246,12 +246,12 @@ def _neighbours_by_side(number: Number) -> NeighboursBySide:
     value = number.value
     if isinstance(value, (bool, str)) or not isinstance(value, (int, float)):
         return {}, f"{number.name} = {value!r} is not a number that can vary"
-    both = _neighbours(number, CENTRAL)
+    both = _neighbours(number, CENTRAL_OFFSETS)
     if isinstance(both, Neighbours):
         return {"both": both}, ""
     by_side = {}
     reasons: list[str] = []
-    for side, stencil in zip(SIDES, (BELOW, ABOVE), strict=True):
+    for side, stencil in zip(SIDES, (OFFSETS_BELOW, OFFSETS_ABOVE), strict=True):
         neighbours = _neighbours(number, stencil)
         if isinstance(neighbours, Neighbours):
             by_side[side] = neighbours

@@ -31,8 +31,8 @@ from plumbob.analytic.schemes import SoftLoop
 from plumbob.analytic.systems.crank_links import CrankLink, crank_motion, potential, reaction
 from plumbob.analytic.systems.n_pendulum import NPendulum
 
-LENGTHS = ("crank", "coupler", "rocker", "ground")
-CONSTANTS = (*LENGTHS, "crank_mass", "coupler_mass", "rocker_mass", "gravity")
+FOUR_BAR_LENGTHS = ("crank", "coupler", "rocker", "ground")
+FOUR_BAR_CONSTANTS = (*FOUR_BAR_LENGTHS, "crank_mass", "coupler_mass", "rocker_mass", "gravity")
 
 
 @dataclass(frozen=True)
@@ -58,8 +58,8 @@ class FourBar:
     angular_velocity: float
 
     def __post_init__(self) -> None:
-        check_fields(self, CONSTANTS[:-1], CONSTANTS[-1:])
-        lengths = [getattr(self, name) for name in LENGTHS]
+        check_fields(self, FOUR_BAR_CONSTANTS[:-1], FOUR_BAR_CONSTANTS[-1:])
+        lengths = [getattr(self, name) for name in FOUR_BAR_LENGTHS]
         crank, coupler, rocker, ground = lengths
         margin = min(
             abs(ground - crank) - abs(coupler - rocker), coupler + rocker - ground - crank
@@ -74,12 +74,12 @@ class FourBar:
                 need += (
                     "; where they are equal, the motion beyond the change point is not unique"
                 )
-            raise ParameterError(", ".join(LENGTHS), lengths, need)
+            raise ParameterError(", ".join(FOUR_BAR_LENGTHS), lengths, need)
 
     @cached_property
     def motion(self) -> CertifiedMotion:
         """The exact motion."""
-        return crank_motion(self, CONSTANTS, _moving_links, _coupler_middle)
+        return crank_motion(self, FOUR_BAR_CONSTANTS, _moving_links, _coupler_middle)
 
     @cached_property
     def chain(self) -> NPendulum:

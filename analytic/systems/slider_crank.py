@@ -26,9 +26,9 @@ from plumbob.analytic.schemes import SoftLoop
 from plumbob.analytic.systems.crank_links import CrankLink, crank_motion, reaction
 from plumbob.analytic.systems.n_pendulum import NPendulum
 
-LENGTHS = ("crank", "rod")
+SLIDER_CRANK_LENGTHS = ("crank", "rod")
 MASSES = ("crank_mass", "rod_mass", "slider_mass")
-CONSTANTS = (*LENGTHS, *MASSES, "gravity")
+SLIDER_CRANK_CONSTANTS = (*SLIDER_CRANK_LENGTHS, *MASSES, "gravity")
 
 
 @dataclass(frozen=True)
@@ -51,7 +51,7 @@ class SliderCrank:
     angular_velocity: float
 
     def __post_init__(self) -> None:
-        check_fields(self, CONSTANTS[:-1], CONSTANTS[-1:])
+        check_fields(self, SLIDER_CRANK_CONSTANTS[:-1], SLIDER_CRANK_CONSTANTS[-1:])
         if self.rod <= self.crank:
             raise ParameterError("rod", self.rod, f"longer than the crank, {self.crank:g} m")
 
@@ -60,7 +60,7 @@ class SliderCrank:
         """The exact motion."""
         return crank_motion(
             self,
-            CONSTANTS,
+            SLIDER_CRANK_CONSTANTS,
             _moving_links,
             lambda p, q, v: {"slider": _slider_distance(p, q[0])},
         )

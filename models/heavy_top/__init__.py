@@ -7,7 +7,7 @@ from functools import partial
 from typing import Any
 
 from plumbob.analytic.reference import Signals
-from plumbob.analytic.systems.heavy_top import ANGLES, HeavyTop
+from plumbob.analytic.systems.heavy_top import TOP_ANGLES, HeavyTop
 from plumbob.models.field_systems import field_values, smooth_system
 from plumbob.models.scene import Case, Observable, Quantity, scene_of, step_sizes
 
@@ -27,7 +27,7 @@ def facts(top: HeavyTop) -> Mapping[str, Any]:
 
 def interest(case: Case) -> tuple[Quantity, ...]:
     """Returns the angles, with one radian as their scale."""
-    return tuple(Quantity(name, 1.0) for name in ANGLES)
+    return tuple(Quantity(name, 1.0) for name in TOP_ANGLES)
 
 
 _scene = partial(
@@ -42,7 +42,7 @@ SYSTEMS = (
         model_module=f"{__name__}.model",
         name="heavy-top",
         title="Heavy top",
-        observables=tuple(Observable(name, "rad") for name in ANGLES),
+        observables=tuple(Observable(name, "rad") for name in TOP_ANGLES),
         scenes=(
             _scene(
                 "nutating",

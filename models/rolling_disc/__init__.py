@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from functools import partial
 from typing import Any
 
-from plumbob.analytic.systems.heavy_top import ANGLES
+from plumbob.analytic.systems.heavy_top import TOP_ANGLES
 from plumbob.analytic.systems.rolling_disc import RollingDisc
 from plumbob.models.field_systems import field_values, smooth_system
 from plumbob.models.heavy_top import interest
@@ -42,7 +42,7 @@ SYSTEMS = (
         model_module=f"{__name__}.model",
         name="rolling-disc",
         title="Rolling disc",
-        observables=tuple(Observable(name, "rad") for name in ANGLES),
+        observables=tuple(Observable(name, "rad") for name in TOP_ANGLES),
         scenes=(
             _scene(
                 "wobbling",

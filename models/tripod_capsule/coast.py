@@ -20,10 +20,10 @@ from plumbob.analytic.systems.three_points.reference import PlaneReference
 from plumbob.models.quantities import pose_quantities
 from plumbob.models.scene import Observable, Parameters, scene_of, step_sizes
 from plumbob.models.tripod_capsule.parameters import (
-    BODY,
+    CAPSULE_PARAMETERS,
     CHECK,
-    LOADS,
-    SOURCE,
+    CHERNOUSKO_2020,
+    SUPPORT_LOADS,
     UNLOADING,
     capsule_system,
     read_capsule,
@@ -31,7 +31,14 @@ from plumbob.models.tripod_capsule.parameters import (
     slider_place,
 )
 
-NAMES = (*BODY, "slider", "velocity_x", "velocity_y", "heading_rate", "heading")
+COAST_PARAMETERS = (
+    *CAPSULE_PARAMETERS,
+    "slider",
+    "velocity_x",
+    "velocity_y",
+    "heading_rate",
+    "heading",
+)
 _CHECK: Parameters = MappingProxyType(
     {
         **CHECK,
@@ -48,7 +55,7 @@ _ROUND = tuple((_ARM * math.cos(a), _ARM * math.sin(a)) for a in (0.3, 2.2, 4.6)
 def problem(parameters: Parameters) -> CapsuleProblem:
     """Returns the problem of the residual motion that parameters describe, by its formula if it has
     one; raises ParameterError."""
-    known(parameters, NAMES)
+    known(parameters, COAST_PARAMETERS)
     body = read_capsule(parameters)
     slider = slider_place(parameters)
     heading_at_start = read_heading(parameters)
@@ -109,7 +116,7 @@ _scene = partial(
     system="capsule-coast",
     steps=step_sizes(1e-3, 1e-5),
     base=_CHECK,
-    source=SOURCE,
+    source=CHERNOUSKO_2020,
 )
 
 
@@ -163,9 +170,9 @@ SYSTEM = capsule_system(
         Observable("velocity_y", "m/s"),
         Observable("heading", "rad"),
         Observable("heading_rate", "rad/s"),
-        *LOADS,
+        *SUPPORT_LOADS,
     ),
-    parameters=NAMES,
+    parameters=COAST_PARAMETERS,
     scenes=SCENES,
     default="translation",
     problem=problem,

@@ -22,10 +22,10 @@ from plumbob.analytic.systems.manoeuvres.line_manoeuvre import (
 )
 from plumbob.models.scene import Parameters, Scene, scene_of, step_sizes
 from plumbob.models.tripod_capsule.parameters import (
-    BODY,
+    CAPSULE_PARAMETERS,
     CHECK,
-    LINE,
-    SOURCE,
+    CHERNOUSKO_2020,
+    LINE_PARAMETERS,
     capsule_system,
     change_line,
     holding_acceleration,
@@ -33,7 +33,7 @@ from plumbob.models.tripod_capsule.parameters import (
     manoeuvre,
 )
 
-NAMES = (*BODY, *LINE, "heading")
+LINE_SCENE_PARAMETERS = (*CAPSULE_PARAMETERS, *LINE_PARAMETERS, "heading")
 _HOLDING = holding_acceleration({})
 _LINE: Parameters = MappingProxyType(
     {
@@ -48,7 +48,7 @@ _LINE: Parameters = MappingProxyType(
 
 def problem(parameters: Parameters) -> CapsuleProblem:
     """Returns the problem of the line manoeuvre that parameters describe; raises ParameterError."""
-    known(parameters, NAMES)
+    known(parameters, LINE_SCENE_PARAMETERS)
     return line_problem(manoeuvre(parameters), parameters)
 
 
@@ -104,7 +104,7 @@ _scene = partial(
     duration=0.15,
     steps=step_sizes(1e-3, 1e-5),
     base=_LINE,
-    source=SOURCE,
+    source=CHERNOUSKO_2020,
     change=change_line,
 )
 
@@ -222,7 +222,7 @@ SCENES = (
 SYSTEM = capsule_system(
     name="capsule-line",
     title="Capsule on a line",
-    parameters=NAMES,
+    parameters=LINE_SCENE_PARAMETERS,
     scenes=SCENES,
     default="ca1",
     problem=problem,

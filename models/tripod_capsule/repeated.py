@@ -17,7 +17,7 @@ from plumbob.models.scene import Parameters, Scene
 from plumbob.models.tripod_capsule import line
 from plumbob.models.tripod_capsule.parameters import (
     CHECK,
-    SOURCE,
+    CHERNOUSKO_2020,
     capsule_system,
     change_line,
     holding_acceleration,
@@ -25,7 +25,7 @@ from plumbob.models.tripod_capsule.parameters import (
     manoeuvre,
 )
 
-NAMES = (*line.NAMES, "count", "fraction", "pause")
+REPEATED_PARAMETERS = (*line.LINE_SCENE_PARAMETERS, "count", "fraction", "pause")
 _PERIOD = 0.32  # [s] period of a manoeuvre: a whole number of steps of every size
 _LINE: Parameters = MappingProxyType(
     {
@@ -47,7 +47,7 @@ def _repeated(parameters: Parameters, count: int, pause: float) -> RepeatedLine:
 def problem(parameters: Parameters) -> CapsuleProblem:
     """Returns the problem of the repeated manoeuvres that parameters describe; raises
     ParameterError."""
-    known(parameters, NAMES)
+    known(parameters, REPEATED_PARAMETERS)
     manoeuvres = _repeated(parameters, parameters["count"], parameters["pause"])
     return line_problem(manoeuvres, parameters)
 
@@ -87,7 +87,7 @@ def _scene(case: str, count: int, profile: Any, steps: tuple[float, ...]) -> Sce
         parameters={**_LINE, "count": count, "pause": pause},
         duration=count * _PERIOD,
         steps=steps,
-        source=SOURCE,
+        source=CHERNOUSKO_2020,
         profile=profile,
     )
 
@@ -100,7 +100,7 @@ SCENES = (
 SYSTEM = capsule_system(
     name="capsule-train",
     title="Capsule on repeated manoeuvres",
-    parameters=NAMES,
+    parameters=REPEATED_PARAMETERS,
     scenes=SCENES,
     default="thousand",
     problem=problem,

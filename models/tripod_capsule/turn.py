@@ -19,36 +19,36 @@ from plumbob.analytic.systems.three_points.forces import plane_demand
 from plumbob.models.quantities import turn_quantities
 from plumbob.models.scene import Observable, Parameters, Scene
 from plumbob.models.tripod_capsule.parameters import (
-    BODY,
+    CAPSULE_PARAMETERS,
     CHECK,
-    LOADS,
-    SOURCE,
+    CHERNOUSKO_2020,
+    SUPPORT_LOADS,
     capsule_system,
     plane_problem,
     read_capsule,
     read_heading,
 )
 
-TURN = ("radius", "angular_acceleration", "half_time", "start", "count", "pause")
-NAMES = (*BODY, *TURN, "heading")
-EPSILONS = (0.3, 0.1, 0.03, 0.01, 0.003, 0.001)
-DURATION = 5.0  # duration in half times: the residual motion ends by 4.2
+TURN_PARAMETERS = ("radius", "angular_acceleration", "half_time", "start", "count", "pause")
+TURN_SCENE_PARAMETERS = (*CAPSULE_PARAMETERS, *TURN_PARAMETERS, "heading")
+TURN_EPSILONS = (0.3, 0.1, 0.03, 0.01, 0.003, 0.001)
+TURN_DURATION = 5.0  # duration in half times: the residual motion ends by 4.2
 # Numbers of steps in a half time: samples fall on 2 tau.
 STEPS_IN_HALF = (50, 100, 200, 400, 800, 1600, 3200)
-OBSERVED = (
+TURN_OBSERVABLES = (
     Observable("x", "m"),
     Observable("y", "m"),
     Observable("velocity_x", "m/s"),
     Observable("velocity_y", "m/s"),
     Observable("heading_rate", "rad/s"),
-    *LOADS,
+    *SUPPORT_LOADS,
 )
 
 
 def problem(parameters: Parameters) -> CapsuleProblem:
     """Returns the problem of the turn manoeuvre, once or repeated, that parameters describe; raises
     ParameterError."""
-    known(parameters, NAMES)
+    known(parameters, TURN_SCENE_PARAMETERS)
     turn = TurnManoeuvre(
         read_capsule(parameters),
         parameters["radius"],
@@ -139,7 +139,7 @@ def _scene(
     summary: str,
     parameters: Parameters,
     parts: tuple[int, ...] = STEPS_IN_HALF,
-    lasting: float = DURATION,
+    lasting: float = TURN_DURATION,
     **more: Any,
 ) -> Scene:
     """Returns a scene whose duration is `lasting` half times. `parts` are the numbers of steps in a
@@ -151,7 +151,7 @@ def _scene(
         parameters=parameters,
         duration=lasting * half_time,
         steps=tuple(half_time / part for part in parts),
-        source=SOURCE,
+        source=CHERNOUSKO_2020,
         **more,
     )
 
@@ -168,7 +168,7 @@ def _epsilon_scene(epsilon: float, *, stop: bool) -> Scene:
         f"epsilon {epsilon}, until {end}",
         _parameters(epsilon, -1.0),
         hard=hard,
-        lasting=2.0 if stop else DURATION,
+        lasting=2.0 if stop else TURN_DURATION,
         profile="quick" if epsilon in (0.3, 0.03) and not stop else "full",
     )
 
@@ -201,17 +201,25 @@ def _body_turn_of_circle(slider_mass: float) -> float:
 def _repeated_circles(count: int) -> dict[str, Any]:
     """Returns the parameters of `count` turns; in each the slider goes round one whole circle."""
     parameters = _parameters(0.1, -_body_turn_of_circle(CHECK["slider_mass"]))
-    return {**parameters, "count": count, "pause": (DURATION - 2.0) * parameters["half_time"]}
+    return {
+        **parameters,
+        "count": count,
+        "pause": (TURN_DURATION - 2.0) * parameters["half_time"],
+    }
 
 
 SCENES = (
-    *(_epsilon_scene(epsilon, stop=stop) for epsilon in EPSILONS for stop in (False, True)),
+    *(
+        _epsilon_scene(epsilon, stop=stop)
+        for epsilon in TURN_EPSILONS
+        for stop in (False, True)
+    ),
     _scene(
         "thousand",
         "1000 turns by whole circles, the residual motion waited out after each",
         _repeated_circles(1000),
         hard="1000 turns in a row",
-        lasting=1000 * DURATION,
+        lasting=1000 * TURN_DURATION,
         parts=(20, 25, 50, 100),
     ),
     *_hard_scenes(
@@ -263,8 +271,12 @@ SCENES = (
 SYSTEM = capsule_system(
     name="capsule-turn",
     title="Capsule on a turn manoeuvre",
-    observables=(Observable("body_angle", "rad"), *OBSERVED, Observable("heading", "rad")),
-    parameters=NAMES,
+    observables=(
+        Observable("body_angle", "rad"),
+        *TURN_OBSERVABLES,
+        Observable("heading", "rad"),
+    ),
+    parameters=TURN_SCENE_PARAMETERS,
     scenes=SCENES,
     default="0.1",
     problem=problem,

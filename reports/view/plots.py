@@ -10,7 +10,7 @@ from plumbob.analytic.reference import Array
 from plumbob.engines.method import Method
 from plumbob.engines.study.convergence import Trace as ErrorTrace
 from plumbob.engines.study.results import Observables
-from plumbob.reports.advice.recommend import CLOSED_FORM
+from plumbob.reports.advice.recommend import CLOSED_FORM_INTEGRATOR
 from plumbob.reports.advice.work_precision import Point, pareto_front
 from plumbob.reports.view.content import Figure
 from plumbob.reports.view.method_results import MethodResult, finite_limits
@@ -126,7 +126,10 @@ def error_against_cost(
     out."""
     lines: dict[str, list[Point]] = {}
     for point in points:
-        if np.isfinite(point.error) and methods[point.method].scheme.integrator != CLOSED_FORM:
+        if (
+            np.isfinite(point.error)
+            and methods[point.method].scheme.integrator != CLOSED_FORM_INTEGRATOR
+        ):
             lines.setdefault(point.method, []).append(point)
     ends = []
     for name, limit in limits.items():

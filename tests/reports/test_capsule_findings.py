@@ -55,7 +55,7 @@ def test_figure_of_the_source():
 
 
 def test_errors_are_the_sawtooth_of_the_step():
-    numbers = numbers_of(displacement.ERRORS, study(LINE, 1e-3, 1e-4))
+    numbers = numbers_of(displacement.DISPLACEMENT_ERRORS, study(LINE, 1e-3, 1e-4))
     errors = {method.method: method.errors[:2] for method in numbers.methods}
     for name, most in (
         ("mujoco/euler+reduced", 1.01),
@@ -91,7 +91,7 @@ def test_a_brake_beyond_the_limit_turns_the_body_round():
 
 
 def test_what_else_the_source_says_of_lines():
-    statements = finding(source_text.SOURCE, study(LINE, 1e-3)).statements
+    statements = finding(source_text.LINE_SOURCE_TEXT, study(LINE, 1e-3)).statements
     assert {statement.verdict for statement in statements} == {"holds", "extended"}
     ours = {statement.place: statement.ours for statement in statements}
     assert "2.5 % with default contacts" in ours["(1)"]
@@ -151,10 +151,12 @@ def test_the_exact_condition_for_contact_and_beyond():
     assert inside == [(True, True), (True, False), (False, True)]
     assert min(motion.lowest for motion in motions) > 0.0
     tipped = ran.answer(tipping.TIPPED)
-    line = problem(tipping.EDGE).motion
+    line = problem(tipping.NEAR_EDGE_SCENE).motion
     lifted = tipped.times[np.argmax(tipped.channels["contacts"] < 3)]
     # below zero statics asks for a pull, which a plane that only pushes cannot give
-    places = (line.start + tipping.BEYOND + line.at(tipped.times).stroke)[:, None] * line.unit
+    places = (line.start + tipping.START_BEYOND_EDGE + line.at(tipped.times).stroke)[
+        :, None
+    ] * line.unit
     needed = normal_forces(line.capsule, places)[:, 0]
     # a foot leaves the plane then, within the contacts' delay
     assert lifted == pytest.approx(tipped.times[np.argmax(needed < 0.0)], abs=2e-3)

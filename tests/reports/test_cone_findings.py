@@ -75,15 +75,15 @@ def test_finding_symmetry():
 
 def test_claims_in_numbers():
     turning = closed_forms(ROTATING)
-    right = source_text.rotation(turning.correct)
-    printed = source_text.rotation(turning.printed)
+    right = source_text.rotation_over_top(turning.correct)
+    printed = source_text.rotation_over_top(turning.printed)
     assert (right.lowest, right.highest) == pytest.approx((33.45358, 49.40424), abs=1e-4)
     assert (right.spread, printed.spread) == pytest.approx((0.4311, 0.7161), abs=1e-4)
     # From energy only: 37 rad/s at the bottom, on a resting base, to the top.
     level = replace(turning.problem, platform_rate=0.0)
     arm = level.body.mass * level.body.com_distance * level.gravity
     top = math.sqrt(37.0**2 - 4 * arm / level.body.inertia_x)
-    assert source_text.rotation(level.motion).spread == pytest.approx(
+    assert source_text.rotation_over_top(level.motion).spread == pytest.approx(
         (37.0 - top) / 37.0, abs=1e-6
     )
 
@@ -203,7 +203,7 @@ def test_parts_of_the_energy_and_the_drive():
 
 
 def test_where_the_source_is_right_it_is_said_so():
-    (claims,) = findings_of(stored(source_claims.CLAIMS))
+    (claims,) = findings_of(stored(source_claims.CONE_CLAIMS))
     said = {one.text: one for one in claims.statements}
     rises = next(one for text, one in said.items() if "rises to 514.197 J" in text)
     assert rises.verdict == "corrected"

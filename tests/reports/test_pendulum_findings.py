@@ -114,7 +114,7 @@ def test_turns_are_counted_from_the_start(name, rate, turns):
     gone = (solved.y[0, -1] - solved.y[0, 0]) / math.tau
     assert gone == pytest.approx(turns, abs=5e-5)
     assert claims.rotation_numbers(f"rotating-{name}").turns == pytest.approx(gone, abs=1e-6)
-    said = " ".join(one.ours for one in finding(claims.CLAIMS, study()).statements)
+    said = " ".join(one.ours for one in finding(claims.NOTEBOOK_CLAIMS, study()).statements)
     assert f"{turns:.2f} turns in 50 s" in said
 
 
@@ -154,7 +154,7 @@ def test_a_held_control_costs_orders():
 @pytest.mark.long
 def test_the_notebooks_statements():
     numbers = claims.numbers(nothing())
-    (found,) = read_findings(claims.CLAIMS.template, plain(numbers))
+    (found,) = read_findings(claims.NOTEBOOK_CLAIMS.template, plain(numbers))
     assert len(found.tables[0].rows) == 15
     ours = {line[0].text: line[2].text for line in found.tables[0].rows}
     assert "solved exactly" in ours["equation of motion: mLθ̈ + CLθ̇ + mg sin θ = F(t)"]
@@ -183,7 +183,7 @@ def test_the_equation_is_that_of_mujoco_s_multibody_model():
     ran = replace(study(), convergence=())
     assert claims.smallest_error(ran) is None
     scene = find_scene("simple-pendulum/free-large")
-    (how,) = find_methods(claims.MUJOCO)
+    (how,) = find_methods(claims.CLAIMS_METHOD)
     found = convergence_study(scene, how, 10_000, (1e-2, 5e-3))
     finest = claims.smallest_error(replace(ran, convergence=(found,)))
     assert finest

@@ -46,7 +46,11 @@ def test_the_course_of_a_turn():
     assert over[0.3] == pytest.approx(1.1202, rel=0.1)
     assert [row.time for row in found.departures] == [2.0] * 3
     assert found.slider[-1] == pytest.approx(-found.formula[-1] / check_turn(0.3).inertia_ratio)
-    assert [len(plot.traces) for plot in finding(course.COURSE, nothing()).figures] == [3, 3, 2]
+    assert [len(plot.traces) for plot in finding(course.TURN_COURSE, nothing()).figures] == [
+        3,
+        3,
+        2,
+    ]
 
 
 def test_the_leading_path_is_the_motion_without_friction():

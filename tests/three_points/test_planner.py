@@ -19,7 +19,7 @@ from plumbob.analytic.systems.planner.tracks import Track, curved_track
 from plumbob.analytic.systems.slider_path import ArcPiece, StraightPiece, arc, straight
 from plumbob.analytic.systems.three_points.friction import three_point_motion
 from plumbob.models.registry import scene
-from plumbob.models.tripod_capsule.plan import BESIDE, problem
+from plumbob.models.tripod_capsule.plan import NEAR_GOAL, problem
 from plumbob.reports.commands.plan import described
 from plumbob.tests.support.random_capsules import CHECK
 
@@ -152,7 +152,7 @@ PAIRS = tuple(itertools.product(((1, 2), (2, 3), (3, 1)), ("shorter", "longer"))
 @cache
 def on_curve(legs, arc):
     """The plan of the scalene body along a pair of lines and an arc between them."""
-    return plan(SCALENE, BESIDE, track="curve", legs=legs, arc=arc)
+    return plan(SCALENE, NEAR_GOAL, track="curve", legs=legs, arc=arc)
 
 
 @pytest.mark.long

@@ -12,7 +12,7 @@ from plumbob.engines.study.measurement import measure
 from plumbob.engines.study.runner import run_study
 from plumbob.models.registry import case_of, matching_scenes
 from plumbob.reports.advice.advice import Question, advise
-from plumbob.reports.advice.recommend import CLOSED_FORM, Choice, may_recommend
+from plumbob.reports.advice.recommend import CLOSED_FORM_INTEGRATOR, Choice, may_recommend
 from plumbob.reports.advice.work_precision import error_or_infinity
 from plumbob.reports.judge.study_verdicts import judge_study
 
@@ -87,7 +87,7 @@ def cheaper(study, scene, wanted, limit, runs=None):
             price is None
             or method.surrogate
             or not meant(method, scene)
-            or method.scheme.integrator == CLOSED_FORM
+            or method.scheme.integrator == CLOSED_FORM_INTEGRATOR
             or not may_recommend(
                 judged.get((scene.name, method.name)),
                 runs_of.get(method.name, ()),

@@ -24,18 +24,18 @@ from plumbob.analytic.systems.pinch import Pinch
 from plumbob.analytic.systems.stack import Stack
 from plumbob.analytic.theory import Predicted, StepErrors, SteppedErrors, signal_differences
 
-CORNERS = 4  # corners of a face, which carry equal loads because the face does not turn
+FACE_CORNERS = 4  # corners of a face, which carry equal loads because the face does not turn
 DEEPEST = 0.4  # chosen: largest depth over the edge; beyond 0.5 contacts push the cube through
 FINGERS = 2
-TIP = 0.2  # chosen: radius of a fingertip over the cube's edge
+FINGERTIP_RADIUS = 0.2  # chosen: radius of a fingertip over the cube's edge
 
 
 def corners(stack: Stack) -> list[HeldContact]:
     """Returns one corner contact of each cube's lower face, from the lowest cube to the top."""
     inverse_masses_below = np.concatenate([[0.0], 1.0 / stack.masses[:-1]])
     weights = inverse_masses_below + 1.0 / stack.masses
-    masses = stack.masses / CORNERS
-    loads = stack.normal_forces / CORNERS
+    masses = stack.masses / FACE_CORNERS
+    loads = stack.normal_forces / FACE_CORNERS
     contacts = []
     for load, weight, mass in zip(loads, weights, masses, strict=True):
         contacts.append(HeldContact(float(load), 0.0, np.zeros(2), float(weight), float(mass)))
@@ -86,7 +86,7 @@ def pinch_errors(pinch: Pinch) -> StepErrors:
         if scheme.contact is None:
             return exact if scheme.integrator == EULER else {}
         drift = held_drift(scheme, contact, step, whole_steps(times, step))
-        too_deep = contact.depth(scheme.contact, step) > TIP * pinch.size
+        too_deep = contact.depth(scheme.contact, step) > FINGERTIP_RADIUS * pinch.size
         if too_deep or not len(drift):
             return {}
         if drift[0].max() > pinch.size / 2.0:  # the fingertip leaves the face
@@ -100,7 +100,7 @@ def pinch_errors(pinch: Pinch) -> StepErrors:
 def corner(cube: Incline) -> HeldContact:
     """Returns the contact of one of the cube's lower corners."""
     pull = cube.pull * np.array([np.cos(cube.heading), np.sin(cube.heading)])
-    mass = cube.mass / CORNERS
+    mass = cube.mass / FACE_CORNERS
     return HeldContact(
         load=mass * cube.press,
         friction=cube.friction,

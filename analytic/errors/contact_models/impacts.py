@@ -17,7 +17,7 @@ from scipy.optimize import brentq
 
 from plumbob.analytic.errors.smooth_motion.scheme_steps import (
     Equations,
-    Parts,
+    StateParts,
     scheme_step,
     states_after,
     whole_steps,
@@ -125,7 +125,7 @@ def soft_heights(ball: BouncingBall, scheme: Scheme, step: float, marks: list[in
     """Returns heights z [m] after the numbers of steps `marks`, with MuJoCo's contact."""
     impact = soft_impact(ball.restitution, step)
 
-    def acceleration(time: float, z: Parts, speed: Parts) -> Parts:
+    def acceleration(time: float, z: StateParts, speed: StateParts) -> StateParts:
         return (impact.acceleration(ball.gravity, *z, *speed),)
 
     advance = scheme_step(scheme, Equations(acceleration, 1), step)
@@ -141,7 +141,7 @@ def hard_heights(ball: BouncingBall, step: float, marks: list[int]) -> Array:
     closed_fraction = 1.0 - KEPT**step
     slop = SLOP * ball.height
 
-    def advance(time: float, state: Parts) -> Parts:
+    def advance(time: float, state: StateParts) -> StateParts:
         z, speed, closing_speed = state
         z += step * (speed + closing_speed)
         rebound = -ball.restitution * speed if z < 0.0 else -math.inf

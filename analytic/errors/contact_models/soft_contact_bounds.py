@@ -62,7 +62,7 @@ from plumbob.analytic.systems.three_points.reference import PlaneReference
 LAST_STEPS = 2.5  # steps for which a body drifts on after its stop, with Euler and with RK4
 DRIVE_ROUNDINGS = 16  # roundings of the force that drives the slider's joint
 # Positions of the slider [m] at C, and 1 m along x and y, by which affine loads are known.
-CORNERS = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]])
+LOAD_POSITIONS = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]])
 
 
 @dataclass(frozen=True)
@@ -249,13 +249,15 @@ def _load_fractions(capsule: Capsule) -> tuple[Array, Complex]:
 
     The gradients are complex numbers [1/m]; both results have the shape (3,).
     """
-    central, ahead, aside = load_fractions(capsule, CORNERS)
+    central, ahead, aside = load_fractions(capsule, LOAD_POSITIONS)
     return central, ahead - central + 1j * (aside - central)
 
 
 def _quasi_static(motion: SampledMotion, compliance: float) -> QuasiStatic:
     """Returns the deflections of contacts of a `compliance` [m/N] under static loads."""
-    central_depths, depths_x, depths_y = -compliance * normal_forces(motion.capsule, CORNERS)
+    central_depths, depths_x, depths_y = -compliance * normal_forces(
+        motion.capsule, LOAD_POSITIONS
+    )
     slopes = np.array([depths_x - central_depths, depths_y - central_depths]).T
     (central, gradients) = _load_fractions(motion.capsule)
     place, speed, push = (

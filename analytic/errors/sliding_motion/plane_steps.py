@@ -27,7 +27,7 @@ import numpy as np
 
 from plumbob.analytic.errors.smooth_motion.scheme_steps import (
     Equations,
-    Parts,
+    StateParts,
     scheme_step,
     states_after,
 )
@@ -76,8 +76,8 @@ class CapsuleConstants:
         )
 
     def rates_with_friction(
-        self, q: Parts, rates: Parts, w: complex, lead: float, near: Slip
-    ) -> tuple[Parts, Slip]:
+        self, q: StateParts, rates: StateParts, w: complex, lead: float, near: Slip
+    ) -> tuple[StateParts, Slip]:
         """Returns the rates of change of z', omega and v, and the slip that friction opposes.
 
         The slip is a time `lead` [s] later. `q` is z, psi and r; `rates` is z', omega and v; `w` is
@@ -143,7 +143,7 @@ def trajectory(
     omega = start.angular_velocity
     near: Slip = (speed, omega)
 
-    def acceleration(time: float, q: Parts, rates: Parts) -> Parts:
+    def acceleration(time: float, q: StateParts, rates: StateParts) -> StateParts:
         nonlocal near
         push = pushes[round(time / step)]
         accelerations, near = body.rates_with_friction(q, rates, push, lead, near)
@@ -154,7 +154,7 @@ def trajectory(
     return columns_of_states(states_after(advance, state, step, range(steps + 1)))
 
 
-def columns_of_states(states: Sequence[Parts]) -> Array:
+def columns_of_states(states: Sequence[StateParts]) -> Array:
     """Returns COLUMNS of n states (z, psi, r, z', omega, v), shape (n, 6)."""
     z, psi, _, speed, omega, _ = np.array(states).T
     columns = [z.real, z.imag, psi.real, speed.real, speed.imag, omega.real]

@@ -27,7 +27,7 @@ from plumbob.analytic.errors.sliding_motion.plane_steps import (
     CapsuleConstants,
     columns_of_states,
 )
-from plumbob.analytic.errors.smooth_motion.scheme_steps import Parts
+from plumbob.analytic.errors.smooth_motion.scheme_steps import StateParts
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.capsule import Capsule
 from plumbob.analytic.systems.slider_path import SliderPath
@@ -64,7 +64,7 @@ def position_first_trajectory(
     opening = chord_error(step * omega)
     slider = place * (1.0 - opening)
     slider_velocity = speed + (1j * omega + opening / step) * place + rate
-    states: list[Parts] = [(0j, 0.0, slider, speed, omega, slider_velocity)]
+    states: list[StateParts] = [(0j, 0.0, slider, speed, omega, slider_velocity)]
     near: Slip = (speed + 1j * omega * body.mass_ratio * place, omega)
     for target in targets:
         state, near = _next_state(body, states[-1], target, step, near)
@@ -73,8 +73,8 @@ def position_first_trajectory(
 
 
 def _next_state(
-    body: CapsuleConstants, state: Parts, target: complex, step: float, near: Slip
-) -> tuple[Parts, Slip]:
+    body: CapsuleConstants, state: StateParts, target: complex, step: float, near: Slip
+) -> tuple[StateParts, Slip]:
     """Returns the state and the slip after a step that moves the slider to `target` [m].
 
     A state is z, psi, the slider's position, z', omega and the slider's velocity, in the axes of

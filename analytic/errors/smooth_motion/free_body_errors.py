@@ -12,9 +12,9 @@ from typing import Any
 
 from plumbob.analytic.errors.smooth_motion.error_series import ErrorSeries, Step
 from plumbob.analytic.errors.smooth_motion.scheme_steps import (
-    Advance,
     Equations,
-    Parts,
+    SchemeStep,
+    StateParts,
     scheme_step,
 )
 from plumbob.analytic.numerics.smooth.smooth_system import solve_linear
@@ -45,7 +45,7 @@ ORDERS: Mapping[str, range] = MappingProxyType(
 """Orders of the error that are computed, by integrator."""
 
 
-def rotation_step(body: FreeBody, scheme: Scheme, step: Any) -> Advance:
+def rotation_step(body: FreeBody, scheme: Scheme, step: Any) -> SchemeStep:
     """Returns the step of a scheme of ORDERS on the rotation of a body.
 
     A state is w [rad/s] and then q. A state may also be w alone, unless the scheme is one of
@@ -54,7 +54,7 @@ def rotation_step(body: FreeBody, scheme: Scheme, step: Any) -> Advance:
     ratios = factors(body)
     integrator = scheme.integrator
 
-    def forces(time: Any, q: Parts, w: Parts) -> Parts:
+    def forces(time: Any, q: StateParts, w: StateParts) -> StateParts:
         if integrator == LINEARLY_IMPLICIT:
             return _implicit_slopes(ratios, w, step)
         return angular_acceleration(ratios, w)
@@ -62,7 +62,7 @@ def rotation_step(body: FreeBody, scheme: Scheme, step: Any) -> Advance:
     if integrator in TABLEAUX:  # w and q are stepped together, and |q| does not stay 1
         tableau = TABLEAUX[integrator]
 
-        def explicit_step(time: Any, state: Parts) -> Parts:
+        def explicit_step(time: Any, state: StateParts) -> StateParts:
             return tableau.advanced(lambda _, z: slope(ratios, z), state, step)
 
         return explicit_step
@@ -71,7 +71,7 @@ def rotation_step(body: FreeBody, scheme: Scheme, step: Any) -> Advance:
         # sum, although each stage belongs to axes that have turned meanwhile.
         classical_step = scheme_step(Scheme(RK4), Equations(forces, 3), step)
 
-        def added_rates_step(time: Any, state: Parts) -> Parts:
+        def added_rates_step(time: Any, state: StateParts) -> StateParts:
             after = classical_step(time, [0.0, 0.0, 0.0, *state[:3]])
             turn, rates = after[:3], after[3:]
             return [*rates, *_rotated(state[3:], turn, 1.0)]
@@ -81,14 +81,14 @@ def rotation_step(body: FreeBody, scheme: Scheme, step: Any) -> Advance:
     rotate = _rotated_along_tangent if scheme.tangent_turn else _rotated
     base_step = scheme_step(base_scheme, Equations(forces, 3, None, rotate), step)
 
-    def reordered_step(time: Any, state: Parts) -> Parts:
+    def reordered_step(time: Any, state: StateParts) -> StateParts:
         after = base_step(time, [*state[3:], *state[:3]])
         return [*after[-3:], *after[:-3]]
 
     return reordered_step
 
 
-def _implicit_slopes(ratios: Parts, w: Parts, step: Any) -> Parts:
+def _implicit_slopes(ratios: StateParts, w: StateParts, step: Any) -> StateParts:
     """Returns k of the linear system (1 - h J) k = f(w), with Euler's equations f and their
     Jacobian J."""
     rows: list[list[Any]] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]
@@ -98,12 +98,12 @@ def _implicit_slopes(ratios: Parts, w: Parts, step: Any) -> Parts:
     return solve_linear(rows, angular_acceleration(ratios, w))
 
 
-def _rotated(q: Parts, w: Parts, step: Any) -> Parts:
+def _rotated(q: StateParts, w: StateParts, step: Any) -> StateParts:
     """Returns q exp(h w/2), for power series whose step h is of first degree in the variable."""
     if not len(q):
         return q
     half = (0.0, *[step * x / 2 for x in w])
-    total: Parts = (1.0, 0.0, 0.0, 0.0)
+    total: StateParts = (1.0, 0.0, 0.0, 0.0)
     term = total
     for k in range(1, len(half[1].terms)):
         term = [x / k for x in quaternion_product(term, half)]
@@ -111,7 +111,7 @@ def _rotated(q: Parts, w: Parts, step: Any) -> Parts:
     return quaternion_product(q, total)
 
 
-def _rotated_along_tangent(q: Parts, w: Parts, step: Any) -> Parts:
+def _rotated_along_tangent(q: StateParts, w: StateParts, step: Any) -> StateParts:
     """Returns q (1 + h w/2), normalised, for power series: a turn by the angle 2 atan(|w| h/2)."""
     if not len(q):
         return q
@@ -134,12 +134,12 @@ def free_body_errors(body: FreeBody) -> ErrorSeries:
         if scheme.integrator not in ORDERS or scheme.position_first:
             return None
 
-        def step(time: Any, length: Any, state: Parts) -> Parts:
+        def step(time: Any, length: Any, state: StateParts) -> StateParts:
             return rotation_step(body, scheme, length)(time, state)
 
         return step, ORDERS[scheme.integrator]
 
-    def rates(time: Any, state: Parts) -> Parts:
+    def rates(time: Any, state: StateParts) -> StateParts:
         return slope(ratios, state)
 
     return ErrorSeries(free_rotation(body), names, rates, step_and_orders)

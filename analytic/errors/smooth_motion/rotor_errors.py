@@ -22,7 +22,7 @@ from plumbob.analytic.errors.smooth_motion.stepped_rotor import (
 from plumbob.analytic.numerics.arithmetic import ULP
 from plumbob.analytic.numerics.power_series import constant
 from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
-from plumbob.analytic.numerics.rotor.orbit import ANGLE, rotor_motion, rotor_system
+from plumbob.analytic.numerics.rotor.orbit import ANGLE_AND_RATE, rotor_motion, rotor_system
 from plumbob.analytic.numerics.smooth.smooth_motion import SmoothMotion
 from plumbob.analytic.numerics.smooth.smooth_system import TINY, SmoothSystem
 from plumbob.analytic.parameters import ParameterError
@@ -76,7 +76,7 @@ class RotorErrors:
         def slope(time: Any, state: Any) -> tuple[Any, Any]:
             return state[1], *equations.acceleration(time, state[:1], state[1:])
 
-        return ErrorSeries(self.motion, ANGLE, slope, self._step_and_orders)
+        return ErrorSeries(self.motion, ANGLE_AND_RATE, slope, self._step_and_orders)
 
     def _step_and_orders(self, scheme: Scheme) -> tuple[Step, range] | None:
         """Returns the step of a scheme and the orders of its error; None without a series."""
@@ -98,7 +98,9 @@ class RotorErrors:
         if self.rod is None or not coefficients:
             return coefficients
         observed = self.exact.observe(times)
-        theta, theta_dot = (constant(observed[name], max(coefficients)) for name in ANGLE)
+        theta, theta_dot = (
+            constant(observed[name], max(coefficients)) for name in ANGLE_AND_RATE
+        )
         for power, errors in coefficients.items():
             theta.terms[power] = errors["theta"]
             theta_dot.terms[power] = errors["theta_dot"]
@@ -120,12 +122,12 @@ class RotorErrors:
             return SteppedErrors({})
         exact = self.exact.observe(times)
         start = (self.theta, self.theta_dot)
-        sizes = tuple(float(np.abs(exact[name]).max()) for name in ANGLE)
+        sizes = tuple(float(np.abs(exact[name]).max()) for name in ANGLE_AND_RATE)
         scheme = simplest_scheme(scheme, self.rotor)
         states = stepped_orbit(self.rotor, start, scheme, step, marks.tobytes(), sizes)
         if states is None:
             return SteppedErrors({})
-        stepped = dict(zip(ANGLE, states, strict=False))
+        stepped = dict(zip(ANGLE_AND_RATE, states, strict=False))
         if self.rod is not None:
             stepped |= self._tension(states)
         values = {name: x.real for name, x in stepped.items()}

@@ -34,9 +34,9 @@ import numpy.typing as npt
 
 from plumbob.analytic.errors.smooth_motion.scheme_steps import (
     READ_AT,
-    Advance,
     Equations,
-    Parts,
+    SchemeStep,
+    StateParts,
     scheme_step,
     states_after,
 )
@@ -157,7 +157,7 @@ def _state_rounding(
 
 def many_steps(
     rotor: DrivenRotor, start: tuple[float, float], scheme: Scheme, steps: Array
-) -> tuple[Advance, Parts]:
+) -> tuple[SchemeStep, StateParts]:
     """Returns the step of a `scheme` of STEPPED for many sizes at once, and the initial state.
 
     `steps` [s] has the shape (n,), and so have the parts of a state after a step. The initial state
@@ -175,7 +175,7 @@ def _stepper(
     scheme: Scheme,
     step: Any,
     library: Any,
-) -> tuple[Advance, Parts]:
+) -> tuple[SchemeStep, StateParts]:
     """Returns the step of a scheme on a rotor and the initial state.
 
     `start` is theta [rad] and theta_dot [rad/s]. The other arguments are as in `rotor_equations`.
@@ -210,7 +210,7 @@ def _stepper(
 class _Joint:
     """The step of a bob that a joint holds (module docstring)."""
 
-    acceleration: Callable[..., Parts] | None  # damping and forcing, without the weight
+    acceleration: Callable[..., StateParts] | None  # damping and forcing, without the weight
     lag: float  # [steps] time in a step at which the forcing is read
     weight: Any  # g/L [1/s^2]
     step: Any  # h [s]
@@ -233,7 +233,7 @@ class _Joint:
             components.append(cosine * along - sine * outwards)
         return components
 
-    def __call__(self, time: Any, state: Parts) -> Parts:
+    def __call__(self, time: Any, state: StateParts) -> StateParts:
         """Returns the state after a step: theta, w, the imaginary part of V, the real and imaginary
         parts of Z, and the joint's pull T/(m L)."""
         theta, w, v_along, z_out, z_along, _ = state

@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 
 from plumbob.analytic.errors.smooth_motion.scheme_steps import (
-    Advance,
     Equations,
-    Parts,
+    SchemeStep,
+    StateParts,
     scheme_step,
     states_after,
     steps_until,
@@ -24,7 +24,7 @@ from plumbob.analytic.systems.servo import Servo
 from plumbob.analytic.theory import StepErrors, signal_differences
 
 MOST_STEPS = 200_000  # steps in a run, which take some ten seconds
-Implicit = Callable[[Scheme, Parts], tuple[float, float]]
+Implicit = Callable[[Scheme, StateParts], tuple[float, float]]
 """Function from a scheme and a state to implicit damping [1/s] and stiffness [1/s^2]."""
 
 
@@ -64,7 +64,7 @@ def smooth_errors(
 
 def system_step(
     scheme: Scheme, system: SmoothSystem, step: Any, implicit: Implicit | None = None
-) -> Advance | None:
+) -> SchemeStep | None:
     """Returns the step of `scheme` on `system`; `step` is a size [s] or an array of sizes.
 
     Returns None for schemes that are not stepped here, and if the scheme treats a part of the
@@ -80,7 +80,7 @@ def system_step(
     if scheme.integrator not in STEPPED or jointed or unknown:
         return None
 
-    def acceleration(time: Any, q: Parts, v: Parts) -> Parts:
+    def acceleration(time: Any, q: StateParts, v: StateParts) -> StateParts:
         return system.acceleration(time, q, v, values)
 
     equations = Equations(acceleration, len(system.rates), implicit_at_end)

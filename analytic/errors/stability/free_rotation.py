@@ -19,7 +19,7 @@ from plumbob.analytic.errors.smooth_motion.free_body_errors import (
     free_body_errors,
     rotation_step,
 )
-from plumbob.analytic.errors.smooth_motion.scheme_steps import Advance, Parts
+from plumbob.analytic.errors.smooth_motion.scheme_steps import SchemeStep, StateParts
 from plumbob.analytic.errors.stability.flow_growth import (
     PERIODS,
     FlowGrowth,
@@ -33,7 +33,7 @@ from plumbob.analytic.errors.stability.largest_step import (
     largest_step,
 )
 from plumbob.analytic.errors.stability.stepped_growth import (
-    SHORT,
+    FIRST_PASS_RUN_STEPS,
     SteppedMotion,
     limits_by_steps,
     limits_near,
@@ -169,7 +169,7 @@ class FreeRotationStability:
             diverged_only = replace(
                 self._stepped_motion(LEAPFROG), growth=lambda times: np.full_like(times, ANY)
             )
-            largest = min(largest, limits_near(diverged_only, largest, SHORT)[0])
+            largest = min(largest, limits_near(diverged_only, largest, FIRST_PASS_RUN_STEPS)[0])
         why = "the implicit half step's fixed-point iteration no longer contracts at"
         return (step_limit("unstable", largest, why, self.rate),)
 
@@ -196,7 +196,7 @@ class FreeRotationStability:
         attitude = REST if integrator in TABLEAUX else ()
         start = [*self.body.angular_velocity, *attitude]
 
-        def begin(steps: Array) -> tuple[Advance, Parts]:
+        def begin(steps: Array) -> tuple[SchemeStep, StateParts]:
             complex_steps = steps.astype(complex)  # spares a conversion in each operation
             return rotation_step(self.body, Scheme(integrator), complex_steps), start
 
@@ -212,7 +212,7 @@ class FreeRotationStability:
             lost=self._has_diverged,
         )
 
-    def _has_diverged(self, state: Parts) -> Marks:
+    def _has_diverged(self, state: StateParts) -> Marks:
         """Returns which runs have diverged, shape (n,).
 
         A run has diverged if the body turns DIVERGED times faster than its energy allows, or if the

@@ -9,10 +9,10 @@ import numpy as np
 import numpy.typing as npt
 
 from plumbob.analytic.bisection import bisected
-from plumbob.analytic.errors.smooth_motion.scheme_steps import Advance, Parts
+from plumbob.analytic.errors.smooth_motion.scheme_steps import SchemeStep, StateParts
 from plumbob.analytic.numerics.smooth.smooth_system import TINY
 from plumbob.analytic.reference import Array
-from plumbob.analytic.stability import LARGEST, LOST_GROWTH, SMALLEST
+from plumbob.analytic.stability import LARGEST_TRIAL_STEP, LOST_GROWTH, SMALLEST_TRIAL_STEP
 
 LEAST_STEPS = 10_000  # fewest steps for which a step size must be stable
 LEAST_PERIODS = 100  # fewest periods of the fastest mode for which it must be stable
@@ -20,7 +20,8 @@ LEAST_PERIODS = 100  # fewest periods of the fastest mode for which it must be s
 # of a growing mode is a question of accuracy; an instability exceeds any such factor.
 FASTER = 1.5
 QUIET = 1e-3  # fraction of a swing below which the motion counts as at rest
-RANGE = (math.tau * SMALLEST, math.tau * LARGEST)  # tested h |lambda| of the fastest mode
+# tested h |lambda| of the fastest mode
+RANGE = (math.tau * SMALLEST_TRIAL_STEP, math.tau * LARGEST_TRIAL_STEP)
 # Neighbouring step sizes differ by a factor of 1.02. Narrower windows of instability are missed.
 GRID = 600
 Marks = npt.NDArray[np.bool_]
@@ -29,7 +30,7 @@ Matrices = Callable[[Array], Array | Complex]
 """Function from step sizes [s], shape (n,), to the matrices of a step, shape (n, m, m)."""
 
 
-def jacobians(advance: Advance, state: Parts, count: int) -> Array:
+def jacobians(advance: SchemeStep, state: StateParts, count: int) -> Array:
     """Returns the derivatives of a step by its state, shape (count, d, d).
 
     `advance` takes steps of `count` sizes at once. `state` has d parts, numbers or arrays of shape

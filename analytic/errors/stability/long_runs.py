@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from plumbob.analytic.errors.smooth_motion.rotor_errors import RotorErrors
-from plumbob.analytic.numerics.rotor.orbit import ANGLE
+from plumbob.analytic.numerics.rotor.orbit import ANGLE_AND_RATE
 from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.reference import Array, Reference, Signals
 from plumbob.analytic.schemes import Scheme
@@ -69,7 +69,7 @@ class PeriodicMotion:
         if not series:
             return {}
         error = {}
-        for name in ANGLE:
+        for name in ANGLE_AND_RATE:
             error[name] = np.asarray(sum(step**power * terms[name] for power, terms in series))
         return error
 

@@ -33,7 +33,7 @@ from plumbob.analytic.errors.stability.stepped_growth import (
     step_limit,
 )
 from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
-from plumbob.analytic.numerics.rotor.orbit import ANGLE
+from plumbob.analytic.numerics.rotor.orbit import ANGLE_AND_RATE
 from plumbob.analytic.numerics.smooth.smooth_system import TINY
 from plumbob.analytic.reference import Array, Reference, Signals
 from plumbob.analytic.schemes import ADAPTIVE, CLOSED_FORM, STEPPED, Scheme
@@ -207,7 +207,7 @@ class PendulumStability:
             )  # the speed of a jointed bob is a further part of the state
         motion = SteppedMotion(
             begin=partial(many_steps, self.rotor, self.start, scheme),
-            names=ANGLE,
+            names=ANGLE_AND_RATE,
             scales=scales,
             fastest=math.tau / self.rate,
             growth=self.growth,

@@ -8,7 +8,7 @@ from functools import cache, cached_property
 
 import numpy as np
 
-from plumbob.analytic.errors.smooth_motion.scheme_steps import Advance, Parts
+from plumbob.analytic.errors.smooth_motion.scheme_steps import SchemeStep, StateParts
 from plumbob.analytic.errors.smooth_motion.stepped_system import system_step
 from plumbob.analytic.errors.stability.flow_growth import (
     PERIODS,
@@ -96,7 +96,7 @@ class SmoothStability:
         if soft or scheme.integrator == LEAPFROG or system_step(scheme, system, 1.0) is None:
             return ()
 
-        def begin(steps: Array) -> tuple[Advance, Parts]:
+        def begin(steps: Array) -> tuple[SchemeStep, StateParts]:
             advance = system_step(scheme, system, steps)
             assert advance is not None
             return advance, system.start.tolist()

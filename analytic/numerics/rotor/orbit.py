@@ -10,7 +10,7 @@ from plumbob.analytic.numerics.smooth.smooth_motion import SmoothMotion, with_eq
 from plumbob.analytic.numerics.smooth.smooth_system import SmoothSystem
 from plumbob.analytic.reference import Reference
 
-ANGLE = ("theta", "theta_dot")
+ANGLE_AND_RATE = ("theta", "theta_dot")
 
 
 def rotor_system(
@@ -23,8 +23,8 @@ def rotor_system(
     """
     acceleration = rotor_acceleration(rotor)
     return SmoothSystem(
-        coordinates=ANGLE[:1],
-        rates=ANGLE[1:],
+        coordinates=ANGLE_AND_RATE[:1],
+        rates=ANGLE_AND_RATE[1:],
         mass_matrix=lambda p, q: ((1.0 + 0.0 * q[0],),),
         forces=lambda p, t, q, v: acceleration(p, t, (q[0] + tilt,), v),
         parameters=asdict(rotor),

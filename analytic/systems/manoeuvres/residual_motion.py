@@ -14,7 +14,7 @@ from plumbob.analytic.parameters import positive
 from plumbob.analytic.reference import Array, LinearResponse, Signals
 from plumbob.analytic.systems.capsule import (
     Capsule,
-    Point,
+    PlanePoint,
     by_support,
     check_loads,
     normal_force_uncertainty,
@@ -46,9 +46,9 @@ class ResidualMotion(SingleMotion, LinearResponse):
     capsule: Capsule
     rate: float
     deceleration: float
-    centre: Point | None
+    centre: PlanePoint | None
     direction: float = 0.0
-    slider: Point = (0.0, 0.0)
+    slider: PlanePoint = (0.0, 0.0)
     kind: ClassVar[MotionKind] = "coasting"
 
     @property
@@ -121,7 +121,7 @@ class ResidualMotion(SingleMotion, LinearResponse):
 
 
 def coasting(
-    capsule: Capsule, slider: Point, velocity: Point, rate: float = 0.0
+    capsule: Capsule, slider: PlanePoint, velocity: PlanePoint, rate: float = 0.0
 ) -> ResidualMotion | None:
     """Returns the coasting of a body whose C has the initial `velocity` [m/s] and which turns with
     the initial `rate` [rad/s], with Q at `slider` relative to C [m]. Returns None if spin and

@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 
 from plumbob.analytic.parameters import ParameterError, check_fields, counting, numbers
-from plumbob.analytic.systems.capsule import Capsule, Point
+from plumbob.analytic.systems.capsule import Capsule, PlanePoint
 from plumbob.analytic.systems.manoeuvres.slow_motion import proper_fraction
 
 FULL_CIRCLE = 2.0 * math.pi
@@ -22,7 +22,7 @@ class RestPose:
     x: float
     y: float
     heading: float
-    slider: Point = (0.0, 0.0)
+    slider: PlanePoint = (0.0, 0.0)
 
     def __post_init__(self) -> None:
         check_fields(self, others=("slider",))

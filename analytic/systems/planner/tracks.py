@@ -17,7 +17,7 @@ from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.capsule import (
     Arc,
     Capsule,
-    Point,
+    PlanePoint,
     direction_to,
     longest_stroke,
     validity,
@@ -182,7 +182,7 @@ class Track:
         from_first = (sense * (angle - first) + NEAR) % FULL_CIRCLE - NEAR
         return first + sense * from_first if from_first <= abs(last - first) + NEAR else None
 
-    def places(self, point: Point) -> tuple[TrackPlace, ...]:
+    def places(self, point: PlanePoint) -> tuple[TrackPlace, ...]:
         """Returns all places of the track at `point` relative to C [m]. Raises ParameterError if
         there is none."""
         position = complex(*point)

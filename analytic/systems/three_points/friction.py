@@ -54,7 +54,7 @@ from plumbob.analytic.systems.three_points.smooth_segment import (
 MAX_EVENTS = 500  # largest number of events in one piece of the path
 # The difference from a second, less accurate motion gives the error: the factor on the tolerance of
 # that motion, and the number of nodes by which it has fewer.
-COARSER, COARSER_NODES = 100.0, 6
+COARSER_TOLERANCE, COARSER_NODES = 100.0, 6
 # first delay after which a slip that grows from zero is examined, over the horizon
 FIRST_DELAY = 1e-6
 
@@ -106,7 +106,7 @@ def three_point_motion(
         three_point_motion,
         *(capsule, path, start),
         nodes=nodes - COARSER_NODES,
-        tolerance=COARSER * tolerance,
+        tolerance=COARSER_TOLERANCE * tolerance,
     )
     integrate = partial(_integrate_path, body, path, start, accuracy)
     return ThreePointMotion(capsule, path, body, integrate, coarser)

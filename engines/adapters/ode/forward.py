@@ -14,7 +14,7 @@ import numpy as np
 
 from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.reference import Array
-from plumbob.analytic.sensitivities.neighbours import CENTRAL, Neighbours
+from plumbob.analytic.sensitivities.neighbours import CENTRAL_OFFSETS, Neighbours
 from plumbob.engines.adapters.equation import Equation
 from plumbob.engines.adapters.ode.simulation import of_equation
 from plumbob.engines.adapters.turning import TurningEquation
@@ -24,7 +24,7 @@ from plumbob.engines.trajectory import ByName
 from plumbob.models.gradient import STEP, Number
 
 ALONG = 5e-3  # of a unit of the state, from one point of the stencil to the next
-OFFSETS = np.array(CENTRAL, dtype=np.float64)
+OFFSETS = np.array(CENTRAL_OFFSETS, dtype=np.float64)
 
 
 def forward(number: Number, method: Method, step: float) -> ByName:

@@ -12,7 +12,7 @@ from plumbob.analytic.systems.planner.result import Plan
 from plumbob.analytic.systems.planner.tracks import ArcName, Ends, LineSegment, Pair
 from plumbob.engines.study.results import Study
 from plumbob.models.tripod_capsule.parameters import CHECK
-from plumbob.models.tripod_capsule.plan import CURVES, POSE, requested_plan
+from plumbob.models.tripod_capsule.plan import CURVED_PLANS, GOAL_POSE, requested_plan
 from plumbob.reports.analyses.analysis import Analysis, Record
 from plumbob.reports.analyses.capsule_plan.plans import capsule_plan_of, plan_numbers
 from plumbob.reports.analyses.measurements import covers
@@ -26,7 +26,7 @@ PIECES: tuple[tuple[Ends, tuple[LineSegment, ...]], ...] = (
     ((2.0, -0.4), ((-2.6, 0.01, 0.11), (1.9, -0.09, -0.03))),
     ((-3.0, -2.6), ((0.9, -0.02, 0.02), (2.4, 0.0, 0.04))),
 )
-SCENES = tuple(f"capsule-plan/beside-curve-{case}" for case, *_ in CURVES)
+SCENES = tuple(f"capsule-plan/beside-curve-{case}" for case, *_ in CURVED_PLANS)
 SLIDER = ((0.05, 0.02), (-0.04, 0.06))  # [m] slider positions at the start and at the end
 POINTS = 400  # points of the slider's path
 
@@ -34,7 +34,7 @@ POINTS = 400  # points of the slider's path
 def plans() -> tuple[Plan, ...]:
     """Returns plans to the same pose: along each pair of lines with the shorter and the longer arc,
     and along the tracks of PIECES."""
-    common = {**CHECK, "to": POSE, "track": "curve"}
+    common = {**CHECK, "to": GOAL_POSE, "track": "curve"}
     curves = itertools.product(PAIRS, ARCS)
     return (
         *(requested_plan({**common, "legs": legs, "arc": arc}) for legs, arc in curves),
@@ -55,7 +55,7 @@ def numbers(study: Study) -> Record | None:
     curves = tuple(_plan_with_path(plan) for plan in all_plans)
     times = [plan.duration for plan in all_plans if not plan.segments]
     moved = requested_plan(
-        {**CHECK, "to": POSE, "slider": SLIDER[0], "slider_at_end": SLIDER[1]}
+        {**CHECK, "to": GOAL_POSE, "slider": SLIDER[0], "slider_at_end": SLIDER[1]}
     )
     return Record(
         curves=curves,

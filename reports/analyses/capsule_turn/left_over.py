@@ -4,7 +4,7 @@ zero."""
 from __future__ import annotations
 
 from plumbob.engines.study.results import Study
-from plumbob.models.tripod_capsule.turn import EPSILONS
+from plumbob.models.tripod_capsule.turn import TURN_EPSILONS
 from plumbob.reports.analyses.analysis import Analysis, Record
 from plumbob.reports.analyses.capsule_turn.turns import check_turn, facts
 
@@ -15,7 +15,7 @@ def numbers(study: Study) -> Record:
     """Returns omega and |v| at 2 tau for each epsilon, from the exact motion and by the formula."""
     coefficient = float(check_turn(SHOWN).correction.rate_coefficients[2])
     return Record(
-        rows=[_residual_velocities(epsilon) for epsilon in EPSILONS],
+        rows=[_residual_velocities(epsilon) for epsilon in TURN_EPSILONS],
         shown=_residual_velocities(SHOWN),
         coefficient=coefficient,  # [rad/s²] ratio of omega(2 tau) to tau
     )

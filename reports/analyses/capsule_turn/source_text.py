@@ -13,7 +13,7 @@ from plumbob.analytic.systems.three_points.friction import three_point_motion
 from plumbob.analytic.systems.three_points.motion import ThreePointMotion
 from plumbob.analytic.systems.three_points.rest import holding_limit
 from plumbob.engines.study.results import Study
-from plumbob.models.tripod_capsule.turn import EPSILONS
+from plumbob.models.tripod_capsule.turn import TURN_EPSILONS
 from plumbob.reports.analyses.analysis import Analysis, Record
 from plumbob.reports.analyses.capsule_turn.course import exact_course
 from plumbob.reports.analyses.capsule_turn.turns import check_turn, facts, scene_name
@@ -92,8 +92,10 @@ def numbers(study: Study) -> Record:
         rate=rate,  # [rad/s] angular velocity of the body at 2 tau
         gap=abs(integral / rate - 1.0),
         # [rad] body angles at 2 tau for the largest and the smallest epsilon
-        ends=[facts(epsilon)["body_angle"] for epsilon in (EPSILONS[0], EPSILONS[-1])],
-        epsilons=(EPSILONS[0], EPSILONS[-1]),
+        ends=[
+            facts(epsilon)["body_angle"] for epsilon in (TURN_EPSILONS[0], TURN_EPSILONS[-1])
+        ],
+        epsilons=(TURN_EPSILONS[0], TURN_EPSILONS[-1]),
         usual=usual,  # [rad] body angle of the turn with epsilon SMALL
         shorter=shorter,  # [rad] body angle of the shortened turn
         count=many.count,  # number of repeated turns

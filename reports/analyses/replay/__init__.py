@@ -19,7 +19,7 @@ from plumbob.reports.analyses.replay.capsule import capsule_picture
 from plumbob.reports.analyses.replay.pendulums import cone_picture, pendulum_picture
 from plumbob.reports.analyses.replay.picture import Picture
 from plumbob.reports.analyses.replay.runs import RECOMMENDED, shown_runs, shown_seconds
-from plumbob.reports.analyses.replay.samples import COUNT, Samples, encode_samples
+from plumbob.reports.analyses.replay.samples import REPLAY_SAMPLES, Samples, encode_samples
 from plumbob.reports.view.records import Layer, Replay
 
 PICTURES: Mapping[str, Callable[[Case, float], Picture]] = MappingProxyType(
@@ -49,7 +49,7 @@ def replay(study: Study, scene: Scene) -> Replay | None:
     case = case_of(scene)
     seconds = shown_seconds(scene)
     picture = PICTURES[case.system.family](case, seconds)
-    times = np.linspace(0.0, seconds, COUNT)
+    times = np.linspace(0.0, seconds, REPLAY_SAMPLES)
     exact = Samples(times, picture.motion(times))
     runs: list[Drawn] = []
     lacking: list[str] = []

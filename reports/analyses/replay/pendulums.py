@@ -17,7 +17,8 @@ from plumbob.reports.analyses.replay.picture import (
 
 TRAIL = 12.0  # ratio of a replay's duration to the duration of its trail
 HALF_ANGLE = math.radians(15.0)  # [rad] half apex angle of a general body's cone, the source's
-CLEAR = 1.15  # distance of the platform below the pivot, relative to the cone's slant height
+# distance of the platform below the pivot, relative to the cone's slant height
+PLATFORM_DISTANCE = 1.15
 
 
 def pendulum_picture(case: Case, seconds: float) -> Picture:
@@ -50,7 +51,7 @@ def cone_picture(case: Case, seconds: float) -> Picture:
     arm = math.hypot(*pivot[:2])
     # radius and height of the platform's disc
     radius = max(1.2 * arm, 0.75 * slant)
-    floor = pivot[2] - CLEAR * slant
+    floor = pivot[2] - PLATFORM_DISTANCE * slant
     # The box of the picture holds platform and cone in any orientation.
     reach = max(arm + slant, radius)
     rise = math.cos(ELEVATION)

@@ -20,12 +20,12 @@ from plumbob.reports.analyses.simple_pendulum.notebook import (
     fine_motion,
 )
 
-DRAWN, SHOWN = "free-large", 6.0  # case 2; [s] duration of the figure
-APART = 0.1  # visible distance of the two bobs, relative to the length of 1 m
+BOB_CASE, BOB_FIGURE_TIME = "free-large", 6.0  # case 2; [s] duration of the figure
+VISIBLE_DISTANCE = 0.1  # visible distance of the two bobs, relative to the length of 1 m
 ACCELEROMETER = ExtraRun(
-    SIMPLE + DRAWN, "mujoco/rk4", 1e-3, 3.0, (), (("reads_acceleration", True),)
+    SIMPLE + BOB_CASE, "mujoco/rk4", 1e-3, 3.0, (), (("reads_acceleration", True),)
 )
-SHORT = np.linspace(0.0, SHOWN, 240)  # [s]
+BOB_FIGURE_TIMES = np.linspace(0.0, BOB_FIGURE_TIME, 240)  # [s]
 
 
 def bob_path(scene: str, motion: Signals) -> Array:
@@ -43,17 +43,20 @@ def bob_distances(name: str) -> Array:
 def numbers(study: Study) -> Record:
     """Returns the distances between the two bobs in each case, the paths of both in case 2, and the
     readings of an accelerometer."""
-    scenes = (SIMPLE + DRAWN, LINEAR + DRAWN)
+    scenes = (SIMPLE + BOB_CASE, LINEAR + BOB_CASE)
     run = study.answer(ACCELEROMETER)
     return Record(
         distances=[_distance(label, name) for label, name in CASES.items()],
-        times=SHORT,
+        times=BOB_FIGURE_TIMES,
         # [m] x and y of each bob at these times, shape (2, n)
-        paths=[bob_path(scene, case(scene).reference.observe(SHORT)).T for scene in scenes],
+        paths=[
+            bob_path(scene, case(scene).reference.observe(BOB_FIGURE_TIMES)).T
+            for scene in scenes
+        ],
         accelerometer=None if run is None else accelerometer_readings(run),
-        apart=APART,  # [m]
+        apart=VISIBLE_DISTANCE,  # [m]
         duration=DURATION,
-        shown=SHOWN,
+        shown=BOB_FIGURE_TIME,
     )
 
 
@@ -87,13 +90,14 @@ def accelerometer_readings(run: Trajectory) -> Record | None:
 
 def _distance(label: str, name: str) -> Record:
     """Returns the largest distance between the two bobs of a case, and the time at which it first
-    exceeds APART."""
+    exceeds VISIBLE_DISTANCE."""
     separation = bob_distances(name)
-    beyond = np.flatnonzero(separation > APART * case(SIMPLE + name).problem.length)
+    beyond = np.flatnonzero(separation > VISIBLE_DISTANCE * case(SIMPLE + name).problem.length)
     return Record(
         label=label,
         largest=separation.max(),  # [m]
-        parted=FINE[beyond[0]] if beyond.size else None,  # [s] time of the distance APART
+        # [s] time of the distance VISIBLE_DISTANCE
+        parted=FINE[beyond[0]] if beyond.size else None,
     )
 
 

@@ -21,8 +21,10 @@ from plumbob.reports.analyses.simple_pendulum.notebook import (
 )
 
 VISIBLE = 0.05  # difference that a plot shows, relative to the amplitude
-SETTLED = 40.0  # [s] time after which a forced swing, damped at 0.2/s, keeps 2 % of its start
-MUJOCO = "mujoco/rk4"
+SETTLING_TIME = (
+    40.0  # [s] time after which a forced swing, damped at 0.2/s, keeps 2 % of its start
+)
+CLAIMS_METHOD = "mujoco/rk4"
 
 
 def angle(scene: str) -> Array:
@@ -92,7 +94,7 @@ def rotation_numbers(name: str) -> Record:
 def smallest_error(study: Study) -> tuple[float, float] | None:
     """Returns the largest error [rad] of MuJoCo's multibody model on case 2 at its finest step, and
     that step [s]; None if MuJoCo did not run it."""
-    series = convergence_of(study, f"{SIMPLE}free-large", MUJOCO)
+    series = convergence_of(study, f"{SIMPLE}free-large", CLAIMS_METHOD)
     measurements = series.measurements if series else ()
     done = [run for run in measurements if run.status == "done"]
     return (done[-1].errors["theta"].largest, done[-1].step) if done else None
@@ -109,8 +111,8 @@ def numbers(study: Study) -> Record:
         rotations={label: rotation_numbers(CASES[label]) for label in ("3", "4")},
         decay={label: decay_error(CASES[label]) for label in ("5", "6")},  # see `decay_error`
         # [rad] largest angle of the settled forced swing
-        forced=largest_angle(f"{SIMPLE}forced-large", SETTLED),
-        forced_linear=largest_angle(f"{LINEAR}forced-large", SETTLED),
+        forced=largest_angle(f"{SIMPLE}forced-large", SETTLING_TIME),
+        forced_linear=largest_angle(f"{LINEAR}forced-large", SETTLING_TIME),
         # final angle of case 7 in turns
         rests=float(angle(f"{SIMPLE}damped-rotating")[-1]) / math.tau,
         damping_ratio=damped.damping_rate / (2 * natural),
@@ -120,8 +122,8 @@ def numbers(study: Study) -> Record:
         apart=(FINE[::40], nonlinear_difference(CASES["1"])[::40]),
         duration=DURATION,
         visible=VISIBLE,
-        settled=SETTLED,
+        settled=SETTLING_TIME,
     )
 
 
-CLAIMS = Analysis("simple_pendulum/notebook_claims", numbers)
+NOTEBOOK_CLAIMS = Analysis("simple_pendulum/notebook_claims", numbers)

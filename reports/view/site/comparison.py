@@ -14,9 +14,8 @@ from plumbob.reports.view.notation import number
 from plumbob.reports.view.page import fill_page, write_file
 from plumbob.reports.view.tables import paragraphs, table, table_or_none
 
-StudyChange = Mapping[
-    str, Any
-]  # scene, method, what, old, new, and growth, relative to the old one
+# keys: scene, method, what, old, new, and growth, relative to the old one
+StudyChange = Mapping[str, Any]
 UNFOLDED_ROWS = 25  # largest number of rows of an unfolded table
 
 

@@ -10,7 +10,11 @@ from typing import Any, get_args
 from plumbob.engines.study.measurement import reference_run
 from plumbob.engines.study.results import Study
 from plumbob.models.scene import Scene
-from plumbob.reports.advice.recommend import CLOSED_FORM, DEFAULT_METHOD, Recommendation
+from plumbob.reports.advice.recommend import (
+    CLOSED_FORM_INTEGRATOR,
+    DEFAULT_METHOD,
+    Recommendation,
+)
 from plumbob.reports.advice.work_precision import work_precision_points
 from plumbob.reports.judge.verdict import Verdict
 from plumbob.reports.view import hard_cases, notation, top_tables
@@ -181,7 +185,9 @@ def _methods_at_first(
     there is none, the method with the smallest error. A closed form has no curve and is left
     out."""
     best: dict[str, str] = {}  # method by engine
-    simulated = [r for r in ran.values() if r.method.scheme.integrator != CLOSED_FORM]
+    simulated = [
+        r for r in ran.values() if r.method.scheme.integrator != CLOSED_FORM_INTEGRATOR
+    ]
     simulated.sort(key=lambda r: (bool(r.method.surrogate), min(r.errors.values())))
     for result in simulated:
         best.setdefault(result.method.engine, result.name)
