@@ -11,7 +11,7 @@ from functools import cache, reduce
 from operator import add
 from typing import Any
 
-Slopes = Callable[[float, Sequence[Any]], Sequence[Any]]
+SlopeFunction = Callable[[float, Sequence[Any]], Sequence[Any]]
 """Function from a fraction of the step and a state to the slopes of all parts of the state."""
 
 
@@ -30,7 +30,9 @@ class Tableau:
     matrix: tuple[tuple[float, ...], ...]  # one row for each node
     divisor: float = 1.0
 
-    def slopes(self, slopes_at: Slopes, state: Sequence[Any], step: Any) -> Sequence[Any]:
+    def slopes(
+        self, slopes_at: SlopeFunction, state: Sequence[Any], step: Any
+    ) -> Sequence[Any]:
         """Returns the mean slope of each part of `state` in a `step`, times `divisor`."""
         stages: list[Sequence[Any]] = []
         for node, row in zip(self.nodes, self.matrix, strict=True):
@@ -41,7 +43,9 @@ class Tableau:
             stages.append(slopes_at(node, stage))
         return _weighted_sum(self.weights, stages)
 
-    def advanced(self, slopes_at: Slopes, state: Sequence[Any], step: Any) -> Sequence[Any]:
+    def advanced(
+        self, slopes_at: SlopeFunction, state: Sequence[Any], step: Any
+    ) -> Sequence[Any]:
         """Returns the parts of `state` after a `step`."""
         return advance_parts(state, self.slopes(slopes_at, state, step), step / self.divisor)
 

@@ -25,10 +25,10 @@ from plumbob.analytic.sensitivities.neighbours import (
 from plumbob.analytic.sensitivities.phases import Phased, phased_gradients
 from plumbob.models.scene import Case, ExactGradients, Parameters, System
 
-STEP = 1e-3  # distance of the nearest neighbour, relative to the number's size
+NEIGHBOUR_DISTANCE = 1e-3  # distance of the nearest neighbour, relative to the number's size
 SHRINK_FACTOR = 0.5  # factor of the distance from one attempt to the next
 SMALLEST_STEP = 1e-10  # smallest distance, relative to the number's size
-SIDES = ("below", "above")
+NEIGHBOUR_SIDES = ("below", "above")
 NeighboursBySide = tuple[dict[str, Neighbours[Any]], str]
 """{side: neighbours of a number}, and the reason why there is no side "both"."""
 
@@ -137,7 +137,7 @@ def _sensitivity(number: Number, times: Array, names: Sequence[str]) -> Sensitiv
         uncertainty[name] = np.max([each[name] for each in uncertainties], axis=0)
     if "both" in values:
         return Sensitivity(values["both"], uncertainty)
-    below, above = (values.get(side, undefined) for side in SIDES)
+    below, above = (values.get(side, undefined) for side in NEIGHBOUR_SIDES)
     return Sensitivity(undefined, uncertainty, reason, below, above)
 
 
@@ -251,7 +251,7 @@ def _neighbours_by_side(number: Number) -> NeighboursBySide:
         return {"both": both}, ""
     by_side = {}
     reasons: list[str] = []
-    for side, stencil in zip(SIDES, (OFFSETS_BELOW, OFFSETS_ABOVE), strict=True):
+    for side, stencil in zip(NEIGHBOUR_SIDES, (OFFSETS_BELOW, OFFSETS_ABOVE), strict=True):
         neighbours = _neighbours(number, stencil)
         if isinstance(neighbours, Neighbours):
             by_side[side] = neighbours
@@ -263,7 +263,7 @@ def _neighbours_by_side(number: Number) -> NeighboursBySide:
 def _neighbours(number: Number, stencil: tuple[int, ...]) -> Neighbours[Any] | ParameterError:
     """Returns the problems at `stencil` multiples of a step from the number. The step shrinks until
     all of them are possible; returns the error if it becomes too small."""
-    step = STEP * number.size
+    step = NEIGHBOUR_DISTANCE * number.size
     while True:
         values = [number.value + multiple * step for multiple in stencil]
         try:

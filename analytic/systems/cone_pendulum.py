@@ -31,7 +31,7 @@ from functools import cached_property
 import numpy as np
 
 from plumbob.analytic.numerics.elliptic.trigonometric_potential import (
-    Kind,
+    EquilibriumKind,
     TrigonometricPotential,
     critical_points,
     equilibrium_kind,
@@ -113,7 +113,7 @@ class Equilibrium:
 
     theta: float
     potential: float
-    kind: Kind
+    kind: EquilibriumKind
     rate: float
 
 

@@ -22,7 +22,7 @@ from plumbob.analytic.numerics.smooth.smooth_system import SmoothSystem
 from plumbob.analytic.numerics.smooth.soft_loop import Gaps, loop_force
 from plumbob.analytic.reference import Array
 
-Pair = tuple[Any, Any]
+ComponentPair = tuple[Any, Any]
 LinkDerivatives = tuple[Any, Sequence[Any], Sequence[Any]]
 
 
@@ -31,7 +31,7 @@ class CrankLink(NamedTuple):
     its angle by the crank's angle."""
 
     mass: Any
-    vector: Pair
+    vector: ComponentPair
     turn: Any = 0.0
     turning: Any = 0.0
 

@@ -24,7 +24,7 @@ from plumbob.analytic.parameters import check_fields
 from plumbob.analytic.reference import Array, LinearResponse, Signals
 
 # roundings of the speeds: a dozen operations a switch, and at most four switches
-ROUNDINGS = 16.0
+SPEED_ROUNDINGS = 16.0
 
 
 @dataclass(frozen=True)
@@ -146,6 +146,6 @@ class RollingBall(LinearResponse):
         """Bound on the error of each observable, shape (n,). No speed grows beyond its size at the
         start. If rounding delays a switch, the speeds change by no more than that rounding: the
         jump of an acceleration is at most the rate of the slip or spin that ends."""
-        speeds = np.full(len(times), ROUNDINGS * ULP * self.scale)
+        speeds = np.full(len(times), SPEED_ROUNDINGS * ULP * self.scale)
         durations = np.minimum(times, self.rest_time)
         return {"x": speeds * durations, "speed": speeds, "spin": speeds / self.radius}

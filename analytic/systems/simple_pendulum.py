@@ -23,7 +23,7 @@ from plumbob.analytic.parameters import ParameterError, check_fields, finite
 from plumbob.analytic.reference import Reference
 from plumbob.analytic.systems.pendulums.driven_motion import DrivenMotion
 from plumbob.analytic.systems.pendulums.pendulum_motion import PendulumMotion
-from plumbob.analytic.systems.pendulums.rod_tension import MASS, RodMotion, tension
+from plumbob.analytic.systems.pendulums.rod_tension import BOB_MASS, RodMotion, tension
 
 
 @dataclass(frozen=True)
@@ -53,7 +53,7 @@ class SimplePendulum:
     theta_dot: float
     linear: bool = False
     theta_from_top: float | None = None
-    mass: float = MASS
+    mass: float = BOB_MASS
 
     def __post_init__(self) -> None:
         others = "linear", "theta_from_top"

@@ -35,7 +35,7 @@ from plumbob.models.scene import (
     step_sizes,
 )
 
-SOURCE = (
+SUDAKOV_2015 = (
     "V. F. Sudakov, Angular velocity of physical pendulum suspended on movable base, "
     "Herald of the Bauman MSTU, Instrum. Eng., 2015, no. 5, pp. 124-135, "
     "https://doi.org/10.18698/0236-3933-2015-5-124-135"
@@ -170,7 +170,7 @@ _scene = partial(
     system="cone-pendulum",
     steps=step_sizes(5e-3, 2.5e-6),
     base=_STEEL,
-    source=SOURCE,
+    source=SUDAKOV_2015,
     change=change_cone,
 )
 

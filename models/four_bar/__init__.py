@@ -10,7 +10,7 @@ from plumbob.analytic.systems.four_bar import FourBar
 from plumbob.models.field_systems import energy_at_start, field_values, smooth_system
 from plumbob.models.scene import Case, Observable, Quantity, scene_of, step_sizes
 
-REACTION = tuple(Observable(f"rocker_axis_{x}", "N") for x in "xy")
+ROCKER_AXIS_REACTION = tuple(Observable(f"rocker_axis_{x}", "N") for x in "xy")
 
 
 def facts(bars: FourBar) -> Mapping[str, Any]:
@@ -61,7 +61,9 @@ SYSTEMS = (
         default="crank-rocker",
         facts=facts,
         interest=interest,
-        also=lambda bars, times: dict(zip(REACTION, bars.reaction(times), strict=True)),
+        also=lambda bars, times: dict(
+            zip(ROCKER_AXIS_REACTION, bars.reaction(times), strict=True)
+        ),
         start=("angle", "angular_velocity"),
     ),
 )

@@ -12,7 +12,7 @@ from plumbob.analytic.systems.incline import Incline
 from plumbob.models.field_systems import contact_system, field_values
 from plumbob.models.scene import Case, Observable, Quantity, Scene, scene_of, step_sizes
 
-FRICTION = 0.4
+INCLINE_FRICTION = 0.4
 
 
 def facts(cube: Incline) -> Mapping[str, Any]:
@@ -47,7 +47,16 @@ def _scene(
         1.0,
         system="incline",
         base=field_values(
-            Incline, (math.atan(part * FRICTION), FRICTION, 1.0, 0.1, speed, 9.81, heading)
+            Incline,
+            (
+                math.atan(part * INCLINE_FRICTION),
+                INCLINE_FRICTION,
+                1.0,
+                0.1,
+                speed,
+                9.81,
+                heading,
+            ),
         ),
         steps=step_sizes(5e-3, 5e-4),
         source="Coulomb 1785, Mem. Math. Phys. 10, 161; the numbers are ours",

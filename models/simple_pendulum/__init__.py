@@ -14,7 +14,7 @@ from plumbob.analytic.numerics.quad import double
 from plumbob.analytic.parameters import ParameterError, finite, known, positive
 from plumbob.analytic.reference import Signals
 from plumbob.analytic.stability import StabilityTheory
-from plumbob.analytic.systems.pendulums.rod_tension import MASS
+from plumbob.analytic.systems.pendulums.rod_tension import BOB_MASS
 from plumbob.analytic.systems.simple_pendulum import SimplePendulum
 from plumbob.models.quantities import swing_quantities
 from plumbob.models.scene import (
@@ -29,7 +29,7 @@ from plumbob.models.scene import (
     step_sizes,
 )
 
-SOURCE = (
+NOTEBOOK_SOURCE = (
     "Pêndulo Simples, course notebook: the simple pendulum, linear and non-linear, free, damped "
     "and forced, by RK4"
 )
@@ -74,7 +74,7 @@ def per_unit_mass(parameters: Parameters) -> dict[str, Any]:
         value = finite(name, values.pop(name))
         if rate in values:
             raise ParameterError(name, value, f"left out where {rate} is given")
-        inertia = positive("mass", values.get("mass", MASS))
+        inertia = positive("mass", values.get("mass", BOB_MASS))
         if name == "force":
             inertia *= positive("length", values["length"])
         values[rate] = value / inertia
@@ -162,7 +162,7 @@ _scene = partial(
     duration=50.0,
     steps=step_sizes(1e-1, 1e-5),  # includes the notebook's 0.05 s
     base=_REST,
-    source=SOURCE,
+    source=NOTEBOOK_SOURCE,
     change=change_pendulum,
 )
 
@@ -380,7 +380,7 @@ def _system(name: str, title: str, observables: tuple[Observable, ...], linear: 
         change=change_pendulum,
         interest=swing_quantities,
         sensitivity=from_analytic("sensitivities.smooth_systems.simple_pendulum_gradients"),
-        left_out={"mass": MASS},
+        left_out={"mass": BOB_MASS},
     )
 
 

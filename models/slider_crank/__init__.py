@@ -10,7 +10,7 @@ from plumbob.analytic.systems.slider_crank import SliderCrank
 from plumbob.models.field_systems import energy_at_start, field_values, smooth_system
 from plumbob.models.scene import Case, Observable, Quantity, scene_of, step_sizes
 
-REACTION = tuple(Observable(f"rod_pin_{x}", "N") for x in "xy")
+ROD_PIN_REACTION = tuple(Observable(f"rod_pin_{x}", "N") for x in "xy")
 
 
 def facts(crank: SliderCrank) -> Mapping[str, Any]:
@@ -60,7 +60,9 @@ SYSTEMS = (
         default="turning",
         facts=facts,
         interest=interest,
-        also=lambda crank, times: dict(zip(REACTION, crank.reaction(times), strict=True)),
+        also=lambda crank, times: dict(
+            zip(ROD_PIN_REACTION, crank.reaction(times), strict=True)
+        ),
         start=("angle", "angular_velocity"),
     ),
 )

@@ -15,7 +15,7 @@ import numpy as np
 from plumbob.analytic.parameters import ParameterError, known, numbers
 from plumbob.analytic.systems.capsule import Capsule
 from plumbob.analytic.systems.capsule_setup import CapsuleProblem
-from plumbob.analytic.systems.planner.problem import POSES, PlanLimits, RestPose
+from plumbob.analytic.systems.planner.problem import GOAL_POSES, PlanLimits, RestPose
 from plumbob.analytic.systems.three_points.forces import plane_demand
 from plumbob.models.quantities import pose_quantities
 from plumbob.models.scene import Observable, Parameters, Scene, scene_of, step_sizes
@@ -31,7 +31,7 @@ from plumbob.models.tripod_capsule.turn import TURN_OBSERVABLES
 
 if TYPE_CHECKING:
     from plumbob.analytic.systems.planner.result import Plan, TrackName
-    from plumbob.analytic.systems.planner.tracks import ArcName, Pair
+    from plumbob.analytic.systems.planner.tracks import ArcName, SupportPair
 
 LIMIT_NAMES = tuple(field.name for field in fields(PlanLimits))
 CURVE = ("legs", "segments", "arc")  # parameters of the slider's curve, if it is not free
@@ -65,7 +65,7 @@ TURNED_DURATION = (
 NEAR_GOAL = RestPose(0.01, 0.01, 0.1)  # goal so near that plans on the curve cost little
 GOAL_POSE = (NEAR_GOAL.x, NEAR_GOAL.y, NEAR_GOAL.heading)
 # For each curve: name, supports, arc, duration of the plan to NEAR_GOAL [s], and profile.
-CURVED_PLANS: tuple[tuple[str, Pair, ArcName, float, Literal["quick", "full"]], ...] = (
+CURVED_PLANS: tuple[tuple[str, SupportPair, ArcName, float, Literal["quick", "full"]], ...] = (
     ("12", (1, 2), "shorter", 1.75, "full"),
     ("23-longer", (2, 3), "longer", 1.55, "quick"),
     ("31", (3, 1), "shorter", 1.75, "full"),
@@ -196,7 +196,7 @@ def _turned_scene(angle: float) -> Scene:
 _TRACKS: tuple[TrackName, ...] = ("free", "curve")
 _ALL_OR_NOTHING = "mu is nearly 0 or 1: the actuator's reaction is all or nothing"
 SCENES = (
-    *(_pose_scene(case, goal, track) for case, goal in POSES for track in _TRACKS),
+    *(_pose_scene(case, goal, track) for case, goal in GOAL_POSES for track in _TRACKS),
     *(
         _scene(
             f"beside-curve-{case}",

@@ -14,7 +14,7 @@ from plumbob.reports.judge.stability import LimitVerdict
 # Calibrated from both sides in tests/study/test_long_runs.py: the measured time may differ from the
 # predicted time by this fraction and by this many periods. The error is at its largest once a
 # period, so the samples of a run meet it late.
-WITHIN, PERIODS = 0.1, 2.0
+ALLOWED_TIME_RATIO, ALLOWED_PERIODS = 0.1, 2.0
 JUDGED_LEVELS = LEVELS[
     :2
 ]  # levels that are judged: the last level is far beyond the linear range
@@ -70,12 +70,12 @@ def judged_long_run(search: LongRunSearch, measured: MeasuredLongRun) -> JudgedL
 def _time_mismatches(run: MeasuredLongRun) -> Iterator[str]:
     """Yields a message for each level whose time is not the predicted one."""
     assert run.predicted is not None
-    margin = PERIODS * run.period
+    margin = ALLOWED_PERIODS * run.period
     for level in JUDGED_LEVELS:
         predicted = run.predicted.times[level]
         measured = run.times.get(level)
-        earliest = (1.0 - WITHIN) * predicted - margin
-        latest = (1.0 + WITHIN) * predicted + margin
+        earliest = (1.0 - ALLOWED_TIME_RATIO) * predicted - margin
+        latest = (1.0 + ALLOWED_TIME_RATIO) * predicted + margin
         if measured is None and latest < run.followed:
             yield (
                 f"no error of {level:.0%} in {run.followed:.4g} s, predicted at {predicted:.4g} s"

@@ -15,11 +15,12 @@ from plumbob.reports.view.content import Figure, PlotlyLayout, PlotlyTrace
 from plumbob.reports.view.plotly_figure import FRONT
 from plumbob.reports.view.point_names import placed_names
 
-WIDTH, WIDE, SQUARE = 560, 860, 400  # [px]
+WIDTH, WIDE_WIDTH, SQUARE = 560, 860, 400  # [px]
 # margins [px]; SCALE is the right margin of a map, which holds its colour scale
-LEFT, RIGHT, SCALE, TOP, BOTTOM = 64, 18, 68, 10, 40
-LETTER, LARGE_LETTER = 7.4, 10.0  # [px] widest letter at full size, and in a shrunken picture
-MOST_TICKS, SHADES = 6, 16
+LEFT_MARGIN, RIGHT_MARGIN, SCALE, TOP_MARGIN, BOTTOM_MARGIN = 64, 18, 68, 10, 40
+# [px] widest letter at full size, and in a shrunken picture
+TICK_LETTER_WIDTH, LARGE_LETTER = 7.4, 10.0
+MOST_TICKS, MAP_SHADES = 6, 16
 # SVG paths of marks by plotly's names, in tenths of a pixel from the middle of the mark. A disc is
 # the round end of a line of zero length.
 GLYPHS = MappingProxyType(
@@ -35,11 +36,11 @@ GLYPHS = MappingProxyType(
         "star": "m0-46l11 35h37l-30 22l11 35l-29-21l-29 21l11-35l-30-22h37z",
     }
 )
-DASHES = MappingProxyType({"dash": "6 4", "dot": "2 3", "dashdot": "6 3 2 3"})
+DASH_PATTERNS = MappingProxyType({"dash": "6 4", "dot": "2 3", "dashdot": "6 3 2 3"})
 
 
 @dataclass(frozen=True)
-class Path:
+class SvgPath:
     """An SVG path in tenths of a pixel, with its colours, line width and dashes."""
 
     d: str
@@ -61,14 +62,16 @@ def svg_drawing(figure: Figure, chosen: Sequence[str] = ()) -> SvgDrawing | None
     figure has any of these; None if no value has a place on one of the axes."""
     traces = drawn_traces(figure, chosen)
     layout = figure.layout
-    width = WIDE if figure.wide else WIDTH
+    width = WIDE_WIDTH if figure.wide else WIDTH
     square = "scaleanchor" in layout["yaxis"]
     height = SQUARE if square else figure.height
     first = traces[0] if "z" in traces[0] else None
     longest = max(map(len, layout["yaxis"].get("ticktext", ())), default=0)
-    right = width - (SCALE if first else RIGHT)
-    x = _axis(layout["xaxis"], traces, "x", max(LEFT, 24 + LETTER * longest), right)
-    y = _axis(layout["yaxis"], traces, "y", height - BOTTOM, TOP)
+    right = width - (SCALE if first else RIGHT_MARGIN)
+    x = _axis(
+        layout["xaxis"], traces, "x", max(LEFT_MARGIN, 24 + TICK_LETTER_WIDTH * longest), right
+    )
+    y = _axis(layout["yaxis"], traces, "y", height - BOTTOM_MARGIN, TOP_MARGIN)
     if x is None or y is None:
         return None
     if square:
@@ -91,11 +94,11 @@ def svg_drawing(figure: Figure, chosen: Sequence[str] = ()) -> SvgDrawing | None
     if first:
         scale_axis = Axis(first["zmin"], first["zmax"], y.start, y.end, False)
         drawn.scale = _ticks(first["colorbar"], scale_axis)
-        drawn.shades = [_shade(first, (k + 0.5) / SHADES) for k in range(SHADES)]
+        drawn.shades = [_shade(first, (k + 0.5) / MAP_SHADES) for k in range(MAP_SHADES)]
     return drawn
 
 
-def _paths(traces: Sequence[PlotlyTrace], x: Axis, y: Axis) -> Iterator[Path]:
+def _paths(traces: Sequence[PlotlyTrace], x: Axis, y: Axis) -> Iterator[SvgPath]:
     """Yields the paths of all traces: the cells of a map, the line and the marks of a curve."""
     for trace in traces:
         yield from _map(trace, x, y) if "z" in trace else _marks(trace, x, y)
@@ -160,7 +163,7 @@ def separated_ticks(ticks: Ticks) -> Ticks:
     return separated
 
 
-def _marks(trace: PlotlyTrace, x: Axis, y: Axis) -> Iterator[Path]:
+def _marks(trace: PlotlyTrace, x: Axis, y: Axis) -> Iterator[SvgPath]:
     """Yields the path of a trace's line and the path of its marks, as far as the trace has them."""
     places = 10.0 * np.column_stack([x.along(trace["x"]), y.along(trace["y"])])
     finite = np.isfinite(places.sum(axis=1))
@@ -170,7 +173,7 @@ def _marks(trace: PlotlyTrace, x: Axis, y: Axis) -> Iterator[Path]:
         # a line goes on from the point before, unless that point is a gap
         continues = np.append(False, finite[:-1])[finite]
         lines = zip(continues, points, strict=True)
-        yield Path(
+        yield SvgPath(
             d="".join(f"{' ' if goes_on else 'M'}{a:.0f} {b:.0f}" for goes_on, (a, b) in lines),
             stroke=colour,
             width=10.0 * trace["line"]["width"],
@@ -183,11 +186,11 @@ def _marks(trace: PlotlyTrace, x: Axis, y: Axis) -> Iterator[Path]:
         shape = GLYPHS[name.removesuffix("-open")]
         marks = "".join(f"M{a:.0f} {b:.0f}{shape}" for a, b in points)
         if name == "circle":
-            yield Path(marks, stroke=colour, width=10.0 * size)
+            yield SvgPath(marks, stroke=colour, width=10.0 * size)
         elif name == "x" or name.endswith("-open"):
-            yield Path(marks, stroke=colour, width=13.0)
+            yield SvgPath(marks, stroke=colour, width=13.0)
         else:
-            yield Path(marks, fill=colour, stroke=colour, width=5.0 * size - 24.0)
+            yield SvgPath(marks, fill=colour, stroke=colour, width=5.0 * size - 24.0)
 
 
 def _points_with_names(
@@ -202,19 +205,19 @@ def _points_with_names(
     return points
 
 
-def _map(trace: PlotlyTrace, x: Axis, y: Axis) -> Iterator[Path]:
+def _map(trace: PlotlyTrace, x: Axis, y: Axis) -> Iterator[SvgPath]:
     """Yields the cells of a map, as one path for each shade."""
     xs = 10.0 * _edges(x.along(trace["x"]))
     ys = 10.0 * _edges(y.along(trace["y"]))
     above_low = np.array(trace["z"], dtype=float) - trace["zmin"]
     fractions = np.clip(above_low / (trace["zmax"] - trace["zmin"]), 0.0, 1.0)
-    shades = np.rint(SHADES * fractions)
+    shades = np.rint(MAP_SHADES * fractions)
     for shade in np.unique(shades[np.isfinite(shades)]):
         cells = (
             f"M{xs[j]:.0f} {ys[i]:.0f}H{xs[j + 1]:.0f}V{ys[i + 1]:.0f}H{xs[j]:.0f}z"
             for i, j in np.argwhere(shades == shade)
         )
-        yield Path("".join(cells), _shade(trace, shade / SHADES))
+        yield SvgPath("".join(cells), _shade(trace, shade / MAP_SHADES))
 
 
 def _edges(places: Array) -> Array:
@@ -233,4 +236,4 @@ def _shade(trace: PlotlyTrace, fraction: float) -> str:
 
 def dashes(trace: PlotlyTrace) -> str:
     """Returns the SVG dash pattern of a trace [px]; empty for a solid line."""
-    return DASHES.get(trace["line"]["dash"], "")
+    return DASH_PATTERNS.get(trace["line"]["dash"], "")

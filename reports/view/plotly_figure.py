@@ -17,14 +17,14 @@ MAX_CURVE_POINTS = 240  # points of a curve: a screen shows no more
 ZERO = 1e-17  # value at which an error of exactly zero is drawn on a logarithmic axis
 FOUR_DIGITS = "{:.4g}".format  # four significant digits: more cannot be seen in a figure
 FRONT = "front"  # takes the place of a method's name in the trace of the Pareto front
-DIVERGING = ((0.0, BLUE), (0.5, "#ffffff"), (1.0, RED))
-PLAIN = Style(GREY, "circle", 6.0, "solid")
+DIVERGING_COLOURS = ((0.0, BLUE), (0.5, "#ffffff"), (1.0, RED))
+PLAIN_STYLE = Style(GREY, "circle", 6.0, "solid")
 
 
 def curve(
     x: npt.ArrayLike,
     y: npt.ArrayLike,
-    style: Style = PLAIN,
+    style: Style = PLAIN_STYLE,
     *,
     name: str = "",
     method: str = "",
@@ -113,7 +113,7 @@ def heat(
     rows: npt.ArrayLike,
     low: float,
     high: float,
-    colours: Sequence[tuple[float, str]] = DIVERGING,
+    colours: Sequence[tuple[float, str]] = DIVERGING_COLOURS,
     **more: Any,
 ) -> PlotlyTrace:
     """Returns a heat map of the values `rows`, shape (y, x), coloured from `low` to `high`, by

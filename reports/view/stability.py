@@ -12,7 +12,7 @@ from plumbob.reports.view.content import Table
 from plumbob.reports.view.page import fill_page, write_file
 from plumbob.reports.view.tables import table as table_of
 
-NAME = "stability.html"
+STABILITY_PAGE = "stability.html"
 Judged = Sequence[JudgedLimit | JudgedLongRun]
 
 
@@ -25,7 +25,7 @@ def write_stability_page(judged: Judged, provenance: Provenance, folder: Path) -
         long=_has_long_runs(judged),
         made=provenance,
     )
-    return write_file(page, folder, NAME)
+    return write_file(page, folder, STABILITY_PAGE)
 
 
 def stability_table(judged: Judged) -> Table:

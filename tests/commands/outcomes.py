@@ -15,7 +15,7 @@ from plumbob.engines.trajectory import Trajectory
 from plumbob.reports.analyses.page_numbers import verdict_on
 from plumbob.reports.cli import main
 from plumbob.reports.judge import expectations
-from plumbob.reports.view.records import SCENE, STUDY, SceneRecord, StudyRecord
+from plumbob.reports.view.records import PAGES_OF_STUDY, SCENE, SceneRecord, StudyRecord
 
 
 @dataclass(frozen=True)
@@ -83,7 +83,7 @@ def _verdicts_alone(study, jobs, judged):
         verdicts[c.scene][c.method] = verdict_on(study, c, judged)
     pages = {name: plain(SceneRecord(of, (), None)) for name, of in verdicts.items()}
     scenes = [Analysed("", SCENE, "", name, numbers) for name, numbers in pages.items()]
-    return (*scenes, Analysed("", STUDY, "", "", plain(StudyRecord((), {}, {}, ()))))
+    return (*scenes, Analysed("", PAGES_OF_STUDY, "", "", plain(StudyRecord((), {}, {}, ()))))
 
 
 def without_findings(monkeypatch):

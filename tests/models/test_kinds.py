@@ -7,7 +7,13 @@ import pytest
 from plumbob.engines import registry
 from plumbob.engines.method import meant
 from plumbob.models.registry import built_in_systems, scene
-from plumbob.models.scene import FREE_ROTATION, ON_PLANE, ON_SUPPORTS, ONE_SMOOTH, SMOOTH
+from plumbob.models.scene import (
+    FREE_ROTATION,
+    ON_PLANE,
+    ON_SUPPORTS,
+    ONE_SMOOTH,
+    SMOOTH,
+)
 
 OURS = [method for engine in registry.built_in().values() for method in engine.methods]
 

@@ -6,7 +6,7 @@ import pytest
 
 from plumbob.analytic.errors.contact_models.model_error import sample_motion
 from plumbob.analytic.errors.contact_models.sequential_impulse_bounds import (
-    STALLED,
+    RESIDUAL_FRACTION,
     USED_UP,
     solver_demand,
 )
@@ -38,12 +38,12 @@ def residual(name, step, iterations, **changes):
 
 
 def test_residual_where_friction_is_used_up():
-    """STALLED is at most twice the residual of 50 iterations; it is still three times that of 200,
-    far above the bound of one sticking foot."""
+    """RESIDUAL_FRACTION is at most twice the residual of 50 iterations; it is still three times
+    that of 200, far above the bound of one sticking foot."""
     few = [residual(name, step, 50)[0] for name, step in USED_UP_SCENES]
-    assert 0.5 * STALLED < max(few) < STALLED
+    assert 0.5 * RESIDUAL_FRACTION < max(few) < RESIDUAL_FRACTION
     left, one_foot = residual("capsule-line/w2-threshold", 1e-3, 200)
-    assert left < STALLED
+    assert left < RESIDUAL_FRACTION
     assert left > 1e3 * one_foot
 
 

@@ -105,7 +105,7 @@ def test_finding_uniformity():
 
 def test_finding_action_and_phase():
     starts = stored(action_phase.ACTION_PHASE).numbers["starts"]
-    assert len(starts) == len(action_phase.STARTS)
+    assert len(starts) == len(action_phase.WELLS_AND_SPEEDS)
     for start in starts:
         # RK4 at 2e-4 s, and a cubic between 160 samples a period: (2 pi/160)^4/384, relative
         assert start["measured"] == pytest.approx(start["period"], rel=1e-8)

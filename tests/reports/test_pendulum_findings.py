@@ -90,7 +90,7 @@ def test_errors_are_the_largest_of_all_steps(label, name):
         ).reference
         error = float(np.abs(_by_rk4(name, linear) - exact.observe(times)["theta"]).max())
         assert float(shown) == pytest.approx(error, rel=5e-3)  # half of its last digit
-        kind = notebook.LINEAR if linear else notebook.SIMPLE
+        kind = notebook.LINEAR_SCENES if linear else notebook.NONLINEAR_SCENES
         found, predicted = notebook.rk4_error(study(), kind + name)
         # the cubic between every second step leaves (2 h)^4/384 of a fourth derivative, the most in
         # case 3, where the error oscillates at twice the rate of its rotation: 1.2e-4 of it

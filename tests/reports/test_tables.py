@@ -135,7 +135,7 @@ def test_every_statement_of_the_sources_has_value_verdict_and_finding(
         assert known[link.link] == link.text
         for number in re.findall(r"\d+\.\d+", text.text):
             assert number in said.text
-    assert list(dict.fromkeys(line[0].text for line in table.rows)) == [*sources.SOURCES]
+    assert list(dict.fromkeys(line[0].text for line in table.rows)) == [*sources.CITED_SOURCES]
     shown = [(line[0].text, line[1].text) for line in table.rows]
     order = list(dict.fromkeys((of.source, of.place) for of in sources.listed_statements()))
     assert set(shown) <= set(
@@ -162,7 +162,7 @@ def test_every_statement_of_the_texts_is_computed_twice_or_cannot_be(
     names |= {of.template.rpartition("/")[2].replace("_", "-") for of in galleries}
     computed = [of for of in every if of.finding]
     assert (len(every), len(computed)) == (176, 165)
-    assert list(dict.fromkeys(of.source for of in every)) == [*sources.SOURCES]
+    assert list(dict.fromkeys(of.source for of in every)) == [*sources.CITED_SOURCES]
     assert len({(of.source, of.place, of.text) for of in every}) == len(every)
     assert {of.finding for of in computed} <= names
     for of in every:

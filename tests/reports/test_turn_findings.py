@@ -64,7 +64,7 @@ def test_the_leading_path_is_the_motion_without_friction():
 
 def test_what_else_the_source_says_of_turns():
     numbers = source_text.numbers(nothing())
-    verdicts = {s.verdict for s in finding(source_text.SOURCE, nothing()).statements}
+    verdicts = {s.verdict for s in finding(source_text.TURN_SOURCE_TEXT, nothing()).statements}
     assert verdicts == {"holds", "extended"}
     one = check_turn(0.3)
     motion = problem("capsule-turn/0.3").motion.single

@@ -16,7 +16,7 @@ from plumbob.models.registry import systems
 from plumbob.reports.analyses import section
 from plumbob.reports.analyses.claims import CLEAR_RATIO, at_most, between, clear
 from plumbob.reports.view.site.claims import NOT_SHOWN, checked_findings
-from plumbob.reports.view.site.views import OF_ENGINES
+from plumbob.reports.view.site.views import ENGINES_SECTION
 from plumbob.tests.site import whole_profile
 from plumbob.tests.support.declared import findings_of
 from plumbob.tests.support.studies import remeasured
@@ -119,7 +119,7 @@ def _far(found):
 
 
 def _findings(study):
-    own = [one for name in (*systems(), OF_ENGINES) if (one := section(name)) is not None]
+    own = [one for name in (*systems(), ENGINES_SECTION) if (one := section(name)) is not None]
     return {f.name: f for one in own for f in findings_of(one, study)}
 
 

@@ -11,7 +11,7 @@ import pytest
 from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.study import store
 from plumbob.reports.cli import main
-from plumbob.reports.view.records import SCENE, STUDY, records_of
+from plumbob.reports.view.records import PAGES_OF_STUDY, SCENE, records_of
 from plumbob.reports.view.site.writing import write_study_pages
 from plumbob.tests.commands.outcomes import without_findings
 from plumbob.tests.contracts.import_contracts import MOTIONS
@@ -90,7 +90,7 @@ def test_a_page_says_what_is_stored(tmp_path):
     assert kept in pages[f"{NAME.replace('/', '-')}.html"].decode()
 
 
-@pytest.mark.parametrize("place", [SCENE, STUDY])
+@pytest.mark.parametrize("place", [SCENE, PAGES_OF_STUDY])
 def test_a_store_of_another_version_is_refused_in_a_line(place, tmp_path, capsys):
     kept = tuple(a for a in quick().analyses if a.place != place)
     older = replace(quick(), analyses=kept)

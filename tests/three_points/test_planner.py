@@ -13,7 +13,7 @@ from plumbob.analytic.systems.manoeuvres.line_manoeuvre import closed_form
 from plumbob.analytic.systems.planner.construction import plan
 from plumbob.analytic.systems.planner.lines import line_time
 from plumbob.analytic.systems.planner.manoeuvre import slow_arc, slow_line
-from plumbob.analytic.systems.planner.problem import POSES, PlanLimits, RestPose
+from plumbob.analytic.systems.planner.problem import GOAL_POSES, PlanLimits, RestPose
 from plumbob.analytic.systems.planner.result import pose_error
 from plumbob.analytic.systems.planner.tracks import Track, curved_track
 from plumbob.analytic.systems.slider_path import ArcPiece, StraightPiece, arc, straight
@@ -23,7 +23,7 @@ from plumbob.models.tripod_capsule.plan import NEAR_GOAL, problem
 from plumbob.reports.commands.plan import described
 from plumbob.tests.support.random_capsules import CHECK
 
-PLACES = dict(POSES)
+PLACES = dict(GOAL_POSES)
 CASES = tuple(itertools.product(PLACES, ("free", "curve")))
 # In the full profile only: longer ways of the same mechanisms, and lines between other supports.
 LATER = (

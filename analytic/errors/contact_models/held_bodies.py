@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from plumbob.analytic.errors.contact_models.soft_friction import (
-    STEPPED,
+    SOFT_FRICTION_SCHEMES,
     HeldContact,
     held_drift,
 )
@@ -54,7 +54,7 @@ def stack_errors(stack: Stack) -> StepErrors:
         if scheme.contact is None:
             return {"top": zeros} if scheme.integrator == EULER else {}
         depths = [contact.depth(scheme.contact, step) for contact in corners(stack)]
-        if scheme.integrator not in STEPPED or max(depths) > DEEPEST * stack.size:
+        if scheme.integrator not in SOFT_FRICTION_SCHEMES or max(depths) > DEEPEST * stack.size:
             return {}
         deflections = {"top": zeros - sum(depths)}
         return SteppedErrors(deflections, stack.uncertainty(times), lasting=deflections)

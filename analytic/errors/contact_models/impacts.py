@@ -28,18 +28,24 @@ from plumbob.analytic.schemes import EULER, TABLEAUX, Scheme
 from plumbob.analytic.systems.bouncing_ball import BouncingBall
 from plumbob.analytic.theory import Predicted, StepErrors, SteppedErrors
 
-IMPEDANCE = 0.99  # d: the solver loses two digits, and 1 % of gravity acts during contact
-RATE = 0.2  # chosen: angular frequency of the spring times the step; a contact lasts 16 steps
-LEAST = 0.01  # smallest restitution of a spring and damper: even overdamped, it rebounds
-KEPT = 0.899999976158142**60  # fraction of a penetration left after 1 s: pymunk's default
-ITERATIONS = 50  # solver iterations of pymunk for the two impulses of an impact
-SLOP = 1e-4  # penetration over the initial height that pymunk leaves
+IMPACT_IMPEDANCE = (
+    0.99  # d: the solver loses two digits, and 1 % of gravity acts during contact
+)
+# chosen: angular frequency of the spring times the step; a contact lasts 16 steps
+IMPACT_PHASE_PER_STEP = 0.2
+# smallest restitution of a spring and damper: even overdamped, it rebounds
+SMALLEST_RESTITUTION = 0.01
+# fraction of a penetration left after 1 s: pymunk's default
+PENETRATION_LEFT = 0.899999976158142**60
+SOLVER_ITERATIONS = 50  # solver iterations of pymunk for the two impulses of an impact
+ALLOWED_PENETRATION = 1e-4  # penetration over the initial height that pymunk leaves
 NEARBY = 2.0 * ULP  # relative change of the inputs that changes a run as much as rounding
 
 
 def damping_ratio(restitution: float) -> float:
-    """Returns the damping ratio zeta of a contact with a `restitution`, at least LEAST."""
-    loss = -math.log(max(restitution, LEAST))
+    """Returns the damping ratio zeta of a contact with a `restitution`, at least
+    SMALLEST_RESTITUTION."""
+    loss = -math.log(max(restitution, SMALLEST_RESTITUTION))
     if not loss:
         return 0.0
     return float(brentq(lambda zeta: log_loss(zeta) - loss, 0.0, 10.0, xtol=1e-15))
@@ -73,18 +79,17 @@ class SoftImpact:
         """Returns the acceleration [m/s^2] of a ball whose lowest point is at the height z [m]."""
         if z >= 0.0:
             return -gravity
-        weight = (IMPEDANCE - 1.0) * gravity
+        weight = (IMPACT_IMPEDANCE - 1.0) * gravity
         return max(-gravity, weight - self.damping * speed - self.stiffness * z)
 
 
 def soft_impact(restitution: float, step: float) -> SoftImpact:
     """Returns the contact with a `restitution` for steps of `step` [s].
 
-    The spring's angular frequency is RATE over the step. If the contact is overdamped, the spring
-    is softer, so that the damper is stable too.
-    """
+    The spring's angular frequency is IMPACT_PHASE_PER_STEP over the step. If the contact is
+    overdamped, the spring is softer, so that the damper is stable too."""
     zeta = damping_ratio(restitution)
-    rate = RATE / (step * max(zeta, 1.0))
+    rate = IMPACT_PHASE_PER_STEP / (step * max(zeta, 1.0))
     return SoftImpact(rate**2, 2.0 * zeta * rate)
 
 
@@ -111,7 +116,7 @@ def hard_impulses(
     along, normal = 0, 1
     changes = np.array([-ends[0], pull - ends[1] - restitution * min(ends[1], 0.0)])
     impulses = np.zeros(2)
-    for _ in range(ITERATIONS):
+    for _ in range(SOLVER_ITERATIONS):
         missing = changes[normal] - weights[normal] @ impulses
         impulses[normal] = max(impulses[normal] + missing / weights[normal, normal], 0.0)
         limit = friction * impulses[normal]
@@ -138,8 +143,8 @@ def hard_heights(ball: BouncingBall, step: float, marks: list[int]) -> Array:
     If the ball has moved below the floor, the contact reverses the speed before gravity, and a
     second velocity closes the penetration but for a slop.
     """
-    closed_fraction = 1.0 - KEPT**step
-    slop = SLOP * ball.height
+    closed_fraction = 1.0 - PENETRATION_LEFT**step
+    slop = ALLOWED_PENETRATION * ball.height
 
     def advance(time: float, state: StateParts) -> StateParts:
         z, speed, closing_speed = state
@@ -171,14 +176,16 @@ def bouncing_errors(ball: BouncingBall) -> StepErrors:
                 return hard_heights(ball, step, marks)
             return soft_heights(ball, scheme, step, marks)
 
-        rounding = NEARBY if scheme.position_first else NEARBY / (1.0 - IMPEDANCE)
+        rounding = NEARBY if scheme.position_first else NEARBY / (1.0 - IMPACT_IMPEDANCE)
         z = heights(ball)
         doubt = np.full(len(z), rounding * ball.height)
         for name in ("height", "gravity"):
             neighbour = replace(ball, **{name: getattr(ball, name) * (1.0 + rounding)})
             doubt += np.abs(heights(neighbour) - z)
         error = z - ball.observe(times)["z"]
-        slop = np.full(len(z), SLOP * ball.height if scheme.position_first else 0.0)
+        slop = np.full(
+            len(z), ALLOWED_PENETRATION * ball.height if scheme.position_first else 0.0
+        )
         return SteppedErrors({"z": error}, {"z": doubt}, {"z": slop})
 
     return StepErrors(error)

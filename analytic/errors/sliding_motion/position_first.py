@@ -34,7 +34,7 @@ from plumbob.analytic.systems.slider_path import SliderPath
 from plumbob.analytic.systems.three_points.friction import InitialVelocities
 from plumbob.analytic.systems.three_points.implicit_friction import Slip
 
-GRID = 1e-6  # [steps] a switch closer to a grid time counts as on the grid
+GRID_DISTANCE = 1e-6  # [steps] a switch closer to a grid time counts as on the grid
 
 
 def chord_error(turn: float) -> complex:
@@ -45,7 +45,7 @@ def chord_error(turn: float) -> complex:
 def switches_on_grid(path: SliderPath, step: float) -> bool:
     """Returns whether the slider's acceleration jumps only at multiples of `step` [s]."""
     switch_steps = path.breakpoints / step
-    return bool(np.abs(switch_steps - np.rint(switch_steps)).max() < GRID)
+    return bool(np.abs(switch_steps - np.rint(switch_steps)).max() < GRID_DISTANCE)
 
 
 @lru_cache(maxsize=16)

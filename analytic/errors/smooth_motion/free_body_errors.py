@@ -34,10 +34,14 @@ from plumbob.analytic.systems.free_body.equations import (
     slope,
 )
 from plumbob.analytic.systems.free_body.problem import FreeBody
-from plumbob.analytic.systems.free_body.rotation import ATTITUDE, RATES, quaternion_product
+from plumbob.analytic.systems.free_body.rotation import (
+    ANGULAR_VELOCITY_NAMES,
+    ATTITUDE,
+    quaternion_product,
+)
 from plumbob.analytic.tableau import advance_parts
 
-ORDERS: Mapping[str, range] = MappingProxyType(
+SERIES_ORDERS: Mapping[str, range] = MappingProxyType(
     {EULER: range(1, 5), LINEARLY_IMPLICIT: range(1, 5), LEAPFROG: range(2, 10, 2)}
     | {RK4_ADDED_RATES: range(2, 7)}  # five orders, because one of them is zero
     | {name: range(tableau.order, tableau.order + 4) for name, tableau in TABLEAUX.items()}
@@ -46,7 +50,7 @@ ORDERS: Mapping[str, range] = MappingProxyType(
 
 
 def rotation_step(body: FreeBody, scheme: Scheme, step: Any) -> SchemeStep:
-    """Returns the step of a scheme of ORDERS on the rotation of a body.
+    """Returns the step of a scheme of SERIES_ORDERS on the rotation of a body.
 
     A state is w [rad/s] and then q. A state may also be w alone, unless the scheme is one of
     TABLEAUX.
@@ -128,16 +132,16 @@ def free_body_errors(body: FreeBody) -> ErrorSeries:
     """Returns the error theory of one body's rotation."""
 
     ratios = factors(body)
-    names = (*RATES, *ATTITUDE)
+    names = (*ANGULAR_VELOCITY_NAMES, *ATTITUDE)
 
     def step_and_orders(scheme: Scheme) -> tuple[Step, range] | None:
-        if scheme.integrator not in ORDERS or scheme.position_first:
+        if scheme.integrator not in SERIES_ORDERS or scheme.position_first:
             return None
 
         def step(time: Any, length: Any, state: StateParts) -> StateParts:
             return rotation_step(body, scheme, length)(time, state)
 
-        return step, ORDERS[scheme.integrator]
+        return step, SERIES_ORDERS[scheme.integrator]
 
     def rates(time: Any, state: StateParts) -> StateParts:
         return slope(ratios, state)

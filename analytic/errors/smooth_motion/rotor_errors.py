@@ -24,17 +24,17 @@ from plumbob.analytic.numerics.power_series import constant
 from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
 from plumbob.analytic.numerics.rotor.orbit import ANGLE_AND_RATE, rotor_motion, rotor_system
 from plumbob.analytic.numerics.smooth.smooth_motion import SmoothMotion
-from plumbob.analytic.numerics.smooth.smooth_system import TINY, SmoothSystem
+from plumbob.analytic.numerics.smooth.smooth_system import IMAGINARY_STEP, SmoothSystem
 from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.reference import Array, Reference
-from plumbob.analytic.schemes import EULER, STEPPED, Scheme
+from plumbob.analytic.schemes import EULER, STEPPED_SCHEMES, Scheme
 from plumbob.analytic.systems.pendulums.driven_motion import DrivenMotion
 from plumbob.analytic.systems.pendulums.pendulum_motion import PendulumMotion
 from plumbob.analytic.systems.pendulums.rod_tension import RodMotion
 from plumbob.analytic.systems.simple_pendulum import SimplePendulum
 from plumbob.analytic.theory import Coefficients, SteppedErrors, signal_differences
 
-SAMPLES = 65  # samples in a period, among which the largest error is sought
+ERROR_SAMPLES_PER_PERIOD = 65  # samples in a period, among which the largest error is sought
 NEGLIGIBLE = 1e-10  # relative energy change in a period, below which it is numerical noise
 
 
@@ -117,7 +117,7 @@ class RotorErrors:
         The errors are empty for more than MOST_STEPS steps, for times that are no multiples of the
         step, and for an orbit that diverges.
         """
-        marks = steps_until(times, step) if scheme.integrator in STEPPED else None
+        marks = steps_until(times, step) if scheme.integrator in STEPPED_SCHEMES else None
         if marks is None:
             return SteppedErrors({})
         exact = self.exact.observe(times)
@@ -133,7 +133,7 @@ class RotorErrors:
         values = {name: x.real for name, x in stepped.items()}
         doubts = {}
         for name, x in stepped.items():
-            doubts[name] = np.abs(x.imag) / TINY + ULP * (1.0 + np.abs(x.real))
+            doubts[name] = np.abs(x.imag) / IMAGINARY_STEP + ULP * (1.0 + np.abs(x.real))
         if self.rod is not None:
             rod_doubts = self.rod.doubts(states[:2].real, np.zeros((2, len(times))))
             doubts["tension"] += rod_doubts["tension"]
@@ -163,7 +163,7 @@ class RotorErrors:
         """
         if not self.rotor.conservative:
             raise ParameterError("rotor", self.rotor, "without damping and forcing")
-        times = np.linspace(0.0, period, SAMPLES)
+        times = np.linspace(0.0, period, ERROR_SAMPLES_PER_PERIOD)
         rate = self.theta_dot
         pull = self.rotor.acceleration(0.0, self.theta, rate)
         fastest = np.abs(self.exact.observe(times)["theta_dot"]).max()

@@ -14,13 +14,13 @@ import numpy as np
 import numpy.typing as npt
 
 from plumbob.analytic.errors.smooth_motion.scheme_steps import SchemeStep, StateParts
-from plumbob.analytic.errors.stability.flow_growth import LOST
+from plumbob.analytic.errors.stability.flow_growth import GROWTH_TO_MOTION_SIZE
 from plumbob.analytic.errors.stability.largest_step import (
     LEAST_PERIODS,
-    Marks,
+    StableMarks,
     run_length,
 )
-from plumbob.analytic.numerics.smooth.smooth_system import TINY
+from plumbob.analytic.numerics.smooth.smooth_system import IMAGINARY_STEP
 from plumbob.analytic.reference import Array, Signals
 from plumbob.analytic.stability import (
     LARGEST_STEP_AWAY,
@@ -57,26 +57,28 @@ class SteppedMotion:
     kind_of: Callable[[Signals], str]  # kind of a sampled motion, see `StabilityTheory`
     kind: str  # kind of the exact motion
     window: float  # [s] shortest run that shows the kind of motion
-    lost: Callable[[StateParts], Marks] = lambda state: np.zeros(len(state[0]), dtype=bool)
+    lost: Callable[[StateParts], StableMarks] = lambda state: np.zeros(
+        len(state[0]), dtype=bool
+    )
     """Function from a state to which runs have diverged, shape (n,)."""
 
     def nudged(self, steps: Array) -> tuple[SchemeStep, StateParts]:
         """Returns the scheme's step and the nudged initial state, for `steps` [s], shape (n,).
 
-        The nudge is in the imaginary parts: TINY times the scales.
+        The nudge is in the imaginary parts: IMAGINARY_STEP times the scales.
         """
         advance, start = self.begin(steps)
         nudges = [*self.scales, *np.zeros(len(start) - len(self.scales))]
         state = []
         for part, nudge in zip(start, nudges, strict=True):
-            state.append(np.zeros(len(steps)) + part + 1j * TINY * nudge)
+            state.append(np.zeros(len(steps)) + part + 1j * IMAGINARY_STEP * nudge)
         return advance, state
 
     def size(self, state: StateParts) -> Array:
         """Returns the size of the nudge in a state over its size at the start, shape (n,); infinite
         for diverged runs."""
         parts = zip(self.names, state, self.scales, strict=False)
-        square = sum((part.imag / TINY / scale) ** 2 for _, part, scale in parts)
+        square = sum((part.imag / IMAGINARY_STEP / scale) ** 2 for _, part, scale in parts)
         return np.where(self.lost(state), np.inf, np.sqrt(square / len(self.names)))
 
     def observed(self, state: StateParts) -> Signals:
@@ -86,7 +88,7 @@ class SteppedMotion:
 
 def trial_results(
     motion: SteppedMotion, steps: Array, counts: StepCounts
-) -> tuple[Marks, Marks]:
+) -> tuple[StableMarks, StableMarks]:
     """Returns which of `steps` [s] are stable, and which also keep the kind of motion.
 
     Both results, `steps` and `counts` have shape (n,); `counts` is the number of steps in a run. A
@@ -125,8 +127,8 @@ def sample_steps(count: int) -> list[int]:
 
 
 def _keeps_kind(
-    motion: SteppedMotion, samples: Sequence[Signals], judged: Marks, counts: StepCounts
-) -> Marks:
+    motion: SteppedMotion, samples: Sequence[Signals], judged: StableMarks, counts: StepCounts
+) -> StableMarks:
     """Returns which runs keep the exact motion's kind, shape (n,).
 
     A run's kind is read from its first `counts` samples. Runs that are not `judged` count as kept.
@@ -142,9 +144,9 @@ def _keeps_kind(
 def limits_by_steps(motion: SteppedMotion) -> tuple[StepLimit, ...]:
     """Returns the limits of a scheme on a motion.
 
-    If the exact motion itself magnifies a nudge by more than LOST, no limit can be found: empty.
-    """
-    if float(motion.growth(np.array(LEAST_PERIODS * motion.fastest))) > LOST:
+    If the exact motion itself magnifies a nudge by more than GROWTH_TO_MOTION_SIZE, no limit can be
+    found: empty."""
+    if float(motion.growth(np.array(LEAST_PERIODS * motion.fastest))) > GROWTH_TO_MOTION_SIZE:
         return ()
     unstable, changed = first_failures(motion)
     limits = []
@@ -207,7 +209,7 @@ def limits_near(
     return math.sqrt(last_stable * first_unstable), math.sqrt(last_kept * first_changed)
 
 
-def _first_failure(steps: Array, holds: Marks) -> tuple[float, float]:
+def _first_failure(steps: Array, holds: StableMarks) -> tuple[float, float]:
     """Returns the last step [s] that holds and the first step [s] that fails.
 
     If the smallest step fails, the last that holds is zero. If all hold, both are infinite.

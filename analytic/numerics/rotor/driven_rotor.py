@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from plumbob.analytic.numerics.elliptic.trigonometric_potential import TrigonometricPotential
-from plumbob.analytic.numerics.smooth.smooth_system import TINY
+from plumbob.analytic.numerics.smooth.smooth_system import IMAGINARY_STEP
 from plumbob.analytic.parameters import check_fields
 from plumbob.analytic.reference import Array
 
@@ -70,7 +70,9 @@ class DrivenRotor:
 
         The derivative by theta_dot is -damping_rate for any state.
         """
-        return np.asarray(self.acceleration(0.0, theta + 1j * TINY, 0.0).imag / TINY)
+        return np.asarray(
+            self.acceleration(0.0, theta + 1j * IMAGINARY_STEP, 0.0).imag / IMAGINARY_STEP
+        )
 
     def energy(self, theta: Any, theta_dot: Any) -> Array:
         """Returns the energy per moment of inertia [rad^2/s^2], theta_dot^2/2 + V."""

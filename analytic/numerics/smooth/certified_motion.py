@@ -31,7 +31,7 @@ from plumbob.analytic.numerics.collocation import (
     gauss_collocation,
 )
 from plumbob.analytic.numerics.linear_flow import Response
-from plumbob.analytic.numerics.smooth.smooth_system import TINY, SmoothSystem
+from plumbob.analytic.numerics.smooth.smooth_system import IMAGINARY_STEP, SmoothSystem
 from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.reference import Array, Signals, remembered
 from plumbob.analytic.tableau import order_8
@@ -331,7 +331,7 @@ def _second_integration(system: SmoothSystem, block: Response) -> Array:
     size = len(starts)
     start = np.zeros((size, size + len(system.parameters), len(begin)), dtype=complex)
     start.real = starts[:, None]
-    start.imag[:, :size] = TINY * np.eye(size)[..., None]
+    start.imag[:, :size] = IMAGINARY_STEP * np.eye(size)[..., None]
 
     def slope(time: Any, state: Any) -> Any:
         return system.slope(time, state, values)
@@ -391,7 +391,7 @@ def _rounding_spread(variance: Array, block: Response, shots: Array) -> tuple[Ar
 def _flow(shots: Array) -> Array:
     """Returns the derivatives of the states in each step by its start and the parameters, shape
     (steps, SECOND_METHOD_STEPS + 1, d, d + parameters)."""
-    flow = shots.imag / TINY
+    flow = shots.imag / IMAGINARY_STEP
     size = flow.shape[2]
     flow[..., :size] += np.eye(size)
     return flow

@@ -15,7 +15,11 @@ from plumbob.analytic.numerics.smooth.smooth_motion import SmoothMotion
 from plumbob.analytic.numerics.smooth.smooth_system import jacobian
 from plumbob.analytic.reference import Array, Signals
 from plumbob.analytic.systems.free_body.problem import FreeBody
-from plumbob.analytic.systems.free_body.rotation import ATTITUDE, RATES, quaternion_product
+from plumbob.analytic.systems.free_body.rotation import (
+    ANGULAR_VELOCITY_NAMES,
+    ATTITUDE,
+    quaternion_product,
+)
 
 
 def factors(body: FreeBody) -> tuple[float, float, float]:
@@ -45,7 +49,7 @@ def free_rotation(body: FreeBody) -> SmoothMotion:
         return np.array(slope(inertia_factors, [*states]))
 
     def read(times: Array, states: Array) -> Signals:
-        return dict(zip((*RATES, *ATTITUDE), states, strict=True))
+        return dict(zip((*ANGULAR_VELOCITY_NAMES, *ATTITUDE), states, strict=True))
 
     return SmoothMotion(
         start=np.array([*body.angular_velocity, 1.0, 0.0, 0.0, 0.0]),

@@ -23,7 +23,8 @@ from plumbob.analytic.systems.capsule import (
 from plumbob.analytic.systems.capsule_motion import MotionKind, SingleMotion
 from plumbob.analytic.systems.slider_path import SliderPath, fixed
 
-ROUNDINGS = 32  # bound on the roundings in the parameters and in the arithmetic of a position
+# bound on the roundings in the parameters and in the arithmetic of a position
+POSITION_ROUNDINGS = 32
 EQUAL_ARMS = 1e-12  # largest relative difference of arms that count as equal
 RESTING_CENTRE = 1e-12  # [m/s] largest speed of a combined centre that counts as at rest
 
@@ -104,7 +105,7 @@ class ResidualMotion(SingleMotion, LinearResponse):
     def uncertainty(self, times: Array) -> Signals:
         """Bound on the error of each observable [SI] at `times` [s], shape (n,), by parameters and
         times rounded to double and by the arithmetic."""
-        rounding = ROUNDINGS * ROUNDOFF
+        rounding = POSITION_ROUNDINGS * ROUNDOFF
         distance = rounding * abs(self.distance)
         rate = rounding * abs(self.rate)
         load = normal_force_uncertainty(self.capsule, math.hypot(*self.slider))

@@ -23,7 +23,13 @@ from plumbob.analytic.systems.planner.problem import (
     too_many,
 )
 from plumbob.analytic.systems.planner.result import Plan, TrackName
-from plumbob.analytic.systems.planner.tracks import ArcName, Ends, LineSegment, Pair, Track
+from plumbob.analytic.systems.planner.tracks import (
+    ArcName,
+    LineSegment,
+    SegmentEnds,
+    SupportPair,
+    Track,
+)
 from plumbob.analytic.systems.planner.turns import Turn, turns_to
 
 NO_MOTION = 1e-12  # [m] and [rad] largest difference of poses that needs no motion
@@ -38,8 +44,8 @@ def plan(
     track: TrackName = "free",
     start: RestPose | None = None,
     *,
-    legs: Pair = (1, 2),
-    arc: ArcName | Ends = "shorter",
+    legs: SupportPair = (1, 2),
+    arc: ArcName | SegmentEnds = "shorter",
     segments: tuple[LineSegment, ...] | None = None,
 ) -> Plan:
     """Returns the fastest of a few plans from `start` to `goal` that turn the shorter way. If

@@ -23,10 +23,11 @@ from plumbob.analytic.systems.slider_path import (
 from plumbob.analytic.systems.three_points.equations import mechanics
 from plumbob.analytic.systems.three_points.rest import excess_load, holding_limit
 
-Kind = Literal["slow", "turn", "line", "wait"]
+ManoeuvreKind = Literal["slow", "turn", "line", "wait"]
 
-ANYWHERE, FIRST, ARC, SECOND = range(4)  # parts of a track
-NEAR = 1e-12  # [m] or [rad] largest distance of two places of the slider that count as one
+ANYWHERE, FIRST_SEGMENT, ARC, SECOND_SEGMENT = range(4)  # parts of a track
+# [m] or [rad] largest distance of two places of the slider that count as one
+SAME_PLACE_DISTANCE = 1e-12
 ARC_SAMPLES = 9  # times in each piece of a slow arc at which its load is computed
 
 
@@ -43,7 +44,7 @@ class Manoeuvre:
       wait: none
     """
 
-    kind: Kind
+    kind: ManoeuvreKind
     parameters: Mapping[str, float]
     path: SliderPath
     start: float = 0.0
@@ -66,7 +67,7 @@ class TrackPlace(NamedTuple):
         """Returns True if the slider has to move to reach the place `other`."""
         on_arc = self.part == other.part == ARC
         difference = self.angle - other.angle if on_arc else self.point - other.point
-        return abs(difference) > NEAR
+        return abs(difference) > SAME_PLACE_DISTANCE
 
 
 @dataclass(frozen=True)

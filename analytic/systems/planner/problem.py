@@ -35,7 +35,7 @@ class RestPose:
         return complex(self.x, self.y)
 
 
-POSES: tuple[tuple[str, RestPose], ...] = (
+GOAL_POSES: tuple[tuple[str, RestPose], ...] = (
     ("near", RestPose(0.1, 0.05, 0.5)),
     ("half-turn", RestPose(0.0, 0.0, math.pi)),
     ("aside", RestPose(-0.15, 0.2, -1.2)),

@@ -17,9 +17,9 @@ from plumbob.analytic.systems.planner.manoeuvre import Manoeuvre
 from plumbob.analytic.systems.planner.problem import FULL_CIRCLE, PlanLimits, RestPose
 from plumbob.analytic.systems.planner.tracks import (
     ArcName,
-    Ends,
     LineSegment,
-    Pair,
+    SegmentEnds,
+    SupportPair,
     Track,
     curved_track,
 )
@@ -44,8 +44,8 @@ class Plan:
     track: TrackName
     manoeuvres: tuple[Manoeuvre, ...] = field(repr=False)
     # supports towards which the curve's segments lie, if `segments` is None
-    legs: Pair = (1, 2)
-    arc: ArcName | Ends = "shorter"
+    legs: SupportPair = (1, 2)
+    arc: ArcName | SegmentEnds = "shorter"
     segments: tuple[LineSegment, ...] | None = None
     kind: ClassVar[MotionKind] = "plane"
     count: ClassVar[int] = 1

@@ -26,9 +26,9 @@ from plumbob.analytic.systems.manoeuvres.line_manoeuvre import ClosedForm, close
 from plumbob.analytic.systems.planner.manoeuvre import (
     ANYWHERE,
     ARC,
-    FIRST,
-    NEAR,
-    SECOND,
+    FIRST_SEGMENT,
+    SAME_PLACE_DISTANCE,
+    SECOND_SEGMENT,
     Manoeuvre,
     TrackPlace,
     slow_arc,
@@ -42,11 +42,11 @@ CIRCLE_PLACES = tuple(k / 24 for k in range(24))
 ARC_PLACES = (0.0, 0.5, 1.0)
 LEAST_LOAD = 0.1  # smallest load of a support on a rail, over its load with the slider at C
 
-Pair = tuple[int, int]
+SupportPair = tuple[int, int]
 """The two supports (1, 2 or 3) towards which the curve's segments lie, in the order along the
 curve."""
 ArcName = Literal["shorter", "longer"]
-Ends = tuple[float, float]
+SegmentEnds = tuple[float, float]
 LineSegment = tuple[float, float, float]
 """A segment of a line through C: the line's direction [rad, from the body's x axis], and its two
 ends [m], signed along the direction from C."""
@@ -118,7 +118,7 @@ class Track:
     capsule: Capsule
     limits: PlanLimits
     segments: tuple[Rail, ...] = ()
-    arc: Ends | None = None
+    arc: SegmentEnds | None = None
 
     def __post_init__(self) -> None:
         positive("friction", self.capsule.friction)
@@ -129,12 +129,12 @@ class Track:
         for breach in validity(self.capsule, (circle,)):
             need = f"small enough to keep every support pressed to the ground ({breach})"
             raise ParameterError("radius", self.limits.radius, need)
-        if self.arc and not NEAR < abs(self.arc[1] - self.arc[0]) <= FULL_CIRCLE:
+        if self.arc and not SAME_PLACE_DISTANCE < abs(self.arc[1] - self.arc[0]) <= FULL_CIRCLE:
             need = "two angles [from, to], different and within one turn of each other"
             raise ParameterError("arc", self.arc, need)
         lines = tuple(rail[:3] for rail in self.segments)
         for rail in self.segments:
-            if not rail.high - rail.low > NEAR:
+            if not rail.high - rail.low > SAME_PLACE_DISTANCE:
                 need = "[direction, from, to] each, `from` and `to` apart"
                 raise ParameterError("segments", lines, need)
             ends = (rail.place(along).point for along in (rail.low, rail.high))
@@ -162,7 +162,9 @@ class Track:
             for along in (self.limits.radius, -self.limits.radius):
                 direction = rail.direction if along > 0.0 else rail.direction + math.pi
                 angle = self._arc_angle(direction)
-                on_rail = rail.low - NEAR <= along <= rail.high + NEAR
+                on_rail = (
+                    rail.low - SAME_PLACE_DISTANCE <= along <= rail.high + SAME_PLACE_DISTANCE
+                )
                 if on_rail and angle is not None:
                     joints.setdefault(rail.part, (rail.place(along), self.on_circle(angle)))
         return joints
@@ -179,8 +181,14 @@ class Track:
             return None
         first, last = self.arc
         sense = math.copysign(1.0, last - first)
-        from_first = (sense * (angle - first) + NEAR) % FULL_CIRCLE - NEAR
-        return first + sense * from_first if from_first <= abs(last - first) + NEAR else None
+        from_first = (
+            sense * (angle - first) + SAME_PLACE_DISTANCE
+        ) % FULL_CIRCLE - SAME_PLACE_DISTANCE
+        return (
+            first + sense * from_first
+            if from_first <= abs(last - first) + SAME_PLACE_DISTANCE
+            else None
+        )
 
     def places(self, point: PlanePoint) -> tuple[TrackPlace, ...]:
         """Returns all places of the track at `point` relative to C [m]. Raises ParameterError if
@@ -191,11 +199,16 @@ class Track:
         places = list[TrackPlace]()
         for rail in self.segments:
             along = position * cmath.rect(1.0, -rail.direction)
-            on_line = abs(along.imag) <= NEAR
-            if on_line and rail.low - NEAR <= along.real <= rail.high + NEAR:
+            on_line = abs(along.imag) <= SAME_PLACE_DISTANCE
+            if (
+                on_line
+                and rail.low - SAME_PLACE_DISTANCE
+                <= along.real
+                <= rail.high + SAME_PLACE_DISTANCE
+            ):
                 places.append(TrackPlace(rail.part, position))
         angle = self._arc_angle(cmath.phase(position))
-        if angle is not None and abs(abs(position) - self.limits.radius) <= NEAR:
+        if angle is not None and abs(abs(position) - self.limits.radius) <= SAME_PLACE_DISTANCE:
             places.append(TrackPlace(ARC, position, angle))
         if not places:
             raise ParameterError("slider", point, "on the curve: segment, arc, segment")
@@ -230,7 +243,7 @@ class Track:
         parts = np.linalg.solve(axes, [displacement.real, displacement.imag])
         legs: Legs = ()
         for rail, part in zip(self.segments, parts, strict=True):
-            if abs(part) > NEAR:
+            if abs(part) > SAME_PLACE_DISTANCE:
                 # The body moves against the slider.
                 leg = rail if part < 0.0 else rail.backward
                 legs = (*legs, (leg, float(abs(part))))
@@ -281,7 +294,7 @@ class Track:
 
 def checked_curve(
     legs: Any = (1, 2), arc: Any = "shorter", segments: Any = None
-) -> tuple[Pair, ArcName | Ends, tuple[LineSegment, ...] | None]:
+) -> tuple[SupportPair, ArcName | SegmentEnds, tuple[LineSegment, ...] | None]:
     """Returns the arguments as tuples. Raises ParameterError if `legs` are not two different
     supports, `arc` is neither a name nor two angles, or `segments` are not two triples of numbers.
     """
@@ -299,8 +312,8 @@ def checked_curve(
 def curved_track(
     capsule: Capsule,
     limits: PlanLimits,
-    legs: Pair = (1, 2),
-    arc: ArcName | Ends = "shorter",
+    legs: SupportPair = (1, 2),
+    arc: ArcName | SegmentEnds = "shorter",
     segments: tuple[LineSegment, ...] | None = None,
 ) -> Track:
     """Returns the track of two `segments` of lines through C and an `arc` of the circle. The arc is
@@ -312,10 +325,12 @@ def curved_track(
         segments = tuple((direction_to(capsule, i), 0.0, limits.radius) for i in legs)
     first, second = rails = tuple(
         Rail(direction, min(ends), max(ends), part)
-        for part, (direction, *ends) in zip((FIRST, SECOND), segments, strict=True)
+        for part, (direction, *ends) in zip(
+            (FIRST_SEGMENT, SECOND_SEGMENT), segments, strict=True
+        )
     )
     angle = second.direction - first.direction
-    if abs(math.sin(angle)) <= NEAR:
+    if abs(math.sin(angle)) <= SAME_PLACE_DISTANCE:
         raise ParameterError("segments", segments, "on two lines, and not on one")
     if not isinstance(arc, str):
         return Track(capsule, limits, rails, arc)

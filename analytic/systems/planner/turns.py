@@ -27,7 +27,8 @@ from plumbob.analytic.systems.three_points.friction import three_point_motion
 
 WAIT_FACTOR = 1.1  # wait after a turn over the time of the residual motion
 SURVEY_TURNS = 8  # number of turns that are computed for the estimates
-SMALLEST_PART = 1 / 24  # slider's angle in the smallest of these turns over that in the largest
+# slider's angle in the smallest of these turns over that in the largest
+SMALLEST_TURN_RATIO = 1 / 24
 # Assumed heading of the largest turn over its surveyed value: it depends on where the turn begins.
 HEADING_MARGIN = 0.98
 LARGEST_OVER_ESTIMATE = 1.1  # largest angle of the slider in an exact turn over its estimate
@@ -165,7 +166,7 @@ def _survey_turns(track: Track, circle: Circle) -> list[Turn]:
     """Returns a few turns, from a small one to the one that turns the body most. Raises
     ParameterError naming the acceleration if larger turns of the slider do not turn the body more.
     """
-    smallest = SMALLEST_PART * circle.longest
+    smallest = SMALLEST_TURN_RATIO * circle.longest
     if not smallest > 0.0:
         raise ParameterError("stroke", track.limits.stroke, "large enough for a turn")
     swings = circle.sense * np.geomspace(smallest, circle.longest, SURVEY_TURNS)

@@ -25,7 +25,7 @@ from plumbob.analytic.systems.three_points.equations import (
     mechanics,
 )
 from plumbob.analytic.systems.three_points.implicit_friction import (
-    REST,
+    ZERO_SLIP,
     Slip,
     onset_acceleration,
     slip_acceleration,
@@ -235,7 +235,7 @@ def _mode_from_rest(interval: Interval, state: SegmentState, delay: float) -> Mo
     terms = interval.at(state.time + delay)
     (force,), (torque,) = needed_wrench(interval.body, terms)
     slip = onset_acceleration(interval.body.mass, terms, complex(force), float(torque))
-    if slip == REST:
+    if slip == ZERO_SLIP:
         return ModeStart(state, "rest")
     support_accelerations = slip[0] + 1j * slip[1] * terms.arms[0]
     resting = np.flatnonzero(support_accelerations == 0.0)

@@ -15,7 +15,7 @@ from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.capsule import Capsule
 from plumbob.analytic.systems.capsule_motion import MotionKind, SingleMotion
 from plumbob.analytic.systems.slider_path import SliderPath
-from plumbob.analytic.systems.three_points.equations import Complex, Mechanics
+from plumbob.analytic.systems.three_points.equations import ComplexForces, Mechanics
 from plumbob.analytic.systems.three_points.smooth_segment import (
     Mode,
     SmoothSegment,
@@ -23,7 +23,7 @@ from plumbob.analytic.systems.three_points.smooth_segment import (
 )
 
 Segments = tuple[SmoothSegment, ...]
-ROUNDINGS = 32 * ROUNDOFF  # relative rounding of a sum over some tens of segments
+SUM_ROUNDING = 32 * ROUNDOFF  # relative rounding of a sum over some tens of segments
 
 
 @dataclass(frozen=True)
@@ -110,7 +110,7 @@ class ThreePointMotion(SingleMotion):
             values = getattr(poses, field.name)
             difference = np.abs(values - getattr(coarser_poses, field.name))
             size = float(np.abs(values).max())
-            bounds.append(difference.max(axis=0, keepdims=True) + ROUNDINGS * size)
+            bounds.append(difference.max(axis=0, keepdims=True) + SUM_ROUNDING * size)
         return CapsulePose(*bounds)
 
     def at(self, times: Array) -> CapsulePose:
@@ -123,7 +123,7 @@ class ThreePointMotion(SingleMotion):
             segment = self.segments[number]
             local = times[selected] - self.path.breakpoints[segment.interval.number]
             states[selected] = segment.states(np.clip(local, segment.start, segment.end))
-        slider: Complex = self.path.places(times) @ np.array([1.0, 1j])
+        slider: ComplexForces = self.path.places(times) @ np.array([1.0, 1j])
         omega, _, heading = states[:, 2:5].T
         velocity = velocity_of_c(self.body, slider, states)
         velocity *= np.exp(1j * heading)

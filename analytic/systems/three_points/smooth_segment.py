@@ -12,7 +12,7 @@ from plumbob.analytic.numerics.collocation import Collocation, basis, evaluate
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.slider_path import Piece
 from plumbob.analytic.systems.three_points.equations import (
-    Complex,
+    ComplexForces,
     Configuration,
     Mechanics,
     configuration,
@@ -20,7 +20,7 @@ from plumbob.analytic.systems.three_points.equations import (
 
 # size of the last Newton step: convergence is quadratic, so the next step would be round-off
 SMALL_STEP = 1e-9
-NEWTON_STEPS = 8
+MAX_SEGMENT_NEWTON_STEPS = 8
 BRACKETS = 64  # intervals of a segment in which Newton's method starts
 Mode = Literal["slide", "pivot", "rest"]
 
@@ -122,7 +122,7 @@ def monotone_root(series: Array, values: Array) -> Array:
     upper = np.clip(np.searchsorted(grid_values, values), 1, BRACKETS)
     derivative = 2.0 * np.polynomial.legendre.legder(series)
     x = np.interp(values, grid_values, grid)
-    for _ in range(NEWTON_STEPS):
+    for _ in range(MAX_SEGMENT_NEWTON_STEPS):
         polynomials = basis(x, len(series))
         rate = polynomials[:, :-1] @ derivative
         step = (polynomials @ series - values) / np.where(rate > 0.0, rate, np.inf)
@@ -145,7 +145,7 @@ def fitted_coefficients(interval: Interval, first: SegmentState, slopes: Array) 
     return rule.primitive(start, np.column_stack([slopes, turning, moving.real, moving.imag]))
 
 
-def velocity_of_c(body: Mechanics, slider: Complex, states: Array) -> Complex:
+def velocity_of_c(body: Mechanics, slider: ComplexForces, states: Array) -> ComplexForces:
     """Returns the velocity of C in body axes [m/s], shape (n,), from the `slider`'s position r [m],
     shape (n,), and `states` (p_x, p_y, omega, ...), shape (n, 3 or more)."""
     velocity = states[:, 0] + 1j * states[:, 1]

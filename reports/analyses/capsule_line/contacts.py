@@ -11,7 +11,7 @@ from plumbob.engines.trajectory import Trajectory
 from plumbob.reports.analyses.analysis import Analysis, Record
 from plumbob.reports.analyses.claims import Claims, at_most, clear
 from plumbob.reports.analyses.measurements import (
-    LINE,
+    CHECK_LINE,
     case,
     end_error,
     extra_runs,
@@ -31,7 +31,7 @@ TRUSTED_LOAD_ERROR = 1e-3  # largest relative distance from statics of a normal 
 SETTLING_STEPS = (
     60  # number of steps after which contacts of damping ratio 0.3 have come to rest
 )
-CHATTER_RUNS = extra_runs((LINE,), (DEFAULT_CONTACT, CONVERGENT_CONTACT), CONTACT_STEPS)
+CHATTER_RUNS = extra_runs((CHECK_LINE,), (DEFAULT_CONTACT, CONVERGENT_CONTACT), CONTACT_STEPS)
 LOAD_RUNS = extra_runs((STATICS,), STATICS_METHODS, (STATICS_STEP,))
 
 
@@ -47,13 +47,13 @@ def chatter(study: Study) -> Record | None:
 def _contacts(request: ExtraRun, run: Trajectory) -> Record:
     """Returns the behaviour of a method's contacts at one step: the error, missing contacts,
     heights and loads over time."""
-    motion = problem(LINE).motion
+    motion = problem(CHECK_LINE).motion
     height = run.channels["vertical_displacement"]
     contacts = run.channels["contacts"]
     return Record(
         method=request.method,
         step=request.step,  # [s]
-        error=end_error(LINE, run),  # relative error of the displacement
+        error=end_error(CHECK_LINE, run),  # relative error of the displacement
         vertical_range=np.ptp(height),  # [m]
         # fraction of the samples while the body slides in which a contact is missing
         missing=np.mean(contacts[run.times < motion.t_star] < 3),

@@ -9,7 +9,7 @@ from plumbob.engines.study.results import Study
 from plumbob.reports.analyses.analysis import Analysis, Record
 from plumbob.reports.analyses.claims import Claims, clear
 from plumbob.reports.analyses.measurements import (
-    LINE,
+    CHECK_LINE,
     covers,
     measured_error,
     method_names,
@@ -33,9 +33,9 @@ def step_term(scene: str, step: float) -> float:
 def displacement_errors(study: Study) -> Record | None:
     """Returns the relative errors of the displacement by method and step, and the predicted errors;
     None if the study lacks the scene."""
-    if not covers(study, LINE):
+    if not covers(study, CHECK_LINE):
         return None
-    exact = problem(LINE).motion.displacement
+    exact = problem(CHECK_LINE).motion.displacement
     by_method = [_errors(study, name) for name in method_names(study)]
     methods = [row for row in by_method if any(error is not None for error in row.errors)]
     good = list[float]()  # errors at the middle step of methods whose contacts converge
@@ -47,8 +47,8 @@ def displacement_errors(study: Study) -> Record | None:
     return Record(
         exact=exact,  # [m]
         # relative error at DISPLACEMENT_STEPS
-        predicted=[step_term(LINE, step) / exact for step in DISPLACEMENT_STEPS],
-        predicted_turned=step_term(LINE, TURNED_STEP) / exact,
+        predicted=[step_term(CHECK_LINE, step) / exact for step in DISPLACEMENT_STEPS],
+        predicted_turned=step_term(CHECK_LINE, TURNED_STEP) / exact,
         methods=methods,
         convergence=_convergence(study, exact),  # steps [s] and relative errors, by method
         # largest error at the middle step of methods whose contacts converge
@@ -64,7 +64,9 @@ def _errors(study: Study, method: str) -> Record:
     in the turned scene."""
     return Record(
         method=method,
-        errors=tuple(measured_error(study, LINE, method, step) for step in DISPLACEMENT_STEPS),
+        errors=tuple(
+            measured_error(study, CHECK_LINE, method, step) for step in DISPLACEMENT_STEPS
+        ),
         turned=measured_error(study, TURNED_SCENE, method, TURNED_STEP),
     )
 
@@ -75,7 +77,7 @@ def _convergence(study: Study, exact: float) -> Mapping[str, Mapping[str, Sequen
     by_method = {}
     for series in study.convergence:
         done = [run for run in series.measurements if run.status == "done"]
-        if series.scene == LINE and series.method in COMPARED_METHODS and done:
+        if series.scene == CHECK_LINE and series.method in COMPARED_METHODS and done:
             ends = [run.errors["displacement"].end / exact for run in done]
             by_method[series.method] = {"steps": [run.step for run in done], "errors": ends}
     return by_method

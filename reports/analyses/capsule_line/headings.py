@@ -13,7 +13,7 @@ from plumbob.engines.study.extra_runs import ExtraRun, StudyPlan
 from plumbob.engines.study.results import Study
 from plumbob.reports.analyses.analysis import Analysis, Record
 from plumbob.reports.analyses.claims import Claims, clear
-from plumbob.reports.analyses.measurements import LINE, end_error, recordings
+from plumbob.reports.analyses.measurements import CHECK_LINE, end_error, recordings
 
 DEFAULT_CONTACTS, RECOMMENDED_CONTACTS = "mujoco/euler", "mujoco/euler+coulomb"
 METHODS = (DEFAULT_CONTACTS, "mujoco/euler+elliptic", RECOMMENDED_CONTACTS, "pymunk/feet")
@@ -55,7 +55,7 @@ def isotropy(study: Study) -> Record | None:
 def _turned_run(method: str, angle: int) -> ExtraRun:
     """Returns the run of the scene that is turned by an angle [degrees]."""
     turned = (("heading", math.radians(angle)),)
-    return ExtraRun(LINE, method, HEADINGS_STEP, changes=turned, end_alone=True)
+    return ExtraRun(CHECK_LINE, method, HEADINGS_STEP, changes=turned, end_alone=True)
 
 
 def _errors_over_headings(study: Study, method: str) -> Record | None:
@@ -64,7 +64,7 @@ def _errors_over_headings(study: Study, method: str) -> Record | None:
     runs = recordings(study, [_turned_run(method, angle) for angle in COMPARED_HEADINGS])
     if len(runs) < len(COMPARED_HEADINGS):
         return None
-    errors = np.abs([end_error(LINE, run) for run in runs.values()])
+    errors = np.abs([end_error(CHECK_LINE, run) for run in runs.values()])
     closed_circle = np.radians([*COMPARED_HEADINGS, 360])
     radii = 100.0 * np.append(errors, errors[0])
     ahead = radii * np.cos(closed_circle)

@@ -17,7 +17,7 @@ from plumbob.reports.analyses.capsule_line.headings import (
     RECOMMENDED_CONTACTS,
 )
 from plumbob.reports.analyses.claims import Claims, clear
-from plumbob.reports.analyses.measurements import LINE
+from plumbob.reports.analyses.measurements import CHECK_LINE
 
 # [degrees] headings of the fits. Symmetry leaves an eighth of the circle for default contacts; two
 # headings are enough for isotropic contacts.
@@ -86,7 +86,9 @@ def claims(numbers: Record) -> Claims:
 def _fit(method: str, angle: int) -> ParameterFit:
     """Returns the fit of the friction in the scene that is turned by an angle [degrees]."""
     turned = (("heading", math.radians(angle)),)
-    return ParameterFit(LINE, method, HEADINGS_STEP, "friction", *SEARCHED, FIT_RUNS, turned)
+    return ParameterFit(
+        CHECK_LINE, method, HEADINGS_STEP, "friction", *SEARCHED, FIT_RUNS, turned
+    )
 
 
 IDENTIFIED = Analysis("capsule_line/identified", numbers, requests, claims)

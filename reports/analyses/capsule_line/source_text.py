@@ -14,7 +14,7 @@ from plumbob.analytic.systems.slider_path import line_stroke
 from plumbob.analytic.systems.three_points.friction import three_point_motion
 from plumbob.engines.study.results import Study
 from plumbob.reports.analyses.analysis import Analysis, Record
-from plumbob.reports.analyses.measurements import LINE, measured_error, problem
+from plumbob.reports.analyses.measurements import CHECK_LINE, measured_error, problem
 
 CONTACT_METHODS = ("mujoco/euler", "mujoco/euler+coulomb")  # default and convergent contacts
 SOURCE_TEXT_STEP = 1e-3  # [s]
@@ -107,7 +107,7 @@ def slide_to_rest() -> Record:
 def numbers(study: Study) -> Record:
     """Returns the quantities of the source's statements, computed, and the errors of MuJoCo's
     friction."""
-    line = problem(LINE).motion
+    line = problem(CHECK_LINE).motion
     barely = problem(THRESHOLD).motion
     body = line.capsule
     loads = line.normal_forces(np.linspace(0.0, line.t2, 50)).sum(axis=1)
@@ -121,7 +121,8 @@ def numbers(study: Study) -> Record:
     return Record(
         # relative error of the displacement for each of CONTACT_METHODS
         friction_errors=[
-            measured_error(study, LINE, method, SOURCE_TEXT_STEP) for method in CONTACT_METHODS
+            measured_error(study, CHECK_LINE, method, SOURCE_TEXT_STEP)
+            for method in CONTACT_METHODS
         ],
         weight=body.weight,  # [N]
         # largest relative difference of the sum of normal forces from the weight

@@ -23,17 +23,19 @@ from plumbob.reports.analyses.capsule_plan.pose_errors import (
 )
 from plumbob.reports.analyses.measurements import case
 
-DEFAULT = "mujoco/euler"  # method whose default contacts drift in stiction
-METHODS = ("mujoco/euler+coulomb", "pymunk/feet", "mujoco/rk4+coulomb", DEFAULT)
+DRIFTING_METHOD = "mujoco/euler"  # method whose default contacts drift in stiction
+METHODS = ("mujoco/euler+coulomb", "pymunk/feet", "mujoco/rk4+coulomb", DRIFTING_METHOD)
 QUICK = METHODS[:2]
-STEP = 1e-3  # [s]
+OPEN_LOOP_STEP = 1e-3  # [s]
 
 
 def runs(study: Study | StudyPlan) -> Sequence[ExtraRun]:
     """Returns an open-loop run of each plan with each method of the study's profile."""
     methods = METHODS if study.profile == "full" else QUICK
     return [
-        ExtraRun(name, method, STEP, run_duration(capsule_plan_of(name), STEP))
+        ExtraRun(
+            name, method, OPEN_LOOP_STEP, run_duration(capsule_plan_of(name), OPEN_LOOP_STEP)
+        )
         for name, method in product(planned_scenes(study), methods)
     ]
 
@@ -49,10 +51,12 @@ def numbers(study: Study) -> Record | None:
         runs=ended,
         spans=[_error_range(method, ended) for method in methods],
         # [m] largest error that slow motions cause with friction that converges, then by default
-        slow=_largest_slow_error([run for run in ended if run.method != DEFAULT]),
-        slow_default=_largest_slow_error([run for run in ended if run.method == DEFAULT]),
+        slow=_largest_slow_error([run for run in ended if run.method != DRIFTING_METHOD]),
+        slow_default=_largest_slow_error(
+            [run for run in ended if run.method == DRIFTING_METHOD]
+        ),
         first=plan_numbers(capsule_plan_of(ended[0].scene)),
-        step=STEP,
+        step=OPEN_LOOP_STEP,
         quick=QUICK,
     )
 

@@ -21,4 +21,4 @@ def numbers(study: Study) -> Record | None:
     return Record(plans=plans, profile=study.profile, worst=worst)
 
 
-POSES = Analysis("capsule_plan/poses", numbers)
+GOAL_POSES_FINDING = Analysis("capsule_plan/poses", numbers)

@@ -19,12 +19,13 @@ from plumbob.reports.analyses.claims import Claims, clear
 from plumbob.reports.analyses.measurements import case, pendulum_energy
 
 RESTING, ROTATING = "cone-pendulum/resting-base", "cone-pendulum/rotating-base"
-MUJOCO, MUJOCO_STEP = "mujoco/rk4", 1e-4  # [s] full model: platform, hinge and cone
+# full model (platform, hinge and cone) and its step [s]
+FULL_MODEL_METHOD, FULL_MODEL_STEP = "mujoco/rk4", 1e-4
 LAGRANGE, LAGRANGE_RTOL = "ode/dop853", 1e-13  # integrates the equation of motion of eq. 7
 END = 0.5  # [s]
 INDEPENDENT = MappingProxyType(
     {
-        "mujoco": ExtraRun(ROTATING, MUJOCO, MUJOCO_STEP, END),
+        "mujoco": ExtraRun(ROTATING, FULL_MODEL_METHOD, FULL_MODEL_STEP, END),
         "lagrange": ExtraRun(ROTATING, LAGRANGE, LAGRANGE_RTOL, END),
     }
 )
@@ -70,7 +71,7 @@ def numbers(study: Study) -> Record:
         platform_rate=both.problem.platform_rate,  # [rad/s]
         time=END,
         scene=ROTATING,
-        mujoco=MUJOCO,
+        mujoco=FULL_MODEL_METHOD,
         lagrange=LAGRANGE,
         gap=gap,  # [rad] difference between the closed forms at END
         # [rad] largest difference of a method from the correct form; smallest from the printed form

@@ -10,7 +10,7 @@ from plumbob.reports.analyses.analysis import Analysis, Record
 from plumbob.reports.analyses.cone_pendulum import series
 from plumbob.reports.analyses.cone_pendulum.hamiltonian import RESTING, ROTATING, closed_forms
 from plumbob.reports.analyses.cone_pendulum.source_text import SPEED_DIFFERENCES, rotations
-from plumbob.reports.analyses.measurements import TURN, in_double
+from plumbob.reports.analyses.measurements import FULL_TURN, in_double
 
 WORKSHEET_ANGLES = 300  # number of angles at which the source's worksheet evaluates V
 
@@ -40,7 +40,7 @@ def numbers(study: Study) -> Record:
 def largest_sampled_potential() -> float:
     """Returns the largest value of the printed V [J] at WORKSHEET_ANGLES equally spaced angles. In
     this way the source finds the lower bound of the energy."""
-    theta = np.arange(WORKSHEET_ANGLES) * TURN / WORKSHEET_ANGLES
+    theta = np.arange(WORKSHEET_ANGLES) * FULL_TURN / WORKSHEET_ANGLES
     return float(in_double(closed_forms(ROTATING).printed.potential).value(theta).max())
 
 

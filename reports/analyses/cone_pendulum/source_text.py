@@ -17,7 +17,7 @@ from plumbob.analytic.systems.platform_energy import energies
 from plumbob.engines.study.results import Study
 from plumbob.reports.analyses.analysis import Analysis, Record
 from plumbob.reports.analyses.cone_pendulum.hamiltonian import RESTING, ROTATING, closed_forms
-from plumbob.reports.analyses.measurements import TURN, in_double
+from plumbob.reports.analyses.measurements import FULL_TURN, in_double
 
 MAXIMUM_SAMPLES = 20_000  # per period or half turn, so that a maximum is known to eight digits
 SPEED_DIFFERENCES = (0.05, 0.10)  # relative distances from the initial speed
@@ -68,10 +68,12 @@ def _time_over_angle(resting: PendulumMotion, turning: PendulumMotion) -> Record
     """Returns the numbers on eq. 16, the time as a function of the angle."""
     points = points_needed(resting)
     period = period_by_points(resting, points)
-    theta = np.linspace(0.0, TURN, MAXIMUM_SAMPLES + 1)
-    deviations = [m.time_at(theta) / m.period - theta / TURN for m in (resting, turning)]
+    theta = np.linspace(0.0, FULL_TURN, MAXIMUM_SAMPLES + 1)
+    deviations = [m.time_at(theta) / m.period - theta / FULL_TURN for m in (resting, turning)]
     crossings = [np.diff(deviation[1:-1] > 0.0) for deviation in deviations]
-    turns = turning.time_at(np.array([TURN, 2 * TURN, 3 * TURN])) / turning.period
+    turns = (
+        turning.time_at(np.array([FULL_TURN, 2 * FULL_TURN, 3 * FULL_TURN])) / turning.period
+    )
     return Record(
         period=period,  # [s] of Fig. 2
         printed=2.0 * period,  # [s] period of Fig. 2 with the printed factor 2 I_x
@@ -131,14 +133,14 @@ def period_by_means(motion: PendulumMotion) -> float:
     other = np.sqrt(p * p - q * q)
     while abs(mean - other) > 1e-15 * mean:
         mean, other = (mean + other) / 2, np.sqrt(mean * other)
-    return float(np.sqrt(2 * motion.inertia / (energy - v.c)) * TURN / mean)
+    return float(np.sqrt(2 * motion.inertia / (energy - v.c)) * FULL_TURN / mean)
 
 
 def period_by_points(motion: PendulumMotion, count: int) -> float:
     """Returns the period [s] of a rotation by eq. 16, summed over `count` equally spaced angles as
     in the source's worksheet."""
-    theta = np.arange(count) * TURN / count
-    return float(np.mean(motion.inertia / motion.momentum(theta)) * TURN)
+    theta = np.arange(count) * FULL_TURN / count
+    return float(np.mean(motion.inertia / motion.momentum(theta)) * FULL_TURN)
 
 
 def points_needed(motion: PendulumMotion) -> int:
@@ -194,7 +196,7 @@ def _moments(motion: PendulumMotion) -> Record:
     """Returns the moments about the axis [N m] at ω = 26 rad/s, of gravity and of the platform's
     rotation, and their work [J]."""
     v = in_double(motion.potential)
-    theta = np.linspace(0.0, TURN, 2 * MAXIMUM_SAMPLES + 1)
+    theta = np.linspace(0.0, FULL_TURN, 2 * MAXIMUM_SAMPLES + 1)
     gravity = -v.c * np.sin(theta)
     platform = -v.slope(theta) - gravity
     up = slice(MAXIMUM_SAMPLES + 1)
@@ -236,7 +238,7 @@ def rotation_over_top(motion: PendulumMotion) -> Record:
     at_half = extremes == 2 and abs(lowest_at - 0.5) < 1.0 / MAXIMUM_SAMPLES
     return Record(
         period=motion.period,  # [s]
-        mean=TURN / motion.period,  # [rad/s] mean speed
+        mean=FULL_TURN / motion.period,  # [rad/s] mean speed
         barrier=double(motion.barriers[0]),  # [J]
         energy=double(motion.energy),  # [J]
         start=motion.theta_dot,  # [rad/s] initial speed

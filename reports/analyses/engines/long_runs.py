@@ -15,17 +15,17 @@ from plumbob.reports.analyses.measurements import study_plan
 from plumbob.reports.judge.long_runs import judged_long_run
 from plumbob.reports.view.content import Claim
 
-SWING, STEP = "simple-pendulum/free-large", 0.05  # [s] step of the notebook
+LONG_SWING, SWING_STEP = "simple-pendulum/free-large", 0.05  # [s] step of the notebook
 METHODS = ("mujoco/euler", "ode/leapfrog", "ode/rk4", "mujoco/rk4")
-MOST_STEPS = 64_000  # steps after which every error is as large as the swing
+MAX_SWING_STEPS = 64_000  # steps after which every error is as large as the swing
 
 
 def requests(plan: StudyPlan) -> Sequence[LongRunSearch]:
     """Returns a search for each of METHODS in the plan, on the swing at one step."""
     return tuple(
-        LongRunSearch(SWING, method, STEP, MOST_STEPS)
+        LongRunSearch(LONG_SWING, method, SWING_STEP, MAX_SWING_STEPS)
         for method in METHODS
-        if plan.has(SWING, method)
+        if plan.has(LONG_SWING, method)
     )
 
 

@@ -20,7 +20,7 @@ from plumbob.reports.judge.model_readers import (
     ignored_options,
 )
 
-KNOWN: Mapping[str, Record] = MappingProxyType(
+READER_RECORDS: Mapping[str, Record] = MappingProxyType(
     {
         "dart": Record(version="6.20.0", read=("mass", "damping", "friction")),
         "drake": Record(
@@ -60,7 +60,9 @@ def numbers(study: Study) -> Record | None:
     if rule is None or rule.refuses:
         return None
     readers = [_reader(engine, rule, read) for engine, read in readings.items() if read]
-    unread = {engine: known for engine, known in KNOWN.items() if not readings.get(engine)}
+    unread = {
+        engine: known for engine, known in READER_RECORDS.items() if not readings.get(engine)
+    }
     return Record(
         fields=fields_stated(rule.fields),  # fields that MuJoCo reads
         readers=readers,  # readers of this study, MuJoCo first

@@ -18,7 +18,7 @@ from plumbob.reports.analyses.replay.body import body_picture
 from plumbob.reports.analyses.replay.capsule import capsule_picture
 from plumbob.reports.analyses.replay.pendulums import cone_picture, pendulum_picture
 from plumbob.reports.analyses.replay.picture import Picture
-from plumbob.reports.analyses.replay.runs import RECOMMENDED, shown_runs, shown_seconds
+from plumbob.reports.analyses.replay.runs import RECOMMENDED_SETTINGS, shown_runs, shown_seconds
 from plumbob.reports.analyses.replay.samples import REPLAY_SAMPLES, Samples, encode_samples
 from plumbob.reports.view.records import Layer, Replay
 
@@ -58,7 +58,7 @@ def replay(study: Study, scene: Scene) -> Replay | None:
     for shown in shown_runs(plan, scene):
         run = study.answer(shown.run) if shown.run in study.extras else None
         if run:
-            slot = "second" if shown.words == RECOMMENDED or runs else "first"
+            slot = "second" if shown.words == RECOMMENDED_SETTINGS or runs else "first"
             runs.append(run_deviations(picture, run, slot, shown.name, shown.words))
         elif shown.run.method not in missing:
             lacking.append(shown.name)

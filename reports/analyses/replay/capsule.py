@@ -12,12 +12,12 @@ from plumbob.models.scene import Case
 from plumbob.reports.analyses.replay.picture import Picture
 
 PAD = 0.2  # margin around the motion, relative to the body's size
-FINE = 1601  # samples of the exact motion that determine the extent of the picture
+EXTENT_SAMPLES = 1601  # samples of the exact motion that determine the extent of the picture
 
 
 def capsule_picture(case: Case, seconds: float) -> Picture:
     """Returns the picture of a capsule over `seconds` [s], from above, in world axes."""
-    exact = capsule_channels(case, np.linspace(0.0, seconds, FINE))
+    exact = capsule_channels(case, np.linspace(0.0, seconds, EXTENT_SAMPLES))
     feet = np.asarray(case.problem.setup.capsule.supports) @ [1.0, 1j]
     size = float(np.abs(feet).max())
     centre = exact["x"] + 1j * exact["y"]

@@ -9,7 +9,7 @@ import numpy as np
 from plumbob.analytic.reference import Array, Signals
 from plumbob.models.scene import Case
 from plumbob.reports.analyses.replay.picture import (
-    ELEVATION,
+    PICTURE_ELEVATION,
     Picture,
     camera,
     channels_of_observables,
@@ -54,8 +54,8 @@ def cone_picture(case: Case, seconds: float) -> Picture:
     floor = pivot[2] - PLATFORM_DISTANCE * slant
     # The box of the picture holds platform and cone in any orientation.
     reach = max(arm + slant, radius)
-    rise = math.cos(ELEVATION)
-    tilt = math.sin(ELEVATION)
+    rise = math.cos(PICTURE_ELEVATION)
+    tilt = math.sin(PICTURE_ELEVATION)
     pad = 0.04 * reach  # margin; the space below the platform also holds the ruler
     top = (pivot[2] + slant) * rise + arm * tilt
     bottom = floor * rise - radius * tilt

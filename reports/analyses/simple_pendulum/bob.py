@@ -13,17 +13,17 @@ from plumbob.reports.analyses.analysis import Analysis, Record
 from plumbob.reports.analyses.measurements import case
 from plumbob.reports.analyses.simple_pendulum.notebook import (
     CASES,
-    DURATION,
-    FINE,
-    LINEAR,
-    SIMPLE,
+    LINEAR_SCENES,
+    NONLINEAR_SCENES,
+    NOTEBOOK_DURATION,
+    NOTEBOOK_TIMES,
     fine_motion,
 )
 
 BOB_CASE, BOB_FIGURE_TIME = "free-large", 6.0  # case 2; [s] duration of the figure
 VISIBLE_DISTANCE = 0.1  # visible distance of the two bobs, relative to the length of 1 m
 ACCELEROMETER = ExtraRun(
-    SIMPLE + BOB_CASE, "mujoco/rk4", 1e-3, 3.0, (), (("reads_acceleration", True),)
+    NONLINEAR_SCENES + BOB_CASE, "mujoco/rk4", 1e-3, 3.0, (), (("reads_acceleration", True),)
 )
 BOB_FIGURE_TIMES = np.linspace(0.0, BOB_FIGURE_TIME, 240)  # [s]
 
@@ -34,16 +34,17 @@ def bob_path(scene: str, motion: Signals) -> Array:
 
 
 def bob_distances(name: str) -> Array:
-    """Returns the distance [m] between the two bobs of a case at the times FINE, shape (n,)."""
-    simple = bob_path(SIMPLE + name, fine_motion(SIMPLE + name))
-    linear = bob_path(LINEAR + name, fine_motion(LINEAR + name))
+    """Returns the distance [m] between the two bobs of a case at the times NOTEBOOK_TIMES, shape
+    (n,)."""
+    simple = bob_path(NONLINEAR_SCENES + name, fine_motion(NONLINEAR_SCENES + name))
+    linear = bob_path(LINEAR_SCENES + name, fine_motion(LINEAR_SCENES + name))
     return np.asarray(np.hypot(*(simple - linear).T))
 
 
 def numbers(study: Study) -> Record:
     """Returns the distances between the two bobs in each case, the paths of both in case 2, and the
     readings of an accelerometer."""
-    scenes = (SIMPLE + BOB_CASE, LINEAR + BOB_CASE)
+    scenes = (NONLINEAR_SCENES + BOB_CASE, LINEAR_SCENES + BOB_CASE)
     run = study.answer(ACCELEROMETER)
     return Record(
         distances=[_distance(label, name) for label, name in CASES.items()],
@@ -55,7 +56,7 @@ def numbers(study: Study) -> Record:
         ],
         accelerometer=None if run is None else accelerometer_readings(run),
         apart=VISIBLE_DISTANCE,  # [m]
-        duration=DURATION,
+        duration=NOTEBOOK_DURATION,
         shown=BOB_FIGURE_TIME,
     )
 
@@ -92,12 +93,14 @@ def _distance(label: str, name: str) -> Record:
     """Returns the largest distance between the two bobs of a case, and the time at which it first
     exceeds VISIBLE_DISTANCE."""
     separation = bob_distances(name)
-    beyond = np.flatnonzero(separation > VISIBLE_DISTANCE * case(SIMPLE + name).problem.length)
+    beyond = np.flatnonzero(
+        separation > VISIBLE_DISTANCE * case(NONLINEAR_SCENES + name).problem.length
+    )
     return Record(
         label=label,
         largest=separation.max(),  # [m]
         # [s] time of the distance VISIBLE_DISTANCE
-        parted=FINE[beyond[0]] if beyond.size else None,
+        parted=NOTEBOOK_TIMES[beyond[0]] if beyond.size else None,
     )
 
 

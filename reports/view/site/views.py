@@ -33,7 +33,7 @@ from plumbob.reports.view.trimming import trimming_table
 PageView = SimpleNamespace
 """The content of a scene's or a system's page; its attributes are the names in the template."""
 # section and page with the findings on engines that hold for every system
-OF_ENGINES = "engines"
+ENGINES_SECTION = "engines"
 RECOMMENDED_ERROR = 1e-3  # relative error for which a scene's page recommends a method
 DERIVATIVES_TEMPLATE = (
     "engines/gradients"  # template of the analysis with the derivatives of every scene

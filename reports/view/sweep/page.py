@@ -25,7 +25,7 @@ from plumbob.reports.view.sweep.text import error_text, point_text, sides_text, 
 # most columns and rows of a map; a cell shows the worst of several points
 MAX_MAP_CELLS = 160
 # Viridis can be read with red-green colour blindness.
-SHADES = ("#440154", "#3b528b", "#21918c", "#5ec962", "#fde725")
+VIRIDIS = ("#440154", "#3b528b", "#21918c", "#5ec962", "#fde725")
 
 
 def page_name(sweep: Sweep, key: str) -> str:
@@ -76,7 +76,7 @@ def sweep_figures(swept: Swept) -> tuple[Figure, ...]:
         maps=list(_maps(swept)) if has_maps else [],
         low=low,
         high=high,
-        shades=[(k / 4, shade) for k, shade in enumerate(SHADES)],
+        shades=[(k / 4, shade) for k, shade in enumerate(VIRIDIS)],
         bar={"title": {"text": "error"}, "tickvals": tick_values, "ticktext": tick_texts},
         curves=[_curves(swept, k) for k in range(first_with_curves, len(sides_text))],
     )
