@@ -101,7 +101,7 @@ def replaced(parameters: Parameters, changes: Parameters) -> Parameters:
     return {**parameters, **changes}
 
 
-def scene_of(
+def make_scene(
     case: str,
     summary: str,
     duration: float,

@@ -154,7 +154,7 @@ def _split(state: Array, model: OwnModel) -> State:
     return State(state[: velocity.start], state[velocity], state[velocity.stop :])
 
 
-def scene_of_mechanism(model: OwnModel, script: Script) -> SceneMechanism:
+def scene_of(model: OwnModel, script: Script) -> SceneMechanism:
     """The mechanism of a model with the start and the controls of a motion."""
 
     def controls(times: Array) -> Array:

@@ -24,7 +24,7 @@ import numpy as np
 from plumbob.analytic.reference import Array
 from plumbob.engines.abilities import OwnDerivative
 from plumbob.engines.audit.allowance import Allowance
-from plumbob.engines.audit.built_mechanism import ScriptRuns, built_runs, scene_of_mechanism
+from plumbob.engines.audit.built_mechanism import ScriptRuns, built_runs, scene_of
 from plumbob.engines.audit.reference import TIGHT, Certificate, computed
 from plumbob.engines.audit.step_of_method import MUJOCO, builder_of, in_own_process
 from plumbob.engines.derivative_ways import (
@@ -355,8 +355,7 @@ def _by_mechanisms(
     reasons = dict[str, str]()
     for number in np.flatnonzero(known).tolist():
         scenes = [
-            scene_of_mechanism(model, _moved(model, script, number, by))
-            for by in (-NUDGE, 0.0, NUDGE)
+            scene_of(model, _moved(model, script, number, by)) for by in (-NUDGE, 0.0, NUDGE)
         ]
         try:
             computed[-1, :, number] = own.of_mechanisms(

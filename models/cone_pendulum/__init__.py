@@ -30,8 +30,8 @@ from plumbob.models.scene import (
     Scene,
     System,
     from_analytic,
+    make_scene,
     replaced,
-    scene_of,
     step_sizes,
 )
 
@@ -166,7 +166,7 @@ def cone_stability(problem: ConePendulum) -> StabilityTheory:
 
 
 _scene = partial(
-    scene_of,
+    make_scene,
     system="cone-pendulum",
     steps=step_sizes(5e-3, 2.5e-6),
     base=_STEEL,

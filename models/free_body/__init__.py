@@ -19,7 +19,7 @@ from plumbob.models.scene import (
     Quantity,
     Scene,
     from_analytic,
-    scene_of,
+    make_scene,
     step_sizes,
 )
 
@@ -51,7 +51,7 @@ def interest(case: Case) -> tuple[Quantity, ...]:
 
 
 _scene = partial(
-    scene_of,
+    make_scene,
     duration=10.0,
     system="free-body",
     base=field_values(FreeBody, (1.0, 2.0, 2.25, (0.02, 4.0, 0.0))),

@@ -9,7 +9,7 @@ from typing import Any
 from plumbob.analytic.reference import Signals
 from plumbob.analytic.systems.heavy_top import TOP_ANGLES, HeavyTop
 from plumbob.models.field_systems import field_values, smooth_system
-from plumbob.models.scene import Case, Observable, Quantity, scene_of, step_sizes
+from plumbob.models.scene import Case, Observable, Quantity, make_scene, step_sizes
 
 
 def invariants(top: HeavyTop, observed: Signals) -> Signals:
@@ -31,7 +31,7 @@ def interest(case: Case) -> tuple[Quantity, ...]:
 
 
 _scene = partial(
-    scene_of,
+    make_scene,
     system="heavy-top",
     base=field_values(HeavyTop, (0.5, 0.1, 2e-3, 1e-3, 9.81, 0.5, 1.0, 0.5, 200.0)),
     source="Landau and Lifshitz 1976, Mechanics, 35; the numbers are ours",

@@ -10,7 +10,7 @@ import numpy as np
 
 from plumbob.analytic.systems.incline import Incline
 from plumbob.models.field_systems import contact_system, field_values
-from plumbob.models.scene import Case, Observable, Quantity, Scene, scene_of, step_sizes
+from plumbob.models.scene import Case, Observable, Quantity, Scene, make_scene, step_sizes
 
 INCLINE_FRICTION = 0.4
 
@@ -41,7 +41,7 @@ def _scene(
 ) -> Scene:
     """Returns a scene at the slope `part` times the friction's, with the initial `speed` [m/s] and
     the `heading` [rad] of the cube."""
-    return scene_of(
+    return make_scene(
         case,
         summary,
         1.0,

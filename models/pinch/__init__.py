@@ -8,7 +8,7 @@ from typing import Any
 
 from plumbob.analytic.systems.pinch import Pinch
 from plumbob.models.field_systems import contact_system, field_values
-from plumbob.models.scene import Observable, Quantity, Scene, scene_of, step_sizes
+from plumbob.models.scene import Observable, Quantity, Scene, make_scene, step_sizes
 
 CUBE_MASS, FINGER_FRICTION, PINCH_GRAVITY = 0.2, 0.6, 9.81
 
@@ -27,7 +27,7 @@ def _scene(
     `push` is a force to the side [N], `lift` the hand's acceleration upward [m/s^2]."""
     load = math.hypot(CUBE_MASS * (PINCH_GRAVITY + lift), push)
     normal_force = load / (2.0 * FINGER_FRICTION * fraction)
-    return scene_of(
+    return make_scene(
         case,
         summary,
         1.0,

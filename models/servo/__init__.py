@@ -13,7 +13,7 @@ from plumbob.analytic.theory import ErrorTheory
 from plumbob.models import simple_pendulum as linear
 from plumbob.models.field_systems import field_system, field_values
 from plumbob.models.quantities import swing_quantities
-from plumbob.models.scene import ONE_SMOOTH, Observable, from_analytic, scene_of, step_sizes
+from plumbob.models.scene import ONE_SMOOTH, Observable, from_analytic, make_scene, step_sizes
 
 
 def facts(servo: Servo) -> Mapping[str, Any]:
@@ -41,7 +41,7 @@ def servo_errors(servo: Servo) -> ErrorTheory:
 
 
 _scene = partial(
-    scene_of,
+    make_scene,
     duration=0.5,
     system="servo",
     base=field_values(Servo, (0.05, 0.15, 10.0, 0.8, 0.056, 0.0, 6.0, -0.5, 0.0)),

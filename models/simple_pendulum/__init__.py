@@ -24,8 +24,8 @@ from plumbob.models.scene import (
     Scene,
     System,
     from_analytic,
+    make_scene,
     replaced,
-    scene_of,
     step_sizes,
 )
 
@@ -158,7 +158,7 @@ def _kind(problem: SimplePendulum) -> str:
 
 
 _scene = partial(
-    scene_of,
+    make_scene,
     duration=50.0,
     steps=step_sizes(1e-1, 1e-5),  # includes the notebook's 0.05 s
     base=_REST,

@@ -18,7 +18,7 @@ from plumbob.analytic.systems.slider_path import fixed
 from plumbob.analytic.systems.three_points.friction import InitialVelocities, three_point_motion
 from plumbob.analytic.systems.three_points.reference import PlaneReference
 from plumbob.models.quantities import pose_quantities
-from plumbob.models.scene import Observable, Parameters, scene_of, step_sizes
+from plumbob.models.scene import Observable, Parameters, make_scene, step_sizes
 from plumbob.models.tripod_capsule.parameters import (
     CAPSULE_PARAMETERS,
     CHECK,
@@ -112,7 +112,7 @@ def facts(problem: CapsuleProblem) -> Mapping[str, Any]:
 
 
 _scene = partial(
-    scene_of,
+    make_scene,
     system="capsule-coast",
     steps=step_sizes(1e-3, 1e-5),
     base=_CHECK,

@@ -20,7 +20,7 @@ from plumbob.analytic.systems.manoeuvres.line_manoeuvre import (
     condition_number,
     printed_body_velocity,
 )
-from plumbob.models.scene import Parameters, Scene, scene_of, step_sizes
+from plumbob.models.scene import Parameters, Scene, make_scene, step_sizes
 from plumbob.models.tripod_capsule.parameters import (
     CAPSULE_PARAMETERS,
     CHECK,
@@ -99,7 +99,7 @@ def facts(problem: CapsuleProblem) -> Mapping[str, Any]:
 
 
 _scene = partial(
-    scene_of,
+    make_scene,
     system="capsule-line",
     duration=0.15,
     steps=step_sizes(1e-3, 1e-5),

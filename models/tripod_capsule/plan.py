@@ -18,7 +18,7 @@ from plumbob.analytic.systems.capsule_setup import CapsuleProblem
 from plumbob.analytic.systems.planner.problem import GOAL_POSES, PlanLimits, RestPose
 from plumbob.analytic.systems.three_points.forces import plane_demand
 from plumbob.models.quantities import pose_quantities
-from plumbob.models.scene import Observable, Parameters, Scene, scene_of, step_sizes
+from plumbob.models.scene import Observable, Parameters, Scene, make_scene, step_sizes
 from plumbob.models.tripod_capsule.parameters import (
     CAPSULE_PARAMETERS,
     CHECK,
@@ -155,7 +155,7 @@ def structure(problem: CapsuleProblem) -> tuple[str, ...]:
 
 
 _scene = partial(
-    scene_of, system="capsule-plan", steps=PLAN_STEPS, base=CHECK, source=CHERNOUSKO_2020
+    make_scene, system="capsule-plan", steps=PLAN_STEPS, base=CHECK, source=CHERNOUSKO_2020
 )
 
 
