@@ -125,7 +125,7 @@ class ConePendulum:
     pivot_z have no effect on theta. Raises ParameterError.
 
     >>> from math import radians
-    >>> body = cone(density=1000.0, height=0.3, apex_angle=radians(30.0))
+    >>> body = solid_cone(density=1000.0, height=0.3, apex_angle=radians(30.0))
     >>> pendulum = ConePendulum(body, 0.0, 0.0, 4.0, gravity=9.8, theta=0.5, theta_dot=0.0)
     >>> pendulum.motion.regime, round(pendulum.motion.period, 6)
     ('libration', 1.24948)

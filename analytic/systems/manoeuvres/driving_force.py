@@ -31,7 +31,7 @@ def force_demand(motion: Any, duration: float) -> ActuatorDemand:
     >>> from plumbob.analytic.systems.manoeuvres.line_manoeuvre import LineManoeuvre
     >>> capsule = Capsule(1.0, 0.3, 0.02, corners, friction=0.3, gravity=9.81)
     >>> line = LineManoeuvre(capsule, w1=40.0, w2=10.0, t1=0.05)
-    >>> print(f"{demand(line, line.t2).peak:.4f} N")
+    >>> print(f"{force_demand(line, line.t2).peak:.4f} N")
     10.1137 N
     """
     starts = [phase.start for phase in motion.phases]
