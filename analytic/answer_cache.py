@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from plumbob.analytic.reference import KEPT, Signals
+from plumbob.analytic.reference import CACHED_RESULTS, Signals
 from plumbob.analytic.schemes import Scheme
 from plumbob.analytic.theory import SteppedErrors
 
@@ -29,7 +29,7 @@ class Same:
         return id(self.value)
 
 
-@lru_cache(maxsize=KEPT)
+@lru_cache(maxsize=CACHED_RESULTS)
 def exactly(exact: Same, times: bytes) -> tuple[Signals, Signals]:
     """Returns the observables of a Reference and their uncertainty at `times`, the bytes of times
     [s]."""
@@ -37,8 +37,8 @@ def exactly(exact: Same, times: bytes) -> tuple[Signals, Signals]:
     return exact.value.observe(samples), exact.value.uncertainty(samples)
 
 
-@lru_cache(maxsize=KEPT)
-def expected(
+@lru_cache(maxsize=CACHED_RESULTS)
+def expected_series(
     exact: Same, theory: Same, scheme: Scheme, step: float, times: bytes
 ) -> tuple[Powers, Signals, float]:
     """Returns the terms of an ErrorTheory's series, their sum, and the sum's nonlinearity.
@@ -60,8 +60,9 @@ def expected(
     return powers, total, nonlinearity
 
 
-@lru_cache(maxsize=KEPT)
+@lru_cache(maxsize=CACHED_RESULTS)
 def as_stepped(theory: Same, scheme: Scheme, step: float, times: bytes) -> SteppedErrors:
-    """Returns the errors of an ErrorTheory for one step size; arguments are as in `expected`."""
+    """Returns the errors of an ErrorTheory for one step size; arguments are as in
+    `expected_series`."""
     errors: SteppedErrors = theory.value.at_step(scheme, step, np.frombuffer(times))
     return errors

@@ -5,13 +5,16 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TypeVar
 
-T = TypeVar("T", int, float)
-Holds = Callable[[T], bool]
+Midpoint = TypeVar("Midpoint", int, float)
+Holds = Callable[[Midpoint], bool]
 
 
 def bisected(
-    holds: Holds[T], held: T, failed: T, middle: Callable[[T, T], T | None]
-) -> tuple[T, T]:
+    holds: Holds[Midpoint],
+    held: Midpoint,
+    failed: Midpoint,
+    middle: Callable[[Midpoint, Midpoint], Midpoint | None],
+) -> tuple[Midpoint, Midpoint]:
     """The largest number that holds and the smallest number that fails, of those tried between two
     numbers of which one `held` and one `failed`. The search ends where two numbers have no
     `middle`."""

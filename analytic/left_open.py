@@ -14,7 +14,7 @@ from plumbob.analytic.reference import Array
 
 # Bound on a solver's error over the difference to a second run with a much smaller tolerance: the
 # error of the second run is at most half of the error of the first.
-SURE = 2.0
+SOLVER_FACTOR = 2.0
 
 
 def by_series(terms: Sequence[Array]) -> Array:
@@ -62,4 +62,4 @@ def by_second_run(error: Array, other: Array) -> Array:
     The other run's error is at most half of this error. The bound is twice the difference, at its
     largest so far.
     """
-    return np.maximum.accumulate(SURE * np.abs(error - other))
+    return np.maximum.accumulate(SOLVER_FACTOR * np.abs(error - other))

@@ -9,7 +9,7 @@ from typing import Any
 
 SUCH = "such that "  # beginning of a requirement that is a condition on several parameters
 MOST_SHOWN = 200  # largest number of characters of a value in a message
-FEW = 8  # largest number of names that a message lists in full
+MAX_LISTED_NAMES = 8  # largest number of names that a message lists in full
 
 
 class ParameterError(ValueError):
@@ -140,12 +140,13 @@ def known(parameters: Mapping[str, Any], names: Iterable[str]) -> None:
 def nearest(name: str, names: Sequence[str], more: str = "...") -> str:
     """Returns known `names` in one line, for a message about an unknown `name`.
 
-    The line has all names if there are at most FEW; else the most similar names, and the text
-    `more`.
-    """
+    The line has all names if there are at most MAX_LISTED_NAMES; else the most similar names, and
+    the text `more`."""
     import difflib
 
-    if len(names) <= FEW:
+    if len(names) <= MAX_LISTED_NAMES:
         return ", ".join(names)
-    similar = difflib.get_close_matches(name, names, n=3, cutoff=0.4) or names[:FEW]
+    similar = (
+        difflib.get_close_matches(name, names, n=3, cutoff=0.4) or names[:MAX_LISTED_NAMES]
+    )
     return ", ".join([*similar, more])

@@ -15,7 +15,7 @@ Signals = Mapping[str, Array]
 """Values of observables at n times, by name, in SI units, shape (n,) each."""
 
 
-KEPT = 64  # results that caches store: some ten step sizes of a few problems
+CACHED_RESULTS = 64  # results that caches store: some ten step sizes of a few problems
 
 
 class NoAnswer(Exception):
@@ -71,7 +71,7 @@ def remembered(observe: Callable[[Any, Array], Signals]) -> Callable[[Any, Array
     Methods and step sizes share samples, and so do an error, its uncertainty and its prediction.
     """
 
-    @lru_cache(KEPT)
+    @lru_cache(CACHED_RESULTS)
     def known(motion: Any, times: bytes) -> Signals:
         observed = observe(motion, np.frombuffer(times))
         for values in observed.values():

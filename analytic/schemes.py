@@ -23,19 +23,19 @@ ADAPTIVE: Final = "adaptive"
 """A solver that controls its local error to a relative tolerance."""
 CLOSED_FORM: Final = "closed-form"
 """A method that takes no steps."""
-EXPLICIT = (
+EXPLICIT_TABLEAUX = (
     (RK4, CLASSICAL),  # Kutta 1901
 )
-TABLEAUX: Mapping[str, Tableau] = MappingProxyType(dict(EXPLICIT))
+TABLEAUX: Mapping[str, Tableau] = MappingProxyType(dict(EXPLICIT_TABLEAUX))
 """Explicit Runge-Kutta methods by name."""
-STEPPED = (EULER, LEAPFROG, *TABLEAUX)
+STEPPED_SCHEMES = (EULER, LEAPFROG, *TABLEAUX)
 """Integrators with an error theory on smooth motions."""
-ORDERS = MappingProxyType(
+SCHEME_ORDERS = MappingProxyType(
     {EULER: 1, LINEARLY_IMPLICIT: 1, LEAPFROG: 2, RK4_ADDED_RATES: 2}
     | {name: tableau.order for name, tableau in TABLEAUX.items()}
 )
 """Order of the global error on smooth motions, by integrator."""
-KNOWN = (*ORDERS, ADAPTIVE, CLOSED_FORM)
+KNOWN_SCHEMES = (*SCHEME_ORDERS, ADAPTIVE, CLOSED_FORM)
 """Integrators with a theory."""
 Control = Literal["continuous", "start", "midpoint", "mean"]
 _CONTROLS = MappingProxyType(
@@ -73,7 +73,7 @@ class SoftPoint:
 class Scheme:
     """An integrator and its variant.
 
-    `integrator` is one of KNOWN, or any other name, for which there is no theory. Raises
+    `integrator` is one of KNOWN_SCHEMES, or any other name, for which there is no theory. Raises
     ParameterError for a variant that the integrator cannot have.
     """
 
@@ -114,7 +114,7 @@ class Scheme:
             ("jointed_moment", moment, not 0.0 <= moment < largest_moment + 1e-300),
         )
         for name, value, wrong in checks:
-            if wrong and self.integrator in KNOWN:
+            if wrong and self.integrator in KNOWN_SCHEMES:
                 requirement = f"something that {self.integrator} can have"
                 raise ParameterError(f"scheme, {name}", value, requirement)
 
@@ -132,12 +132,12 @@ class Scheme:
     @property
     def known(self) -> bool:
         """Whether any theory covers the integrator."""
-        return self.integrator in KNOWN
+        return self.integrator in KNOWN_SCHEMES
 
     @property
     def order(self) -> int | None:
         """Order of the global error on a smooth motion; None if there is none, or it is unknown."""
-        return ORDERS.get(self.integrator)
+        return SCHEME_ORDERS.get(self.integrator)
 
     @property
     def position_lead(self) -> float | None:

@@ -10,21 +10,22 @@ from typing import Literal
 from plumbob.analytic.reference import Array, Signals
 from plumbob.analytic.schemes import Scheme
 
-# Trial steps, in fastest periods, are powers of RATIO, both in theory and in measured runs. Away
-# from an equilibrium only every fourth power is tried: there some steps fail below others that
-# hold.
-RATIO, EVERY = 1.01, 4
-SMALLEST, LARGEST = 1e-3, 30.0  # [fastest periods] smallest and largest trial step
+# Trial steps, in fastest periods, are powers of TRIAL_STEP_RATIO, both in theory and in measured
+# runs. Away from an equilibrium only every fourth power is tried: there some steps fail below
+# others that hold.
+TRIAL_STEP_RATIO, TRIAL_STRIDE = 1.01, 4
+# [fastest periods] smallest and largest trial step
+SMALLEST_TRIAL_STEP, LARGEST_TRIAL_STEP = 1e-3, 30.0
 # Largest trial step away from an equilibrium, in fastest periods: samples that are further apart do
 # not show the kind of motion.
-AWAY = 1.0
+LARGEST_STEP_AWAY = 1.0
 # A run is lost if a conserved quantity exceeds this multiple of its scale. Near its stability limit
 # a symplectic oscillator's energy swings to 1/(1 - h omega/2) of its start. It reaches 200 times
 # the start at 0.995 of the limit, half a bracket below it.
 BAND = 200.0
 # A nudge may grow so many times as much as it grows in the exact motion: more is lost.
 LOST_GROWTH = 1e3
-Kind = Literal["unstable", "changes-kind"]
+FailureKind = Literal["unstable", "changes-kind"]
 """Consequence of a step beyond the limit. "unstable": it magnifies a nudge that the exact motion
 does not magnify. "changes-kind": its motion is of another kind (a swing turns over, a well is
 left)."""
@@ -36,15 +37,15 @@ Growth = Literal["constant", "linear", "quadratic", "exponential", "decaying"]
 class StepLimit:
     """The largest step that holds, and the reason."""
 
-    kind: Kind
+    kind: FailureKind
     step: float  # [s]; infinite if no step is too large
     why: str  # reason: "h omega < 2 of the swing at 3.13 rad/s"
 
 
 def exponent(periods: float, every: int = 1) -> int:
-    """Returns the largest exponent of RATIO, a multiple of `every`, whose power is at most
-    `periods`, a step in fastest periods."""
-    exact_exponent = math.log(periods) / math.log(RATIO)
+    """Returns the largest exponent of TRIAL_STEP_RATIO, a multiple of `every`, whose power is at
+    most `periods`, a step in fastest periods."""
+    exact_exponent = math.log(periods) / math.log(TRIAL_STEP_RATIO)
     return math.floor(exact_exponent / every + 1e-9) * every
 
 

@@ -11,11 +11,11 @@ from functools import cache, reduce
 from operator import add
 from typing import Any
 
-Slopes = Callable[[float, Sequence[Any]], Sequence[Any]]
+SlopeFunction = Callable[[float, Sequence[Any]], Sequence[Any]]
 """Function from a fraction of the step and a state to the slopes of all parts of the state."""
 
 
-def moved(parts: Sequence[Any], rates: Sequence[Any], step: Any) -> Sequence[Any]:
+def advance_parts(parts: Sequence[Any], rates: Sequence[Any], step: Any) -> Sequence[Any]:
     """Returns the `parts` of a state after changing at constant `rates` for a `step`."""
     return [x + step * rate for x, rate in zip(parts, rates, strict=True)]
 
@@ -30,20 +30,24 @@ class Tableau:
     matrix: tuple[tuple[float, ...], ...]  # one row for each node
     divisor: float = 1.0
 
-    def slopes(self, slopes_at: Slopes, state: Sequence[Any], step: Any) -> Sequence[Any]:
+    def slopes(
+        self, slopes_at: SlopeFunction, state: Sequence[Any], step: Any
+    ) -> Sequence[Any]:
         """Returns the mean slope of each part of `state` in a `step`, times `divisor`."""
         stages: list[Sequence[Any]] = []
         for node, row in zip(self.nodes, self.matrix, strict=True):
             stage = state
             for weight, slope in zip(row, stages, strict=False):
                 if weight:
-                    stage = moved(stage, slope, weight * step)
+                    stage = advance_parts(stage, slope, weight * step)
             stages.append(slopes_at(node, stage))
         return _weighted_sum(self.weights, stages)
 
-    def advanced(self, slopes_at: Slopes, state: Sequence[Any], step: Any) -> Sequence[Any]:
+    def advanced(
+        self, slopes_at: SlopeFunction, state: Sequence[Any], step: Any
+    ) -> Sequence[Any]:
         """Returns the parts of `state` after a `step`."""
-        return moved(state, self.slopes(slopes_at, state, step), step / self.divisor)
+        return advance_parts(state, self.slopes(slopes_at, state, step), step / self.divisor)
 
     def change(self, slope: Callable[[Any, Any], Any], time: Any, state: Any, step: Any) -> Any:
         """Returns the change of `state` in a `step` [s] from `time` [s] under its rate

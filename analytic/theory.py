@@ -18,7 +18,7 @@ TRUST = 0.1  # chosen: largest sum of the last two terms of a series, over the w
 # Calibrated: largest nonlinearity of the motion's response at which the remainder of a series is
 # bounded by its last two terms and `left_open.nonlinear_part`. At a nonlinearity of 0.09 (RK4 next
 # to a separatrix) the last two terms bound only two thirds of the remainder.
-LINEAR = 0.03
+LARGEST_NONLINEARITY = 0.03
 
 
 def reaches(terms: Mapping[int, float], largest: float, nonlinearity: float) -> bool:
@@ -26,10 +26,10 @@ def reaches(terms: Mapping[int, float], largest: float, nonlinearity: float) -> 
 
     `terms` are {p: largest |C_p| step^p}, `largest` is the largest value of their sum. The last two
     terms together must be at most TRUST of it: two, because near-symmetric schemes can have tiny
-    alternate terms. The `nonlinearity` of the motion's response must be at most LINEAR.
-    """
+    alternate terms. The `nonlinearity` of the motion's response must be at most
+    LARGEST_NONLINEARITY."""
     last = sum(terms[p] for p in sorted(terms)[-2:])
-    return nonlinearity <= LINEAR and last <= TRUST * largest
+    return nonlinearity <= LARGEST_NONLINEARITY and last <= TRUST * largest
 
 
 @dataclass(frozen=True)
@@ -48,7 +48,7 @@ class SteppedErrors:
     fall with the step is therefore `predicted` only if it is derived."""
 
 
-def apart(stepped: Signals, exact: Signals) -> Signals:
+def signal_differences(stepped: Signals, exact: Signals) -> Signals:
     """Returns the `stepped` observables less the `exact` ones, for the names that are in both."""
     return {name: stepped[name] - values for name, values in exact.items() if name in stepped}
 

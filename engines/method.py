@@ -12,7 +12,7 @@ from typing import Any, Literal, Protocol, TypeVar
 
 from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.schemes import Scheme
-from plumbob.analytic.stability import Kind
+from plumbob.analytic.stability import FailureKind
 from plumbob.engines.trajectory import Stepping as Stepping
 from plumbob.engines.trajectory import Timed, Trajectory
 from plumbob.models.registry import added_system, find_system
@@ -160,7 +160,7 @@ class KnownStepLimit:
     methods: Patterns
     ratio: float  # measured over predicted
     reason: str
-    kind: Kind = "unstable"
+    kind: FailureKind = "unstable"
 
 
 @dataclass(frozen=True)

@@ -88,11 +88,11 @@ def unguarded(name: str) -> Engine:
 
 
 def _additions() -> Mapping[str, entry_points.Addition]:
-    return entry_points.additions(entry_points.ENGINES, _wrong)
+    return entry_points.additions(entry_points.ENGINE_GROUP, _wrong)
 
 
 def _broken(name: str) -> str:
-    return entry_points.broken_requirement(entry_points.ENGINES, _wrong, name)
+    return entry_points.broken_requirement(entry_points.ENGINE_GROUP, _wrong, name)
 
 
 def _wrong(engine: object, name: str) -> str:

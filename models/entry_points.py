@@ -17,7 +17,7 @@ from typing import Any
 
 from plumbob.models.border import Refused, border, shortened
 
-ENGINES, SYSTEMS = "plumbob.engines", "plumbob.systems"  # groups of entry points
+ENGINE_GROUP, SYSTEMS = "plumbob.engines", "plumbob.systems"  # groups of entry points
 
 # Returns the reason why an object with a name is not valid; empty if it is valid.
 FindFault = Callable[[Any, str], str]
@@ -51,7 +51,7 @@ def entry_points_by_name(group: str) -> Mapping[str, tuple[metadata.EntryPoint, 
 def plugin_versions() -> Mapping[str, str]:
     """Returns {package: version} for the packages that add engines or systems."""
     packages: dict[str, str] = {}
-    for group in (ENGINES, SYSTEMS):
+    for group in (ENGINE_GROUP, SYSTEMS):
         for points in entry_points_by_name(group).values():
             for point in points:
                 if point.dist:

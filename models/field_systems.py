@@ -81,7 +81,7 @@ def contact_system(
     )
 
 
-def energy(problem: Any, observed: Signals) -> Array:
+def observed_energy(problem: Any, observed: Signals) -> Array:
     """Returns the energy [J], shape (n,), of a problem whose `potential` energy [J] is a function
     of the observables."""
     kinetic = problem.motion.system.kinetic_energy(observed)
@@ -91,14 +91,14 @@ def energy(problem: Any, observed: Signals) -> Array:
 def energy_at_start(problem: Any) -> float:
     """Returns the energy at time 0 [J]."""
     system = problem.motion.system
-    return float(energy(problem, system.observed(system.start[:, None]))[0])
+    return float(observed_energy(problem, system.observed(system.start[:, None]))[0])
 
 
 def energy_drift(problem: Any, observed: Signals) -> Signals:
     """Returns the relative drift of the energy. The scale is the energy at the start or the
     problem's `lift` [J], the largest energy that its weight can take and give, whichever is larger.
     If both are 0, the scale is the largest potential energy of the run."""
-    energies = energy(problem, observed)
+    energies = observed_energy(problem, observed)
     scale = max(abs(energies[0]), getattr(problem, "lift", 0.0))
     scale = scale or float(np.abs(problem.potential(observed)).max())
     return {"energy": (energies - energies[0]) / scale} if scale else {}

@@ -16,19 +16,19 @@ from plumbob.analytic.numerics.smooth.certified_motion import CertifiedMotion
 from plumbob.analytic.parameters import ParameterError, known, nearest
 from plumbob.analytic.reference import Array
 from plumbob.analytic.sensitivities.neighbours import (
-    ABOVE,
-    BELOW,
-    CENTRAL,
+    CENTRAL_OFFSETS,
+    OFFSETS_ABOVE,
+    OFFSETS_BELOW,
     Neighbours,
     Sensitivity,
 )
 from plumbob.analytic.sensitivities.phases import Phased, phased_gradients
-from plumbob.models.scene import Case, Gradients, Parameters, System
+from plumbob.models.scene import Case, ExactGradients, Parameters, System
 
-STEP = 1e-3  # distance of the nearest neighbour, relative to the number's size
+NEIGHBOUR_DISTANCE = 1e-3  # distance of the nearest neighbour, relative to the number's size
 SHRINK_FACTOR = 0.5  # factor of the distance from one attempt to the next
 SMALLEST_STEP = 1e-10  # smallest distance, relative to the number's size
-SIDES = ("below", "above")
+NEIGHBOUR_SIDES = ("below", "above")
 NeighboursBySide = tuple[dict[str, Neighbours[Any]], str]
 """{side: neighbours of a number}, and the reason why there is no side "both"."""
 
@@ -137,11 +137,11 @@ def _sensitivity(number: Number, times: Array, names: Sequence[str]) -> Sensitiv
         uncertainty[name] = np.max([each[name] for each in uncertainties], axis=0)
     if "both" in values:
         return Sensitivity(values["both"], uncertainty)
-    below, above = (values.get(side, undefined) for side in SIDES)
+    below, above = (values.get(side, undefined) for side in NEIGHBOUR_SIDES)
     return Sensitivity(undefined, uncertainty, reason, below, above)
 
 
-def _default_gradients(system: System) -> Gradients:
+def _default_gradients(system: System) -> ExactGradients:
     """Returns the derivatives' function for a system that has none of its own. If the system's
     motion has a variational equation, the function solves it. Otherwise it takes differences of the
     exact motion."""
@@ -149,11 +149,11 @@ def _default_gradients(system: System) -> Gradients:
     def gradients(problems: Sequence[Neighbours[Any]], times: Array) -> list[Sensitivity]:
         start = np.zeros(1)
         if isinstance(system.reference(problems[0].here), CertifiedMotion):
-            from plumbob.analytic.numerics.smooth.smooth_motion import certified
+            from plumbob.analytic.numerics.smooth.smooth_motion import certified_smooth_motion
             from plumbob.analytic.sensitivities.smooth_motion import smooth_gradients
 
             def motion(problem: Any) -> Any:
-                return certified(cast(Any, system.reference(problem)))
+                return certified_smooth_motion(cast(Any, system.reference(problem)))
 
             return smooth_gradients(motion, problems, times)
 
@@ -246,12 +246,12 @@ def _neighbours_by_side(number: Number) -> NeighboursBySide:
     value = number.value
     if isinstance(value, (bool, str)) or not isinstance(value, (int, float)):
         return {}, f"{number.name} = {value!r} is not a number that can vary"
-    both = _neighbours(number, CENTRAL)
+    both = _neighbours(number, CENTRAL_OFFSETS)
     if isinstance(both, Neighbours):
         return {"both": both}, ""
     by_side = {}
     reasons: list[str] = []
-    for side, stencil in zip(SIDES, (BELOW, ABOVE), strict=True):
+    for side, stencil in zip(NEIGHBOUR_SIDES, (OFFSETS_BELOW, OFFSETS_ABOVE), strict=True):
         neighbours = _neighbours(number, stencil)
         if isinstance(neighbours, Neighbours):
             by_side[side] = neighbours
@@ -263,7 +263,7 @@ def _neighbours_by_side(number: Number) -> NeighboursBySide:
 def _neighbours(number: Number, stencil: tuple[int, ...]) -> Neighbours[Any] | ParameterError:
     """Returns the problems at `stencil` multiples of a step from the number. The step shrinks until
     all of them are possible; returns the error if it becomes too small."""
-    step = STEP * number.size
+    step = NEIGHBOUR_DISTANCE * number.size
     while True:
         values = [number.value + multiple * step for multiple in stencil]
         try:

@@ -28,4 +28,4 @@ class Idealisations:
     points: tuple[str, ...] = ()  # names of bodies whose mass is in a point
 
 
-NONE = Idealisations()
+NO_IDEALISATIONS = Idealisations()

@@ -12,7 +12,7 @@ from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
 DIVERGED_RATIO = 10.0
 
 
-def fastest_rate(problem: Any, duration: float = math.inf) -> float:
+def speed_bound(problem: Any, duration: float = math.inf) -> float:
     """Returns a speed [rad/s] that a pendulum, simple or on a cone, never exceeds within `duration`
     [s]. It is the speed by the energy at the start, plus what the forcing adds before damping
     removes as much."""
@@ -30,4 +30,4 @@ def fastest_rate(problem: Any, duration: float = math.inf) -> float:
 
 def largest_pendulum_rates(problem: Any) -> Mapping[str, float]:
     """Returns magnitudes of a pendulum's observables that only a diverged run exceeds."""
-    return {"theta_dot": DIVERGED_RATIO * fastest_rate(problem)}
+    return {"theta_dot": DIVERGED_RATIO * speed_bound(problem)}

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from plumbob.analytic.reference import Array, Signals
-from plumbob.models.idealisations import NONE, Idealisations
+from plumbob.models.idealisations import NO_IDEALISATIONS, Idealisations
 
 Controls = Callable[[Array], Array]
 """Returns the controls of the file's actuators, shape (n, controls), at times [s], shape (n,)."""
@@ -25,7 +25,7 @@ class ModelFile:
     observe: Callable[[Any, Array, Array], Signals]
     """Returns all observables but forces, shape (n,) each, of a problem at positions, shape
     (n, nq), and velocities, shape (n, nv)."""
-    ideal: Callable[[Any], Idealisations] = lambda problem: NONE
+    ideal: Callable[[Any], Idealisations] = lambda problem: NO_IDEALISATIONS
     """Returns the idealisations of a problem, which the file cannot state."""
     controls: Callable[[Any], Controls | None] = lambda problem: None
     """Returns the controls of a problem; None if they stay zero."""

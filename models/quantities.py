@@ -14,7 +14,7 @@ import numpy as np
 from plumbob.models.scene import Case, Quantity
 
 RADIAN = 1.0  # [rad] scale of an angle that keeps growing
-AT_REST = 1e-3  # [m] scale of a displacement that should be zero
+ZERO_DISPLACEMENT_SCALE = 1e-3  # [m] scale of a displacement that should be zero
 _SAMPLES = 4001  # samples of a motion: they show the amplitude of ten swings within 1e-5
 _LARGEST_STILL = 1e-9  # [m], [rad] largest change that is no motion
 
@@ -37,7 +37,7 @@ def displacement_quantities(case: Case) -> tuple[Quantity, ...]:
     declared length as the scale."""
     final = abs(_final_values(case)["displacement"])
     if final == 0.0:
-        return (Quantity("displacement", AT_REST),)
+        return (Quantity("displacement", ZERO_DISPLACEMENT_SCALE),)
     return (Quantity("displacement", final, "end"),)
 
 
@@ -61,7 +61,10 @@ def pose_quantities(case: Case) -> tuple[Quantity, ...]:
         quantities += [Quantity(name, distance, "end") for name in ("x", "y")]
     if abs(moved["heading"]) > _LARGEST_STILL:
         quantities.append(Quantity("heading", min(abs(moved["heading"]), RADIAN), "end"))
-    return tuple(quantities) or (Quantity("x", AT_REST), Quantity("y", AT_REST))
+    return tuple(quantities) or (
+        Quantity("x", ZERO_DISPLACEMENT_SCALE),
+        Quantity("y", ZERO_DISPLACEMENT_SCALE),
+    )
 
 
 def _final_values(case: Case) -> dict[str, float]:

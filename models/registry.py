@@ -23,7 +23,7 @@ from plumbob.models.scene import ONE_SMOOTH, Case, Scene, System
 
 
 @cache
-def built_in() -> Mapping[str, System]:
+def built_in_systems() -> Mapping[str, System]:
     """Returns plumbob's own systems by name, sorted by name."""
     folders = pkgutil.iter_modules([str(Path(__file__).parent)])
     declared: list[System] = []
@@ -48,7 +48,7 @@ def systems() -> Mapping[str, System]:
     >>> "cone-pendulum" in systems()
     True
     """
-    every = dict(built_in())
+    every = dict(built_in_systems())
     for name, addition in entry_points.additions(entry_points.SYSTEMS, _system_fault).items():
         if not addition.reason:
             kind = addition.found.kind or ONE_SMOOTH
@@ -60,7 +60,7 @@ def systems() -> Mapping[str, System]:
 def systems_of(*names: str) -> Mapping[str, System]:
     """Returns systems among which the systems with these names, or with scenes of these names, are.
     Other packages are loaded only if plumbob itself has no system of one of the names."""
-    own_systems = built_in()
+    own_systems = built_in_systems()
     all_known = all(name.partition("/")[0] in own_systems for name in names)
     return own_systems if all_known else systems()
 
@@ -77,7 +77,7 @@ def added_system(name: str) -> System | None:
     """Returns the system that another package adds under this name; None if no package does."""
     # The names of packages' entry points are tested first: `built_in` loads plumbob's systems.
     added_names = entry_points.entry_points_by_name(entry_points.SYSTEMS)
-    if name not in added_names or name in built_in():
+    if name not in added_names or name in built_in_systems():
         return None
     return systems().get(name)
 
@@ -94,7 +94,7 @@ def _system_fault(candidate: Any, name: str) -> str:
     """Message if a package's object is not a valid system of this name; empty if it is."""
     if not isinstance(candidate, System):
         return f"{type(candidate).__name__} in place of a plumbob System"
-    if name in built_in():
+    if name in built_in_systems():
         return f"plumbob has a system called {name!r} itself"
     if candidate.name != name:
         return f"the system is called {candidate.name!r}, its entry point {name!r}"
@@ -134,7 +134,7 @@ def matches(name: str, pattern: str) -> bool:
     return fnmatch.fnmatchcase(name, pattern) or name.partition("/")[0] == pattern
 
 
-def scenes(pattern: str = "*", profile: str = "full") -> tuple[Scene, ...]:
+def matching_scenes(pattern: str = "*", profile: str = "full") -> tuple[Scene, ...]:
     """Returns the scenes of a profile whose name, or system, matches the shell pattern (several
     with commas); raises ParameterError if there is none."""
     patterns = pattern.split(",")

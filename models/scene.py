@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 Parameters = Mapping[str, Any]
 Answers = Callable[[Any, Array], Mapping["Observable", Array]]
-Gradients = Callable[[Sequence["Neighbours[Any]"], Array], list["Sensitivity"]]
+ExactGradients = Callable[[Sequence["Neighbours[Any]"], Array], list["Sensitivity"]]
 # Kinds of systems. A method names the kinds that it can run; a new kind is another string.
 ONE_SMOOTH: Final = "one smooth degree of freedom"
 SMOOTH: Final = "smooth degrees of freedom"
@@ -101,7 +101,7 @@ def replaced(parameters: Parameters, changes: Parameters) -> Parameters:
     return {**parameters, **changes}
 
 
-def scene_of(
+def make_scene(
     case: str,
     summary: str,
     duration: float,
@@ -172,7 +172,7 @@ class System:
     interest: Callable[[Case], tuple[Quantity, ...]] | None = None
     """Returns the quantities of interest of a case; None: the first observable, over the run."""
 
-    sensitivity: Gradients | None = None
+    sensitivity: ExactGradients | None = None
     """Returns derivatives of the observables with respect to parameters, from neighbours of a
     problem, at times [s], shape (n,); None: differences of the exact motion are used."""
     left_out: Parameters = field(default_factory=dict)

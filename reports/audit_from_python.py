@@ -24,7 +24,7 @@ from plumbob.engines.registry import find_engine
 from plumbob.engines.workers import Workers
 from plumbob.reports.view.audit.results import ContactResult, MotionResult
 
-BUDGET = 60.0  # [s] default processor time of an audit
+AUDIT_SECONDS = 60.0  # [s] default processor time of an audit
 LEAST_EVALUATIONS = 10  # least evaluations of a model for any answer
 ALLOWED_SECONDS = 0.05  # [s] processor time of an evaluation that every budget allows
 START_OFFSET = 1e-9  # [m, rad, ...] distance from the start of the evaluation that is timed
@@ -41,7 +41,7 @@ def audit(
     qvel: Sequence[float] | None = None,
     duration: float | None = None,
     period: float | None = None,
-    budget: float = BUDGET,
+    budget: float = AUDIT_SECONDS,
     jobs: int = 1,
     progress: Callable[[str], None] = lambda what: None,
     gradient: bool = False,
@@ -129,7 +129,7 @@ def user_motion(
     policy: Policy | None = None,
     duration: float | None = None,
     period: float | None = None,
-    budget: float = BUDGET,
+    budget: float = AUDIT_SECONDS,
 ) -> tuple[OwnModel, Script]:
     """Returns a user's model, and its motion: start, controls and duration. A policy's motion is
     recorded. Raises ParameterError for a model that has no continuous motion, and if the budget [s]

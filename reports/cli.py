@@ -20,7 +20,7 @@ import plumbob
 from plumbob.models.memory import UNMAPPED
 
 LONGEST_WORD = 300  # longest word in a message, in characters
-USAGE, INCOMPLETE, DEFECT, INTERRUPTED = 2, 3, 4, 130
+USAGE, INCOMPLETE_RUN, DEFECT, INTERRUPTED = 2, 3, 4, 130
 COMMANDS = (
     "list",
     "validate",
@@ -86,7 +86,7 @@ def _run_with_exit_code(argv: Sequence[str] | None, interrupts: Sequence[int]) -
         if isinstance(error, ParameterError):
             return _report(USAGE, str(error), error)
         if _lacks_memory(error):
-            return _report(INCOMPLETE, "out of memory", error)
+            return _report(INCOMPLETE_RUN, "out of memory", error)
         if isinstance(error, OSError):
             file = f"{error.filename}: " if error.filename else ""
             return _report(USAGE, f"{file}{error.strerror or error}", error)

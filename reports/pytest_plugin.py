@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from plumbob.models.scene import Scene
     from plumbob.reports.judge.verdict import Judgement
 
-OPTIONS = ("plumbob_scenes", "plumbob_methods", "plumbob_profile")
+PYTEST_OPTIONS = ("plumbob_scenes", "plumbob_methods", "plumbob_profile")
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
@@ -44,7 +44,7 @@ def plumbob_check() -> Callable[..., Judgement]:
 def pytest_collection_modifyitems(session: pytest.Session, items: list[pytest.Item]) -> None:
     """Adds a test for each pair that the options choose."""
     scene_pattern, method_pattern, profile = (
-        session.config.getoption(name) for name in OPTIONS
+        session.config.getoption(name) for name in PYTEST_OPTIONS
     )
     if scene_pattern is method_pattern is profile is None:
         return
@@ -52,7 +52,7 @@ def pytest_collection_modifyitems(session: pytest.Session, items: list[pytest.It
     from plumbob.engines.registry import engine_of, installed
     from plumbob.engines.registry import methods as find_methods
     from plumbob.engines.study.runner import pairs
-    from plumbob.models.registry import scenes as find_scenes
+    from plumbob.models.registry import matching_scenes as find_scenes
 
     profile = profile or "quick"
     try:

@@ -14,7 +14,9 @@ from plumbob.analytic.reference import Array, Signals
 ROUNDOFF = 2.0**-53  # unit round-off: largest relative error of one rounding
 ULP = 2.0**-52  # machine epsilon: distance from 1 to the next double
 
-NEAR = 1e-7  # relative change of a parameter that measures the effect of its rounding
+PARAMETER_CHANGE = (
+    1e-7  # relative change of a parameter that measures the effect of its rounding
+)
 
 
 def _elementwise(of_number: Any, of_array: Any) -> Any:
@@ -54,7 +56,7 @@ def rounded_inputs(
     """
     exact = observe(problem)
     doubts = {name: ULP * np.abs(values) for name, values in exact.items()}
-    for neighbour in varied(problem, NEAR):
+    for neighbour in varied(problem, PARAMETER_CHANGE):
         for name, values in observe(neighbour).items():
-            doubts[name] += roundings * ULP / NEAR * np.abs(values - exact[name])
+            doubts[name] += roundings * ULP / PARAMETER_CHANGE * np.abs(values - exact[name])
     return doubts

@@ -14,13 +14,13 @@ from numpy.polynomial import legendre
 from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.reference import Array
 
-ITERATIONS = 12  # largest number of Newton steps
+MAX_NEWTON_ITERATIONS = 12  # largest number of Newton steps
 # All sizes of Newton steps are over the scale of the state.
 CONVERGED = 1e-15  # size of a step at which the iteration has converged
-STALLED = 1e-12  # size below which a step that no longer shrinks is round-off
-DIVERGED = 1e6  # size beyond which the iteration has diverged
+ROUNDOFF_STEP = 1e-12  # size below which a step that no longer shrinks is round-off
+DIVERGED_SIZE = 1e6  # size beyond which the iteration has diverged
 FACTORED = 1e-4  # size below which the next step uses the same matrix again
-SLOW = 0.1  # ratio of two steps beyond which the second needs a new matrix
+STEP_RATIO_FOR_NEW_MATRIX = 0.1  # ratio of two steps beyond which the second needs a new matrix
 LARGEST_EXPONENT = 3.0  # largest growth of a first guess, in e-folds
 
 RightHandSide = Callable[[Array, bool], tuple[Array, Array]]
@@ -170,7 +170,7 @@ def collocate(
     previous = 0.0
     last_step = False
     newton = None
-    for _ in range(ITERATIONS):
+    for _ in range(MAX_NEWTON_ITERATIONS):
         needs_matrix = newton is None
         value, derivative = right_hand_side(start + rule.integral @ slopes, needs_matrix)
         if needs_matrix:
@@ -184,15 +184,15 @@ def collocate(
         # next step is below step^2/previous. If derivatives are left out, the next step is taken
         # all the same: a small part of the error converges more slowly than the steps so far.
         next_is_negligible = step * step <= CONVERGED * previous
-        stalled = STALLED > step > previous
+        stalled = ROUNDOFF_STEP > step > previous
         if step <= CONVERGED or stalled or last_step:
             return slopes
         if next_is_negligible and all_derivatives:
             return slopes
         last_step = next_is_negligible
-        if step > DIVERGED:
+        if step > DIVERGED_SIZE:
             return None
-        converges_slowly = not needs_matrix and step > SLOW * previous
+        converges_slowly = not needs_matrix and step > STEP_RATIO_FOR_NEW_MATRIX * previous
         if step > FACTORED or converges_slowly:
             newton = None
         previous = step

@@ -12,7 +12,7 @@ import numpy as np
 from plumbob.analytic.numerics.collocation import Collocation, TimeGrid, gauss_collocation
 from plumbob.analytic.reference import Array
 
-BLOCK = 256  # steps solved at once: a hundred MB at most
+STEPS_PER_BLOCK = 256  # steps solved at once: a hundred MB at most
 
 
 @dataclass(frozen=True)
@@ -129,8 +129,8 @@ class LinearFlow:
         slopes = np.empty(sources.shape, np.result_type(sources, self.matrix))
         # The slopes k_i = A_i (w + length sum_j a_ij k_j) + q_i are solved for all nodes of a step
         # together.
-        for first in range(0, steps, BLOCK):
-            block = slice(first, first + BLOCK)
+        for first in range(0, steps, STEPS_PER_BLOCK):
+            block = slice(first, first + STEPS_PER_BLOCK)
             coupling = -np.einsum("sij,siab->siajb", integrals[block], self.matrix[block])
             system = coupling.reshape(-1, unknowns, unknowns) + np.eye(unknowns)
             right = sources[block].reshape(len(system), unknowns, -1)

@@ -15,8 +15,8 @@ from typing import Any
 import gmpy2
 import numpy as np
 
-BITS = 113  # length of the significand, as in IEEE 754 binary128
-_CONTEXT = gmpy2.context(precision=BITS)
+SIGNIFICAND_BITS = 113  # length of the significand, as in IEEE 754 binary128
+_CONTEXT = gmpy2.context(precision=SIGNIFICAND_BITS)
 _NUMBER = type(gmpy2.mpfr(0))
 # Types that the functions of the context take as arguments.
 _SCALARS = frozenset({_NUMBER, float, int, np.float64})
@@ -231,7 +231,7 @@ def _wrapped(result: Any) -> Any:
 
 def _number(value: Any) -> Any:
     """Returns one number as an mpfr, exactly."""
-    return value.values if type(value) is Mpfr else gmpy2.mpfr(value, BITS)
+    return value.values if type(value) is Mpfr else gmpy2.mpfr(value, SIGNIFICAND_BITS)
 
 
 _NUMBERS = np.frompyfunc(_number, 1, 1)

@@ -20,7 +20,7 @@ from plumbob.analytic.systems.three_points.reference import PlaneReference
 # Largest relative difference between the lengths of a phase in two neighbours. A stencil with a
 # larger difference is not accurate. Closer neighbours would not help: they divide the motion's own
 # uncertainty by a smaller difference.
-CLOSE = 0.1
+PHASE_LENGTH_DIFFERENCE = 0.1
 # Largest relative difference between sliding times if all supports stop together. Supports of a
 # neighbour then stop one by one, which makes an error of first order in this difference.
 TOGETHER = 1e-6
@@ -71,7 +71,7 @@ def alike(problem: CapsuleProblem, near: CapsuleProblem) -> bool:
     near_names, near_begins = _phases(there)
     if names != near_names:
         return False
-    return np.allclose(np.diff(near_begins), np.diff(begins), CLOSE, 0.0)
+    return np.allclose(np.diff(near_begins), np.diff(begins), PHASE_LENGTH_DIFFERENCE, 0.0)
 
 
 def _repeated_times(motion: Any, times: Array) -> Array:

@@ -24,19 +24,19 @@ from plumbob.analytic.numerics.arithmetic import ULP
 from plumbob.analytic.numerics.quad import double
 from plumbob.analytic.reference import Array, Signals
 
-CENTRAL = (-4, -3, -2, -1, 0, 1, 2, 3, 4)
-ABOVE = (0, 1, 2, 3, 4, 5, 6, 7, 8)
-BELOW = tuple(-k for k in ABOVE)
-FEWER = 2  # offsets that the stencil of lower order leaves out
+CENTRAL_OFFSETS = (-4, -3, -2, -1, 0, 1, 2, 3, 4)
+OFFSETS_ABOVE = (0, 1, 2, 3, 4, 5, 6, 7, 8)
+OFFSETS_BELOW = tuple(-k for k in OFFSETS_ABOVE)
+OFFSETS_LEFT_OUT = 2  # offsets that the stencil of lower order leaves out
 # Uncertainty over the difference of the two stencils, which shows larger roundings of g as well.
-SURE = 4.0
+STENCIL_UNCERTAINTY_FACTOR = 4.0
 # Uncertainty over the standard deviation of errors of g. The factor is large because the deviation
 # is estimated from few independent values: times and observables have nearly equal errors.
 DEVIATIONS = 8.0
 USUAL = 0.75  # quantile over the times of the size of these errors that is taken for all times
-TINY = 1e-300  # size of the error of a value that is 0 and exact
+SIZE_OF_EXACT_ZERO = 1e-300  # size of the error of a value that is 0 and exact
 
-T = TypeVar("T")
+Value = TypeVar("Value")
 S = TypeVar("S")
 Derived = tuple[Array, Array]
 """A derivative and its uncertainty, of the same shape."""
@@ -59,44 +59,47 @@ class Sensitivity:
 
 
 @dataclass(frozen=True)
-class Neighbours(Generic[T]):
+class Neighbours(Generic[Value]):
     """Results for a parameter at `offsets` from its value; the offset 0 is the value itself."""
 
-    moved: tuple[T, ...]
+    moved: tuple[Value, ...]
     offsets: Array
 
     @property
-    def here(self) -> T:
+    def here(self) -> Value:
         """Result at the parameter's own value."""
         return self.moved[list(self.offsets).index(0.0)]
 
-    def each(self, change: Callable[[T], S]) -> Neighbours[S]:
+    def each(self, change: Callable[[Value], S]) -> Neighbours[S]:
         """Returns the neighbours with `change` applied to the result at every offset."""
         return Neighbours(tuple(change(result) for result in self.moved), self.offsets)
 
     @cached_property
     def _weights(self) -> tuple[Array, Array]:
         """The weights (eq. 1) of two stencils, shape (n,) each: of all offsets; and, of lower
-        order, without the FEWER farthest offsets, whose weights are 0."""
-        nearest = np.argsort(np.abs(self.offsets), kind="stable")[: len(self.offsets) - FEWER]
+        order, without the OFFSETS_LEFT_OUT farthest offsets, whose weights are 0."""
+        nearest = np.argsort(np.abs(self.offsets), kind="stable")[
+            : len(self.offsets) - OFFSETS_LEFT_OUT
+        ]
         lower_order = np.zeros(len(self.offsets))
         lower_order[nearest] = _weights(self.offsets[nearest])
         return _weights(self.offsets), lower_order
 
     @cached_property
     def _unexplained(self) -> Array:
-        """Orthonormal combinations of values that vanish for polynomials, shape (FEWER, n)."""
-        count = len(self.offsets) - FEWER
+        """Orthonormal combinations of values that vanish for polynomials, shape (OFFSETS_LEFT_OUT,
+        n)."""
+        count = len(self.offsets) - OFFSETS_LEFT_OUT
         powers = np.vander(self.offsets / np.abs(self.offsets).max(), count, increasing=True)
         return np.asarray(np.linalg.svd(powers.T)[2][count:])
 
-    def slope(self, read: Callable[[T], float]) -> float:
+    def slope(self, read: Callable[[Value], float]) -> float:
         """Returns the derivative of the number that `read` gives, without its uncertainty."""
         values = np.array([read(result) for result in self.moved])
         weights, _ = self._weights
         return float(weights @ (values - values[self.offsets == 0.0]))
 
-    def derivative(self, read: Callable[[T], Any], errors: Array | None = None) -> Derived:
+    def derivative(self, read: Callable[[Value], Any], errors: Array | None = None) -> Derived:
         """Returns the derivative of the array that `read` gives, and its uncertainty.
 
         The array has doubles or 34-digit numbers and any shape. If its values have errors of their
@@ -107,13 +110,15 @@ class Neighbours(Generic[T]):
         weights, lower_order = self._weights
         differences = np.array([double(value - base) for value in values])
         derivative = np.tensordot(weights, differences, 1)
-        uncertainty = SURE * np.abs(derivative - np.tensordot(lower_order, differences, 1))
+        uncertainty = STENCIL_UNCERTAINTY_FACTOR * np.abs(
+            derivative - np.tensordot(lower_order, differences, 1)
+        )
         rounding = np.zeros(base.shape)
         if base.dtype == np.float64:  # the rounding of 34-digit numbers is negligible
             rounding = ULP * np.abs(values).max(axis=0)
             uncertainty += rounding * np.abs(weights).sum()
         if errors is not None:
-            scale = errors + rounding + TINY
+            scale = errors + rounding + SIZE_OF_EXACT_ZERO
             noise = np.tensordot(self._unexplained, differences, 1) / scale
             deviations = np.sqrt(np.mean(noise**2, axis=tuple(range(noise.ndim - 1))))
             # If a formula changes between neighbours, only the errors near that time are larger.

@@ -18,7 +18,7 @@ import numpy as np
 
 from plumbob.analytic.reference import Array, Reference
 from plumbob.analytic.sensitivities.neighbours import (
-    ABOVE,
+    OFFSETS_ABOVE,
     Derived,
     Neighbours,
     Sensitivity,
@@ -107,9 +107,11 @@ def _slopes(
     uncertainty = np.full(shape, np.inf)
     inward = np.where(times - begin < 0.5 * length, 1.0, -1.0)  # away from the nearer end
     for width in length * WINDOWS:
-        step = inward * width / ABOVE[-1]
-        ahead = tuple(in_rows(motion.reference.observe(times + k * step), names) for k in ABOVE)
-        stencil = Neighbours(ahead, np.array(ABOVE, dtype=float))
+        step = inward * width / OFFSETS_ABOVE[-1]
+        ahead = tuple(
+            in_rows(motion.reference.observe(times + k * step), names) for k in OFFSETS_ABOVE
+        )
+        stencil = Neighbours(ahead, np.array(OFFSETS_ABOVE, dtype=float))
         rate, rate_doubt = stencil.derivative(np.asarray)
         rate = rate / step
         rate_doubt = rate_doubt / np.abs(step)

@@ -20,7 +20,7 @@ import numpy as np
 from plumbob.analytic.numerics.arithmetic import ROUNDOFF
 from plumbob.analytic.numerics.collocation import TimeGrid
 from plumbob.analytic.numerics.smooth.smooth_motion import SmoothMotion
-from plumbob.analytic.numerics.smooth.smooth_system import TINY
+from plumbob.analytic.numerics.smooth.smooth_system import IMAGINARY_STEP
 from plumbob.analytic.reference import Array
 from plumbob.analytic.sensitivities.neighbours import (
     Derived,
@@ -30,8 +30,10 @@ from plumbob.analytic.sensitivities.neighbours import (
     stacked,
 )
 
-STAGES, FEWER = 12, 9  # stages of the collocation, and of a second one that shows its error
-RESOLVED, HALVINGS = 1e-11, 4  # largest relative difference of the two; halvings to reach it
+# stages of the collocation, and of a second one that shows its error
+SENSITIVITY_STAGES, CHECK_STAGES = 12, 9
+# largest relative difference of the two; halvings to reach it
+RESOLVED_DIFFERENCE, MAX_STEP_HALVINGS = 1e-11, 4
 
 
 def smooth_gradients(
@@ -61,16 +63,16 @@ def _state_derivatives(motions: Sequence[Neighbours[SmoothMotion]], times: Array
     last = float(np.max(times, initial=0.0)) or 1.0
     count = len(motions)
     steps = len(motions[0].here.grid(last).breakpoints)
-    for _ in range(1 + HALVINGS):
+    for _ in range(1 + MAX_STEP_HALVINGS):
         grid = TimeGrid(np.linspace(0.0, last, steps))
         # The breakpoints give the largest size of S, also if S has decayed at `times`.
         all_times = np.append(times, grid.breakpoints)
-        fine = _response(grid, motions, STAGES, all_times)
-        coarse = _response(grid, motions, FEWER, all_times)
+        fine = _response(grid, motions, SENSITIVITY_STAGES, all_times)
+        coarse = _response(grid, motions, CHECK_STAGES, all_times)
         difference = np.abs(fine - coarse)[..., :count]
         derivatives = fine[..., :count]
         largest = np.abs(derivatives).max(axis=0)
-        if (difference <= RESOLVED * largest).all():
+        if (difference <= RESOLVED_DIFFERENCE * largest).all():
             break
         steps *= 2
     input_doubts = np.abs(fine[..., count:])
@@ -114,8 +116,8 @@ def observable_sensitivity(
         return in_rows(motion.read(times, states), names)
 
     def derivative_along(direction: Array) -> Array:
-        nudged = here.read(times, states + 1j * TINY * direction)
-        return in_rows(nudged, names).imag / TINY
+        nudged = here.read(times, states + 1j * IMAGINARY_STEP * direction)
+        return in_rows(nudged, names).imag / IMAGINARY_STEP
 
     direct, uncertainty = motions.derivative(read)
     values = direct + derivative_along(change)

@@ -7,7 +7,7 @@ from functools import partial
 import numpy as np
 
 from plumbob.analytic.numerics.quad import quad
-from plumbob.analytic.numerics.rotor.orbit import rotor_motion, smooth_system
+from plumbob.analytic.numerics.rotor.orbit import rotor_motion, rotor_system
 from plumbob.analytic.numerics.smooth.smooth_motion import SmoothMotion
 from plumbob.analytic.sensitivities.smooth_motion import smooth_gradients
 from plumbob.analytic.systems.cone_pendulum import ConePendulum
@@ -24,11 +24,11 @@ def cone_pendulum(pendulum: ConePendulum) -> SmoothMotion:
     if pendulum.excess is None:
         speed = quad(pendulum.theta_dot)
     start = np.array([quad(pendulum.theta), speed])
-    system = smooth_system(motion.rotor, pendulum.theta, float(speed), pendulum.tilt)
+    system = rotor_system(motion.rotor, pendulum.theta, float(speed), pendulum.tilt)
     return rotor_motion(motion.rotor, system, pendulum.reference, start)
 
 
-def simple_pendulum(pendulum: SimplePendulum) -> SmoothMotion:
+def simple_pendulum_system(pendulum: SimplePendulum) -> SmoothMotion:
     """Returns the smooth motion of a simple pendulum, with the state (theta, theta_dot).
 
     If the initial angle is given from the top, the start of the motion is, too.
@@ -40,5 +40,5 @@ def simple_pendulum(pendulum: SimplePendulum) -> SmoothMotion:
 
 
 cone_pendulum_gradients = partial(smooth_gradients, cone_pendulum)
-simple_pendulum_gradients = partial(smooth_gradients, simple_pendulum)
+simple_pendulum_gradients = partial(smooth_gradients, simple_pendulum_system)
 free_body_gradients = partial(smooth_gradients, free_rotation)

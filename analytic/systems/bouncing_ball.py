@@ -20,8 +20,8 @@ from plumbob.analytic.numerics.arithmetic import ROUNDOFF, ULP, rounded_inputs
 from plumbob.analytic.parameters import ParameterError, check_fields
 from plumbob.analytic.reference import Array, LinearResponse, Signals
 
-ROUNDINGS = 8.0  # roundings of each parameter in the uncertainty
-TINY = 1e-300  # restitution in place of 0: its speeds are too small to matter
+BALL_ROUNDINGS = 8.0  # roundings of each parameter in the uncertainty
+RESTITUTION_FOR_ZERO = 1e-300  # restitution in place of 0: its speeds are too small to matter
 
 
 @dataclass(frozen=True)
@@ -56,7 +56,7 @@ class BouncingBall(LinearResponse):
     @property
     def _inner_restitution(self) -> float:
         """The restitution e, replaced by a neighbouring number if it is 0 or 1."""
-        return min(max(self.restitution, TINY), 1.0 - ROUNDOFF)
+        return min(max(self.restitution, RESTITUTION_FOR_ZERO), 1.0 - ROUNDOFF)
 
     def impacts(self, counts: Array) -> tuple[Array, Array]:
         """Returns the times [s] of the impacts with the numbers `counts`, from 1 on, shape (n,),
@@ -95,5 +95,5 @@ class BouncingBall(LinearResponse):
     def uncertainty(self, times: Array) -> Signals:
         """Bound on the error of each observable, shape (n,), by the rounding of each parameter and
         of a height."""
-        errors = rounded_inputs(self, lambda ball: ball.observe(times), ROUNDINGS)
+        errors = rounded_inputs(self, lambda ball: ball.observe(times), BALL_ROUNDINGS)
         return {"z": errors["z"] + ULP * self.height}

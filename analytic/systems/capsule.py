@@ -13,10 +13,10 @@ from plumbob.analytic.numerics.arithmetic import ROUNDOFF as ROUNDOFF
 from plumbob.analytic.parameters import ParameterError, check_fields, numbers
 from plumbob.analytic.reference import Array
 
-Point = tuple[float, float]
+PlanePoint = tuple[float, float]
 NORMAL_FORCES = ("normal_force_1", "normal_force_2", "normal_force_3")
 
-CORNERS = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]])  # [m] from C
+UNIT_POSITIONS = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]])  # [m] from C
 
 # Smallest height of a triangle of supports over its longest side: a flatter triangle gives support
 # loads with fewer than 7 digits.
@@ -39,7 +39,7 @@ class Capsule:
     body_mass: float
     slider_mass: float
     inertia: float
-    supports: tuple[Point, Point, Point]
+    supports: tuple[PlanePoint, PlanePoint, PlanePoint]
     friction: float
     gravity: float
 
@@ -74,7 +74,7 @@ class Arc:
     end: float
 
 
-Path = Sequence[Point | Arc]
+CapsulePath = Sequence[PlanePoint | Arc]
 """The corners of straight pieces of the slider's path relative to C [m], and its arcs."""
 
 
@@ -88,7 +88,7 @@ class SourceAssumption:
     slider_inside: bool
 
 
-def _triangle(name: str, supports: Any) -> tuple[Point, Point, Point]:
+def _triangle(name: str, supports: Any) -> tuple[PlanePoint, PlanePoint, PlanePoint]:
     """Returns the supports as tuples. Raises ParameterError if they are not a triangle."""
     a1, a2, a3 = numbers(name, supports, (3, 2), "three points (x, y)")
     longest = max(math.dist(a1, a2), math.dist(a2, a3), math.dist(a3, a1))
@@ -141,7 +141,7 @@ def by_support(forces: Array) -> dict[str, Array]:
 
 def load_gradient(capsule: Capsule) -> Array:
     """Returns the derivatives of the N_i by the slider's x and y [N/m], shape (2, 3)."""
-    at_c, along_x, along_y = normal_forces(capsule, CORNERS)
+    at_c, along_x, along_y = normal_forces(capsule, UNIT_POSITIONS)
     return np.stack([along_x - at_c, along_y - at_c])
 
 
@@ -186,20 +186,20 @@ def normal_force_uncertainty(capsule: Capsule, reach: float, moved: Any = 0.0) -
     return rounded + steepest_load(capsule) * moved
 
 
-def _minimum_candidates(capsule: Capsule, piece: Point | Arc) -> Array:
+def _minimum_candidates(capsule: Capsule, piece: PlanePoint | Arc) -> Array:
     """Returns slider positions, shape (n, 2), among which every support load has its minimum on
     `piece`. A load is affine in the position, so along an arc it is a cosine of the angle."""
     if not isinstance(piece, Arc):
         return np.array([piece], dtype=np.float64)
     low, high = sorted((piece.start, piece.end))
-    at_c, along_x, along_y = load_fractions(capsule, CORNERS)
+    at_c, along_x, along_y = load_fractions(capsule, UNIT_POSITIONS)
     steepest_fall = np.arctan2(at_c - along_y, at_c - along_x)
     inner = low + np.mod(steepest_fall - low, 2 * math.pi)
     angles = np.concatenate([[low, high], inner[inner < high]])
     return piece.radius * np.stack([np.cos(angles), np.sin(angles)], axis=-1)
 
 
-def _lowest_fractions(capsule: Capsule, path: Path, reach: float) -> tuple[Array, Array]:
+def _lowest_fractions(capsule: Capsule, path: CapsulePath, reach: float) -> tuple[Array, Array]:
     """Returns the minimum along `path` of each barycentric coordinate of `reach` times the slider's
     position, shape (3,), and the positions of the minima, shape (3, 2)."""
     if not path:
@@ -210,14 +210,14 @@ def _lowest_fractions(capsule: Capsule, path: Path, reach: float) -> tuple[Array
     return np.min(fractions, axis=0), np.asarray(candidates[indices])
 
 
-def lowest_normal_forces(capsule: Capsule, path: Path) -> tuple[Array, Array]:
+def lowest_normal_forces(capsule: Capsule, path: CapsulePath) -> tuple[Array, Array]:
     """Returns the exact minimum of each N_i along `path` [N], shape (3,), and the slider's
     positions there relative to C [m], shape (3, 2). Raises ParameterError if the path is empty."""
     fractions, places = _lowest_fractions(capsule, path, capsule.mass_ratio)
     return capsule.weight * fractions, places
 
 
-def validity(capsule: Capsule, path: Path) -> tuple[ParameterError, ...]:
+def validity(capsule: Capsule, path: CapsulePath) -> tuple[ParameterError, ...]:
     """Returns the violations on `path` as errors, to raise or to print. The equations require a
     positive normal force at every support along the whole path. The result is empty if they hold.
     """
@@ -231,13 +231,13 @@ def validity(capsule: Capsule, path: Path) -> tuple[ParameterError, ...]:
     return tuple(violations)
 
 
-def check_loads(capsule: Capsule, path: Path) -> None:
+def check_loads(capsule: Capsule, path: CapsulePath) -> None:
     """Raises the first violation on `path`, if there is one."""
     for violation in validity(capsule, path):
         raise violation
 
 
-def source_assumption(capsule: Capsule, path: Path) -> SourceAssumption:
+def source_assumption(capsule: Capsule, path: CapsulePath) -> SourceAssumption:
     """Returns whether the source's stronger assumption holds along `path` (Chernousko 2020, section
     "Mechanical system")."""
     of_slider, _ = _lowest_fractions(capsule, path, 1.0)

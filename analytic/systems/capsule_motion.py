@@ -15,7 +15,7 @@ formula ("plane")."""
 
 
 @dataclass(frozen=True)
-class Demand:
+class ActuatorDemand:
     """A motion's demand on its actuator: peak and root mean square of the force over the motion
     [N], and the peak power given to the slider in the body [W]."""
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from plumbob.analytic.numerics.arithmetic import ROUNDOFF
 from plumbob.analytic.reference import Array, LinearResponse, Reference, Signals
-from plumbob.analytic.systems.capsule import Capsule, Point
+from plumbob.analytic.systems.capsule import Capsule, PlanePoint
 
 
 @dataclass(frozen=True)
@@ -23,11 +23,11 @@ class CapsuleSetup:
     """
 
     capsule: Capsule
-    slider: Point = (0.0, 0.0)  # position of Q at the start, body axes [m]
+    slider: PlanePoint = (0.0, 0.0)  # position of Q at the start, body axes [m]
     # direction of the slider's track and of observables, body axes [rad]
     direction: float = 0.0
     heading: float = 0.0  # heading of the body in the world at the start [rad]
-    velocity: Point = (0.0, 0.0)  # velocity of C at the start, body axes [m/s]
+    velocity: PlanePoint = (0.0, 0.0)  # velocity of C at the start, body axes [m/s]
     heading_rate: float = 0.0  # angular velocity at the start [rad/s]
     pull: float = 0.0  # component of gravity along `direction` [m/s^2]
     press: float = 0.0  # component of gravity into the plane [m/s^2]

@@ -31,10 +31,10 @@ from functools import cached_property
 import numpy as np
 
 from plumbob.analytic.numerics.elliptic.trigonometric_potential import (
-    Kind,
+    EquilibriumKind,
     TrigonometricPotential,
     critical_points,
-    kind,
+    equilibrium_kind,
 )
 from plumbob.analytic.numerics.quad import Quad, double, quad
 from plumbob.analytic.parameters import ParameterError, check_fields, finite, positive
@@ -42,7 +42,7 @@ from plumbob.analytic.systems.pendulums.pendulum_motion import PendulumMotion
 
 
 @dataclass(frozen=True)
-class Body:
+class HungBody:
     """A rigid body hung on a horizontal axis: mass [kg], distance of its centre of mass from the
     axis [m], and moments of inertia about the pivot [kg m^2]. inertia_yz is an element of the
     inertia tensor: minus the integral of y z over the mass. moment_roundings is the uncertainty of
@@ -81,7 +81,7 @@ class Body:
             raise ParameterError("inertia_yz", self.inertia_yz, need)
 
 
-def cone(density: float, height: float, apex_angle: float) -> Body:
+def solid_cone(density: float, height: float, apex_angle: float) -> HungBody:
     """Returns a solid cone hung by its vertex (Sudakov 2015, eq. 1); density [kg/m^3], height [m],
     full apex angle [rad]. Raises ParameterError."""
     positive("density", density)
@@ -95,7 +95,7 @@ def cone(density: float, height: float, apex_angle: float) -> Body:
     # The relative change of tan^2 is 2 apex_angle/sin(apex_angle) times the relative change of the
     # angle, and tan^2 is one of the two terms of inertia_x.
     condition = 2 * apex_angle / math.sin(apex_angle) * tan2 / (4 + tan2)
-    return Body(
+    return HungBody(
         mass=mass,
         com_distance=0.75 * height,
         inertia_x=across,
@@ -113,7 +113,7 @@ class Equilibrium:
 
     theta: float
     potential: float
-    kind: Kind
+    kind: EquilibriumKind
     rate: float
 
 
@@ -125,13 +125,13 @@ class ConePendulum:
     pivot_z have no effect on theta. Raises ParameterError.
 
     >>> from math import radians
-    >>> body = cone(density=1000.0, height=0.3, apex_angle=radians(30.0))
+    >>> body = solid_cone(density=1000.0, height=0.3, apex_angle=radians(30.0))
     >>> pendulum = ConePendulum(body, 0.0, 0.0, 4.0, gravity=9.8, theta=0.5, theta_dot=0.0)
     >>> pendulum.motion.regime, round(pendulum.motion.period, 6)
     ('libration', 1.24948)
     """
 
-    body: Body
+    body: HungBody
     pivot_x: float
     pivot_y: float
     platform_rate: float
@@ -250,7 +250,7 @@ class ConePendulum:
         """Returns the equilibrium at the critical point `theta` [rad] of `potential`."""
         potential, tilt, offset = self._potential_terms
         stiffness = abs(float(double(potential.curvature(theta))))
-        kind_there = kind(potential, theta)
+        kind_there = equilibrium_kind(potential, theta)
         rate = 0.0 if kind_there == "degenerate" else math.sqrt(stiffness / self.body.inertia_x)
         value = float(double(potential.value(theta) + offset))
         angle = double(theta - tilt)

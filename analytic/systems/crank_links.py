@@ -22,21 +22,21 @@ from plumbob.analytic.numerics.smooth.smooth_system import SmoothSystem
 from plumbob.analytic.numerics.smooth.soft_loop import Gaps, loop_force
 from plumbob.analytic.reference import Array
 
-Pair = tuple[Any, Any]
+ComponentPair = tuple[Any, Any]
 LinkDerivatives = tuple[Any, Sequence[Any], Sequence[Any]]
 
 
-class Link(NamedTuple):
+class CrankLink(NamedTuple):
     """A link's mass [kg] and vector d [m], and the derivatives b' (`turn`) and b'' (`turning`) of
     its angle by the crank's angle."""
 
     mass: Any
-    vector: Pair
+    vector: ComponentPair
     turn: Any = 0.0
     turning: Any = 0.0
 
 
-def _derivatives(links: Sequence[Link], order: int) -> Iterator[LinkDerivatives]:
+def _derivatives(links: Sequence[CrankLink], order: int) -> Iterator[LinkDerivatives]:
     """Yields for each link its mass, and the lists of x' and y' of c and of d/2. If `order` is 2,
     the lists also hold x'' and y''."""
     end: list[Any] = [0.0] * (2 * order)
@@ -64,7 +64,7 @@ def _sum_products(derivatives: Iterable[LinkDerivatives], order: int) -> Any:
     )
 
 
-def potential(gravity: float, links: Sequence[Link]) -> Any:
+def potential(gravity: float, links: Sequence[CrankLink]) -> Any:
     """Returns the potential energy [J] of `links` under `gravity` [m/s^2]; it is 0 if all are
     level."""
     end, energy = 0.0, 0.0
@@ -89,7 +89,7 @@ def reaction(problem: Any, gaps: Gaps, times: Array) -> Array:
 def crank_motion(
     problem: Any,
     constants: Sequence[str],
-    links: Callable[[Any, Any], Sequence[Link]],
+    links: Callable[[Any, Any], Sequence[CrankLink]],
     readings: Callable[[Any, Any, Any], Mapping[str, Any]],
 ) -> CertifiedMotion:
     """Returns the exact motion of a mechanism from a problem's `angle` [rad] and `angular_velocity`

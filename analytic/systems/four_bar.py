@@ -28,11 +28,11 @@ from plumbob.analytic.numerics.smooth.soft_loop import softened
 from plumbob.analytic.parameters import ParameterError, check_fields
 from plumbob.analytic.reference import Array, Signals
 from plumbob.analytic.schemes import SoftLoop
-from plumbob.analytic.systems.crank_links import Link, crank_motion, potential, reaction
+from plumbob.analytic.systems.crank_links import CrankLink, crank_motion, potential, reaction
 from plumbob.analytic.systems.n_pendulum import NPendulum
 
-LENGTHS = ("crank", "coupler", "rocker", "ground")
-CONSTANTS = (*LENGTHS, "crank_mass", "coupler_mass", "rocker_mass", "gravity")
+FOUR_BAR_LENGTHS = ("crank", "coupler", "rocker", "ground")
+FOUR_BAR_CONSTANTS = (*FOUR_BAR_LENGTHS, "crank_mass", "coupler_mass", "rocker_mass", "gravity")
 
 
 @dataclass(frozen=True)
@@ -58,8 +58,8 @@ class FourBar:
     angular_velocity: float
 
     def __post_init__(self) -> None:
-        check_fields(self, CONSTANTS[:-1], CONSTANTS[-1:])
-        lengths = [getattr(self, name) for name in LENGTHS]
+        check_fields(self, FOUR_BAR_CONSTANTS[:-1], FOUR_BAR_CONSTANTS[-1:])
+        lengths = [getattr(self, name) for name in FOUR_BAR_LENGTHS]
         crank, coupler, rocker, ground = lengths
         margin = min(
             abs(ground - crank) - abs(coupler - rocker), coupler + rocker - ground - crank
@@ -74,12 +74,12 @@ class FourBar:
                 need += (
                     "; where they are equal, the motion beyond the change point is not unique"
                 )
-            raise ParameterError(", ".join(LENGTHS), lengths, need)
+            raise ParameterError(", ".join(FOUR_BAR_LENGTHS), lengths, need)
 
     @cached_property
     def motion(self) -> CertifiedMotion:
         """The exact motion."""
-        return crank_motion(self, CONSTANTS, _moving_links, _coupler_middle)
+        return crank_motion(self, FOUR_BAR_CONSTANTS, _moving_links, _coupler_middle)
 
     @cached_property
     def chain(self) -> NPendulum:
@@ -204,13 +204,13 @@ def _link_rates(p: Any, t: Any) -> tuple[Any, Any, Any]:
     return (u, v, w), (turn, swing), (turning, swinging)
 
 
-def _moving_links(p: Any, t: Any) -> tuple[Link, ...]:
+def _moving_links(p: Any, t: Any) -> tuple[CrankLink, ...]:
     """Returns crank, coupler and rocker as links at the crank's angle t."""
     (u, v, w), (turn, swing), (turning, swinging) = _link_rates(p, t)
     return (
-        Link(p.crank_mass, u, 1.0),
-        Link(p.coupler_mass, v, turn, turning),
-        Link(p.rocker_mass, (-w[0], -w[1]), swing, swinging),
+        CrankLink(p.crank_mass, u, 1.0),
+        CrankLink(p.coupler_mass, v, turn, turning),
+        CrankLink(p.rocker_mass, (-w[0], -w[1]), swing, swinging),
     )
 
 

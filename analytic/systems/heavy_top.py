@@ -21,9 +21,9 @@ from plumbob.analytic.numerics.smooth.smooth_system import SmoothSystem
 from plumbob.analytic.parameters import ParameterError, check_fields
 from plumbob.analytic.reference import Signals
 
-ANGLES = ("precession", "tilt", "spin")
-RATES = tuple(f"{name}_rate" for name in ANGLES)
-CONSTANTS = ("mass", "length", "inertia_across", "inertia_axis", "gravity")
+TOP_ANGLES = ("precession", "tilt", "spin")
+TOP_RATES = tuple(f"{name}_rate" for name in TOP_ANGLES)
+TOP_CONSTANTS = ("mass", "length", "inertia_across", "inertia_axis", "gravity")
 
 
 @dataclass(frozen=True)
@@ -48,7 +48,7 @@ class HeavyTop:
     spin_rate: float
 
     def __post_init__(self) -> None:
-        check_fields(self, CONSTANTS[:-1], CONSTANTS[-1:])
+        check_fields(self, TOP_CONSTANTS[:-1], TOP_CONSTANTS[-1:])
         if self.inertia_axis > 2 * self.inertia_across:
             need = f"at most twice the moment across, {2 * self.inertia_across:g} kg m^2"
             raise ParameterError("inertia_axis", self.inertia_axis, need)
@@ -60,13 +60,13 @@ class HeavyTop:
     @cached_property
     def motion(self) -> CertifiedMotion:
         """The exact motion."""
-        parameters = {name: getattr(self, name) for name in CONSTANTS}
+        parameters = {name: getattr(self, name) for name in TOP_CONSTANTS}
         rates = self.precession_rate, self.tilt_rate, self.spin_rate
         start = (0.0, self.tilt, 0.0)
         return CertifiedMotion(
             SmoothSystem(
-                coordinates=ANGLES,
-                rates=RATES,
+                coordinates=TOP_ANGLES,
+                rates=TOP_RATES,
                 mass_matrix=_masses,
                 forces=_moments,
                 parameters=parameters,
@@ -80,7 +80,7 @@ class HeavyTop:
         vertical and about the axis [kg m^2/s]."""
         kinetic = self.motion.system.kinetic_energy(observed)
         tilt = observed["tilt"]
-        precession, _, spin = (observed[name] for name in RATES)
+        precession, _, spin = (observed[name] for name in TOP_RATES)
         axial = self.inertia_axis * (spin + precession * cos(tilt))
         vertical = _moment_across(self) * precession * sin(tilt) ** 2 + axial * cos(tilt)
         return {

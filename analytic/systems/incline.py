@@ -15,7 +15,7 @@ from plumbob.analytic.numerics.arithmetic import ULP, rounded_inputs
 from plumbob.analytic.parameters import ParameterError, check_fields
 from plumbob.analytic.reference import Array, LinearResponse, Signals
 
-ROUNDINGS = 8.0  # roundings of each parameter in the uncertainty
+INCLINE_ROUNDINGS = 8.0  # roundings of each parameter in the uncertainty
 
 
 @dataclass(frozen=True)
@@ -101,5 +101,5 @@ class Incline(LinearResponse):
     def uncertainty(self, times: Array) -> Signals:
         """Bound on the error of each observable, shape (n,), by the rounding of each parameter and
         of a position."""
-        errors = rounded_inputs(self, lambda cube: cube.observe(times), ROUNDINGS)
+        errors = rounded_inputs(self, lambda cube: cube.observe(times), INCLINE_ROUNDINGS)
         return {**errors, "x": errors["x"] + ULP * self.size}

@@ -26,7 +26,7 @@ from plumbob.analytic.parameters import ParameterError, finite, non_negative, po
 from plumbob.analytic.reference import Signals
 
 MAX_RODS = 20  # largest number of rods: the work of a step grows as the cube
-Numbers = float | Sequence[float]
+RodNumbers = float | Sequence[float]
 
 
 @dataclass(frozen=True)
@@ -40,11 +40,11 @@ class NPendulum:
     0.388415
     """
 
-    masses: Numbers
-    lengths: Numbers
+    masses: RodNumbers
+    lengths: RodNumbers
     gravity: float
     angles: Sequence[float]
-    angular_velocities: Numbers = 0.0
+    angular_velocities: RodNumbers = 0.0
 
     def __post_init__(self) -> None:
         if not isinstance(self.angles, Sequence) or not 1 <= len(self.angles) <= MAX_RODS:

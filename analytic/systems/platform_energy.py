@@ -17,7 +17,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from plumbob.analytic.numerics.smooth.smooth_system import TINY
+from plumbob.analytic.numerics.smooth.smooth_system import IMAGINARY_STEP
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.cone_pendulum import ConePendulum
 
@@ -74,7 +74,7 @@ def drive_torque(pendulum: ConePendulum, theta: Array, theta_dot: Array) -> Arra
     platform's axis."""
     acceleration = pendulum.motion.rotor.acceleration(0.0, theta + pendulum.tilt, theta_dot)
     # A complex step in time gives the derivative of the angular momentum.
-    next_theta = theta + 1j * TINY * theta_dot
-    next_theta_dot = theta_dot + 1j * TINY * acceleration
+    next_theta = theta + 1j * IMAGINARY_STEP * theta_dot
+    next_theta_dot = theta_dot + 1j * IMAGINARY_STEP * acceleration
     momentum = energies(pendulum, next_theta, next_theta_dot).angular_momentum
-    return np.asarray(momentum.imag / TINY)
+    return np.asarray(momentum.imag / IMAGINARY_STEP)

@@ -22,8 +22,8 @@ from plumbob.analytic.numerics.smooth.smooth_system import SmoothSystem
 from plumbob.analytic.parameters import check_fields
 from plumbob.analytic.reference import Array, LinearResponse, Signals
 
-OBSERVED = ("x", "z", "angle")
-ROUNDINGS = 4.0  # roundings of each parameter in the uncertainty
+PROJECTILE_OBSERVABLES = ("x", "z", "angle")
+PROJECTILE_ROUNDINGS = 4.0  # roundings of each parameter in the uncertainty
 
 
 @dataclass(frozen=True)
@@ -54,8 +54,8 @@ class Projectile(LinearResponse):
         along = self.speed * math.cos(self.elevation)
         up = self.speed * math.sin(self.elevation)
         return SmoothSystem(
-            coordinates=OBSERVED,
-            rates=tuple(f"{name}_dot" for name in OBSERVED),
+            coordinates=PROJECTILE_OBSERVABLES,
+            rates=tuple(f"{name}_dot" for name in PROJECTILE_OBSERVABLES),
             mass_matrix=lambda p, q: ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)),
             forces=lambda p, time, q, v: (0.0 * q[0], 0.0 * q[1] - p.gravity, 0.0 * q[2]),
             parameters={"gravity": self.gravity},
@@ -75,7 +75,7 @@ class Projectile(LinearResponse):
 
     def uncertainty(self, times: Array) -> Signals:
         """Bound on the error of each observable, shape (n,), by the rounding of each parameter."""
-        return rounded_inputs(self, lambda body: body.observe(times), ROUNDINGS)
+        return rounded_inputs(self, lambda body: body.observe(times), PROJECTILE_ROUNDINGS)
 
     @property
     def apex(self) -> float:

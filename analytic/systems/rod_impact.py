@@ -20,7 +20,7 @@ from plumbob.analytic.numerics.point_impact import LAWS, PointImpact
 from plumbob.analytic.parameters import ParameterError, check_fields
 from plumbob.analytic.reference import Array, LinearResponse, Signals
 
-ROUNDINGS = 16.0  # roundings of each parameter in the uncertainty
+ROD_ROUNDINGS = 16.0  # roundings of each parameter in the uncertainty
 INSTANTS = 2001  # times after the impact at which the heights of the ends are examined
 
 
@@ -115,6 +115,6 @@ class RodImpact(LinearResponse):
     def uncertainty(self, times: Array) -> Signals:
         """Bound on the error of each observable, shape (n,), by the rounding of each parameter and
         of lengths."""
-        errors = rounded_inputs(self, lambda rod: rod._after_impact(times), ROUNDINGS)
+        errors = rounded_inputs(self, lambda rod: rod._after_impact(times), ROD_ROUNDINGS)
         rounding = ULP * (self.length + abs(self.speed) * times)
         return {name: error + rounding for name, error in errors.items()}

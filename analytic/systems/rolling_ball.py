@@ -24,7 +24,7 @@ from plumbob.analytic.parameters import check_fields
 from plumbob.analytic.reference import Array, LinearResponse, Signals
 
 # roundings of the speeds: a dozen operations a switch, and at most four switches
-ROUNDINGS = 16.0
+SPEED_ROUNDINGS = 16.0
 
 
 @dataclass(frozen=True)
@@ -149,6 +149,6 @@ class RollingBall(LinearResponse):
         that rounding over the rate at which it falls. Meanwhile a speed changes by the delay times
         the jump of its acceleration. The jump is at most that rate, so that the error of the speed
         is at most the rounding."""
-        speeds = np.full(len(times), ROUNDINGS * ULP * self.scale)
+        speeds = np.full(len(times), SPEED_ROUNDINGS * ULP * self.scale)
         durations = np.minimum(times, self.rest_time)
         return {"x": speeds * durations, "speed": speeds, "spin": speeds / self.radius}

@@ -26,7 +26,7 @@ from plumbob.analytic.numerics.smooth.certified_motion import CertifiedMotion
 from plumbob.analytic.numerics.smooth.smooth_system import SmoothSystem
 from plumbob.analytic.parameters import ParameterError, check_fields
 from plumbob.analytic.reference import Array, Signals
-from plumbob.analytic.systems.heavy_top import ANGLES, RATES, euler_masses
+from plumbob.analytic.systems.heavy_top import TOP_ANGLES, TOP_RATES, euler_masses
 
 
 @dataclass(frozen=True)
@@ -56,12 +56,12 @@ class RollingDisc:
     def motion(self) -> CertifiedMotion:
         """The exact motion."""
         start = (0.0, self.tilt, 0.0)
-        rates = tuple(getattr(self, name) for name in RATES)
+        rates = tuple(getattr(self, name) for name in TOP_RATES)
         sizes = {"radius": self.radius, "gravity": self.gravity}
         return CertifiedMotion(
             SmoothSystem(
-                coordinates=ANGLES,
-                rates=RATES,
+                coordinates=TOP_ANGLES,
+                rates=TOP_RATES,
                 mass_matrix=lambda p, q: masses(1.0, q),
                 forces=lambda p, time, q, v: moments(1.0, p.gravity / p.radius, q, v),
                 parameters=sizes,

@@ -34,7 +34,7 @@ from plumbob.analytic.systems.simple_pendulum import SimplePendulum
 
 OBSERVABLES = "theta", "theta_dot"
 # roundings of each parameter in the uncertainty: 100 random servos need 1/40 of it in the median
-ROUNDINGS = 12.0
+SERVO_ROUNDINGS = 12.0
 
 
 @dataclass(frozen=True)
@@ -154,7 +154,7 @@ class Servo(LinearResponse):
 
     def uncertainty(self, times: Array) -> Signals:
         """Bound on the error of each observable, shape (n,), by the rounding of each parameter."""
-        return rounded_inputs(self, lambda servo: servo.observe(times), ROUNDINGS)
+        return rounded_inputs(self, lambda servo: servo.observe(times), SERVO_ROUNDINGS)
 
 
 @dataclass(frozen=True)

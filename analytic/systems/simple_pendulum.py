@@ -17,13 +17,13 @@ from functools import cached_property
 from plumbob.analytic.numerics.elliptic.trigonometric_potential import TrigonometricPotential
 from plumbob.analytic.numerics.quad import PI, double, quad
 from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
-from plumbob.analytic.numerics.rotor.orbit import smooth_system
+from plumbob.analytic.numerics.rotor.orbit import rotor_system
 from plumbob.analytic.numerics.smooth.smooth_system import SmoothSystem
 from plumbob.analytic.parameters import ParameterError, check_fields, finite
 from plumbob.analytic.reference import Reference
 from plumbob.analytic.systems.pendulums.driven_motion import DrivenMotion
 from plumbob.analytic.systems.pendulums.pendulum_motion import PendulumMotion
-from plumbob.analytic.systems.pendulums.rod_tension import MASS, RodMotion, tension
+from plumbob.analytic.systems.pendulums.rod_tension import BOB_MASS, RodMotion, tension
 
 
 @dataclass(frozen=True)
@@ -53,7 +53,7 @@ class SimplePendulum:
     theta_dot: float
     linear: bool = False
     theta_from_top: float | None = None
-    mass: float = MASS
+    mass: float = BOB_MASS
 
     def __post_init__(self) -> None:
         others = "linear", "theta_from_top"
@@ -88,7 +88,7 @@ class SimplePendulum:
     def system(self) -> SmoothSystem:
         """The equation of motion with its start and, unless linear, the tension of the rod."""
         start = self.started
-        system = smooth_system(self.rotor, start.theta, start.theta_dot)
+        system = rotor_system(self.rotor, start.theta, start.theta_dot)
         if self.linear:
             return system
         rod = {"length": self.length, "gravity": self.gravity, "mass": self.mass}

@@ -23,12 +23,12 @@ from plumbob.analytic.numerics.smooth.soft_loop import softened
 from plumbob.analytic.parameters import ParameterError, check_fields
 from plumbob.analytic.reference import Array, Signals
 from plumbob.analytic.schemes import SoftLoop
-from plumbob.analytic.systems.crank_links import Link, crank_motion, reaction
+from plumbob.analytic.systems.crank_links import CrankLink, crank_motion, reaction
 from plumbob.analytic.systems.n_pendulum import NPendulum
 
-LENGTHS = ("crank", "rod")
+SLIDER_CRANK_LENGTHS = ("crank", "rod")
 MASSES = ("crank_mass", "rod_mass", "slider_mass")
-CONSTANTS = (*LENGTHS, *MASSES, "gravity")
+SLIDER_CRANK_CONSTANTS = (*SLIDER_CRANK_LENGTHS, *MASSES, "gravity")
 
 
 @dataclass(frozen=True)
@@ -51,7 +51,7 @@ class SliderCrank:
     angular_velocity: float
 
     def __post_init__(self) -> None:
-        check_fields(self, CONSTANTS[:-1], CONSTANTS[-1:])
+        check_fields(self, SLIDER_CRANK_CONSTANTS[:-1], SLIDER_CRANK_CONSTANTS[-1:])
         if self.rod <= self.crank:
             raise ParameterError("rod", self.rod, f"longer than the crank, {self.crank:g} m")
 
@@ -60,7 +60,7 @@ class SliderCrank:
         """The exact motion."""
         return crank_motion(
             self,
-            CONSTANTS,
+            SLIDER_CRANK_CONSTANTS,
             _moving_links,
             lambda p, q, v: {"slider": _slider_distance(p, q[0])},
         )
@@ -122,16 +122,16 @@ class SliderCrank:
         return self.lift * sin(observed["angle"])
 
 
-def _moving_links(p: Any, t: Any) -> tuple[Link, Link, Link]:
+def _moving_links(p: Any, t: Any) -> tuple[CrankLink, CrankLink, CrankLink]:
     """Returns crank, rod, and the slider as a link without length, at the crank's angle t."""
     sine = p.crank * sin(t)
     cosine = p.crank * cos(t)
     root = sqrt((p.rod - p.crank) * (p.rod + p.crank) + cosine**2)
     turn = -cosine / root
     return (
-        Link(p.crank_mass, (cosine, sine), 1.0),
-        Link(p.rod_mass, (root, -sine), turn, sine / root * (1 - turn**2)),
-        Link(p.slider_mass, (0.0 * root, 0.0 * root)),
+        CrankLink(p.crank_mass, (cosine, sine), 1.0),
+        CrankLink(p.rod_mass, (root, -sine), turn, sine / root * (1 - turn**2)),
+        CrankLink(p.slider_mass, (0.0 * root, 0.0 * root)),
     )
 
 

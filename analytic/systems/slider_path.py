@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from plumbob.analytic.parameters import ParameterError, finite, positive
 from plumbob.analytic.reference import Array
-from plumbob.analytic.systems.capsule import Arc, Path, Point
+from plumbob.analytic.systems.capsule import Arc, CapsulePath, PlanePoint
 
 Kinematics = tuple[Array, Array, Array]
 
@@ -38,7 +38,7 @@ class StraightPiece:
     `position` [m] from `origin` and has `speed` [m/s]."""
 
     duration: float
-    origin: Point
+    origin: PlanePoint
     direction: float
     position: float
     speed: float
@@ -55,7 +55,7 @@ class StraightPiece:
             _columns(np.full(times.shape, self.acceleration * along)),
         )
 
-    def track(self) -> Path:
+    def track(self) -> CapsulePath:
         """Returns the corners of the part of the line that the piece covers."""
         x, y = self.kinematics(_turning_times(self.speed, self.acceleration, self.duration))[
             0
@@ -86,7 +86,7 @@ class ArcPiece:
             _columns((1j * self.acceleration - rate**2) * outward),
         )
 
-    def track(self) -> Path:
+    def track(self) -> CapsulePath:
         """Returns the arc that the piece covers."""
         angles = self._angles(_turning_times(self.rate, self.acceleration, self.duration))
         return (Arc(self.radius, float(angles.min()), float(angles.max())),)
@@ -125,7 +125,7 @@ class SliderPath:
         return float(self.breakpoints[-1])
 
     @property
-    def end(self) -> Point:
+    def end(self) -> PlanePoint:
         """The place where the slider stops, relative to C [m]."""
         x, y = self.pieces[-1].kinematics(np.array([self.pieces[-1].duration]))[0][0]
         return float(x), float(y)
@@ -154,7 +154,7 @@ class SliderPath:
         """Returns the velocity in the body [m/s], shape (n, 2), at `times` [s], shape (n,)."""
         return self.kinematics(times)[1]
 
-    def track(self) -> Path:
+    def track(self) -> CapsulePath:
         """Returns the corners and arcs that the slider covers, for `capsule.validity`."""
         return tuple(itertools.chain.from_iterable(piece.track() for piece in self.pieces))
 
@@ -164,7 +164,7 @@ def concatenate(*paths: SliderPath) -> SliderPath:
     return SliderPath(tuple(itertools.chain.from_iterable(path.pieces for path in paths)))
 
 
-def fixed(place: Point, duration: float = 0.0) -> SliderPath:
+def fixed(place: PlanePoint, duration: float = 0.0) -> SliderPath:
     """Returns the path of a slider fixed at `place` relative to C [m] for `duration` [s] (and
     afterwards)."""
     piece = StraightPiece(
@@ -196,7 +196,10 @@ def _path_from_rest(
 
 
 def straight(
-    start: Point, direction: float, accelerations: Sequence[float], durations: Sequence[float]
+    start: PlanePoint,
+    direction: float,
+    accelerations: Sequence[float],
+    durations: Sequence[float],
 ) -> SliderPath:
     """Returns a path from rest at `start` [m] along `direction` [rad] with constant `accelerations`
     [m/s^2], one for each of `durations` [s]. Raises ParameterError."""
@@ -222,7 +225,9 @@ def arc(
     return _path_from_rest(piece, first_angle, accelerations, durations)
 
 
-def line_stroke(start: Point, direction: float, w1: float, w2: float, t1: float) -> SliderPath:
+def line_stroke(
+    start: PlanePoint, direction: float, w1: float, w2: float, t1: float
+) -> SliderPath:
     """Returns the path with acceleration w1 [m/s^2] for t1 [s], then -w2 until the slider stops
     (Chernousko 2020, eqs. 14, 17). Raises ParameterError."""
     positive("w1", w1)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from plumbob.analytic.schemes import Scheme
-from plumbob.models.idealisations import NONE
+from plumbob.models.idealisations import NO_IDEALISATIONS
 from plumbob.models.scene import ON_PLANE, ON_SUPPORTS, Case
 
 # scheme of steps that solve for contacts or loops, which no theory here covers
@@ -14,6 +14,8 @@ DISC = "rolling-disc"  # name of a smooth system whose body touches the ground
 def constrained(case: Case) -> bool:
     """Whether bodies of a case touch, or the case's mechanism has a rigid loop."""
     system = case.system
-    ideal = NONE if system.model_file is None else system.model_file.ideal(case.problem)
+    ideal = (
+        NO_IDEALISATIONS if system.model_file is None else system.model_file.ideal(case.problem)
+    )
     loops = bool(ideal.rigid_loops)
     return loops or system.kind in (ON_PLANE, ON_SUPPORTS) or system.name == DISC

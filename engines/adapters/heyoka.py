@@ -16,12 +16,12 @@ import numpy as np
 from numpy.lib.mixins import NDArrayOperatorsMixin
 
 from plumbob.analytic.numerics.arithmetic import ULP
-from plumbob.analytic.numerics.rotor.orbit import smooth_system
+from plumbob.analytic.numerics.rotor.orbit import rotor_system
 from plumbob.analytic.numerics.smooth.smooth_system import SmoothSystem
 from plumbob.analytic.reference import Array, Signals
 from plumbob.analytic.schemes import ADAPTIVE, Scheme
 from plumbob.analytic.systems.free_body.equations import factors, slope
-from plumbob.analytic.systems.free_body.rotation import ATTITUDE, RATES
+from plumbob.analytic.systems.free_body.rotation import ANGULAR_VELOCITY_NAMES, ATTITUDE
 from plumbob.engines.abilities import SecondRun
 from plumbob.engines.adapters.stepping import (
     Followed,
@@ -91,7 +91,7 @@ def _translated(case: Case) -> Translated:
     problem = getattr(case.problem, "started", case.problem)
     tilt = 0.0
     if case.system.name == "free-body":
-        names = (*RATES, *ATTITUDE)
+        names = (*ANGULAR_VELOCITY_NAMES, *ATTITUDE)
         start = (*problem.angular_velocity, 1.0, 0.0, 0.0, 0.0)
         moments = factors(problem)
         return (
@@ -110,7 +110,7 @@ def _translated(case: Case) -> Translated:
         )
     else:
         tilt = getattr(problem, "tilt", 0.0)
-        system = smooth_system(rotor, problem.theta + tilt, problem.theta_dot)
+        system = rotor_system(rotor, problem.theta + tilt, problem.theta_dot)
     half = len(system.rates)
 
     def slopes(time: Any, state: Sequence[Any]) -> Sequence[Any]:

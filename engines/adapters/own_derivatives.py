@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from plumbob.analytic.numerics.smooth.smooth_system import TINY
+from plumbob.analytic.numerics.smooth.smooth_system import IMAGINARY_STEP
 from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.reference import Array, Signals
 from plumbob.engines.abilities import OwnDerivative
@@ -45,7 +45,9 @@ def moved(observe: Callable[..., Signals], *slopes: Array) -> ByName:
     the two derivatives are added: a small slope would be lost in the rounding of a large one.
     """
     total: dict[str, float] = {}
-    for length in np.diag([NUDGE / max(float(abs(slope).max()), TINY) for slope in slopes]):
+    for length in np.diag(
+        [NUDGE / max(float(abs(slope).max()), IMAGINARY_STEP) for slope in slopes]
+    ):
         low = observe(*-length)
         high = observe(*length)
         for name in high:

@@ -14,7 +14,7 @@ from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.capsule import Capsule
 from plumbob.analytic.systems.slider_path import fixed
 from plumbob.analytic.systems.sliding_body import Stance, stopping_distance
-from plumbob.analytic.systems.three_points.friction import Start, three_point_motion
+from plumbob.analytic.systems.three_points.friction import InitialVelocities, three_point_motion
 from plumbob.engines.audit.moving_joints import FreeSlide, free_slide
 from plumbob.engines.own_contacts import ContactModel, Slide, Standing
 from plumbob.engines.own_motion import NotCertifiable
@@ -255,6 +255,6 @@ def turn(standing: Standing, speed: float, spin: float) -> float:
     )
     way = (speed * math.cos(TURN_HEADING), speed * math.sin(TURN_HEADING))
     motion = three_point_motion(
-        body, fixed((0.0, 0.0)), Start(velocity=way, angular_velocity=spin)
+        body, fixed((0.0, 0.0)), InitialVelocities(velocity=way, angular_velocity=spin)
     )
     return float(motion.at(np.array([motion.rest_time])).heading[0])

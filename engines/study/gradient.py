@@ -20,8 +20,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from plumbob.analytic.answer_cache import Same, expected
-from plumbob.analytic.left_open import SURE, by_series, roundings
+from plumbob.analytic.answer_cache import Same, expected_series
+from plumbob.analytic.left_open import SOLVER_FACTOR, by_series, roundings
 from plumbob.analytic.parameters import ParameterError, nearest
 from plumbob.analytic.reference import Array
 from plumbob.analytic.schemes import ADAPTIVE
@@ -205,7 +205,9 @@ class _Runs:
             raise Unsupported(measured.reason or measured.status)
         scheme = scheme_of(case, self.method)
         times = run.times.tobytes()
-        powers, *_ = expected(Same(case.reference), Same(case.errors), scheme, self.step, times)
+        powers, *_ = expected_series(
+            Same(case.reference), Same(case.errors), scheme, self.step, times
+        )
         series = [powers[p] for p in sorted(powers)]
         ends = {}
         second = confirming(case, self.method) if scheme.integrator == ADAPTIVE else None
@@ -241,7 +243,8 @@ class _Runs:
             (high.value - low.value) / apart,
             (high.exact - low.exact) / apart - exact,
             (high.error - low.error) / apart,
-            (low.rounding + high.rounding + SURE * abs(high.control - low.control)) / apart,
+            (low.rounding + high.rounding + SOLVER_FACTOR * abs(high.control - low.control))
+            / apart,
             remainder,
         )
 
@@ -432,12 +435,12 @@ def _by_own(runs: _Runs, record: Gradient, engine: Engine) -> Gradient:
     left = near.remainder + own.precision * unit * abs(computed) * record.at / step
     if own.beside is not None:
         other = _asked(own.beside, number, method, step, record)
-        rounding = FINER * rounding + SURE * abs(computed - other)
+        rounding = FINER * rounding + SOLVER_FACTOR * abs(computed - other)
     if method.control == "tolerance" and second is not None:
         other = _asked(own.of, number, *second.of(method), record)
         # Both have their start rounded alike.
         alike = runs.at(number.value)[record.of].doubt * _growth(number, record.at)
-        rounding = SURE * abs(computed - other) + alike
+        rounding = SOLVER_FACTOR * abs(computed - other) + alike
     return replace(
         record, tried=(Difference(None, computed, 0.0, near.slope, rounding, left),), cost=cost
     )
@@ -478,7 +481,9 @@ def _near(runs: _Runs, record: Gradient) -> Difference:
         for eps in (size, 2 * size)
     )
     apart = np.nan_to_num(abs(near.slope - wider.slope)) + runs.corner(record.of, NEAR)
-    return replace(near, remainder=near.remainder + apart + SURE * abs(near.truncation))
+    return replace(
+        near, remainder=near.remainder + apart + SOLVER_FACTOR * abs(near.truncation)
+    )
 
 
 def _asked(

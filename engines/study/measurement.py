@@ -12,7 +12,7 @@ from typing import Literal
 
 import numpy as np
 
-from plumbob.analytic.answer_cache import Same, as_stepped, exactly, expected
+from plumbob.analytic.answer_cache import Same, as_stepped, exactly, expected_series
 from plumbob.analytic.left_open import (
     by_rounding,
     by_second_run,
@@ -261,7 +261,7 @@ def _predictions(
     exact answer, shape (n,) by observable."""
     scheme = scheme_of(case, method)
     times = run.times.tobytes()
-    powers, total, nonlinear = expected(
+    powers, total, nonlinear = expected_series(
         Same(case.reference), Same(case.errors), scheme, step, times
     )
     predicted = {}

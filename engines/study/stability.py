@@ -14,14 +14,14 @@ from plumbob.analytic.bisection import Holds
 from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.reference import Array, Signals
 from plumbob.analytic.stability import (
-    AWAY,
     BAND,
-    EVERY,
-    LARGEST,
+    LARGEST_STEP_AWAY,
+    LARGEST_TRIAL_STEP,
     LOST_GROWTH,
-    RATIO,
-    SMALLEST,
-    Kind,
+    SMALLEST_TRIAL_STEP,
+    TRIAL_STEP_RATIO,
+    TRIAL_STRIDE,
+    FailureKind,
     StabilityTheory,
     StepLimit,
     exponent,
@@ -50,7 +50,7 @@ FOLLOWED, SAMPLES = 30, 501
 class SmallestLimit:
     """The smallest limit that is known of a scene with a method."""
 
-    kind: Kind
+    kind: FailureKind
     step: float  # [s] the largest that holds: infinite where none is too large, zero where all are
     measured: bool  # or else predicted
     why: str
@@ -60,7 +60,7 @@ class SmallestLimit:
 class MeasuredLimit:
     """The limit of a kind, as measured and predicted."""
 
-    kind: Kind
+    kind: FailureKind
     predicted: float | None  # [s]; infinite where no step is too large, None without theory
     holds: float | None  # [s] the largest step that holds; None where none that was tried does
     fails: float | None  # [s] the next step; None where all that were tried hold
@@ -147,14 +147,18 @@ def searched_limits(
 
 
 def _limit(
-    trials: Trials, kind: Kind, predicted: StepLimit | None, holds: Holds[int], start: float
+    trials: Trials,
+    kind: FailureKind,
+    predicted: StepLimit | None,
+    holds: Holds[int],
+    start: float,
 ) -> MeasuredLimit:
     """The limit of a `kind`, searched from its prediction or from `start` fastest periods."""
     if predicted is not None:
         start = predicted.step / trials.fastest
-    every = 1 if trials.monotone else EVERY
-    end = LARGEST if trials.monotone else AWAY
-    low = exponent(SMALLEST, every)
+    every = 1 if trials.monotone else TRIAL_STRIDE
+    end = LARGEST_TRIAL_STEP if trials.monotone else LARGEST_STEP_AWAY
+    low = exponent(SMALLEST_TRIAL_STEP, every)
     high = exponent(end, every)
     first = max(exponent(min(start, end), every), low) if start > 0.0 else low
     held, failed = bracket(holds, first, low, high, every)
@@ -195,7 +199,7 @@ class Trials:
 
     def step(self, number: int) -> float:
         """A step of the grid [s]."""
-        return float(self.fastest * RATIO**number)
+        return float(self.fastest * TRIAL_STEP_RATIO**number)
 
     def outcome(self, number: int) -> Outcome:
         """The outcome of runs at a step of the grid."""

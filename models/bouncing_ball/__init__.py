@@ -10,7 +10,7 @@ import numpy as np
 
 from plumbob.analytic.systems.bouncing_ball import BouncingBall
 from plumbob.models.field_systems import contact_system, field_values
-from plumbob.models.scene import Observable, Quantity, scene_of, step_sizes
+from plumbob.models.scene import Observable, Quantity, make_scene, step_sizes
 
 
 def facts(ball: BouncingBall) -> Mapping[str, Any]:
@@ -26,7 +26,7 @@ def facts(ball: BouncingBall) -> Mapping[str, Any]:
 
 
 _scene = partial(
-    scene_of,
+    make_scene,
     system="bouncing-ball",
     base=field_values(BouncingBall, (1.0, 0.5, 9.81)),
     steps=step_sizes(5e-3, 5e-4),

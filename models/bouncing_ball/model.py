@@ -9,14 +9,14 @@ from plumbob.analytic.systems.bouncing_ball import BouncingBall
 from plumbob.models.idealisations import Idealisations
 from plumbob.models.model_file import ModelFile
 
-RADIUS = 0.1  # [m] radius of the ball in the file
+BALL_RADIUS = 0.1  # [m] radius of the ball in the file
 
 
 def fill(spec: Any, problem: BouncingBall) -> None:
     """Writes the numbers of a ball into an MjSpec of bouncing_ball.xml, but not the spring and the
     damper of its contact: these depend on the step."""
     spec.option.gravity = [0.0, 0.0, -problem.gravity]
-    spec.key("start").qpos = [problem.height + RADIUS]
+    spec.key("start").qpos = [problem.height + BALL_RADIUS]
 
 
 def ideal(problem: BouncingBall) -> Idealisations:
@@ -26,7 +26,7 @@ def ideal(problem: BouncingBall) -> Idealisations:
 
 def observe(problem: BouncingBall, qpos: Array, qvel: Array) -> Signals:
     """Returns the height of the ball's lowest point above the floor."""
-    return {"z": qpos[:, 0] - RADIUS}
+    return {"z": qpos[:, 0] - BALL_RADIUS}
 
 
 MODEL = ModelFile(fill, observe, ideal)

@@ -17,9 +17,9 @@ from plumbob.analytic.numerics.quad import double
 from plumbob.analytic.parameters import known
 from plumbob.analytic.reference import Signals
 from plumbob.analytic.stability import StabilityTheory
-from plumbob.analytic.systems.cone_pendulum import Body, ConePendulum, cone
+from plumbob.analytic.systems.cone_pendulum import ConePendulum, HungBody, solid_cone
 from plumbob.analytic.systems.pendulums.pendulum_motion import PendulumMotion
-from plumbob.models.cone_pendulum.answers import over_angle, over_time
+from plumbob.models.cone_pendulum.answers import answers_over_time, over_angle
 from plumbob.models.quantities import RADIAN, swing_quantities
 from plumbob.models.scene import (
     ONE_SMOOTH,
@@ -30,12 +30,12 @@ from plumbob.models.scene import (
     Scene,
     System,
     from_analytic,
+    make_scene,
     replaced,
-    scene_of,
     step_sizes,
 )
 
-SOURCE = (
+SUDAKOV_2015 = (
     "V. F. Sudakov, Angular velocity of physical pendulum suspended on movable base, "
     "Herald of the Bauman MSTU, Instrum. Eng., 2015, no. 5, pp. 124-135, "
     "https://doi.org/10.18698/0236-3933-2015-5-124-135"
@@ -68,11 +68,11 @@ def problem(parameters: Parameters) -> ConePendulum:
     known(parameters, (*shape_names, *_REST, *_MORE))
     values = dict(parameters)
     shape = [values.pop(name) for name in shape_names if name in values or name != _PRODUCT]
-    body = Body(*shape) if is_general else cone(*shape)
+    body = HungBody(*shape) if is_general else solid_cone(*shape)
     return ConePendulum(body=body, **values)
 
 
-def change(parameters: Parameters, changes: Parameters) -> Parameters:
+def change_cone(parameters: Parameters, changes: Parameters) -> Parameters:
     """Returns parameters with some values changed. If a parameter of a general body is changed, the
     parameters of such a body replace the cone's three. A change of theta_dot removes the excess of
     energy."""
@@ -85,7 +85,7 @@ def change(parameters: Parameters, changes: Parameters) -> Parameters:
     return replaced(parameters, changes)
 
 
-def _mass_properties(body: Body) -> dict[str, float]:
+def _mass_properties(body: HungBody) -> dict[str, float]:
     """Returns the parameters that describe a body of any shape."""
     return {name: getattr(body, name) for name in (*_BODY, _PRODUCT)}
 
@@ -154,7 +154,7 @@ def _motion_facts(motion: PendulumMotion) -> Mapping[str, Any]:
     }
 
 
-def stability(problem: ConePendulum) -> StabilityTheory:
+def cone_stability(problem: ConePendulum) -> StabilityTheory:
     """Returns the theory of the largest steps on the motion."""
     motion = problem.motion
     theta, theta_dot = (float(part[0]) for part in motion.closed_form.state(np.zeros(1)))
@@ -166,12 +166,12 @@ def stability(problem: ConePendulum) -> StabilityTheory:
 
 
 _scene = partial(
-    scene_of,
+    make_scene,
     system="cone-pendulum",
     steps=step_sizes(5e-3, 2.5e-6),
     base=_STEEL,
-    source=SOURCE,
-    change=change,
+    source=SUDAKOV_2015,
+    change=change_cone,
 )
 
 
@@ -257,7 +257,7 @@ SCENES = (
         "unequal-inertia",
         "a body with I_y = I_x + 0.03: the printed I_x for I_y matters",
         0.5,
-        inertia_y=cone(8000.0, 0.3, math.radians(30.0)).inertia_y + 0.03,
+        inertia_y=solid_cone(8000.0, 0.3, math.radians(30.0)).inertia_y + 0.03,
         profile="quick",
     ),
     _scene(
@@ -336,7 +336,7 @@ SYSTEMS = (
         errors=lambda problem: from_analytic(
             "errors.smooth_motion.rotor_errors.pendulum_errors"
         )(problem.motion),
-        stability=stability,
+        stability=cone_stability,
         start=("theta", "theta_dot"),
         invariants=invariants,
         facts=facts,
@@ -344,10 +344,10 @@ SYSTEMS = (
         mjcf=Path(__file__).parent / "cone_pendulum.xml",
         family="cone_pendulum",
         kind=ONE_SMOOTH,
-        change=change,
+        change=change_cone,
         interest=interest,
         sensitivity=from_analytic("sensitivities.smooth_systems.cone_pendulum_gradients"),
-        also=over_time,
+        also=answers_over_time,
         by_angle=over_angle,
     ),
 )

@@ -14,7 +14,7 @@ from plumbob.analytic.systems.platform_energy import energies
 from plumbob.models.scene import Observable
 
 PHASE = Observable("phase", "rad")
-MOMENTUM = Observable("momentum", "kg m^2/s")
+MOMENTUM_OBSERVABLE = Observable("momentum", "kg m^2/s")
 ENERGIES = MappingProxyType(
     {
         "T_translation": "translation",
@@ -27,14 +27,14 @@ ENERGIES = MappingProxyType(
 )
 
 
-def over_time(problem: ConePendulum, times: Array) -> Mapping[Observable, Array]:
+def answers_over_time(problem: ConePendulum, times: Array) -> Mapping[Observable, Array]:
     """Returns phase (Sudakov 2015, eqs. 11 and 13), momentum (8), the three parts of T (3-5), U, T
     + U, and the work of the drive since the start, at `times` [s], shape (n,)."""
     observed = problem.reference.observe(np.append(0.0, times))
     along = energies(problem.started, observed["theta"], observed["theta_dot"])
     return {
         PHASE: problem.motion.phase(times),
-        MOMENTUM: problem.body.inertia_x * observed["theta_dot"][1:],
+        MOMENTUM_OBSERVABLE: problem.body.inertia_x * observed["theta_dot"][1:],
         **{Observable(name, "J"): getattr(along, part)[1:] for name, part in ENERGIES.items()},
     }
 
@@ -52,7 +52,7 @@ def over_angle(problem: ConePendulum, theta: Array) -> Mapping[Observable, Array
     momentum = np.where(reached, np.copysign(size, rate), np.nan)
     return {
         Observable("t", "s"): times,
-        MOMENTUM: momentum,
+        MOMENTUM_OBSERVABLE: momentum,
         Observable("theta_dot", "rad/s"): momentum / problem.body.inertia_x,
         PHASE: problem.motion.phase(times),
     }

@@ -9,7 +9,7 @@ import numpy as np
 
 from plumbob.analytic.parameters import finite
 from plumbob.analytic.reference import Array, Signals
-from plumbob.analytic.systems.cone_pendulum import Body, ConePendulum
+from plumbob.analytic.systems.cone_pendulum import ConePendulum, HungBody
 from plumbob.models.idealisations import Idealisations
 from plumbob.models.largest import largest_pendulum_rates
 from plumbob.models.model_file import ModelFile
@@ -41,7 +41,7 @@ def fill(spec: Any, problem: ConePendulum) -> None:
     start.qvel = [pendulum.platform_rate, finite("theta_dot", pendulum.theta_dot)]
 
 
-def moments_about_centre(body: Body) -> Array:
+def moments_about_centre(body: HungBody) -> Array:
     """Returns the moments of inertia about the centre of mass [kg m^2], shape (3, 3). The moments
     of `body` are about the pivot."""
     offset = body.mass * body.com_distance**2

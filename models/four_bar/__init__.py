@@ -8,9 +8,9 @@ from typing import Any
 
 from plumbob.analytic.systems.four_bar import FourBar
 from plumbob.models.field_systems import energy_at_start, field_values, smooth_system
-from plumbob.models.scene import Case, Observable, Quantity, scene_of, step_sizes
+from plumbob.models.scene import Case, Observable, Quantity, make_scene, step_sizes
 
-REACTION = tuple(Observable(f"rocker_axis_{x}", "N") for x in "xy")
+ROCKER_AXIS_REACTION = tuple(Observable(f"rocker_axis_{x}", "N") for x in "xy")
 
 
 def facts(bars: FourBar) -> Mapping[str, Any]:
@@ -26,7 +26,7 @@ def interest(case: Case) -> tuple[Quantity, ...]:
 
 
 _scene = partial(
-    scene_of,
+    make_scene,
     duration=0.5,
     system="four-bar",
     base=field_values(FourBar, (0.2, 0.5, 0.4, 0.5, 0.5, 1.0, 0.8, 9.81, 1.0, 10.0)),
@@ -61,7 +61,9 @@ SYSTEMS = (
         default="crank-rocker",
         facts=facts,
         interest=interest,
-        also=lambda bars, times: dict(zip(REACTION, bars.reaction(times), strict=True)),
+        also=lambda bars, times: dict(
+            zip(ROCKER_AXIS_REACTION, bars.reaction(times), strict=True)
+        ),
         start=("angle", "angular_velocity"),
     ),
 )

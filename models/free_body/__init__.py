@@ -10,7 +10,7 @@ from typing import Any
 
 from plumbob.analytic.numerics.quad import double
 from plumbob.analytic.systems.free_body.problem import FreeBody
-from plumbob.analytic.systems.free_body.rotation import ATTITUDE, RATES
+from plumbob.analytic.systems.free_body.rotation import ANGULAR_VELOCITY_NAMES, ATTITUDE
 from plumbob.models.field_systems import field_system, field_values
 from plumbob.models.scene import (
     FREE_ROTATION,
@@ -19,7 +19,7 @@ from plumbob.models.scene import (
     Quantity,
     Scene,
     from_analytic,
-    scene_of,
+    make_scene,
     step_sizes,
 )
 
@@ -46,12 +46,12 @@ def interest(case: Case) -> tuple[Quantity, ...]:
     size = case.problem.speed or 1.0
     return (
         *(Quantity(name, HALF) for name in ATTITUDE),
-        *(Quantity(name, size) for name in RATES),
+        *(Quantity(name, size) for name in ANGULAR_VELOCITY_NAMES),
     )
 
 
 _scene = partial(
-    scene_of,
+    make_scene,
     duration=10.0,
     system="free-body",
     base=field_values(FreeBody, (1.0, 2.0, 2.25, (0.02, 4.0, 0.0))),
@@ -140,7 +140,7 @@ SYSTEMS = (
         title="Free rigid body",
         observables=(
             *(Observable(name, "1") for name in ATTITUDE),
-            *(Observable(name, "rad/s") for name in RATES),
+            *(Observable(name, "rad/s") for name in ANGULAR_VELOCITY_NAMES),
         ),
         scenes=_SCENES,
         default="flip",

@@ -7,7 +7,7 @@ from typing import Any
 
 from plumbob.analytic.reference import Array, Signals
 from plumbob.analytic.systems.free_body.problem import FreeBody
-from plumbob.analytic.systems.free_body.rotation import ATTITUDE, RATES
+from plumbob.analytic.systems.free_body.rotation import ANGULAR_VELOCITY_NAMES, ATTITUDE
 from plumbob.models.largest import DIVERGED_RATIO
 from plumbob.models.model_file import ModelFile
 
@@ -21,12 +21,12 @@ def fill(spec: Any, body: FreeBody) -> None:
 def observe(body: FreeBody, qpos: Array, qvel: Array) -> Signals:
     """Returns the attitude, and the angular velocity in the body's axes."""
     attitude = dict(zip(ATTITUDE, qpos[:, 3:7].T, strict=True))
-    return attitude | dict(zip(RATES, qvel[:, 3:6].T, strict=True))
+    return attitude | dict(zip(ANGULAR_VELOCITY_NAMES, qvel[:, 3:6].T, strict=True))
 
 
-def largest(body: FreeBody) -> Mapping[str, float]:
+def angular_velocity_bounds(body: FreeBody) -> Mapping[str, float]:
     """Returns angular velocities [rad/s] that no motion reaches."""
-    return dict.fromkeys(RATES, DIVERGED_RATIO * body.fastest or 1.0)
+    return dict.fromkeys(ANGULAR_VELOCITY_NAMES, DIVERGED_RATIO * body.fastest or 1.0)
 
 
-MODEL = ModelFile(fill, observe, largest=largest)
+MODEL = ModelFile(fill, observe, largest=angular_velocity_bounds)

@@ -7,9 +7,9 @@ from functools import partial
 from typing import Any
 
 from plumbob.analytic.reference import Signals
-from plumbob.analytic.systems.heavy_top import ANGLES, HeavyTop
+from plumbob.analytic.systems.heavy_top import TOP_ANGLES, HeavyTop
 from plumbob.models.field_systems import field_values, smooth_system
-from plumbob.models.scene import Case, Observable, Quantity, scene_of, step_sizes
+from plumbob.models.scene import Case, Observable, Quantity, make_scene, step_sizes
 
 
 def invariants(top: HeavyTop, observed: Signals) -> Signals:
@@ -27,11 +27,11 @@ def facts(top: HeavyTop) -> Mapping[str, Any]:
 
 def interest(case: Case) -> tuple[Quantity, ...]:
     """Returns the angles, with one radian as their scale."""
-    return tuple(Quantity(name, 1.0) for name in ANGLES)
+    return tuple(Quantity(name, 1.0) for name in TOP_ANGLES)
 
 
 _scene = partial(
-    scene_of,
+    make_scene,
     system="heavy-top",
     base=field_values(HeavyTop, (0.5, 0.1, 2e-3, 1e-3, 9.81, 0.5, 1.0, 0.5, 200.0)),
     source="Landau and Lifshitz 1976, Mechanics, 35; the numbers are ours",
@@ -42,7 +42,7 @@ SYSTEMS = (
         model_module=f"{__name__}.model",
         name="heavy-top",
         title="Heavy top",
-        observables=tuple(Observable(name, "rad") for name in ANGLES),
+        observables=tuple(Observable(name, "rad") for name in TOP_ANGLES),
         scenes=(
             _scene(
                 "nutating",

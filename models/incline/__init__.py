@@ -10,9 +10,9 @@ import numpy as np
 
 from plumbob.analytic.systems.incline import Incline
 from plumbob.models.field_systems import contact_system, field_values
-from plumbob.models.scene import Case, Observable, Quantity, Scene, scene_of, step_sizes
+from plumbob.models.scene import Case, Observable, Quantity, Scene, make_scene, step_sizes
 
-FRICTION = 0.4
+INCLINE_FRICTION = 0.4
 
 
 def facts(cube: Incline) -> Mapping[str, Any]:
@@ -41,13 +41,22 @@ def _scene(
 ) -> Scene:
     """Returns a scene at the slope `part` times the friction's, with the initial `speed` [m/s] and
     the `heading` [rad] of the cube."""
-    return scene_of(
+    return make_scene(
         case,
         summary,
         1.0,
         system="incline",
         base=field_values(
-            Incline, (math.atan(part * FRICTION), FRICTION, 1.0, 0.1, speed, 9.81, heading)
+            Incline,
+            (
+                math.atan(part * INCLINE_FRICTION),
+                INCLINE_FRICTION,
+                1.0,
+                0.1,
+                speed,
+                9.81,
+                heading,
+            ),
         ),
         steps=step_sizes(5e-3, 5e-4),
         source="Coulomb 1785, Mem. Math. Phys. 10, 161; the numbers are ours",

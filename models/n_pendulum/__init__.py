@@ -7,7 +7,7 @@ from types import MappingProxyType
 
 from plumbob.analytic.systems.n_pendulum import NPendulum
 from plumbob.models.field_systems import energy_at_start, smooth_system
-from plumbob.models.scene import Case, Observable, Quantity, scene_of, step_sizes
+from plumbob.models.scene import Case, Observable, Quantity, make_scene, step_sizes
 
 
 def interest(case: Case) -> tuple[Quantity, ...]:
@@ -17,7 +17,7 @@ def interest(case: Case) -> tuple[Quantity, ...]:
 
 
 _scene = partial(
-    scene_of,
+    make_scene,
     system="n-pendulum",
     base=MappingProxyType({"masses": 1.0, "gravity": 9.81, "angular_velocities": 0.0}),
     steps=step_sizes(1e-2, 1e-3),

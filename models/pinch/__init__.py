@@ -8,9 +8,9 @@ from typing import Any
 
 from plumbob.analytic.systems.pinch import Pinch
 from plumbob.models.field_systems import contact_system, field_values
-from plumbob.models.scene import Observable, Quantity, Scene, scene_of, step_sizes
+from plumbob.models.scene import Observable, Quantity, Scene, make_scene, step_sizes
 
-MASS, FRICTION, GRAVITY = 0.2, 0.6, 9.81
+CUBE_MASS, FINGER_FRICTION, PINCH_GRAVITY = 0.2, 0.6, 9.81
 
 
 def facts(pinch: Pinch) -> Mapping[str, Any]:
@@ -25,15 +25,16 @@ def _scene(
 ) -> Scene:
     """Returns a scene whose two contacts carry the load at a `fraction` of the largest friction.
     `push` is a force to the side [N], `lift` the hand's acceleration upward [m/s^2]."""
-    load = math.hypot(MASS * (GRAVITY + lift), push)
-    normal_force = load / (2.0 * FRICTION * fraction)
-    return scene_of(
+    load = math.hypot(CUBE_MASS * (PINCH_GRAVITY + lift), push)
+    normal_force = load / (2.0 * FINGER_FRICTION * fraction)
+    return make_scene(
         case,
         summary,
         1.0,
         system="pinch",
         base=field_values(
-            Pinch, (MASS, 0.08, 0.5, FRICTION, normal_force, GRAVITY, push, lift)
+            Pinch,
+            (CUBE_MASS, 0.08, 0.5, FINGER_FRICTION, normal_force, PINCH_GRAVITY, push, lift),
         ),
         steps=step_sizes(5e-3, 5e-4),
         source="Coulomb 1785, Mem. Math. Phys. 10, 161; the numbers are ours",
@@ -59,7 +60,7 @@ SYSTEMS = (
                 "pushed",
                 "pushed aside with its weight",
                 0.9,
-                push=MASS * GRAVITY,
+                push=CUBE_MASS * PINCH_GRAVITY,
                 hard="a pyramid has 0.71 of the friction there",
             ),
         ),

@@ -16,10 +16,10 @@ TIPS = ("left", "right")
 def fill(spec: Any, problem: Pinch) -> None:
     """Writes the numbers of a pinched cube into an MjSpec of pinch.xml. The frame is the hand's:
     the hand's acceleration is part of gravity."""
-    from plumbob.analytic.errors.contact_models.held_bodies import TIP
+    from plumbob.analytic.errors.contact_models.held_bodies import FINGERTIP_RADIUS
 
     half = problem.size / 2.0
-    radius = TIP * problem.size
+    radius = FINGERTIP_RADIUS * problem.size
     down, across = problem.pull / problem.mass
     cube = spec.body("cube")
     spec.option.gravity = [across, 0.0, -down]
@@ -43,9 +43,9 @@ def observe(problem: Pinch, qpos: Array, qvel: Array) -> Signals:
     }
 
 
-def controls(problem: Pinch) -> Controls:
+def finger_forces(problem: Pinch) -> Controls:
     """Returns the forces of the fingers [N]."""
     return lambda times: np.full((len(times), 2), float(problem.normal_force))
 
 
-MODEL = ModelFile(fill, observe, controls=controls)
+MODEL = ModelFile(fill, observe, controls=finger_forces)

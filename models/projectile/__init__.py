@@ -6,7 +6,7 @@ from functools import partial
 
 from plumbob.analytic.systems.projectile import Projectile
 from plumbob.models.field_systems import field_values, smooth_system
-from plumbob.models.scene import Case, Observable, Quantity, scene_of, step_sizes
+from plumbob.models.scene import Case, Observable, Quantity, make_scene, step_sizes
 
 
 def interest(case: Case) -> tuple[Quantity, ...]:
@@ -19,7 +19,7 @@ def interest(case: Case) -> tuple[Quantity, ...]:
 
 
 _scene = partial(
-    scene_of,
+    make_scene,
     system="projectile",
     base=field_values(Projectile, (10.0, 0.9, 20.0, 9.81)),
     steps=step_sizes(1e-2, 1e-3),

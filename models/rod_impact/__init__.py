@@ -9,7 +9,7 @@ from typing import Any
 from plumbob.analytic.numerics.point_impact import LAWS
 from plumbob.analytic.systems.rod_impact import RodImpact
 from plumbob.models.field_systems import contact_system, field_values
-from plumbob.models.scene import Case, Observable, Quantity, scene_of, step_sizes
+from plumbob.models.scene import Case, Observable, Quantity, make_scene, step_sizes
 
 NEWTON, POISSON, ENERGETIC = LAWS
 
@@ -36,7 +36,7 @@ def interest(case: Case) -> tuple[Quantity, ...]:
 
 
 _scene = partial(
-    scene_of,
+    make_scene,
     duration=0.4,
     system="rod-impact",
     base=field_values(RodImpact, (1.0, 1.0, 0.7, 0.5, 1.0, 0.3, 0.5, NEWTON, 9.81)),

@@ -9,7 +9,7 @@ from typing import Any
 
 from plumbob.analytic.systems.rolling_ball import RollingBall
 from plumbob.models.field_systems import contact_system, field_values
-from plumbob.models.scene import Observable, scene_of, step_sizes
+from plumbob.models.scene import Observable, make_scene, step_sizes
 
 
 def facts(ball: RollingBall) -> Mapping[str, Any]:
@@ -27,7 +27,7 @@ def facts(ball: RollingBall) -> Mapping[str, Any]:
 
 
 _scene = partial(
-    scene_of,
+    make_scene,
     duration=1.0,
     system="rolling-ball",
     base=field_values(RollingBall, (0.1, 1.0, 2.0, 0.0, 0.2, 9.81, 0.0, 0.0)),

@@ -7,11 +7,11 @@ from collections.abc import Mapping
 from functools import partial
 from typing import Any
 
-from plumbob.analytic.systems.heavy_top import ANGLES
+from plumbob.analytic.systems.heavy_top import TOP_ANGLES
 from plumbob.analytic.systems.rolling_disc import RollingDisc
 from plumbob.models.field_systems import field_values, smooth_system
 from plumbob.models.heavy_top import interest
-from plumbob.models.scene import Observable, from_analytic, scene_of, step_sizes
+from plumbob.models.scene import Observable, from_analytic, make_scene, step_sizes
 
 
 def facts(disc: RollingDisc) -> Mapping[str, Any]:
@@ -28,7 +28,7 @@ def facts(disc: RollingDisc) -> Mapping[str, Any]:
 
 
 _scene = partial(
-    scene_of,
+    make_scene,
     duration=1.0,
     system="rolling-disc",
     base=field_values(RollingDisc, (0.1, 9.81, math.pi / 2, 0.0, 1.0, 30.0)),
@@ -42,7 +42,7 @@ SYSTEMS = (
         model_module=f"{__name__}.model",
         name="rolling-disc",
         title="Rolling disc",
-        observables=tuple(Observable(name, "rad") for name in ANGLES),
+        observables=tuple(Observable(name, "rad") for name in TOP_ANGLES),
         scenes=(
             _scene(
                 "wobbling",

@@ -13,7 +13,7 @@ from plumbob.analytic.theory import ErrorTheory
 from plumbob.models import simple_pendulum as linear
 from plumbob.models.field_systems import field_system, field_values
 from plumbob.models.quantities import swing_quantities
-from plumbob.models.scene import ONE_SMOOTH, Observable, from_analytic, scene_of, step_sizes
+from plumbob.models.scene import ONE_SMOOTH, Observable, from_analytic, make_scene, step_sizes
 
 
 def facts(servo: Servo) -> Mapping[str, Any]:
@@ -30,7 +30,7 @@ def facts(servo: Servo) -> Mapping[str, Any]:
     }
 
 
-def errors(servo: Servo) -> ErrorTheory:
+def servo_errors(servo: Servo) -> ErrorTheory:
     """Returns the theory of the errors of fixed steps on the motion."""
     if not servo.saturates:
         theory: ErrorTheory = linear.errors(servo.started)
@@ -41,7 +41,7 @@ def errors(servo: Servo) -> ErrorTheory:
 
 
 _scene = partial(
-    scene_of,
+    make_scene,
     duration=0.5,
     system="servo",
     base=field_values(Servo, (0.05, 0.15, 10.0, 0.8, 0.056, 0.0, 6.0, -0.5, 0.0)),
@@ -111,7 +111,7 @@ SYSTEMS = (
         ),
         default="motor-damped",
         reference=lambda servo: servo if servo.saturates else servo.started.motion,
-        errors=errors,
+        errors=servo_errors,
         stability=lambda servo: None if servo.saturates else linear.stability(servo.started),
         invariants=lambda servo, observed: (
             {} if servo.saturates else linear.invariants(servo.started, observed)

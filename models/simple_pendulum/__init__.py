@@ -14,7 +14,7 @@ from plumbob.analytic.numerics.quad import double
 from plumbob.analytic.parameters import ParameterError, finite, known, positive
 from plumbob.analytic.reference import Signals
 from plumbob.analytic.stability import StabilityTheory
-from plumbob.analytic.systems.pendulums.rod_tension import MASS
+from plumbob.analytic.systems.pendulums.rod_tension import BOB_MASS
 from plumbob.analytic.systems.simple_pendulum import SimplePendulum
 from plumbob.models.quantities import swing_quantities
 from plumbob.models.scene import (
@@ -24,12 +24,12 @@ from plumbob.models.scene import (
     Scene,
     System,
     from_analytic,
+    make_scene,
     replaced,
-    scene_of,
     step_sizes,
 )
 
-SOURCE = (
+NOTEBOOK_SOURCE = (
     "Pêndulo Simples, course notebook: the simple pendulum, linear and non-linear, free, damped "
     "and forced, by RK4"
 )
@@ -75,14 +75,14 @@ def per_unit_mass(parameters: Parameters) -> dict[str, Any]:
         value = finite(name, values.pop(name))
         if rate in values:
             raise ParameterError(name, value, f"left out where {rate} is given")
-        inertia = positive("mass", values.get("mass", MASS))
+        inertia = positive("mass", values.get("mass", BOB_MASS))
         if name == "force":
             inertia *= positive("length", values["length"])
         values[rate] = value / inertia
     return values
 
 
-def change(parameters: Parameters, changes: Parameters) -> Parameters:
+def change_pendulum(parameters: Parameters, changes: Parameters) -> Parameters:
     """Returns parameters with some values changed. A change of theta_from_top replaces theta, and
     the reverse. In the same way C and its rate, and F_0 and its amplitude, replace each other."""
     for pair in (*OWN_FORM.items(), ("theta", FROM_TOP)):
@@ -159,12 +159,12 @@ def _kind(problem: SimplePendulum) -> str:
 
 
 _scene = partial(
-    scene_of,
+    make_scene,
     duration=50.0,
     steps=step_sizes(1e-1, 1e-5),  # includes the notebook's 0.05 s
     base=_REST,
-    source=SOURCE,
-    change=change,
+    source=NOTEBOOK_SOURCE,
+    change=change_pendulum,
 )
 
 
@@ -378,10 +378,10 @@ def _system(name: str, title: str, observables: tuple[Observable, ...], linear: 
         mjcf=Path(__file__).parent / "simple_pendulum.xml",
         family="simple_pendulum",
         kind=ONE_SMOOTH,
-        change=change,
+        change=change_pendulum,
         interest=swing_quantities,
         sensitivity=from_analytic("sensitivities.smooth_systems.simple_pendulum_gradients"),
-        left_out={"mass": MASS},
+        left_out={"mass": BOB_MASS},
     )
 
 

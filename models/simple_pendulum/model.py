@@ -60,14 +60,14 @@ def hinge_angle(qpos: Array, qvel: Array) -> Signals:
     return {"theta": qpos[:, -1], "theta_dot": qvel[:, -1]}
 
 
-def controls(problem: SimplePendulum) -> Controls | None:
+def forcing_controls(problem: SimplePendulum) -> Controls | None:
     """Returns the angular acceleration by the forcing [rad/s^2]; None without forcing."""
     if problem.forcing_amplitude == 0.0:
         return None
     return lambda times: problem.started.rotor.forcing(times)[:, None]
 
 
-def forces(
+def hinge_tension(
     problem: SimplePendulum, qpos: Array, qvel: Array, joints: Array, touching: Array
 ) -> Signals:
     """Returns the tension of the rod: the force by which the hinge pulls the bob. At the start it
@@ -85,7 +85,7 @@ MODEL = ModelFile(
     fill=fill,
     observe=observe,
     ideal=ideal,
-    controls=controls,
+    controls=forcing_controls,
     largest=lambda problem: largest_pendulum_rates(problem.started),
-    forces=forces,
+    forces=hinge_tension,
 )

@@ -8,9 +8,9 @@ from typing import Any
 
 from plumbob.analytic.systems.slider_crank import SliderCrank
 from plumbob.models.field_systems import energy_at_start, field_values, smooth_system
-from plumbob.models.scene import Case, Observable, Quantity, scene_of, step_sizes
+from plumbob.models.scene import Case, Observable, Quantity, make_scene, step_sizes
 
-REACTION = tuple(Observable(f"rod_pin_{x}", "N") for x in "xy")
+ROD_PIN_REACTION = tuple(Observable(f"rod_pin_{x}", "N") for x in "xy")
 
 
 def facts(crank: SliderCrank) -> Mapping[str, Any]:
@@ -27,7 +27,7 @@ def interest(case: Case) -> tuple[Quantity, ...]:
 
 
 _scene = partial(
-    scene_of,
+    make_scene,
     system="slider-crank",
     base=field_values(SliderCrank, (0.2, 0.5, 1.0, 1.0, 0.5, 9.81, 1.0, 10.0)),
     source="Uicker, Pennock and Shigley 2017, 2.8; the numbers are ours",
@@ -60,7 +60,9 @@ SYSTEMS = (
         default="turning",
         facts=facts,
         interest=interest,
-        also=lambda crank, times: dict(zip(REACTION, crank.reaction(times), strict=True)),
+        also=lambda crank, times: dict(
+            zip(ROD_PIN_REACTION, crank.reaction(times), strict=True)
+        ),
         start=("angle", "angular_velocity"),
     ),
 )

@@ -8,7 +8,7 @@ from typing import Any
 
 from plumbob.analytic.systems.stack import Stack
 from plumbob.models.field_systems import contact_system, field_values
-from plumbob.models.scene import Observable, Quantity, scene_of, step_sizes
+from plumbob.models.scene import Observable, Quantity, make_scene, step_sizes
 
 
 def facts(stack: Stack) -> Mapping[str, Any]:
@@ -19,7 +19,7 @@ def facts(stack: Stack) -> Mapping[str, Any]:
 
 
 _scene = partial(
-    scene_of,
+    make_scene,
     system="stack",
     base=field_values(Stack, (5, 0.2, 1.0, 1.0, 9.81)),
     duration=1.0,

@@ -15,23 +15,30 @@ from plumbob.analytic.reference import Signals
 from plumbob.analytic.systems.capsule_setup import CapsuleProblem, CapsuleSetup
 from plumbob.analytic.systems.manoeuvres.residual_motion import coasting
 from plumbob.analytic.systems.slider_path import fixed
-from plumbob.analytic.systems.three_points.friction import Start, three_point_motion
+from plumbob.analytic.systems.three_points.friction import InitialVelocities, three_point_motion
 from plumbob.analytic.systems.three_points.reference import PlaneReference
 from plumbob.models.quantities import pose_quantities
-from plumbob.models.scene import Observable, Parameters, scene_of, step_sizes
+from plumbob.models.scene import Observable, Parameters, make_scene, step_sizes
 from plumbob.models.tripod_capsule.parameters import (
-    BODY,
+    CAPSULE_PARAMETERS,
     CHECK,
-    LOADS,
-    SOURCE,
+    CHERNOUSKO_2020,
+    SUPPORT_LOADS,
     UNLOADING,
-    capsule,
     capsule_system,
-    heading,
+    read_capsule,
+    read_heading,
     slider_place,
 )
 
-NAMES = (*BODY, "slider", "velocity_x", "velocity_y", "heading_rate", "heading")
+COAST_PARAMETERS = (
+    *CAPSULE_PARAMETERS,
+    "slider",
+    "velocity_x",
+    "velocity_y",
+    "heading_rate",
+    "heading",
+)
 _CHECK: Parameters = MappingProxyType(
     {
         **CHECK,
@@ -48,10 +55,10 @@ _ROUND = tuple((_ARM * math.cos(a), _ARM * math.sin(a)) for a in (0.3, 2.2, 4.6)
 def problem(parameters: Parameters) -> CapsuleProblem:
     """Returns the problem of the residual motion that parameters describe, by its formula if it has
     one; raises ParameterError."""
-    known(parameters, NAMES)
-    body = capsule(parameters)
+    known(parameters, COAST_PARAMETERS)
+    body = read_capsule(parameters)
     slider = slider_place(parameters)
-    heading_at_start = heading(parameters)
+    heading_at_start = read_heading(parameters)
     vx, vy = (finite(name, parameters[name]) for name in ("velocity_x", "velocity_y"))
     rate = finite("heading_rate", parameters["heading_rate"])
     setup = CapsuleSetup(
@@ -67,7 +74,7 @@ def problem(parameters: Parameters) -> CapsuleProblem:
     closed_form = coasting(body, slider, (vx, vy), rate)
     if closed_form is not None:
         return CapsuleProblem(closed_form, closed_form, setup)
-    motion = three_point_motion(body, fixed(slider), Start((vx, vy), rate))
+    motion = three_point_motion(body, fixed(slider), InitialVelocities((vx, vy), rate))
     return CapsuleProblem(motion, PlaneReference(motion), setup)
 
 
@@ -105,11 +112,11 @@ def facts(problem: CapsuleProblem) -> Mapping[str, Any]:
 
 
 _scene = partial(
-    scene_of,
+    make_scene,
     system="capsule-coast",
     steps=step_sizes(1e-3, 1e-5),
     base=_CHECK,
-    source=SOURCE,
+    source=CHERNOUSKO_2020,
 )
 
 
@@ -163,9 +170,9 @@ SYSTEM = capsule_system(
         Observable("velocity_y", "m/s"),
         Observable("heading", "rad"),
         Observable("heading_rate", "rad/s"),
-        *LOADS,
+        *SUPPORT_LOADS,
     ),
-    parameters=NAMES,
+    parameters=COAST_PARAMETERS,
     scenes=SCENES,
     default="translation",
     problem=problem,

@@ -9,36 +9,45 @@ from typing import Any
 
 from plumbob.analytic.parameters import finite, known
 from plumbob.analytic.systems.capsule_setup import CapsuleProblem, CapsuleSetup
-from plumbob.analytic.systems.manoeuvres.driving_force import demand
+from plumbob.analytic.systems.manoeuvres.driving_force import force_demand
 from plumbob.analytic.systems.manoeuvres.slow_motion import SlowStroke
 from plumbob.analytic.systems.manoeuvres.tilted_hold import TiltedHold, tilt_angle
 from plumbob.models.scene import Parameters, Scene, step_sizes
 from plumbob.models.tripod_capsule.parameters import (
-    BODY,
+    CAPSULE_PARAMETERS,
     CHECK,
-    SOURCE,
+    CHERNOUSKO_2020,
     UNLOADING,
-    capsule,
     capsule_system,
     change_line,
-    heading,
     line_angle,
     line_problem,
+    read_capsule,
+    read_heading,
     slider_place,
 )
 
-NAMES = (*BODY, "fraction", "direction", "support", "slider", "length", "start", "heading")
+HOLD_PARAMETERS = (
+    *CAPSULE_PARAMETERS,
+    "fraction",
+    "direction",
+    "support",
+    "slider",
+    "length",
+    "start",
+    "heading",
+)
 _TILTED: Parameters = MappingProxyType({**CHECK, "direction": 0.7, "slider": (0.05, 0.03)})
 
 
 def problem(parameters: Parameters) -> CapsuleProblem:
     """Returns the problem of a body under tilted gravity, or, if a `length` is given, of a slow
     stroke; raises ParameterError."""
-    known(parameters, NAMES)
+    known(parameters, HOLD_PARAMETERS)
     if "length" in parameters:
         return _stroke_problem(parameters)
-    body = capsule(parameters)
-    heading_at_start = heading(parameters)
+    body = read_capsule(parameters)
+    heading_at_start = read_heading(parameters)
     slider = slider_place(parameters)
     line = line_angle(parameters, body)
     hold = TiltedHold(body, finite("fraction", parameters["fraction"]), line, slider)
@@ -51,7 +60,7 @@ def problem(parameters: Parameters) -> CapsuleProblem:
 
 def _stroke_problem(parameters: Parameters) -> CapsuleProblem:
     """Returns the problem of a slow stroke of the slider, out and back; raises ParameterError."""
-    body = capsule(parameters)
+    body = read_capsule(parameters)
     line = line_angle(parameters, body)
     start = parameters.get("start", 0.0)
     stroke = SlowStroke(body, parameters["length"], parameters["fraction"], line, start)
@@ -68,7 +77,7 @@ def facts(problem: CapsuleProblem) -> Mapping[str, Any]:
         "holding_acceleration": body.holding_acceleration,
     }
     if hold.kind == "stroke":
-        actuator_demand = demand(hold, hold.duration).facts()
+        actuator_demand = force_demand(hold, hold.duration).facts()
         return {**facts, "stroke": hold.length, "t_rest": hold.duration, **actuator_demand}
     tilt = tilt_angle(body, hold.fraction)
     return {
@@ -90,7 +99,7 @@ def _tilted_scene(fraction: float) -> Scene:
         parameters={**_TILTED, "fraction": fraction},
         duration=10.0,
         steps=step_sizes(5e-3, 1e-4),
-        source=SOURCE,
+        source=CHERNOUSKO_2020,
         profile="quick" if fraction == 0.999 else "full",
         hard=hard,
     )
@@ -104,7 +113,7 @@ SCENES = (
         parameters={**CHECK, "direction": 0.7, "length": 0.08, "fraction": 0.999},
         duration=0.4,
         steps=step_sizes(1e-3, 1e-5),
-        source=SOURCE,
+        source=CHERNOUSKO_2020,
     ),
     Scene(
         name="capsule-hold/unloading",
@@ -112,7 +121,7 @@ SCENES = (
         parameters={**CHECK, "direction": math.pi, "length": UNLOADING, "fraction": 0.999},
         duration=0.8,
         steps=step_sizes(1e-3, 1e-5),
-        source=SOURCE,
+        source=CHERNOUSKO_2020,
         hard="N_1 -> 0",
     ),
 )
@@ -120,7 +129,7 @@ SCENES = (
 SYSTEM = capsule_system(
     name="capsule-hold",
     title="Capsule held by friction",
-    parameters=NAMES,
+    parameters=HOLD_PARAMETERS,
     scenes=SCENES,
     default="0.999",
     problem=problem,

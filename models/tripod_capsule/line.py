@@ -15,17 +15,17 @@ from plumbob.analytic.parameters import known
 from plumbob.analytic.reference import Signals
 from plumbob.analytic.systems.capsule import lowest_normal_forces, source_assumption
 from plumbob.analytic.systems.capsule_setup import CapsuleProblem
-from plumbob.analytic.systems.manoeuvres.driving_force import demand
+from plumbob.analytic.systems.manoeuvres.driving_force import force_demand
 from plumbob.analytic.systems.manoeuvres.line_manoeuvre import (
     condition_number,
     printed_body_velocity,
 )
-from plumbob.models.scene import Parameters, Scene, scene_of, step_sizes
+from plumbob.models.scene import Parameters, Scene, make_scene, step_sizes
 from plumbob.models.tripod_capsule.parameters import (
-    BODY,
+    CAPSULE_PARAMETERS,
     CHECK,
-    LINE,
-    SOURCE,
+    CHERNOUSKO_2020,
+    LINE_PARAMETERS,
     capsule_system,
     change_line,
     holding_acceleration,
@@ -33,7 +33,7 @@ from plumbob.models.tripod_capsule.parameters import (
     manoeuvre,
 )
 
-NAMES = (*BODY, *LINE, "heading")
+LINE_SCENE_PARAMETERS = (*CAPSULE_PARAMETERS, *LINE_PARAMETERS, "heading")
 _HOLDING = holding_acceleration({})
 _LINE: Parameters = MappingProxyType(
     {
@@ -48,7 +48,7 @@ _LINE: Parameters = MappingProxyType(
 
 def problem(parameters: Parameters) -> CapsuleProblem:
     """Returns the problem of the line manoeuvre that parameters describe; raises ParameterError."""
-    known(parameters, NAMES)
+    known(parameters, LINE_SCENE_PARAMETERS)
     return line_problem(manoeuvre(parameters), parameters)
 
 
@@ -82,7 +82,7 @@ def facts(problem: CapsuleProblem) -> Mapping[str, Any]:
         "t_star": line.t_star,
         "t_rest": line.t_star,
         "direction": line.direction,
-        **demand(line, line.t2).facts(),
+        **force_demand(line, line.t2).facts(),
         "holding_acceleration": line.capsule.holding_acceleration,
         "condition_number": condition_number(line),
         "lowest_normal_forces": [float(force) for force in lowest],
@@ -99,12 +99,12 @@ def facts(problem: CapsuleProblem) -> Mapping[str, Any]:
 
 
 _scene = partial(
-    scene_of,
+    make_scene,
     system="capsule-line",
     duration=0.15,
     steps=step_sizes(1e-3, 1e-5),
     base=_LINE,
-    source=SOURCE,
+    source=CHERNOUSKO_2020,
     change=change_line,
 )
 
@@ -222,7 +222,7 @@ SCENES = (
 SYSTEM = capsule_system(
     name="capsule-line",
     title="Capsule on a line",
-    parameters=NAMES,
+    parameters=LINE_SCENE_PARAMETERS,
     scenes=SCENES,
     default="ca1",
     problem=problem,

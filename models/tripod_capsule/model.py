@@ -14,8 +14,10 @@ from plumbob.models.model_file import ModelFile
 from plumbob.models.tripod_capsule.observed import largest_magnitudes, observe, start_velocity
 
 ARMATURE_RATIO = 1e10  # least ratio of the slider's armature to its mass
-PLACES = 2001  # samples of the slider's path, for the maximum of a smooth function on it
-POINT = 1e-14  # [kg m^2] moments of inertia of the slider: MuJoCo requires more than 1e-15
+PATH_SAMPLES = 2001  # samples of the slider's path, for the maximum of a smooth function on it
+SLIDER_INERTIA = (
+    1e-14  # [kg m^2] moments of inertia of the slider: MuJoCo requires more than 1e-15
+)
 
 
 def fill(spec: Any, problem: CapsuleProblem) -> None:
@@ -39,7 +41,7 @@ def fill(spec: Any, problem: CapsuleProblem) -> None:
         contact.condim = dimensions
     slider = spec.body("slider")
     slider.pos = [*setup.slider, 0.0]
-    slider.inertia = [POINT] * 3
+    slider.inertia = [SLIDER_INERTIA] * 3
     if setup.plane_velocity is None:
         spec.joint("slider").axis = [math.cos(setup.direction), math.sin(setup.direction), 0.0]
     set_slider(spec, setup)
@@ -137,7 +139,7 @@ def tilt_inertia(problem: CapsuleProblem) -> float:
     otherwise no such body could exist.
     """
     capsule = problem.setup.capsule
-    centres = capsule.mass_ratio * problem.slider_places(PLACES)
+    centres = capsule.mass_ratio * problem.slider_places(PATH_SAMPLES)
     arms = np.asarray(capsule.supports)[None] - centres[:, None]
     sum_of_squares = float(np.square(arms).sum(axis=(1, 2)).max())
     by_modes = (capsule.body_mass + capsule.slider_mass) / 3 * sum_of_squares

@@ -17,7 +17,7 @@ UNREACHED_RATIO = 1e3  # ratio of a distance to the capsule's size that no slidi
 
 
 @dataclass(frozen=True)
-class Pose:
+class ChainPose:
     """The pose of a chain of bodies, and its rates: place and heading of the first body in the
     world, and the coordinate of the last joint from its start. The values are numbers, or have
     shape (n,) each. Places and velocities are x + iy."""
@@ -55,13 +55,13 @@ def observe(problem: CapsuleProblem, qpos: Array, qvel: Array) -> Signals:
     place = qpos[:, :2] @ as_complex
     velocity = qvel[:, :2] @ as_complex
     # An attitude gives the angle up to whole turns.
-    angles = np.unwrap(heading(qpos[:, 3:7]))
+    angles = np.unwrap(heading_of_attitude(qpos[:, 3:7]))
     turns = nearest_turn(angles[0], setup.heading) - angles[0]
-    pose = Pose(place, velocity, angles + turns, qvel[:, 5], slid, slid_rate)
+    pose = ChainPose(place, velocity, angles + turns, qvel[:, 5], slid, slid_rate)
     return pose_observables(setup, pose)
 
 
-def pose_observables(setup: CapsuleSetup, pose: Pose) -> dict[str, Any]:
+def pose_observables(setup: CapsuleSetup, pose: ChainPose) -> dict[str, Any]:
     """Returns the observables that a pose shows: all but the forces."""
     axis = setup.heading + (0.0 if setup.in_plane else setup.direction)
     to_axis = cmath.rect(1.0, -axis)
@@ -102,7 +102,7 @@ def observed_on_a_line(
     return {**places, "velocity_x": x * velocity, "velocity_y": y * velocity}
 
 
-def heading(attitude: Array) -> Array:
+def heading_of_attitude(attitude: Array) -> Array:
     """Returns the angle about the vertical [rad], shape (...), of quaternions, shape (..., 4)."""
     w, x, y, z = np.moveaxis(np.asarray(attitude, dtype=np.float64), -1, 0)
     return np.asarray(np.arctan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z)))

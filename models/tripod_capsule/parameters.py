@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from plumbob.analytic.parameters import ParameterError, finite, numbers
-from plumbob.analytic.systems.capsule import Capsule, Point, direction_to
+from plumbob.analytic.systems.capsule import Capsule, PlanePoint, direction_to
 from plumbob.analytic.systems.capsule_setup import CapsuleProblem, CapsuleSetup
 from plumbob.analytic.systems.manoeuvres.line_manoeuvre import LineManoeuvre
 from plumbob.analytic.systems.three_points.reference import PlaneReference
@@ -25,15 +25,15 @@ from plumbob.models.scene import (
     replaced,
 )
 
-SOURCE = (
+CHERNOUSKO_2020 = (
     "F. L. Chernousko, Plane motions of a body controlled by a movable mass, "
     "Doklady RAN. Physics, Technical Sciences, 2020, vol. 494, no. 1, pp. 69-74, "
     "https://danphysras.ru"
 )
 MJCF = Path(__file__).parent / "tripod_capsule.xml"
 STEP_COST = 4.0  # cost of a step, in steps of a pendulum: three contacts, three forces to read
-BODY = ("body_mass", "slider_mass", "inertia", "supports", "friction", "gravity")
-LINE = ("w1", "w2", "t1", "support", "direction", "start")
+CAPSULE_PARAMETERS = ("body_mass", "slider_mass", "inertia", "supports", "friction", "gravity")
+LINE_PARAMETERS = ("w1", "w2", "t1", "support", "direction", "start")
 CHECK: Parameters = MappingProxyType(
     {
         "body_mass": 1.0,
@@ -44,15 +44,15 @@ CHECK: Parameters = MappingProxyType(
         "gravity": 9.81,
     }
 )
-LOADS = tuple(Observable(f"normal_force_{i}", "N") for i in (1, 2, 3))
-ALONG = (
+SUPPORT_LOADS = tuple(Observable(f"normal_force_{i}", "N") for i in (1, 2, 3))
+OBSERVABLES_ALONG_LINE = (
     Observable("displacement", "m"),
     Observable("velocity", "m/s"),
     Observable("stroke", "m"),
     Observable("stroke_rate", "m/s"),
     Observable("heading", "rad"),
     Observable("sideways", "m"),
-    *LOADS,
+    *SUPPORT_LOADS,
     Observable("friction_force", "N"),
     Observable("driving_force", "N"),
 )
@@ -67,7 +67,7 @@ ONE_LINE = (
 capsule_system = partial(
     System,
     reference=lambda problem: problem.in_world,
-    observables=ALONG,
+    observables=OBSERVABLES_ALONG_LINE,
     # Friction and the actuator do work: no energy is conserved.
     invariants=lambda problem, observed: {},
     errors=from_analytic("errors.sliding_motion.sliding_errors.capsule_errors"),
@@ -84,18 +84,18 @@ capsule_system = partial(
 """Returns a system with the capsule's model and family; the arguments are those of `System`."""
 
 
-def capsule(parameters: Parameters) -> Capsule:
+def read_capsule(parameters: Parameters) -> Capsule:
     """Returns the capsule that parameters describe; raises ParameterError."""
-    return Capsule(**{name: parameters[name] for name in BODY})
+    return Capsule(**{name: parameters[name] for name in CAPSULE_PARAMETERS})
 
 
-UNLOADING = 0.099 / capsule(CHECK).mass_ratio
+UNLOADING = 0.099 / read_capsule(CHECK).mass_ratio
 """[m] distance of the slider from C, away from A1, with which A1 carries 1/300 of the weight."""
 
 
 def holding_acceleration(changes: Parameters) -> float:
     """Returns f g/mu [m/s^2] of the body with some of CHECK's parameters changed."""
-    return capsule({**CHECK, **changes}).holding_acceleration
+    return read_capsule({**CHECK, **changes}).holding_acceleration
 
 
 def line_angle(parameters: Parameters, body: Capsule) -> float:
@@ -108,7 +108,7 @@ def line_angle(parameters: Parameters, body: Capsule) -> float:
 
 def manoeuvre(parameters: Parameters) -> LineManoeuvre:
     """Returns the line manoeuvre that parameters describe; raises ParameterError."""
-    body = capsule(parameters)
+    body = read_capsule(parameters)
     return LineManoeuvre(
         body,
         parameters["w1"],
@@ -128,7 +128,7 @@ def line_problem(motion: Any, parameters: Parameters) -> CapsuleProblem:
         body,
         (x, y),
         single.direction,
-        heading(parameters),
+        read_heading(parameters),
         press=body.gravity,
         relative_velocity=motion.relative_velocity,
     )
@@ -153,7 +153,7 @@ def plane_problem(motion: Any, exact: Any, facing: float) -> CapsuleProblem:
     return CapsuleProblem(motion, PlaneReference(exact), setup)
 
 
-def heading(parameters: Parameters) -> float:
+def read_heading(parameters: Parameters) -> float:
     """Returns the heading of the body in the world [rad]; raises ParameterError."""
     return finite("heading", parameters.get("heading", 0.0))
 
@@ -170,8 +170,8 @@ def change_line(parameters: Parameters, changes: Parameters) -> Parameters:
     return replaced(parameters, changes)
 
 
-def slider_place(parameters: Parameters) -> Point:
+def slider_place(parameters: Parameters) -> PlanePoint:
     """Returns the position of the fixed slider relative to C [m]; raises ParameterError."""
     value = parameters.get("slider", (0.0, 0.0))
-    slider: Point = numbers("slider", value, (2,), "a point (x, y)")
+    slider: PlanePoint = numbers("slider", value, (2,), "a point (x, y)")
     return slider

@@ -15,29 +15,38 @@ import numpy as np
 from plumbob.analytic.parameters import ParameterError, known, numbers
 from plumbob.analytic.systems.capsule import Capsule
 from plumbob.analytic.systems.capsule_setup import CapsuleProblem
-from plumbob.analytic.systems.planner.problem import POSES, Limits, RestPose
+from plumbob.analytic.systems.planner.problem import GOAL_POSES, PlanLimits, RestPose
 from plumbob.analytic.systems.three_points.forces import plane_demand
 from plumbob.models.quantities import pose_quantities
-from plumbob.models.scene import Observable, Parameters, Scene, scene_of, step_sizes
+from plumbob.models.scene import Observable, Parameters, Scene, make_scene, step_sizes
 from plumbob.models.tripod_capsule.parameters import (
-    BODY,
+    CAPSULE_PARAMETERS,
     CHECK,
-    SOURCE,
-    capsule,
+    CHERNOUSKO_2020,
     capsule_system,
     plane_problem,
+    read_capsule,
 )
-from plumbob.models.tripod_capsule.turn import OBSERVED
+from plumbob.models.tripod_capsule.turn import TURN_OBSERVABLES
 
 if TYPE_CHECKING:
     from plumbob.analytic.systems.planner.result import Plan, TrackName
-    from plumbob.analytic.systems.planner.tracks import ArcName, Pair
+    from plumbob.analytic.systems.planner.tracks import ArcName, SupportPair
 
-LIMITS = tuple(field.name for field in fields(Limits))
+LIMIT_NAMES = tuple(field.name for field in fields(PlanLimits))
 CURVE = ("legs", "segments", "arc")  # parameters of the slider's curve, if it is not free
-NAMES = (*BODY, *LIMITS, "to", "track", "start", "slider", "slider_at_end", *CURVE)
+PLAN_PARAMETERS = (
+    *CAPSULE_PARAMETERS,
+    *LIMIT_NAMES,
+    "to",
+    "track",
+    "start",
+    "slider",
+    "slider_at_end",
+    *CURVE,
+)
 _POSE = "a pose [x, y, psi]"
-STEPS = (1e-3, 5e-4, 2e-4, 1e-4, 5e-5)
+PLAN_STEPS = (1e-3, 5e-4, 2e-4, 1e-4, 5e-5)
 LONGEST_FINE = 10.0  # [s] longest plan that is run at the finest step
 # Durations [s] of the plans on a free plane and on the curve: a little longer than the plans, and
 # whole numbers of steps of every size.
@@ -50,11 +59,13 @@ _LASTING: Mapping[str, tuple[float, float]] = MappingProxyType(
         "ahead": (3.65, 6.95),
     }
 )
-TURNED_DURATION = 0.65  # [s] duration: a little longer than the plan to BESIDE on a free plane
-BESIDE = RestPose(0.01, 0.01, 0.1)  # goal so near that plans on the curve cost little
-POSE = (BESIDE.x, BESIDE.y, BESIDE.heading)
-# For each curve: name, supports, arc, duration of the plan to BESIDE [s], and profile.
-CURVES: tuple[tuple[str, Pair, ArcName, float, Literal["quick", "full"]], ...] = (
+TURNED_DURATION = (
+    0.65  # [s] duration: a little longer than the plan to NEAR_GOAL on a free plane
+)
+NEAR_GOAL = RestPose(0.01, 0.01, 0.1)  # goal so near that plans on the curve cost little
+GOAL_POSE = (NEAR_GOAL.x, NEAR_GOAL.y, NEAR_GOAL.heading)
+# For each curve: name, supports, arc, duration of the plan to NEAR_GOAL [s], and profile.
+CURVED_PLANS: tuple[tuple[str, SupportPair, ArcName, float, Literal["quick", "full"]], ...] = (
     ("12", (1, 2), "shorter", 1.75, "full"),
     ("23-longer", (2, 3), "longer", 1.55, "quick"),
     ("31", (3, 1), "shorter", 1.75, "full"),
@@ -65,7 +76,7 @@ CURVES: tuple[tuple[str, Pair, ArcName, float, Literal["quick", "full"]], ...] =
 def _cached_plan(
     body: Capsule,
     goal: RestPose,
-    limits: Limits,
+    limits: PlanLimits,
     track: TrackName,
     start: RestPose,
     **curve: Any,
@@ -80,11 +91,13 @@ def requested_plan(parameters: Parameters) -> Plan:
     """Returns the plan that parameters ask for, computed once; raises ParameterError."""
     from plumbob.analytic.systems.planner.tracks import checked_curve
 
-    known(parameters, NAMES)
+    known(parameters, PLAN_PARAMETERS)
     slider = parameters.get("slider", (0.0, 0.0))
     start = _rest_pose("start", parameters.get("start", (0.0, 0.0, 0.0)), slider)
     goal = _rest_pose("to", parameters.get("to"), parameters.get("slider_at_end", slider))
-    limits = Limits(**{name: parameters[name] for name in LIMITS if name in parameters})
+    limits = PlanLimits(
+        **{name: parameters[name] for name in LIMIT_NAMES if name in parameters}
+    )
     track = parameters.get("track", "free")
     if track not in _TRACKS:
         raise ParameterError("track", track, "free or curve")
@@ -94,7 +107,14 @@ def requested_plan(parameters: Parameters) -> Plan:
         raise ParameterError(name, parameters[name], "left out where the track is free")
     legs, arc, segments = checked_curve(**curve)
     return _cached_plan(
-        capsule(parameters), goal, limits, track, start, legs=legs, arc=arc, segments=segments
+        read_capsule(parameters),
+        goal,
+        limits,
+        track,
+        start,
+        legs=legs,
+        arc=arc,
+        segments=segments,
     )
 
 
@@ -134,7 +154,9 @@ def structure(problem: CapsuleProblem) -> tuple[str, ...]:
     return tuple(f"{each.kind} {len(each.path.pieces)}" for each in manoeuvres)
 
 
-_scene = partial(scene_of, system="capsule-plan", steps=STEPS, base=CHECK, source=SOURCE)
+_scene = partial(
+    make_scene, system="capsule-plan", steps=PLAN_STEPS, base=CHECK, source=CHERNOUSKO_2020
+)
 
 
 def _pose_scene(case: str, goal: RestPose, track: TrackName) -> Scene:
@@ -149,43 +171,44 @@ def _pose_scene(case: str, goal: RestPose, track: TrackName) -> Scene:
         duration,
         to=(goal.x, goal.y, goal.heading),
         track=track,
-        steps=STEPS if duration <= LONGEST_FINE else STEPS[:-1],
+        steps=PLAN_STEPS if duration <= LONGEST_FINE else PLAN_STEPS[:-1],
         profile="quick" if (case, track) == ("near", "free") else "full",
     )
 
 
-_BESIDE = f"to {BESIDE.x:g}, {BESIDE.y:g} m and {BESIDE.heading:g} rad"
+_BESIDE = f"to {NEAR_GOAL.x:g}, {NEAR_GOAL.y:g} m and {NEAR_GOAL.heading:g} rad"
 
 
 def _turned_scene(angle: float) -> Scene:
-    """Returns the scene of the plan to BESIDE with start and goal turned by `angle` [degrees]."""
+    """Returns the scene of the plan to NEAR_GOAL with start and goal turned by `angle`
+    [degrees]."""
     radians = math.radians(angle)
-    goal = BESIDE.place * cmath.rect(1.0, radians)
+    goal = NEAR_GOAL.place * cmath.rect(1.0, radians)
     return _scene(
         f"heading-{angle:03.0f}",
         f"{_BESIDE} on a free plane, all of it turned by {angle:g} degrees",
         TURNED_DURATION,
         start=(0.0, 0.0, radians),
-        to=(goal.real, goal.imag, radians + BESIDE.heading),
+        to=(goal.real, goal.imag, radians + NEAR_GOAL.heading),
     )
 
 
 _TRACKS: tuple[TrackName, ...] = ("free", "curve")
 _ALL_OR_NOTHING = "mu is nearly 0 or 1: the actuator's reaction is all or nothing"
 SCENES = (
-    *(_pose_scene(case, goal, track) for case, goal in POSES for track in _TRACKS),
+    *(_pose_scene(case, goal, track) for case, goal in GOAL_POSES for track in _TRACKS),
     *(
         _scene(
             f"beside-curve-{case}",
             f"{_BESIDE}, the slider along C-A{legs[0]}, the {arc} arc and C-A{legs[1]}",
             lasting,
             profile,
-            to=POSE,
+            to=GOAL_POSE,
             track="curve",
             legs=legs,
             arc=arc,
         )
-        for case, legs, arc, lasting, profile in CURVES
+        for case, legs, arc, lasting, profile in CURVED_PLANS
     ),
     *(_turned_scene(angle) for angle in (30.0, 45.0)),
     _scene(
@@ -213,8 +236,8 @@ SYSTEM = capsule_system(
     name="capsule-plan",
     title="Capsule brought to a pose",
     # A place is the leading observable: a plan of lines alone keeps its heading.
-    observables=(*OBSERVED[:2], Observable("heading", "rad"), *OBSERVED[2:]),
-    parameters=NAMES,
+    observables=(*TURN_OBSERVABLES[:2], Observable("heading", "rad"), *TURN_OBSERVABLES[2:]),
+    parameters=PLAN_PARAMETERS,
     scenes=SCENES,
     default="near-free",
     problem=problem,
@@ -222,5 +245,5 @@ SYSTEM = capsule_system(
     interest=pose_quantities,
     start=(),
     structure=structure,
-    left_out=asdict(Limits()),
+    left_out=asdict(PlanLimits()),
 )

@@ -9,7 +9,7 @@ from typing import Any
 
 from plumbob.analytic.parameters import known
 from plumbob.analytic.systems.capsule_setup import CapsuleProblem
-from plumbob.analytic.systems.manoeuvres.driving_force import demand
+from plumbob.analytic.systems.manoeuvres.driving_force import force_demand
 from plumbob.analytic.systems.manoeuvres.line_manoeuvre import LineManoeuvre
 from plumbob.analytic.systems.manoeuvres.mean_speed import fastest_speed
 from plumbob.analytic.systems.manoeuvres.repeated_line import RepeatedLine
@@ -17,7 +17,7 @@ from plumbob.models.scene import Parameters, Scene
 from plumbob.models.tripod_capsule import line
 from plumbob.models.tripod_capsule.parameters import (
     CHECK,
-    SOURCE,
+    CHERNOUSKO_2020,
     capsule_system,
     change_line,
     holding_acceleration,
@@ -25,7 +25,7 @@ from plumbob.models.tripod_capsule.parameters import (
     manoeuvre,
 )
 
-NAMES = (*line.NAMES, "count", "fraction", "pause")
+REPEATED_PARAMETERS = (*line.LINE_SCENE_PARAMETERS, "count", "fraction", "pause")
 _PERIOD = 0.32  # [s] period of a manoeuvre: a whole number of steps of every size
 _LINE: Parameters = MappingProxyType(
     {
@@ -47,7 +47,7 @@ def _repeated(parameters: Parameters, count: int, pause: float) -> RepeatedLine:
 def problem(parameters: Parameters) -> CapsuleProblem:
     """Returns the problem of the repeated manoeuvres that parameters describe; raises
     ParameterError."""
-    known(parameters, NAMES)
+    known(parameters, REPEATED_PARAMETERS)
     manoeuvres = _repeated(parameters, parameters["count"], parameters["pause"])
     return line_problem(manoeuvres, parameters)
 
@@ -66,7 +66,7 @@ def facts(problem: CapsuleProblem) -> Mapping[str, Any]:
         "stroke": repeated.manoeuvre.stroke,
         "mean_speed": repeated.mean_speed,
         **_mean_speed_bound(once.manoeuvre),
-        **demand(once, once.period).facts(),
+        **force_demand(once, once.period).facts(),
     }
 
 
@@ -87,7 +87,7 @@ def _scene(case: str, count: int, profile: Any, steps: tuple[float, ...]) -> Sce
         parameters={**_LINE, "count": count, "pause": pause},
         duration=count * _PERIOD,
         steps=steps,
-        source=SOURCE,
+        source=CHERNOUSKO_2020,
         profile=profile,
     )
 
@@ -100,7 +100,7 @@ SCENES = (
 SYSTEM = capsule_system(
     name="capsule-train",
     title="Capsule on repeated manoeuvres",
-    parameters=NAMES,
+    parameters=REPEATED_PARAMETERS,
     scenes=SCENES,
     default="thousand",
     problem=problem,

@@ -19,38 +19,38 @@ from plumbob.analytic.systems.three_points.forces import plane_demand
 from plumbob.models.quantities import turn_quantities
 from plumbob.models.scene import Observable, Parameters, Scene
 from plumbob.models.tripod_capsule.parameters import (
-    BODY,
+    CAPSULE_PARAMETERS,
     CHECK,
-    LOADS,
-    SOURCE,
-    capsule,
+    CHERNOUSKO_2020,
+    SUPPORT_LOADS,
     capsule_system,
-    heading,
     plane_problem,
+    read_capsule,
+    read_heading,
 )
 
-TURN = ("radius", "angular_acceleration", "half_time", "start", "count", "pause")
-NAMES = (*BODY, *TURN, "heading")
-EPSILONS = (0.3, 0.1, 0.03, 0.01, 0.003, 0.001)
-DURATION = 5.0  # duration in half times: the residual motion ends by 4.2
+TURN_PARAMETERS = ("radius", "angular_acceleration", "half_time", "start", "count", "pause")
+TURN_SCENE_PARAMETERS = (*CAPSULE_PARAMETERS, *TURN_PARAMETERS, "heading")
+TURN_EPSILONS = (0.3, 0.1, 0.03, 0.01, 0.003, 0.001)
+TURN_DURATION = 5.0  # duration in half times: the residual motion ends by 4.2
 # Numbers of steps in a half time: samples fall on 2 tau.
 STEPS_IN_HALF = (50, 100, 200, 400, 800, 1600, 3200)
-OBSERVED = (
+TURN_OBSERVABLES = (
     Observable("x", "m"),
     Observable("y", "m"),
     Observable("velocity_x", "m/s"),
     Observable("velocity_y", "m/s"),
     Observable("heading_rate", "rad/s"),
-    *LOADS,
+    *SUPPORT_LOADS,
 )
 
 
 def problem(parameters: Parameters) -> CapsuleProblem:
     """Returns the problem of the turn manoeuvre, once or repeated, that parameters describe; raises
     ParameterError."""
-    known(parameters, NAMES)
+    known(parameters, TURN_SCENE_PARAMETERS)
     turn = TurnManoeuvre(
-        capsule(parameters),
+        read_capsule(parameters),
         parameters["radius"],
         parameters["angular_acceleration"],
         parameters["half_time"],
@@ -59,7 +59,7 @@ def problem(parameters: Parameters) -> CapsuleProblem:
     count = parameters.get("count", 1)
     pause = parameters.get("pause", 0.0)
     turns = _repeated(turn, count, pause)
-    return plane_problem(turns, turns, heading(parameters))
+    return plane_problem(turns, turns, read_heading(parameters))
 
 
 @lru_cache(maxsize=8)  # every method and step of a scene has the same motion
@@ -128,7 +128,7 @@ def _parameters(epsilon: float, body_angle: float, **values: Any) -> dict[str, A
     [rad] to leading order."""
     parameters: dict[str, Any] = {**CHECK, "radius": 0.12, "start": 0.0, **values}
     turn = turn_of(
-        capsule(parameters), parameters["radius"], epsilon, body_angle, parameters["start"]
+        read_capsule(parameters), parameters["radius"], epsilon, body_angle, parameters["start"]
     )
     drive = {"angular_acceleration": turn.angular_acceleration, "half_time": turn.half_time}
     return parameters | drive
@@ -139,7 +139,7 @@ def _scene(
     summary: str,
     parameters: Parameters,
     parts: tuple[int, ...] = STEPS_IN_HALF,
-    lasting: float = DURATION,
+    lasting: float = TURN_DURATION,
     **more: Any,
 ) -> Scene:
     """Returns a scene whose duration is `lasting` half times. `parts` are the numbers of steps in a
@@ -151,7 +151,7 @@ def _scene(
         parameters=parameters,
         duration=lasting * half_time,
         steps=tuple(half_time / part for part in parts),
-        source=SOURCE,
+        source=CHERNOUSKO_2020,
         **more,
     )
 
@@ -169,7 +169,7 @@ def _epsilon_scene(epsilon: float, *, stop: bool) -> Scene:
         f"epsilon {epsilon}, until {end}",
         _parameters(epsilon, -1.0),
         hard=hard,
-        lasting=2.0 if stop else DURATION,
+        lasting=2.0 if stop else TURN_DURATION,
         profile="quick" if epsilon in (0.3, 0.03) and not stop else "full",
     )
 
@@ -195,24 +195,32 @@ def _hard_scenes(
 def _body_turn_of_circle(slider_mass: float) -> float:
     """Returns the body's turn [rad], to leading order, while a slider of this mass goes round a
     circle."""
-    body = capsule({**CHECK, "slider_mass": slider_mass})
+    body = read_capsule({**CHECK, "slider_mass": slider_mass})
     return 2.0 * math.pi * turn_of(body, 0.12, 1.0).inertia_ratio
 
 
 def _repeated_circles(count: int) -> dict[str, Any]:
     """Returns the parameters of `count` turns; in each the slider goes round one whole circle."""
     parameters = _parameters(0.1, -_body_turn_of_circle(CHECK["slider_mass"]))
-    return {**parameters, "count": count, "pause": (DURATION - 2.0) * parameters["half_time"]}
+    return {
+        **parameters,
+        "count": count,
+        "pause": (TURN_DURATION - 2.0) * parameters["half_time"],
+    }
 
 
 SCENES = (
-    *(_epsilon_scene(epsilon, stop=stop) for epsilon in EPSILONS for stop in (False, True)),
+    *(
+        _epsilon_scene(epsilon, stop=stop)
+        for epsilon in TURN_EPSILONS
+        for stop in (False, True)
+    ),
     _scene(
         "thousand",
         "1000 turns by whole circles, the residual motion waited out after each",
         _repeated_circles(1000),
         hard="1000 turns in a row",
-        lasting=1000 * DURATION,
+        lasting=1000 * TURN_DURATION,
         parts=(20, 25, 50, 100),
     ),
     *_hard_scenes(
@@ -264,8 +272,12 @@ SCENES = (
 SYSTEM = capsule_system(
     name="capsule-turn",
     title="Capsule on a turn manoeuvre",
-    observables=(Observable("body_angle", "rad"), *OBSERVED, Observable("heading", "rad")),
-    parameters=NAMES,
+    observables=(
+        Observable("body_angle", "rad"),
+        *TURN_OBSERVABLES,
+        Observable("heading", "rad"),
+    ),
+    parameters=TURN_SCENE_PARAMETERS,
     scenes=SCENES,
     default="0.1",
     problem=problem,

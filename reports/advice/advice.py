@@ -17,9 +17,9 @@ from plumbob.engines.study.results import Quantities, Study
 from plumbob.engines.study.stability import SmallestLimit
 from plumbob.models.scene import Quantity, Scene
 from plumbob.reports.advice.recommend import (
-    CLOSED_FORM,
+    CLOSED_FORM_INTEGRATOR,
     DEFAULT_METHOD,
-    DEFAULT_STEP,
+    RECOMMENDED_STEP,
     Choice,
     Recommendation,
     may_recommend,
@@ -60,7 +60,7 @@ class Question:
 
 
 @dataclass(frozen=True)
-class Answer:
+class RecommendationSearch:
     """The recommendation, the evidence for it, and whether the search was cut short."""
 
     recommendation: Recommendation
@@ -73,7 +73,7 @@ def advise(
     study: Study,
     run: MakeRun | None = None,
     judged: Judgements | None = None,
-) -> Answer:
+) -> RecommendationSearch:
     """Returns the cheapest method and step that reach an error on every scene asked about. `study`
     is a study of the scenes; `run` makes more runs. Without `run`, the measured runs alone count.
     `judged` are the study's verdicts, if they are known already. Raises ParameterError for an error
@@ -109,7 +109,7 @@ def advise(
         defaults=tuple(_default_choices(asked, evidence, choice)),
         surrogate=surrogate,
     )
-    return Answer(recommendation, evidence, evidence.seconds <= 0.0)
+    return RecommendationSearch(recommendation, evidence, evidence.seconds <= 0.0)
 
 
 def _cheaper_surrogate(
@@ -171,7 +171,7 @@ def _default_choices(
                 continue
             if _is_timed_simulation(method, evidence):
                 choices = evidence.choices(method)
-                defaults += [choice for choice in choices if choice.step == DEFAULT_STEP]
+                defaults += [choice for choice in choices if choice.step == RECOMMENDED_STEP]
     return defaults
 
 
@@ -204,7 +204,7 @@ def _study_evidence(asked: Question, study: Study) -> Evidence:
 def _is_timed_simulation(method: Method, evidence: Evidence) -> bool:
     """Whether a method simulates all scenes, rather than evaluate a closed form, and was timed on
     them."""
-    if method.scheme.integrator == CLOSED_FORM:
+    if method.scheme.integrator == CLOSED_FORM_INTEGRATOR:
         return False
     return all((scene.name, method.name) in evidence.costs for scene in evidence.scenes)
 

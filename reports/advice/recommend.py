@@ -22,12 +22,12 @@ from plumbob.engines.study.stability import SmallestLimit
 from plumbob.reports.advice.work_precision import error_or_infinity, errors_converge
 from plumbob.reports.judge.verdict import JudgedMethod
 
-DEFAULT_METHOD, DEFAULT_STEP = DEFAULT
+DEFAULT_METHOD, RECOMMENDED_STEP = DEFAULT
 # Verdicts that rule a method out.
 UNTRUSTED = ("off-prediction", "inaccurate", "not-converging", "diverged", "cut-short")
 UNJUDGED = "pre-asymptotic"  # verdict with which the errors of the runs decide
 # Integrator of methods that are no simulation, and are not recommended.
-CLOSED_FORM = "closed-form"
+CLOSED_FORM_INTEGRATOR = "closed-form"
 
 
 @dataclass(frozen=True)

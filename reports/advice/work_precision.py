@@ -14,14 +14,14 @@ from typing import TypeVar
 from plumbob.engines.study.measurement import Measurement, relative_error
 from plumbob.engines.study.results import Quantities, Study
 
-T = TypeVar("T")
+Run = TypeVar("Run")
 # A curve needs this many runs, and this ratio of steps, to show that it falls.
 _LEAST_RUNS = 5
 _LEAST_STEP_RATIO = 2.0**4
 
 
 @dataclass(frozen=True)
-class Point:
+class RunPoint:
     """The error and the cost of one run."""
 
     method: str
@@ -35,7 +35,7 @@ class Point:
         return 1e9 / self.ns_per_second if self.ns_per_second else math.inf
 
 
-def work_precision_points(study: Study, scene: str) -> tuple[Point, ...]:
+def work_precision_points(study: Study, scene: str) -> tuple[RunPoint, ...]:
     """Returns the error and cost of every run of `scene` whose cost is known, method by method,
     coarse to fine. A run that diverged has an infinite error and an infinite cost."""
     quantities = study.quantities(scene)
@@ -50,13 +50,13 @@ def work_precision_points(study: Study, scene: str) -> tuple[Point, ...]:
                 if run.status == "done" and run.duration:
                     ns_per_second = run.steps * cost.ns_per_step / run.duration
                 error = error_or_infinity(run, quantities)
-                points.append(Point(run.method, run.step, error, ns_per_second))
+                points.append(RunPoint(run.method, run.step, error, ns_per_second))
     return tuple(points)
 
 
 def pareto_front(
-    runs: Iterable[T], cost_and_error: Callable[[T], tuple[float, float]]
-) -> tuple[T, ...]:
+    runs: Iterable[Run], cost_and_error: Callable[[Run], tuple[float, float]]
+) -> tuple[Run, ...]:
     """Returns the Pareto front, from cheap to accurate: the runs that no other run beats in cost
     and in error."""
     smallest_error = math.inf

@@ -24,11 +24,11 @@ from plumbob.reports.analyses import page_numbers
 from plumbob.reports.analyses.analysis import Section, analyse_section
 from plumbob.reports.analyses.replay import requests as replay_requests
 from plumbob.reports.judge.study_verdicts import Judgements, judge_study
-from plumbob.reports.view.records import SCENE, STUDY
-from plumbob.reports.view.site.views import OF_ENGINES
+from plumbob.reports.view.records import PAGES_OF_STUDY, SCENE
+from plumbob.reports.view.site.views import ENGINES_SECTION
 from plumbob.reports.view.trimming import requests as trimming_requests
 
-MANY = 8  # number of scenes from which other processes are worth starting
+SCENES_FOR_PROCESSES = 8  # number of scenes from which other processes are worth starting
 LIMIT = 600.0  # [s] time after which one part of the analyses counts as hung
 Part = tuple[str, str]  # "system" or "scene", and its name
 
@@ -62,7 +62,7 @@ def requests(plan: StudyPlan) -> tuple[Request[Any], ...]:
 def _section_names(scenes: Sequence[Scene]) -> list[str]:
     """Returns the names that sections may have: the systems of the scenes, each once, and
     "engines"."""
-    return list(dict.fromkeys((*(scene.system for scene in scenes), OF_ENGINES)))
+    return list(dict.fromkeys((*(scene.system for scene in scenes), ENGINES_SECTION)))
 
 
 def analyses_of(
@@ -79,13 +79,13 @@ def analyses_of(
     ]
     results: dict[Part, tuple[Analysed, ...]] = {}
     with workers_of(jobs) as workers:
-        if workers.count > 1 and len(study.scenes) >= MANY:
+        if workers.count > 1 and len(study.scenes) >= SCENES_FOR_PROCESSES:
             results = _analyse_in_processes(study, parts, judged, workers)
     analyses = list[Analysed]()
     for part in parts:
         analyses += results[part] if part in results else _analyse(study, judged, part)
     record = page_numbers.study_record(study, judged)
-    return (*analyses, Analysed("", STUDY, "", "", plain(record)))
+    return (*analyses, Analysed("", PAGES_OF_STUDY, "", "", plain(record)))
 
 
 def follow(study: Study) -> bool:
@@ -98,7 +98,7 @@ def follow(study: Study) -> bool:
     computed = list[Analysed]()
     for name in _section_names(study.scenes):
         computed += _analyse(study, judged, ("system", name))
-    stored = [a for a in study.analyses if a.place not in (SCENE, STUDY)]
+    stored = [a for a in study.analyses if a.place not in (SCENE, PAGES_OF_STUDY)]
     return to_json(computed) == to_json(stored)
 
 

@@ -17,7 +17,7 @@ from plumbob.reports.view.content import Claim
 
 Record = SimpleNamespace
 """Numbers, texts, arrays and further records, by the names that a template reads."""
-Numbers = Any
+FindingNumbers = Any
 """A record; None if the study lacks the scenes or runs of the analysis."""
 
 
@@ -26,10 +26,10 @@ class Analysis:
     """An analysis of a study, with the template that holds all its words, tables and figures."""
 
     template: str  # name in reports/templates, as "cone_pendulum/equilibria"
-    numbers: Callable[[Study], Numbers]
+    numbers: Callable[[Study], FindingNumbers]
     requests: Requests = lambda plan: ()  # runs needed in addition to the study's own
     # checks that the numbers support the text of the template
-    claims: Callable[[Numbers], Sequence[Claim]] = lambda numbers: ()
+    claims: Callable[[FindingNumbers], Sequence[Claim]] = lambda numbers: ()
 
 
 @dataclass(frozen=True)

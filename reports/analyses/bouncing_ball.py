@@ -11,13 +11,15 @@ from plumbob.engines.study.results import Study
 from plumbob.models.registry import case_of, scene
 from plumbob.reports.analyses.analysis import Analysis, Record, Section
 from plumbob.reports.analyses.claims import at_most
-from plumbob.reports.analyses.measurements import plan_of, recordings
+from plumbob.reports.analyses.measurements import recordings, study_plan
 from plumbob.reports.view.content import Claim
 
-STEP = 1e-3  # [s]
+BOUNCE_STEP = 1e-3  # [s]
 METHODS = ("mujoco/euler", "mujoco/rk4", "pymunk/contact")
 RESTITUTIONS = (1.0, 0.9, 0.75, 0.5, 0.25, 0.1)
-RUNS = tuple(ExtraRun("bouncing-ball/half", method, STEP, duration=0.9) for method in METHODS)
+RUNS = tuple(
+    ExtraRun("bouncing-ball/half", method, BOUNCE_STEP, duration=0.9) for method in METHODS
+)
 
 
 def requests(plan: StudyPlan) -> Sequence[ExtraRun]:
@@ -30,19 +32,24 @@ def numbers(study: Study) -> Record | None:
     other coefficients; None if no method was run."""
     measured = {}
     ball = case_of(scene(RUNS[0].scene)).problem
-    for request, run in recordings(study, requests(plan_of(study))).items():
+    for request, run in recordings(study, requests(study_plan(study))).items():
         top = run.observables["z"][run.times > ball.fall].max()
         measured[request.method] = math.sqrt(float(top) / ball.height)
     if not measured:
         return None
-    contacts = [(e, damping_ratio(e), *soft_impact(e, STEP).solref) for e in RESTITUTIONS]
+    contacts = [
+        (e, damping_ratio(e), *soft_impact(e, BOUNCE_STEP).solref) for e in RESTITUTIONS
+    ]
     return Record(
         restitution=ball.restitution,
-        step=STEP,  # [s]
+        step=BOUNCE_STEP,  # [s]
         measured=measured,
         contacts=contacts,  # e, damping ratio, solref
         # change of e if the damper acts half a step late
-        late=ball.restitution * soft_impact(ball.restitution, STEP).damping * STEP / 2.0,
+        late=ball.restitution
+        * soft_impact(ball.restitution, BOUNCE_STEP).damping
+        * BOUNCE_STEP
+        / 2.0,
     )
 
 

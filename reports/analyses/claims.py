@@ -9,7 +9,7 @@ from plumbob.reports.view.content import Claim
 from plumbob.reports.view.notation import number
 
 Claims = Sequence[Claim]  # checks that support the text of a finding
-CLEAR = 10.0  # smallest ratio of two numbers whose difference a text may mention
+CLEAR_RATIO = 10.0  # smallest ratio of two numbers whose difference a text may mention
 AGREES = 1e-3  # largest relative difference between a formula and an engine that agree
 
 
@@ -20,12 +20,12 @@ def at_most(what: str, measured: float, bound: float, unit: str = "") -> Claim:
 
 
 def clear(what: str, large: float, small: float, unit: str = "") -> Claim:
-    """Returns the check that |large| is at least CLEAR times |small|; `what` names both."""
+    """Returns the check that |large| is at least CLEAR_RATIO times |small|; `what` names both."""
     text = (
         f"{what}: {_with_unit(abs(large), unit)} beside {_with_unit(abs(small), unit)}, less than "
-        f"{CLEAR:g} times as much"
+        f"{CLEAR_RATIO:g} times as much"
     )
-    return Claim(text, abs(large) >= CLEAR * abs(small) and large != 0.0)
+    return Claim(text, abs(large) >= CLEAR_RATIO * abs(small) and large != 0.0)
 
 
 def between(what: str, measured: float, low: float, high: float, unit: str = "") -> Claim:

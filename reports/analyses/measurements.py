@@ -23,12 +23,12 @@ from plumbob.models.registry import case_of
 from plumbob.models.registry import scene as find_scene
 from plumbob.models.scene import Case
 
-TURN = 2 * np.pi
+FULL_TURN = 2 * np.pi
 # number of periods in a run whose period is measured: two whole periods between crossings, and a
 # margin
-PERIODS = 3.1
+MEASURED_PERIODS = 3.1
 
-LINE = "capsule-line/ca1"  # scene of the source's check manoeuvre
+CHECK_LINE = "capsule-line/ca1"  # scene of the source's check manoeuvre
 
 
 @cache
@@ -60,7 +60,7 @@ def extra_runs(
     return tuple(ExtraRun(*parts, duration) for parts in product(scenes, methods, steps))
 
 
-def plan_of(study: Study) -> StudyPlan:
+def study_plan(study: Study) -> StudyPlan:
     """Returns the plan of a study: its profile, scenes and methods."""
     return StudyPlan(study.profile, study.scenes, study.methods)
 
@@ -123,7 +123,9 @@ def covers(plan: Study | StudyPlan, *scenes: str) -> bool:
     return set(scenes) <= {scene.name for scene in plan.scenes}
 
 
-def energy(potential: TrigonometricPotential, inertia: float, run: Trajectory) -> Array:
+def pendulum_energy(
+    potential: TrigonometricPotential, inertia: float, run: Trajectory
+) -> Array:
     """Returns the energy inertia theta_dot^2 / 2 + `potential` [J] along a run, shape (n,)."""
     theta = run.observables["theta"]
     rate = run.observables["theta_dot"]
@@ -149,9 +151,9 @@ def period(run: Trajectory | None, centre: float) -> float | None:
     theta = run.observables["theta"]
     angle_at = CubicHermiteSpline(run.times, theta, run.observables["theta_dot"])
     rotated = float(theta[-1] - theta[0])
-    turns = int(abs(rotated) // TURN)
+    turns = int(abs(rotated) // FULL_TURN)
     if turns:
-        end_angle = float(theta[0]) + np.copysign(turns * TURN, rotated)
+        end_angle = float(theta[0]) + np.copysign(turns * FULL_TURN, rotated)
         ends = angle_at.solve(end_angle, extrapolate=False)
         return float(ends[0] - run.times[0]) / turns if len(ends) else None
     # Rounding may put a start at the centre just outside the first interval, so that the passage is

@@ -28,19 +28,19 @@ from plumbob.reports.judge.verdict import JudgedMethod, Judgement
 from plumbob.reports.view.records import (
     Budget,
     ExactRecord,
-    Motion,
+    MotionSamples,
     PairVerdict,
     RunVerdict,
     SceneRecord,
     StudyRecord,
     SystemRecord,
 )
-from plumbob.reports.view.settings import SHOWN
-from plumbob.reports.view.top_tables import ERRORS
+from plumbob.reports.view.settings import SHOWN_SETTINGS
+from plumbob.reports.view.top_tables import ERROR_LEVELS
 
-PERIODS = 15  # most periods of a motion that a plot shows
-SAMPLES = 240  # samples of a motion in a plot
-FRICTION = 0.3  # friction coefficient in settings, the default of `plumbob settings`
+MAX_PLOTTED_PERIODS = 15  # most periods of a motion that a plot shows
+PLOT_SAMPLES = 240  # samples of a motion in a plot
+SETTINGS_FRICTION = 0.3  # friction coefficient in settings, the default of `plumbob settings`
 
 
 def study_record(study: Study, judged: Judgements) -> StudyRecord:
@@ -65,7 +65,7 @@ def scene_record(study: Study, judged: Judgements, scene: Scene) -> SceneRecord:
     recommendations: tuple[Recommendation, ...] = ()
     if study.costs:
         recommendations = tuple(
-            study_recommendation(study, scene, e, judged) for e, _ in ERRORS
+            study_recommendation(study, scene, e, judged) for e, _ in ERROR_LEVELS
         )
     has_exact = is_checked or not system_of(scene).distribution
     return SceneRecord(
@@ -141,17 +141,18 @@ def _budget(run: Measurement, judged: Judgement, name: str, units: Mapping[str, 
     return Budget(name, run.errors[name].largest, tolerance, reason)
 
 
-def _motion(case: Case, period: float) -> Motion:
-    """Returns samples of the exact motion of a case, over at most PERIODS periods [s]."""
+def _motion(case: Case, period: float) -> MotionSamples:
+    """Returns samples of the exact motion of a case, over at most MAX_PLOTTED_PERIODS periods
+    [s]."""
     duration = case.scene.duration
-    longest = PERIODS * period
-    times = np.linspace(0.0, min(duration, longest), SAMPLES)
+    longest = MAX_PLOTTED_PERIODS * period
+    times = np.linspace(0.0, min(duration, longest), PLOT_SAMPLES)
     observed = case.reference.observe(times)
     shown = [observed[observable.name].tolist() for observable in case.system.observables[:2]]
-    return Motion(
+    return MotionSamples(
         times=tuple(times.tolist()),
         channels=tuple(map(tuple, shown)),
-        periods=PERIODS if longest < duration else 0,
+        periods=MAX_PLOTTED_PERIODS if longest < duration else 0,
     )
 
 
@@ -180,7 +181,7 @@ def _base64(file: Path) -> str:
 
 def _settings(engines: set[str]) -> Mapping[str, Settings]:
     """Returns the settings to copy, by method, for the shown methods of these engines."""
-    methods = [find_method(name) for name, _ in SHOWN]
+    methods = [find_method(name) for name, _ in SHOWN_SETTINGS]
     written = {
         method.name: _settings_of(method) for method in methods if method.engine in engines
     }
@@ -190,4 +191,4 @@ def _settings(engines: set[str]) -> Mapping[str, Settings]:
 def _settings_of(method: Method) -> Settings | None:
     """Returns the settings to copy for a method; None if its engine has none."""
     writer = engine_of(method).ability(SettingsToPaste)
-    return writer.write(method, REFERENCE_STEP, None, FRICTION) if writer else None
+    return writer.write(method, REFERENCE_STEP, None, SETTINGS_FRICTION) if writer else None

@@ -27,7 +27,7 @@ from plumbob.engines.audit.user_models import quiet, user_models
 from plumbob.engines.own_motion import AS_IT_STANDS, Policy, Start
 from plumbob.models.border import must_be, regular_file
 from plumbob.models.entry_points import on_stderr
-from plumbob.reports.audit_from_python import BUDGET, audit, audit_contacts
+from plumbob.reports.audit_from_python import AUDIT_SECONDS, audit, audit_contacts
 from plumbob.reports.commands import several_audits
 from plumbob.reports.commands.arguments import values
 from plumbob.reports.commands.own_file import controls_of
@@ -186,7 +186,7 @@ def _checked(chosen: argparse.Namespace) -> None:
         values.without(chosen, OF_MOTION, "left out with --contacts")
     else:
         values.without(chosen, OF_CONTACTS, "given with --contacts")
-    chosen.budget = chosen.budget or BUDGET
+    chosen.budget = chosen.budget or AUDIT_SECONDS
     chosen.jobs = chosen.jobs or 1
     if chosen.write_trimmed is not None:
         new_file(Path(chosen.write_trimmed))

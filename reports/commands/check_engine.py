@@ -9,7 +9,7 @@ from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.method import meant
 from plumbob.engines.registry import engine_of, installed
 from plumbob.engines.registry import methods as find_methods
-from plumbob.models.registry import scenes as find_scenes
+from plumbob.models.registry import matching_scenes as find_scenes
 from plumbob.reports.commands.arguments import values
 from plumbob.reports.judge.engine_check import CheckOutcome, check_engine
 

@@ -19,8 +19,8 @@ from plumbob.engines.study.measurement import Measurement, measure
 from plumbob.models.registry import case_of
 from plumbob.models.registry import scene as find_scene
 from plumbob.models.scene import Scene
-from plumbob.models.tripod_capsule.parameters import BODY, CHECK, capsule
-from plumbob.models.tripod_capsule.plan import CURVE, LIMITS, requested_plan
+from plumbob.models.tripod_capsule.parameters import CAPSULE_PARAMETERS, CHECK, read_capsule
+from plumbob.models.tripod_capsule.plan import CURVE, LIMIT_NAMES, requested_plan
 from plumbob.reports.analyses.capsule_plan.pose_errors import (
     error_by_name,
     errors_by_kind,
@@ -50,7 +50,9 @@ MISSING = 3
 def arguments(parser: argparse.ArgumentParser) -> None:
     """Say what --set takes, and read numbers below zero."""
     parser.formatter_class = argparse.RawDescriptionHelpFormatter
-    parser.epilog = ABOUT.format(body=", ".join(BODY), limits=", ".join(LIMITS))
+    parser.epilog = ABOUT.format(
+        body=", ".join(CAPSULE_PARAMETERS), limits=", ".join(LIMIT_NAMES)
+    )
     # Without this argparse takes -1e-3 for an option.
     parser._negative_number_matcher = re.compile(r"^-(\d|\.\d)")
 
@@ -58,7 +60,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 def command(chosen: argparse.Namespace) -> int:
     """Print the manoeuvres, the total time and where the reference ends, and an engine's errors."""
     changes = chosen.changes | ({"arc": chosen.arc} if chosen.arc else {})
-    known(changes, (*BODY, *LIMITS, *PLACES))
+    known(changes, (*CAPSULE_PARAMETERS, *LIMIT_NAMES, *PLACES))
     parameters = {**changes, "to": chosen.to, "track": chosen.track}
     if (chosen.method is None) != (chosen.step is None):
         raise ParameterError("step", chosen.step, "given with --method, and only with it")
@@ -71,8 +73,8 @@ def command(chosen: argparse.Namespace) -> int:
             method = find_method(chosen.method)
             measured = run_plan(found, scene, method, chosen.step)
         if chosen.other:
-            known(chosen.other, BODY)
-            body = capsule({**asdict(found.capsule), **chosen.other})
+            known(chosen.other, CAPSULE_PARAMETERS)
+            body = read_capsule({**asdict(found.capsule), **chosen.other})
             answer["on"] = _misses(replace(found, capsule=body))
     if measured is not None:
         answer["method"] = measured_data(found, measured)

@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from plumbob.engines.study.checkpoint import Checkpoint
     from plumbob.engines.study.measurement import Measurement
     from plumbob.engines.study.scheduler import Progress
-    from plumbob.reports.advice.advice import Answer, MakeRun
+    from plumbob.reports.advice.advice import MakeRun, RecommendationSearch
     from plumbob.reports.advice.user_settings import UserResult
 
 SAMPLES = 100  # of the exact motion, to see how large it is
@@ -315,7 +315,7 @@ def _show(
     chosen: argparse.Namespace,
     asked: Any,
     study: Study,
-    answer: Answer,
+    answer: RecommendationSearch,
     user_method: Method | None,
 ) -> None:
     """Print the answer, and what a user's own settings, measured now, give beside it."""

@@ -54,14 +54,18 @@ def _drawn(study: Study, out: Path, single: Path | None, public: Path | None) ->
     """Write the pages of a study into `out`, into the file `single`, or to publish into `public`;
     returns the path of the first page."""
     from plumbob.reports.view.page import write_file
-    from plumbob.reports.view.site.writing import site_content, site_in_one_file, write_page
+    from plumbob.reports.view.site.writing import (
+        site_content,
+        site_in_one_file,
+        write_study_pages,
+    )
 
     if single:
         return write_file(site_in_one_file(site_content(study)), single.parent, single.name)
     if not public:
-        return write_page(study, out)
+        return write_study_pages(study, out)
     command_line = without_folders(study.provenance.command)
-    page = write_page(
+    page = write_study_pages(
         replace(study, provenance=replace(study.provenance, command=command_line)), public
     )
     write_file("", public, ".nojekyll")  # GitHub Pages then serves the files as they are

@@ -5,12 +5,12 @@ from __future__ import annotations
 import argparse
 
 from plumbob.reports.commands.arguments import values
-from plumbob.reports.view.sources import SOURCES, listed_statements
+from plumbob.reports.view.sources import CITED_SOURCES, listed_statements
 
 
 def command(chosen: argparse.Namespace) -> int:
     """Print the statements by place, each with its finding and its second method."""
     values.show(
-        chosen, listed_statements(), "sources", rows=listed_statements(), sources=SOURCES
+        chosen, listed_statements(), "sources", rows=listed_statements(), sources=CITED_SOURCES
     )
     return 0

@@ -19,7 +19,7 @@ from plumbob.reports.commands.own_file import OF_FILES, described, is_file, moti
 from plumbob.reports.judge.long_runs import JudgedLongRun, judged_long_run
 from plumbob.reports.judge.stability import JudgedLimit, study_limits
 from plumbob.reports.view.own_files import check_replaceable
-from plumbob.reports.view.stability import NAME, table, write_stability_page
+from plumbob.reports.view.stability import STABILITY_PAGE, stability_table, write_stability_page
 from plumbob.reports.view.terminal import aligned
 
 if TYPE_CHECKING:
@@ -41,14 +41,14 @@ def command(chosen: argparse.Namespace) -> int:
     scenes = values.scenes(chosen.scene, {})
     methods = find_methods(",".join(chosen.method) or "*")
     if chosen.out:
-        check_replaceable("out", Path(chosen.out) / NAME)
+        check_replaceable("out", Path(chosen.out) / STABILITY_PAGE)
     if not chosen.method:
         methods = tuple(m for m in methods if installed(engine_of(m)))
     study = _measured(chosen, scenes, methods)
     judged = list(_judged(study))
     page = chosen.out and write_stability_page(judged, study.provenance, Path(chosen.out))
     records = [of.record() for of in judged]
-    shown = aligned(table(judged))
+    shown = aligned(stability_table(judged))
     surprises = [
         (record, of) for record, of in zip(records, judged, strict=True) if of.surprise
     ]

@@ -17,7 +17,7 @@ from plumbob.engines.study.convergence import SEED
 from plumbob.engines.study.results import Analysed, Study
 from plumbob.engines.study.runner import pairs, run_study
 from plumbob.engines.workers import Workers
-from plumbob.models.registry import scenes as find_scenes
+from plumbob.models.registry import matching_scenes as find_scenes
 from plumbob.models.scene import Scene
 from plumbob.reports.advice.json_records import study_records
 from plumbob.reports.advice.user_settings import user_results
@@ -28,7 +28,7 @@ from plumbob.reports.commands.arguments.like import SCENES as LIKE_SCENES
 from plumbob.reports.commands.arguments.like import beside, own_method
 from plumbob.reports.judge.searches import judged_searches, unexpected_searches
 from plumbob.reports.judge.study_verdicts import Judgements, judge_study
-from plumbob.reports.view.junit import write_junit
+from plumbob.reports.view.junit import write_study_junit
 from plumbob.reports.view.method_results import Results, results_of
 from plumbob.reports.view.own_files import check_replaceable
 from plumbob.reports.view.records import records_of
@@ -117,17 +117,17 @@ def _report(
 ) -> int:
     """Write the pages of the stored study of that number, as `plumbob report` does, and what else
     was asked for; returns the exit code."""
-    from plumbob.reports.view.site.writing import write_page
+    from plumbob.reports.view.site.writing import write_study_pages
     from plumbob.reports.view.terminal import study_values
     from plumbob.reports.view.user_settings import cost_factor
 
     study = store.load(out / store.FILE, number)
     assert study
     results = user_results(study, judged)
-    page = write_page(study, out)
+    page = write_study_pages(study, out)
     every = results_of(study, records_of(study))
     if junit:
-        write_junit(junit, study, every)
+        write_study_junit(junit, study, every)
     values.show(
         chosen,
         study_records(study, judged, results),

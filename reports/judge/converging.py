@@ -20,7 +20,7 @@ from plumbob.engines.study.measurement import Measurement, rounding, worst
 from plumbob.engines.study.order import fit_order
 from plumbob.models.scene import Quantity
 
-PER_OCTAVE = 3  # least runs in an octave of steps: fewer may all be accurate by chance
+MIN_RUNS_PER_OCTAVE = 3  # least runs in an octave of steps: fewer may all be accurate by chance
 LEAST_OCTAVES = 4  # octaves over which the envelope has to fall
 LEAST_SLOPE = 0.5  # lower bound on the confidence interval of the envelope's slope
 ROUND_OFFS = 10.0  # multiple of the round-off level: an error below it is not resolved
@@ -49,7 +49,7 @@ def convergence(runs: Sequence[Measurement], quantities: Sequence[Quantity]) -> 
     resolved_maxima = maxima[resolved[maxima]]
     if len(maxima) < LEAST_OCTAVES:
         # A study ends early once its errors reach round-off.
-        if len(steps) >= PER_OCTAVE and not resolved.any():
+        if len(steps) >= MIN_RUNS_PER_OCTAVE and not resolved.any():
             return Convergence("converges", f"within {ROUND_OFFS:g} round-offs at every step")
         return Convergence(
             None, f"{len(maxima)} octaves of steps, and {LEAST_OCTAVES} are needed"
@@ -83,7 +83,7 @@ def _falling_verdict(
     """Returns the verdict on errors above round-off whose envelope falls. If they are smooth in the
     step and extrapolate to an error far from zero, they do not converge. `slope` is the envelope's
     slope with its confidence interval; `smallest` is a phrase on the smallest error."""
-    finest = slice(-3 * PER_OCTAVE, None)
+    finest = slice(-3 * MIN_RUNS_PER_OCTAVE, None)
     limit = _extrapolated_error(steps[finest], ends[finest], max(1, round(slope[0])))
     if limit > EXTRAPOLATED_RATIO * errors[-1]:
         reason = f"the error is smooth in the step, and leads to {limit:.2g} and not to zero"
@@ -106,11 +106,11 @@ def _run_row(run: Measurement, quantities: Sequence[Quantity]) -> tuple[float, .
 
 def _octave_maxima(steps: Array, errors: Array) -> npt.NDArray[np.intp]:
     """Returns the indices of the runs with the largest error in each octave of steps, coarse to
-    fine. An octave counts if it has PER_OCTAVE runs or more."""
+    fine. An octave counts if it has MIN_RUNS_PER_OCTAVE runs or more."""
     octaves = np.floor(np.log2(steps / steps.min(initial=np.inf)) + 1e-9)
     coarse_to_fine = np.unique(octaves)[::-1]
     groups = [np.flatnonzero(octaves == octave) for octave in coarse_to_fine]
-    full = [group for group in groups if len(group) >= PER_OCTAVE]
+    full = [group for group in groups if len(group) >= MIN_RUNS_PER_OCTAVE]
     return np.array([group[errors[group].argmax()] for group in full], dtype=np.intp)
 
 

@@ -35,10 +35,11 @@ SAME_TIME_ERROR = 1e-3
 ORDER_MARGIN = 0.3  # largest amount by which an observed order may be below the declared order
 # Scenes that must show an order, and scenes that are tried for it.
 ORDER_SCENES, TRIED_SCENES = 3, 9
-MOST_STEPS = 1201  # most steps of a run whose samples are checked: one sample every three steps
+# most steps of a run whose samples are checked: one sample every three steps
+MAX_CHECKED_STEPS = 1201
 COARSE_STEPS = 8  # steps in a run that should diverge
 
-Status = Literal["pass", "fail", "not checked"]
+CheckStatus = Literal["pass", "fail", "not checked"]
 
 
 class NotChecked(Exception):
@@ -50,7 +51,7 @@ class CheckOutcome:
     """The outcome of one check for all methods of an engine."""
 
     name: str
-    status: Status
+    status: CheckStatus
     detail: str  # the result, or the method that fails and the reason
 
 
@@ -74,13 +75,13 @@ class CheckedMethod:
 
     @property
     def short_case(self) -> tuple[Case, float]:
-        """Returns the first case that the engine builds, cut to at most MOST_STEPS steps, and its
-        step; raises NotChecked if the engine builds none."""
+        """Returns the first case that the engine builds, cut to at most MAX_CHECKED_STEPS steps,
+        and its step; raises NotChecked if the engine builds none."""
         for scene in self.scenes:
             case = case_of(scene)
             step = self.checked_step(scene)
             if self.method.control == "step":
-                steps = min(MOST_STEPS, round(scene.duration / step))
+                steps = min(MAX_CHECKED_STEPS, round(scene.duration / step))
                 case = case.lasting(steps * step)
             with suppress(Unsupported):
                 self.simulation(case, step)
@@ -125,7 +126,7 @@ def _sorted_scenes(method: Method, scenes: Sequence[Scene]) -> tuple[Scene, ...]
 
 def _check_outcome(name: str, check: Check, methods: Sequence[CheckedMethod]) -> CheckOutcome:
     """Returns a check's outcome over all methods: the first failure, else the first pass."""
-    outcomes: dict[Status, list[str]] = {"fail": [], "pass": [], "not checked": []}
+    outcomes: dict[CheckStatus, list[str]] = {"fail": [], "pass": [], "not checked": []}
     for checked in methods:
         status, detail = _method_outcome(check, checked)
         outcomes[status].append(f"{checked.method.name}: {detail}")
@@ -136,7 +137,7 @@ def _check_outcome(name: str, check: Check, methods: Sequence[CheckedMethod]) ->
     return CheckOutcome(name, "not checked", "no method")
 
 
-def _method_outcome(check: Check, checked: CheckedMethod) -> tuple[Status, str]:
+def _method_outcome(check: Check, checked: CheckedMethod) -> tuple[CheckStatus, str]:
     """Returns a check's outcome for one method, with its detail."""
     try:
         # Output and files of the engine are caught: `check_output` checks for them.

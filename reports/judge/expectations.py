@@ -37,7 +37,9 @@ INACCURATE = "inaccurate, misses the accuracy asked for"
 # profile with the seeds 1 to 4 were 2.2 and 6.6
 # (`python -m plumbob.tests.validation.drawn_steps 1 4`); seed 5 has a ratio of 2.6.
 DRAWN_RATIO = MappingProxyType({"step": 4.0, "tolerance": 20.0})
-Standing = Literal["as expected", "known limit", "pre-asymptotic", "not run", "unexpected"]
+VerdictStanding = Literal[
+    "as expected", "known limit", "pre-asymptotic", "not run", "unexpected"
+]
 
 
 @dataclass(frozen=True)
@@ -155,7 +157,7 @@ def compared_errors(
     return list(errors.values()) if expected(scene.name, method.name).limit else []
 
 
-def as_expected(scene: Scene, method: Method, judgement: Judgement) -> bool:
+def verdict_is_expected(scene: Scene, method: Method, judgement: Judgement) -> bool:
     """Whether a verdict on a convergence study is the expected one."""
     return not surprise(scene, method, judgement)
 
@@ -258,10 +260,10 @@ def require_accuracy(judgement: Judgement, within: float) -> Judgement:
     return replace(judgement, verdict="inaccurate", reason=reason)
 
 
-def standing(scene: Scene, method: Method, judgement: Judgement) -> Standing:
+def standing(scene: Scene, method: Method, judgement: Judgement) -> VerdictStanding:
     """Returns the meaning of a verdict to a reader. `known limit` is a declared limit;
     `pre-asymptotic` and `not run` claim nothing."""
-    if not as_expected(scene, method, judgement):
+    if not verdict_is_expected(scene, method, judgement):
         return "unexpected"
     if judgement.verdict in ("unsupported", "missing"):
         return "not run"

@@ -16,7 +16,8 @@ from plumbob.reports.judge.expectations import expected
 
 GradientVerdict = Literal["predicted", "off-prediction", "pre-asymptotic", "unsupported"]
 
-RESOLVED = 10.0  # multiple of the exact derivative's uncertainty: smaller errors show no order
+# multiple of the exact derivative's uncertainty: smaller errors show no order
+RESOLVED_MULTIPLE = 10.0
 
 
 @dataclass(frozen=True)
@@ -192,7 +193,7 @@ def _run_error(derivative: JudgedGradient) -> float:
     if tried is None:
         return math.nan
     error = abs(tried.computed - gradient.exact - tried.truncation)
-    return error if error > RESOLVED * gradient.uncertainty else math.nan
+    return error if error > RESOLVED_MULTIPLE * gradient.uncertainty else math.nan
 
 
 def _error_order(errors: Mapping[float, float]) -> float | None:

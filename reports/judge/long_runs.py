@@ -11,11 +11,11 @@ from plumbob.analytic.stability import LEVELS
 from plumbob.engines.study.long_runs import LongRunSearch, MeasuredLongRun
 from plumbob.reports.judge.stability import LimitVerdict
 
-# The measured time may differ from the predicted time by WITHIN times the predicted time plus
-# PERIODS periods. A run notices the crossing of a level only at the next peak of the error, which
-# comes once a period. Both numbers are calibrated: tests/study/test_long_runs.py fails with smaller
-# and with larger ones.
-WITHIN, PERIODS = 0.1, 2.0
+# The measured time may differ from the predicted time by ALLOWED_TIME_RATIO times the predicted
+# time plus ALLOWED_PERIODS periods. A run notices the crossing of a level only at the next peak of
+# the error, which comes once a period. Both numbers are calibrated: tests/study/test_long_runs.py
+# fails with smaller and with larger ones.
+ALLOWED_TIME_RATIO, ALLOWED_PERIODS = 0.1, 2.0
 JUDGED_LEVELS = LEVELS[
     :2
 ]  # levels that are judged: the last level is far beyond the linear range
@@ -71,12 +71,12 @@ def judged_long_run(search: LongRunSearch, measured: MeasuredLongRun) -> JudgedL
 def _time_mismatches(run: MeasuredLongRun) -> Iterator[str]:
     """Yields a message for each level whose time is not the predicted one."""
     assert run.predicted is not None
-    margin = PERIODS * run.period
+    margin = ALLOWED_PERIODS * run.period
     for level in JUDGED_LEVELS:
         predicted = run.predicted.times[level]
         measured = run.times.get(level)
-        earliest = (1.0 - WITHIN) * predicted - margin
-        latest = (1.0 + WITHIN) * predicted + margin
+        earliest = (1.0 - ALLOWED_TIME_RATIO) * predicted - margin
+        latest = (1.0 + ALLOWED_TIME_RATIO) * predicted + margin
         if measured is None and latest < run.followed:
             yield (
                 f"no error of {level:.0%} in {run.followed:.4g} s, predicted at {predicted:.4g} s"

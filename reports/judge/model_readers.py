@@ -22,7 +22,7 @@ from plumbob.engines.workers import Workers
 
 REFERENCE_READER = "mujoco"  # engine whose reader defines the format
 # Options that a reader may ignore unnoticed if its default is the file's value.
-OPTIONS = ("gravity", "timestep")
+MODEL_OPTIONS = ("gravity", "timestep")
 
 
 @dataclass(frozen=True)
@@ -96,7 +96,7 @@ def ignored_options(reference: ModelFields, fields: ModelFields) -> tuple[str, .
     with uncommon options, as MuJoCo and as that reader read it."""
     return tuple(
         option
-        for option in OPTIONS
+        for option in MODEL_OPTIONS
         if not equal(reference[option, ""], fields.get((option, "")))
     )
 

@@ -14,7 +14,7 @@ from plumbob.engines.study.stability import MeasuredLimit, SceneLimits, Stabilit
 # Chosen relative distances of the prediction from the nearer end of a bracket that is 1 % wide. At
 # an equilibrium eigenvalues set the limit. Elsewhere the limit is the step at which chaos begins,
 # and depends on the start too.
-AT_EQUILIBRIUM, ELSEWHERE = 0.02, 0.1
+AT_EQUILIBRIUM, AWAY_FROM_EQUILIBRIUM = 0.02, 0.1
 KNOWN_RATIO = 0.02  # largest relative difference from the ratio of a known limit
 LimitVerdict = Literal["predicted", "off-prediction", "measured"]
 
@@ -67,7 +67,7 @@ def _judged_limit(
     ratio = None
     if not _belongs_to_changed_motion(limit, measured):
         ratio = limit_ratio(limit)
-    allowed = AT_EQUILIBRIUM if measured.equilibrium else ELSEWHERE
+    allowed = AT_EQUILIBRIUM if measured.equilibrium else AWAY_FROM_EQUILIBRIUM
     verdict: LimitVerdict = "predicted"
     if ratio is None:
         verdict = "measured"
@@ -108,7 +108,7 @@ def _belongs_to_changed_motion(limit: MeasuredLimit, measured: SceneLimits) -> b
     long the changed motion lasts."""
     if measured.equilibrium or limit.kind != "unstable":
         return False
-    clearly_smaller = (1.0 - ELSEWHERE) * (limit.holds or 0.0)
+    clearly_smaller = (1.0 - AWAY_FROM_EQUILIBRIUM) * (limit.holds or 0.0)
     changes = [other.fails for other in measured.limits if other.kind == "changes-kind"]
     return any(fails is not None and fails < clearly_smaller for fails in changes)
 

@@ -47,7 +47,7 @@ MODEL_FRACTIONS = (
 
 
 @dataclass(frozen=True)
-class Term:
+class ToleranceTerm:
     """One term of a tolerance."""
 
     name: str
@@ -60,7 +60,7 @@ class Tolerance:
     """A bound on the error of one observable, in its unit, as a sum of terms."""
 
     unit: str
-    terms: tuple[Term, ...]
+    terms: tuple[ToleranceTerm, ...]
 
     @property
     def bound(self) -> float:
@@ -74,13 +74,15 @@ def tolerance(run: Measurement, method: Method, observable: str, unit: str) -> T
     if the response is nonlinear, or if an adaptive solver has no second run for comparison."""
     error = run.errors[observable]
     if method.control == "tolerance":
-        step_terms: tuple[Term, ...] | None = _adaptive_terms(error, method)
+        step_terms: tuple[ToleranceTerm, ...] | None = _adaptive_terms(error, method)
     else:
         step_terms = _prediction_terms(error, run.step)
     if step_terms is None:
         return None
     model_terms = tuple(
-        Term(f"regularisation: {name}", value, "the model differs from the equations by this")
+        ToleranceTerm(
+            f"regularisation: {name}", value, "the model differs from the equations by this"
+        )
         for name, value in error.model.items()
     )
     return Tolerance(unit, (*step_terms, *model_terms, *_rounding_terms(error, run.steps)))
@@ -184,7 +186,7 @@ def round_off(run: Measurement, name: str, units: Mapping[str, str]) -> float:
     return floor(replace(error, model={}, uncertainty=uncertainty), run.steps)
 
 
-def _prediction_terms(error: ObservedError, step: float) -> tuple[Term, ...] | None:
+def _prediction_terms(error: ObservedError, step: float) -> tuple[ToleranceTerm, ...] | None:
     """Returns the terms of a predicted error; None without a prediction, or if the series does not
     reach this step."""
     predicted = error.predicted
@@ -192,7 +194,7 @@ def _prediction_terms(error: ObservedError, step: float) -> tuple[Term, ...] | N
         return None
     if predicted.for_this_step:
         reason = f"error of the scheme on this motion at this step, h = {step:g} s"
-        return (Term(AT_STEP, predicted.largest, reason),)
+        return (ToleranceTerm(AT_STEP, predicted.largest, reason),)
     terms = predicted.terms
     if not reaches(terms, predicted.largest, predicted.nonlinearity):
         return None
@@ -200,12 +202,12 @@ def _prediction_terms(error: ObservedError, step: float) -> tuple[Term, ...] | N
     last_two = sum(terms[power] for power in powers[-2:])
     nonlinear = nonlinear_part(terms, predicted.nonlinearity) * predicted.largest
     series = " + ".join(f"C{power} h^{power}" for power in powers)
-    discretisation = Term(
+    discretisation = ToleranceTerm(
         "discretisation",
         predicted.largest,
         f"{series} of the scheme on this motion, h = {step:g} s",
     )
-    remainder = Term(
+    remainder = ToleranceTerm(
         "discretisation: remainder",
         last_two + nonlinear,
         "the rest of the series is smaller than its last two terms and the first nonlinear "
@@ -214,7 +216,7 @@ def _prediction_terms(error: ObservedError, step: float) -> tuple[Term, ...] | N
     return discretisation, remainder
 
 
-def _adaptive_terms(error: ObservedError, method: Method) -> tuple[Term, ...] | None:
+def _adaptive_terms(error: ObservedError, method: Method) -> tuple[ToleranceTerm, ...] | None:
     """Returns the term of a solver that controls its local error; none for a closed form; None if
     the solver has no second run for comparison."""
     controlled = error.controlled
@@ -222,10 +224,10 @@ def _adaptive_terms(error: ObservedError, method: Method) -> tuple[Term, ...] | 
         # A closed form takes no steps, and needs no term.
         return None if method.scheme.integrator == ADAPTIVE else ()
     reason = "twice its distance from a run on the same equations with a much smaller tolerance"
-    return (Term("local error control", controlled.largest, reason),)
+    return (ToleranceTerm("local error control", controlled.largest, reason),)
 
 
-def _rounding_terms(error: ObservedError, steps: int) -> tuple[Term, ...]:
+def _rounding_terms(error: ObservedError, steps: int) -> tuple[ToleranceTerm, ...]:
     """Returns the terms for the rounding of the inputs and of each of the `steps` steps."""
     predicted = error.predicted
     if predicted is not None and predicted.uncertainty is not None:
@@ -234,12 +236,12 @@ def _rounding_terms(error: ObservedError, steps: int) -> tuple[Term, ...]:
     else:
         uncertainty = error.uncertainty
         answer = "exact answer"
-    conditioning = Term(
+    conditioning = ToleranceTerm(
         "conditioning",
         uncertainty,
         f"one unit in the last place of every input moves the {answer} by this",
     )
-    random_walk = Term(
+    random_walk = ToleranceTerm(
         "round-off",
         2.0 * steps**0.5 * uncertainty,
         "each step's rounding, half an ulp, in a random walk: four standard deviations",

@@ -88,11 +88,14 @@ class StoredObservables:
     observables: tuple[Observable, ...]
 
 
-Observed = System | StoredObservables
+ObservedSystem = System | StoredObservables
 
 
 def judge_method(
-    study: ConvergenceStudy, system: Observed, method: Method, quantities: Sequence[Quantity]
+    study: ConvergenceStudy,
+    system: ObservedSystem,
+    method: Method,
+    quantities: Sequence[Quantity],
 ) -> JudgedMethod:
     """Returns the verdict on a method on a scene, with the verdicts on its runs. `quantities` are
     the scene's quantities of interest."""
@@ -114,7 +117,10 @@ def judge_method(
 
 
 def judge(
-    run: Measurement, system: Observed, method: Method, quantities: Sequence[Quantity] = ()
+    run: Measurement,
+    system: ObservedSystem,
+    method: Method,
+    quantities: Sequence[Quantity] = (),
 ) -> Judgement:
     """Returns the verdict on one run: its errors compared with their tolerances. If no theory
     reaches the run's step, the verdict is `pre-asymptotic`. `quantities` are the scene's quantities

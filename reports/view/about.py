@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from plumbob.reports.view.finding_text import read_keys
-from plumbob.reports.view.tables import TEMPLATES, Parts, fill_text
+from plumbob.reports.view.tables import TABLE_TEMPLATES, TemplateParts, fill_text
 
 Description = Mapping[str, Sequence[Sequence[str]]]
 """Lines of a description by their kind; each line is the sequence of its parts. The kinds are
@@ -16,7 +16,7 @@ its position; `line`, an SVG path and its class; and `picture`, the picture in w
 
 def read_description(system: str) -> Description | None:
     """Returns the description of a system by its name; None if it has none."""
-    if not (TEMPLATES / "about" / f"{system}.md").is_file():
+    if not (TABLE_TEMPLATES / "about" / f"{system}.md").is_file():
         return None
-    lines = read_keys(fill_text(f"about/{system}", Parts(), {}), system)
+    lines = read_keys(fill_text(f"about/{system}", TemplateParts(), {}), system)
     return {kind: [text.split(" | ") for text in texts] for kind, texts in lines.items()}

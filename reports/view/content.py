@@ -8,8 +8,8 @@ from typing import Any, Literal, NamedTuple
 
 from plumbob.reports.view.notation import number
 
-Trace = Mapping[str, Any]  # a curve, bars or a map in plotly's format
-Layout = Mapping[str, Any]  # properties of a figure, or of one axis, in plotly's format
+PlotlyTrace = Mapping[str, Any]  # a curve, bars or a map in plotly's format
+PlotlyLayout = Mapping[str, Any]  # properties of a figure, or of one axis, in plotly's format
 StatementVerdict = Literal["holds", "corrected", "refuted", "extended"]
 
 
@@ -41,8 +41,8 @@ class Figure:
 
     title: str
     caption: str
-    traces: tuple[Trace, ...]
-    layout: Layout
+    traces: tuple[PlotlyTrace, ...]
+    layout: PlotlyLayout
     height: int = 340  # [px]
     wide: bool = False
 

@@ -11,15 +11,16 @@ import numpy as np
 
 from plumbob.analytic.reference import Array
 from plumbob.reports.view.axis import Axis, Ticks
-from plumbob.reports.view.content import Figure, Layout, Trace
+from plumbob.reports.view.content import Figure, PlotlyLayout, PlotlyTrace
 from plumbob.reports.view.plotly_figure import FRONT
 from plumbob.reports.view.point_names import placed_names
 
-WIDTH, WIDE, SQUARE = 560, 860, 400  # [px]
+WIDTH, WIDE_WIDTH, SQUARE = 560, 860, 400  # [px]
 # margins [px]; SCALE is the right margin of a map, which holds its colour scale
-LEFT, RIGHT, SCALE, TOP, BOTTOM = 64, 18, 68, 10, 40
-LETTER, LARGE_LETTER = 7.4, 10.0  # [px] widest letter at full size, and in a shrunken picture
-MOST_TICKS, SHADES = 6, 16
+LEFT_MARGIN, RIGHT_MARGIN, SCALE, TOP_MARGIN, BOTTOM_MARGIN = 64, 18, 68, 10, 40
+# [px] widest letter at full size, and in a shrunken picture
+TICK_LETTER_WIDTH, LARGE_LETTER = 7.4, 10.0
+MOST_TICKS, MAP_SHADES = 6, 16
 # SVG paths of marks by plotly's names, in tenths of a pixel from the middle of the mark. A disc is
 # the round end of a line of zero length.
 GLYPHS = MappingProxyType(
@@ -35,11 +36,11 @@ GLYPHS = MappingProxyType(
         "star": "m0-46l11 35h37l-30 22l11 35l-29-21l-29 21l11-35l-30-22h37z",
     }
 )
-DASHES = MappingProxyType({"dash": "6 4", "dot": "2 3", "dashdot": "6 3 2 3"})
+DASH_PATTERNS = MappingProxyType({"dash": "6 4", "dot": "2 3", "dashdot": "6 3 2 3"})
 
 
 @dataclass(frozen=True)
-class Path:
+class SvgPath:
     """An SVG path in tenths of a pixel, with its colours, line width and dashes."""
 
     d: str
@@ -50,31 +51,33 @@ class Path:
     opacity: float | None = None
 
 
-Drawing = SimpleNamespace
+SvgDrawing = SimpleNamespace
 """The values of the SVG template: size [px], axes and their ticks, paths in tenths of a pixel,
 names of points, the shades of a map with the ticks of its scale, and the legend: name, colour and
 dashes of each curve."""
 
 
-def drawing(figure: Figure, chosen: Sequence[str] = ()) -> Drawing | None:
+def svg_drawing(figure: Figure, chosen: Sequence[str] = ()) -> SvgDrawing | None:
     """Returns the drawing of a figure, restricted to the curves of the `chosen` methods if the
     figure has any of these; None if no value has a place on one of the axes."""
     traces = drawn_traces(figure, chosen)
     layout = figure.layout
-    width = WIDE if figure.wide else WIDTH
+    width = WIDE_WIDTH if figure.wide else WIDTH
     square = "scaleanchor" in layout["yaxis"]
     height = SQUARE if square else figure.height
     first = traces[0] if "z" in traces[0] else None
     longest = max(map(len, layout["yaxis"].get("ticktext", ())), default=0)
-    right = width - (SCALE if first else RIGHT)
-    x = _axis(layout["xaxis"], traces, "x", max(LEFT, 24 + LETTER * longest), right)
-    y = _axis(layout["yaxis"], traces, "y", height - BOTTOM, TOP)
+    right = width - (SCALE if first else RIGHT_MARGIN)
+    x = _axis(
+        layout["xaxis"], traces, "x", max(LEFT_MARGIN, 24 + TICK_LETTER_WIDTH * longest), right
+    )
+    y = _axis(layout["yaxis"], traces, "y", height - BOTTOM_MARGIN, TOP_MARGIN)
     if x is None or y is None:
         return None
     if square:
         scale = max(abs(x.scale), abs(y.scale))
         x, y = x.scaled(scale), y.scaled(scale)
-    drawn = Drawing(
+    drawn = SvgDrawing(
         width=width,
         height=height,
         layout=layout,
@@ -91,17 +94,17 @@ def drawing(figure: Figure, chosen: Sequence[str] = ()) -> Drawing | None:
     if first:
         scale_axis = Axis(first["zmin"], first["zmax"], y.start, y.end, False)
         drawn.scale = _ticks(first["colorbar"], scale_axis)
-        drawn.shades = [_shade(first, (k + 0.5) / SHADES) for k in range(SHADES)]
+        drawn.shades = [_shade(first, (k + 0.5) / MAP_SHADES) for k in range(MAP_SHADES)]
     return drawn
 
 
-def _paths(traces: Sequence[Trace], x: Axis, y: Axis) -> Iterator[Path]:
+def _paths(traces: Sequence[PlotlyTrace], x: Axis, y: Axis) -> Iterator[SvgPath]:
     """Yields the paths of all traces: the cells of a map, the line and the marks of a curve."""
     for trace in traces:
         yield from _map(trace, x, y) if "z" in trace else _marks(trace, x, y)
 
 
-def _legend(layout: Layout, traces: Sequence[Trace]) -> list[tuple[str, str, str]]:
+def _legend(layout: PlotlyLayout, traces: Sequence[PlotlyTrace]) -> list[tuple[str, str, str]]:
     """Returns the name, the colour and the dashes of each curve in the legend; none if the layout
     shows no legend and no curve belongs to a method."""
     if not layout.get("showlegend") and not any("meta" in trace for trace in traces):
@@ -111,7 +114,7 @@ def _legend(layout: Layout, traces: Sequence[Trace]) -> list[tuple[str, str, str
     return [(name, t["line"]["color"], dashes(t)) for name, t in by_name.items()]
 
 
-def drawn_traces(figure: Figure, chosen: Sequence[str]) -> Sequence[Trace]:
+def drawn_traces(figure: Figure, chosen: Sequence[str]) -> Sequence[PlotlyTrace]:
     """Returns the traces of a figure that its picture shows: the traces of the `chosen` methods and
     of the Pareto front; all traces if the figure has none of the `chosen` methods."""
     chosen_traces = [t for t in figure.traces if t.get("meta", FRONT) in (*chosen, FRONT)]
@@ -120,7 +123,7 @@ def drawn_traces(figure: Figure, chosen: Sequence[str]) -> Sequence[Trace]:
 
 
 def _axis(
-    layout: Layout, traces: Sequence[Trace], key: str, start: float, end: float
+    layout: PlotlyLayout, traces: Sequence[PlotlyTrace], key: str, start: float, end: float
 ) -> Axis | None:
     """Returns the axis from pixel `start` to pixel `end`, over the range that `layout` declares or,
     by default, over the values `key` ("x" or "y") of all traces; None if there are no values."""
@@ -137,7 +140,7 @@ def _axis(
     return Axis(low - margin, high + margin, start, end, logarithmic)
 
 
-def _ticks(layout: Layout, axis: Axis) -> Ticks:
+def _ticks(layout: PlotlyLayout, axis: Axis) -> Ticks:
     """Returns the ticks that `layout` declares, or ticks at round values; on a horizontal axis,
     only those whose texts do not touch."""
     if "ticktext" not in layout:
@@ -160,7 +163,7 @@ def separated_ticks(ticks: Ticks) -> Ticks:
     return separated
 
 
-def _marks(trace: Trace, x: Axis, y: Axis) -> Iterator[Path]:
+def _marks(trace: PlotlyTrace, x: Axis, y: Axis) -> Iterator[SvgPath]:
     """Yields the path of a trace's line and the path of its marks, as far as the trace has them."""
     places = 10.0 * np.column_stack([x.along(trace["x"]), y.along(trace["y"])])
     finite = np.isfinite(places.sum(axis=1))
@@ -170,7 +173,7 @@ def _marks(trace: Trace, x: Axis, y: Axis) -> Iterator[Path]:
         # a line goes on from the point before, unless that point is a gap
         continues = np.append(False, finite[:-1])[finite]
         lines = zip(continues, points, strict=True)
-        yield Path(
+        yield SvgPath(
             d="".join(f"{' ' if goes_on else 'M'}{a:.0f} {b:.0f}" for goes_on, (a, b) in lines),
             stroke=colour,
             width=10.0 * trace["line"]["width"],
@@ -183,15 +186,15 @@ def _marks(trace: Trace, x: Axis, y: Axis) -> Iterator[Path]:
         shape = GLYPHS[name.removesuffix("-open")]
         marks = "".join(f"M{a:.0f} {b:.0f}{shape}" for a, b in points)
         if name == "circle":
-            yield Path(marks, stroke=colour, width=10.0 * size)
+            yield SvgPath(marks, stroke=colour, width=10.0 * size)
         elif name == "x" or name.endswith("-open"):
-            yield Path(marks, stroke=colour, width=13.0)
+            yield SvgPath(marks, stroke=colour, width=13.0)
         else:
-            yield Path(marks, fill=colour, stroke=colour, width=5.0 * size - 24.0)
+            yield SvgPath(marks, fill=colour, stroke=colour, width=5.0 * size - 24.0)
 
 
 def _points_with_names(
-    traces: Sequence[Trace], x: Axis, y: Axis
+    traces: Sequence[PlotlyTrace], x: Axis, y: Axis
 ) -> list[tuple[float, float, str]]:
     """Returns (x [px], y [px], text) of each point in the traces whose texts are shown."""
     points = []
@@ -202,19 +205,19 @@ def _points_with_names(
     return points
 
 
-def _map(trace: Trace, x: Axis, y: Axis) -> Iterator[Path]:
+def _map(trace: PlotlyTrace, x: Axis, y: Axis) -> Iterator[SvgPath]:
     """Yields the cells of a map, as one path for each shade."""
     xs = 10.0 * _edges(x.along(trace["x"]))
     ys = 10.0 * _edges(y.along(trace["y"]))
     above_low = np.array(trace["z"], dtype=float) - trace["zmin"]
     fractions = np.clip(above_low / (trace["zmax"] - trace["zmin"]), 0.0, 1.0)
-    shades = np.rint(SHADES * fractions)
+    shades = np.rint(MAP_SHADES * fractions)
     for shade in np.unique(shades[np.isfinite(shades)]):
         cells = (
             f"M{xs[j]:.0f} {ys[i]:.0f}H{xs[j + 1]:.0f}V{ys[i + 1]:.0f}H{xs[j]:.0f}z"
             for i, j in np.argwhere(shades == shade)
         )
-        yield Path("".join(cells), _shade(trace, shade / SHADES))
+        yield SvgPath("".join(cells), _shade(trace, shade / MAP_SHADES))
 
 
 def _edges(places: Array) -> Array:
@@ -223,7 +226,7 @@ def _edges(places: Array) -> Array:
     return np.concatenate([places[:1], (places[1:] + places[:-1]) / 2, places[-1:]])
 
 
-def _shade(trace: Trace, fraction: float) -> str:
+def _shade(trace: PlotlyTrace, fraction: float) -> str:
     """Returns the colour of a map at a fraction of its colour scale, as "#rrggbb"."""
     fractions, colours = zip(*trace["colorscale"], strict=True)
     channels = np.array([list(bytes.fromhex(colour[1:])) for colour in colours]).T
@@ -231,6 +234,6 @@ def _shade(trace: Trace, fraction: float) -> str:
     return "#" + "".join(f"{level:02x}" for level in levels)
 
 
-def dashes(trace: Trace) -> str:
+def dashes(trace: PlotlyTrace) -> str:
     """Returns the SVG dash pattern of a trace [px]; empty for a solid line."""
-    return DASHES.get(trace["line"]["dash"], "")
+    return DASH_PATTERNS.get(trace["line"]["dash"], "")

@@ -41,8 +41,8 @@ from plumbob.reports.view.content import (
     StatementVerdict,
     Table,
 )
-from plumbob.reports.view.sources import SOURCES
-from plumbob.reports.view.tables import Parts, fill_text, read_table, table
+from plumbob.reports.view.sources import CITED_SOURCES
+from plumbob.reports.view.tables import TemplateParts, fill_text, read_table, table
 
 KEY = re.compile(r"([a-z][a-z ]*): ?")
 TABLES = ("table: ", "folded table: ", "filtered table: ")
@@ -67,7 +67,7 @@ def read_findings(
 ) -> tuple[Finding, ...]:
     """Returns the findings that a template writes from `numbers`, one for each title in its text;
     each finding has all the `claims`. Raises the errors of `findings_of`."""
-    parts = Parts()
+    parts = TemplateParts()
     text = fill_text(template, parts, {"numbers": numbers} | dict(numbers))
     head, *sections = re.split(r"^# ", text.strip(), flags=re.MULTILINE)
     keys = read_keys(head, template)
@@ -83,7 +83,9 @@ def read_findings(
     return tuple(_read_section(untitled, section, template, parts) for section in sections)
 
 
-def _read_section(untitled: Finding, section: str, template: str, parts: Parts) -> Finding:
+def _read_section(
+    untitled: Finding, section: str, template: str, parts: TemplateParts
+) -> Finding:
     """Returns the finding `untitled` with the title, paragraphs, tables, figures and statements of
     one section of a template's text."""
     title, *texts = re.split(r"\n(?:[ \t]*\n)+", section.strip())
@@ -140,9 +142,13 @@ def _read_statement(block: str, template: str) -> Statement:
     """Reads a source's statement and the result for it from a block of lines; raises TextError if
     the block names none of the sources."""
     keys = {name: " ".join(lines) for name, lines in read_keys(block, template).items()}
-    source = next((name for name in SOURCES if keys["statement"].startswith(f"{name}, ")), None)
+    source = next(
+        (name for name in CITED_SOURCES if keys["statement"].startswith(f"{name}, ")), None
+    )
     if source is None:
-        raise TextError(f"{template}: {keys['statement']!r} names none of {', '.join(SOURCES)}")
+        raise TextError(
+            f"{template}: {keys['statement']!r} names none of {', '.join(CITED_SOURCES)}"
+        )
     return Statement(
         source=source,
         place=keys["statement"][len(source) + 2 :],

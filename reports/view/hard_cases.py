@@ -9,13 +9,13 @@ from plumbob.reports.view.content import Table
 from plumbob.reports.view.method_results import MethodResult
 from plumbob.reports.view.tables import table_or_none
 
-ROUNDING = 2.0**-53  # relative rounding error of a double
+DOUBLE_ROUNDING = 2.0**-53  # relative rounding error of a double
 
 
 def digits_lost(relative: float) -> float:
     """Returns the number of decimal digits of a double that a relative error makes meaningless; at
     most all of its digits (16)."""
-    return math.log10(max(min(relative, 1.0) / ROUNDING, 1.0))
+    return math.log10(max(min(relative, 1.0) / DOUBLE_ROUNDING, 1.0))
 
 
 def lost_by_motion(results: Sequence[MethodResult]) -> float | None:
@@ -32,7 +32,7 @@ def lost_by_motion(results: Sequence[MethodResult]) -> float | None:
     return digits_lost(max(uncertainties)) if uncertainties else None
 
 
-def table(scenes: Sequence[Sequence[MethodResult]]) -> Table | None:
+def hard_case_table(scenes: Sequence[Sequence[MethodResult]]) -> Table | None:
     """Returns the table of hard cases, with a row for each scene and method; None if no run is
     stored.
 

@@ -11,7 +11,7 @@ from typing import NamedTuple
 from plumbob.engines.study.results import Study
 from plumbob.reports.judge.searches import judged_searches, unexpected_searches
 from plumbob.reports.view.method_results import MethodResult, Results
-from plumbob.reports.view.page import TEMPLATES, write_file
+from plumbob.reports.view.page import PAGE_TEMPLATES, write_file
 from plumbob.reports.view.tables import template_environment
 
 # characters that XML forbids even when escaped: most control characters and single surrogates
@@ -29,7 +29,7 @@ class JunitCase(NamedTuple):
     message: str = ""
 
 
-def write_junit(file: Path, study: Study, results: Results) -> None:
+def write_study_junit(file: Path, study: Study, results: Results) -> None:
     """Writes the JUnit file of a study, with a test case for each scene and method.
 
     An unexpected verdict is a failure. A known limit, and a verdict that claims nothing, is
@@ -83,7 +83,9 @@ def _case(result: MethodResult) -> JunitCase:
 
 def write_cases(file: Path, cases: Sequence[JunitCase], seconds: float, date: str) -> None:
     """Writes a suite of test cases that took `seconds` in all and began at `date`."""
-    template = template_environment(TEMPLATES, autoescape=True).get_template("junit.xml.jinja")
+    template = template_environment(PAGE_TEMPLATES, autoescape=True).get_template(
+        "junit.xml.jinja"
+    )
     counts = Counter(case.outcome for case in cases)
     text = template.render(cases=cases, counts=counts, seconds=seconds, date=date)
     text = NO_XML.sub(lambda held: repr(held[0])[1:-1], text)

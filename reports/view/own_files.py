@@ -9,11 +9,11 @@ from pathlib import Path
 
 from plumbob.analytic.parameters import ParameterError
 
-LIST = "files.txt"  # names of all files in a folder of pages, one per line
+FILE_LIST = "files.txt"  # names of all files in a folder of pages, one per line
 HEAD = 4096  # [bytes] length of the beginning of a file that holds the mark
 # Every version's page has a content security policy, and plumbob in its title. A JUnit file names
 # its suite, and a badge its label.
-MARK = re.compile(
+OWN_FILE_MARK = re.compile(
     rb"""content="default-src 'none';[^<]*>.*<title>[^<]*plumbob|<testsuite name="plumbob"|"""
     rb"""\A\{"schemaVersion": 1, "label": "simulation error\"""",
     re.DOTALL,
@@ -50,7 +50,7 @@ def _marked(file: Path) -> bool:
     """Returns whether a file is empty or has the mark of a file that plumbob wrote."""
     with file.open("rb") as opened:
         head = opened.read(HEAD)
-    return not head or MARK.search(head) is not None
+    return not head or OWN_FILE_MARK.search(head) is not None
 
 
 def _own_names(folder: Path) -> set[str]:
@@ -58,8 +58,8 @@ def _own_names(folder: Path) -> set[str]:
 
     An earlier version left no list. In that case, the files are the pages with a mark, and the
     files that these pages or the index load."""
-    if (folder / LIST).is_file():
-        return {LIST, *(folder / LIST).read_text("utf-8", "replace").splitlines()}
+    if (folder / FILE_LIST).is_file():
+        return {FILE_LIST, *(folder / FILE_LIST).read_text("utf-8", "replace").splitlines()}
     pages = [page for page in folder.glob("*.html") if page.is_file() and _marked(page)]
     index = list(folder.parent.glob("index.html")) if pages else []
     texts = [page.read_text("utf-8", "replace") for page in [*pages, *index]]

@@ -19,7 +19,7 @@ from urllib.parse import quote
 
 from plumbob.reports.view import notation
 from plumbob.reports.view.content import Figure
-from plumbob.reports.view.drawing import Drawing, drawing
+from plumbob.reports.view.drawing import SvgDrawing, svg_drawing
 from plumbob.reports.view.own_files import check_replaceable
 from plumbob.reports.view.tables import template_environment
 
@@ -27,9 +27,9 @@ if TYPE_CHECKING:
     from jinja2 import Environment
     from markupsafe import Markup
 
-TEMPLATES = Path(__file__).parent / "templates"
-NAME = "index.html"
-UNITS = re.compile(
+PAGE_TEMPLATES = Path(__file__).parent / "templates"
+INDEX_PAGE = "index.html"
+SPACE_BEFORE_UNIT = re.compile(
     r"(?<=\d) (?=(?:%|m?s|[nµmck]?m|rad|N|J|W|°)(?![\w]))"
 )  # no line ends before one
 INDENT = re.compile(r"^ +(?:// .*\n)?", re.MULTILINE)  # indents and comments of a script
@@ -55,7 +55,7 @@ class Plots:
 
     def picture(
         self, figure: Figure, chosen: Sequence[str], still: bool = False
-    ) -> tuple[str, Drawing | None]:
+    ) -> tuple[str, SvgDrawing | None]:
         """Returns the address and the drawing of a figure's picture; "" and None if nothing can be
         drawn. The picture shows the `chosen` methods if the figure has any of them.
 
@@ -63,7 +63,7 @@ class Plots:
         and is never wide, because it stands in a column."""
         if not still:
             self.data.append({"data": figure.traces, "layout": figure.layout})
-        drawn = drawing(replace(figure, wide=figure.wide and not still), chosen)
+        drawn = svg_drawing(replace(figure, wide=figure.wide and not still), chosen)
         if drawn is None:
             return "", None
         svg = _environment().get_template("figure.svg.jinja").render(of=drawn)
@@ -83,8 +83,8 @@ class Plots:
         return _json({"figures": self.data, "tables": self.tables})
 
     def beside(self, name: str, text: str) -> str:
-        """Returns the compressed text or, for a page of a site, stores it as the script `NAME.js`
-        and returns the address of that script."""
+        """Returns the compressed text or, for a page of a site, stores it as the script
+        `INDEX_PAGE.js` and returns the address of that script."""
         if self.folder is None:
             return compress(text)
         self.files[f"{name}.js"] = carrier_script(text)
@@ -128,7 +128,7 @@ def fill_page(
 @cache
 def _environment() -> Environment:
     """Returns the environment of the page templates; it caches them."""
-    pages = template_environment(TEMPLATES, autoescape=True)
+    pages = template_environment(PAGE_TEMPLATES, autoescape=True)
     pages.filters["kept"] = _unbroken
     pages.filters["numbers"] = lambda values: _json(dict(values))
     for write in (notation.number, notation.short, notation.seconds, notation.plural):
@@ -141,7 +141,7 @@ def _unbroken(text: str) -> Markup:
     unit; text between backquotes becomes code."""
     from markupsafe import Markup, escape
 
-    escaped = str(escape(UNITS.sub("\u00a0", text)))
+    escaped = str(escape(SPACE_BEFORE_UNIT.sub("\u00a0", text)))
     unbroken = EXPONENT.sub(r"<span class=nowrap>\g<0></span>", escaped)
     return Markup(CODE.sub(r"<code class=inline>\1</code>", unbroken))
 
@@ -156,13 +156,13 @@ def shared_files(hold: Callable[[str], str] = carrier_script) -> Mapping[str, st
         STYLE: _joined_files("css"),
         SCRIPT: _joined_files("js"),
         PLOTLY: hold(get_plotlyjs()),
-        ICON: (TEMPLATES / ICON).read_text("utf-8"),
+        ICON: (PAGE_TEMPLATES / ICON).read_text("utf-8"),
     }
 
 
 def _joined_files(suffix: str) -> str:
     """Returns the text of all templates with a suffix, without indents and comment lines."""
-    paths = sorted(TEMPLATES.glob(f"*.{suffix}"))
+    paths = sorted(PAGE_TEMPLATES.glob(f"*.{suffix}"))
     return "\n".join(INDENT.sub("", path.read_text("utf-8")) for path in paths)
 
 

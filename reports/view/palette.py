@@ -22,8 +22,8 @@ PLUM, OLIVE, PERIWINKLE = "#b05a8c", "#6b8e23", "#5a78d2"
 COLOURS = (BLUE, ORANGE, GREEN, PINK, SKY, RED, OLIVE, PERIWINKLE, GREY)
 
 # The colours are fixed so that two pages agree, whatever was measured. An integrator that is not
-# listed takes one of `OTHERS`.
-INTEGRATORS = (
+# listed takes one of `OTHER_COLOURS`.
+INTEGRATOR_COLOURS = (
     ("euler", RED),
     ("rk4", BLUE),
     ("implicit", SKY),
@@ -37,7 +37,7 @@ INTEGRATORS = (
     (USER_METHOD.partition("/")[2], "#e0304e"),
     ("closed-form", GREY),
 )
-OTHERS = (PLUM, PERIWINKLE, "#b8860b", OLIVE, "#708090")
+OTHER_COLOURS = (PLUM, PERIWINKLE, "#b8860b", OLIVE, "#708090")
 OF_METHODS = MappingProxyType(
     {
         "mujoco/euler": RED,
@@ -51,7 +51,7 @@ OF_METHODS = MappingProxyType(
     }
 )
 """Colours of methods that differ by their contact model rather than by their integrator."""
-ENGINES = (
+ENGINE_MARKERS = (
     ("mujoco", "circle"),
     ("ode", "square"),
     ("pymunk", "diamond"),
@@ -60,7 +60,7 @@ ENGINES = (
 )
 SHAPES = ("triangle-down", "pentagon", "hexagon")
 DECADES = 6  # number of coloured decades below 1: all errors up to 1e-6 have the first colour
-DASHES = ("solid", "dot", "dash", "dashdot")
+LINE_DASHES = ("solid", "dot", "dash", "dashdot")
 
 
 @dataclass(frozen=True)
@@ -76,8 +76,8 @@ class Style:
 def styles(names: Iterable[str]) -> Mapping[str, Style]:
     """Returns the style of each method by name. Earlier methods have larger markers, so that the
     marks of coinciding curves show as rings."""
-    colours = dict(INTEGRATORS)
-    shapes = dict(ENGINES)
+    colours = dict(INTEGRATOR_COLOURS)
+    shapes = dict(ENGINE_MARKERS)
     by_method: dict[str, Style] = {}
     earlier_by_colour: dict[
         str, int
@@ -86,9 +86,11 @@ def styles(names: Iterable[str]) -> Mapping[str, Style]:
         engine, _, variant = name.partition("/")
         integrator = variant.partition("+")[0]
         if integrator not in colours:
-            colours[integrator] = OTHERS[(len(colours) - len(INTEGRATORS)) % len(OTHERS)]
+            colours[integrator] = OTHER_COLOURS[
+                (len(colours) - len(INTEGRATOR_COLOURS)) % len(OTHER_COLOURS)
+            ]
         if engine not in shapes:
-            shapes[engine] = SHAPES[(len(shapes) - len(ENGINES)) % len(SHAPES)]
+            shapes[engine] = SHAPES[(len(shapes) - len(ENGINE_MARKERS)) % len(SHAPES)]
         colour = OF_METHODS.get(name, colours[integrator])
         earlier = earlier_by_colour.get(colour, 0)
         earlier_by_colour[colour] = earlier + 1
@@ -96,7 +98,7 @@ def styles(names: Iterable[str]) -> Mapping[str, Style]:
             colour=colour,
             marker=shapes[engine] + ("-open" if earlier % 2 else ""),
             size=max(5.0, 11.0 - 0.5 * rank),
-            dash=DASHES[earlier % len(DASHES)],
+            dash=LINE_DASHES[earlier % len(LINE_DASHES)],
         )
     return by_method
 

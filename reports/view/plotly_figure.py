@@ -10,21 +10,21 @@ import numpy as np
 import numpy.typing as npt
 
 from plumbob.analytic.reference import Array
-from plumbob.reports.view.content import Figure, Layout, Trace
+from plumbob.reports.view.content import Figure, PlotlyLayout, PlotlyTrace
 from plumbob.reports.view.palette import BLUE, GREY, RED, Style
 
 MAX_CURVE_POINTS = 240  # points of a curve: a screen shows no more
 ZERO = 1e-17  # value at which an error of exactly zero is drawn on a logarithmic axis
 FOUR_DIGITS = "{:.4g}".format  # four significant digits: more cannot be seen in a figure
 FRONT = "front"  # takes the place of a method's name in the trace of the Pareto front
-DIVERGING = ((0.0, BLUE), (0.5, "#ffffff"), (1.0, RED))
-PLAIN = Style(GREY, "circle", 6.0, "solid")
+DIVERGING_COLOURS = ((0.0, BLUE), (0.5, "#ffffff"), (1.0, RED))
+PLAIN_STYLE = Style(GREY, "circle", 6.0, "solid")
 
 
 def curve(
     x: npt.ArrayLike,
     y: npt.ArrayLike,
-    style: Style = PLAIN,
+    style: Style = PLAIN_STYLE,
     *,
     name: str = "",
     method: str = "",
@@ -39,7 +39,7 @@ def curve(
     hint: str = "",
     labels: bool = False,
     **more: Any,
-) -> Trace:
+) -> PlotlyTrace:
     """Returns a scatter trace in plotly's format: a curve, points, or both, thinned to `MOST`
     points.
 
@@ -80,9 +80,9 @@ def curve(
 def figure(
     title: str,
     caption: str,
-    traces: Sequence[Trace],
-    x: Layout,
-    y: Layout,
+    traces: Sequence[PlotlyTrace],
+    x: PlotlyLayout,
+    y: PlotlyLayout,
     *,
     legend: bool = False,
     height: int = 340,
@@ -94,13 +94,15 @@ def figure(
 
 
 def over_time(
-    title: str, caption: str, traces: Sequence[Trace], y: Layout, **more: Any
+    title: str, caption: str, traces: Sequence[PlotlyTrace], y: PlotlyLayout, **more: Any
 ) -> Figure:
     """Returns a figure over time [s] with a legend; `more` are further arguments of `figure`."""
     return figure(title, caption, traces, linear("time [s]"), y, legend=True, **more)
 
 
-def marks(x: npt.ArrayLike, y: npt.ArrayLike, colour: str, name: str, size: float = 6) -> Trace:
+def marks(
+    x: npt.ArrayLike, y: npt.ArrayLike, colour: str, name: str, size: float = 6
+) -> PlotlyTrace:
     """Returns a trace of marks without a line, for the samples of a run."""
     return curve(x, y, colour=colour, marks=True, lines=False, name=name, size=size)
 
@@ -111,9 +113,9 @@ def heat(
     rows: npt.ArrayLike,
     low: float,
     high: float,
-    colours: Sequence[tuple[float, str]] = DIVERGING,
+    colours: Sequence[tuple[float, str]] = DIVERGING_COLOURS,
     **more: Any,
-) -> Trace:
+) -> PlotlyTrace:
     """Returns a heat map of the values `rows`, shape (y, x), coloured from `low` to `high`, by
     default from blue to red. Values outside are clipped. `more` are further properties of plotly's
     trace."""
@@ -130,19 +132,19 @@ def heat(
     }
 
 
-def linear(title: str, **more: Any) -> Layout:
+def linear(title: str, **more: Any) -> PlotlyLayout:
     """Returns a linear axis; `more` are further properties of plotly's axis."""
     return {"title": {"text": title}, **more}
 
 
-def logarithmic(title: str, **more: Any) -> Layout:
+def logarithmic(title: str, **more: Any) -> PlotlyLayout:
     """Returns a logarithmic axis with labels as powers of ten; `more` are further properties of
     plotly's axis."""
     look = {"type": "log", "exponentformat": "power", "nticks": 6, "tickfont": {"size": 10.5}}
     return linear(title, **look, **more)
 
 
-def spacious(title: str, values: npt.ArrayLike) -> Layout:
+def spacious(title: str, values: npt.ArrayLike) -> PlotlyLayout:
     """Returns a logarithmic axis for positive values, at least 2.2 decades long, with margins for
     the names beside the outermost points. Values that are powers of ten are not at its ends."""
     powers = np.log10(np.asarray(values, dtype=float))
@@ -151,7 +153,7 @@ def spacious(title: str, values: npt.ArrayLike) -> Layout:
     return logarithmic(title, range=(middle - half, middle + half))
 
 
-def positive(values: npt.ArrayLike) -> Array:
+def positive_magnitudes(values: npt.ArrayLike) -> Array:
     """Returns the magnitudes for a logarithmic axis; zero becomes `ZERO`, at the bottom."""
     return np.asarray(np.maximum(np.abs(np.asarray(values, dtype=float)), ZERO))
 

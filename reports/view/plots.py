@@ -10,12 +10,12 @@ from plumbob.analytic.reference import Array
 from plumbob.engines.method import Method
 from plumbob.engines.study.convergence import Trace as ErrorTrace
 from plumbob.engines.study.results import Observables
-from plumbob.reports.advice.recommend import CLOSED_FORM
-from plumbob.reports.advice.work_precision import Point, pareto_front
+from plumbob.reports.advice.recommend import CLOSED_FORM_INTEGRATOR
+from plumbob.reports.advice.work_precision import RunPoint, pareto_front
 from plumbob.reports.view.content import Figure
 from plumbob.reports.view.method_results import MethodResult, finite_limits
 from plumbob.reports.view.palette import Style
-from plumbob.reports.view.records import Motion
+from plumbob.reports.view.records import MotionSamples
 from plumbob.reports.view.tables import figures
 
 GREEK = (
@@ -35,8 +35,8 @@ def scene_figures(
     results: Sequence[MethodResult],
     observables: Observables,
     styles: Mapping[str, Style],
-    motion: Motion,
-    points: Sequence[Point],
+    motion: MotionSamples,
+    points: Sequence[RunPoint],
     chosen: Sequence[str],
 ) -> tuple[Figure, ...]:
     """Returns the figures of a scene's page, the figure of errors against cost first. A figure
@@ -112,7 +112,7 @@ def _drifts(
 
 
 def error_against_cost(
-    points: Sequence[Point],
+    points: Sequence[RunPoint],
     methods: Mapping[str, Method],
     styles: Mapping[str, Style],
     limits: Mapping[str, float],
@@ -124,9 +124,12 @@ def error_against_cost(
     `limits` are the largest stable steps [s]. The figure marks the speed at such a step, at the
     error of the largest stable step that was run. A closed form simulates nothing and is left
     out."""
-    lines: dict[str, list[Point]] = {}
+    lines: dict[str, list[RunPoint]] = {}
     for point in points:
-        if np.isfinite(point.error) and methods[point.method].scheme.integrator != CLOSED_FORM:
+        if (
+            np.isfinite(point.error)
+            and methods[point.method].scheme.integrator != CLOSED_FORM_INTEGRATOR
+        ):
             lines.setdefault(point.method, []).append(point)
     ends = []
     for name, limit in limits.items():
@@ -148,6 +151,6 @@ def error_against_cost(
     return figure
 
 
-def _pareto_front(points: Sequence[Point]) -> Sequence[Point]:
+def _pareto_front(points: Sequence[RunPoint]) -> Sequence[RunPoint]:
     """Returns the points that no other point beats in both speed and error."""
     return pareto_front(points, lambda point: (-point.speed, point.error))

@@ -9,16 +9,16 @@ from typing import NamedTuple
 from plumbob.reports.view.axis import Axis
 
 # [px] largest width and height of a letter: a picture that is shown smaller has larger letters
-LETTER, LINE = (
+LETTER_WIDTH, LETTER_HEIGHT = (
     9.0,
     19.0,
 )
-BESIDE = 10.0  # [px] from a point's middle to its name
-MARK = 7.0  # [px] from a point's middle to its edge
+NAME_DISTANCE = 10.0  # [px] from a point's middle to its name
+MARK_RADIUS = 7.0  # [px] from a point's middle to its edge
 ROWS = 8  # number of rows tried above a point and below it
 
 
-class Name(NamedTuple):
+class PointName(NamedTuple):
     """The name of a point, with its position [px] in the drawing."""
 
     text: str
@@ -29,18 +29,21 @@ class Name(NamedTuple):
     line: tuple[float, float] | None
 
 
-Box = tuple[float, float, float, float]  # left, top, right, bottom [px]
+NameBox = tuple[float, float, float, float]  # left, top, right, bottom [px]
 
 
 def placed_names(
     points: Sequence[tuple[float, float, str]], x: Axis, y: Axis
-) -> Sequence[Name]:
+) -> Sequence[PointName]:
     """Returns the placed names of points (x [px], y [px], name) within two axes.
 
     If the place beside the point is free, the name stands there, else in the nearest free row above
     or below the point. If no place is free, the name stands beside the point."""
     around = (x.start, y.end, x.end, y.start)
-    taken = [(a - MARK, b - MARK, a + MARK, b + MARK) for a, b, _ in points]
+    taken = [
+        (a - MARK_RADIUS, b - MARK_RADIUS, a + MARK_RADIUS, b + MARK_RADIUS)
+        for a, b, _ in points
+    ]
     names = []
     for point in sorted(points):
         candidates = list(_candidates(*point))
@@ -55,23 +58,33 @@ def placed_names(
     return names
 
 
-def _candidates(a: float, b: float, text: str) -> Iterator[tuple[Name, Box]]:
+def _candidates(a: float, b: float, text: str) -> Iterator[tuple[PointName, NameBox]]:
     """Yields the places to try for the name `text` of a point at (a, b) [px], the nearest first,
     each with the box that the name covers."""
-    width = LETTER * len(text)
+    width = LETTER_WIDTH * len(text)
     for row, side in product(range(ROWS), (-1.0, 1.0)):
         for anchor, start in (("", 0.0), ("e", -1.0), ("m", -0.5)):
             if row == 0 and (anchor == "m" or side > 0.0):
                 continue  # the name would cover its own point, or the place was tried
-            shift = {"": BESIDE, "e": -BESIDE}.get(anchor, 0.0) if row == 0 else 0.0
-            middle = b + side * LINE * row
+            shift = (
+                {"": NAME_DISTANCE, "e": -NAME_DISTANCE}.get(anchor, 0.0) if row == 0 else 0.0
+            )
+            middle = b + side * LETTER_HEIGHT * row
             left = a + shift + start * width
-            line = (b, middle - side * LINE / 2.0) if row > 1 else None
-            name = Name(text, a + shift, middle + 4.0, anchor, line)
-            yield name, (left, middle - LINE / 2.0, left + width, middle + LINE / 2.0)
+            line = (b, middle - side * LETTER_HEIGHT / 2.0) if row > 1 else None
+            name = PointName(text, a + shift, middle + 4.0, anchor, line)
+            yield (
+                name,
+                (
+                    left,
+                    middle - LETTER_HEIGHT / 2.0,
+                    left + width,
+                    middle + LETTER_HEIGHT / 2.0,
+                ),
+            )
 
 
-def _inside(box: Box, around: Box) -> bool:
+def _inside(box: NameBox, around: NameBox) -> bool:
     """Returns whether a box lies within the box `around`."""
     return (
         box[0] >= around[0]
@@ -81,7 +94,7 @@ def _inside(box: Box, around: Box) -> bool:
     )
 
 
-def _free(box: Box, taken: Sequence[Box]) -> bool:
+def _free(box: NameBox, taken: Sequence[NameBox]) -> bool:
     """Returns whether a box overlaps no box in `taken`."""
     return not any(
         box[0] < other[2] and other[0] < box[2] and box[1] < other[3] and other[1] < box[3]

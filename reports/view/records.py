@@ -13,11 +13,11 @@ from plumbob.engines.study.codec import restored
 from plumbob.engines.study.results import Study
 from plumbob.reports.advice.recommend import Recommendation
 from plumbob.reports.advice.user_settings import UserResult
-from plumbob.reports.judge.expectations import Standing
+from plumbob.reports.judge.expectations import VerdictStanding
 from plumbob.reports.judge.tolerance import Tolerance
 from plumbob.reports.judge.verdict import Verdict
 
-SCENE, STUDY = "page of a scene", "pages"  # places of analyses
+SCENE, PAGES_OF_STUDY = "page of a scene", "pages"  # places of analyses
 
 
 @dataclass(frozen=True)
@@ -73,7 +73,7 @@ class PairVerdict:
 
     verdict: Verdict
     reason: str
-    standing: Standing
+    standing: VerdictStanding
     expected: Verdict
     declared: str  # the declared reason of the expected verdict
     runs: tuple[RunVerdict, ...] = ()
@@ -89,7 +89,7 @@ class PairVerdict:
 
 
 @dataclass(frozen=True)
-class Motion:
+class MotionSamples:
     """Samples of a scene's exact motion: the leading observable and, if there is one, the
     second."""
 
@@ -102,7 +102,7 @@ class Motion:
 class ExactRecord:
     """The exact motion of a scene, with the facts and the replay that are computed from it."""
 
-    motion: Motion
+    motion: MotionSamples
     facts: Mapping[str, Any]  # exactly known numbers and texts, by name
     replay: Replay | None  # None for a system without a picture
 
@@ -153,7 +153,7 @@ def records_of(study: Study) -> Records:
     """Returns the records that are stored with a study; raises ParameterError if they are missing
     or were stored by another version."""
     try:
-        (of_study,) = (a.numbers for a in study.analyses if a.place == STUDY)
+        (of_study,) = (a.numbers for a in study.analyses if a.place == PAGES_OF_STUDY)
         by_scene = {a.scene: a.numbers for a in study.analyses if a.place == SCENE}
         scenes = {s.name: restored(by_scene[s.name], SceneRecord) for s in study.scenes}
         judged = {(name, method) for name in scenes for method in scenes[name].verdicts}

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from plumbob.engines.abilities import Settings
 from plumbob.reports.advice.recommend import DEFAULT_METHOD
 
-SHOWN = (  # methods, each with the title of its settings
+SHOWN_SETTINGS = (  # methods, each with the title of its settings
     ("mujoco/euler+coulomb", "A robot with contacts in MuJoCo"),
     ("mujoco/rk4", "A robot without contacts in MuJoCo"),
     ("pymunk/feet", "A body that slides in pymunk, seen from above"),
@@ -27,7 +27,9 @@ def shown_settings(settings: Mapping[str, Settings]) -> tuple[TitledSettings, ..
     """Returns the settings that a study's page shows; `settings` are all settings of the study, by
     method."""
     return tuple(
-        titled_settings(settings[name], title) for name, title in SHOWN if name in settings
+        titled_settings(settings[name], title)
+        for name, title in SHOWN_SETTINGS
+        if name in settings
     )
 
 

@@ -10,10 +10,10 @@ from pathlib import Path
 
 from plumbob.reports.view.content import Statement
 
-LIST = Path(__file__).parents[1] / "templates" / "statements.toml"
+STATEMENTS_FILE = Path(__file__).parents[1] / "templates" / "statements.toml"
 
-SOURCES = ("Sudakov 2015", "Chernousko 2020", "Pêndulo Simples")
-SUDAKOV, CHERNOUSKO, NOTEBOOK = SOURCES
+CITED_SOURCES = ("Sudakov 2015", "Chernousko 2020", "Pêndulo Simples")
+SUDAKOV, CHERNOUSKO, NOTEBOOK = CITED_SOURCES
 
 
 @dataclass(frozen=True)
@@ -31,7 +31,7 @@ class ListedStatement:
 @cache
 def listed_statements() -> tuple[ListedStatement, ...]:
     """Returns all statements of the sources, in the order of the sources' texts."""
-    rows_by_source = tomllib.loads(LIST.read_text("utf-8"))
+    rows_by_source = tomllib.loads(STATEMENTS_FILE.read_text("utf-8"))
     statements = list[ListedStatement]()
     for source, rows in rows_by_source.items():
         statements += [ListedStatement(source, *row) for row in rows]

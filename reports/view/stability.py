@@ -12,7 +12,7 @@ from plumbob.reports.view.content import Table
 from plumbob.reports.view.page import fill_page, write_file
 from plumbob.reports.view.tables import table as table_of
 
-NAME = "stability.html"
+STABILITY_PAGE = "stability.html"
 Judged = Sequence[JudgedLimit | JudgedLongRun]
 
 
@@ -21,14 +21,14 @@ def write_stability_page(judged: Judged, provenance: Provenance, folder: Path) -
     cannot be written."""
     page = fill_page(
         "stability.html.jinja",
-        table=table(judged),
+        table=stability_table(judged),
         long=_has_long_runs(judged),
         made=provenance,
     )
-    return write_file(page, folder, NAME)
+    return write_file(page, folder, STABILITY_PAGE)
 
 
-def table(judged: Judged) -> Table:
+def stability_table(judged: Judged) -> Table:
     """Returns the table with a row for each largest step, or for each long run."""
     if _has_long_runs(judged):
         return table_of("long_runs", judged=judged)

@@ -26,15 +26,15 @@ from plumbob.reports.view.sources import as_printed
 if TYPE_CHECKING:
     from jinja2 import Environment
 
-TEMPLATES = Path(__file__).parents[1] / "templates"
+TABLE_TEMPLATES = Path(__file__).parents[1] / "templates"
 BAR = re.compile(r"(?<!\\)\|")
-UNITS = MappingProxyType(
+UNIT_FACTORS = MappingProxyType(
     {"µm": 1e6, "mm": 1e3, "nm": 1e9, "cm": 1e2, "%": 1e2, "ms": 1e3, "µs": 1e6, "kW": 1e-3}
 )
 
 
 @dataclass(frozen=True)
-class Parts:
+class TemplateParts:
     """The cells, figures and statements that a template makes. The template's text holds a
     placeholder for each."""
 
@@ -49,7 +49,7 @@ class Parts:
 
 def table(template: str, **values: Any) -> Table:
     """Returns the table that the template `tables/TEMPLATE.md` writes from `values`."""
-    parts = Parts()
+    parts = TemplateParts()
     return read_table(fill_text(f"tables/{template}", parts, values).strip(), parts)
 
 
@@ -62,18 +62,18 @@ def table_or_none(template: str, **values: Any) -> Table | None:
 def figures(template: str, **values: Any) -> tuple[Figure, ...]:
     """Returns the figures that the template `figures/TEMPLATE.md` makes from `values`; the text of
     the template is dropped."""
-    parts = Parts()
+    parts = TemplateParts()
     fill_text(f"figures/{template}", parts, values)
     return tuple(part for part in parts.made.values() if isinstance(part, Figure))
 
 
 def terminal_lines(template: str, **values: Any) -> list[str]:
     """Returns the lines that the template `terminal/TEMPLATE.md` writes from `values`."""
-    text = fill_text(f"terminal/{template}", Parts(), values).rstrip("\n")
+    text = fill_text(f"terminal/{template}", TemplateParts(), values).rstrip("\n")
     return [line.rstrip() for line in text.split("\n")] if text else []
 
 
-def fill_text(template: str, parts: Parts, values: dict[str, Any]) -> str:
+def fill_text(template: str, parts: TemplateParts, values: dict[str, Any]) -> str:
     """Returns the text of a template filled with `values`. Each cell, figure or statement that the
     template makes is stored in `parts`, and the text holds its placeholder."""
     return _texts().get_template(f"{template}.md").render(_functions(parts) | values)
@@ -82,11 +82,11 @@ def fill_text(template: str, parts: Parts, values: dict[str, Any]) -> str:
 def paragraphs(template: str, **values: Any) -> tuple[str, ...]:
     """Returns the paragraphs that the template `pages/TEMPLATE.md` writes from `values`, each as
     one line."""
-    blocks = fill_text(f"pages/{template}", Parts(), values).split("\n\n")
+    blocks = fill_text(f"pages/{template}", TemplateParts(), values).split("\n\n")
     return tuple(" ".join(block.split()) for block in blocks if block.strip())
 
 
-def read_table(block: str, parts: Parts) -> Table:
+def read_table(block: str, parts: TemplateParts) -> Table:
     """Returns the table that a block of text describes:
 
         folded table: Caption, which may go on in the next line
@@ -148,7 +148,7 @@ def template_environment(templates: Path, **options: Any) -> Environment:
 @cache
 def _texts() -> Environment:
     """Returns the environment of the text templates, with filters for numbers and names."""
-    texts = template_environment(TEMPLATES)
+    texts = template_environment(TABLE_TEMPLATES)
     texts.filters |= {
         "number": notation.number,  # 0.0123
         "relative": notation.relative,  # 1.23 %
@@ -170,8 +170,9 @@ def _texts() -> Environment:
 
 
 def in_unit(amount: float, unit: str, digits: int = 3) -> str:
-    """Returns an amount, given in SI units or as a fraction, as text in another unit of `UNITS`."""
-    return f"{notation.number(UNITS[unit] * amount, digits)} {unit}"
+    """Returns an amount, given in SI units or as a fraction, as text in another unit of
+    `UNIT_FACTORS`."""
+    return f"{notation.number(UNIT_FACTORS[unit] * amount, digits)} {unit}"
 
 
 def verdict_cell(judged: PairVerdict, link: str = "") -> Cell:
@@ -187,7 +188,7 @@ def verdict_cell(judged: PairVerdict, link: str = "") -> Cell:
     return Cell(text, kind, hint, link)
 
 
-def _functions(parts: Parts) -> dict[str, Any]:
+def _functions(parts: TemplateParts) -> dict[str, Any]:
     """Returns the functions that a template may call, by name. A function that makes a cell, a
     figure or a statement stores it in `parts` and returns its placeholder."""
 
@@ -212,6 +213,6 @@ def _functions(parts: Parts) -> dict[str, Any]:
         "linear": plotly_figure.linear,
         "logarithmic": plotly_figure.logarithmic,
         "spacious": plotly_figure.spacious,
-        "positive": plotly_figure.positive,
+        "positive": plotly_figure.positive_magnitudes,
         "colours": palette,  # colours.BLUE, colours.OF_METHODS[name]
     }

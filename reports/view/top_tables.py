@@ -12,9 +12,9 @@ from plumbob.reports.view.sources import listed_statements
 from plumbob.reports.view.tables import table, table_or_none
 
 # relative errors, each with its text on the page
-ERRORS = ((0.1, "10 %"), (1e-2, "1 %"), (1e-3, "0.1 %"), (1e-4, "1e-4"), (1e-6, "1e-6"))
+ERROR_LEVELS = ((0.1, "10 %"), (1e-2, "1 %"), (1e-3, "0.1 %"), (1e-4, "1e-4"), (1e-6, "1e-6"))
 
-Advice = Sequence[Recommendation]  # one for each of `ERRORS`; empty if nothing was timed
+Advice = Sequence[Recommendation]  # one for each of `ERROR_LEVELS`; empty if nothing was timed
 
 
 def anchor(scene: str) -> str:
@@ -23,20 +23,20 @@ def anchor(scene: str) -> str:
 
 
 def recommendations(study: Study, by_scene: Mapping[str, Advice]) -> Table | None:
-    """Returns the table of the cheapest method for each error of `ERRORS`, with a row for each
-    scene; None if nothing was timed."""
+    """Returns the table of the cheapest method for each error of `ERROR_LEVELS`, with a row for
+    each scene; None if nothing was timed."""
     if not study.costs:
         return None
     rows = [(scene, by_scene[scene.name]) for scene in study.scenes]
-    return table("recommendations", rows=rows, errors=ERRORS, default=DEFAULT_METHOD)
+    return table("recommendations", rows=rows, errors=ERROR_LEVELS, default=DEFAULT_METHOD)
 
 
 def scene_recommendations(advice: Advice) -> Table | None:
-    """Returns the table of the cheapest method of one scene for each error of `ERRORS`, with the
-    runner-up and the error of MuJoCo's default step; None if nothing was timed."""
+    """Returns the table of the cheapest method of one scene for each error of `ERROR_LEVELS`, with
+    the runner-up and the error of MuJoCo's default step; None if nothing was timed."""
     if not advice:
         return None
-    answers = [(name, answer) for (_, name), answer in zip(ERRORS, advice, strict=True)]
+    answers = [(name, answer) for (_, name), answer in zip(ERROR_LEVELS, advice, strict=True)]
     return table("scene_recommendations", answers=answers, default=DEFAULT_METHOD)
 
 

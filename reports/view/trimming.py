@@ -12,7 +12,8 @@ from plumbob.models.scene import Scene
 from plumbob.reports.view.content import Table
 from plumbob.reports.view.tables import table
 
-STEPS, REPEATS = 150, 7  # steps and repeats of a timing: the ratio is exact to a few per cent
+# steps and repeats of a timing: the ratio is exact to a few per cent
+TIMED_STEPS, REPEATS = 150, 7
 ENGINE = "mujoco"  # engine whose models have features and pipeline stages to leave out
 
 
@@ -31,10 +32,12 @@ def _timings(scene: Scene, methods: Sequence[Method]) -> list[TrimmingRun]:
         if method.engine == ENGINE and meant(method, scene):
             schemes.setdefault(method.scheme, method.name)
     step = scene.steps[len(scene.steps) // 2]
-    return [TrimmingRun(scene.name, name, step, STEPS, REPEATS) for name in schemes.values()]
+    return [
+        TrimmingRun(scene.name, name, step, TIMED_STEPS, REPEATS) for name in schemes.values()
+    ]
 
 
-def trimming(study: Study, scene: Scene) -> Table | None:
+def trimming_table(study: Study, scene: Scene) -> Table | None:
     """Returns the table with the cost of a step of the full model, of the model with disabled
     stages, and of the model that also lacks the geoms without effect, for one method of each
     scheme. None if no timing is stored for the scene."""
@@ -50,4 +53,4 @@ def trimming(study: Study, scene: Scene) -> Table | None:
         scale = cost.ns_per_step / timed.ns_trimmed if cost else 1.0
         costs = [scale * ns for ns in (timed.ns_default, timed.ns_flags, timed.ns_trimmed)]
         rows.append((method, timed, costs))
-    return table("trimming", done=rows, first=done[0][1], steps=STEPS)
+    return table("trimming", done=rows, first=done[0][1], steps=TIMED_STEPS)

@@ -13,7 +13,7 @@ from plumbob.reports.view.content import Table
 from plumbob.reports.view.method_results import Results
 
 
-def table(results: Sequence[UserResult], all_results: Results) -> Table | None:
+def user_settings_table(results: Sequence[UserResult], all_results: Results) -> Table | None:
     """Returns the table of the user's settings, with a row for each scene; None if the study has no
     user settings."""
     rows = [(result, all_results[result.scene, USER_METHOD].judged) for result in results]

@@ -7,7 +7,7 @@ from plumbob.engines.audit.allowance import Allowance
 from plumbob.engines.audit.reference import certified
 from plumbob.engines.registry import method as find_method
 from plumbob.engines.study.measurement import measure
-from plumbob.models.registry import scenes
+from plumbob.models.registry import matching_scenes
 from plumbob.tests.audit.scenes_as_models import scene_as_model
 
 # scene: method, own step [s], duration [s], period [s]
@@ -28,7 +28,7 @@ def test_errors_agree_with_those_of_the_study(name):
 
 
 def test_errors_agree_on_every_scene_without_contacts(request):
-    families = scenes("cone-pendulum/*,simple-pendulum/*,linear-pendulum/*")
+    families = matching_scenes("cone-pendulum/*,simple-pendulum/*,linear-pendulum/*")
     # driven within a step
     chosen = [scene for scene in families if "/forced" not in scene.name]
     assert len(chosen) > 50

@@ -20,7 +20,7 @@ from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.adapters.mujoco.slider_crank import LOOP
 from plumbob.engines.audit.scene_reference import scene_reference, two_answers
 from plumbob.engines.registry import method as find_method
-from plumbob.models.registry import built_in, case_of
+from plumbob.models.registry import built_in_systems, case_of
 from plumbob.models.registry import scene as find_scene
 from plumbob.reports.cli import main
 
@@ -96,7 +96,7 @@ def relative_distances(case, reference, left_open):
 
 
 def test_every_system_has_a_row():
-    assert {*SYSTEMS} == {*built_in()}
+    assert {*SYSTEMS} == {*built_in_systems()}
 
 
 @pytest.mark.long(keep=11)

@@ -10,13 +10,15 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 from plumbob.analytic.numerics.smooth.certified_motion import CertifiedMotion
-from plumbob.analytic.systems.cone_pendulum import ConePendulum, cone
+from plumbob.analytic.systems.cone_pendulum import ConePendulum, solid_cone
 from plumbob.analytic.systems.pendulums.pendulum_motion import PendulumMotion
 from plumbob.engines.study.cost import reference_step
 from plumbob.tests.numerics.double_pendulum import double_pendulum
 from plumbob.tests.support.benchmark_runs import in_turn
 
-PENDULUM = ConePendulum(cone(8000.0, 0.3, math.radians(30.0)), 0.0, 0.09, 26.0, 9.8, 0.0, 37.0)
+PENDULUM = ConePendulum(
+    solid_cone(8000.0, 0.3, math.radians(30.0)), 0.0, 0.09, 26.0, 9.8, 0.0, 37.0
+)
 TIMES = np.linspace(0.0, 50.0, 1_000_000)
 ROTOR = PENDULUM.motion.rotor
 

@@ -15,7 +15,7 @@ import pytest
 from plumbob.engines.registry import engine_of, installed, methods
 from plumbob.engines.study import store
 from plumbob.engines.study.runner import run_study
-from plumbob.models.registry import scenes
+from plumbob.models.registry import matching_scenes
 from plumbob.tests.site import whole_profile
 from plumbob.tests.support.benchmark_runs import in_turn
 from plumbob.tests.support.stored import save
@@ -30,7 +30,7 @@ QUIET = 0.9  # processor time per wall time of a process on an idle machine
 
 def _study(jobs=1, pattern="*"):
     here = [m for m in methods(pattern) if installed(engine_of(m))]
-    return run_study(scenes(SCENES, "quick"), here, jobs=jobs, timed=False)
+    return run_study(matching_scenes(SCENES, "quick"), here, jobs=jobs, timed=False)
 
 
 def _wall(jobs=1):
@@ -84,7 +84,7 @@ def _processor(*words):
 
 
 def test_recommend_answers_in_a_few_starts_of_python(tmp_path, hold):
-    (scene, *_), here = scenes(SCENES, "quick"), methods("mujoco/euler,ode/rk4")
+    (scene, *_), here = matching_scenes(SCENES, "quick"), methods("mujoco/euler,ode/rk4")
     save(run_study([scene], here), tmp_path / store.FILE)
     asked = ("recommend", scene.name, "--error", "1e-1", "--out", str(tmp_path), "--stored")
     turns = in_turn(

@@ -15,7 +15,7 @@ from plumbob.analytic.systems.manoeuvres.turn_manoeuvre import turn_of
 from plumbob.analytic.systems.three_points.friction import three_point_motion
 from plumbob.analytic.systems.three_points.reference import PlaneReference
 from plumbob.models.registry import scene, system_of
-from plumbob.models.tripod_capsule.turn import EPSILONS
+from plumbob.models.tripod_capsule.turn import TURN_EPSILONS
 from plumbob.tests.support.random_capsules import CHECK
 
 RATIO = turn_of(CHECK, 0.12, 1.0).inertia_ratio
@@ -32,7 +32,7 @@ def exact(case):
     return found.in_start_axes
 
 
-@pytest.mark.parametrize("epsilon", EPSILONS)
+@pytest.mark.parametrize("epsilon", TURN_EPSILONS)
 def test_a_turn_says_its_angles(epsilon):
     """The source's angle, also corrected: the error is 0.888 epsilon^4 and, at rest, 2.37 epsilon^4
     ln(1/epsilon) with a remainder of the same power; below 1e-10 nothing is predicted."""

@@ -10,12 +10,12 @@ import pytest
 from gmpy2 import mpfr
 
 from plumbob.analytic.numerics.quad import double
-from plumbob.analytic.systems.cone_pendulum import ConePendulum, cone
+from plumbob.analytic.systems.cone_pendulum import ConePendulum, solid_cone
 from plumbob.tests.support.high_precision import orbit_of
 from plumbob.tests.support.random_pendulums import pendulums
 
 STEEL_APEX = math.radians(30.0)
-STEEL = cone(8000.0, 0.3, STEEL_APEX)
+STEEL = solid_cone(8000.0, 0.3, STEEL_APEX)
 RESTING = ConePendulum(STEEL, 0.0, 0.09, 0.0, 9.8, 0.0, 13.0)
 TURNING = ConePendulum(STEEL, 0.0, 0.09, 26.0, 9.8, 0.0, 37.0)
 PRINTED = TURNING.printed_motion()

@@ -10,13 +10,17 @@ from gmpy2 import mpfr
 
 from plumbob.analytic.numerics.elliptic.trigonometric_potential import TrigonometricPotential
 from plumbob.analytic.numerics.quad import double
-from plumbob.analytic.systems.cone_pendulum import ConePendulum, cone
+from plumbob.analytic.systems.cone_pendulum import ConePendulum, solid_cone
 from plumbob.analytic.systems.pendulums.pendulum_motion import PendulumMotion
 from plumbob.tests.support.high_precision import orbit_of
 from plumbob.tests.support.random_pendulums import pendulums
 
-STEEL = ConePendulum(cone(8000.0, 0.3, math.radians(30.0)), 0.0, 0.09, 26.0, 9.8, 0.0, 37.0)
-FLAT = replace(STEEL, body=cone(8000.0, 0.3, math.radians(150.0)), pivot_y=0.0)  # I_x < I_z
+STEEL = ConePendulum(
+    solid_cone(8000.0, 0.3, math.radians(30.0)), 0.0, 0.09, 26.0, 9.8, 0.0, 37.0
+)
+FLAT = replace(
+    STEEL, body=solid_cone(8000.0, 0.3, math.radians(150.0)), pivot_y=0.0
+)  # I_x < I_z
 
 SEPARATRICES = {
     "over the only barrier": replace(STEEL, platform_rate=0.0, theta=0.3, theta_dot=1.0),

@@ -14,7 +14,7 @@ from gmpy2 import mpfr
 
 from plumbob.analytic.numerics.elliptic.trigonometric_potential import TrigonometricPotential
 from plumbob.analytic.numerics.quad import double
-from plumbob.analytic.systems.cone_pendulum import ConePendulum, cone
+from plumbob.analytic.systems.cone_pendulum import ConePendulum, solid_cone
 from plumbob.analytic.systems.pendulums.pendulum_motion import PendulumMotion
 from plumbob.tests.support.high_precision import Orbit, orbit_of, started
 from plumbob.tests.support.random_pendulums import REGIMES, pendulums
@@ -30,8 +30,10 @@ ACTION = 1e-14
 # as long as ln(1e12) is 1e-14.
 ANGLE = 1e-13
 
-STEEL = ConePendulum(cone(8000.0, 0.3, math.radians(30.0)), 0.0, 0.09, 26.0, 9.8, 0.0, 37.0)
-FLAT = replace(STEEL, body=cone(8000.0, 0.3, math.radians(150.0)))  # I_x < I_z
+STEEL = ConePendulum(
+    solid_cone(8000.0, 0.3, math.radians(30.0)), 0.0, 0.09, 26.0, 9.8, 0.0, 37.0
+)
+FLAT = replace(STEEL, body=solid_cone(8000.0, 0.3, math.radians(150.0)))  # I_x < I_z
 LEVEL = replace(STEEL, pivot_y=0.0)
 PITCHFORK = LEVEL.pitchfork_rate
 SIMPLE = TrigonometricPotential(0.0, 0.0, 9.8)

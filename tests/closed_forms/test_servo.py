@@ -11,9 +11,9 @@ from scipy.optimize import brentq
 from plumbob.engines.method import meant
 from plumbob.engines.registry import engine_of, method, methods
 from plumbob.engines.study.measurement import scheme_of
-from plumbob.models.registry import case_of, scene, scenes
+from plumbob.models.registry import case_of, matching_scenes, scene
 
-SCENES = scenes("servo")
+SCENES = matching_scenes("servo")
 SAMPLES = 1000  # of what is left of a motion, each a tenth of its fastest time or less
 STEPPING = [m for m in methods("mujoco/*,pymunk/*,ode/rk4") if meant(m, SCENES[0])]
 LIGHT = case_of(scene("servo/lightly-damped")).problem

@@ -15,7 +15,7 @@ from plumbob.engines.trajectory import Trajectory
 from plumbob.reports.analyses.page_numbers import verdict_on
 from plumbob.reports.cli import main
 from plumbob.reports.judge import expectations
-from plumbob.reports.view.records import SCENE, STUDY, SceneRecord, StudyRecord
+from plumbob.reports.view.records import PAGES_OF_STUDY, SCENE, SceneRecord, StudyRecord
 
 
 @dataclass(frozen=True)
@@ -71,7 +71,7 @@ def without_pages(monkeypatch):
     monkeypatch.setattr("plumbob.reports.analyses.requests", lambda plan: ())
     monkeypatch.setattr("plumbob.reports.analyses.analyses_of", _verdicts_alone)
     monkeypatch.setattr(
-        "plumbob.reports.view.site.writing.write_page",
+        "plumbob.reports.view.site.writing.write_study_pages",
         lambda study, out, *more: out / "none",
     )
 
@@ -83,7 +83,7 @@ def _verdicts_alone(study, jobs, judged):
         verdicts[c.scene][c.method] = verdict_on(study, c, judged)
     pages = {name: plain(SceneRecord(of, (), None)) for name, of in verdicts.items()}
     scenes = [Analysed("", SCENE, "", name, numbers) for name, numbers in pages.items()]
-    return (*scenes, Analysed("", STUDY, "", "", plain(StudyRecord((), {}, {}, ()))))
+    return (*scenes, Analysed("", PAGES_OF_STUDY, "", "", plain(StudyRecord((), {}, {}, ()))))
 
 
 def without_findings(monkeypatch):

@@ -7,7 +7,7 @@ import pytest
 
 from plumbob.engines.registry import methods
 from plumbob.engines.study.runner import run_study
-from plumbob.models.registry import scenes
+from plumbob.models.registry import matching_scenes
 from plumbob.reports.cli import main
 from plumbob.reports.judge.study_verdicts import judge_study
 from plumbob.tests.support.page_document import Document, broken_links
@@ -24,7 +24,7 @@ EULER, STEP = "cone-pendulum/deep-well mujoco/euler", 1e-3
 
 @pytest.fixture(scope="module")
 def study():
-    chosen = [replace(s, steps=(2e-3, STEP)) for s in scenes(SCENES)]
+    chosen = [replace(s, steps=(2e-3, STEP)) for s in matching_scenes(SCENES)]
     return run_study(chosen, methods(METHODS), timed=False)
 
 

@@ -61,7 +61,7 @@ def test_an_interrupt_is_one_line(error, capsys, monkeypatch):
 def test_a_study_is_kept_when_its_page_fails(tmp_path, capsys, monkeypatch):
     words = "validate --scenes linear-pendulum/overdamped --methods ode/rk4 --jobs 1 --out"
     with monkeypatch.context() as patched:
-        patched.setattr("plumbob.reports.view.site.writing.write_page", _broken)
+        patched.setattr("plumbob.reports.view.site.writing.write_study_pages", _broken)
         assert main([*words.split(), str(tmp_path)]) == 4
     (again,) = re.findall(
         r"the study is stored: `plumbob (.*)` draws its page$", capsys.readouterr().err.strip()

@@ -11,8 +11,8 @@ from plumbob.reports.commands.several_audits import refused, write_badge
 from plumbob.reports.view import own_files
 from plumbob.reports.view.junit import JunitCase, write_cases
 from plumbob.reports.view.own_files import check_replaceable, check_replaceable_folder
-from plumbob.reports.view.page import TEMPLATES, fill_page
-from plumbob.reports.view.site.writing import write_page
+from plumbob.reports.view.page import PAGE_TEMPLATES, fill_page
+from plumbob.reports.view.site.writing import write_study_pages
 from plumbob.tests.support.studies import quick
 
 FOREIGN = "a user's own"
@@ -60,11 +60,14 @@ def test_a_file_of_the_users_stays(kind, tmp_path, monkeypatch, capsys):
 
 def test_a_site_is_replaced_with_or_without_its_list(tmp_path):
     """An earlier version made no list."""
-    write_page(quick(), tmp_path)
+    write_study_pages(quick(), tmp_path)
     pages = tmp_path / "pages"
     there = {path.name for path in pages.iterdir()}
-    assert {*(pages / own_files.LIST).read_text().splitlines(), own_files.LIST} == there
-    (pages / own_files.LIST).unlink()
+    assert {
+        *(pages / own_files.FILE_LIST).read_text().splitlines(),
+        own_files.FILE_LIST,
+    } == there
+    (pages / own_files.FILE_LIST).unlink()
     check_replaceable_folder("out", pages)
     for name in ("foreign.svg", "foreign.html", "folder"):
         file = pages / name
@@ -72,10 +75,10 @@ def test_a_site_is_replaced_with_or_without_its_list(tmp_path):
         with pytest.raises(ParameterError, match=name):
             check_replaceable_folder("out", pages)
         file.rmdir() if name == "folder" else file.unlink()
-    write_page(quick(), tmp_path)
+    write_study_pages(quick(), tmp_path)
     (pages / "foreign.svg").write_text(FOREIGN)
     with pytest.raises(ParameterError, match=r"foreign\.svg"):
-        write_page(replace(quick(), profile="full"), tmp_path)
+        write_study_pages(replace(quick(), profile="full"), tmp_path)
     assert (pages / "foreign.svg").read_text() == FOREIGN
 
 
@@ -103,9 +106,9 @@ def test_what_plumbob_wrote_bears_its_mark(write, tmp_path):
 
 
 def test_every_page_has_the_mark_in_its_title():
-    titled = [file for file in TEMPLATES.glob("*.jinja") if "<title>" in file.read_text()]
+    titled = [file for file in PAGE_TEMPLATES.glob("*.jinja") if "<title>" in file.read_text()]
     assert [file.name for file in titled] == ["frame.html.jinja"]
-    for file in TEMPLATES.glob("*.html.jinja"):
+    for file in PAGE_TEMPLATES.glob("*.html.jinja"):
         _, title, rest = file.read_text("utf-8").partition("block title %}")
         assert not title or "plumbob" in rest.partition("{% endblock")[0], file
 

@@ -7,7 +7,7 @@ import pytest
 from plumbob.engines.study import store
 from plumbob.reports.cli import main
 from plumbob.reports.commands.report import without_folders
-from plumbob.reports.view.own_files import LIST
+from plumbob.reports.view.own_files import FILE_LIST
 from plumbob.tests.support.page_document import Document
 from plumbob.tests.support.stored import save
 from plumbob.tests.support.studies import quick
@@ -49,7 +49,7 @@ def test_a_folder_to_publish_is_the_site_without_the_store(tmp_path, capsys):
     assert {path.name for path in tmp_path.iterdir()} == {"out", "public"}
     assert {path.name for path in folder.iterdir()} == {".nojekyll", "index.html", "pages"}
     assert str(out) not in (folder / "index.html").read_text("utf-8")
-    led_to = {folder / "index.html", folder / ".nojekyll", folder / "pages" / LIST}
+    led_to = {folder / "index.html", folder / ".nojekyll", folder / "pages" / FILE_LIST}
     for page in folder.rglob("*.html"):
         document = Document(page.read_text("utf-8"))
         named = [*document.links, *document.loaded]

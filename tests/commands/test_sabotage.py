@@ -162,7 +162,8 @@ def test_a_doctored_theory_of_the_largest_step(tmp_path, capsys, monkeypatch):
     """A tenth more than the theory says, where runs agree with it within 2 %."""
     monkeypatch.setattr("plumbob.reports.analyses.requests", lambda plan: (SEARCH,))
     monkeypatch.setattr(
-        "plumbob.reports.view.site.writing.write_page", lambda study, out, *more: out / "none"
+        "plumbob.reports.view.site.writing.write_study_pages",
+        lambda study, out, *more: out / "none",
     )
     own = measuring.searched_limits
     found = {}

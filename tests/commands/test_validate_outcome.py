@@ -10,16 +10,16 @@ import pytest
 from plumbob.engines import registry
 from plumbob.engines.method import KnownLimit
 from plumbob.engines.study.runner import pairs
+from plumbob.models.registry import matching_scenes
 from plumbob.models.registry import scene as find_scene
-from plumbob.models.registry import scenes
 from plumbob.reports.cli import main
 from plumbob.reports.judge import expectations
 from plumbob.reports.judge.expectations import (
-    as_expected,
     expected,
     run_surprise,
     standing,
     surprise,
+    verdict_is_expected,
 )
 from plumbob.reports.judge.verdict import Judgement
 from plumbob.reports.view import notation
@@ -203,7 +203,7 @@ def test_run_of_a_missing_engine_is_exit_code_3(monkeypatch):
 )
 def test_what_is_accepted_of_a_scene_that_is_not_hard(method, verdict, cut, accepted):
     found = Judgement(verdict, {}, "a reason", cut)
-    assert as_expected(find_scene(QUICK), registry.method(method), found) == accepted
+    assert verdict_is_expected(find_scene(QUICK), registry.method(method), found) == accepted
     means = standing(find_scene(QUICK), registry.method(method), found)
     assert (means == "unexpected") == (not accepted)
     assert (means == "as expected") == accepted
@@ -223,7 +223,7 @@ def test_what_is_accepted_of_a_known_limit(verdict, cut, accepted):
     known = registry.limits_of("mujoco/euler").sizes[LINE, "mujoco/euler"]
     found = Judgement(verdict, {}, "a reason", cut, errors={known.fine: known.size})
     how = registry.method("mujoco/euler")
-    assert as_expected(find_scene(LINE), how, found) == accepted
+    assert verdict_is_expected(find_scene(LINE), how, found) == accepted
     assert standing(find_scene(LINE), how, found) == (
         "known limit" if accepted else "unexpected"
     )
@@ -244,9 +244,9 @@ def test_a_known_limit_has_a_size(factor):
         errors={known.fine: factor * known.size},
         versions={"mujoco": "3.16.0"},
     )
-    assert as_expected(line, how, study) == accepted
+    assert verdict_is_expected(line, how, study) == accepted
     same = replace(study, versions=registry.limits_of(how.name).measured_with)
-    assert as_expected(line, how, same) == (0.98 <= factor <= 1.02)
+    assert verdict_is_expected(line, how, same) == (0.98 <= factor <= 1.02)
     if not accepted:
         assert f"known to be {known.size:.3g}, within a factor of 2" in surprise(
             line, how, study
@@ -257,7 +257,7 @@ def test_a_known_limit_has_a_size(factor):
         run = Judgement("off-prediction", {}, "", errors={step: factor * edge})
         assert (not run_surprise(line, how, run)) == held
     changed = find_scene(LINE, {"gravity": 9.0})
-    assert as_expected(changed, how, study)  # no size is known of it
+    assert verdict_is_expected(changed, how, study)  # no size is known of it
 
 
 def test_a_known_limit_without_a_size_is_unexpected(monkeypatch):
@@ -272,7 +272,7 @@ def test_a_known_limit_without_a_size_is_unexpected(monkeypatch):
 def test_every_known_limit_of_the_quick_profile_has_a_size():
     limits = {
         (scene.name, method.name)
-        for scene, method in pairs(scenes("*", "quick"), registry.methods())
+        for scene, method in pairs(matching_scenes("*", "quick"), registry.methods())
         if expected(scene.name, method.name).limit
     }
     held = [registry.limits_of(name) for name in registry.built_in()]

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from plumbob.analytic.errors.sliding_motion.plane_steps import COLUMNS, trajectory
 from plumbob.analytic.schemes import EULER
 from plumbob.analytic.systems.manoeuvres.turn_manoeuvre import turn_of
-from plumbob.analytic.systems.three_points.friction import Start
+from plumbob.analytic.systems.three_points.friction import InitialVelocities
 from plumbob.analytic.systems.three_points.implicit_friction import (
     FrictionProblem,
     after_friction,
@@ -31,7 +31,7 @@ def test_a_turn_leaks_angular_momentum(angle):
     found = []
     for parts in (400, 800, 1600):
         step = turn.half_time / parts
-        end = trajectory(CHECK, turn.path, Start(), EULER, step, 2 * parts)[-1]
+        end = trajectory(CHECK, turn.path, InitialVelocities(), EULER, step, 2 * parts)[-1]
         found.append((end[HEADING] - turn.corrected_pose[2]) / step)
     assert abs(found[-1] / lead - 1.0) < 0.005
     assert abs((2.0 * found[-1] - found[-2]) / lead - 1.0) < 1e-4  # epsilon^2 is 1e-5

@@ -16,14 +16,18 @@ from plumbob.analytic.schemes import (
     Scheme,
 )
 from plumbob.analytic.systems.free_body.problem import FreeBody, vectors_in_world
-from plumbob.analytic.systems.free_body.rotation import ATTITUDE, RATES, compose_quaternions
+from plumbob.analytic.systems.free_body.rotation import (
+    ANGULAR_VELOCITY_NAMES,
+    ATTITUDE,
+    compose_quaternions,
+)
 from plumbob.engines.registry import engine_of, method
 from plumbob.engines.study.measurement import measure, scheme_of
 from plumbob.models.registry import case_of, scene
 from plumbob.reports.judge.verdict import judge
 
 BODY = FreeBody(1.0, 2.0, 2.25, (0.5, 3.0, 1.0))
-NAMES = (*RATES, *ATTITUDE)
+NAMES = (*ANGULAR_VELOCITY_NAMES, *ATTITUDE)
 ORDERS = {
     "mujoco/euler": (EULER, 1),
     "mujoco/implicitfast": (LINEARLY_IMPLICIT, 1),

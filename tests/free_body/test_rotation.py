@@ -9,11 +9,15 @@ from plumbob.analytic.numerics.arithmetic import ULP
 from plumbob.analytic.numerics.elliptic.reciprocal_integral import ReciprocalIntegral
 from plumbob.analytic.numerics.quad import double, quad
 from plumbob.analytic.systems.free_body.problem import FreeBody
-from plumbob.analytic.systems.free_body.rotation import ATTITUDE, RATES, compose_quaternions
+from plumbob.analytic.systems.free_body.rotation import (
+    ANGULAR_VELOCITY_NAMES,
+    ATTITUDE,
+    compose_quaternions,
+)
 from plumbob.tests.support.extrapolation import recorded
 
 CASES = recorded(Path(__file__).with_name("recorded.json"))
-NAMES = (*RATES, *ATTITUDE)
+NAMES = (*ANGULAR_VELOCITY_NAMES, *ATTITUDE)
 
 
 def seen(body, times):

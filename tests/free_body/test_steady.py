@@ -5,7 +5,7 @@ import pytest
 from mpmath import mp
 
 from plumbob.analytic.systems.free_body.problem import FreeBody
-from plumbob.analytic.systems.free_body.rotation import ATTITUDE, RATES
+from plumbob.analytic.systems.free_body.rotation import ANGULAR_VELOCITY_NAMES, ATTITUDE
 
 BODIES = {
     "a sphere": ((2.0, 2.0, 2.0), (1.0, -2.0, 2.5)),
@@ -31,7 +31,9 @@ def test_40_digits(name):
         rates = [mp.mpf(rate) for rate in start]
         for k, time in enumerate(map(mp.mpf, times)):
             for n, value in zip(
-                (*RATES, *ATTITUDE), (*rates, *turned(rates, time)), strict=True
+                (*ANGULAR_VELOCITY_NAMES, *ATTITUDE),
+                (*rates, *turned(rates, time)),
+                strict=True,
             ):
                 assert abs(value - mp.mpf(observed[n][k])) <= doubt[n][k], n
     assert max(value[0] for value in doubt.values()) < 1e-14

@@ -13,7 +13,7 @@ from plumbob.engines.adapters.mujoco.simulation import compiled
 from plumbob.engines.mechanism import idealised
 from plumbob.engines.registry import method
 from plumbob.models.idealisations import Idealisations
-from plumbob.models.registry import built_in, case_of, scene
+from plumbob.models.registry import built_in_systems, case_of, scene
 from plumbob.tests.audit.robots.robot_files import folder
 from plumbob.tests.support.mechanism_terms import terms
 
@@ -58,7 +58,7 @@ FILES = {
         "walker": "",
     },
 }
-SYSTEMS = sorted(built_in())
+SYSTEMS = sorted(built_in_systems())
 TURNING = ("capsule-turn/heading-030", "cone-pendulum/rotating-base")
 
 
@@ -93,7 +93,7 @@ def largest_difference(model, mechanism, seed=0):
 
 @pytest.mark.parametrize("name", SYSTEMS)
 def test_the_records_of_a_system_give_mujoco_s_terms(name):
-    system = built_in()[name]
+    system = built_in_systems()[name]
     model = compiled(case_of(scene(f"{name}/{system.default}")), EULER, 1e-3).model
     mechanism = compiled_mechanism(model)
     assert not mechanism.not_expressed
@@ -158,7 +158,7 @@ def test_a_prescribed_joint_has_its_velocity_in_place_of_armature_and_motor():
     [("four-bar", "loops"), ("slider-crank", "loops"), ("bouncing-ball", "touching")],
 )
 def test_what_is_ideal_of_a_system_is_in_its_mechanism(name, of):
-    system = built_in()[name]
+    system = built_in_systems()[name]
     case = case_of(scene(f"{name}/{system.default}"))
     mechanism = compiled_mechanism(compiled(case, EULER, 1e-3).model)
     (part,) = getattr(idealised(mechanism, system.model_file.ideal(case.problem)), of)

@@ -8,7 +8,7 @@ from plumbob.engines.adapters.mujoco.simulation import compiled
 from plumbob.engines.adapters.mujoco.stepper import MujocoStepper
 from plumbob.engines.registry import method
 from plumbob.engines.stepper import State
-from plumbob.models.registry import built_in, case_of, scene
+from plumbob.models.registry import built_in_systems, case_of, scene
 
 EULER = method("mujoco/euler")
 STEPS = 20
@@ -25,7 +25,7 @@ def controls_of(simulation):
     return simulation.held_controls(np.arange(float(STEPS)), simulation.step)
 
 
-@pytest.mark.parametrize("name", sorted(built_in()))
+@pytest.mark.parametrize("name", sorted(built_in_systems()))
 def test_nothing_of_earlier_steps_survives(name):
     simulation = simulation_of(name)
     start = State(simulation.translation.qpos, simulation.translation.qvel)

@@ -9,12 +9,12 @@ import pytest
 
 from plumbob.engines.adapters.mujoco.contacts import PROFILES
 from plumbob.engines.adapters.mujoco.translation import filled
-from plumbob.models.registry import built_in, case_of, scene, systems
+from plumbob.models.registry import built_in_systems, case_of, scene, systems
 
 # Those of another system's file, with another joint, spring or slider, are left out.
 SYSTEMS = [
     system
-    for name, system in built_in().items()
+    for name, system in built_in_systems().items()
     if name == "capsule-line" or not name.startswith(("capsule-", "linear-"))
 ]
 # Contacts are softened further, because the armature of a compiled model needs it; keys and looks.

@@ -6,16 +6,24 @@ import pytest
 
 from plumbob.engines import registry
 from plumbob.engines.method import meant
-from plumbob.models.registry import built_in, scene
-from plumbob.models.scene import FREE_ROTATION, ON_PLANE, ON_SUPPORTS, ONE_SMOOTH, SMOOTH
+from plumbob.models.registry import built_in_systems, scene
+from plumbob.models.scene import (
+    FREE_ROTATION,
+    ON_PLANE,
+    ON_SUPPORTS,
+    ONE_SMOOTH,
+    SMOOTH,
+)
 
 OURS = [method for engine in registry.built_in().values() for method in engine.methods]
 
 
 def test_each_system_of_ours_says_its_kind():
     kinds = {ONE_SMOOTH, SMOOTH, FREE_ROTATION, ON_SUPPORTS, ON_PLANE}
-    assert {system.kind for system in built_in().values()} <= kinds
-    assert all(s.kind == system.kind for system in built_in().values() for s in system.scenes)
+    assert {system.kind for system in built_in_systems().values()} <= kinds
+    assert all(
+        s.kind == system.kind for system in built_in_systems().values() for s in system.scenes
+    )
 
 
 def test_each_method_of_ours_says_what_it_is_for():

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from plumbob.models.registry import case_of, scene, scenes, system_of
+from plumbob.models.registry import case_of, matching_scenes, scene, system_of
 from plumbob.models.scene import SMOOTH as KIND
 from plumbob.models.scene import step_sizes
 
@@ -46,7 +46,7 @@ def test_the_chaotic_pendulum_is_the_textbooks(system):
 
 
 def test_headings_are_those_of_their_names():
-    found = scenes("capsule-line/heading-*")
+    found = matching_scenes("capsule-line/heading-*")
     assert [s.name.partition("heading-")[2] for s in found] == [
         f"{angle:03d}" for angle in range(0, 360, 15)
     ]
@@ -89,7 +89,11 @@ SMOOTH = (
     "capsule-line/frictionless",
     "capsule-coast/translation",
     "capsule-coast/rotation",
-    *(s.name for s in scenes("*") if s.system == "free-body" or system_of(s).kind == KIND),
+    *(
+        s.name
+        for s in matching_scenes("*")
+        if s.system == "free-body" or system_of(s).kind == KIND
+    ),
 )
 
 

@@ -5,7 +5,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from plumbob.analytic.systems.pendulums.rod_tension import MASS
+from plumbob.analytic.systems.pendulums.rod_tension import BOB_MASS
 from plumbob.analytic.systems.simple_pendulum import SimplePendulum
 from plumbob.engines.adapters.mujoco.translation import filled
 from plumbob.models.registry import scene as find_scene
@@ -33,8 +33,8 @@ def test_every_parameter_reaches_the_model():
         "theta": 0.4,
         "theta_dot": -0.7,
     }
-    moment = MASS * 2.5**2
-    for name, spring in (("simple-pendulum", 0.0), ("linear-pendulum", MASS * 3.7 * 2.5)):
+    moment = BOB_MASS * 2.5**2
+    for name, spring in (("simple-pendulum", 0.0), ("linear-pendulum", BOB_MASS * 3.7 * 2.5)):
         model = filled(MJCF, MODEL, problem(name, **given)).compile()
         assert model.body("bob").ipos[2] == -2.5
         assert model.opt.gravity[2] == (0.0 if spring else -3.7)

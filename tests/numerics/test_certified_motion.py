@@ -71,7 +71,7 @@ def test_condition_is_the_response_to_changed_inputs(name, monkeypatch):
         near = replace(system, position=tuple(at[:2]), rate=tuple(at[2:]))
         total += np.abs(stacked(CertifiedMotion(near).observe(times)) - seen) / change
     monkeypatch.setattr(certified_motion, "ULP", 1.0)
-    monkeypatch.setattr(certified_motion, "SURE", np.inf)
+    monkeypatch.setattr(certified_motion, "CERTIFIED_UNCERTAINTY", np.inf)
     ratio = stacked(CertifiedMotion(system).uncertainty(times)) / total
     assert (np.abs(ratio[:, -1] - 1.0) < 0.05).all()
     assert (ratio > 0.7).all()  # at earlier times the state has been smaller

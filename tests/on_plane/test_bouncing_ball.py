@@ -11,10 +11,10 @@ from plumbob.analytic.errors.contact_models import impacts
 from plumbob.engines.method import meant
 from plumbob.engines.registry import engine_of, method, methods
 from plumbob.engines.study.measurement import measure
-from plumbob.models.registry import case_of, scene, scenes
+from plumbob.models.registry import case_of, matching_scenes, scene
 from plumbob.reports.judge.verdict import judge
 
-SCENES = scenes("bouncing-ball")
+SCENES = matching_scenes("bouncing-ball")
 BALL = case_of(scene("bouncing-ball/half")).problem
 
 
@@ -78,7 +78,10 @@ def test_every_method_makes_the_error_that_is_predicted(chosen):
 
 @pytest.mark.parametrize(
     ("constant", "value", "name"),
-    [("IMPEDANCE", 0.9901, "mujoco/euler"), ("SLOP", 1.01e-4, "pymunk/contact")],
+    [
+        ("IMPACT_IMPEDANCE", 0.9901, "mujoco/euler"),
+        ("ALLOWED_PENETRATION", 1.01e-4, "pymunk/contact"),
+    ],
 )
 def test_a_slightly_different_contact_is_noticed(constant, value, name, monkeypatch):
     case = case_of(scene("bouncing-ball/half"))

@@ -9,10 +9,10 @@ from scipy.integrate import solve_ivp
 
 from plumbob.engines.registry import method
 from plumbob.engines.study.measurement import measure
-from plumbob.models.registry import case_of, scene, scenes
+from plumbob.models.registry import case_of, matching_scenes, scene
 from plumbob.reports.judge.verdict import judge
 
-SCENES = scenes("rolling-ball")
+SCENES = matching_scenes("rolling-ball")
 BALL = case_of(scene("rolling-ball/slide-to-roll")).problem
 CHANGES = [
     {},

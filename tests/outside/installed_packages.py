@@ -41,9 +41,9 @@ def install_folder(site, folder):
     install(site, project["project"]["name"], project["project"]["entry-points"], **texts)
 
 
-def broken(site, text, group=entry_points.ENGINES, name="tiny"):
+def broken(site, text, group=entry_points.ENGINE_GROUP, name="tiny"):
     """Install a package that adds `name` with a module of this text."""
-    what = "ENGINE" if group == entry_points.ENGINES else "SYSTEM"
+    what = "ENGINE" if group == entry_points.ENGINE_GROUP else "SYSTEM"
     install(site, "their-package", {group: {name: f"theirs:{what}"}}, theirs=text)
 
 

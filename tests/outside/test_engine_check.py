@@ -53,7 +53,7 @@ def with_defect(defect):
 
 def outcome(site, text, capsys):
     """Exit code and checks of an engine with this text."""
-    install(site, "theirs", {entry_points.ENGINES: {"tiny": "theirs:ENGINE"}}, theirs=text)
+    install(site, "theirs", {entry_points.ENGINE_GROUP: {"tiny": "theirs:ENGINE"}}, theirs=text)
     with seen(site):
         code = main(
             ["check-engine", "tiny", "--scenes", "simple-pendulum/free-large", "--json"]

@@ -69,7 +69,7 @@ def claiming(site, run="run", seconds="timed.seconds"):
     """Install the small engine of these tests, with a simulation that says this of its runs."""
     text = ENGINE.replace("return stepped(", "return Claiming(stepped(")
     text = text.replace("(case, step, build)", "(case, step, build))")
-    points = {entry_points.ENGINES: {"tiny": "theirs:ENGINE"}}
+    points = {entry_points.ENGINE_GROUP: {"tiny": "theirs:ENGINE"}}
     install(site, "their-package", points, theirs=text + CLAIMING % (run, seconds))
 
 

@@ -16,7 +16,7 @@ from plumbob.engines.mechanism import idealised
 from plumbob.engines.method import Unsupported
 from plumbob.engines.registry import find_engine, method
 from plumbob.engines.stepper import State
-from plumbob.models.registry import built_in, case_of, scene
+from plumbob.models.registry import built_in_systems, case_of, scene
 from plumbob.tests.peers.test_smooth_peers import needed
 from plumbob.tests.support.built_mechanisms import (
     assert_nothing_survives_put,
@@ -35,7 +35,7 @@ def dart():
 CLOSE = 1e-12
 STEP = 1e-3  # [s]
 FASTEST = 1e150  # [rad/s]: squares of larger rates are not finite
-SYSTEMS = sorted(built_in())
+SYSTEMS = sorted(built_in_systems())
 AT_REST = State(np.zeros(1), np.zeros(1))
 ALL_JOINTS = """<mujoco><compiler angle="radian"/>
   <option gravity="0.3 0.2 -9.81"/>
@@ -87,7 +87,7 @@ def case(name):
 
 
 def default(system):
-    return f"{system}/{built_in()[system].default}"
+    return f"{system}/{built_in_systems()[system].default}"
 
 
 def model_and_mechanism(name):
@@ -95,7 +95,7 @@ def model_and_mechanism(name):
     if name == "all joints":
         model = mujoco.MjModel.from_xml_string(ALL_JOINTS)
         return model, compiled_mechanism(model), State(model.qpos0, np.zeros(model.nv))
-    problem, system = case(default(name)).problem, built_in()[name]
+    problem, system = case(default(name)).problem, built_in_systems()[name]
     file = system.model_file
     model = compiled(filled(system.mjcf, file, problem))
     ideal = file.ideal(problem)

@@ -12,7 +12,7 @@ from plumbob.engines.adapters.mujoco.compiled_mechanism import compiled_mechanis
 from plumbob.engines.method import Unsupported
 from plumbob.engines.registry import method
 from plumbob.engines.stepper import State
-from plumbob.models.registry import built_in
+from plumbob.models.registry import built_in_systems
 from plumbob.tests.peers.test_dart_mechanisms import (
     BALL,
     FLOOR,
@@ -42,7 +42,7 @@ CLOSE = 1e-12
 STEP = 1e-3  # [s]
 BOUNCES = ("bouncing-ball", "rod-impact")  # have restitution by default
 ALIKE = ("capsule-hold", "capsule-line", "capsule-plan", "capsule-train")  # as coast or turn
-SYSTEMS = sorted(name for name in built_in() if name not in BOUNCES + ALIKE)
+SYSTEMS = sorted(name for name in built_in_systems() if name not in BOUNCES + ALIKE)
 
 
 def stepper(mechanism, settings=None):

@@ -10,8 +10,8 @@ from plumbob.engines.registry import methods as find_methods
 from plumbob.engines.study import store
 from plumbob.engines.study.model_reading import ModelReading, dropped
 from plumbob.engines.study.runner import run_study
-from plumbob.models.registry import scenes as find_scenes
-from plumbob.reports.analyses.engines.readers import KNOWN, READERS, requests
+from plumbob.models.registry import matching_scenes as find_scenes
+from plumbob.reports.analyses.engines.readers import READER_RECORDS, READERS, requests
 from plumbob.reports.cli import main
 from plumbob.reports.judge.model_readers import compared_reading
 from plumbob.tests.support.declared import finding
@@ -27,7 +27,7 @@ def test_what_each_reader_takes_over(capsys):
     """Of a model that has every field; what is known of each is on the pages, too."""
     assert main(["models", "check", "--json"]) == 0
     readers = {reader["engine"]: reader for reader in json.loads(capsys.readouterr().out)}
-    assert set(readers) == {"mujoco", *(e for e in KNOWN if installed(find_engine(e)))}
+    assert set(readers) == {"mujoco", *(e for e in READER_RECORDS if installed(find_engine(e)))}
     for engine, found in readers.items():
         _held(engine, found)
 
@@ -35,7 +35,7 @@ def test_what_each_reader_takes_over(capsys):
 def _held(engine, found):
     """The fields that a reader takes over are the known ones, and the others are named."""
     assert found["refuses"] == "", engine
-    read = ALL if engine == "mujoco" else KNOWN[engine].read
+    read = ALL if engine == "mujoco" else READER_RECORDS[engine].read
     assert tuple(found["read"]) == read
     dropped = tuple(f for f in ALL if f not in read)
     assert tuple(found["dropped"] or ()) == dropped

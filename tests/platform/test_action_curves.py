@@ -10,12 +10,12 @@ from gmpy2 import mpfr
 
 from plumbob.analytic.numerics.elliptic.trigonometric_potential import TrigonometricPotential
 from plumbob.analytic.numerics.quad import double
-from plumbob.analytic.systems.cone_pendulum import ConePendulum, cone
+from plumbob.analytic.systems.cone_pendulum import ConePendulum, solid_cone
 from plumbob.analytic.systems.pendulums.action_curves import branches
 from plumbob.models.cone_pendulum.answers import over_angle
 from plumbob.tests.support.high_precision import Orbit, orbit_of
 
-STEEL = cone(8000.0, 0.3, math.radians(30.0))
+STEEL = solid_cone(8000.0, 0.3, math.radians(30.0))
 TURNING = ConePendulum(STEEL, 0.0, 0.09, 26.0, 9.8, 0.0, 37.0)
 INERTIA = STEEL.inertia_x
 NAMES = ("in the deeper well", "in the shallower well", "over both wells", "rotation")

@@ -7,13 +7,13 @@ import mujoco
 import numpy as np
 import pytest
 
-from plumbob.analytic.systems.cone_pendulum import ConePendulum, cone
+from plumbob.analytic.systems.cone_pendulum import ConePendulum, solid_cone
 from plumbob.analytic.systems.platform_energy import drive_torque, energies
 from plumbob.engines.adapters.mujoco.translation import filled
 from plumbob.models.cone_pendulum.model import MODEL
 from plumbob.tests.support.cone_scene import MJCF
 
-STEEL = cone(8000.0, 0.3, math.radians(30.0))
+STEEL = solid_cone(8000.0, 0.3, math.radians(30.0))
 TURNING = ConePendulum(STEEL, 0.0, 0.09, 26.0, 9.8, 0.0, 37.0)
 SKEW = replace(
     TURNING,

@@ -6,12 +6,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from plumbob.analytic.systems.cone_pendulum import ConePendulum, cone
+from plumbob.analytic.systems.cone_pendulum import ConePendulum, solid_cone
 from plumbob.tests.support.high_precision import orbit_of
 
-STEEL = cone(8000.0, 0.3, math.radians(30.0))
+STEEL = solid_cone(8000.0, 0.3, math.radians(30.0))
 TURNING = ConePendulum(STEEL, 0.0, 0.09, 26.0, 9.8, 0.0, 37.0)
-FLAT = cone(8000.0, 0.3, math.radians(150.0))  # I_y < I_z
+FLAT = solid_cone(8000.0, 0.3, math.radians(150.0))  # I_y < I_z
 # A body's own moments, a product of inertia, an angle and a speed: all regimes, both signs.
 CASES = {
     "rotation": (STEEL, 0.029, 0.0, 37.0),

@@ -5,12 +5,12 @@ import math
 import numpy as np
 import pytest
 
-from plumbob.analytic.systems.cone_pendulum import Body, ConePendulum, cone
+from plumbob.analytic.systems.cone_pendulum import ConePendulum, HungBody, solid_cone
 
-STEEL = cone(8000.0, 0.3, math.radians(30.0))
+STEEL = solid_cone(8000.0, 0.3, math.radians(30.0))
 # of radius 0.5 m, 0.1 m below the pivot: its largest moment is along its axis
 ACROSS = 4.0 * (0.5**2 / 4.0 + 0.1**2)
-DISC = Body(4.0, 0.1, ACROSS, ACROSS, 4.0 * 0.5**2 / 2.0)
+DISC = HungBody(4.0, 0.1, ACROSS, ACROSS, 4.0 * 0.5**2 / 2.0)
 NEAR = 1e-6  # relative: two equilibria that are born are then some 1e-3 rad apart
 ANGLES = np.linspace(-math.pi, math.pi, 200_001)
 

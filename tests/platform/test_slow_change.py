@@ -29,7 +29,7 @@ import pytest
 
 from plumbob.analytic.errors.contact_models.added_inertia import drive_error
 from plumbob.analytic.numerics.elliptic.trigonometric_potential import TrigonometricPotential
-from plumbob.analytic.systems.cone_pendulum import ConePendulum, cone
+from plumbob.analytic.systems.cone_pendulum import ConePendulum, solid_cone
 from plumbob.analytic.systems.pendulums.harmonics import (
     angle_scale,
     harmonic_amplitudes,
@@ -37,7 +37,7 @@ from plumbob.analytic.systems.pendulums.harmonics import (
 )
 from plumbob.analytic.systems.pendulums.pendulum_motion import PendulumMotion
 
-STEEL = cone(8000.0, 0.3, math.radians(30.0))
+STEEL = solid_cone(8000.0, 0.3, math.radians(30.0))
 TURNING = ConePendulum(STEEL, 0.31, 0.09, 26.0, 9.8, 0.2, 37.0)
 INERTIA = STEEL.inertia_x
 POTENTIAL = TrigonometricPotential(291.1, 222.3, 35.8)  # near the source's at 26 rad/s

@@ -8,13 +8,13 @@ import gmpy2
 import numpy as np
 import pytest
 
-from plumbob.analytic.systems.cone_pendulum import ConePendulum, cone
+from plumbob.analytic.systems.cone_pendulum import ConePendulum, solid_cone
 from plumbob.analytic.systems.pendulums import uniformity
 from plumbob.reports.analyses.cone_pendulum import source_text
 from plumbob.reports.analyses.cone_pendulum.hamiltonian import ROTATING, closed_forms
 from plumbob.tests.support.high_precision import orbit_of
 
-STEEL = cone(8000.0, 0.3, math.radians(30.0))
+STEEL = solid_cone(8000.0, 0.3, math.radians(30.0))
 TURNING = ConePendulum(STEEL, 0.0, 0.09, 26.0, 9.8, 0.0, 37.0)
 # pivot_y, platform rate, theta_dot: spread, deviation, near; integrated independently
 KNOWN = {
@@ -47,7 +47,7 @@ def test_deviation_against_40_digits(point):
 @pytest.mark.parametrize("axis", [0, 1])
 def test_maps_have_the_closed_form_s_period(axis):
     """By S, where the inertia about the pivot follows it, and by Y; and which cells rotate."""
-    name, values = source_text.AXES[axis]
+    name, values = source_text.GRID_AXES[axis]
     fig_3 = closed_forms(ROTATING).problem
     drawn = source_text.period_map(fig_3, name, values)
     for row, column in ((3, 5), (20, 8), (30, 30), (12, 40), (35, 2)):
@@ -59,7 +59,7 @@ def test_maps_have_the_closed_form_s_period(axis):
             there = replace(fig_3, body=replace(body, com_distance=value, **inertia))
         else:
             there = replace(fig_3, pivot_y=value)
-        motion = replace(there, platform_rate=float(source_text.RATES[column])).motion
+        motion = replace(there, platform_rate=float(source_text.SPEED_MAP_RATES[column])).motion
         power = drawn.powers[row, column]
         assert np.isfinite(power) == (motion.regime == "rotation")
         if np.isfinite(power):

@@ -6,9 +6,9 @@ import pytest
 
 from plumbob.analytic.errors.contact_models.model_error import sample_motion
 from plumbob.analytic.errors.contact_models.sequential_impulse_bounds import (
-    STALLED,
+    RESIDUAL_FRACTION,
     USED_UP,
-    demand,
+    solver_demand,
 )
 from plumbob.engines.adapters.pymunk.capsule import described
 from plumbob.engines.study.measurement import measure
@@ -32,18 +32,18 @@ def residual(name, step, iterations, **changes):
     feet = replace(feet, settings={**feet.settings, "iterations": iterations})
     solver = described(case.problem, feet, step)
     assert solver.iterations == iterations
-    jump = demand(case.problem, sample_motion(case.problem, changed.duration)).jump
+    jump = solver_demand(case.problem, sample_motion(case.problem, changed.duration)).jump
     velocity = measure(case, feet, step)[0].errors["velocity"]
     return beyond(velocity) / (jump * step), solver.one_foot_residual
 
 
 def test_residual_where_friction_is_used_up():
-    """STALLED is at most twice the residual of 50 iterations; it is still three times that of 200,
-    far above the bound of one sticking foot."""
+    """RESIDUAL_FRACTION is at most twice the residual of 50 iterations; it is still three times
+    that of 200, far above the bound of one sticking foot."""
     few = [residual(name, step, 50)[0] for name, step in USED_UP_SCENES]
-    assert 0.5 * STALLED < max(few) < STALLED
+    assert 0.5 * RESIDUAL_FRACTION < max(few) < RESIDUAL_FRACTION
     left, one_foot = residual("capsule-line/w2-threshold", 1e-3, 200)
-    assert left < STALLED
+    assert left < RESIDUAL_FRACTION
     assert left > 1e3 * one_foot
 
 
@@ -56,7 +56,7 @@ def test_forces_change_at_once_as_often_as_the_motion_says(name, changes):
     begins to return, turns round, and stops again."""
     case = case_of(scene(name))
     assert (
-        demand(case.problem, sample_motion(case.problem, case.scene.duration)).changes
+        solver_demand(case.problem, sample_motion(case.problem, case.scene.duration)).changes
         == changes
     )
 

@@ -8,11 +8,11 @@ import numpy as np
 
 from plumbob.engines.registry import methods as find_methods
 from plumbob.engines.study.extra_runs import StudyPlan
+from plumbob.models.registry import matching_scenes as find_scenes
 from plumbob.models.registry import scene as find_scene
-from plumbob.models.registry import scenes as find_scenes
 from plumbob.reports.analyses.replay import replay, requests
 from plumbob.reports.view import notation
-from plumbob.reports.view.page import TEMPLATES, Plots
+from plumbob.reports.view.page import PAGE_TEMPLATES, Plots
 from plumbob.tests.support.declared import declared, nothing
 
 PAGE = """{% import "replay.html.jinja" as replays with context %}<!DOCTYPE html>
@@ -46,13 +46,13 @@ def replay_of(name):
 def write(shown, folder):
     """A page with these replays and nothing else."""
     environment = jinja2.Environment(
-        loader=jinja2.FileSystemLoader(TEMPLATES),
+        loader=jinja2.FileSystemLoader(PAGE_TEMPLATES),
         autoescape=True,
         undefined=jinja2.StrictUndefined,
     )
 
     def text(name):
-        return (TEMPLATES / name).read_text("utf-8")
+        return (PAGE_TEMPLATES / name).read_text("utf-8")
 
     page = folder / "replays.html"
     page.write_text(

@@ -14,7 +14,7 @@ from plumbob.engines.study.runner import most_steps
 from plumbob.models.registry import case_of, system_of
 from plumbob.models.registry import scene as find_scene
 from plumbob.reports.analyses.replay import PICTURES
-from plumbob.reports.analyses.replay.capsule import motion
+from plumbob.reports.analyses.replay.capsule import capsule_channels
 from plumbob.reports.analyses.replay.runs import (
     shown_runs,
 )
@@ -35,7 +35,11 @@ def test_samples_follow_the_exact_motion_between_them(name):
     layer = data["layers"][0]
     samples = np.linspace(0.0, data["seconds"], layer["count"])
     times = np.linspace(0.0, data["seconds"], 977)
-    exact = motion(case, times) if data["kind"] == "capsule" else case.reference.observe(times)
+    exact = (
+        capsule_channels(case, times)
+        if data["kind"] == "capsule"
+        else case.reference.observe(times)
+    )
     for channel in ("theta", "x", "y", "heading", "qx", "qy", *ATTITUDE):
         if channel not in layer["channels"]:
             continue

@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 from plumbob.models.registry import case_of, system_of
 from plumbob.models.registry import scene as find_scene
 from plumbob.reports.analyses.replay import PICTURES
-from plumbob.reports.analyses.replay.picture import AZIMUTH, ELEVATION
+from plumbob.reports.analyses.replay.picture import AZIMUTH, PICTURE_ELEVATION
 from plumbob.reports.analyses.replay.samples import encode_samples
 from plumbob.tests.replay.all_replays import decoded, plan, replay_of, write
 from plumbob.tests.replay.in_browser import FRACTION, opened, stopped
@@ -142,7 +142,7 @@ def seen_by_camera(x, y, z):
     """A place in the world as the camera sees it: right and up."""
     away = x * math.cos(AZIMUTH) + y * math.sin(AZIMUTH)
     right = y * math.cos(AZIMUTH) - x * math.sin(AZIMUTH)
-    return right, z * math.cos(ELEVATION) - away * math.sin(ELEVATION)
+    return right, z * math.cos(PICTURE_ELEVATION) - away * math.sin(PICTURE_ELEVATION)
 
 
 def _names(config):

@@ -18,7 +18,7 @@ from plumbob.reports.analyses.capsule_line import (
     source_text,
     tipping,
 )
-from plumbob.reports.analyses.measurements import LINE, problem
+from plumbob.reports.analyses.measurements import CHECK_LINE, problem
 from plumbob.reports.view.finding_text import read_findings
 from plumbob.tests.support.declared import (
     declared,
@@ -43,19 +43,19 @@ def test_figure_of_the_source():
     (gallery,) = read_findings(source.FIGURE_2.template, plain(check))
     # exact, and two engines
     assert [len(panel.traces) for panel in gallery.figures] == [3, 3, 3]
-    v, v_c, x = (check.exact[name] for name in source.DRAWN)
+    v, v_c, x = (check.exact[name] for name in source.FIGURE_2_OBSERVABLES)
     assert max(v) == pytest.approx(1.14777, rel=1e-3)
     assert min(v_c) == pytest.approx(-0.17658, rel=1e-3)
     assert x[-1] == pytest.approx(EXACT, rel=1e-3)
-    for name in source.DRAWN[:2]:  # dots on the curve of that corner
+    for name in source.FIGURE_2_OBSERVABLES[:2]:  # dots on the curve of that corner
         corner = max(check.exact[name], key=abs)
-        assert max(check.engines[source.MUJOCO][name], key=abs) == pytest.approx(
+        assert max(check.engines[source.FIGURE_METHOD][name], key=abs) == pytest.approx(
             corner, rel=0.02
         )
 
 
 def test_errors_are_the_sawtooth_of_the_step():
-    numbers = numbers_of(displacement.ERRORS, study(LINE, 1e-3, 1e-4))
+    numbers = numbers_of(displacement.DISPLACEMENT_ERRORS, study(CHECK_LINE, 1e-3, 1e-4))
     errors = {method.method: method.errors[:2] for method in numbers.methods}
     for name, most in (
         ("mujoco/euler+reduced", 1.01),
@@ -65,7 +65,7 @@ def test_errors_are_the_sawtooth_of_the_step():
         for error, predicted in zip(errors[name], numbers.predicted, strict=False):
             assert 0.99 < error / predicted < most
     assert min(errors["mujoco/euler"]) > 0.02
-    assert displacement.errors(nothing()) is None
+    assert displacement.displacement_errors(nothing()) is None
 
 
 def test_heights():
@@ -78,7 +78,7 @@ def test_heights():
 
 def test_a_brake_beyond_the_limit_turns_the_body_round():
     """The exact motion against constant accelerations; at the limit nothing is left of it."""
-    line = problem(LINE).motion
+    line = problem(CHECK_LINE).motion
     for factor in (1.2, 2.0, 5.0):
         found = source_text.hard_brake(line, factor)
         assert found.after == pytest.approx(found.formula, rel=1e-10)
@@ -91,12 +91,12 @@ def test_a_brake_beyond_the_limit_turns_the_body_round():
 
 
 def test_what_else_the_source_says_of_lines():
-    statements = finding(source_text.SOURCE, study(LINE, 1e-3)).statements
+    statements = finding(source_text.LINE_SOURCE_TEXT, study(CHECK_LINE, 1e-3)).statements
     assert {statement.verdict for statement in statements} == {"holds", "extended"}
     ours = {statement.place: statement.ours for statement in statements}
     assert "2.5 % with default contacts" in ours["(1)"]
     assert ours["(17), (20), Fig. 2"] == "0.03, 0.0633333, 0.1425 s"
-    line = problem(LINE).motion
+    line = problem(CHECK_LINE).motion
     assert source_text.time_exponents(line) == pytest.approx((2.0, 2.0), abs=1e-12)
     assert source_text.balance_residual(line) < 1e-11
 
@@ -130,7 +130,7 @@ def test_repeated_manoeuvres():
 
 
 def test_what_sizes_an_actuator():
-    force = numbers_of(drive.DRIVE, measured(LINE, METHODS))
+    force = numbers_of(drive.DRIVE, measured(CHECK_LINE, METHODS))
     peak = force.line.peak
     turns = force.turns
     assert peak == pytest.approx(9.7119, rel=1e-3)
@@ -143,7 +143,7 @@ def test_what_sizes_an_actuator():
 
 
 def test_the_exact_condition_for_contact_and_beyond():
-    ran = declared(study(LINE, 1e-3), tipping.requests)
+    ran = declared(study(CHECK_LINE, 1e-3), tipping.requests)
     numbers = tipping.numbers(ran)
     assert numbers.reach == pytest.approx(4.33, abs=5e-3)
     motions = (numbers.check, numbers.edge, numbers.outside)
@@ -151,10 +151,12 @@ def test_the_exact_condition_for_contact_and_beyond():
     assert inside == [(True, True), (True, False), (False, True)]
     assert min(motion.lowest for motion in motions) > 0.0
     tipped = ran.answer(tipping.TIPPED)
-    line = problem(tipping.EDGE).motion
+    line = problem(tipping.NEAR_EDGE_SCENE).motion
     lifted = tipped.times[np.argmax(tipped.channels["contacts"] < 3)]
     # below zero statics asks for a pull, which a plane that only pushes cannot give
-    places = (line.start + tipping.BEYOND + line.at(tipped.times).stroke)[:, None] * line.unit
+    places = (line.start + tipping.START_BEYOND_EDGE + line.at(tipped.times).stroke)[
+        :, None
+    ] * line.unit
     needed = normal_forces(line.capsule, places)[:, 0]
     # a foot leaves the plane then, within the contacts' delay
     assert lifted == pytest.approx(tipped.times[np.argmax(needed < 0.0)], abs=2e-3)

@@ -19,7 +19,11 @@ from plumbob.reports.analyses.cone_pendulum import (
     symmetry,
     uniformity,
 )
-from plumbob.reports.analyses.cone_pendulum.hamiltonian import ROTATING, closed_forms, cone
+from plumbob.reports.analyses.cone_pendulum.hamiltonian import (
+    ROTATING,
+    closed_forms,
+    turning_cone,
+)
 from plumbob.reports.view.finding_text import findings_of, read_findings
 from plumbob.tests.support.declared import declared, finding, nothing, numbers_of
 from plumbob.tests.support.studies import quick
@@ -71,15 +75,15 @@ def test_finding_symmetry():
 
 def test_claims_in_numbers():
     turning = closed_forms(ROTATING)
-    right = source_text.rotation(turning.correct)
-    printed = source_text.rotation(turning.printed)
+    right = source_text.rotation_over_top(turning.correct)
+    printed = source_text.rotation_over_top(turning.printed)
     assert (right.lowest, right.highest) == pytest.approx((33.45358, 49.40424), abs=1e-4)
     assert (right.spread, printed.spread) == pytest.approx((0.4311, 0.7161), abs=1e-4)
     # From energy only: 37 rad/s at the bottom, on a resting base, to the top.
     level = replace(turning.problem, platform_rate=0.0)
     arm = level.body.mass * level.body.com_distance * level.gravity
     top = math.sqrt(37.0**2 - 4 * arm / level.body.inertia_x)
-    assert source_text.rotation(level.motion).spread == pytest.approx(
+    assert source_text.rotation_over_top(level.motion).spread == pytest.approx(
         (37.0 - top) / 37.0, abs=1e-6
     )
 
@@ -101,7 +105,7 @@ def test_finding_uniformity():
 
 def test_finding_action_and_phase():
     starts = stored(action_phase.ACTION_PHASE).numbers["starts"]
-    assert len(starts) == len(action_phase.STARTS)
+    assert len(starts) == len(action_phase.WELLS_AND_SPEEDS)
     for start in starts:
         # RK4 at 2e-4 s, and a cubic between 160 samples a period: (2 pi/160)^4/384, relative
         assert start["measured"] == pytest.approx(start["period"], rel=1e-8)
@@ -114,7 +118,8 @@ def test_finding_equilibria():
     assert len(numbers["centres"]) == 15
     assert numbers["largest_gap"] < 1e-6  # the amplitude's
     near, far = (
-        cone(pivot_y=0.0, platform_rate=rate).equilibria[0].rate for rate in (8.0, 8.001)
+        turning_cone(pivot_y=0.0, platform_rate=rate).equilibria[0].rate
+        for rate in (8.0, 8.001)
     )
     assert abs(near / far - 1.0) > 1e-4  # what a platform rate wrong by 1e-4 would change
 
@@ -198,7 +203,7 @@ def test_parts_of_the_energy_and_the_drive():
 
 
 def test_where_the_source_is_right_it_is_said_so():
-    (claims,) = findings_of(stored(source_claims.CLAIMS))
+    (claims,) = findings_of(stored(source_claims.CONE_CLAIMS))
     said = {one.text: one for one in claims.statements}
     rises = next(one for text, one in said.items() if "rises to 514.197 J" in text)
     assert rises.verdict == "corrected"

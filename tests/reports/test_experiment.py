@@ -6,7 +6,7 @@ import mpmath as mp
 import pytest
 
 from plumbob.reports.analyses.capsule_line import experiment
-from plumbob.reports.analyses.capsule_line.experiment import KNOWN, SET
+from plumbob.reports.analyses.capsule_line.experiment import BENCH_UNCERTAINTIES, SET
 from plumbob.reports.cli import main
 from plumbob.tests.support.declared import finding, nothing
 
@@ -35,7 +35,7 @@ def test_each_part_of_the_uncertainty_is_the_formula_s(bench):
             order = tuple(int(number == k) for k in range(len(AT)))
             slope = mp.diff(displacement, tuple(values), order)
             assert row.slope == pytest.approx(float(slope), rel=1e-9)
-            total += (slope * KNOWN[row.name]) ** 2
+            total += (slope * BENCH_UNCERTAINTIES[row.name]) ** 2
         assert bench.usual.unsure == pytest.approx(float(mp.sqrt(total)), rel=1e-9)
         assert bench.usual.displacement == pytest.approx(
             float(displacement(*values)), rel=1e-14

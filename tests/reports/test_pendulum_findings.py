@@ -47,7 +47,7 @@ def study():
 def test_errors_of_the_notebook_are_those_that_physics_says():
     # the seven figures, measured with the notebook's integrator, to three digits
     wanted = [1.29e-4, 0.00777, 0.0418, 0.0597, 2.49e-5, 1.07e-4, 1.64e-4]
-    cases = notebook.errors(study()).cases
+    cases = notebook.notebook_errors(study()).cases
     assert [float(f"{case.error:.3g}") for case in cases] == wanted
     assert [float(f"{case.predicted:.3g}") for case in cases] == wanted
     for case in cases:  # as the summary states for the linear equation
@@ -90,7 +90,7 @@ def test_errors_are_the_largest_of_all_steps(label, name):
         ).reference
         error = float(np.abs(_by_rk4(name, linear) - exact.observe(times)["theta"]).max())
         assert float(shown) == pytest.approx(error, rel=5e-3)  # half of its last digit
-        kind = notebook.LINEAR if linear else notebook.SIMPLE
+        kind = notebook.LINEAR_SCENES if linear else notebook.NONLINEAR_SCENES
         found, predicted = notebook.rk4_error(study(), kind + name)
         # the cubic between every second step leaves (2 h)^4/384 of a fourth derivative, the most in
         # case 3, where the error oscillates at twice the rate of its rotation: 1.2e-4 of it
@@ -113,8 +113,8 @@ def test_turns_are_counted_from_the_start(name, rate, turns):
     )
     gone = (solved.y[0, -1] - solved.y[0, 0]) / math.tau
     assert gone == pytest.approx(turns, abs=5e-5)
-    assert claims.rotation(f"rotating-{name}").turns == pytest.approx(gone, abs=1e-6)
-    said = " ".join(one.ours for one in finding(claims.CLAIMS, study()).statements)
+    assert claims.rotation_numbers(f"rotating-{name}").turns == pytest.approx(gone, abs=1e-6)
+    said = " ".join(one.ours for one in finding(claims.NOTEBOOK_CLAIMS, study()).statements)
     assert f"{turns:.2f} turns in 50 s" in said
 
 
@@ -154,7 +154,7 @@ def test_a_held_control_costs_orders():
 @pytest.mark.long
 def test_the_notebooks_statements():
     numbers = claims.numbers(nothing())
-    (found,) = read_findings(claims.CLAIMS.template, plain(numbers))
+    (found,) = read_findings(claims.NOTEBOOK_CLAIMS.template, plain(numbers))
     assert len(found.tables[0].rows) == 15
     ours = {line[0].text: line[2].text for line in found.tables[0].rows}
     assert "solved exactly" in ours["equation of motion: mLθ̈ + CLθ̇ + mg sin θ = F(t)"]
@@ -183,7 +183,7 @@ def test_the_equation_is_that_of_mujoco_s_multibody_model():
     ran = replace(study(), convergence=())
     assert claims.smallest_error(ran) is None
     scene = find_scene("simple-pendulum/free-large")
-    (how,) = find_methods(claims.MUJOCO)
+    (how,) = find_methods(claims.CLAIMS_METHOD)
     found = convergence_study(scene, how, 10_000, (1e-2, 5e-3))
     finest = claims.smallest_error(replace(ran, convergence=(found,)))
     assert finest
@@ -202,7 +202,7 @@ def test_the_bob_in_the_plane():
     assert x[0] == pytest.approx(-math.sin(math.radians(120)))
     assert y[0] == pytest.approx(0.5)
     # within three periods of 2.76 s, as the summary says
-    assert bob.distances("free-large")[:3320].max() > 1.9
+    assert bob.bob_distances("free-large")[:3320].max() > 1.9
 
 
 def test_an_accelerometer_at_the_bob_reads_the_notebooks_acceleration_less_gravity():
@@ -212,7 +212,7 @@ def test_an_accelerometer_at_the_bob_reads_the_notebooks_acceleration_less_gravi
         request = replace(bob.ACCELEROMETER, method=method)
         run = request.made(find_scene(request.scene), find_method(method))
         assert run
-        return bob.readings(run)
+        return bob.accelerometer_readings(run)
 
     found = read(bob.ACCELEROMETER.method)
     coarse = read("mujoco/euler")

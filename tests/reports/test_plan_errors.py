@@ -8,7 +8,7 @@ from plumbob.engines.registry import method
 from plumbob.models.registry import scene
 from plumbob.models.tripod_capsule.plan import requested_plan
 from plumbob.reports.analyses.capsule_plan.pose_errors import (
-    POSE,
+    POSE_OBSERVABLES,
     error_by_name,
     errors_by_kind,
 )
@@ -29,7 +29,7 @@ def test_the_errors_of_all_manoeuvres_add_up_to_the_error_at_the_end():
     parts = errors_by_kind(found, run.after)
     # a sum of some ten roundings of 1e-4
     assert sum(parts.values()) == pytest.approx(last, abs=1e-15)
-    ends = [run.found.errors[name].end for name in POSE]
+    ends = [run.found.errors[name].end for name in POSE_OBSERVABLES]
     assert ends == pytest.approx(last, abs=1e-13)
     assert set(parts) <= kinds
     # While the body sticks, the only error is the residual of the solver's iterations.

@@ -19,4 +19,4 @@ def test_plans(monkeypatch):
         assert run.end["distance"] < 2e-4
         assert run.parts["slow"]["distance"] < 1e-4 * run.end["distance"]
     assert "from turns [m]" in finding(open_loop.OPEN_LOOP, ran).tables[0].heads
-    assert poses.POSES.numbers(nothing()) is None
+    assert poses.GOAL_POSES_FINDING.numbers(nothing()) is None

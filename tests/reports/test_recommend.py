@@ -18,7 +18,7 @@ from plumbob.engines.study.stability import (
 from plumbob.models.scene import step_sizes
 from plumbob.reports.advice.advice import study_recommendation
 from plumbob.reports.judge.verdict import JudgedMethod, Judgement
-from plumbob.reports.view.top_tables import ERRORS
+from plumbob.reports.view.top_tables import ERROR_LEVELS
 from plumbob.tests.site import whole_profile
 from plumbob.tests.support.studies import SCENE, made_up
 
@@ -95,7 +95,7 @@ def test_without_theory_the_errors_themselves_have_to_converge():
 
 
 def test_the_heads_of_the_page_say_the_errors_that_are_looked_up():
-    for error, head in ERRORS:
+    for error, head in ERROR_LEVELS:
         percent = head.endswith("%")
         assert float(head.rstrip(" %")) == pytest.approx(error * (100.0 if percent else 1.0))
 

@@ -9,15 +9,19 @@ from plumbob.analytic.errors.stability.adaptive_cost import stiffness_cost
 from plumbob.analytic.tableau import CLASSICAL
 from plumbob.engines.registry import methods
 from plumbob.engines.study.runner import run_study
-from plumbob.models.registry import scenes
+from plumbob.models.registry import matching_scenes
 from plumbob.reports.analyses.analysis import Record
 from plumbob.reports.analyses.engines import largest_steps
-from plumbob.reports.analyses.engines.largest_steps import SOLVERS, claims, evaluation_rates
+from plumbob.reports.analyses.engines.largest_steps import (
+    VARIABLE_STEP_SOLVERS,
+    claims,
+    evaluation_rates,
+)
 
 
 def test_dop853_pays_what_stability_asks_and_implicit_solvers_next_to_nothing():
-    solvers = methods(",".join(SOLVERS))
-    (scene,) = scenes(largest_steps.EQUILIBRIUM)
+    solvers = methods(",".join(VARIABLE_STEP_SOLVERS))
+    (scene,) = matching_scenes(largest_steps.EQUILIBRIUM)
     short = replace(scene, steps=scene.steps[:1])
     study = run_study((short,), solvers, timed=False, requests=largest_steps.solver_runs)
     found = Record(surprises=(), paid=evaluation_rates(study))

@@ -135,7 +135,7 @@ def test_every_statement_of_the_sources_has_value_verdict_and_finding(
         assert known[link.link] == link.text
         for number in re.findall(r"\d+\.\d+", text.text):
             assert number in said.text
-    assert list(dict.fromkeys(line[0].text for line in table.rows)) == [*sources.SOURCES]
+    assert list(dict.fromkeys(line[0].text for line in table.rows)) == [*sources.CITED_SOURCES]
     shown = [(line[0].text, line[1].text) for line in table.rows]
     order = list(dict.fromkeys((of.source, of.place) for of in sources.listed_statements()))
     assert set(shown) <= set(
@@ -162,7 +162,7 @@ def test_every_statement_of_the_texts_is_computed_twice_or_cannot_be(
     names |= {of.template.rpartition("/")[2].replace("_", "-") for of in galleries}
     computed = [of for of in every if of.finding]
     assert (len(every), len(computed)) == (176, 165)
-    assert list(dict.fromkeys(of.source for of in every)) == [*sources.SOURCES]
+    assert list(dict.fromkeys(of.source for of in every)) == [*sources.CITED_SOURCES]
     assert len({(of.source, of.place, of.text) for of in every}) == len(every)
     assert {of.finding for of in computed} <= names
     for of in every:
@@ -184,7 +184,7 @@ def test_every_statement_of_the_texts_is_computed_twice_or_cannot_be(
 
 def test_printed_numbers_of_the_source_hold():
     """The barrier on the turning platform as the largest of 300 samples, which is the source's."""
-    statements = finding(source_claims.CLAIMS, nothing()).statements[:7]
+    statements = finding(source_claims.CONE_CLAIMS, nothing()).statements[:7]
     found = {one.said: one.verdict for one in statements}
     assert [said for said, verdict in found.items() if verdict != "holds"] == []
     assert len(found) == 7
@@ -192,5 +192,5 @@ def test_printed_numbers_of_the_source_hold():
     assert source_claims.largest_sampled_potential() == pytest.approx(514.1970344, abs=1e-7)
     assert top - source_claims.largest_sampled_potential() > 2e-3  # which rounds to 514.200
     with pytest.MonkeyPatch.context() as patched:
-        patched.setattr(source_claims, "ANGLES", 260)
+        patched.setattr(source_claims, "WORKSHEET_ANGLES", 260)
         assert round(source_claims.largest_sampled_potential(), 3) != 514.197

@@ -9,7 +9,7 @@ from plumbob.reports.analyses.capsule_turn import (
     left_over,
     source_text,
 )
-from plumbob.reports.analyses.capsule_turn.turns import turn
+from plumbob.reports.analyses.capsule_turn.turns import check_turn
 from plumbob.reports.analyses.measurements import problem
 from plumbob.tests.support.declared import finding, nothing
 
@@ -45,8 +45,12 @@ def test_the_course_of_a_turn():
     assert over[0.03] == pytest.approx(1.1202, rel=2e-3)
     assert over[0.3] == pytest.approx(1.1202, rel=0.1)
     assert [row.time for row in found.departures] == [2.0] * 3
-    assert found.slider[-1] == pytest.approx(-found.formula[-1] / turn(0.3).inertia_ratio)
-    assert [len(plot.traces) for plot in finding(course.COURSE, nothing()).figures] == [3, 3, 2]
+    assert found.slider[-1] == pytest.approx(-found.formula[-1] / check_turn(0.3).inertia_ratio)
+    assert [len(plot.traces) for plot in finding(course.TURN_COURSE, nothing()).figures] == [
+        3,
+        3,
+        2,
+    ]
 
 
 def test_the_leading_path_is_the_motion_without_friction():
@@ -54,21 +58,21 @@ def test_the_leading_path_is_the_motion_without_friction():
     phases = np.linspace(0.0, 2.0, 41)
     for epsilon, low, high in ((0.01, 0.0, 1e-4), (0.3, 0.02, 1.0)):
         _, place = course.exact_course(epsilon, phases)
-        off = np.abs(place - course.leading_path(turn(epsilon), phases)).max()
+        off = np.abs(place - course.leading_path(check_turn(epsilon), phases)).max()
         assert low * np.abs(place).max() < off < high * np.abs(place).max()
 
 
 def test_what_else_the_source_says_of_turns():
     numbers = source_text.numbers(nothing())
-    verdicts = {s.verdict for s in finding(source_text.SOURCE, nothing()).statements}
+    verdicts = {s.verdict for s in finding(source_text.TURN_SOURCE_TEXT, nothing()).statements}
     assert verdicts == {"holds", "extended"}
-    one = turn(0.3)
+    one = check_turn(0.3)
     motion = problem("capsule-turn/0.3").motion.single
     left = float(motion.at(np.array([2 * one.half_time])).angular_velocity[0])
     assert numbers.integral == pytest.approx(left, rel=1e-12)
     assert 0.5 < numbers.friction < 1.0
     # another friction does not give this motion
-    other = source_text.friction_effects(turn(0.1), motion)
+    other = source_text.friction_effects(check_turn(0.1), motion)
     assert abs(other[1] / left - 1.0) > 1e-3
     # psi goes with tau^2 but for friction, R/(mu_1 Z), of which there is 1e-3 at the larger epsilon
     assert numbers.shorter == pytest.approx(numbers.usual / 100, rel=2e-4)

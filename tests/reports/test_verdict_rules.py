@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pytest
 
-from plumbob.analytic.answer_cache import Same, expected
+from plumbob.analytic.answer_cache import Same, expected_series
 from plumbob.engines.registry import engine_of, limits_of, methods
 from plumbob.engines.registry import method as find_method
 from plumbob.engines.sampling import sampled, step_count
@@ -14,7 +14,7 @@ from plumbob.engines.study.convergence import ConvergenceStudy
 from plumbob.engines.study.measurement import Measurement, ObservedError, Prediction, measure
 from plumbob.engines.study.runner import pairs
 from plumbob.engines.trajectory import Trajectory
-from plumbob.models.registry import case_of, scenes, system_of
+from plumbob.models.registry import case_of, matching_scenes, system_of
 from plumbob.models.registry import scene as find_scene
 from plumbob.models.scene import Quantity
 from plumbob.reports.judge import expectations
@@ -45,7 +45,7 @@ def beside_the_series(parts, monkeypatch):
     case = case_of(find_scene(SCENE))
     steps = step_count(case.scene.duration, STEP)
     times = sampled(steps).astype(np.float64) * STEP
-    powers, total, _ = expected(
+    powers, total, _ = expected_series(
         Same(case.reference), Same(case.errors), EULER.scheme, STEP, times.tobytes()
     )
     last = sorted(powers)[-2:]
@@ -177,7 +177,7 @@ def test_a_run_may_stay_below_an_error_that_is_predicted_to_have_no_bounds(
 
 def test_no_failure_is_expected_without_a_size():
     """Also not beside another verdict: a body that nothing touches fails nowhere."""
-    for scene, method in pairs(scenes("*", "quick"), methods()):
+    for scene, method in pairs(matching_scenes("*", "quick"), methods()):
         wanted = expectations.expected(scene.name, method.name)
         if {wanted.verdict, wanted.other} & {"off-prediction", "not-converging"}:
             limits = limits_of(method.name)

@@ -10,7 +10,7 @@ from plumbob.engines.study import measurement
 from plumbob.engines.study.convergence import convergence_study
 from plumbob.engines.study.measurement import measure
 from plumbob.engines.study.runner import most_steps, pairs
-from plumbob.models.registry import case_of, scenes, system_of
+from plumbob.models.registry import case_of, matching_scenes, system_of
 from plumbob.models.registry import scene as find_scene
 from plumbob.reports.judge.expectations import run_surprise, surprise
 from plumbob.reports.judge.not_read import not_read
@@ -19,7 +19,7 @@ from plumbob.reports.judge.verdict import judge
 from plumbob.reports.judge.verdict import judge_method as judged_of
 
 TURNED = (
-    *(s for s in scenes("capsule-*/heading-*") if s.name.endswith(("030", "345"))),
+    *(s for s in matching_scenes("capsule-*/heading-*") if s.name.endswith(("030", "345"))),
     find_scene("capsule-hold/0.999", {"heading": -2.0}),
     find_scene("capsule-coast/spin", {"heading": -2.0}),
     find_scene("capsule-coast/translation", {"heading": -2.0}),

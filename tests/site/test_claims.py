@@ -14,9 +14,9 @@ from plumbob.engines.study.stability import SceneLimits
 from plumbob.engines.trajectory import Trajectory
 from plumbob.models.registry import systems
 from plumbob.reports.analyses import section
-from plumbob.reports.analyses.claims import CLEAR, at_most, between, clear
+from plumbob.reports.analyses.claims import CLEAR_RATIO, at_most, between, clear
 from plumbob.reports.view.site.claims import NOT_SHOWN, checked_findings
-from plumbob.reports.view.site.views import OF_ENGINES
+from plumbob.reports.view.site.views import ENGINES_SECTION
 from plumbob.tests.site import whole_profile
 from plumbob.tests.support.declared import findings_of
 from plumbob.tests.support.studies import remeasured
@@ -119,7 +119,7 @@ def _far(found):
 
 
 def _findings(study):
-    own = [one for name in (*systems(), OF_ENGINES) if (one := section(name)) is not None]
+    own = [one for name in (*systems(), ENGINES_SECTION) if (one := section(name)) is not None]
     return {f.name: f for one in own for f in findings_of(one, study)}
 
 
@@ -184,7 +184,7 @@ def test_what_is_not_shown_is_not_claimed(before, after):
     [
         (at_most("x", -1.0, 1.0), at_most("x", -1.01, 1.0)),
         (at_most("x", 0.0, 1.0), at_most("x", float("nan"), 1.0)),
-        (clear("x", -CLEAR, 1.0), clear("x", 0.99 * CLEAR, 1.0)),
+        (clear("x", -CLEAR_RATIO, 1.0), clear("x", 0.99 * CLEAR_RATIO, 1.0)),
         (clear("x", 1.0, 0.0), clear("x", 0.0, 0.0)),
         (between("x", 1.0, 1.0, 2.0), between("x", 2.01, 1.0, 2.0)),
     ],

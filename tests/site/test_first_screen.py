@@ -23,7 +23,7 @@ from plumbob.reports.view.records import (
     SceneRecord,
 )
 from plumbob.reports.view.site import first_screen, matrix
-from plumbob.reports.view.trimming import trimming
+from plumbob.reports.view.trimming import trimming_table
 from plumbob.tests.site import whole_profile
 from plumbob.tests.support.studies import SCENE, quick, remeasured, verdicts
 
@@ -197,7 +197,7 @@ def test_a_method_has_one_cost_on_a_scene(study):
     (contacts, _) = _answers(changed)
     assert all("1.4 times" in s.cost for s in contacts.pasted.settings.snippets)
     scene = next(s for s in study.scenes if s.name == LINE)
-    trimmed = trimming(changed, scene)
+    trimmed = trimming_table(changed, scene)
     assert trimmed
     as_run = {row[0].text: row[3].text for row in trimmed.rows}
     assert as_run[DEFAULT] == "6686"

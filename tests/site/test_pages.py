@@ -18,8 +18,8 @@ from plumbob.reports.view.site import writing
 from plumbob.reports.view.site.writing import (
     site_content,
     site_in_one_file,
-    write_page,
     write_site,
+    write_study_pages,
 )
 from plumbob.tests.site.whole_profile import small
 from plumbob.tests.support.page_document import (
@@ -117,7 +117,7 @@ def test_markup_from_outside_is_escaped(tmp_path):
             provenance=Provenance(command=HOSTILE),
         )
     )
-    index = write_page(hostile, tmp_path)
+    index = write_study_pages(hostile, tmp_path)
     for text in (
         *(file.read_text("utf-8") for file in site_files(index)),
         site_in_one_file(site_content(hostile)),
@@ -133,7 +133,7 @@ def test_nothing_is_half_written(tmp_path):
     old = tmp_path / "index.html"
     old.write_text("old", "utf-8")
     with pytest.raises(TemplateNotFound, match="no/such/template"):
-        write_page(replace(quick(), analyses=(*quick().analyses, broken)), tmp_path)
+        write_study_pages(replace(quick(), analyses=(*quick().analyses, broken)), tmp_path)
     assert [path.read_text("utf-8") for path in tmp_path.iterdir()] == ["old"]
 
 
@@ -147,7 +147,7 @@ def test_an_engine_that_is_not_installed_is_a_line(tmp_path):
         absent = m.method.startswith("absent")
         return replace(m, status="missing", errors={}) if absent else m
 
-    index = write_page(recorded(remeasured(study, lacking)), tmp_path)
+    index = write_study_pages(recorded(remeasured(study, lacking)), tmp_path)
     page = next(f for f in site_files(index) if f.stem == "cone-pendulum-rotating-base")
     text = page.read_text("utf-8")
     assert text.count("absent") == 1
@@ -161,17 +161,17 @@ def _small(study_step=1e-3):
 
 
 def test_the_old_site_is_whole_until_the_new_one_is_there(tmp_path, monkeypatch):
-    index = write_page(_small(), tmp_path)
+    index = write_study_pages(_small(), tmp_path)
     before = {file: file.read_bytes() for file in site_files(index)}
     with monkeypatch.context() as patched:
         patched.setattr(writing, "fill_page", _full)
         with pytest.raises(OSError, match="no space"):
-            write_page(_small(2e-3), tmp_path)
+            write_study_pages(_small(2e-3), tmp_path)
     assert {file: file.read_bytes() for file in site_files(index)} == before
     (tmp_path / "other").mkdir()
     style = tmp_path / "pages" / "page.css"
     style.write_text("broken", "utf-8")
-    write_page(_small(2e-3), tmp_path)
+    write_study_pages(_small(2e-3), tmp_path)
     assert index.read_bytes() != before[index]
     assert style.read_text("utf-8") != "broken"
     assert {path.name for path in tmp_path.iterdir()} == {"pages", "other", "index.html"}
@@ -184,6 +184,6 @@ def _full(*_, **more):
 def test_a_system_that_no_method_is_meant_for_has_no_page(tmp_path):
     study = made_up([(Method("made/up", Scheme(RK4), 4), (1e-3, 1e-4), lambda h: h)])
     more = replace(study, scenes=(*study.scenes, find_scene("servo/joint-damped")))
-    files = site_files(write_page(recorded(more), tmp_path))
+    files = site_files(write_study_pages(recorded(more), tmp_path))
     assert broken_links({f: Document(f.read_text("utf-8")) for f in files}) == []
     assert {"cone-pendulum", "servo"} & {f.stem for f in files} == {"cone-pendulum"}

@@ -5,7 +5,7 @@ import re
 import pytest
 
 from plumbob.models.registry import systems
-from plumbob.reports.view.page import TEMPLATES
+from plumbob.reports.view.page import PAGE_TEMPLATES
 from plumbob.tests.support.browser import visited
 from plumbob.tests.support.page_document import Document, broken_links, site_files
 
@@ -109,7 +109,7 @@ def _faults(visit, *, whole=False):
 
 def test_the_dark_theme_changes_colours_alone():
     """Each declaration in it is one of a colour by its own name, on an element that is there."""
-    sheets = {path.name: path.read_text("utf-8") for path in TEMPLATES.glob("*.css")}
+    sheets = {path.name: path.read_text("utf-8") for path in PAGE_TEMPLATES.glob("*.css")}
     blocks = {name: DARK.findall(text) for name, text in sheets.items()}
     assert blocks["page.css"]
     for name, text in sheets.items():

@@ -11,8 +11,8 @@ import pytest
 from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.study import store
 from plumbob.reports.cli import main
-from plumbob.reports.view.records import SCENE, STUDY, records_of
-from plumbob.reports.view.site.writing import write_page
+from plumbob.reports.view.records import PAGES_OF_STUDY, SCENE, records_of
+from plumbob.reports.view.site.writing import write_study_pages
 from plumbob.tests.commands.outcomes import without_findings
 from plumbob.tests.contracts.import_contracts import MOTIONS
 from plumbob.tests.support.page_document import site_files
@@ -56,7 +56,7 @@ def test_what_a_page_does_not_need_is_refused(name):
 
 def test_report_needs_no_engine_and_no_theory(tmp_path):
     save(quick(), tmp_path / store.FILE)
-    drawn = files(write_page(quick(), tmp_path / "here"))
+    drawn = files(write_study_pages(quick(), tmp_path / "here"))
     assert files(report(tmp_path)) == drawn
     assert len(drawn) > len(quick().scenes)
 
@@ -86,11 +86,11 @@ def test_a_page_says_what_is_stored(tmp_path):
         replace(a, numbers=changed(a.numbers)) if a.place == SCENE else a
         for a in quick().analyses
     )
-    pages = files(write_page(replace(quick(), analyses=tuple(analyses)), tmp_path))
+    pages = files(write_study_pages(replace(quick(), analyses=tuple(analyses)), tmp_path))
     assert kept in pages[f"{NAME.replace('/', '-')}.html"].decode()
 
 
-@pytest.mark.parametrize("place", [SCENE, STUDY])
+@pytest.mark.parametrize("place", [SCENE, PAGES_OF_STUDY])
 def test_a_store_of_another_version_is_refused_in_a_line(place, tmp_path, capsys):
     kept = tuple(a for a in quick().analyses if a.place != place)
     older = replace(quick(), analyses=kept)

@@ -9,7 +9,7 @@ import pytest
 
 from plumbob.reports.analyses import analyses_of, requests
 from plumbob.reports.analyses.capsule_plan import legs
-from plumbob.reports.analyses.capsule_plan.plans import plan_of
+from plumbob.reports.analyses.capsule_plan.plans import capsule_plan_of
 from plumbob.reports.view.finding_text import findings_of
 from plumbob.reports.view.site.writing import site_content
 from plumbob.tests.sharing.shared import shared
@@ -35,7 +35,7 @@ def one_plan():
     shown = legs.SCENES[1]
     with pytest.MonkeyPatch.context() as patched:
         patched.setattr(legs, "SCENES", (shown, shown, shown))
-        patched.setattr(legs, "plans", lambda: (plan_of(shown), plan_of(shown)))
+        patched.setattr(legs, "plans", lambda: (capsule_plan_of(shown), capsule_plan_of(shown)))
         yield
 
 

@@ -10,7 +10,7 @@ from plumbob.analytic.errors.stability.largest_step import run_length
 from plumbob.analytic.errors.stability.pendulum_kinds import PendulumKinds
 from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
 from plumbob.analytic.schemes import EULER, LEAPFROG, RK4, Scheme
-from plumbob.analytic.stability import EVERY, LOST_GROWTH, RATIO
+from plumbob.analytic.stability import LOST_GROWTH, TRIAL_STEP_RATIO, TRIAL_STRIDE
 from plumbob.analytic.systems.simple_pendulum import SimplePendulum
 from plumbob.engines.registry import method
 from plumbob.engines.study.measurement import scheme_of
@@ -75,7 +75,7 @@ def test_runs_hold_below_the_limit_and_are_lost_above(name, scheme, kind):
     assert held(name, scheme, 0.9 * first.step) == (True, True)
     # Half a grid's factor beyond it is the first step that theory finds lost; farther on windows of
     # order follow, where that was a narrow resonance: one of these is lost.
-    lost = RATIO ** (0.5 * EVERY)
+    lost = TRIAL_STEP_RATIO ** (0.5 * TRIAL_STRIDE)
     beyond = [held(name, scheme, factor * first.step) for factor in (lost, 1.06, 1.1)]
     assert not all(same if kind == "changes-kind" else stable for stable, same in beyond)
 

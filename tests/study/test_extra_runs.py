@@ -10,7 +10,7 @@ from plumbob.engines.study import store
 from plumbob.engines.study.extra_runs import ExtraRun, TrimmingRun
 from plumbob.engines.study.runner import run_study
 from plumbob.engines.trajectory import Trajectory
-from plumbob.models.registry import case_of, scene, scenes
+from plumbob.models.registry import case_of, matching_scenes, scene
 from plumbob.tests.support.stored import save
 from plumbob.tests.support.studies import bits
 
@@ -42,7 +42,7 @@ def wanted(plan):
 
 @pytest.fixture(scope="module")
 def study():
-    chosen = [replace(s, steps=(5e-3, 2e-3)) for s in scenes(SCENE)]
+    chosen = [replace(s, steps=(5e-3, 2e-3)) for s in matching_scenes(SCENE)]
     return run_study(
         chosen, methods("ode/rk4"), timed=False, requests=wanted, command="plumbob"
     )

@@ -8,7 +8,12 @@ from functools import partial
 
 import pytest
 
-from plumbob.analytic.stability import EVERY, RATIO, StabilityTheory, StepLimit
+from plumbob.analytic.stability import (
+    TRIAL_STEP_RATIO,
+    TRIAL_STRIDE,
+    StabilityTheory,
+    StepLimit,
+)
 from plumbob.analytic.tableau import CLASSICAL
 from plumbob.engines.adapters import integrators
 from plumbob.engines.largest_step import bracket
@@ -77,12 +82,12 @@ def found_by(scene, method, prediction):
 @pytest.mark.parametrize(("scene", "method", "wanted"), closed_forms())
 def test_limits_of_linear_motions_are_those_of_closed_forms(scene, method, wanted):
     found = found_by(scene, method, None)
-    assert found.fails == pytest.approx(RATIO * found.holds)
+    assert found.fails == pytest.approx(TRIAL_STEP_RATIO * found.holds)
     assert found.holds / wanted == pytest.approx(1.0, abs=SHARP)
 
 
 @pytest.mark.parametrize("first", range(-400, 401, 57))
-@pytest.mark.parametrize("every", [1, EVERY])
+@pytest.mark.parametrize("every", [1, TRIAL_STRIDE])
 def test_a_bracket_is_that_of_its_numbers(first, every):
     begun = first // every * every
     for last in (-400, -123, 0, 1, 399):
@@ -97,7 +102,7 @@ def test_a_window_that_fails_below_is_seen_from_anywhere(first):
     def holds(number):
         return number <= 90 and number not in range(70, 75)
 
-    assert bracket(holds, first, -400, 400, EVERY) == (69, 70)
+    assert bracket(holds, first, -400, 400, TRIAL_STRIDE) == (69, 70)
 
 
 def test_a_motion_changes_its_kind_before_it_is_unstable():

@@ -25,7 +25,7 @@ from plumbob.engines.study.results import TaskResult
 from plumbob.engines.study.runner import run_study
 from plumbob.engines.study.store_file import reading
 from plumbob.engines.trajectory import Trajectory
-from plumbob.models.registry import scenes
+from plumbob.models.registry import matching_scenes
 from plumbob.reports.cli import main
 from plumbob.tests.support.stored import save
 from plumbob.tests.support.studies import bits, made_up
@@ -35,7 +35,7 @@ SCENE = "cone-pendulum/deep-well"
 
 @pytest.fixture(scope="module")
 def study():
-    chosen = [replace(s, steps=(5e-3, 2e-3, 1e-3, 5e-4, 2e-4)) for s in scenes(SCENE)]
+    chosen = [replace(s, steps=(5e-3, 2e-3, 1e-3, 5e-4, 2e-4)) for s in matching_scenes(SCENE)]
     return run_study(chosen, methods("mujoco/euler,ode/rk4,ode/dop853"))
 
 
@@ -74,7 +74,10 @@ OTHER = "linear-pendulum/overdamped"
 def stored(tmp_path_factory):
     """A store with a study of two scenes, with an extra run."""
     file = tmp_path_factory.mktemp("stored") / store.FILE
-    chosen = [replace(s, steps=(1e-2, 5e-3)) for s in (*scenes(SCENE), *scenes(OTHER))]
+    chosen = [
+        replace(s, steps=(1e-2, 5e-3))
+        for s in (*matching_scenes(SCENE), *matching_scenes(OTHER))
+    ]
     asked = (ExtraRun(SCENE, "ode/rk4", 1e-3),)
     save(run_study(chosen, methods("ode/rk4"), requests=lambda plan: asked), file)
     return file.read_bytes()

@@ -12,14 +12,14 @@ from plumbob.engines.study.convergence import (
 )
 from plumbob.engines.study.measurement import REFERENCE_STEP, floor, measure
 from plumbob.engines.study.runner import most_steps, run_study
-from plumbob.models.registry import case_of, scene, scenes
+from plumbob.models.registry import case_of, matching_scenes, scene
 
 SCENES = "cone-pendulum/rotating-base,cone-pendulum/deep-well"
 METHODS = "mujoco/euler,ode/rk4"
 
 
 def _study(**how):
-    chosen = [replace(s, steps=(5e-3, 2e-3, 1e-3, 5e-4)) for s in scenes(SCENES)]
+    chosen = [replace(s, steps=(5e-3, 2e-3, 1e-3, 5e-4)) for s in matching_scenes(SCENES)]
     return run_study(chosen, methods(METHODS), timed=False, **how)
 
 

@@ -4,11 +4,13 @@ import math
 from dataclasses import replace
 from pathlib import Path
 
-from plumbob.analytic.systems.cone_pendulum import ConePendulum, cone
+from plumbob.analytic.systems.cone_pendulum import ConePendulum, solid_cone
 from plumbob.models.scene import Observable, Scene, System
 
 MJCF = Path(__file__).parents[2] / "models" / "cone_pendulum" / "cone_pendulum.xml"
-DEFAULT = ConePendulum(cone(8000.0, 0.3, math.radians(30.0)), 0.0, 0.09, 26.0, 9.8, 0.0, 37.0)
+DEFAULT = ConePendulum(
+    solid_cone(8000.0, 0.3, math.radians(30.0)), 0.0, 0.09, 26.0, 9.8, 0.0, 37.0
+)
 # Of DEFAULT: theta [rad] at 0.5 s, to 17 digits
 THETA = 19.655093168749575
 

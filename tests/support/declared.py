@@ -31,8 +31,8 @@ from plumbob.engines.study.stability import (
 )
 from plumbob.engines.trajectory import Trajectory
 from plumbob.models.registry import case_of, system_of
+from plumbob.models.registry import matching_scenes as find_scenes
 from plumbob.models.registry import scene as find_scene
-from plumbob.models.registry import scenes as find_scenes
 from plumbob.reports.analyses.analysis import plain
 from plumbob.reports.view.finding_text import read_findings
 

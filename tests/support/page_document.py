@@ -10,8 +10,8 @@ from html.parser import HTMLParser
 
 from plumbob.engines.registry import method as find_method
 from plumbob.engines.registry import methods as find_methods
+from plumbob.models.registry import matching_scenes as find_scenes
 from plumbob.models.registry import scene as find_scene
-from plumbob.models.registry import scenes as find_scenes
 from plumbob.models.registry import systems
 from plumbob.reports.cli import COMMANDS, parser
 from plumbob.reports.commands.arguments.options import read

@@ -7,7 +7,7 @@ from types import MappingProxyType
 import numpy as np
 
 from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
-from plumbob.analytic.systems.cone_pendulum import cone
+from plumbob.analytic.systems.cone_pendulum import solid_cone
 from plumbob.analytic.systems.pendulums.driven_motion import DrivenMotion
 
 DEGREE = math.pi / 180
@@ -34,7 +34,7 @@ def _forced(amplitude, frequency, damping_rate, sin, theta):
 
 
 def _cone():
-    body = cone(8000.0, 0.3, 30 * DEGREE)
+    body = solid_cone(8000.0, 0.3, 30 * DEGREE)
     rate = 26.0
     pivot_y = 0.09
     arm = body.mass * body.com_distance / body.inertia_x

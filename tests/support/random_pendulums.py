@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from plumbob.analytic.systems.cone_pendulum import Body, ConePendulum, cone
+from plumbob.analytic.systems.cone_pendulum import ConePendulum, HungBody, solid_cone
 
 REGIMES = (
     "rotation forward",
@@ -37,14 +37,14 @@ def _platform(rng):
     I_x < I_z; half with different moments; at 0 to 1000 rad/s."""
     if rng.random() < 0.5:
         apex = math.radians(rng.uniform(5.0, 170.0))
-        body = cone(rng.uniform(500.0, 9000.0), rng.uniform(0.05, 2.0), apex)
+        body = solid_cone(rng.uniform(500.0, 9000.0), rng.uniform(0.05, 2.0), apex)
     else:
         squares = rng.uniform(0.01, 1.0, 3)  # second moments along the axes
         mass = rng.uniform(0.1, 50.0)
         arm = rng.uniform(0.02, 1.0)
         moments = mass * (squares.sum() - squares)
         least = mass * arm**2
-        body = Body(mass, arm, moments[0] + least, moments[1] + least, moments[2])
+        body = HungBody(mass, arm, moments[0] + least, moments[1] + least, moments[2])
     rate = float(rng.choice([0.0, 1000.0, 10.0 ** rng.uniform(-1.0, 3.0)], p=[0.05, 0.05, 0.9]))
     pivot = float(rng.choice([0.0, rng.uniform(-1.0, 1.0), 10.0 ** rng.uniform(-6.0, 0.0)]))
     gravity = float(rng.choice([0.0, 1.62, 9.8], p=[0.1, 0.2, 0.7]))

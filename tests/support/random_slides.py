@@ -16,7 +16,7 @@ from plumbob.analytic.systems.slider_path import (
     line_stroke,
     straight,
 )
-from plumbob.analytic.systems.three_points.friction import Start, three_point_motion
+from plumbob.analytic.systems.three_points.friction import InitialVelocities, three_point_motion
 from plumbob.tests.support.random_capsules import CHECK
 
 
@@ -26,7 +26,7 @@ class Slide:
 
     capsule: Capsule
     path: SliderPath
-    start: Start
+    start: InitialVelocities
 
     def motion(self):
         """The exact motion."""
@@ -101,11 +101,11 @@ def slide(seed):
         if not validity(capsule, path.track()):
             break
     if rng.random() < 0.7:
-        return Slide(capsule, path, Start())
+        return Slide(capsule, path, InitialVelocities())
     vx, vy = (float(v) for v in rng.uniform(-0.5, 0.5, 2))
     turn = np.exp(-1j * rng.uniform(-3.0, 3.0))  # to the body's axes
     velocity = complex(vx, vy) * turn
-    start = Start((velocity.real, velocity.imag), float(rng.uniform(-6, 6)))
+    start = InitialVelocities((velocity.real, velocity.imag), float(rng.uniform(-6, 6)))
     return Slide(capsule, path, start)
 
 
@@ -116,7 +116,9 @@ def moved_support(capsule, fraction):
 
 
 # The coasting check body.
-COAST = Slide(CHECK, fixed((0.12, 0.0)), Start(velocity=(0.4, 0.2), angular_velocity=6.0))
+COAST = Slide(
+    CHECK, fixed((0.12, 0.0)), InitialVelocities(velocity=(0.4, 0.2), angular_velocity=6.0)
+)
 
 
 def pose(motion, time):

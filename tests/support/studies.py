@@ -16,8 +16,8 @@ from plumbob.engines.study.measurement import Measurement, ObservedError, Predic
 from plumbob.engines.study.request import Request
 from plumbob.engines.study.results import Study
 from plumbob.engines.study.runner import run_study
+from plumbob.models.registry import matching_scenes as find_scenes
 from plumbob.models.registry import scene as find_scene
-from plumbob.models.registry import scenes as find_scenes
 from plumbob.reports.analyses import analyses_of, requests
 from plumbob.reports.analyses.page_numbers import verdict_on
 from plumbob.reports.judge.study_verdicts import judge_study

@@ -13,7 +13,7 @@ from plumbob.engines.study.runner import run_study
 from plumbob.engines.sweep import cluster as module
 from plumbob.engines.sweep.cluster import cluster
 from plumbob.engines.sweep.sweep import sweep, sweep_of
-from plumbob.models.registry import scenes
+from plumbob.models.registry import matching_scenes
 
 
 @pytest.fixture(scope="module")
@@ -48,7 +48,11 @@ def test_a_worker_that_is_killed_loses_nothing(workers):
 
 @pytest.mark.long
 def test_a_study_on_a_cluster_is_the_local_one_to_the_bit(workers):
-    asked = scenes("simple-pendulum/free-small"), methods("mujoco/rk4,ode/dop853"), "quick"
+    asked = (
+        matching_scenes("simple-pendulum/free-small"),
+        methods("mujoco/rk4,ode/dop853"),
+        "quick",
+    )
     with cluster(workers.scheduler_address) as (executor, count):
         far = run_study(*asked, count, executor, timed=False)
     near = run_study(*asked, 1, timed=False)

@@ -11,7 +11,7 @@ from plumbob.engines.registry import method
 from plumbob.engines.study.provenance import Provenance
 from plumbob.engines.sweep.sweep import Swept, sweep_of
 from plumbob.reports.cli import main
-from plumbob.reports.view.sweep.page import MAX_MAP_CELLS, figures, render
+from plumbob.reports.view.sweep.page import MAX_MAP_CELLS, render, sweep_figures
 from plumbob.reports.view.sweep.text import terminal_values
 from plumbob.reports.view.tables import terminal_lines
 from plumbob.tests.support.page_document import plotted_inside
@@ -66,7 +66,7 @@ def test_a_map_shows_the_largest_error_and_stays_small(counts):
     page = render(found, Provenance())
     assert len(page.encode()) < 6e6
     assert "-0.301" in page or "0.5" in page  # its logarithm on a map, itself on a curve
-    for figure in figures(found):
+    for figure in sweep_figures(found):
         for trace in figure.traces:
             key, largest = ("z", np.log10(0.5)) if "z" in trace else ("y", 0.5)
             assert np.array(trace[key], float).max() == pytest.approx(largest, rel=1e-3)

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 
-from plumbob.analytic.systems.manoeuvres.driving_force import demand
+from plumbob.analytic.systems.manoeuvres.driving_force import force_demand
 from plumbob.analytic.systems.manoeuvres.turn_manoeuvre import turn_of
 from plumbob.analytic.systems.three_points.forces import plane_demand
 from plumbob.analytic.systems.three_points.friction import three_point_motion
@@ -38,7 +38,7 @@ def test_on_a_line_against_rational_arithmetic(line):
         if last - first > 1e-12 * last:  # else there is no middle
             assert abs(Fraction(value) - force) <= off
     square = sum(f * f * (b - a) for f, a, b in zip(exact, edges[:-1], edges[1:], strict=True))
-    wanted = demand(line, line.t2)
+    wanted = force_demand(line, line.t2)
     assert wanted.rms == pytest.approx(math.sqrt(square / edges[-1]), rel=1e-12)
     assert wanted.peak == pytest.approx(float(max(map(abs, exact))), rel=1e-12)
     assert wanted.power == pytest.approx(float(abs(exact[0]) * w1 * t1), rel=1e-12)

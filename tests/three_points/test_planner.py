@@ -13,17 +13,17 @@ from plumbob.analytic.systems.manoeuvres.line_manoeuvre import closed_form
 from plumbob.analytic.systems.planner.construction import plan
 from plumbob.analytic.systems.planner.lines import line_time
 from plumbob.analytic.systems.planner.manoeuvre import slow_arc, slow_line
-from plumbob.analytic.systems.planner.problem import POSES, Limits, RestPose
+from plumbob.analytic.systems.planner.problem import GOAL_POSES, PlanLimits, RestPose
 from plumbob.analytic.systems.planner.result import pose_error
-from plumbob.analytic.systems.planner.tracks import Track, curve
+from plumbob.analytic.systems.planner.tracks import Track, curved_track
 from plumbob.analytic.systems.slider_path import ArcPiece, StraightPiece, arc, straight
 from plumbob.analytic.systems.three_points.friction import three_point_motion
 from plumbob.models.registry import scene
-from plumbob.models.tripod_capsule.plan import BESIDE, problem
+from plumbob.models.tripod_capsule.plan import NEAR_GOAL, problem
 from plumbob.reports.commands.plan import described
 from plumbob.tests.support.random_capsules import CHECK
 
-PLACES = dict(POSES)
+PLACES = dict(GOAL_POSES)
 CASES = tuple(itertools.product(PLACES, ("free", "curve")))
 # In the full profile only: longer ways of the same mechanisms, and lines between other supports.
 LATER = (
@@ -60,7 +60,7 @@ def planned(name, track):
     """One of the suite's plans, made once in a process, with those that its scene is run with."""
     made = problem(scene(f"capsule-plan/{name}-{track}").parameters).motion
     assert (made.capsule, made.goal, made.track) == (CHECK, PLACES[name], track)
-    assert made.limits == Limits()
+    assert made.limits == PlanLimits()
     return made
 
 
@@ -68,7 +68,7 @@ def planned(name, track):
 @pytest.mark.parametrize(("name", "track"), CASES)
 def test_every_pose_is_reached_at_rest_within_the_limits(name, track):
     made = planned(name, track)
-    limits = Limits()
+    limits = PlanLimits()
     assert max(made.error) <= REACHED
     assert made.path.end == pytest.approx(made.goal.slider, abs=1e-12)
     assert made.motion.rest_time <= made.duration
@@ -152,7 +152,7 @@ PAIRS = tuple(itertools.product(((1, 2), (2, 3), (3, 1)), ("shorter", "longer"))
 @cache
 def on_curve(legs, arc):
     """The plan of the scalene body along a pair of lines and an arc between them."""
-    return plan(SCALENE, BESIDE, track="curve", legs=legs, arc=arc)
+    return plan(SCALENE, NEAR_GOAL, track="curve", legs=legs, arc=arc)
 
 
 @pytest.mark.long
@@ -176,8 +176,8 @@ def test_the_curve_may_have_any_two_lines_and_either_arc(legs, arc):
 
 @pytest.mark.parametrize("track", ["free", "curve"])
 def test_lines_take_about_as_long_as_is_estimated(track):
-    limits = Limits()
-    rails = Track(CHECK, limits) if track == "free" else curve(CHECK, limits)
+    limits = PlanLimits()
+    rails = Track(CHECK, limits) if track == "free" else curved_track(CHECK, limits)
     estimate = line_time(rails, PLACES["ahead"].place)
     assert estimate == pytest.approx(planned("ahead", track).duration, rel=0.05)
 

@@ -11,7 +11,7 @@ from numpy.polynomial.legendre import leggauss
 from plumbob.analytic.systems.slider_path import SliderPath, StraightPiece
 from plumbob.analytic.systems.three_points.equations import cross
 from plumbob.analytic.systems.three_points.forces import loading
-from plumbob.analytic.systems.three_points.friction import Start, three_point_motion
+from plumbob.analytic.systems.three_points.friction import InitialVelocities, three_point_motion
 from plumbob.analytic.systems.three_points.implicit_friction import load_factor
 from plumbob.tests.support.plane_motions import loadings
 from plumbob.tests.support.random_slides import ending, pose, slide
@@ -116,7 +116,7 @@ def test_a_mirror_does_the_same_to_the_motion(seed):
     omega = case.start.angular_velocity
     path = SliderPath(tuple(map(mirrored, case.path.pieces)))
     time = ending(case.motion())
-    again = pose(three_point_motion(body, path, Start((vx, -vy), -omega)), time)
+    again = pose(three_point_motion(body, path, InitialVelocities((vx, -vy), -omega)), time)
     np.testing.assert_allclose(
         again, pose(case.motion(), time) * [1, -1, -1], rtol=0, atol=1e-12
     )

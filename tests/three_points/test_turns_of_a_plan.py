@@ -5,7 +5,7 @@ import pytest
 from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.systems.planner import construction, turns
 from plumbob.analytic.systems.planner.construction import plan
-from plumbob.analytic.systems.planner.problem import FULL_CIRCLE, Limits, RestPose
+from plumbob.analytic.systems.planner.problem import FULL_CIRCLE, PlanLimits, RestPose
 from plumbob.analytic.systems.planner.tracks import CIRCLE_PLACES, Track
 from plumbob.analytic.systems.planner.turns import compute_turn, turns_to
 from plumbob.tests.support.random_capsules import CHECK
@@ -25,7 +25,7 @@ def test_a_turn_the_wrong_way_is_made_up_for(wanted, monkeypatch):
         return compute_turn(track, start, swing)
 
     monkeypatch.setattr(turns, "compute_turn", mirror)
-    limits = Limits(stroke=0.06)
+    limits = PlanLimits(stroke=0.06)
     made = turns_to(Track(CHECK, limits), wanted, 0j)
     assert mirrored[0].heading * wanted < 0.0
     assert sum(one.heading for one in made) == pytest.approx(wanted, abs=1e-12)

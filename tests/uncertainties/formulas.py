@@ -7,7 +7,7 @@ import mpmath
 import numpy as np
 
 from plumbob.tests.closed_forms.test_servo import exact as saturating_states
-from plumbob.tests.sensitivities.test_uncertainties import ball, servo
+from plumbob.tests.sensitivity.test_uncertainties import ball, servo
 
 SUPPORTS = ((0.2, 0.0), (-0.1, 0.15), (-0.1, -0.15))
 TINY = (

@@ -18,7 +18,7 @@ from gmpy2 import mpfr
 
 from plumbob.analytic.numerics.smooth.certified_motion import CertifiedMotion
 from plumbob.analytic.parameters import ParameterError
-from plumbob.models.registry import built_in, case_of
+from plumbob.models.registry import built_in_systems, case_of
 from plumbob.tests.uncertainties.formulas import FORMULAS
 from plumbob.tests.uncertainties.integrated import SMOOTH
 from plumbob.tests.uncertainties.supports import ON_SUPPORTS
@@ -54,7 +54,7 @@ def _drawn(name, rng):
             step = float(formula({n: _number(v, mpfr) for n, v in parameters.items()}).step)
         times = step * np.sort(10 ** rng.uniform(-1, 1, TIMES))
     return (
-        replace(built_in()[name.partition("/")[0]].scenes[0], parameters=parameters),
+        replace(built_in_systems()[name.partition("/")[0]].scenes[0], parameters=parameters),
         times,
         formula,
     )
@@ -121,7 +121,7 @@ def _exactly(name, formula, given, times, rounded):
 
 def test_every_system_is_probed():
     probed = {n.partition("/")[0] for n in (*FORMULAS, *SMOOTH, *ON_SUPPORTS)}
-    assert {*probed, "free-body"} | AT_REST | OF_PARTS == {*built_in()}
+    assert {*probed, "free-body"} | AT_REST | OF_PARTS == {*built_in_systems()}
 
 
 def _within(name, seeds):
@@ -165,7 +165,7 @@ def test_rest_is_exact(seed):
     stacked = {"count": int(rng.integers(2, 30)), "mass_ratio": float(10 ** rng.uniform(-3, 3))}
     body = {"size": size, "mass": mass, "gravity": gravity}
     for name, more in (("pinch", pinched), ("stack", stacked)):
-        scene = replace(built_in()[name].scenes[0], parameters={**body, **more})
+        scene = replace(built_in_systems()[name].scenes[0], parameters={**body, **more})
         times = rng.uniform(0, 1e3, 5)
         reference = case_of(scene).reference
         for n, values in reference.observe(times).items():

@@ -16,7 +16,7 @@ from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.registry import engines
 from plumbob.engines.study import store
 from plumbob.engines.study.provenance import ABSENT, PEERS
-from plumbob.models.registry import built_in
+from plumbob.models.registry import built_in_systems
 from plumbob.reports.analyses.engines.errors_and_costs import ERRORS_AND_COSTS, NOT_ENGINES
 from plumbob.reports.view.finding_text import findings_of
 
@@ -34,7 +34,7 @@ def ours():
 
 def system_names():
     """The names of plumbob's own systems."""
-    return sorted(built_in())
+    return sorted(built_in_systems())
 
 
 def system_of_row(row):

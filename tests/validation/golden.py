@@ -21,9 +21,9 @@ from plumbob.engines.registry import method as find_method
 from plumbob.engines.registry import methods
 from plumbob.engines.study.convergence import convergence_study
 from plumbob.engines.study.runner import most_steps
-from plumbob.models.registry import case_of, scenes, system_of
+from plumbob.models.registry import case_of, matching_scenes, system_of
 from plumbob.models.registry import scene as find_scene
-from plumbob.reports.judge.expectations import as_expected
+from plumbob.reports.judge.expectations import verdict_is_expected
 from plumbob.reports.judge.verdict import judge_method
 
 RELATIVE = 1e-12  # sums may be reordered
@@ -33,7 +33,7 @@ MOST_STEPS = 100_000  # of a hard scene's run
 
 def freeze(profile):
     """Yield a record of every pair of scene and method of the profile."""
-    chosen = scenes(profile="quick") if profile == "quick" else scenes()
+    chosen = matching_scenes(profile="quick") if profile == "quick" else matching_scenes()
     for scene in chosen:
         for method in methods():
             if meant(method, scene) and (profile == "quick" or scene.hard):
@@ -55,7 +55,7 @@ def record(scene, method, profile):
         "method": method.name,
         "profile": profile,
         "verdict": verdicts.whole.verdict,
-        "expected": bool(as_expected(scene, method, verdicts.whole)),
+        "expected": bool(verdict_is_expected(scene, method, verdicts.whole)),
         "cut": found.cut,
         "runs": runs,
     }

@@ -30,7 +30,7 @@ from plumbob.engines.study.convergence import convergence_study
 from plumbob.engines.study.measurement import relative_error, rounding, worst
 from plumbob.engines.study.provenance import ABSENT, packages_of, provenance
 from plumbob.engines.study.runner import most_steps, pairs
-from plumbob.models.registry import case_of, scenes, system_of
+from plumbob.models.registry import case_of, matching_scenes, system_of
 from plumbob.reports.judge.expectations import expected
 from plumbob.reports.judge.known_sizes import measured_size
 
@@ -73,7 +73,7 @@ def of_pair(pair):
 
 def limits(of_scenes, of_methods, profile):
     """The pairs that a limit is declared for, and those of solvers that choose their steps."""
-    every = pairs(scenes(of_scenes, profile), methods(of_methods))
+    every = pairs(matching_scenes(of_scenes, profile), methods(of_methods))
     return [(s, m) for s, m in every if sized(s.name, m.name)]
 
 

@@ -10,9 +10,9 @@ from plumbob.engines.registry import engine_of, installed
 from plumbob.engines.registry import methods as find_methods
 from plumbob.engines.study.measurement import measure
 from plumbob.engines.study.runner import run_study
-from plumbob.models.registry import case_of, scenes
+from plumbob.models.registry import case_of, matching_scenes
 from plumbob.reports.advice.advice import Question, advise
-from plumbob.reports.advice.recommend import CLOSED_FORM, Choice, may_recommend
+from plumbob.reports.advice.recommend import CLOSED_FORM_INTEGRATOR, Choice, may_recommend
 from plumbob.reports.advice.work_precision import error_or_infinity
 from plumbob.reports.judge.study_verdicts import judge_study
 
@@ -40,7 +40,7 @@ class Held:
 
 def random_pairs(count, pattern="*", seed=7):
     """Quick scenes with relative errors between 1e-6 and 3e-2."""
-    chosen = scenes(pattern, "quick")
+    chosen = matching_scenes(pattern, "quick")
     draw = random.Random(seed)
     return [(draw.choice(chosen), 10.0 ** draw.uniform(-6.0, -1.5)) for _ in range(count)]
 
@@ -87,7 +87,7 @@ def cheaper(study, scene, wanted, limit, runs=None):
             price is None
             or method.surrogate
             or not meant(method, scene)
-            or method.scheme.integrator == CLOSED_FORM
+            or method.scheme.integrator == CLOSED_FORM_INTEGRATOR
             or not may_recommend(
                 judged.get((scene.name, method.name)),
                 runs_of.get(method.name, ()),

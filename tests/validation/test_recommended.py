@@ -10,7 +10,7 @@ from plumbob.engines.registry import methods as find_methods
 from plumbob.engines.study import store
 from plumbob.engines.study.measurement import measure
 from plumbob.engines.study.runner import run_study
-from plumbob.models.registry import case_of, scenes
+from plumbob.models.registry import case_of, matching_scenes
 from plumbob.reports.advice.advice import study_recommendation
 from plumbob.reports.advice.work_precision import error_or_infinity
 from plumbob.tests.support.stored import save
@@ -49,7 +49,7 @@ def pytest_generate_tests(metafunc):
     """One test for each scene that the options choose."""
     if "scene" not in metafunc.fixturenames:
         return
-    chosen = scenes(
+    chosen = matching_scenes(
         _option(metafunc.config, "scenes", SCENES), metafunc.config.getoption("profile")
     )
     metafunc.parametrize("scene", chosen, ids=[scene.name for scene in chosen])
@@ -104,7 +104,7 @@ def test_the_search_finds_a_step_that_holds_and_none_much_cheaper_is_missed(
 @pytest.mark.long
 def test_a_step_too_large_and_a_choice_too_costly_are_seen(shared):
     wanted = 1e-4
-    (scene,) = scenes("cone-pendulum/rotating-base")
+    (scene,) = matching_scenes("cone-pendulum/rotating-base")
     method = find_method("mujoco/rk4")
     found, study = held(scene, wanted, [method], shared)
     choice = found.choice

@@ -8,7 +8,7 @@ import pytest
 
 from plumbob.engines.registry import methods
 from plumbob.engines.study.runner import pairs
-from plumbob.models.registry import case_of, scenes, system_of
+from plumbob.models.registry import case_of, matching_scenes, system_of
 from plumbob.reports.judge.expectations import expected, surprise
 from plumbob.reports.judge.verdict import judge_method
 from plumbob.tests.validation.representatives import representatives
@@ -19,7 +19,9 @@ def pytest_generate_tests(metafunc):
     if "method" not in metafunc.fixturenames:
         return
     option = metafunc.config.getoption
-    chosen = pairs(scenes(option("scenes"), option("profile")), methods(option("methods")))
+    chosen = pairs(
+        matching_scenes(option("scenes"), option("profile")), methods(option("methods"))
+    )
     if option("suite") == "short":
         chosen = representatives(chosen)
     names = [f"{scene.name}-{method.name}" for scene, method in chosen]

@@ -4,13 +4,13 @@ import pytest
 
 from plumbob.engines.registry import methods
 from plumbob.engines.study.runner import pairs
-from plumbob.models.registry import scenes
+from plumbob.models.registry import matching_scenes
 from plumbob.tests.validation.representatives import mechanisms, representatives
 
 
 @pytest.mark.long
 def test_representatives_miss_no_mechanism():
-    chosen = pairs(scenes("*", "quick"), methods("*"))
+    chosen = pairs(matching_scenes("*", "quick"), methods("*"))
     stand = representatives(chosen)
     assert {one for pair in chosen for one in mechanisms(*pair)} == {
         one for pair in stand for one in mechanisms(*pair)

@@ -6,14 +6,14 @@ import math
 import pytest
 
 from plumbob.engines.study import stability
-from plumbob.models.registry import scenes
+from plumbob.models.registry import matching_scenes
 from plumbob.reports.cli import main
 
 
 def pytest_generate_tests(metafunc):
     """Every system that has scenes in the profile that is asked for."""
     option = metafunc.config.getoption
-    chosen = scenes(option("scenes"), option("profile"))
+    chosen = matching_scenes(option("scenes"), option("profile"))
     metafunc.parametrize("system", list(dict.fromkeys(scene.system for scene in chosen)))
 
 
@@ -23,7 +23,7 @@ def test_every_scene_ends_in_an_answer(system, capsys, monkeypatch, pytestconfig
     option = pytestconfig.getoption
     if system not in ("free-body", "heavy-top"):
         monkeypatch.setattr(stability, "STEPS", stability.STEPS // 5)
-    chosen = scenes(option("scenes"), option("profile"))
+    chosen = matching_scenes(option("scenes"), option("profile"))
     for name in (scene.name for scene in chosen if scene.system == system):
         assert main(["stability", name, "mujoco/euler", "--json", "--jobs", "1"]) == 0
         records = json.loads(capsys.readouterr().out)

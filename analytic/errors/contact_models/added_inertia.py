@@ -34,9 +34,9 @@ from plumbob.analytic.numerics.arithmetic import ROUNDOFF
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.cone_pendulum import ConePendulum
 
-TOLERANCE = 1e-11  # relative tolerance of the integration
-POINTS = 2000  # samples of a motion among which the largest error is sought
-TINY = 1e-30  # [1/(kg m^2)] imaginary 1/A
+INTEGRATION_TOLERANCE = 1e-11  # relative tolerance of the integration
+ERROR_SAMPLES = 2000  # samples of a motion among which the largest error is sought
+IMAGINARY_INVERSE_INERTIA = 1e-30  # [1/(kg m^2)] imaginary 1/A
 
 
 @dataclass(frozen=True)
@@ -65,18 +65,20 @@ def drive_error(
         np.array([pendulum.theta, pendulum.theta_dot, 0.0], dtype=complex),
         "DOP853",
         times,
-        rtol=TOLERANCE,
-        atol=TOLERANCE,
+        rtol=INTEGRATION_TOLERANCE,
+        atol=INTEGRATION_TOLERANCE,
     )
     theta, rate, u = solution.y / inertia
-    return PlatformError(theta.imag / TINY, rate.imag / TINY, u.real)
+    return PlatformError(
+        theta.imag / IMAGINARY_INVERSE_INERTIA, rate.imag / IMAGINARY_INVERSE_INERTIA, u.real
+    )
 
 
 def _equations(
     pendulum: ConePendulum, drive_rate: float
 ) -> Callable[[float, Any], Sequence[Any]]:
     """Returns the rates of theta, theta_dot and u as a function of time and these three (module
-    docstring), for an imaginary 1/A of TINY."""
+    docstring), for an imaginary 1/A of IMAGINARY_INVERSE_INERTIA."""
     body = pendulum.body
     moment = body.mass * body.com_distance
 
@@ -84,7 +86,7 @@ def _equations(
         theta, rate, u = state
         sine = np.sin(theta)
         cosine = np.cos(theta)
-        w = pendulum.platform_rate + 1j * TINY * u
+        w = pendulum.platform_rate + 1j * IMAGINARY_INVERSE_INERTIA * u
         coupling = moment * pendulum.pivot_x * cosine
         j_slope = moment * pendulum.pivot_y + (body.inertia_y - body.inertia_z) * sine
         j_slope *= 2.0 * cosine
@@ -92,7 +94,11 @@ def _equations(
         ideal = (j_slope * w**2 / 2 - moment * pendulum.gravity * sine) / body.inertia_x
         reaction = moment * pendulum.pivot_x * sine * rate**2 - coupling * ideal
         u_rate = reaction - drive_rate * u - j_slope * rate * w
-        return [rate, ideal - 1j * TINY * coupling * u_rate / body.inertia_x, u_rate]
+        return [
+            rate,
+            ideal - 1j * IMAGINARY_INVERSE_INERTIA * coupling * u_rate / body.inertia_x,
+            u_rate,
+        ]
 
     return slopes
 
@@ -106,7 +112,7 @@ def platform_error(
     They are the errors of a platform without a drive whose moment of inertia is `armature`
     [kg m^2] in place of infinity.
     """
-    error = drive_error(pendulum, np.linspace(0.0, duration, POINTS), armature, 0.0)
+    error = drive_error(pendulum, np.linspace(0.0, duration, ERROR_SAMPLES), armature, 0.0)
     return float(np.abs(error.theta).max()), float(np.abs(error.theta_dot).max())
 
 
@@ -118,6 +124,6 @@ def bob_error(problem: Any, duration: float, moment_ratio: float) -> Mapping[str
     most the effect of changing every parameter by the same relative amount. That effect is scaled
     up from the uncertainty, which is the effect of rounding every parameter.
     """
-    doubts = problem.motion.uncertainty(np.linspace(0.0, duration, POINTS // 10))
+    doubts = problem.motion.uncertainty(np.linspace(0.0, duration, ERROR_SAMPLES // 10))
     roundings = moment_ratio / (2 * ROUNDOFF)
     return {name: roundings * float(doubt.max()) for name, doubt in doubts.items()}

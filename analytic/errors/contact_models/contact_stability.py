@@ -15,10 +15,10 @@ from plumbob.analytic.errors.stability.largest_step import (
 )
 from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
 from plumbob.analytic.reference import Array
-from plumbob.analytic.schemes import EULER, LINEARLY_IMPLICIT, STEPPED, Scheme
+from plumbob.analytic.schemes import EULER, LINEARLY_IMPLICIT, STEPPED_SCHEMES, Scheme
 
 # Squared ratios of a mode's to a contact's frequency, a wider range than any body has.
-RATIOS = (1e-3, 1e6)
+FREQUENCY_RATIOS = (1e-3, 1e6)
 
 
 @dataclass(frozen=True)
@@ -46,7 +46,7 @@ def largest_contact_step(ratio: float, spring: ContactSpring, scheme: Scheme) ->
     rotor = DrivenRotor(damping_rate=damping, stiffness=stiffness)
     if scheme.integrator == LINEARLY_IMPLICIT:
         scheme = Scheme(EULER, implicit_damping=1.0)
-    if scheme.integrator not in STEPPED:
+    if scheme.integrator not in STEPPED_SCHEMES:
         return math.inf
 
     def matrices(steps: Array) -> Array:
@@ -59,7 +59,7 @@ def largest_ratio(frequency_step: float, damping_ratio: float, scheme: Scheme) -
     """Returns the largest squared ratio of a mode's to a contact's frequency that is stable.
 
     The contacts have a small impedance. `frequency_step` is the frequency of one contact times the
-    step (eq. 9.3). If all RATIOS are stable, the result is infinite.
+    step (eq. 9.3). If all FREQUENCY_RATIOS are stable, the result is infinite.
     """
     if scheme.integrator == EULER and not scheme.implicit_damping:
         return 4.0 / (frequency_step**2 + 4.0 * damping_ratio * frequency_step)
@@ -70,7 +70,7 @@ def largest_ratio(frequency_step: float, damping_ratio: float, scheme: Scheme) -
         mode = ContactSpring(ratio * spring.stiffness, ratio * spring.damping)
         return math.log(largest_contact_step(1.0, mode, scheme))
 
-    low, high = map(math.log, RATIOS)
+    low, high = map(math.log, FREQUENCY_RATIOS)
     if margin(high) > 0.0:
         return math.inf
     return math.exp(float(brentq(margin, low, high, xtol=1e-9)))

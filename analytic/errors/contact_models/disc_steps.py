@@ -14,17 +14,17 @@ from plumbob.analytic.numerics.arithmetic import ULP
 from plumbob.analytic.reference import Array
 from plumbob.analytic.schemes import EULER, Scheme, SoftPoint
 from plumbob.analytic.systems.rolling_disc import RollingDisc, masses, moments
-from plumbob.analytic.theory import Predicted, StepErrors, SteppedErrors, apart
+from plumbob.analytic.theory import Predicted, StepErrors, SteppedErrors, signal_differences
 
 ROLLS = SoftPoint(time_constant=0.0, ratio=np.inf, pyramidal=False)
 """Mark of a contact by spring and damper whose friction ends a slip within a step."""
-RATE = 0.4  # angular frequency of the spring times the step
-DAMPING = 0.3  # damping ratio of the contact
-FRICTION = 1.0  # coefficient of friction in the models
+SPRING_PHASE_PER_STEP = 0.4  # angular frequency of the spring times the step
+CONTACT_DAMPING_RATIO = 0.3  # damping ratio of the contact
+MODEL_FRICTION = 1.0  # coefficient of friction in the models
 YIELDS = 9.999e-6  # softness of friction over the inverse mass, by impedance and impratio
 # Multiple of the input uncertainty that rounding in steps may reach. Calibrated: half of it is used
 # (test_rolling_disc.py).
-ROUNDED = 20.0
+DISC_ROUNDING_FACTOR = 20.0
 
 
 def rotation_axes(angles: Array) -> Array:
@@ -54,7 +54,9 @@ def stepped_states(disc: RollingDisc, step: float, marks: Array) -> Array:
     The disc has unit mass. `step` is in [s]. If the disc slips, the result is empty, shape (6, 0).
     """
     start = disc.motion.system.start
-    height = disc.radius * np.sin(disc.tilt) - disc.gravity / (RATE / step) ** 2
+    height = (
+        disc.radius * np.sin(disc.tilt) - disc.gravity / (SPRING_PHASE_PER_STEP / step) ** 2
+    )
     position = np.array([0, 0, height, *start[:3]])
     centre_velocity = -contact_jacobian(disc, start[:3])[:, 3:] @ start[3:]
     rates = np.array([*centre_velocity, *start[3:]])
@@ -84,15 +86,15 @@ def _rates_after_contact(
     tangents = contact[:2]
     mobility = np.eye(6)
     mobility[3:, 3:] = np.linalg.inv(masses(0.0, angles)) / square
-    spring = (RATE / step) ** 2
-    damper = 2.0 * DAMPING * RATE / step
+    spring = (SPRING_PHASE_PER_STEP / step) ** 2
+    damper = 2.0 * CONTACT_DAMPING_RATIO * SPRING_PHASE_PER_STEP / step
     normal_impulse = max(0.0, -spring * lowest - damper * (contact @ rates)[2]) * step
     torques = step * square * np.array(moments(0.0, 0.0, angles, rates[3:]))
     free_impulses = np.array([0.0, 0.0, -disc.gravity * step, *torques])
     rates = rates + mobility @ (free_impulses + contact[2] * normal_impulse)
     inverse_mass = tangents @ mobility @ tangents.T + YIELDS * np.eye(2)
     friction_impulse = np.linalg.solve(inverse_mass, -tangents @ rates)
-    if not np.hypot(*friction_impulse) <= FRICTION * normal_impulse:
+    if not np.hypot(*friction_impulse) <= MODEL_FRICTION * normal_impulse:
         return None
     return np.asarray(rates + mobility @ tangents.T @ friction_impulse)
 
@@ -109,10 +111,10 @@ def disc_errors(disc: RollingDisc) -> StepErrors:
         if not states.size:
             return {}
         exact = disc.motion.observe(times)
-        errors = apart(dict(zip(exact, states, strict=True)), exact)
+        errors = signal_differences(dict(zip(exact, states, strict=True)), exact)
         uncertainty = {}
         for name, doubt in disc.motion.uncertainty(times).items():
-            uncertainty[name] = ROUNDED * (doubt + ULP * abs(exact[name]))
+            uncertainty[name] = DISC_ROUNDING_FACTOR * (doubt + ULP * abs(exact[name]))
         return SteppedErrors(errors, uncertainty)
 
     return StepErrors(error)

@@ -9,7 +9,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from plumbob.analytic.errors.contact_models.soft_friction import STEPPED, Held, held_drift
+from plumbob.analytic.errors.contact_models.soft_friction import (
+    SOFT_FRICTION_SCHEMES,
+    HeldContact,
+    held_drift,
+)
 from plumbob.analytic.errors.sliding_motion.sliding_errors import stepped_motion
 from plumbob.analytic.errors.smooth_motion.scheme_steps import whole_steps
 from plumbob.analytic.numerics.arithmetic import ULP
@@ -18,23 +22,23 @@ from plumbob.analytic.schemes import EULER, Scheme
 from plumbob.analytic.systems.incline import Incline
 from plumbob.analytic.systems.pinch import Pinch
 from plumbob.analytic.systems.stack import Stack
-from plumbob.analytic.theory import Predicted, StepErrors, SteppedErrors, apart
+from plumbob.analytic.theory import Predicted, StepErrors, SteppedErrors, signal_differences
 
-CORNERS = 4  # corners of a face, which carry equal loads because the face does not turn
+FACE_CORNERS = 4  # corners of a face, which carry equal loads because the face does not turn
 DEEPEST = 0.4  # chosen: largest depth over the edge; beyond 0.5 contacts push the cube through
 FINGERS = 2
-TIP = 0.2  # chosen: radius of a fingertip over the cube's edge
+FINGERTIP_RADIUS = 0.2  # chosen: radius of a fingertip over the cube's edge
 
 
-def corners(stack: Stack) -> list[Held]:
+def corners(stack: Stack) -> list[HeldContact]:
     """Returns one corner contact of each cube's lower face, from the lowest cube to the top."""
     inverse_masses_below = np.concatenate([[0.0], 1.0 / stack.masses[:-1]])
     weights = inverse_masses_below + 1.0 / stack.masses
-    masses = stack.masses / CORNERS
-    loads = stack.normal_forces / CORNERS
+    masses = stack.masses / FACE_CORNERS
+    loads = stack.normal_forces / FACE_CORNERS
     contacts = []
     for load, weight, mass in zip(loads, weights, masses, strict=True):
-        contacts.append(Held(float(load), 0.0, np.zeros(2), float(weight), float(mass)))
+        contacts.append(HeldContact(float(load), 0.0, np.zeros(2), float(weight), float(mass)))
     return contacts
 
 
@@ -50,7 +54,7 @@ def stack_errors(stack: Stack) -> StepErrors:
         if scheme.contact is None:
             return {"top": zeros} if scheme.integrator == EULER else {}
         depths = [contact.depth(scheme.contact, step) for contact in corners(stack)]
-        if scheme.integrator not in STEPPED or max(depths) > DEEPEST * stack.size:
+        if scheme.integrator not in SOFT_FRICTION_SCHEMES or max(depths) > DEEPEST * stack.size:
             return {}
         deflections = {"top": zeros - sum(depths)}
         return SteppedErrors(deflections, stack.uncertainty(times), lasting=deflections)
@@ -58,9 +62,9 @@ def stack_errors(stack: Stack) -> StepErrors:
     return StepErrors(error)
 
 
-def fingertip(pinch: Pinch) -> Held:
+def fingertip(pinch: Pinch) -> HeldContact:
     """Returns the contact of one of the fingers."""
-    return Held(
+    return HeldContact(
         load=pinch.normal_force,
         friction=pinch.friction,
         pull=pinch.pull / FINGERS,
@@ -82,7 +86,7 @@ def pinch_errors(pinch: Pinch) -> StepErrors:
         if scheme.contact is None:
             return exact if scheme.integrator == EULER else {}
         drift = held_drift(scheme, contact, step, whole_steps(times, step))
-        too_deep = contact.depth(scheme.contact, step) > TIP * pinch.size
+        too_deep = contact.depth(scheme.contact, step) > FINGERTIP_RADIUS * pinch.size
         if too_deep or not len(drift):
             return {}
         if drift[0].max() > pinch.size / 2.0:  # the fingertip leaves the face
@@ -93,11 +97,11 @@ def pinch_errors(pinch: Pinch) -> StepErrors:
     return StepErrors(error)
 
 
-def corner(cube: Incline) -> Held:
+def corner(cube: Incline) -> HeldContact:
     """Returns the contact of one of the cube's lower corners."""
     pull = cube.pull * np.array([np.cos(cube.heading), np.sin(cube.heading)])
-    mass = cube.mass / CORNERS
-    return Held(
+    mass = cube.mass / FACE_CORNERS
+    return HeldContact(
         load=mass * cube.press,
         friction=cube.friction,
         pull=mass * pull,
@@ -122,7 +126,7 @@ def incline_errors(cube: Incline) -> StepErrors:
             x, speed, _ = stepped_motion(scheme, step, cube.speed, pulls, limit)[:, marks]
             rounding = ULP * (abs(cube.speed) + cube.gravity * times)
             return SteppedErrors(
-                apart({"x": x, "speed": speed}, exact),
+                signal_differences({"x": x, "speed": speed}, exact),
                 {"x": rounding * (step + times), "speed": rounding},
             )
         drift = held_drift(scheme, corner(cube), step, marks)

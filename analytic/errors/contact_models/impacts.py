@@ -17,7 +17,7 @@ from scipy.optimize import brentq
 
 from plumbob.analytic.errors.smooth_motion.scheme_steps import (
     Equations,
-    Parts,
+    StateParts,
     scheme_step,
     states_after,
     whole_steps,
@@ -29,18 +29,22 @@ from plumbob.analytic.systems.bouncing_ball import BouncingBall
 from plumbob.analytic.theory import Predicted, StepErrors, SteppedErrors
 
 # MuJoCo's d. With 1 - d = 0.01 the solver loses two digits, and 1 % of gravity acts during contact.
-IMPEDANCE = 0.99
-RATE = 0.2  # chosen: angular frequency of the spring times the step; a contact lasts 16 steps
-LEAST = 0.01  # smallest restitution of a spring and damper: even overdamped, it rebounds
-KEPT = 0.899999976158142**60  # fraction of a penetration left after 1 s: pymunk's default
-ITERATIONS = 50  # solver iterations of pymunk for the two impulses of an impact
-SLOP = 1e-4  # penetration over the initial height that pymunk leaves
+IMPACT_IMPEDANCE = 0.99
+# chosen: angular frequency of the spring times the step; a contact lasts 16 steps
+IMPACT_PHASE_PER_STEP = 0.2
+# smallest restitution of a spring and damper: even overdamped, it rebounds
+SMALLEST_RESTITUTION = 0.01
+# fraction of a penetration left after 1 s: pymunk's default
+PENETRATION_LEFT = 0.899999976158142**60
+SOLVER_ITERATIONS = 50  # solver iterations of pymunk for the two impulses of an impact
+ALLOWED_PENETRATION = 1e-4  # penetration over the initial height that pymunk leaves
 NEARBY = 2.0 * ULP  # relative change of the inputs that changes a run as much as rounding
 
 
 def damping_ratio(restitution: float) -> float:
-    """Returns the damping ratio zeta of a contact with a `restitution`, at least LEAST."""
-    loss = -math.log(max(restitution, LEAST))
+    """Returns the damping ratio zeta of a contact with a `restitution`, at least
+    SMALLEST_RESTITUTION."""
+    loss = -math.log(max(restitution, SMALLEST_RESTITUTION))
     if not loss:
         return 0.0
     return float(brentq(lambda zeta: log_loss(zeta) - loss, 0.0, 10.0, xtol=1e-15))
@@ -74,18 +78,17 @@ class SoftImpact:
         """Returns the acceleration [m/s^2] of a ball whose lowest point is at the height z [m]."""
         if z >= 0.0:
             return -gravity
-        weight = (IMPEDANCE - 1.0) * gravity
+        weight = (IMPACT_IMPEDANCE - 1.0) * gravity
         return max(-gravity, weight - self.damping * speed - self.stiffness * z)
 
 
 def soft_impact(restitution: float, step: float) -> SoftImpact:
     """Returns the contact with a `restitution` for steps of `step` [s].
 
-    The spring's angular frequency is RATE over the step. If the contact is overdamped, the spring
-    is softer, so that the damper is stable too.
-    """
+    The spring's angular frequency is IMPACT_PHASE_PER_STEP over the step. If the contact is
+    overdamped, the spring is softer, so that the damper is stable too."""
     zeta = damping_ratio(restitution)
-    rate = RATE / (step * max(zeta, 1.0))
+    rate = IMPACT_PHASE_PER_STEP / (step * max(zeta, 1.0))
     return SoftImpact(rate**2, 2.0 * zeta * rate)
 
 
@@ -112,7 +115,7 @@ def hard_impulses(
     along, normal = 0, 1
     changes = np.array([-ends[0], pull - ends[1] - restitution * min(ends[1], 0.0)])
     impulses = np.zeros(2)
-    for _ in range(ITERATIONS):
+    for _ in range(SOLVER_ITERATIONS):
         missing = changes[normal] - weights[normal] @ impulses
         impulses[normal] = max(impulses[normal] + missing / weights[normal, normal], 0.0)
         limit = friction * impulses[normal]
@@ -126,7 +129,7 @@ def soft_heights(ball: BouncingBall, scheme: Scheme, step: float, marks: list[in
     """Returns heights z [m] after the numbers of steps `marks`, with MuJoCo's contact."""
     impact = soft_impact(ball.restitution, step)
 
-    def acceleration(time: float, z: Parts, speed: Parts) -> Parts:
+    def acceleration(time: float, z: StateParts, speed: StateParts) -> StateParts:
         return (impact.acceleration(ball.gravity, *z, *speed),)
 
     advance = scheme_step(scheme, Equations(acceleration, 1), step)
@@ -139,10 +142,10 @@ def hard_heights(ball: BouncingBall, step: float, marks: list[int]) -> Array:
     If the ball has moved below the floor, the contact reverses the speed before gravity, and a
     second velocity closes the penetration but for a slop.
     """
-    closed_fraction = 1.0 - KEPT**step
-    slop = SLOP * ball.height
+    closed_fraction = 1.0 - PENETRATION_LEFT**step
+    slop = ALLOWED_PENETRATION * ball.height
 
-    def advance(time: float, state: Parts) -> Parts:
+    def advance(time: float, state: StateParts) -> StateParts:
         z, speed, closing_speed = state
         z += step * (speed + closing_speed)
         rebound = -ball.restitution * speed if z < 0.0 else -math.inf
@@ -173,14 +176,16 @@ def bouncing_errors(ball: BouncingBall) -> StepErrors:
             return soft_heights(ball, scheme, step, marks)
 
         # The uncertainty by rounding is found from balls with a nearby height and gravity.
-        rounding = NEARBY if scheme.position_first else NEARBY / (1.0 - IMPEDANCE)
+        rounding = NEARBY if scheme.position_first else NEARBY / (1.0 - IMPACT_IMPEDANCE)
         z = heights(ball)
         doubt = np.full(len(z), rounding * ball.height)
         for name in ("height", "gravity"):
             neighbour = replace(ball, **{name: getattr(ball, name) * (1.0 + rounding)})
             doubt += np.abs(heights(neighbour) - z)
         error = z - ball.observe(times)["z"]
-        lasting_error = np.full(len(z), SLOP * ball.height if scheme.position_first else 0.0)
+        lasting_error = np.full(
+            len(z), ALLOWED_PENETRATION * ball.height if scheme.position_first else 0.0
+        )
         return SteppedErrors({"z": error}, {"z": doubt}, {"z": lasting_error})
 
     return StepErrors(error)

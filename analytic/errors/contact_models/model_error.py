@@ -18,20 +18,20 @@ from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.capsule import NORMAL_FORCES, Capsule, steepest_load
 from plumbob.analytic.systems.capsule_setup import CapsuleProblem
 from plumbob.analytic.systems.slider_path import SliderPath
-from plumbob.analytic.systems.three_points.equations import Complex
+from plumbob.analytic.systems.three_points.equations import ComplexForces
 
 Bounds = Mapping[str, float]
 """{observable: absolute bound}, SI units."""
-ModelError = Mapping[str, Mapping[str, float]]
+ObservableErrors = Mapping[str, Mapping[str, float]]
 """{observable: {reason: absolute bound}}, SI units."""
 
-PLACES = 33  # samples in each smooth piece of the slider's motion
+SAMPLES_PER_PIECE = 33  # samples in each smooth piece of the slider's motion
 LATE = 257  # samples after the last piece, where only friction acts
-SHORT = 1e-9  # fraction of the motion: a shorter piece is an artefact of rounding
-STILL = 1e-9  # fraction of the largest slip below which a support sticks
+SHORTEST_PIECE = 1e-9  # fraction of the motion: a shorter piece is an artefact of rounding
+STICKING_SLIP = 1e-9  # fraction of the largest slip below which a support sticks
 
 
-def by_observable(parts: Mapping[str, Bounds]) -> ModelError:
+def by_observable(parts: Mapping[str, Bounds]) -> ObservableErrors:
     """Returns {reason: {observable: bound}} regrouped as {observable: {reason: bound}}.
 
     >>> by_observable({"rounding": {"x": 1e-15, "y": 2e-15}, "depth": {"x": 1e-9}})
@@ -70,10 +70,10 @@ class SampledMotion:
     line: float  # [rad] direction in which observables on a line are measured
     pull: complex  # [m/s^2] horizontal part of tilted gravity
     times: Array  # [s] shape (n,)
-    place: Complex  # [m] position of the slider, shape (n,)
-    speed: Complex  # [m/s] velocity of the slider in the body
-    push: Complex  # [m/s^2] acceleration of the slider in the body
-    velocity: Complex  # [m/s] velocity of C
+    place: ComplexForces  # [m] position of the slider, shape (n,)
+    speed: ComplexForces  # [m/s] velocity of the slider in the body
+    push: ComplexForces  # [m/s^2] acceleration of the slider in the body
+    velocity: ComplexForces  # [m/s] velocity of C
     rate: Array  # [rad/s] angular velocity of the body
     loads: Array  # N_i [N], shape (3, n)
 
@@ -90,30 +90,30 @@ class SampledMotion:
         return np.asarray(capsule.inertia + reduced * np.abs(self.place) ** 2)
 
     @cached_property
-    def supports(self) -> Complex:
+    def supports(self) -> ComplexForces:
         """Positions A_i of the supports from C [m], shape (3, 1)."""
         return (np.asarray(self.capsule.supports) @ [1.0, 1j])[:, None]
 
     @cached_property
-    def slips(self) -> Complex:
+    def slips(self) -> ComplexForces:
         """Slip velocities of the supports [m/s], shape (3, n); zero if a support sticks."""
         slips = self.velocity + 1j * self.rate * self.supports
         size = np.abs(slips)
-        return np.where(size > STILL * size.max(), slips, 0.0)
+        return np.where(size > STICKING_SLIP * size.max(), slips, 0.0)
 
     @cached_property
-    def arms(self) -> Complex:
+    def arms(self) -> ComplexForces:
         """Positions of the supports from the combined centre, CA_i - mu r [m], shape (3, n)."""
         return self.supports - self.capsule.mass_ratio * self.place
 
     @property
-    def directions(self) -> Complex:
+    def directions(self) -> ComplexForces:
         """Unit vectors along the slips, shape (3, n); zero if a support sticks."""
         size = np.abs(self.slips)
         return self.slips / np.where(size > 0.0, size, 1.0)
 
     @property
-    def traction(self) -> Complex:
+    def traction(self) -> ComplexForces:
         """Friction over the load of each support, shape (3, n); equal for all if none slips."""
         sliding = -self.capsule.friction * self.directions
         holding_force = self.capsule.slider_mass * self.push - self.mass * self.pull
@@ -193,11 +193,11 @@ def sample_motion(problem: CapsuleProblem, duration: float) -> SampledMotion:
 
 
 def _sample_times(path: SliderPath, end: float) -> Array:
-    """Returns times up to `end` [s], shape (n,): PLACES in each piece of the path, LATE after the
-    last piece."""
+    """Returns times up to `end` [s], shape (n,): SAMPLES_PER_PIECE in each piece of the path, LATE
+    after the last piece."""
     edges = np.unique(np.append(np.clip(path.breakpoints, 0.0, end), [0.0, end]))
-    edges = edges[np.append(np.diff(edges) > SHORT * end, True)]
-    counts = [PLACES] * (len(edges) - 2) + [LATE]
+    edges = edges[np.append(np.diff(edges) > SHORTEST_PIECE * end, True)]
+    counts = [SAMPLES_PER_PIECE] * (len(edges) - 2) + [LATE]
     pieces = []
     for (begin, until), count in zip(pairwise(edges.tolist()), counts, strict=True):
         pieces.append(np.linspace(begin, until, count, endpoint=False))

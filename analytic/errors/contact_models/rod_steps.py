@@ -18,10 +18,12 @@ from plumbob.analytic.numerics.arithmetic import ULP
 from plumbob.analytic.reference import Array
 from plumbob.analytic.schemes import EULER, Scheme
 from plumbob.analytic.systems.rod_impact import RodImpact
-from plumbob.analytic.theory import Predicted, StepErrors, SteppedErrors, apart
+from plumbob.analytic.theory import Predicted, StepErrors, SteppedErrors, signal_differences
 
-TIP = 1e-12  # radius of a rod's end over its length in pymunk: contacts begin at this distance
-ROUNDED = 1e3  # calibrated: amplification of rounding by an impact; a fifth of it is used
+# radius of a rod's end over its length in pymunk: contacts begin at this distance
+ROD_END_RADIUS = 1e-12
+# calibrated: amplification of rounding by an impact; a fifth of it is used
+IMPACT_AMPLIFICATION = 1e3
 
 
 def stepped_places(rod: RodImpact, scheme: Scheme, step: float, marks: Array) -> Array:
@@ -30,7 +32,7 @@ def stepped_places(rod: RodImpact, scheme: Scheme, step: float, marks: Array) ->
     contact; otherwise scheme and contact are MuJoCo's."""
     half = rod.length / 2.0
     first = scheme.position_first
-    contact_height = TIP * rod.length if first else 0.0
+    contact_height = ROD_END_RADIUS * rod.length if first else 0.0
     mobility = np.diag([1.0, 1.0, 3.0 / half**2]) / rod.mass
     place = np.array([0.0, rod.height + half * np.sin(rod.angle), rod.angle])
     rates = np.array([rod.speed, 0.0, 0.0])
@@ -85,8 +87,10 @@ def rod_errors(rod: RodImpact) -> StepErrors:
             return {}
         exact = rod.observe(times)
         places = stepped_places(rod, scheme, step, whole_steps(times, step))
-        errors = apart(dict(zip(exact, places, strict=True)), exact)
-        uncertainty = {name: ROUNDED * ULP * (1 + abs(x)) for name, x in exact.items()}
+        errors = signal_differences(dict(zip(exact, places, strict=True)), exact)
+        uncertainty = {
+            name: IMPACT_AMPLIFICATION * ULP * (1 + abs(x)) for name, x in exact.items()
+        }
         return SteppedErrors(errors, uncertainty)
 
     return StepErrors(error)

@@ -23,8 +23,9 @@ from plumbob.analytic.systems.capsule import Capsule
 
 TARGET = 1e-5  # chosen: residual fraction of a velocity at the end of a step
 MOST_ITERATIONS = 5000  # chosen: iterations in a step, which take half a millisecond
-LASTING = 1.0 - 1e-9  # convergence factor above which a velocity is not reduced at all
-ROUNDINGS = 8  # calibrated: roundings from a position to a velocity (THEORY.md, section 10)
+UNREDUCED_FACTOR = 1.0 - 1e-9  # convergence factor above which a velocity is not reduced at all
+# calibrated: roundings from a position to a velocity (THEORY.md, section 10)
+VELOCITY_ROUNDINGS = 8
 
 
 @dataclass(frozen=True)
@@ -139,7 +140,7 @@ def pivots_factor(capsule: Capsule, slider: Array) -> float:
     for state in itertools.product(*states):
         joints = [slider_pin, *itertools.chain(*state)]
         factors = np.abs(np.linalg.eigvals(_iteration_matrix(masses, joints)))
-        slowest = max(slowest, float(factors[factors < LASTING].max(initial=0.0)))
+        slowest = max(slowest, float(factors[factors < UNREDUCED_FACTOR].max(initial=0.0)))
     return slowest
 
 
@@ -182,4 +183,4 @@ def opening_error(mass: float, length: float, closing: float, step: float) -> fl
     rounded by a few units in their last place. The joint turns the opening into a velocity, and the
     velocity into the impulse of one step.
     """
-    return ROUNDINGS * ROUNDOFF * mass * length * closing / step
+    return VELOCITY_ROUNDINGS * ROUNDOFF * mass * length * closing / step

@@ -29,7 +29,7 @@ import numpy as np
 from plumbob.analytic.errors.contact_models.model_error import (
     BodyError,
     Bounds,
-    ModelError,
+    ObservableErrors,
     SampledMotion,
     by_observable,
     radius_of_gyration,
@@ -37,7 +37,7 @@ from plumbob.analytic.errors.contact_models.model_error import (
     support_arm,
 )
 from plumbob.analytic.errors.contact_models.sequential_impulse import (
-    ROUNDINGS,
+    VELOCITY_ROUNDINGS,
     SequentialImpulse,
 )
 from plumbob.analytic.numerics.arithmetic import ROUNDOFF
@@ -45,16 +45,17 @@ from plumbob.analytic.systems.capsule import NORMAL_FORCES, steepest_load
 from plumbob.analytic.systems.capsule_setup import CapsuleProblem
 
 USED_UP = 0.02  # calibrated: spare fraction of the friction limit below which iterations stall
-STALLED = 1e-2  # calibrated: residual fraction of a velocity then; 7e-3 with 50 iterations
+# calibrated: residual fraction of a velocity then; 7e-3 with 50 iterations
+RESIDUAL_FRACTION = 1e-2
 # Friction that changes by more than this fraction of its limit between samples has jumped. In each
 # phase friction is constant but for rounding. The slow return of repeated manoeuvres begins with a
 # jump of 0.1.
-JUMP = 1e-3
+FRICTION_JUMP = 1e-3
 AT_SWITCH = 1e-9  # [s] an event this close to a switch of the slider is caused by the switch
 
 
 @dataclass(frozen=True)
-class Demand:
+class SolverDemand:
     """Demand of a motion on the solver: sudden changes of forces."""
 
     changes: int  # number of sudden changes
@@ -66,7 +67,7 @@ class Demand:
 
 def model_error(
     problem: CapsuleProblem, duration: float, solver: SequentialImpulse
-) -> ModelError:
+) -> ObservableErrors:
     """Returns the bounds of a solver over `duration` [s]: {observable: {reason: bound}}.
 
     They are empty for pivots in the plane, whose friction is not Coulomb's.
@@ -87,7 +88,7 @@ def model_error(
     return by_observable(bounds)
 
 
-def demand(problem: CapsuleProblem, motion: SampledMotion) -> Demand:
+def solver_demand(problem: CapsuleProblem, motion: SampledMotion) -> SolverDemand:
     """Returns the demand of a motion on the solver."""
     capsule = motion.capsule
     limit = _friction_limit(problem)
@@ -97,16 +98,16 @@ def demand(problem: CapsuleProblem, motion: SampledMotion) -> Demand:
         switches = np.clip(single.path.breakpoints, 0.0, None)
         changes = motion.count * (len(single.events) + switches.size)
         sliding = motion.count * _sliding_time(single, switches)
-        return Demand(changes, limit, push=float(pushes.max()), sliding=sliding)
+        return SolverDemand(changes, limit, push=float(pushes.max()), sliding=sliding)
     # The first sample is left out: a body that starts from rest slips from the second sample on.
     jumps = np.abs(np.diff(motion.traction[:, 1:])).max(axis=0) * problem.setup.press
-    sudden = int(np.count_nonzero(jumps > JUMP * limit))
+    sudden = int(np.count_nonzero(jumps > FRICTION_JUMP * limit))
     slides_at_start = bool(motion.slips[:, 1].any())
     used = pushes[pushes > 0.0] / limit if limit else np.zeros(0)
     # The friction limits of the feet change as the slider moves.
     travel = np.abs(motion.place - motion.place[0]).max()
     load_change = travel * steepest_load(capsule) / motion.mass
-    return Demand(
+    return SolverDemand(
         changes=motion.count * (sudden + slides_at_start),
         jump=float(jumps.max() + capsule.friction * load_change * bool(sudden)),
         spare=float(np.abs(1.0 - used).min(initial=1.0)),
@@ -152,11 +153,11 @@ def _iteration_bounds(
     by a part in that step and by the rest in the next: the push of the slider leaves a residual for
     two steps.
     """
-    need = demand(problem, motion)
+    need = solver_demand(problem, motion)
     step = solver.step
     residual = solver.residual
     if solver.model != "side":
-        stalled_residual = STALLED if need.spare < USED_UP else 0.0
+        stalled_residual = RESIDUAL_FRACTION if need.spare < USED_UP else 0.0
         residual = max(solver.one_foot_residual, stalled_residual)
     friction_residual = residual * need.jump * step
     velocity_residual = friction_residual + solver.residual * need.push * step
@@ -197,7 +198,7 @@ def _rounding_bounds(
     step = solver.step
     travel = motion.path_length + float(np.abs(motion.place - motion.place[0]).max())
     size = float(np.abs(motion.place[0])) + arm + travel
-    rounding = ROUNDINGS * ROUNDOFF * size
+    rounding = VELOCITY_ROUNDINGS * ROUNDOFF * size
     distance = rounding * math.sqrt(duration / step)
     speed = rounding / step
     loads = motion.mass * (1.0 + size / _support_distance(solver)) * speed / step

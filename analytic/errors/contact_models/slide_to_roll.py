@@ -14,7 +14,7 @@ from plumbob.analytic.numerics.arithmetic import ULP
 from plumbob.analytic.reference import Array
 from plumbob.analytic.schemes import EULER, Scheme
 from plumbob.analytic.systems.rolling_ball import RollingBall
-from plumbob.analytic.theory import Predicted, StepErrors, SteppedErrors, apart
+from plumbob.analytic.theory import Predicted, StepErrors, SteppedErrors, signal_differences
 
 
 def rolling_errors(ball: RollingBall) -> StepErrors:
@@ -39,7 +39,7 @@ def rolling_errors(ball: RollingBall) -> StepErrors:
         stepped = {"x": x[marks], "speed": speed[marks], "spin": spin[marks]}
         doubt = ball.scale * ULP * np.ones(len(times))
         return SteppedErrors(
-            apart(stepped, ball.observe(times)),
+            signal_differences(stepped, ball.observe(times)),
             {"x": doubt * (step + times), "speed": doubt, "spin": doubt / ball.radius},
         )
 

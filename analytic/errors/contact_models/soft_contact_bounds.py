@@ -39,9 +39,9 @@ from scipy.integrate import cumulative_trapezoid
 
 from plumbob.analytic.errors.contact_models import soft_contact
 from plumbob.analytic.errors.contact_models.model_error import (
-    STILL,
+    STICKING_SLIP,
     BodyError,
-    ModelError,
+    ObservableErrors,
     SampledMotion,
     by_observable,
     sample_motion,
@@ -56,13 +56,13 @@ from plumbob.analytic.errors.sliding_motion.sliding_errors import MOST_PLANE_STE
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.capsule import ROUNDOFF, Capsule, load_fractions, normal_forces
 from plumbob.analytic.systems.capsule_setup import CapsuleProblem
-from plumbob.analytic.systems.three_points.equations import Complex
+from plumbob.analytic.systems.three_points.equations import ComplexForces
 from plumbob.analytic.systems.three_points.reference import PlaneReference
 
 LAST_STEPS = 2.5  # steps for which a body drifts on after its stop, with Euler and with RK4
 DRIVE_ROUNDINGS = 16  # roundings of the force that drives the slider's joint
 # Positions of the slider [m] at C, and 1 m along x and y, by which affine loads are known.
-CORNERS = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]])
+LOAD_POSITIONS = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]])
 
 
 @dataclass(frozen=True)
@@ -72,12 +72,14 @@ class QuasiStatic:
     depths: Array  # [m] heights of the supports, negative, shape (3, n)
     height: Array  # z [m], height of C, shape (n,)
     height_second: Array  # z'' [m/s^2]
-    gradient: Complex  # g, gradient of the body's plane
-    gradient_rate: Complex  # g' [1/s]
-    gradient_second: Complex  # g'' [1/s^2]
+    gradient: ComplexForces  # g, gradient of the body's plane
+    gradient_rate: ComplexForces  # g' [1/s]
+    gradient_second: ComplexForces  # g'' [1/s^2]
 
 
-def model_error(problem: CapsuleProblem, duration: float, contact: SoftContact) -> ModelError:
+def model_error(
+    problem: CapsuleProblem, duration: float, contact: SoftContact
+) -> ObservableErrors:
     """Returns the bounds of soft contacts over `duration` [s]: {observable: {reason: bound}}."""
     motion = sample_motion(problem, duration)
     step = contact.step
@@ -124,7 +126,7 @@ def _is_resting(
     rows = trajectory(motion.capsule, path, start, contact.integrator, contact.step, steps)
     scales = [1.0, 1.0, np.abs(motion.supports).max()]
     stepped_speeds = np.abs(rows[:, 3:] * scales).sum(axis=1)
-    stepped_moves = stepped_speeds > STILL * stepped_speeds.max()
+    stepped_moves = stepped_speeds > STICKING_SLIP * stepped_speeds.max()
     nearest_steps = np.rint(motion.times / contact.step).astype(int)
     return exact_rests & ~stepped_moves[np.minimum(nearest_steps, steps)]
 
@@ -244,19 +246,21 @@ def missing_loads(motion: SampledMotion, normal: NormalContact) -> Array:
     return np.outer(central, force) + (gradients.conjugate()[:, None] * moment).real
 
 
-def _load_fractions(capsule: Capsule) -> tuple[Array, Complex]:
+def _load_fractions(capsule: Capsule) -> tuple[Array, ComplexForces]:
     """Returns the fraction of a load at C on each support, and the fractions' gradients.
 
     The gradients are complex numbers [1/m]; both results have the shape (3,). The fractions are
-    linear in the place of the load: CORNERS are C and the places 1 m ahead and aside, whose
+    linear in the place of the load: LOAD_POSITIONS are C and the places 1 m ahead and aside, whose
     differences are the gradients."""
-    central, ahead, aside = load_fractions(capsule, CORNERS)
+    central, ahead, aside = load_fractions(capsule, LOAD_POSITIONS)
     return central, ahead - central + 1j * (aside - central)
 
 
 def _quasi_static(motion: SampledMotion, compliance: float) -> QuasiStatic:
     """Returns the deflections of contacts of a `compliance` [m/N] under static loads."""
-    central_depths, depths_x, depths_y = -compliance * normal_forces(motion.capsule, CORNERS)
+    central_depths, depths_x, depths_y = -compliance * normal_forces(
+        motion.capsule, LOAD_POSITIONS
+    )
     slopes = np.array([depths_x - central_depths, depths_y - central_depths]).T
     (central, gradients) = _load_fractions(motion.capsule)
     place, speed, push = (
@@ -285,7 +289,9 @@ def _slider_lift(motion: SampledMotion, deflections: QuasiStatic) -> tuple[Array
     return deflections.height_second + relative.real, (g * r).real
 
 
-def _horizontal_reaction(motion: SampledMotion, friction: Complex) -> tuple[Array, Complex]:
+def _horizontal_reaction(
+    motion: SampledMotion, friction: ComplexForces
+) -> tuple[Array, ComplexForces]:
     """Returns the body's angular acceleration [rad/s^2] and the horizontal force on the slider [N].
 
     The force is m b in the module docstring. `friction` holds the forces F_i [N], shape (3, n).
@@ -304,7 +310,7 @@ def _horizontal_reaction(motion: SampledMotion, friction: Complex) -> tuple[Arra
 
 def _gyroscopic_moment(
     rate: Array, spin: Array, deflections: QuasiStatic, across: float, upright: float
-) -> Complex:
+) -> ComplexForces:
     """Returns the gyroscopic moment P [N m] of a body that tilts while it turns (module docstring).
 
     The body's moments of inertia are `across`, about a horizontal axis, and `upright`, about the

@@ -24,8 +24,9 @@ from scipy.optimize import brentq
 from plumbob.analytic.reference import Array
 from plumbob.analytic.schemes import EULER, RK4, Scheme, SoftPoint
 
-STEPPED = (EULER, RK4)
-GROWTH = (1 / 24, 1 / 6, 1 / 2, 1.0, 1.0)  # coefficients of RK4's growth factor, highest first
+SOFT_FRICTION_SCHEMES = (EULER, RK4)
+# coefficients of RK4's growth factor, highest first
+RK4_GROWTH_COEFFICIENTS = (1 / 24, 1 / 6, 1 / 2, 1.0, 1.0)
 
 
 def impedance(point: SoftPoint, depth: float) -> float:
@@ -62,7 +63,7 @@ def depth_under(point: SoftPoint, push: float, step: float) -> float:
 
 
 @dataclass(frozen=True)
-class Held:
+class HeldContact:
     """A contact that carries a load and holds a tangential force by friction."""
 
     load: float  # [N] normal force
@@ -142,7 +143,7 @@ class Held:
         return lag + change if edge_holds_at_first else change
 
 
-def held_drift(scheme: Scheme, held: Held, step: float, counts: Array) -> Array:
+def held_drift(scheme: Scheme, held: HeldContact, step: float, counts: Array) -> Array:
     """Returns the drift [m] and its speed [m/s] along the pull, shape (2, n), of a body that starts
     at rest, after the numbers of steps `counts`, shape (n,).
 
@@ -150,7 +151,7 @@ def held_drift(scheme: Scheme, held: Held, step: float, counts: Array) -> Array:
     shape (0, n).
     """
     point = scheme.contact
-    if point is None or scheme.integrator not in STEPPED or not held.holds(point):
+    if point is None or scheme.integrator not in SOFT_FRICTION_SCHEMES or not held.holds(point):
         return np.empty((0, len(counts)))
     final_speeds, approach_rates = held.drift(point, step)
     decay = -step * approach_rates
@@ -158,7 +159,7 @@ def held_drift(scheme: Scheme, held: Held, step: float, counts: Array) -> Array:
         factor = 1.0 + decay
         mean_factor = factor
     else:
-        factor = np.asarray(np.polyval(GROWTH, decay), dtype=np.float64)
+        factor = np.asarray(np.polyval(RK4_GROWTH_COEFFICIENTS, decay), dtype=np.float64)
         mean_factor = (factor - 1.0) / decay
     missing = factor[:, None] ** counts  # fraction of the final speed that is still missing
     lost_steps = (mean_factor / (1.0 - factor))[:, None] * (1.0 - missing)

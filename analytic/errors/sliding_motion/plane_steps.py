@@ -27,7 +27,7 @@ import numpy as np
 
 from plumbob.analytic.errors.smooth_motion.scheme_steps import (
     Equations,
-    Parts,
+    StateParts,
     scheme_step,
     states_after,
 )
@@ -36,7 +36,7 @@ from plumbob.analytic.schemes import EULER, RK4, Scheme
 from plumbob.analytic.systems.capsule import Capsule
 from plumbob.analytic.systems.slider_path import SliderPath
 from plumbob.analytic.systems.three_points.equations import mechanics
-from plumbob.analytic.systems.three_points.friction import Start
+from plumbob.analytic.systems.three_points.friction import InitialVelocities
 from plumbob.analytic.systems.three_points.implicit_friction import (
     FrictionProblem,
     Slip,
@@ -49,7 +49,7 @@ COLUMNS = ("x", "y", "heading", "velocity_x", "velocity_y", "heading_rate")
 
 
 @dataclass(frozen=True, slots=True)
-class Body:
+class CapsuleConstants:
     """The constants of a capsule as plain numbers, which are faster to read than arrays."""
 
     mass: float  # M + m [kg]
@@ -62,7 +62,7 @@ class Body:
     [N/m]."""
 
     @classmethod
-    def of(cls, capsule: Capsule) -> Body:
+    def of(cls, capsule: Capsule) -> CapsuleConstants:
         """Returns the constants of a capsule."""
         equations = mechanics(capsule)
         limits = np.column_stack([equations.centre_limits, *equations.limit_slopes]).tolist()
@@ -76,8 +76,8 @@ class Body:
         )
 
     def rates_with_friction(
-        self, q: Parts, rates: Parts, w: complex, lead: float, near: Slip
-    ) -> tuple[Parts, Slip]:
+        self, q: StateParts, rates: StateParts, w: complex, lead: float, near: Slip
+    ) -> tuple[StateParts, Slip]:
         """Returns the rates of change of z', omega and v, and the slip that friction opposes.
 
         The slip is a time `lead` [s] later. `q` is z, psi and r; `rates` is z', omega and v; `w` is
@@ -123,14 +123,19 @@ class Body:
 
 @lru_cache(maxsize=64)  # all methods of one scheme share the result
 def trajectory(
-    capsule: Capsule, path: SliderPath, start: Start, integrator: str, step: float, steps: int
+    capsule: Capsule,
+    path: SliderPath,
+    start: InitialVelocities,
+    integrator: str,
+    step: float,
+    steps: int,
 ) -> Array:
     """Returns COLUMNS at the start and after each of `steps` steps of `step` [s].
 
     The result has the shape (steps + 1, 6), in the axes of the ground. `integrator` is EULER or
     RK4.
     """
-    body = Body.of(capsule)
+    body = CapsuleConstants.of(capsule)
     lead = FRICTION_LEADS[integrator] * step
     places, speeds, _ = path.kinematics(np.arange(steps + 1, dtype=np.float64) * step)
     pushes = (np.diff(speeds @ [1.0, 1j]) / step).tolist()
@@ -138,7 +143,7 @@ def trajectory(
     omega = start.angular_velocity
     near: Slip = (speed, omega)
 
-    def acceleration(time: float, q: Parts, rates: Parts) -> Parts:
+    def acceleration(time: float, q: StateParts, rates: StateParts) -> StateParts:
         nonlocal near
         push = pushes[round(time / step)]
         accelerations, near = body.rates_with_friction(q, rates, push, lead, near)
@@ -149,7 +154,7 @@ def trajectory(
     return columns_of_states(states_after(advance, state, step, range(steps + 1)))
 
 
-def columns_of_states(states: Sequence[Parts]) -> Array:
+def columns_of_states(states: Sequence[StateParts]) -> Array:
     """Returns COLUMNS of n states (z, psi, r, z', omega, v), shape (n, 6)."""
     z, psi, _, speed, omega, _ = np.array(states).T
     columns = [z.real, z.imag, psi.real, speed.real, speed.imag, omega.real]

@@ -23,15 +23,18 @@ from functools import lru_cache
 
 import numpy as np
 
-from plumbob.analytic.errors.sliding_motion.plane_steps import Body, columns_of_states
-from plumbob.analytic.errors.smooth_motion.scheme_steps import Parts
+from plumbob.analytic.errors.sliding_motion.plane_steps import (
+    CapsuleConstants,
+    columns_of_states,
+)
+from plumbob.analytic.errors.smooth_motion.scheme_steps import StateParts
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.capsule import Capsule
 from plumbob.analytic.systems.slider_path import SliderPath
-from plumbob.analytic.systems.three_points.friction import Start
+from plumbob.analytic.systems.three_points.friction import InitialVelocities
 from plumbob.analytic.systems.three_points.implicit_friction import Slip
 
-GRID = 1e-6  # [steps] a switch closer to a grid time counts as on the grid
+GRID_DISTANCE = 1e-6  # [steps] a switch closer to a grid time counts as on the grid
 
 
 def chord_error(turn: float) -> complex:
@@ -42,12 +45,12 @@ def chord_error(turn: float) -> complex:
 def switches_on_grid(path: SliderPath, step: float) -> bool:
     """Returns whether the slider's acceleration jumps only at multiples of `step` [s]."""
     switch_steps = path.breakpoints / step
-    return bool(np.abs(switch_steps - np.rint(switch_steps)).max() < GRID)
+    return bool(np.abs(switch_steps - np.rint(switch_steps)).max() < GRID_DISTANCE)
 
 
 @lru_cache(maxsize=16)
 def position_first_trajectory(
-    capsule: Capsule, path: SliderPath, start: Start, step: float, steps: int
+    capsule: Capsule, path: SliderPath, start: InitialVelocities, step: float, steps: int
 ) -> Array:
     """Returns COLUMNS at the start and after each of `steps` steps of `step` [s].
 
@@ -55,13 +58,13 @@ def position_first_trajectory(
     open as an earlier step would have left them.
     """
     place, rate, targets = _targets(path, step, steps)
-    body = Body.of(capsule)
+    body = CapsuleConstants.of(capsule)
     speed = complex(*start.velocity)
     omega = start.angular_velocity
     opening = chord_error(step * omega)
     slider = place * (1.0 - opening)
     slider_velocity = speed + (1j * omega + opening / step) * place + rate
-    states: list[Parts] = [(0j, 0.0, slider, speed, omega, slider_velocity)]
+    states: list[StateParts] = [(0j, 0.0, slider, speed, omega, slider_velocity)]
     near: Slip = (speed + 1j * omega * body.mass_ratio * place, omega)
     for target in targets:
         state, near = _next_state(body, states[-1], target, step, near)
@@ -70,8 +73,8 @@ def position_first_trajectory(
 
 
 def _next_state(
-    body: Body, state: Parts, target: complex, step: float, near: Slip
-) -> tuple[Parts, Slip]:
+    body: CapsuleConstants, state: StateParts, target: complex, step: float, near: Slip
+) -> tuple[StateParts, Slip]:
     """Returns the state and the slip after a step that moves the slider to `target` [m].
 
     A state is z, psi, the slider's position, z', omega and the slider's velocity, in the axes of

@@ -16,7 +16,7 @@ import numpy as np
 from plumbob.analytic.errors.sliding_motion.plane_steps import COLUMNS, trajectory
 from plumbob.analytic.errors.sliding_motion.position_first import position_first_trajectory
 from plumbob.analytic.errors.smooth_motion.scheme_steps import whole_steps
-from plumbob.analytic.reference import KEPT, Array, Reference, Signals
+from plumbob.analytic.reference import CACHED_RESULTS, Array, Reference, Signals
 from plumbob.analytic.schemes import RK4, Scheme
 from plumbob.analytic.systems.capsule import (
     NORMAL_FORCES,
@@ -30,9 +30,9 @@ from plumbob.analytic.systems.manoeuvres.line_manoeuvre import LineManoeuvre
 from plumbob.analytic.systems.manoeuvres.residual_motion import ResidualMotion
 from plumbob.analytic.systems.three_points.reference import PlaneReference
 from plumbob.analytic.tableau import CLASSICAL
-from plumbob.analytic.theory import Predicted, StepErrors, SteppedErrors, apart
+from plumbob.analytic.theory import Predicted, StepErrors, SteppedErrors, signal_differences
 
-MOST_STEPS = 2_000_000  # steps in a run along a line, which take some ten seconds
+MAX_SLIDING_STEPS = 2_000_000  # steps in a run along a line, which take some ten seconds
 MOST_PLANE_STEPS = 200_000  # steps in a run in the plane, some tens of microseconds each
 JUMPING = ("friction_force", "driving_force")  # forces that jump when w jumps or the body stops
 # RK4 leaves this fraction of a velocity that friction stops after each step (THEORY.md, section 4).
@@ -101,7 +101,7 @@ def positions(speeds: Array, lead: float, step: float) -> Array:
     return step * np.cumsum(np.concatenate([0.0 * speeds[:1], mean]), axis=0)
 
 
-@lru_cache(maxsize=KEPT)  # all methods of one scene share the result
+@lru_cache(maxsize=CACHED_RESULTS)  # all methods of one scene share the result
 def _body_motion(motion: Any, scheme: Scheme, step: float, steps: int) -> Array:
     """Returns `stepped_motion` of the body under the slider's mean reaction in each step."""
     capsule = motion.single.capsule
@@ -117,13 +117,13 @@ def line_errors(
 
     The errors are at grid `times` [s], shape (n,), by observable of `reference`, for a `step` [s].
     Friction stops the body within a step, and w is the mean over each step. The errors are empty
-    for other schemes, and for more than MOST_STEPS steps.
+    for other schemes, and for more than MAX_SLIDING_STEPS steps.
     """
     marks = whole_steps(times, step)
-    if scheme.position_lead is None or marks[-1] > MOST_STEPS:
+    if scheme.position_lead is None or marks[-1] > MAX_SLIDING_STEPS:
         return {}
     line_run = _line_run(motion, scheme, scheme.position_lead, step, marks)
-    errors = apart(line_run, reference.observe(times))
+    errors = signal_differences(line_run, reference.observe(times))
     single = motion.single
     loads = np.outer(load_slopes(single.capsule, single.direction), errors["stroke"])
     exact = dict.fromkeys(("stroke_rate", "heading", "sideways"), np.zeros(len(marks)))
@@ -228,7 +228,7 @@ def plane_errors(
         places, speeds, _ = motion.path.kinematics(grid)
         stepped_places = places[0] + positions(speeds, scheme.position_lead, step)[marks]
         stepped |= by_support(normal_forces(motion.capsule, stepped_places))
-    return apart(stepped, reference.observe(times))
+    return signal_differences(stepped, reference.observe(times))
 
 
 # The end of a line manoeuvre has a closed form for any step. The scheme

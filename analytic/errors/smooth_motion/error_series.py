@@ -35,11 +35,11 @@ from plumbob.analytic.schemes import Scheme
 from plumbob.analytic.theory import Coefficients, SteppedErrors
 
 # Motions are followed up to a power of this factor [s], so that similar durations share a result.
-LONGER = 1.1
+DURATION_FACTOR = 1.1
 # A term of the series counts as zero below this size, relative to the state, at a step in which the
 # state changes by about 1, and per such step of the duration. Rounding of a term that is zero makes
 # at most a tenth of it. A term below it is smaller than the rounding of a step.
-ROUNDING = 16 * ULP
+ZERO_TERM = 16 * ULP
 
 Step = Callable[[Any, Any, Sequence[Any]], Sequence[Any]]
 """Function from the time [s], the step [s] and the state at its start to the state after it."""
@@ -73,7 +73,7 @@ class ErrorSeries:
             return {}
         _, orders = step_and_orders
         last = float(np.max(times, initial=0.0)) or 1.0
-        until = LONGER ** math.ceil(math.log(last, LONGER))
+        until = DURATION_FACTOR ** math.ceil(math.log(last, DURATION_FACTOR))
         errors = np.moveaxis(_expansion(self, scheme, until).at(times), 0, -1).copy()
         return {
             order: dict(zip(self.names, errors[:, column], strict=True))
@@ -94,7 +94,7 @@ def _expansion(series: ErrorSeries, scheme: Scheme, until: float) -> Response:
     times, states, flow = motion.linearised(motion.grid(until))
     state = [constant(values, orders[-1] + 1) for values in states]
     exact = flow_series(lambda h, z: series.slope(times + h, z), state)
-    noise = ROUNDING * np.abs(states).max(axis=1) * (1.0 + motion.pace * until)
+    noise = ZERO_TERM * np.abs(states).max(axis=1) * (1.0 + motion.pace * until)
     responses: dict[int, Response] = {}
     for order in orders:
         after = step(times, variable(order + 1), state)

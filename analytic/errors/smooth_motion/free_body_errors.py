@@ -12,9 +12,9 @@ from typing import Any
 
 from plumbob.analytic.errors.smooth_motion.error_series import ErrorSeries, Step
 from plumbob.analytic.errors.smooth_motion.scheme_steps import (
-    Advance,
     Equations,
-    Parts,
+    SchemeStep,
+    StateParts,
     scheme_step,
 )
 from plumbob.analytic.numerics.smooth.smooth_system import solve_linear
@@ -28,16 +28,20 @@ from plumbob.analytic.schemes import (
     Scheme,
 )
 from plumbob.analytic.systems.free_body.equations import (
-    acceleration,
+    angular_acceleration,
     factors,
     free_rotation,
     slope,
 )
 from plumbob.analytic.systems.free_body.problem import FreeBody
-from plumbob.analytic.systems.free_body.rotation import ATTITUDE, RATES, quaternion_product
-from plumbob.analytic.tableau import moved
+from plumbob.analytic.systems.free_body.rotation import (
+    ANGULAR_VELOCITY_NAMES,
+    ATTITUDE,
+    quaternion_product,
+)
+from plumbob.analytic.tableau import advance_parts
 
-ORDERS: Mapping[str, range] = MappingProxyType(
+SERIES_ORDERS: Mapping[str, range] = MappingProxyType(
     {EULER: range(1, 5), LINEARLY_IMPLICIT: range(1, 5), LEAPFROG: range(2, 10, 2)}
     | {RK4_ADDED_RATES: range(2, 7)}  # five orders, because one of them is zero
     | {name: range(tableau.order, tableau.order + 4) for name, tableau in TABLEAUX.items()}
@@ -45,8 +49,8 @@ ORDERS: Mapping[str, range] = MappingProxyType(
 """Orders of the error that are computed, by integrator."""
 
 
-def rotation_step(body: FreeBody, scheme: Scheme, step: Any) -> Advance:
-    """Returns the step of a scheme of ORDERS on the rotation of a body.
+def rotation_step(body: FreeBody, scheme: Scheme, step: Any) -> SchemeStep:
+    """Returns the step of a scheme of SERIES_ORDERS on the rotation of a body.
 
     A state is w [rad/s] and then q. A state may also be w alone, unless the scheme is one of
     TABLEAUX.
@@ -54,15 +58,15 @@ def rotation_step(body: FreeBody, scheme: Scheme, step: Any) -> Advance:
     ratios = factors(body)
     integrator = scheme.integrator
 
-    def forces(time: Any, q: Parts, w: Parts) -> Parts:
+    def forces(time: Any, q: StateParts, w: StateParts) -> StateParts:
         if integrator == LINEARLY_IMPLICIT:
             return _implicit_slopes(ratios, w, step)
-        return acceleration(ratios, w)
+        return angular_acceleration(ratios, w)
 
     if integrator in TABLEAUX:  # w and q are stepped together, and |q| does not stay 1
         tableau = TABLEAUX[integrator]
 
-        def explicit_step(time: Any, state: Parts) -> Parts:
+        def explicit_step(time: Any, state: StateParts) -> StateParts:
             return tableau.advanced(lambda _, z: slope(ratios, z), state, step)
 
         return explicit_step
@@ -71,7 +75,7 @@ def rotation_step(body: FreeBody, scheme: Scheme, step: Any) -> Advance:
         # sum, although each stage belongs to axes that have turned meanwhile.
         classical_step = scheme_step(Scheme(RK4), Equations(forces, 3), step)
 
-        def added_rates_step(time: Any, state: Parts) -> Parts:
+        def added_rates_step(time: Any, state: StateParts) -> StateParts:
             after = classical_step(time, [0.0, 0.0, 0.0, *state[:3]])
             turn, rates = after[:3], after[3:]
             return [*rates, *_rotated(state[3:], turn, 1.0)]
@@ -81,37 +85,37 @@ def rotation_step(body: FreeBody, scheme: Scheme, step: Any) -> Advance:
     rotate = _rotated_along_tangent if scheme.tangent_turn else _rotated
     base_step = scheme_step(base_scheme, Equations(forces, 3, None, rotate), step)
 
-    def reordered_step(time: Any, state: Parts) -> Parts:
+    def reordered_step(time: Any, state: StateParts) -> StateParts:
         after = base_step(time, [*state[3:], *state[:3]])
         return [*after[-3:], *after[:-3]]
 
     return reordered_step
 
 
-def _implicit_slopes(ratios: Parts, w: Parts, step: Any) -> Parts:
+def _implicit_slopes(ratios: StateParts, w: StateParts, step: Any) -> StateParts:
     """Returns k of the linear system (1 - h J) k = f(w), with Euler's equations f and their
     Jacobian J."""
     rows: list[list[Any]] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]
     for i, ratio in enumerate(ratios):
         rows[i][i - 2] = -step * ratio * w[i - 1]
         rows[i][i - 1] = -step * ratio * w[i - 2]
-    return solve_linear(rows, acceleration(ratios, w))
+    return solve_linear(rows, angular_acceleration(ratios, w))
 
 
-def _rotated(q: Parts, w: Parts, step: Any) -> Parts:
+def _rotated(q: StateParts, w: StateParts, step: Any) -> StateParts:
     """Returns q exp(h w/2), for power series whose step h is of first degree in the variable."""
     if not len(q):
         return q
     half = (0.0, *[step * x / 2 for x in w])
-    total: Parts = (1.0, 0.0, 0.0, 0.0)
+    total: StateParts = (1.0, 0.0, 0.0, 0.0)
     term = total
     for k in range(1, len(half[1].terms)):
         term = [x / k for x in quaternion_product(term, half)]
-        total = moved(total, term, 1.0)
+        total = advance_parts(total, term, 1.0)
     return quaternion_product(q, total)
 
 
-def _rotated_along_tangent(q: Parts, w: Parts, step: Any) -> Parts:
+def _rotated_along_tangent(q: StateParts, w: StateParts, step: Any) -> StateParts:
     """Returns q (1 + h w/2), normalised, for power series: a turn by the angle 2 atan(|w| h/2)."""
     if not len(q):
         return q
@@ -128,18 +132,18 @@ def free_body_errors(body: FreeBody) -> ErrorSeries:
     """Returns the error theory of one body's rotation."""
 
     ratios = factors(body)
-    names = (*RATES, *ATTITUDE)
+    names = (*ANGULAR_VELOCITY_NAMES, *ATTITUDE)
 
     def step_and_orders(scheme: Scheme) -> tuple[Step, range] | None:
-        if scheme.integrator not in ORDERS or scheme.position_first:
+        if scheme.integrator not in SERIES_ORDERS or scheme.position_first:
             return None
 
-        def step(time: Any, length: Any, state: Parts) -> Parts:
+        def step(time: Any, length: Any, state: StateParts) -> StateParts:
             return rotation_step(body, scheme, length)(time, state)
 
-        return step, ORDERS[scheme.integrator]
+        return step, SERIES_ORDERS[scheme.integrator]
 
-    def rates(time: Any, state: Parts) -> Parts:
+    def rates(time: Any, state: StateParts) -> StateParts:
         return slope(ratios, state)
 
     return ErrorSeries(free_rotation(body), names, rates, step_and_orders)

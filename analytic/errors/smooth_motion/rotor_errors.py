@@ -22,19 +22,19 @@ from plumbob.analytic.errors.smooth_motion.stepped_rotor import (
 from plumbob.analytic.numerics.arithmetic import ULP
 from plumbob.analytic.numerics.power_series import constant
 from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
-from plumbob.analytic.numerics.rotor.orbit import ANGLE, rotor_motion, smooth_system
+from plumbob.analytic.numerics.rotor.orbit import ANGLE_AND_RATE, rotor_motion, rotor_system
 from plumbob.analytic.numerics.smooth.smooth_motion import SmoothMotion
-from plumbob.analytic.numerics.smooth.smooth_system import TINY, SmoothSystem
+from plumbob.analytic.numerics.smooth.smooth_system import IMAGINARY_STEP, SmoothSystem
 from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.reference import Array, Reference
-from plumbob.analytic.schemes import EULER, STEPPED, Scheme
+from plumbob.analytic.schemes import EULER, STEPPED_SCHEMES, Scheme
 from plumbob.analytic.systems.pendulums.driven_motion import DrivenMotion
 from plumbob.analytic.systems.pendulums.pendulum_motion import PendulumMotion
 from plumbob.analytic.systems.pendulums.rod_tension import RodMotion
 from plumbob.analytic.systems.simple_pendulum import SimplePendulum
-from plumbob.analytic.theory import Coefficients, SteppedErrors, apart
+from plumbob.analytic.theory import Coefficients, SteppedErrors, signal_differences
 
-SAMPLES = 65  # samples in a period, among which the largest error is sought
+ERROR_SAMPLES_PER_PERIOD = 65  # samples in a period, among which the largest error is sought
 NEGLIGIBLE = 1e-10  # relative energy change in a period, below which it is numerical noise
 
 
@@ -65,7 +65,7 @@ class RotorErrors:
     @cached_property
     def motion(self) -> SmoothMotion:
         """The exact motion with its equation."""
-        system = smooth_system(self.rotor, self.theta, self.theta_dot)
+        system = rotor_system(self.rotor, self.theta, self.theta_dot)
         return rotor_motion(self.rotor, system, self.exact)
 
     @cached_property
@@ -76,7 +76,7 @@ class RotorErrors:
         def slope(time: Any, state: Any) -> tuple[Any, Any]:
             return state[1], *equations.acceleration(time, state[:1], state[1:])
 
-        return ErrorSeries(self.motion, ANGLE, slope, self._step_and_orders)
+        return ErrorSeries(self.motion, ANGLE_AND_RATE, slope, self._step_and_orders)
 
     def _step_and_orders(self, scheme: Scheme) -> tuple[Step, range] | None:
         """Returns the step of a scheme and the orders of its error; None without a series."""
@@ -98,7 +98,9 @@ class RotorErrors:
         if self.rod is None or not coefficients:
             return coefficients
         observed = self.exact.observe(times)
-        theta, theta_dot = (constant(observed[name], max(coefficients)) for name in ANGLE)
+        theta, theta_dot = (
+            constant(observed[name], max(coefficients)) for name in ANGLE_AND_RATE
+        )
         for power, errors in coefficients.items():
             theta.terms[power] = errors["theta"]
             theta_dot.terms[power] = errors["theta_dot"]
@@ -115,29 +117,29 @@ class RotorErrors:
         The errors are empty for more than MOST_STEPS steps, for times that are no multiples of the
         step, and for an orbit that diverges.
         """
-        marks = steps_until(times, step) if scheme.integrator in STEPPED else None
+        marks = steps_until(times, step) if scheme.integrator in STEPPED_SCHEMES else None
         if marks is None:
             return SteppedErrors({})
         exact = self.exact.observe(times)
         start = (self.theta, self.theta_dot)
-        sizes = tuple(float(np.abs(exact[name]).max()) for name in ANGLE)
+        sizes = tuple(float(np.abs(exact[name]).max()) for name in ANGLE_AND_RATE)
         scheme = simplest_scheme(scheme, self.rotor)
         states = stepped_orbit(self.rotor, start, scheme, step, marks.tobytes(), sizes)
         if states is None:
             return SteppedErrors({})
-        stepped = dict(zip(ANGLE, states, strict=False))
+        stepped = dict(zip(ANGLE_AND_RATE, states, strict=False))
         if self.rod is not None:
             stepped |= self._tension(states)
         values = {name: x.real for name, x in stepped.items()}
         doubts = {}
         for name, x in stepped.items():
-            doubts[name] = np.abs(x.imag) / TINY + ULP * (1.0 + np.abs(x.real))
+            doubts[name] = np.abs(x.imag) / IMAGINARY_STEP + ULP * (1.0 + np.abs(x.real))
         if self.rod is not None:
             rod_doubts = self.rod.doubts(states[:2].real, np.zeros((2, len(times))))
             doubts["tension"] += rod_doubts["tension"]
         if not np.isfinite([*doubts.values()]).all():
             return SteppedErrors({})
-        return SteppedErrors(apart(values, exact), doubts)
+        return SteppedErrors(signal_differences(values, exact), doubts)
 
     def _tension(self, states: Any) -> Mapping[str, Any]:
         """Returns the rod's tension [N] in stepped states, shape (d, n), by name.
@@ -161,7 +163,7 @@ class RotorErrors:
         """
         if not self.rotor.conservative:
             raise ParameterError("rotor", self.rotor, "without damping and forcing")
-        times = np.linspace(0.0, period, SAMPLES)
+        times = np.linspace(0.0, period, ERROR_SAMPLES_PER_PERIOD)
         rate = self.theta_dot
         pull = self.rotor.acceleration(0.0, self.theta, rate)
         fastest = np.abs(self.exact.observe(times)["theta_dot"]).max()

@@ -15,16 +15,16 @@ from plumbob.analytic.numerics.arithmetic import ULP
 from plumbob.analytic.numerics.power_series import Series
 from plumbob.analytic.reference import Array
 from plumbob.analytic.schemes import EULER, TABLEAUX, Scheme
-from plumbob.analytic.tableau import moved
+from plumbob.analytic.tableau import advance_parts
 
-MOST_STEPS = 2_000_000  # steps in a run, which take a few seconds
+MAX_SCHEME_STEPS = 2_000_000  # steps in a run, which take a few seconds
 OFF = 1e-6  # [steps] a sample further from a whole number of steps is not on the orbit
-MOST_CORRECTIONS = 100  # iterations for an implicit half kick
+MAX_HALF_KICK_ITERATIONS = 100  # iterations for an implicit half kick
 READ_AT = MappingProxyType({"start": 0.0, "midpoint": 0.5, "mean": 0.5})
 """Fraction of a step at which a held control is read, by kind of control."""
-Marks = npt.NDArray[np.int64]
-Parts = Sequence[Any]
-Advance = Callable[[Any, Parts], Parts]
+StepNumbers = npt.NDArray[np.int64]
+StateParts = Sequence[Any]
+SchemeStep = Callable[[Any, StateParts], StateParts]
 """Function from the time [s] and state at a step's start to the state after it: q and then q'."""
 
 
@@ -32,17 +32,18 @@ Advance = Callable[[Any, Parts], Parts]
 class Equations:
     """Equations of motion q'' = f(t, q, q') for a step of a scheme."""
 
-    acceleration: Callable[[Any, Parts, Parts], Parts]  # function of a time, q and q'
+    # function of a time, q and q'
+    acceleration: Callable[[Any, StateParts, StateParts], StateParts]
     count: int  # number of rates q'
-    implicit: Callable[[Parts], tuple[Any, Any]] | None = None
+    implicit: Callable[[StateParts], tuple[Any, Any]] | None = None
     """Function from a state to the damping [1/s] and the stiffness [1/s^2] that act on the state
     after a step. Leapfrog takes all damping from here for its implicit half kick; None: leapfrog
     solves the half kick by iteration."""
-    drifted: Callable[[Parts, Parts, Any], Parts] = moved
+    drifted: Callable[[StateParts, StateParts, Any], StateParts] = advance_parts
     """Function from q, a constant q' and a step to q after the step."""
 
 
-def scheme_step(scheme: Scheme, equations: Equations, step: Any) -> Advance:
+def scheme_step(scheme: Scheme, equations: Equations, step: Any) -> SchemeStep:
     """Returns the step of a `scheme` of STEPPED on the `equations`; `step` is its size [s]."""
     count = equations.count
     drifted = equations.drifted
@@ -50,50 +51,50 @@ def scheme_step(scheme: Scheme, equations: Equations, step: Any) -> Advance:
     tableau = TABLEAUX.get(scheme.integrator)
     held_fraction = READ_AT.get(scheme.control)
 
-    def acceleration(time: Any, fraction: float, q: Parts, v: Parts) -> Parts:
+    def acceleration(time: Any, fraction: float, q: StateParts, v: StateParts) -> StateParts:
         read_at = fraction if held_fraction is None else held_fraction
         return equations.acceleration(time + step * read_at, q, v)
 
-    def explicit_step(time: Any, state: Parts) -> Parts:
+    def explicit_step(time: Any, state: StateParts) -> StateParts:
         assert tableau is not None
 
-        def slopes(fraction: float, z: Parts) -> Parts:
+        def slopes(fraction: float, z: StateParts) -> StateParts:
             v = z[-count:]
             return [*v, *acceleration(time, fraction, z[:-count], v)]
 
         return tableau.advanced(slopes, state, step)
 
-    def position_first_step(time: Any, state: Parts) -> Parts:
+    def position_first_step(time: Any, state: StateParts) -> StateParts:
         v = state[-count:]
         q = drifted(state[:-count], v, step)
-        return [*q, *moved(v, acceleration(time, 0.0, q, v), step)]
+        return [*q, *advance_parts(v, acceleration(time, 0.0, q, v), step)]
 
-    def euler_step(time: Any, state: Parts) -> Parts:
+    def euler_step(time: Any, state: StateParts) -> StateParts:
         q = state[:-count]
         v = state[-count:]
         push = acceleration(time, 0.0, q, v)
         length = step
         if implicit is not None:
             damping, spring = implicit(state)
-            push = moved(push, v, -step * spring)
+            push = advance_parts(push, v, -step * spring)
             length = step / (1.0 + step * (damping + step * spring))
-        v = moved(v, push, length)
+        v = advance_parts(v, push, length)
         return [*drifted(q, v, step), *v]
 
-    def leapfrog_step(time: Any, state: Parts) -> Parts:
+    def leapfrog_step(time: Any, state: StateParts) -> StateParts:
         # Half a kick, a drift, and half a kick by the accelerations after the drift.
         half = step / 2
         q = state[:-count]
         v = state[-count:]
-        v = moved(v, acceleration(time, 0.0, q, v), half)
+        v = advance_parts(v, acceleration(time, 0.0, q, v), half)
         q = drifted(q, v, step)
         if implicit is not None:
             damping = implicit(state)[0]
-            kicked = moved(v, acceleration(time, 1.0, q, [0.0] * count), half)
+            kicked = advance_parts(v, acceleration(time, 1.0, q, [0.0] * count), half)
             return [*q, *[x / (1.0 + half * damping) for x in kicked]]
 
-        def kick(rates: Parts) -> Parts:
-            return moved(v, acceleration(time, 1.0, q, rates), half)
+        def kick(rates: StateParts) -> StateParts:
+            return advance_parts(v, acceleration(time, 1.0, q, rates), half)
 
         return [*q, *_fixed_point(kick, v)]
 
@@ -104,7 +105,7 @@ def scheme_step(scheme: Scheme, equations: Equations, step: Any) -> Advance:
     return euler_step if scheme.integrator == EULER else leapfrog_step
 
 
-def _fixed_point(kick: Callable[[Parts], Parts], start: Parts) -> Parts:
+def _fixed_point(kick: Callable[[StateParts], StateParts], start: StateParts) -> StateParts:
     """Returns the rates r that satisfy r = `kick`(r), by a fixed-point iteration from `start`.
 
     The iteration ends when its changes no longer shrink. Each iteration makes one more term of a
@@ -114,7 +115,7 @@ def _fixed_point(kick: Callable[[Parts], Parts], start: Parts) -> Parts:
         return reduce(lambda rates, _: kick(rates), start[0].terms, start)
     before: Any = np.inf
     if isinstance(start[0], float):
-        for _ in range(MOST_CORRECTIONS):
+        for _ in range(MAX_HALF_KICK_ITERATIONS):
             rates = start
             start = kick(start)
             changes = [abs(after - rate) for after, rate in zip(start, rates, strict=True)]
@@ -125,7 +126,7 @@ def _fixed_point(kick: Callable[[Parts], Parts], start: Parts) -> Parts:
         return start
     rates_now: Any = np.array(start)
     shrinks = np.ones(rates_now.shape[1:], dtype=bool)
-    for _ in range(MOST_CORRECTIONS):
+    for _ in range(MAX_HALF_KICK_ITERATIONS):
         kicked = np.array(kick(rates_now))
         change = np.abs(kicked - rates_now).max(axis=0)
         rates_now = np.where(shrinks, kicked, rates_now)
@@ -141,7 +142,7 @@ def whole_steps(times: Array, step: float) -> npt.NDArray[Any]:
     return np.rint(np.asarray(times) / step).astype(np.int64)
 
 
-def steps_until(times: Array, step: float, most: int = MOST_STEPS) -> Marks | None:
+def steps_until(times: Array, step: float, most: int = MAX_SCHEME_STEPS) -> StepNumbers | None:
     """Returns the numbers of steps of `step` [s] up to `times` [s], shape (n,).
 
     Returns None for more than `most` steps, and for times that are no multiples of the step.
@@ -154,8 +155,8 @@ def steps_until(times: Array, step: float, most: int = MOST_STEPS) -> Marks | No
 
 
 def states_after(
-    advance: Advance, state: Parts, step: float, marks: Sequence[int]
-) -> list[Parts]:
+    advance: SchemeStep, state: StateParts, step: float, marks: Sequence[int]
+) -> list[StateParts]:
     """Returns the states after each of the increasing numbers of steps `marks` of `step` [s]."""
     states = []
     steps_taken = 0

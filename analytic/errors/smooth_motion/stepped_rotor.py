@@ -34,21 +34,21 @@ import numpy.typing as npt
 
 from plumbob.analytic.errors.smooth_motion.scheme_steps import (
     READ_AT,
-    Advance,
     Equations,
-    Parts,
+    SchemeStep,
+    StateParts,
     scheme_step,
     states_after,
 )
 from plumbob.analytic.numerics.arithmetic import ROUNDOFF, ULP
-from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor, forces
-from plumbob.analytic.numerics.smooth.smooth_system import TINY
-from plumbob.analytic.reference import KEPT, Array
-from plumbob.analytic.schemes import EULER, LEAPFROG, STEPPED, Scheme
+from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor, rotor_acceleration
+from plumbob.analytic.numerics.smooth.smooth_system import IMAGINARY_STEP
+from plumbob.analytic.reference import CACHED_RESULTS, Array
+from plumbob.analytic.schemes import EULER, LEAPFROG, STEPPED_SCHEMES, Scheme
 
 FORCE_ROUNDINGS = 8.0  # roundings of a force, whose parts an engine sums in an order of its own
 FORCES = (0, 1, 2, 4, 7)  # indices of the rotor's coefficients that are accelerations at 1 rad
-Complex = npt.NDArray[np.complex128]
+ComplexPhases = npt.NDArray[np.complex128]
 
 
 def rotor_equations(
@@ -62,7 +62,7 @@ def rotor_equations(
     if scheme.control == "mean" and rotor.forcing_frequency:
         half_turn = 0.5 * step * p.forcing_frequency
         p.forcing_amplitude = p.forcing_amplitude * library.sin(half_turn) / half_turn
-    acceleration = partial(forces(rotor, library), p)
+    acceleration = partial(rotor_acceleration(rotor, library), p)
     if scheme.integrator == LEAPFROG:  # all damping is implicit, so that the step is symmetric
         damping, stiffness = p.damping_rate, 0.0
     elif scheme.implicit_damping:
@@ -76,7 +76,7 @@ def rotor_equations(
 def has_series(scheme: Scheme) -> bool:
     """Returns whether the error of `scheme` on a rotor has a known series in the step."""
     jointed = scheme.control == "mean" or scheme.joint_closing_rate is not None
-    return scheme.integrator in STEPPED and not jointed
+    return scheme.integrator in STEPPED_SCHEMES and not jointed
 
 
 def error_orders(scheme: Scheme, rotor: DrivenRotor, terms: int) -> range:
@@ -98,7 +98,7 @@ def simplest_scheme(scheme: Scheme, rotor: DrivenRotor) -> Scheme:
 
     Methods that differ only in such variants then share their results.
     """
-    if scheme.integrator not in STEPPED:
+    if scheme.integrator not in STEPPED_SCHEMES:
         return scheme
     spring = scheme.implicit_spring and rotor.stiffness != 0.0
     damping = spring or (scheme.implicit_damping if rotor.damping_rate else 0.0)
@@ -108,7 +108,7 @@ def simplest_scheme(scheme: Scheme, rotor: DrivenRotor) -> Scheme:
     return replace(scheme, control=control, implicit_damping=damping, implicit_spring=spring)
 
 
-@lru_cache(maxsize=KEPT)  # all methods of one scene share the result
+@lru_cache(maxsize=CACHED_RESULTS)  # all methods of one scene share the result
 def stepped_orbit(
     rotor: DrivenRotor,
     start: tuple[float, float],
@@ -116,21 +116,22 @@ def stepped_orbit(
     step: float,
     marks: bytes,
     sizes: tuple[float, ...],
-) -> Complex | None:
+) -> ComplexPhases | None:
     """Returns stepped states, shape (d, n); None if they exceed the range of the sine.
 
     Steps begin at `start`, theta [rad] and theta_dot [rad/s]. `marks` are increasing numbers of
-    steps, the bytes of integers. The imaginary parts are TINY times the response of the states to
-    rounding: of each coefficient by a unit in the last place, and of one step of a motion whose
-    largest theta and theta_dot are `sizes`.
-    """
-    advance, state = _stepper(rotor, 1.0 + 1j * TINY * ULP, start, scheme, step, cmath)
+    steps, the bytes of integers. The imaginary parts are IMAGINARY_STEP times the response of the
+    states to rounding: of each coefficient by a unit in the last place, and of one step of a motion
+    whose largest theta and theta_dot are `sizes`."""
+    advance, state = _stepper(
+        rotor, 1.0 + 1j * IMAGINARY_STEP * ULP, start, scheme, step, cmath
+    )
     # The start is nudged towards rest: a stronger pull and a smaller swing both make a pendulum
     # faster, so that the effects of the two nudges add up.
     roundings = _state_rounding(rotor, scheme, step, *sizes)
     nudged = []
     for part, rounding in zip(state, roundings, strict=False):
-        nudged.append(part - 1j * TINY * math.copysign(rounding, part.real))
+        nudged.append(part - 1j * IMAGINARY_STEP * math.copysign(rounding, part.real))
     counts = np.frombuffer(marks, dtype=np.int64).tolist()
     try:
         return np.array(states_after(advance, nudged, step, counts)).T
@@ -157,8 +158,9 @@ def _state_rounding(
 
 def many_steps(
     rotor: DrivenRotor, start: tuple[float, float], scheme: Scheme, steps: Array
-) -> tuple[Advance, Parts]:
-    """Returns the step of a `scheme` of STEPPED for many sizes at once, and the initial state.
+) -> tuple[SchemeStep, StateParts]:
+    """Returns the step of a `scheme` of STEPPED_SCHEMES for many sizes at once, and the initial
+    state.
 
     `steps` [s] has the shape (n,), and so have the parts of a state after a step. The initial state
     is `start` and, with a joint, the bob's velocity, the opening's two parts and the pull.
@@ -175,7 +177,7 @@ def _stepper(
     scheme: Scheme,
     step: Any,
     library: Any,
-) -> tuple[Advance, Parts]:
+) -> tuple[SchemeStep, StateParts]:
     """Returns the step of a scheme on a rotor and the initial state.
 
     `start` is theta [rad] and theta_dot [rad/s]. The other arguments are as in `rotor_equations`.
@@ -210,7 +212,7 @@ def _stepper(
 class _Joint:
     """The step of a bob that a joint holds (module docstring)."""
 
-    acceleration: Callable[..., Parts] | None  # damping and forcing, without the weight
+    acceleration: Callable[..., StateParts] | None  # damping and forcing, without the weight
     lag: float  # [steps] time in a step at which the forcing is read
     weight: Any  # g/L [1/s^2]
     step: Any  # h [s]
@@ -233,7 +235,7 @@ class _Joint:
             components.append(cosine * along - sine * outwards)
         return components
 
-    def __call__(self, time: Any, state: Parts) -> Parts:
+    def __call__(self, time: Any, state: StateParts) -> StateParts:
         """Returns the state after a step: theta, w, the imaginary part of V, the real and imaginary
         parts of Z, and the joint's pull T/(m L)."""
         theta, w, v_along, z_out, z_along, _ = state

@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 
 from plumbob.analytic.errors.smooth_motion.scheme_steps import (
-    Advance,
     Equations,
-    Parts,
+    SchemeStep,
+    StateParts,
     scheme_step,
     states_after,
     steps_until,
@@ -19,12 +19,12 @@ from plumbob.analytic.errors.smooth_motion.scheme_steps import (
 from plumbob.analytic.numerics.smooth.certified_motion import CertifiedMotion
 from plumbob.analytic.numerics.smooth.smooth_system import SmoothSystem
 from plumbob.analytic.reference import Array, Signals
-from plumbob.analytic.schemes import EULER, STEPPED, Scheme, SoftLoop
+from plumbob.analytic.schemes import EULER, STEPPED_SCHEMES, Scheme, SoftLoop
 from plumbob.analytic.systems.servo import Servo
-from plumbob.analytic.theory import StepErrors, apart
+from plumbob.analytic.theory import StepErrors, signal_differences
 
-MOST_STEPS = 200_000  # steps in a run, which take some ten seconds
-Implicit = Callable[[Scheme, Parts], tuple[float, float]]
+MAX_SYSTEM_STEPS = 200_000  # steps in a run, which take some ten seconds
+Implicit = Callable[[Scheme, StateParts], tuple[float, float]]
 """Function from a scheme and a state to implicit damping [1/s] and stiffness [1/s^2]."""
 
 
@@ -33,16 +33,15 @@ def smooth_errors(
     soft: Callable[[SoftLoop, float], SmoothSystem] | None = None,
     implicit: Implicit | None = None,
 ) -> StepErrors:
-    """Returns the errors of the schemes of STEPPED on `motion`.
+    """Returns the errors of the schemes of STEPPED_SCHEMES on `motion`.
 
     `soft` gives the equations of a softly closed loop at a step [s]. `implicit` gives the damping
     and stiffness of one coordinate that act on the state after a step. The errors are empty for
-    other schemes, for other implicit damping or springs, for more than MOST_STEPS steps, for times
-    that are no multiples of the step, and if the steps diverge.
-    """
+    other schemes, for other implicit damping or springs, for more than MAX_SYSTEM_STEPS steps, for
+    times that are no multiples of the step, and if the steps diverge."""
 
     def error(scheme: Scheme, step: float, times: Array) -> Signals:
-        marks = steps_until(times, step, MOST_STEPS)
+        marks = steps_until(times, step, MAX_SYSTEM_STEPS)
         system = motion.system
         if scheme.loop is not None and soft is not None:
             system = soft(scheme.loop, step)
@@ -57,14 +56,14 @@ def smooth_errors(
             return {}
         if not np.isfinite(states).all():
             return {}
-        return apart(system.observed(states.T), motion.observe(times))
+        return signal_differences(system.observed(states.T), motion.observe(times))
 
     return StepErrors(error)
 
 
 def system_step(
     scheme: Scheme, system: SmoothSystem, step: Any, implicit: Implicit | None = None
-) -> Advance | None:
+) -> SchemeStep | None:
     """Returns the step of `scheme` on `system`; `step` is a size [s] or an array of sizes.
 
     Returns None for schemes that are not stepped here, and if the scheme treats a part of the
@@ -77,10 +76,10 @@ def system_step(
     damped = scheme.implicit_damping > 0.0 and system.damped
     jointed = scheme.joint_closing_rate is not None or scheme.control == "mean"
     unknown = implicit_at_end is None and (scheme.implicit_spring or damped)
-    if scheme.integrator not in STEPPED or jointed or unknown:
+    if scheme.integrator not in STEPPED_SCHEMES or jointed or unknown:
         return None
 
-    def acceleration(time: Any, q: Parts, v: Parts) -> Parts:
+    def acceleration(time: Any, q: StateParts, v: StateParts) -> StateParts:
         return system.acceleration(time, q, v, values)
 
     equations = Equations(acceleration, len(system.rates), implicit_at_end)

@@ -7,15 +7,15 @@ from __future__ import annotations
 
 import numpy as np
 
-from plumbob.analytic.errors.stability.largest_step import LEAST_STEPS, Complex
+from plumbob.analytic.errors.stability.largest_step import STABLE_STEPS, EigenvalueRates
 from plumbob.analytic.stability import LOST_GROWTH
 from plumbob.analytic.tableau import Tableau
 
 FARTHEST = 20.0  # largest |h lambda| at which stability is tested
-GRID = 4000  # values of |h lambda| that are tested
+TESTED_PRODUCTS = 4000  # values of |h lambda| that are tested
 
 
-def stability_function(tableau: Tableau, z: Complex) -> Complex:
+def stability_function(tableau: Tableau, z: EigenvalueRates) -> EigenvalueRates:
     """Returns R(z) = 1 + z b^T (I - zA)^-1 1 of a Runge-Kutta method (eq. 13.1).
 
     R(z) is the state after one step on x' = lambda x from x = 1, with z = h lambda of any shape.
@@ -28,16 +28,16 @@ def stability_interval(tableau: Tableau, direction: complex) -> float:
     """Returns the largest |z| along a `direction` of the complex plane up to which a step is
     stable.
 
-    A step is stable if LEAST_STEPS of it grow by no more than LOST_GROWTH, so that |R(z)| is about
+    A step is stable if STABLE_STEPS of it grow by no more than LOST_GROWTH, so that |R(z)| is about
     1 or less. The direction is -1 for a mode that decays, i for a mode that oscillates."""
-    distances = np.linspace(0.0, FARTHEST, GRID + 1)[1:]
+    distances = np.linspace(0.0, FARTHEST, TESTED_PRODUCTS + 1)[1:]
     points = np.asarray(distances * (direction / abs(direction)), dtype=np.complex128)
     growth = np.abs(stability_function(tableau, points))
-    unstable = np.flatnonzero(growth > LOST_GROWTH ** (1.0 / LEAST_STEPS))
+    unstable = np.flatnonzero(growth > LOST_GROWTH ** (1.0 / STABLE_STEPS))
     return float(distances[unstable[0]]) if unstable.size else FARTHEST
 
 
-def stiffness_cost(tableau: Tableau | None, rates: Complex) -> float:
+def stiffness_cost(tableau: Tableau | None, rates: EigenvalueRates) -> float:
     """Returns the steps per second [1/s] that stability alone requires of a solver (eq. 13.6).
 
     `rates` are the eigenvalues [1/s] of the modes. Modes that grow in the exact motion are left

@@ -13,9 +13,9 @@ from plumbob.analytic.numerics.smooth.smooth_motion import SmoothMotion
 from plumbob.analytic.reference import Array
 
 EXPONENTIAL = 3.0  # e-folds in the second half of a motion that make its growth exponential
-LOST = 1e6  # growth at which a nudge of 1e-6 is as large as the motion
-PARTS = 40  # samples in a fastest period
-PERIODS = 30  # fastest periods for which an aperiodic motion is followed
+GROWTH_TO_MOTION_SIZE = 1e6  # growth at which a nudge of 1e-6 is as large as the motion
+FLOW_SAMPLES_PER_PERIOD = 40  # samples in a fastest period
+APERIODIC_PERIODS = 30  # fastest periods for which an aperiodic motion is followed
 
 
 @dataclass(frozen=True)
@@ -49,7 +49,7 @@ def eigenvalues(motion: SmoothMotion, states: Array, parts: int) -> npt.NDArray[
     return np.linalg.eigvals(np.moveaxis(matrices, -1, 0)).astype(np.complex128)
 
 
-def fastest_rate(rates: npt.NDArray[np.complex128], orbit: Array) -> float:
+def fastest_flow_rate(rates: npt.NDArray[np.complex128], orbit: Array) -> float:
     """Returns the fastest rate [rad/s] of a motion; 1 if nothing moves.
 
     The rate is the largest eigenvalue among `rates` [1/s], or the largest speed of an angle that
@@ -75,7 +75,9 @@ def growth_along(
     linear in n (eq. 13.5). If the motion does not repeat, the growth of its second half is
     extrapolated.
     """
-    times = np.linspace(0.0, until, 1 + math.ceil(PARTS * until * rate / math.tau))
+    times = np.linspace(
+        0.0, until, 1 + math.ceil(FLOW_SAMPLES_PER_PERIOD * until * rate / math.tau)
+    )
     size = len(scales)
     tangents = motion.tangents(times)[:, :size, :size] * scales / scales[:, None]
     norms = np.linalg.norm(tangents, ord=2, axis=(1, 2))

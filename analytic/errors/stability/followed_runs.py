@@ -16,10 +16,12 @@ from plumbob.analytic.reference import Array
 from plumbob.analytic.stability import LEVELS, Growth, LongRun
 from plumbob.analytic.theory import Coefficients
 
-FIRST, LONGEST = 30, 300  # fastest periods in the first evaluation, and in the longest
-MORE = 2.0  # factor from one evaluation's duration to the next
-KNOWN = 23.0  # e-folds: an uncertainty of 1e-10 has grown to the size of the orbit
-SAMPLES = 48  # samples in a fastest period
+# fastest periods in the first evaluation, and in the longest
+FIRST_PERIODS, LONGEST_PERIODS = 30, 300
+EVALUATION_FACTOR = 2.0  # factor from one evaluation's duration to the next
+# e-folds: an uncertainty of 1e-10 has grown to the size of the orbit
+LARGEST_GROWTH_EXPONENT = 23.0
+ORBIT_SAMPLES_PER_PERIOD = 48  # samples in a fastest period
 BEGUN = 8.0  # the envelope is fitted from this part of the run on: one eighth
 # An error dies away if its last quarter stays below the fraction DIES of its largest value. It is
 # constant if its first half reaches more than the fraction STAYS of its largest value. Both are
@@ -42,14 +44,16 @@ def long_run_by_series(
     `lasts` is the time [s] after which a damped motion is at rest. `exponent` [1/s] is the rate at
     which neighbours of a chaotic motion separate; 0 for other motions.
     """
-    longest = min(lasts, LONGEST * fastest)
+    longest = min(lasts, LONGEST_PERIODS * fastest)
     largest_needed = LEVELS[1] if math.isinf(lasts) else math.inf
     if exponent:
-        longest = min(longest, KNOWN / exponent)
+        longest = min(longest, LARGEST_GROWTH_EXPONENT / exponent)
         largest_needed = LEVELS[-1]
-    until = min(FIRST * fastest, longest)
+    until = min(FIRST_PERIODS * fastest, longest)
     while True:
-        times = np.linspace(0.0, until, math.ceil(SAMPLES * until / fastest) + 1)
+        times = np.linspace(
+            0.0, until, math.ceil(ORBIT_SAMPLES_PER_PERIOD * until / fastest) + 1
+        )
         terms = series(times)
         if not terms:
             return None
@@ -59,7 +63,7 @@ def long_run_by_series(
             relative_error = np.maximum(relative_error, np.abs(error) / scale)
         if relative_error.max() > largest_needed or until >= longest:
             return _extrapolated_run(times, relative_error, exponent)
-        until = min(MORE * until, longest)
+        until = min(EVALUATION_FACTOR * until, longest)
 
 
 def _extrapolated_run(times: Array, relative_error: Array, exponent: float) -> LongRun:

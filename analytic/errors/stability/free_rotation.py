@@ -15,25 +15,25 @@ from typing import Any
 import numpy as np
 
 from plumbob.analytic.errors.smooth_motion.free_body_errors import (
-    ORDERS,
+    SERIES_ORDERS,
     free_body_errors,
     rotation_step,
 )
-from plumbob.analytic.errors.smooth_motion.scheme_steps import Advance, Parts
+from plumbob.analytic.errors.smooth_motion.scheme_steps import SchemeStep, StateParts
 from plumbob.analytic.errors.stability.flow_growth import (
-    PERIODS,
+    APERIODIC_PERIODS,
     FlowGrowth,
     eigenvalues,
     growth_along,
 )
 from plumbob.analytic.errors.stability.followed_runs import long_run_by_series
 from plumbob.analytic.errors.stability.largest_step import (
-    Marks,
+    StableMarks,
     jacobians,
     largest_step,
 )
 from plumbob.analytic.errors.stability.stepped_growth import (
-    SHORT,
+    FIRST_PASS_RUN_STEPS,
     SteppedMotion,
     limits_by_steps,
     limits_near,
@@ -51,12 +51,13 @@ from plumbob.analytic.schemes import (
 from plumbob.analytic.stability import BAND, NO_STEP, LongRun, StabilityTheory, StepLimit
 from plumbob.analytic.systems.free_body.equations import free_rotation
 from plumbob.analytic.systems.free_body.problem import FreeBody
-from plumbob.analytic.systems.free_body.rotation import RATES
+from plumbob.analytic.systems.free_body.rotation import ANGULAR_VELOCITY_NAMES
 
-SAMPLES = 257  # samples along the exact motion
+ROTATION_SAMPLES = 257  # samples along the exact motion
 ANY = 1e300  # allowed growth beyond which only a diverged run grows
-DIVERGED = 10.0  # multiple of the largest possible angular velocity: the run has diverged
-REST = (1.0, 0.0, 0.0, 0.0)  # attitude at time 0
+# multiple of the largest possible angular velocity: the run has diverged
+DIVERGED_VELOCITY_FACTOR = 10.0
+START_ATTITUDE = (1.0, 0.0, 0.0, 0.0)  # attitude at time 0
 
 
 @dataclass(frozen=True)
@@ -73,9 +74,9 @@ class FreeRotationStability:
     @cached_property
     def _states(self) -> Array:
         """Angular velocities [rad/s] and attitudes along the motion, shape (7, n)."""
-        longest = PERIODS * math.tau / (self.body.speed or 1.0)
+        longest = APERIODIC_PERIODS * math.tau / (self.body.speed or 1.0)
         return self.motion.state(
-            np.linspace(0.0, min(2.0 * self.body.half_period, longest), SAMPLES)
+            np.linspace(0.0, min(2.0 * self.body.half_period, longest), ROTATION_SAMPLES)
         )
 
     @cached_property
@@ -93,7 +94,7 @@ class FreeRotationStability:
         """Growth of a nudge of the angular velocity, see `StabilityTheory`."""
         period = 2.0 * self.body.half_period
         repeats = math.isfinite(period)
-        until = period if repeats else PERIODS * math.tau / self.rate
+        until = period if repeats else APERIODIC_PERIODS * math.tau / self.rate
         return growth_along(self.motion, np.ones(3), until, self.rate, repeats)
 
     def attitude_growth(self, duration: Any) -> Any:
@@ -113,7 +114,7 @@ class FreeRotationStability:
         """
         if self.body.kind in ("steady", "separatrix"):
             return self.body.kind
-        rates = np.stack([observed[name] for name in RATES])
+        rates = np.stack([observed[name] for name in ANGULAR_VELOCITY_NAMES])
         if not np.isfinite(rates).all():
             return "lost"
         low, middle, high = np.argsort(self.body.inertia)
@@ -134,7 +135,7 @@ class FreeRotationStability:
         """See `StabilityTheory`."""
         if scheme.integrator in (ADAPTIVE, CLOSED_FORM):
             return (NO_STEP,)
-        if scheme.integrator not in ORDERS or scheme.position_first:
+        if scheme.integrator not in SERIES_ORDERS or scheme.position_first:
             return ()
         if scheme.integrator == LEAPFROG:
             return self._by_iteration()
@@ -143,7 +144,9 @@ class FreeRotationStability:
 
     def energy(self, observed: Signals) -> Array:
         """Returns the energy over the exact motion's energy, see `StabilityTheory`."""
-        return self.body.invariants(observed).get("energy", np.zeros_like(observed[RATES[0]]))
+        return self.body.invariants(observed).get(
+            "energy", np.zeros_like(observed[ANGULAR_VELOCITY_NAMES[0]])
+        )
 
     def long_run(
         self, scheme: Scheme, step: float, scales: Mapping[str, float]
@@ -169,7 +172,7 @@ class FreeRotationStability:
             diverged_only = replace(
                 self._stepped_motion(LEAPFROG), growth=lambda times: np.full_like(times, ANY)
             )
-            largest = min(largest, limits_near(diverged_only, largest, SHORT)[0])
+            largest = min(largest, limits_near(diverged_only, largest, FIRST_PASS_RUN_STEPS)[0])
         why = "the implicit half step's fixed-point iteration no longer contracts at"
         return (step_limit("unstable", largest, why, self.rate),)
 
@@ -193,33 +196,32 @@ class FreeRotationStability:
 
         The state includes the attitude only if the scheme steps its four numbers.
         """
-        attitude = REST if integrator in TABLEAUX else ()
+        attitude = START_ATTITUDE if integrator in TABLEAUX else ()
         start = [*self.body.angular_velocity, *attitude]
 
-        def begin(steps: Array) -> tuple[Advance, Parts]:
+        def begin(steps: Array) -> tuple[SchemeStep, StateParts]:
             complex_steps = steps.astype(complex)  # spares a conversion in each operation
             return rotation_step(self.body, Scheme(integrator), complex_steps), start
 
         return SteppedMotion(
             begin=begin,
-            names=RATES,
+            names=ANGULAR_VELOCITY_NAMES,
             scales=(1.0, 1.0, 1.0),
             fastest=math.tau / self.rate,
             growth=self.growth,
             kind_of=self.kind_of,
-            kind=self.kind_of(dict(zip(RATES, self._states, strict=False))),
+            kind=self.kind_of(dict(zip(ANGULAR_VELOCITY_NAMES, self._states, strict=False))),
             window=0.0,
             lost=self._has_diverged,
         )
 
-    def _has_diverged(self, state: Parts) -> Marks:
+    def _has_diverged(self, state: StateParts) -> StableMarks:
         """Returns which runs have diverged, shape (n,).
 
-        A run has diverged if the body turns DIVERGED times faster than its energy allows, or if the
-        four numbers of its attitude lengthen a vector by more than BAND.
-        """
+        A run has diverged if the body turns DIVERGED_VELOCITY_FACTOR times faster than its energy
+        allows, or if the four numbers of its attitude lengthen a vector by more than BAND."""
         angular_velocity = np.linalg.norm(np.real(state[:3]), axis=0)
-        diverged = angular_velocity > DIVERGED * self.body.fastest
+        diverged = angular_velocity > DIVERGED_VELOCITY_FACTOR * self.body.fastest
         if len(state) > 3:
             diverged |= np.linalg.norm(state[3:], axis=0) ** 2 > BAND
         return np.asarray(diverged)

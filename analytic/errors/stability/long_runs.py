@@ -15,19 +15,19 @@ from dataclasses import dataclass
 import numpy as np
 
 from plumbob.analytic.errors.smooth_motion.rotor_errors import RotorErrors
-from plumbob.analytic.numerics.rotor.orbit import ANGLE
+from plumbob.analytic.numerics.rotor.orbit import ANGLE_AND_RATE
 from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.reference import Array, Reference, Signals
 from plumbob.analytic.schemes import Scheme
 from plumbob.analytic.stability import LEVELS, Growth, LongRun
 
-PERIODS = 5  # periods over which the time ahead is fitted
-SAMPLES = 128  # samples in a period
+FITTED_PERIODS = 5  # periods over which the time ahead is fitted
+TIME_SAMPLES_PER_PERIOD = 128  # samples in a period
 # From the third term on, the series contains products of errors, and the time ahead is not linear
 # in products.
-TERMS = 2
+LINEAR_TERMS = 2
 # A part of the time ahead that is smaller, relative to the error along the motion, is rounding.
-NOTHING = 1e-9
+NEGLIGIBLE_TIME_AHEAD = 1e-9
 
 
 @dataclass(frozen=True)
@@ -47,14 +47,18 @@ class PeriodicMotion:
             raise ParameterError(
                 "period", self.period, "finite, of an undamped unforced motion"
             )
-        times = np.arange(PERIODS * SAMPLES, dtype=np.float64) * self.period / SAMPLES
+        times = (
+            np.arange(FITTED_PERIODS * TIME_SAMPLES_PER_PERIOD, dtype=np.float64)
+            * self.period
+            / TIME_SAMPLES_PER_PERIOD
+        )
         error = self._error(scheme, step, times)
         if not error:
             return None
         observed = self.errors.exact.observe(times)
         time_ahead = self._time_ahead(times, error, observed)
         drifting = np.polyval(time_ahead, times) * times * observed["theta_dot"]
-        repeating = (error["theta"] - drifting)[:SAMPLES] / scale
+        repeating = (error["theta"] - drifting)[:TIME_SAMPLES_PER_PERIOD] / scale
         sign = math.copysign(1.0, time_ahead[0] or time_ahead[1])
         shifts = self._time_shifts(observed["theta"] / scale, repeating, sign)
         level_times = {level: _time_of_shift(time_ahead, x) for level, x in shifts.items()}
@@ -63,13 +67,13 @@ class PeriodicMotion:
         return LongRun(growth, rate, self._energy_rate(scheme, step), level_times)
 
     def _error(self, scheme: Scheme, step: float, times: Array) -> Signals:
-        """Returns the error of theta and theta_dot at `times` [s] by the first TERMS of the series;
-        empty if the scheme has no series."""
-        series = [*self.errors.series(scheme, times).items()][:TERMS]
+        """Returns the error of theta and theta_dot at `times` [s] by the first LINEAR_TERMS of the
+        series; empty if the scheme has no series."""
+        series = [*self.errors.series(scheme, times).items()][:LINEAR_TERMS]
         if not series:
             return {}
         error = {}
-        for name in ANGLE:
+        for name in ANGLE_AND_RATE:
             error[name] = np.asarray(sum(step**power * terms[name] for power, terms in series))
         return error
 
@@ -90,11 +94,13 @@ class PeriodicMotion:
         acceleration = self.errors.rotor.acceleration(0.0, observed["theta"], rate)
         frequency = math.tau / self.period
         along = error["theta"] * rate + error["theta_dot"] * acceleration / frequency**2
-        means = along.reshape(PERIODS, -1).mean(axis=1)
-        squared_speed = float((rate**2 + (acceleration / frequency) ** 2)[:SAMPLES].mean())
-        middles = times.reshape(PERIODS, -1).mean(axis=1)
+        means = along.reshape(FITTED_PERIODS, -1).mean(axis=1)
+        squared_speed = float(
+            (rate**2 + (acceleration / frequency) ** 2)[:TIME_SAMPLES_PER_PERIOD].mean()
+        )
+        middles = times.reshape(FITTED_PERIODS, -1).mean(axis=1)
         coefficients = np.polyfit(middles, means / squared_speed, 2)[:2]
-        noise = NOTHING * np.abs(along).max() / squared_speed
+        noise = NEGLIGIBLE_TIME_AHEAD * np.abs(along).max() / squared_speed
         ahead_after_period = coefficients * self.period ** np.array([2.0, 1.0])
         return np.where(np.abs(ahead_after_period) > noise, coefficients, 0.0)
 
@@ -107,10 +113,11 @@ class PeriodicMotion:
         their scale. `sign` is the sign of the time ahead. If no shift up to half a period reaches a
         level, the time ahead is infinite.
         """
-        mean_rate = (theta[SAMPLES] - theta[0]) / self.period  # not zero for a rotation
+        # not zero for a rotation
+        mean_rate = (theta[TIME_SAMPLES_PER_PERIOD] - theta[0]) / self.period
         shifts = sign * self.period * np.geomspace(1e-7, 0.5, 2000)
-        times = np.arange(SAMPLES) * self.period / SAMPLES
-        wave = theta[:SAMPLES] - mean_rate * times
+        times = np.arange(TIME_SAMPLES_PER_PERIOD) * self.period / TIME_SAMPLES_PER_PERIOD
+        wave = theta[:TIME_SAMPLES_PER_PERIOD] - mean_rate * times
         shift_rows = shifts[:, None]
         shifted_wave = np.interp(times + shift_rows, times, wave, period=self.period)
         change = shifted_wave + mean_rate * shift_rows - wave
@@ -125,7 +132,7 @@ class PeriodicMotion:
 def kinetic_energy(exact: Reference, until: float) -> float:
     """Returns the largest kinetic energy per moment of inertia [rad^2/s^2] of an `exact` motion up
     to the time `until` [s]; 1 if the motion is at rest."""
-    rates = exact.observe(np.linspace(0.0, until, SAMPLES))["theta_dot"]
+    rates = exact.observe(np.linspace(0.0, until, TIME_SAMPLES_PER_PERIOD))["theta_dot"]
     return 0.5 * float(np.abs(rates).max()) ** 2 or 1.0
 
 

@@ -7,7 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
-from plumbob.analytic.errors.stability.largest_step import QUIET
+from plumbob.analytic.errors.stability.largest_step import RESTING_SWING_FRACTION
 from plumbob.analytic.numerics.elliptic.trigonometric_potential import (
     TrigonometricPotential,
     crests,
@@ -19,9 +19,9 @@ from plumbob.analytic.reference import Array, Signals
 # A swing that is 10 times faster than the exact motion is irregular: chosen. Semi-implicit Euler
 # swings faster by 1/sqrt(1 - (h omega)^2/4), which is 10 at h omega = 1.99. Its limit of h omega =
 # 2 is therefore found to 1 %.
-FASTER = 10.0
+IRREGULAR_SWING_RATIO = 10.0
 CALM = 0.5  # fraction of its largest speed below which a damped motion has settled
-TURN = 2.0 * np.pi  # [rad]
+WHOLE_TURN = 2.0 * np.pi  # [rad]
 # Kinds whose change is a failure, by their first words.
 JUDGED = ("libration", "rotation", "at rest", "settles")
 
@@ -41,12 +41,12 @@ class PendulumKinds:
         if self.rotor.linear:
             return np.zeros(0)
         potential = TrigonometricPotential(self.rotor.sin2, self.rotor.cos, self.rotor.sin)
-        return np.sort(double(crests(potential)) % TURN)
+        return np.sort(double(crests(potential)) % WHOLE_TURN)
 
     def wells(self, theta: Array) -> Array:
         """Returns the number of the well in which each angle [rad] lies; each full turn adds the
         number of wells."""
-        turns, within = np.divmod(theta, TURN)
+        turns, within = np.divmod(theta, WHOLE_TURN)
         return turns * len(self.crests) + np.searchsorted(self.crests, within)
 
     def __call__(self, observed: Signals) -> str:
@@ -70,11 +70,11 @@ class PendulumKinds:
             if len(last_wells) == 1 and last_speed <= CALM * self.speed:
                 return f"settles in well {last_wells[0]:.0f}"
             return "irregular"
-        if last_speed <= QUIET * self.speed:
+        if last_speed <= RESTING_SWING_FRACTION * self.speed:
             return "at rest"
         if len(wells) > 1 and ((rate > 0.0).all() or (rate < 0.0).all()):
             return "rotation"
-        too_fast = np.abs(rate).max() > FASTER * self.speed
+        too_fast = np.abs(rate).max() > IRREGULAR_SWING_RATIO * self.speed
         too_many_wells = len(wells) > max(1, len(self.crests))
         if too_fast or too_many_wells or len(last_wells) < len(wells):
             return "irregular"

@@ -12,15 +12,15 @@ import numpy as np
 from plumbob.analytic.errors.smooth_motion.rotor_errors import RotorErrors
 from plumbob.analytic.errors.smooth_motion.stepped_rotor import many_steps, simplest_scheme
 from plumbob.analytic.errors.stability.flow_growth import (
-    PERIODS,
+    APERIODIC_PERIODS,
     FlowGrowth,
     eigenvalues,
-    fastest_rate,
+    fastest_flow_rate,
     growth_along,
 )
 from plumbob.analytic.errors.stability.followed_runs import long_run_by_series
 from plumbob.analytic.errors.stability.largest_step import (
-    Complex,
+    EigenvalueRates,
     jacobians,
     largest_lasting_step,
     largest_step,
@@ -33,16 +33,17 @@ from plumbob.analytic.errors.stability.stepped_growth import (
     step_limit,
 )
 from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
-from plumbob.analytic.numerics.rotor.orbit import ANGLE
-from plumbob.analytic.numerics.smooth.smooth_system import TINY
+from plumbob.analytic.numerics.rotor.orbit import ANGLE_AND_RATE
+from plumbob.analytic.numerics.smooth.smooth_system import IMAGINARY_STEP
 from plumbob.analytic.reference import Array, Reference, Signals
-from plumbob.analytic.schemes import ADAPTIVE, CLOSED_FORM, STEPPED, Scheme
+from plumbob.analytic.schemes import ADAPTIVE, CLOSED_FORM, STEPPED_SCHEMES, Scheme
 from plumbob.analytic.stability import LEVELS, NO_STEP, LongRun, StabilityTheory, StepLimit
 
 # Largest relative change of the potential's curvature along a motion that counts as small.
-STRAIGHT = 1e-3
-SAMPLES = 512  # samples of the orbit
-RESTS = 10.0  # time constants after which a damped motion is at rest, or a forced one repeats
+SMALL_CURVATURE_CHANGE = 1e-3
+ORBIT_SAMPLES = 512  # samples of the orbit
+# time constants after which a damped motion is at rest, or a forced one repeats
+SETTLING_TIME_CONSTANTS = 10.0
 # If a nudge grows more than this in a period, the motion passes close to a saddle. The time ahead
 # of (13.7) is linear in the error and does not describe such a motion.
 PASSES = 30.0
@@ -68,18 +69,19 @@ class PendulumStability:
 
     @cached_property
     def _span(self) -> float:
-        """Time span [s] that is sampled: one period, or PERIODS of the fastest mode."""
+        """Time span [s] that is sampled: one period, or APERIODIC_PERIODS of the fastest mode."""
         if math.isfinite(self.period):
             return self.period
-        return PERIODS * math.tau / (self.rotor.rate() or 1.0)
+        return APERIODIC_PERIODS * math.tau / (self.rotor.rate() or 1.0)
 
     @cached_property
     def _orbit(self) -> Array:
-        """Samples of theta [rad] and theta_dot [rad/s] along the time span, shape (2, SAMPLES)."""
-        return self.errors.motion.state(np.linspace(0.0, self._span, SAMPLES))
+        """Samples of theta [rad] and theta_dot [rad/s] along the time span, shape (2,
+        ORBIT_SAMPLES)."""
+        return self.errors.motion.state(np.linspace(0.0, self._span, ORBIT_SAMPLES))
 
     @cached_property
-    def _rates(self) -> Complex:
+    def _rates(self) -> EigenvalueRates:
         """Eigenvalues of the linearised motion along the orbit [1/s], shape (n, 2)."""
         return eigenvalues(self.errors.motion, self._orbit, 2)
 
@@ -87,7 +89,7 @@ class PendulumStability:
     def rate(self) -> float:
         """The fastest angular frequency or rate [rad/s] of the linearised motion."""
         # A linear rotor's angle has no period of 2 pi: its turns set no rate.
-        return fastest_rate(self._rates, self._orbit * (not self.rotor.linear))
+        return fastest_flow_rate(self._rates, self._orbit * (not self.rotor.linear))
 
     @cached_property
     def equilibrium(self) -> bool:
@@ -98,7 +100,9 @@ class PendulumStability:
         """
         theta = self._orbit[0]
         curvature = self.rotor.slope(theta)
-        constant_curvature = np.ptp(curvature) <= STRAIGHT * np.abs(curvature).max()
+        constant_curvature = (
+            np.ptp(curvature) <= SMALL_CURVATURE_CHANGE * np.abs(curvature).max()
+        )
         bounded = math.isfinite(self.period) or self.rotor.damping_rate or not np.ptp(theta)
         stays_close = bounded and constant_curvature and self.rotor.autonomous
         return bool(self.rotor.linear or stays_close)
@@ -119,7 +123,9 @@ class PendulumStability:
     def kind(self) -> str:
         """The exact motion's kind."""
         count = 20.0 if math.isfinite(self.period) else 1.0
-        return self.kinds(self.exact.observe(np.linspace(0.0, count * self._span, SAMPLES)))
+        return self.kinds(
+            self.exact.observe(np.linspace(0.0, count * self._span, ORBIT_SAMPLES))
+        )
 
     def kind_of(self, observed: Signals) -> str:
         """Returns the kind of motion, see `StabilityTheory`; if the exact motion's kind is not
@@ -131,7 +137,7 @@ class PendulumStability:
         if scheme.integrator in (ADAPTIVE, CLOSED_FORM):
             return (NO_STEP,)
         jointed = scheme.joint_closing_rate is not None
-        if scheme.integrator not in STEPPED or (jointed and not self.rotor.sin):
+        if scheme.integrator not in STEPPED_SCHEMES or (jointed and not self.rotor.sin):
             return ()
         return self._cached_limits(simplest_scheme(scheme, self.rotor))
 
@@ -148,10 +154,12 @@ class PendulumStability:
 
     @cached_property
     def lasts(self) -> float:
-        """Time [s] until a damped motion is at rest: RESTS time constants of the mode with the
-        least damping, see `StabilityTheory`."""
+        """Time [s] until a damped motion is at rest: SETTLING_TIME_CONSTANTS time constants of the
+        mode with the least damping, see `StabilityTheory`."""
         if self.rotor.damping_rate and not self.growth.exponent:
-            return RESTS / max(float(np.abs(self._rates.real).min()), TINY)
+            return SETTLING_TIME_CONSTANTS / max(
+                float(np.abs(self._rates.real).min()), IMAGINARY_STEP
+            )
         return math.inf
 
     def energy(self, observed: Signals) -> Array:
@@ -207,7 +215,7 @@ class PendulumStability:
             )  # the speed of a jointed bob is a further part of the state
         motion = SteppedMotion(
             begin=partial(many_steps, self.rotor, self.start, scheme),
-            names=ANGLE,
+            names=ANGLE_AND_RATE,
             scales=scales,
             fastest=math.tau / self.rate,
             growth=self.growth,

@@ -13,40 +13,41 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from plumbob.analytic.errors.smooth_motion.scheme_steps import Advance, Parts
-from plumbob.analytic.errors.stability.flow_growth import LOST
+from plumbob.analytic.errors.smooth_motion.scheme_steps import SchemeStep, StateParts
+from plumbob.analytic.errors.stability.flow_growth import GROWTH_TO_MOTION_SIZE
 from plumbob.analytic.errors.stability.largest_step import (
     LEAST_PERIODS,
-    Marks,
+    StableMarks,
     run_length,
 )
-from plumbob.analytic.numerics.smooth.smooth_system import TINY
+from plumbob.analytic.numerics.smooth.smooth_system import IMAGINARY_STEP
 from plumbob.analytic.reference import Array, Signals
 from plumbob.analytic.stability import (
-    AWAY,
-    EVERY,
+    LARGEST_STEP_AWAY,
     LOST_GROWTH,
-    RATIO,
-    Kind,
+    TRIAL_STEP_RATIO,
+    TRIAL_STRIDE,
+    FailureKind,
     StepLimit,
     exponent,
 )
 
-SAMPLES = 256  # samples of nudge and kind along a run
+NUDGE_SAMPLES = 256  # samples of nudge and kind along a run
 GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)  # golden ratio
 COARSE = 48  # step sizes of the first pass
-SHORT = 1000  # steps of a run in the first pass
-# The second pass tests steps down to a factor RATIO**140 = 4 below the first failure.
-BELOW = 140
-RANGE = (0.02 / math.tau, AWAY)  # [fastest periods] smallest and largest step of the first pass
-Counts = npt.NDArray[np.int64]
+FIRST_PASS_RUN_STEPS = 1000  # steps of a run in the first pass
+# The second pass tests steps down to a factor TRIAL_STEP_RATIO**140 = 4 below the first failure.
+STEPS_BELOW_FAILURE = 140
+# [fastest periods] smallest and largest step of the first pass
+FIRST_PASS_STEPS = (0.02 / math.tau, LARGEST_STEP_AWAY)
+StepCounts = npt.NDArray[np.int64]
 
 
 @dataclass(frozen=True)
 class SteppedMotion:
     """A scheme's steps on one exact motion, and the properties of the exact motion."""
 
-    begin: Callable[[Array], tuple[Advance, Parts]]
+    begin: Callable[[Array], tuple[SchemeStep, StateParts]]
     """Function from step sizes [s], shape (n,), to the scheme's step and its initial state. A state
     has parts of shape (n,)."""
     names: Sequence[str]  # observables: names of a state's first parts
@@ -56,34 +57,38 @@ class SteppedMotion:
     kind_of: Callable[[Signals], str]  # kind of a sampled motion, see `StabilityTheory`
     kind: str  # kind of the exact motion
     window: float  # [s] shortest run that shows the kind of motion
-    lost: Callable[[Parts], Marks] = lambda state: np.zeros(len(state[0]), dtype=bool)
+    lost: Callable[[StateParts], StableMarks] = lambda state: np.zeros(
+        len(state[0]), dtype=bool
+    )
     """Function from a state to which runs have diverged, shape (n,)."""
 
-    def nudged(self, steps: Array) -> tuple[Advance, Parts]:
+    def nudged(self, steps: Array) -> tuple[SchemeStep, StateParts]:
         """Returns the scheme's step and the nudged initial state, for `steps` [s], shape (n,).
 
-        The nudge is in the imaginary parts: TINY times the scales.
+        The nudge is in the imaginary parts: IMAGINARY_STEP times the scales.
         """
         advance, start = self.begin(steps)
         nudges = [*self.scales, *np.zeros(len(start) - len(self.scales))]
         state = []
         for part, nudge in zip(start, nudges, strict=True):
-            state.append(np.zeros(len(steps)) + part + 1j * TINY * nudge)
+            state.append(np.zeros(len(steps)) + part + 1j * IMAGINARY_STEP * nudge)
         return advance, state
 
-    def size(self, state: Parts) -> Array:
+    def size(self, state: StateParts) -> Array:
         """Returns the size of the nudge in a state over its size at the start, shape (n,); infinite
         for diverged runs."""
         parts = zip(self.names, state, self.scales, strict=False)
-        square = sum((part.imag / TINY / scale) ** 2 for _, part, scale in parts)
+        square = sum((part.imag / IMAGINARY_STEP / scale) ** 2 for _, part, scale in parts)
         return np.where(self.lost(state), np.inf, np.sqrt(square / len(self.names)))
 
-    def observed(self, state: Parts) -> Signals:
+    def observed(self, state: StateParts) -> Signals:
         """Returns the observables of a state: the real values of its first parts."""
         return {name: part.real for name, part in zip(self.names, state, strict=False)}
 
 
-def trial_results(motion: SteppedMotion, steps: Array, counts: Counts) -> tuple[Marks, Marks]:
+def trial_results(
+    motion: SteppedMotion, steps: Array, counts: StepCounts
+) -> tuple[StableMarks, StableMarks]:
     """Returns which of `steps` [s] are stable, and which also keep the kind of motion.
 
     Both results, `steps` and `counts` have shape (n,); `counts` is the number of steps in a run. A
@@ -115,15 +120,15 @@ def sample_steps(count: int) -> list[int]:
     Samples are spaced unevenly, by multiples of the golden ratio: even samples half a period apart
     would show a swing as if it were at rest.
     """
-    marks = np.arange(1, SAMPLES + 1)
+    marks = np.arange(1, NUDGE_SAMPLES + 1)
     marks = marks - (marks * GOLDEN) % 1.0
-    uneven = np.unique(np.ceil(marks * count / SAMPLES))
+    uneven = np.unique(np.ceil(marks * count / NUDGE_SAMPLES))
     return [int(n) for n in uneven if n < count] + [count]
 
 
 def _keeps_kind(
-    motion: SteppedMotion, samples: Sequence[Signals], judged: Marks, counts: Counts
-) -> Marks:
+    motion: SteppedMotion, samples: Sequence[Signals], judged: StableMarks, counts: StepCounts
+) -> StableMarks:
     """Returns which runs keep the exact motion's kind, shape (n,).
 
     A run's kind is read from its first `counts` samples. Runs that are not `judged` count as kept.
@@ -139,9 +144,9 @@ def _keeps_kind(
 def limits_by_steps(motion: SteppedMotion) -> tuple[StepLimit, ...]:
     """Returns the limits of a scheme on a motion.
 
-    If the exact motion itself magnifies a nudge by more than LOST, no limit can be found: empty.
-    """
-    if float(motion.growth(np.array(LEAST_PERIODS * motion.fastest))) > LOST:
+    If the exact motion itself magnifies a nudge by more than GROWTH_TO_MOTION_SIZE, no limit can be
+    found: empty."""
+    if float(motion.growth(np.array(LEAST_PERIODS * motion.fastest))) > GROWTH_TO_MOTION_SIZE:
         return ()
     unstable, changed = first_failures(motion)
     limits = []
@@ -155,7 +160,7 @@ def limits_by_steps(motion: SteppedMotion) -> tuple[StepLimit, ...]:
     return tuple(limits)
 
 
-def step_limit(kind: Kind, step: float, how: str, rate: float) -> StepLimit:
+def step_limit(kind: FailureKind, step: float, how: str, rate: float) -> StepLimit:
     """Returns the record of a limit at a `step` [s], whose reason begins with `how` and gives the
     step as h omega, for the motion's fastest `rate` [rad/s]."""
     reason = f"{how} h omega = {step * rate:.3g}, the fastest mode's {rate:.3g} rad/s"
@@ -169,17 +174,16 @@ def step_limit(kind: Kind, step: float, how: str, rate: float) -> StepLimit:
 def first_failures(motion: SteppedMotion) -> tuple[float, float]:
     """Returns the steps [s] below which all steps are stable, and below which all keep the kind.
 
-    A limit is infinite if no step of RANGE fails, zero if all fail. If the kind changes before any
-    step is unstable, the first limit is NaN: the motion that is stable then is another one. Windows
-    of failure are missed if they are narrower than the grid's factor: 1.13, and 1.04 within BELOW
-    of the limit.
-    """
-    steps = np.geomspace(*RANGE, COARSE) * motion.fastest
-    _, keeps_kind = trial_results(motion, steps, np.full(COARSE, SHORT))
+    A limit is infinite if no step of FIRST_PASS_STEPS fails, zero if all fail. If the kind changes
+    before any step is unstable, the first limit is NaN: the motion that is stable then is another
+    one. Windows of failure are missed if they are narrower than the grid's factor: 1.13, and 1.04
+    within STEPS_BELOW_FAILURE of the limit."""
+    steps = np.geomspace(*FIRST_PASS_STEPS, COARSE) * motion.fastest
+    _, keeps_kind = trial_results(motion, steps, np.full(COARSE, FIRST_PASS_RUN_STEPS))
     fails = min(_first_failure(steps, keeps_kind)[1], steps[-1])
     unstable, changed = limits_near(motion, fails)
     while changed == 0.0 and fails > steps[0]:
-        fails /= RATIO**BELOW
+        fails /= TRIAL_STEP_RATIO**STEPS_BELOW_FAILURE
         unstable, changed = limits_near(motion, fails)
     if math.isinf(unstable) and changed < unstable:
         unstable = math.nan
@@ -191,11 +195,13 @@ def limits_near(
 ) -> tuple[float, float]:
     """Returns the limits of stability and of kind [s] among the steps just below `fails` [s].
 
-    The steps go from `fails` down to RATIO**BELOW below it. Runs have `most` steps; if it is None,
-    `run_length`. A limit is infinite if all steps hold, zero if none does.
-    """
-    last = exponent(fails / motion.fastest, EVERY) + EVERY
-    steps = motion.fastest * RATIO ** np.arange(last - BELOW, last + 1.0, EVERY)
+    The steps go from `fails` down to TRIAL_STEP_RATIO**STEPS_BELOW_FAILURE below it. Runs have
+    `most` steps; if it is None, `run_length`. A limit is infinite if all steps hold, zero if none
+    does."""
+    last = exponent(fails / motion.fastest, TRIAL_STRIDE) + TRIAL_STRIDE
+    steps = motion.fastest * TRIAL_STEP_RATIO ** np.arange(
+        last - STEPS_BELOW_FAILURE, last + 1.0, TRIAL_STRIDE
+    )
     counts = run_length(steps, motion.fastest) if most is None else np.full(len(steps), most)
     stable, keeps_kind = trial_results(motion, steps, counts)
     last_stable, first_unstable = _first_failure(steps, stable)
@@ -203,7 +209,7 @@ def limits_near(
     return math.sqrt(last_stable * first_unstable), math.sqrt(last_kept * first_changed)
 
 
-def _first_failure(steps: Array, holds: Marks) -> tuple[float, float]:
+def _first_failure(steps: Array, holds: StableMarks) -> tuple[float, float]:
     """Returns the last step [s] that holds and the first step [s] that fails.
 
     If the smallest step fails, the last that holds is zero. If all hold, both are infinite.

@@ -37,7 +37,9 @@ _FADED = 20.0  # A t after which a motion on a separatrix is at rest at the sadd
 _Quartic = tuple[Quad, Quad, Quad, Quad, Quad]  # A0 ... A4 [1/s^2]
 _REACHED = 1e-15  # relative distance by which rounding moves an angle past a turning point
 OF_PERIOD = 1024  # samples for the action: half of them cover 100 time constants of a saddle
-SAMPLES = 65  # samples in a period: the motion turns back at most once between two of them
+TURNING_SAMPLES = (
+    65  # samples in a period: the motion turns back at most once between two of them
+)
 
 
 @dataclass(frozen=True)
@@ -280,7 +282,7 @@ class EllipticMotion:
 
     def _turning_points(self, last: float) -> Array:
         """Returns the times up to `last` [s] at which the motion turns back, shape (n,)."""
-        samples = np.linspace(0.0, last, SAMPLES)
+        samples = np.linspace(0.0, last, TURNING_SAMPLES)
         before = np.flatnonzero(np.diff(np.sign(self.state(samples)[1])))
         zeros = np.zeros(len(before))
         return self._crossing_times(1, zeros, samples[before], samples[before + 1])

@@ -26,7 +26,7 @@ from plumbob.analytic.reference import Array
 
 # Points of the trapezoidal rule in a time 1/A. The integrand is analytic in the strip |Im t| <
 # pi/(2A) (DLMF 22.4), so that the rule's error is 1e-38.
-POINTS = 9
+TRAPEZOID_POINTS = 9
 _FADED = 350.0  # A tau at which sech^2 is close to the smallest double
 
 
@@ -65,7 +65,7 @@ class ReciprocalIntegral:
         The trapezoidal rule converges geometrically.
         """
         length = half_turn(self.a, self.b)
-        count = math.ceil(POINTS * double(self.a * length))
+        count = math.ceil(TRAPEZOID_POINTS * double(self.a * length))
         dn = jacobi(length * quad(np.arange(count, dtype=float)) / count, self.a, self.b)[2]
         mean = ((1 - dn) / (1 + self.f * dn)).sum() / count
         return length * mean * self.f / (1 + self.f)

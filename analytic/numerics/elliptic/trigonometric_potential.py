@@ -10,7 +10,7 @@ import numpy as np
 from plumbob.analytic.numerics.quad import PI, Quad, double, quad
 from plumbob.analytic.reference import Array
 
-Kind = Literal["centre", "saddle", "degenerate"]
+EquilibriumKind = Literal["centre", "saddle", "degenerate"]
 
 
 @dataclass(frozen=True)
@@ -78,7 +78,7 @@ def crests(potential: TrigonometricPotential) -> Quad:
     return tops[np.argsort(-double(potential.value(tops)), kind="stable")]
 
 
-def kind(potential: TrigonometricPotential, theta: Quad) -> Kind:
+def equilibrium_kind(potential: TrigonometricPotential, theta: Quad) -> EquilibriumKind:
     """Returns the kind of the equilibrium at a critical point `theta`, a scalar."""
     curvature = double(potential.curvature(theta))
     # At a pitchfork the curvature is zero but for rounding of the coefficients.

@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from plumbob.analytic.numerics.elliptic.trigonometric_potential import TrigonometricPotential
-from plumbob.analytic.numerics.smooth.smooth_system import TINY
+from plumbob.analytic.numerics.smooth.smooth_system import IMAGINARY_STEP
 from plumbob.analytic.parameters import check_fields
 from plumbob.analytic.reference import Array
 
@@ -63,14 +63,16 @@ class DrivenRotor:
     def acceleration(self, times: Any, theta: Any, theta_dot: Any) -> Any:
         """Returns the angular acceleration [rad/s^2] at `times` [s], `theta` [rad] and `theta_dot`
         [rad/s]; numbers, arrays or complex arrays."""
-        return forces(self)(self, times, (theta,), (theta_dot,))[0]
+        return rotor_acceleration(self)(self, times, (theta,), (theta_dot,))[0]
 
     def slope(self, theta: Array | float) -> Array:
         """Returns the partial derivative of the acceleration by theta [1/s^2].
 
         The derivative by theta_dot is -damping_rate for any state.
         """
-        return np.asarray(self.acceleration(0.0, theta + 1j * TINY, 0.0).imag / TINY)
+        return np.asarray(
+            self.acceleration(0.0, theta + 1j * IMAGINARY_STEP, 0.0).imag / IMAGINARY_STEP
+        )
 
     def energy(self, theta: Any, theta_dot: Any) -> Array:
         """Returns the energy per moment of inertia [rad^2/s^2], theta_dot^2/2 + V."""
@@ -85,7 +87,7 @@ class DrivenRotor:
         return math.sqrt(stiffness) + self.damping_rate + forced
 
 
-def forces(rotor: DrivenRotor, library: Any = np) -> Callable[..., tuple[Any]]:
+def rotor_acceleration(rotor: DrivenRotor, library: Any = np) -> Callable[..., tuple[Any]]:
     """Returns the acceleration of a `rotor` as a function of coefficients, time, angle and rate.
 
     The function works in any arithmetic for which `library` has a sine and a cosine. Terms that are

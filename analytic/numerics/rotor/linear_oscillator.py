@@ -15,7 +15,7 @@ from plumbob.analytic.numerics.quad import Quad, double, quad
 from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
 from plumbob.analytic.reference import Array
 
-TERMS = 22  # terms of a series in |z t| <= 1/8: the next term is below 1e-38
+SERIES_TERMS = 22  # terms of a series in |z t| <= 1/8: the next term is below 1e-38
 
 
 def linear_motion(
@@ -36,7 +36,7 @@ def linear_motion(
     time = quad(np.ravel(times).astype(float)) / quad(2.0**doublings)
     matrix = quad(_matrix(rotor)[: len(start), : len(start)])
     powers = [quad(np.eye(len(start)))]
-    for n in range(1, TERMS + 1):
+    for n in range(1, SERIES_TERMS + 1):
         powers.append(_product(matrix, powers[-1]) / n)
     flow = quad(0.0)
     for power in reversed(powers):

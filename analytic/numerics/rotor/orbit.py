@@ -5,15 +5,15 @@ from __future__ import annotations
 from dataclasses import asdict
 from typing import Any
 
-from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor, forces
+from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor, rotor_acceleration
 from plumbob.analytic.numerics.smooth.smooth_motion import SmoothMotion, with_equations
 from plumbob.analytic.numerics.smooth.smooth_system import SmoothSystem
 from plumbob.analytic.reference import Reference
 
-ANGLE = ("theta", "theta_dot")
+ANGLE_AND_RATE = ("theta", "theta_dot")
 
 
-def smooth_system(
+def rotor_system(
     rotor: DrivenRotor, theta: float, theta_dot: float, tilt: float = 0.0
 ) -> SmoothSystem:
     """Returns the equation of a `rotor` as a system that starts at `theta` [rad] and `theta_dot`
@@ -21,10 +21,10 @@ def smooth_system(
 
     The rotor's angle is theta plus a `tilt` [rad].
     """
-    acceleration = forces(rotor)
+    acceleration = rotor_acceleration(rotor)
     return SmoothSystem(
-        coordinates=ANGLE[:1],
-        rates=ANGLE[1:],
+        coordinates=ANGLE_AND_RATE[:1],
+        rates=ANGLE_AND_RATE[1:],
         mass_matrix=lambda p, q: ((1.0 + 0.0 * q[0],),),
         forces=lambda p, t, q, v: acceleration(p, t, (q[0] + tilt,), v),
         parameters=asdict(rotor),

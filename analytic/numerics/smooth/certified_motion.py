@@ -31,21 +31,22 @@ from plumbob.analytic.numerics.collocation import (
     gauss_collocation,
 )
 from plumbob.analytic.numerics.linear_flow import Response
-from plumbob.analytic.numerics.smooth.smooth_system import TINY, SmoothSystem
+from plumbob.analytic.numerics.smooth.smooth_system import IMAGINARY_STEP, SmoothSystem
 from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.reference import Array, Signals, remembered
 from plumbob.analytic.tableau import order_8
 
-STAGES = 20  # stages of the collocation
-BLOCK = 32  # steps of the first method that the second method checks in one call
-PARTS = 24  # steps of the second method in one step of the first
+CERTIFIED_STAGES = 20  # stages of the collocation
+STEPS_BETWEEN_CHECKS = 32  # steps of the first method that the second method checks in one call
+SECOND_METHOD_STEPS = 24  # steps of the second method in one step of the first
 # Largest relative size of a resolved step's last Legendre coefficients; a tenth is round-off.
-RESOLVED = 1e-15
-SMOOTHER = 2 * STAGES // 3  # coefficients from this degree on decide whether a step may double
-REACH = 4.0  # longest step, in time constants of the fastest deviation
-SMALLEST = 2.0**-24  # smallest step over the first step
+RESOLVED_COEFFICIENT = 1e-15
+# coefficients from this degree on decide whether a step may double
+SMOOTHER = 2 * CERTIFIED_STAGES // 3
+MAX_STEP_TIME_CONSTANTS = 4.0  # longest step, in time constants of the fastest deviation
+SMALLEST_STEP_RATIO = 2.0**-24  # smallest step over the first step
 SIGMAS = 3.0  # standard deviations of the random walk that the steps' differences make
-SURE = 1e-3  # largest relative uncertainty of a certified motion
+CERTIFIED_UNCERTAINTY = 1e-3  # largest relative uncertainty of a certified motion
 
 
 @dataclass(frozen=True)
@@ -185,7 +186,7 @@ def _fastest_rate(system: SmoothSystem, time: float, state: Array) -> float:
 def _extended_track(
     system: SmoothSystem, track: _Track, watch: Callable[[float], None]
 ) -> _Track:
-    """Returns a track extended by up to BLOCK steps of collocation.
+    """Returns a track extended by up to STEPS_BETWEEN_CHECKS steps of collocation.
 
     A second, independent integration gives the uncertainty at each new time. `watch` is called
     before each step, see `certify`.
@@ -201,7 +202,7 @@ def _extended_track(
     apart = np.concatenate([track.apart[None], np.abs(responses[..., -1])])
     apart = np.maximum.accumulate(apart)[1:]
     doubts = apart + spread + ULP * _condition(system, times, states, responses, size)
-    uncertain = ~np.all(doubts <= SURE * _scales(size, _rate(block)), axis=1)
+    uncertain = ~np.all(doubts <= CERTIFIED_UNCERTAINTY * _scales(size, _rate(block)), axis=1)
     until = block.orbit.duration if why else track.until
     if uncertain.any():
         until = float(times[uncertain.argmax()])
@@ -247,7 +248,7 @@ def _second_states(block: Response, shots: Array) -> tuple[Array, Array]:
     begin = block.orbit.breakpoints[:-1, None]
     lengths = np.diff(block.orbit.breakpoints)[:, None]
     states = block.states[:-1, None] + shots.real[:, :-1, :, 0]
-    times = begin + lengths * (np.arange(PARTS) / PARTS)
+    times = begin + lengths * (np.arange(SECOND_METHOD_STEPS) / SECOND_METHOD_STEPS)
     return times.reshape(-1), states.reshape(times.size, -1)
 
 
@@ -265,26 +266,26 @@ def _scales(sizes: Array, least: float = 0.0) -> Array:
 def _next_block(
     system: SmoothSystem, track: _Track, watch: Callable[[float], None]
 ) -> tuple[Response | None, float, str]:
-    """Returns up to BLOCK further steps of collocation, the length of the next step [s], and the
-    reason why there are no more steps, else an empty text.
+    """Returns up to STEPS_BETWEEN_CHECKS further steps of collocation, the length of the next step
+    [s], and the reason why there are no more steps, else an empty text.
 
     If no step can be taken, the steps are None. Before each step `watch` is called with the time
     [s] at which the track ends.
     """
-    rule = gauss_collocation(STAGES)
+    rule = gauss_collocation(CERTIFIED_STAGES)
     step = track.step
     state = track.end
     time = track.reached
     times = [time]
     states = [state]
     slopes = list[Array]()
-    while len(slopes) < BLOCK and step >= SMALLEST * track.step:
+    while len(slopes) < STEPS_BETWEEN_CHECKS and step >= SMALLEST_STEP_RATIO * track.step:
         watch(track.reached)
         guess = step * system.slope(time, state)
         scale = _scales(np.max([track.size, np.abs(state), np.abs(guess)], axis=0))
         right = _right_hand_side(system, time + step * rule.nodes, step)
-        increments = collocate(rule, right, state, np.tile(guess, (STAGES, 1)), scale)
-        if increments is None or not rule.truncation(increments, scale) <= RESOLVED:
+        increments = collocate(rule, right, state, np.tile(guess, (CERTIFIED_STAGES, 1)), scale)
+        if increments is None or not rule.truncation(increments, scale) <= RESOLVED_COEFFICIENT:
             step /= 2
             continue
         time = time + step
@@ -293,11 +294,11 @@ def _next_block(
         states.append(state)
         slopes.append(increments / step)
         high_terms = np.abs(rule.spectrum[SMOOTHER:] @ increments / scale)
-        smooth = high_terms.max() <= STAGES * RESOLVED
-        within_reach = 2 * step * _fastest_rate(system, time, state) <= REACH
+        smooth = high_terms.max() <= CERTIFIED_STAGES * RESOLVED_COEFFICIENT
+        within_reach = 2 * step * _fastest_rate(system, time, state) <= MAX_STEP_TIME_CONSTANTS
         if smooth and within_reach and time % (2 * step) == 0.0:
             step *= 2
-    why = "" if len(slopes) == BLOCK else "there it is too fast to follow"
+    why = "" if len(slopes) == STEPS_BETWEEN_CHECKS else "there it is too fast to follow"
     if not slopes:
         return None, step, why
     return Response(TimeGrid(np.array(times)), np.array(states), np.array(slopes)), step, why
@@ -317,11 +318,11 @@ def _right_hand_side(system: SmoothSystem, times: Array, step: float) -> RightHa
 
 
 def _second_integration(system: SmoothSystem, block: Response) -> Array:
-    """Returns the change of the state since each step's start, after each of PARTS of a step, by
-    the second method.
+    """Returns the change of the state since each step's start, after each of SECOND_METHOD_STEPS of
+    a step, by the second method.
 
     Imaginary parts carry the derivatives by the start and the parameters. The shape is (steps,
-    PARTS + 1, d, d + parameters).
+    SECOND_METHOD_STEPS + 1, d, d + parameters).
     """
     begin = block.orbit.breakpoints[:-1]
     lengths = np.diff(block.orbit.breakpoints)
@@ -330,15 +331,17 @@ def _second_integration(system: SmoothSystem, block: Response) -> Array:
     size = len(starts)
     start = np.zeros((size, size + len(system.parameters), len(begin)), dtype=complex)
     start.real = starts[:, None]
-    start.imag[:, :size] = TINY * np.eye(size)[..., None]
+    start.imag[:, :size] = IMAGINARY_STEP * np.eye(size)[..., None]
 
     def slope(time: Any, state: Any) -> Any:
         return system.slope(time, state, values)
 
     changes = [np.zeros_like(start)]
-    for part in range(PARTS):
-        times = begin + lengths * (part / PARTS)
-        change = order_8().change(slope, times, start + changes[-1], lengths / PARTS)
+    for part in range(SECOND_METHOD_STEPS):
+        times = begin + lengths * (part / SECOND_METHOD_STEPS)
+        change = order_8().change(
+            slope, times, start + changes[-1], lengths / SECOND_METHOD_STEPS
+        )
         changes.append(changes[-1] + change)
     return np.moveaxis(np.array(changes), -1, 0)
 
@@ -377,16 +380,18 @@ def _rounding_spread(variance: Array, block: Response, shots: Array) -> tuple[Ar
         carried_variance = tangents[-1] @ variance @ tangents[-1].T
         variance = carried_variance + np.outer(difference, difference)
     times, states = _second_states(block, shots)
-    polynomial_errors = np.abs(block.at(times) - states).reshape(len(rows), PARTS, size)
-    largest_in_step = np.repeat(polynomial_errors.max(axis=1), PARTS, axis=0)
+    polynomial_errors = np.abs(block.at(times) - states).reshape(
+        len(rows), SECOND_METHOD_STEPS, size
+    )
+    largest_in_step = np.repeat(polynomial_errors.max(axis=1), SECOND_METHOD_STEPS, axis=0)
     random_walk = SIGMAS * np.sqrt(np.maximum(np.concatenate(rows), 0.0))
     return random_walk + largest_in_step, variance
 
 
 def _flow(shots: Array) -> Array:
     """Returns the derivatives of the states in each step by its start and the parameters, shape
-    (steps, PARTS + 1, d, d + parameters)."""
-    flow = shots.imag / TINY
+    (steps, SECOND_METHOD_STEPS + 1, d, d + parameters)."""
+    flow = shots.imag / IMAGINARY_STEP
     size = flow.shape[2]
     flow[..., :size] += np.eye(size)
     return flow

@@ -16,8 +16,8 @@ from plumbob.analytic.numerics.smooth.smooth_system import SmoothSystem
 from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.reference import Array, Reference, Signals
 
-STAGES = 10  # stages of the collocation, for a relative error of about 1e-9
-MOST_STEPS = 2**20  # largest number of steps along a motion
+COLLOCATION_STAGES = 10  # stages of the collocation, for a relative error of about 1e-9
+MAX_COLLOCATION_STEPS = 2**20  # largest number of steps along a motion
 
 
 @dataclass(frozen=True)
@@ -33,14 +33,14 @@ class SmoothMotion:
 
     def grid(self, until: float) -> TimeGrid:
         """Returns equal steps up to the time `until` [s], in each of which the motion changes
-        little. Raises ParameterError for more than MOST_STEPS steps."""
+        little. Raises ParameterError for more than MAX_COLLOCATION_STEPS steps."""
         count = until * self.pace
-        if not count <= MOST_STEPS:
+        if not count <= MAX_COLLOCATION_STEPS:
             raise ParameterError("duration", until, "shorter: the motion is too fast")
         return TimeGrid(np.linspace(0.0, until, 2 + math.floor(count)))
 
     def linearised(
-        self, grid: TimeGrid, stages: int = STAGES
+        self, grid: TimeGrid, stages: int = COLLOCATION_STAGES
     ) -> tuple[Array, Array, LinearFlow]:
         """Returns the times of the nodes of a grid's steps [s], shape (n,), the exact states there,
         shape (d, n), and the flow of small deviations, w' = f_z w."""
@@ -82,6 +82,6 @@ def with_equations(
     )
 
 
-def certified(motion: CertifiedMotion) -> SmoothMotion:
+def certified_smooth_motion(motion: CertifiedMotion) -> SmoothMotion:
     """Returns a certified motion together with its equations."""
     return with_equations(motion.system, motion)

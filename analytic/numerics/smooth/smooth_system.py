@@ -18,7 +18,8 @@ from plumbob.analytic.numerics.arithmetic import ULP
 from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.reference import Array, Signals
 
-TINY = 1e-30  # imaginary part per derivative: its square is below the rounding of a double
+# imaginary part per derivative: its square is below the rounding of a double
+IMAGINARY_STEP = 1e-30
 Elements = Sequence[Any]
 
 
@@ -107,13 +108,13 @@ class SmoothSystem:
         """
         size = len(states)
         directions = np.eye(size, size + len(self.parameters))[:, :, None]
-        nudged = states[:, None] + 1j * TINY * directions
+        nudged = states[:, None] + 1j * IMAGINARY_STEP * directions
         parameter_doubts = np.full((len(self.parameters), doubts.shape[1]), ULP)
         input_doubts = np.concatenate([doubts, parameter_doubts])
         uncertainties = dict(zip((*self.coordinates, *self.rates), doubts, strict=True))
         readings = self.readings(self.perturbed(), nudged[: size // 2], nudged[size // 2 :])
         for name, value in readings.items():
-            derivatives = np.abs(value.imag) / TINY
+            derivatives = np.abs(value.imag) / IMAGINARY_STEP
             rounding = ULP * np.abs(value.real[0])
             uncertainties[name] = (derivatives * input_doubts).sum(axis=0) + rounding
         return uncertainties
@@ -134,15 +135,15 @@ class SmoothSystem:
         directions = np.eye(size + len(self.parameters))[size:, :, None]
         nudged = {}
         for (name, value), direction in zip(self.parameters.items(), directions, strict=True):
-            nudged[name] = value * (1 + 1j * TINY * direction)
+            nudged[name] = value * (1 + 1j * IMAGINARY_STEP * direction)
         return SimpleNamespace(**nudged)
 
 
 def jacobian(slope: Callable[[Any, Array], Array], time: Any, states: Array) -> Array:
     """Returns the derivatives of a `slope` by the `states`, shape (d, m), at `time` [s], as shape
     (d, d, m)."""
-    nudged = states[:, None] + 1j * TINY * np.eye(len(states))[:, :, None]
-    return np.asarray(slope(time, nudged).imag / TINY)
+    nudged = states[:, None] + 1j * IMAGINARY_STEP * np.eye(len(states))[:, :, None]
+    return np.asarray(slope(time, nudged).imag / IMAGINARY_STEP)
 
 
 def solve_linear(matrix: Sequence[Elements], right: Elements) -> list[Any]:

@@ -15,7 +15,11 @@ from plumbob.analytic.numerics.smooth.smooth_motion import SmoothMotion
 from plumbob.analytic.numerics.smooth.smooth_system import jacobian
 from plumbob.analytic.reference import Array, Signals
 from plumbob.analytic.systems.free_body.problem import FreeBody
-from plumbob.analytic.systems.free_body.rotation import ATTITUDE, RATES, quaternion_product
+from plumbob.analytic.systems.free_body.rotation import (
+    ANGULAR_VELOCITY_NAMES,
+    ATTITUDE,
+    quaternion_product,
+)
 
 
 def factors(body: FreeBody) -> tuple[float, float, float]:
@@ -24,7 +28,7 @@ def factors(body: FreeBody) -> tuple[float, float, float]:
     return (y - z) / x, (z - x) / y, (x - y) / z
 
 
-def acceleration(inertia_factors: Sequence[Any], w: Sequence[Any]) -> list[Any]:
+def angular_acceleration(inertia_factors: Sequence[Any], w: Sequence[Any]) -> list[Any]:
     """Returns the three components of w' from those of w and the `factors` of a body."""
     return [factor * w[i - 2] * w[i - 1] for i, factor in enumerate(inertia_factors)]
 
@@ -35,7 +39,7 @@ def slope(inertia_factors: Sequence[Any], state: Sequence[Any]) -> list[Any]:
     quaternion."""
     attitude_rate = quaternion_product(state[3:], (0.0, *state[:3]))
     half_rates = (part / 2 for part in attitude_rate)
-    return [*acceleration(inertia_factors, state[:3]), *half_rates]
+    return [*angular_acceleration(inertia_factors, state[:3]), *half_rates]
 
 
 def free_rotation(body: FreeBody) -> SmoothMotion:
@@ -46,7 +50,7 @@ def free_rotation(body: FreeBody) -> SmoothMotion:
         return np.array(slope(inertia_factors, [*states]))
 
     def read(times: Array, states: Array) -> Signals:
-        return dict(zip((*RATES, *ATTITUDE), states, strict=True))
+        return dict(zip((*ANGULAR_VELOCITY_NAMES, *ATTITUDE), states, strict=True))
 
     return SmoothMotion(
         start=np.array([*body.angular_velocity, 1.0, 0.0, 0.0, 0.0]),

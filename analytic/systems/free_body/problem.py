@@ -16,8 +16,8 @@ from plumbob.analytic.numerics.quad import double, quad
 from plumbob.analytic.parameters import ParameterError, finite, positive
 from plumbob.analytic.reference import Array, Signals
 from plumbob.analytic.systems.free_body.rotation import (
+    ANGULAR_VELOCITY_NAMES,
     ATTITUDE,
-    RATES,
     Rotation,
     RotationConstants,
 )
@@ -30,7 +30,7 @@ SHORT_ANGLE = 100.0
 # Rounding of the closed form in units in the last place. An attitude is the product of three turns,
 # with one unit each. A component of the angular momentum has some six roundings of half a unit of
 # its largest size.
-ROUNDINGS = 3.0
+FREE_BODY_ROUNDINGS = 3.0
 INERTIA_NAMES = ("inertia_x", "inertia_y", "inertia_z")
 
 
@@ -115,7 +115,9 @@ class FreeBody:
     def observe(self, times: Array) -> Signals:
         """Exact angular velocity [rad/s] in the body's axes, and attitude, a unit quaternion from
         body to world, at `times` [s], shape (n,). The quaternion is continuous and starts at 1."""
-        return dict(zip((*RATES, *ATTITUDE), self.rotation.state(times), strict=True))
+        return dict(
+            zip((*ANGULAR_VELOCITY_NAMES, *ATTITUDE), self.rotation.state(times), strict=True)
+        )
 
     def uncertainty(self, times: Array) -> Signals:
         """Change of each observable at `times` [s], shape (n,), for one unit in the last place of
@@ -131,7 +133,7 @@ class FreeBody:
             errors += np.abs(neighbour.state(times) - states) * (ULP / change)
         if rotation.constants is not None:
             errors += self._later_rounding(rotation.constants, times, change)
-        return dict(zip((*RATES, *ATTITUDE), errors, strict=True))
+        return dict(zip((*ANGULAR_VELOCITY_NAMES, *ATTITUDE), errors, strict=True))
 
     def _arithmetic_rounding(self, times: Array, rates: Array) -> Array:
         """Bound on the effect of rounded times and of the closed form's arithmetic, shape (7, n):
@@ -139,7 +141,7 @@ class FreeBody:
         the quaternion."""
         late = ULP * np.abs(times)  # [s] rounding of the times
         errors = np.zeros((7, len(times)))
-        errors[3:] = ROUNDINGS * ULP + late * np.sqrt((rates**2).sum(axis=0)) / 2
+        errors[3:] = FREE_BODY_ROUNDINGS * ULP + late * np.sqrt((rates**2).sum(axis=0)) / 2
         constants = self.rotation.constants
         if constants is None:
             return errors
@@ -149,7 +151,7 @@ class FreeBody:
         late += ULP * (begin + np.minimum(self.half_period / 2, begin + np.abs(times)))
         sizes = np.empty((3, 1))
         sizes[[*constants.axes], 0] = constants.sizes
-        momentum_error = ROUNDINGS * ULP * sizes + late * torque
+        momentum_error = FREE_BODY_ROUNDINGS * ULP * sizes + late * torque
         errors[:3] = momentum_error / inertia
         size = np.sqrt((momentum_error**2).sum(axis=0))
         errors[3:] += size / double(self.rotation.magnitude) / 2
@@ -198,7 +200,7 @@ class FreeBody:
         if not self.speed:
             return 0.0
         inertia = np.array(self.inertia)[:, None]
-        momentum_error = inertia * np.stack([errors[name] for name in RATES])
+        momentum_error = inertia * np.stack([errors[name] for name in ANGULAR_VELOCITY_NAMES])
         angle_error = 2.0 * np.sqrt(sum(errors[name] ** 2 for name in ATTITUDE))
         error_size = np.sqrt((momentum_error**2).sum(axis=0))
         relative_error = error_size / double(self.rotation.magnitude)
@@ -216,7 +218,7 @@ class FreeBody:
         """Returns the relative drifts, shape (n,), of the energy and of the angular momentum's
         magnitude, and the change of the momentum's direction in the world since time 0, from
         observables of shape (n,)."""
-        rates = np.stack([observed[name] for name in RATES])
+        rates = np.stack([observed[name] for name in ANGULAR_VELOCITY_NAMES])
         inertia = np.array(self.inertia)[:, None]
         momentum = inertia * rates
         energy = (inertia * rates**2).sum(axis=0)

@@ -32,7 +32,7 @@ from plumbob.analytic.numerics.elliptic.reciprocal_integral import ReciprocalInt
 from plumbob.analytic.numerics.quad import PI, Quad, double, quad
 from plumbob.analytic.reference import Array
 
-RATES = ("angular_velocity_x", "angular_velocity_y", "angular_velocity_z")
+ANGULAR_VELOCITY_NAMES = ("angular_velocity_x", "angular_velocity_y", "angular_velocity_z")
 ATTITUDE = ("attitude_w", "attitude_x", "attitude_y", "attitude_z")
 
 

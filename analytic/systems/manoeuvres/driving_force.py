@@ -10,7 +10,7 @@ import numpy as np
 
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.capsule import Capsule
-from plumbob.analytic.systems.capsule_motion import Demand
+from plumbob.analytic.systems.capsule_motion import ActuatorDemand
 
 
 def driving_force(capsule: Capsule, friction: Array, acceleration: Array) -> Array:
@@ -23,7 +23,7 @@ def driving_force(capsule: Capsule, friction: Array, acceleration: Array) -> Arr
     return mu * friction + reduced * acceleration
 
 
-def demand(motion: Any, duration: float) -> Demand:
+def force_demand(motion: Any, duration: float) -> ActuatorDemand:
     """Returns the demand of one `motion` along a line over `duration` [s]. Between two switches the
     force is constant and the slider's velocity is linear in time.
 
@@ -31,7 +31,7 @@ def demand(motion: Any, duration: float) -> Demand:
     >>> from plumbob.analytic.systems.manoeuvres.line_manoeuvre import LineManoeuvre
     >>> capsule = Capsule(1.0, 0.3, 0.02, corners, friction=0.3, gravity=9.81)
     >>> line = LineManoeuvre(capsule, w1=40.0, w2=10.0, t1=0.05)
-    >>> print(f"{demand(line, line.t2).peak:.4f} N")
+    >>> print(f"{force_demand(line, line.t2).peak:.4f} N")
     10.1137 N
     """
     starts = [phase.start for phase in motion.phases]
@@ -42,7 +42,7 @@ def demand(motion: Any, duration: float) -> Demand:
     state = motion.at(middles)
     # The force is constant and the velocity linear: the power is largest at an interval's end.
     speeds = np.abs(state.stroke_rate) + np.abs(0.5 * lengths * state.pull)
-    return Demand(
+    return ActuatorDemand(
         peak=float(np.abs(forces).max()),
         rms=math.sqrt(float(np.sum(forces**2 * lengths)) / duration),
         power=float(np.abs(forces * speeds).max()),

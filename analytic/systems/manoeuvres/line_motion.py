@@ -14,7 +14,7 @@ from plumbob.analytic.numerics.arithmetic import ROUNDOFF
 from plumbob.analytic.reference import Array, LinearResponse, Signals
 from plumbob.analytic.systems.capsule import (
     NORMAL_FORCES,
-    Point,
+    PlanePoint,
     by_support,
     normal_force_uncertainty,
     normal_forces,
@@ -84,7 +84,7 @@ class LineMotion(LinearResponse):
         return np.array([math.cos(self.single.direction), math.sin(self.single.direction)])
 
     @property
-    def ends(self) -> tuple[Point, Point]:
+    def ends(self) -> tuple[PlanePoint, PlanePoint]:
         """The two ends of the slider's stroke, relative to C in body axes [m]."""
         x, y = self.unit.tolist()
         start = self.single.start

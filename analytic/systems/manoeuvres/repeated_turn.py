@@ -16,7 +16,7 @@ from plumbob.analytic.systems.capsule_motion import MotionKind
 from plumbob.analytic.systems.manoeuvres.turn_manoeuvre import TurnManoeuvre
 from plumbob.analytic.systems.slider_path import SliderPath, concatenate, fixed
 from plumbob.analytic.systems.three_points.friction import three_point_motion
-from plumbob.analytic.systems.three_points.motion import Pose, ThreePointMotion
+from plumbob.analytic.systems.three_points.motion import CapsulePose, ThreePointMotion
 
 WHOLE_CIRCLES = 1e-12  # largest relative difference of the slider's angle from whole circles
 
@@ -96,7 +96,7 @@ class RepeatedTurn:
         turns = np.clip(np.floor(times / self.period), 0, self.count - 1)
         return turns, np.maximum(times - turns * self.period, 0.0)
 
-    def at(self, times: Array) -> Pose:
+    def at(self, times: Array) -> CapsulePose:
         """Returns pose and velocity of the body at `times` [s], shape (n,)."""
         turns, local = self._local_times(times)
         pose = self.single.at(local)
@@ -108,7 +108,7 @@ class RepeatedTurn:
             base = shift * (facing - 1.0) / (np.exp(1j * angle) - 1.0)
         place = base + facing * (pose.position @ [1.0, 1j])
         velocity = facing * (pose.velocity @ [1.0, 1j])
-        return Pose(
+        return CapsulePose(
             np.column_stack([place.real, place.imag]),
             pose.heading + angle * turns,
             np.column_stack([velocity.real, velocity.imag]),
@@ -116,7 +116,7 @@ class RepeatedTurn:
         )
 
     @cached_property
-    def error(self) -> Pose:
+    def error(self) -> CapsulePose:
         """Bound on the error of the pose over all turns. Each turn adds the error of one turn, and
         an error of heading rotates all later displacements."""
         single = self.single.error
@@ -125,7 +125,7 @@ class RepeatedTurn:
         heading_error = n * float(single.heading[0])
         fastest = self.single.at(np.array([self.manoeuvre.half_time]))
         speed = float(np.abs(fastest.velocity).max())
-        return Pose(
+        return CapsulePose(
             n * (single.position + heading_error * abs(shift)),
             n * single.heading,
             single.velocity + heading_error * speed,

@@ -14,7 +14,7 @@ from plumbob.analytic.parameters import positive
 from plumbob.analytic.reference import Array, LinearResponse, Signals
 from plumbob.analytic.systems.capsule import (
     Capsule,
-    Point,
+    PlanePoint,
     by_support,
     check_loads,
     normal_force_uncertainty,
@@ -23,7 +23,8 @@ from plumbob.analytic.systems.capsule import (
 from plumbob.analytic.systems.capsule_motion import MotionKind, SingleMotion
 from plumbob.analytic.systems.slider_path import SliderPath, fixed
 
-ROUNDINGS = 32  # bound on the roundings in the parameters and in the arithmetic of a position
+# bound on the roundings in the parameters and in the arithmetic of a position
+POSITION_ROUNDINGS = 32
 EQUAL_ARMS = 1e-12  # largest relative difference of arms that count as equal
 RESTING_CENTRE = 1e-12  # [m/s] largest speed of a combined centre that counts as at rest
 
@@ -46,9 +47,9 @@ class ResidualMotion(SingleMotion, LinearResponse):
     capsule: Capsule
     rate: float
     deceleration: float
-    centre: Point | None
+    centre: PlanePoint | None
     direction: float = 0.0
-    slider: Point = (0.0, 0.0)
+    slider: PlanePoint = (0.0, 0.0)
     kind: ClassVar[MotionKind] = "coasting"
 
     @property
@@ -104,7 +105,7 @@ class ResidualMotion(SingleMotion, LinearResponse):
     def uncertainty(self, times: Array) -> Signals:
         """Bound on the error of each observable [SI] at `times` [s], shape (n,), by parameters and
         times rounded to double and by the arithmetic."""
-        rounding = ROUNDINGS * ROUNDOFF
+        rounding = POSITION_ROUNDINGS * ROUNDOFF
         # For a turn about a centre the distance and the rate are an angle [rad] and its rate
         # [rad/s].
         distance_error = rounding * abs(self.distance)
@@ -123,7 +124,7 @@ class ResidualMotion(SingleMotion, LinearResponse):
 
 
 def coasting(
-    capsule: Capsule, slider: Point, velocity: Point, rate: float = 0.0
+    capsule: Capsule, slider: PlanePoint, velocity: PlanePoint, rate: float = 0.0
 ) -> ResidualMotion | None:
     """Returns the coasting of a body whose C has the initial `velocity` [m/s] and which turns with
     the initial `rate` [rad/s], with Q at `slider` relative to C [m]. Returns None if spin and

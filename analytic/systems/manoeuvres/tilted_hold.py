@@ -10,7 +10,7 @@ import numpy as np
 
 from plumbob.analytic.parameters import finite
 from plumbob.analytic.reference import Array
-from plumbob.analytic.systems.capsule import Capsule, Point, check_loads, normal_forces
+from plumbob.analytic.systems.capsule import Capsule, PlanePoint, check_loads, normal_forces
 from plumbob.analytic.systems.capsule_motion import MotionKind, SingleMotion
 from plumbob.analytic.systems.manoeuvres.line_motion import LineMotion, Phase
 from plumbob.analytic.systems.manoeuvres.slow_motion import proper_fraction
@@ -36,7 +36,7 @@ class TiltedHold(SingleMotion, LineMotion):
     capsule: Capsule
     fraction: float
     direction: float = 0.0
-    slider: Point = (0.0, 0.0)
+    slider: PlanePoint = (0.0, 0.0)
     kind: ClassVar[MotionKind] = "hold"
     sliding_time: ClassVar[float] = 0.0
     start: ClassVar[float] = 0.0
@@ -49,7 +49,7 @@ class TiltedHold(SingleMotion, LineMotion):
         check_loads(self.capsule, self.ends)
 
     @property
-    def ends(self) -> tuple[Point, Point]:
+    def ends(self) -> tuple[PlanePoint, PlanePoint]:
         """The slider's place, twice: its stroke has no length."""
         return self.slider, self.slider
 

@@ -19,13 +19,13 @@ from plumbob.analytic.parameters import ParameterError, check_fields, finite, po
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.capsule import ROUNDOFF, Capsule, check_loads, normal_forces
 from plumbob.analytic.systems.slider_path import SliderPath, arc_stroke, fixed
-from plumbob.analytic.systems.three_points.equations import Complex
-from plumbob.analytic.systems.three_points.friction import Start, three_point_motion
+from plumbob.analytic.systems.three_points.equations import ComplexForces
+from plumbob.analytic.systems.three_points.friction import InitialVelocities, three_point_motion
 
 QUADRATURE_TOLERANCE = 1e-13  # relative tolerance of the quadrature
 MAX_INTERVALS = 1000  # largest number of the quadrature's intervals
 # The coasting body turns by about the square of this [rad]; the limit neglects that turn.
-SLOW = 1e-6
+NEGLECTED_TURN_ROOT = 1e-6
 
 
 @dataclass(frozen=True)
@@ -221,7 +221,7 @@ def turn_of(
     return TurnManoeuvre(capsule, radius, acceleration, half_time, start)
 
 
-def leading_friction(turn: TurnManoeuvre, slider_angles: Array) -> tuple[Complex, Array]:
+def leading_friction(turn: TurnManoeuvre, slider_angles: Array) -> tuple[ComplexForces, Array]:
     """Returns the friction along the leading-order motion (eq. 2): the resultant in body axes [N],
     complex, and the moment about the combined centre [N m], both of shape (n,).
 
@@ -279,7 +279,7 @@ def _correction(turn: TurnManoeuvre) -> TurnCorrection:
     )
 
 
-def _accelerations(turn: TurnManoeuvre, phases: Array) -> Complex:
+def _accelerations(turn: TurnManoeuvre, phases: Array) -> ComplexForces:
     """Returns the accelerations by friction at `phases`, shape (n,): that of the combined centre,
     and the angular one, each followed by its product with the remaining time (2 - phase). Shape (4,
     n)."""
@@ -317,9 +317,12 @@ def residual_limit(
     if speed == 0.0:
         return 0j, 0.0, 0.0
     # A stop from speed v turns the body by about v^2/(f g lever).
-    scale = float(np.sqrt(SLOW**2 * capsule.friction * capsule.gravity * lever)) / speed
+    scale = (
+        float(np.sqrt(NEGLECTED_TURN_ROOT**2 * capsule.friction * capsule.gravity * lever))
+        / speed
+    )
     velocity_of_c = scale * (velocity - 1j * omega * arm)
-    start = Start((velocity_of_c.real, velocity_of_c.imag), scale * omega)
+    start = InitialVelocities((velocity_of_c.real, velocity_of_c.imag), scale * omega)
     slider = arm / capsule.mass_ratio
     motion = three_point_motion(capsule, fixed((slider.real, slider.imag)), start)
     end = motion.at(np.array([motion.rest_time]))

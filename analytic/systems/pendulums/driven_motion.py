@@ -11,12 +11,13 @@ import numpy as np
 from plumbob.analytic.numerics.arithmetic import ULP, rounded_inputs
 from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
 from plumbob.analytic.numerics.rotor.linear_oscillator import linear_motion
-from plumbob.analytic.numerics.rotor.orbit import smooth_system
+from plumbob.analytic.numerics.rotor.orbit import rotor_system
 from plumbob.analytic.numerics.smooth.certified_motion import CertifiedMotion
 from plumbob.analytic.parameters import finite
 from plumbob.analytic.reference import Array, Signals, remembered
 
-LOST = 1e6  # [rad, rad/s] uncertainty if double precision does not determine the motion
+# [rad, rad/s] uncertainty if double precision does not determine the motion
+LOST_MOTION_UNCERTAINTY = 1e6
 
 
 @dataclass(frozen=True)
@@ -42,7 +43,7 @@ class DrivenMotion:
     @cached_property
     def certified(self) -> CertifiedMotion:
         """The motion, integrated by two independent methods."""
-        return CertifiedMotion(smooth_system(self.rotor, self.theta, self.theta_dot))
+        return CertifiedMotion(rotor_system(self.rotor, self.theta, self.theta_dot))
 
     def certify(self, last: float, watch: Callable[[float], None]) -> None:
         """Integrates the motion up to `last` [s] if it has no closed form (see
@@ -61,11 +62,14 @@ class DrivenMotion:
     def uncertainty(self, times: Array) -> Signals:
         """Error of each observable by double precision, shape (n,): the effect of rounded inputs,
         plus the rounded result of a closed form. Without a closed form it is the difference of the
-        two methods, and LOST beyond the certified time."""
+        two methods, and LOST_MOTION_UNCERTAINTY beyond the certified time."""
         if self.closed_form is None:
             known_until = self._known_until(times)
             errors = self.certified.uncertainty(np.minimum(times, known_until))
-            return {n: np.where(times > known_until, LOST, e) for n, e in errors.items()}
+            return {
+                n: np.where(times > known_until, LOST_MOTION_UNCERTAINTY, e)
+                for n, e in errors.items()
+            }
         observed = self.observe(times)
         theta = observed["theta"]
         rate = observed["theta_dot"]

@@ -15,18 +15,18 @@ import numpy as np
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.pendulums.pendulum_motion import PendulumMotion
 
-SAMPLES = 2**14  # samples of a period
+PERIOD_SAMPLES = 2**14  # samples of a period
 NOISE = 1e-15  # [rad] round-off of a coefficient
 
 
 def harmonic_amplitudes(motion: PendulumMotion) -> Array:
-    """Returns the amplitudes [rad] of the harmonics 1, 2, ... of theta, shape (SAMPLES/2 - 1,). For
-    a rotation they are those of theta - Omega t."""
-    times = np.linspace(0.0, motion.period, SAMPLES, endpoint=False)
+    """Returns the amplitudes [rad] of the harmonics 1, 2, ... of theta, shape (PERIOD_SAMPLES/2 -
+    1,). For a rotation they are those of theta - Omega t."""
+    times = np.linspace(0.0, motion.period, PERIOD_SAMPLES, endpoint=False)
     theta = motion.state(times)[0]
     if motion.regime == "rotation":
         theta = theta - np.sign(motion.theta_dot) * motion.mean_rate * times
-    return 2 * np.abs(np.fft.rfft(theta))[1:-1] / SAMPLES
+    return 2 * np.abs(np.fft.rfft(theta))[1:-1] / PERIOD_SAMPLES
 
 
 def angle_scale(motion: PendulumMotion) -> float:

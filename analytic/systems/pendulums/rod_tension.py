@@ -12,11 +12,11 @@ import numpy as np
 from plumbob.analytic.numerics.smooth.smooth_system import SmoothSystem
 from plumbob.analytic.reference import Array, Signals
 
-MASS = 1.0  # [kg] default mass of the bob: the notebook's code is per unit mass
+BOB_MASS = 1.0  # [kg] default mass of the bob: the notebook's code is per unit mass
 
 
 def tension(
-    length: float, gravity: float, theta: Any, theta_dot: Any, mass: float = MASS
+    length: float, gravity: float, theta: Any, theta_dot: Any, mass: float = BOB_MASS
 ) -> Any:
     """Returns T = m L theta'^2 + m g cos theta [N], positive if the rod is pulled. The angle theta
     [rad] and its rate [rad/s] are arrays of shape (n,) or power series."""

@@ -31,9 +31,11 @@ from plumbob.analytic.numerics.quad import double
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.pendulums.pendulum_motion import PendulumMotion
 
-NEAR = 0.05  # largest relative difference from the initial speed that counts as near
-ANGLES = 2048  # angles of a turn: the trapezoid rule converges geometrically
-SAMPLES = 20_000  # times of a period: they give parts of it to four digits
+NEAR_INITIAL_SPEED = (
+    0.05  # largest relative difference from the initial speed that counts as near
+)
+ANGLES_OF_TURN = 2048  # angles of a turn: the trapezoid rule converges geometrically
+TIMES_OF_PERIOD = 20_000  # times of a period: they give parts of it to four digits
 
 
 @dataclass(frozen=True)
@@ -50,8 +52,10 @@ class Uniformity:
 def uniformity_of_motion(motion: PendulumMotion) -> Uniformity:
     """Returns the measures of an exact rotation that starts at its `theta`, by sampling: the means
     converge geometrically."""
-    times = (np.arange(SAMPLES) + 0.5) * motion.period / SAMPLES
-    return _measures(motion.state(times)[1], np.asarray(motion.theta_dot), np.ones(SAMPLES))
+    times = (np.arange(TIMES_OF_PERIOD) + 0.5) * motion.period / TIMES_OF_PERIOD
+    return _measures(
+        motion.state(times)[1], np.asarray(motion.theta_dot), np.ones(TIMES_OF_PERIOD)
+    )
 
 
 def uniformity_from_bottom(
@@ -70,7 +74,7 @@ def _measures(speeds: Array, first: Array, spans: Array) -> Uniformity:
     weights = spans / spans.sum(axis=-1, keepdims=True)
     mean = (weights * speeds).sum(axis=-1)
     mean_square = (weights * speeds**2).sum(axis=-1)
-    is_near = np.abs(speeds / first[..., None] - 1.0) <= NEAR
+    is_near = np.abs(speeds / first[..., None] - 1.0) <= NEAR_INITIAL_SPEED
     return Uniformity(
         spread=np.ptp(speeds, axis=-1) / np.abs(first),
         deviation=np.sqrt(np.maximum(mean_square - mean**2, 0.0)) / np.abs(mean),
@@ -80,12 +84,12 @@ def _measures(speeds: Array, first: Array, spans: Array) -> Uniformity:
 
 
 def _speeds(potential: TrigonometricPotential, inertia: Array, first: Array) -> Array:
-    """Returns the speeds [rad/s] at ANGLES angles of turns that start with the speed `first`, along
-    the last axis; NaN if the motion does not turn over."""
+    """Returns the speeds [rad/s] at ANGLES_OF_TURN angles of turns that start with the speed
+    `first`, along the last axis; NaN if the motion does not turn over."""
     a, b, c = (
         np.asarray(double(x))[..., None] for x in (potential.a, potential.b, potential.c)
     )
-    theta = np.arange(ANGLES) * (2 * np.pi / ANGLES)
+    theta = np.arange(ANGLES_OF_TURN) * (2 * np.pi / ANGLES_OF_TURN)
     energies = np.asarray(TrigonometricPotential(a, b, c).value(theta))
     squares = first[..., None] ** 2 - 2 * (energies - energies[..., :1]) / inertia[..., None]
     turns_over = squares.min(axis=-1, keepdims=True) > 0.0

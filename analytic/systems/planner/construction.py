@@ -16,14 +16,20 @@ from plumbob.analytic.systems.planner.lines import strokes
 from plumbob.analytic.systems.planner.manoeuvre import Manoeuvre, Passage
 from plumbob.analytic.systems.planner.problem import (
     FULL_CIRCLE,
-    Limits,
+    PlanLimits,
     RestPose,
     check_pushing,
     to_ten_digits,
     too_many,
 )
 from plumbob.analytic.systems.planner.result import Plan, TrackName
-from plumbob.analytic.systems.planner.tracks import ArcName, Ends, LineSegment, Pair, Track
+from plumbob.analytic.systems.planner.tracks import (
+    ArcName,
+    LineSegment,
+    SegmentEnds,
+    SupportPair,
+    Track,
+)
 from plumbob.analytic.systems.planner.turns import Turn, turns_to
 
 NO_MOTION = 1e-12  # [m] and [rad] largest difference of poses that needs no motion
@@ -34,12 +40,12 @@ POSE_TOLERANCE = 1e-9  # [m] and [rad] largest distance of the final pose from t
 def plan(
     capsule: Capsule,
     goal: RestPose,
-    limits: Limits | None = None,
+    limits: PlanLimits | None = None,
     track: TrackName = "free",
     start: RestPose | None = None,
     *,
-    legs: Pair = (1, 2),
-    arc: ArcName | Ends = "shorter",
+    legs: SupportPair = (1, 2),
+    arc: ArcName | SegmentEnds = "shorter",
     segments: tuple[LineSegment, ...] | None = None,
 ) -> Plan:
     """Returns the fastest of a few plans from `start` to `goal` that turn the shorter way. If
@@ -50,7 +56,7 @@ def plan(
     Raises ParameterError naming the limit that makes a pose unreachable, or the pose if the plan
     misses it.
     """
-    limits = limits or Limits()
+    limits = limits or PlanLimits()
     start = start or RestPose(0.0, 0.0, 0.0)
     for pose in (start, goal):
         if abs(pose.heading) > LARGEST_HEADING:

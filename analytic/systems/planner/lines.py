@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 
 from plumbob.analytic.systems.manoeuvres.line_manoeuvre import closed_form
-from plumbob.analytic.systems.planner.manoeuvre import Passage, line
+from plumbob.analytic.systems.planner.manoeuvre import Passage, line_manoeuvre
 from plumbob.analytic.systems.planner.problem import too_many
 from plumbob.analytic.systems.planner.tracks import Rail, Track
 
@@ -49,7 +49,7 @@ def strokes(track: Track, rail: Rail, distance: float) -> list[tuple[Passage, ..
         t1 = math.sqrt(part / -unit.displacement)
         length = closed_form(track.capsule, w1, w2, t1).stroke
         begin = rail.low + fraction_before * max(rail.high - rail.low - length, 0.0)
-        manoeuvre = line(rail.direction, begin, w1, w2, t1)
+        manoeuvre = line_manoeuvre(rail.direction, begin, w1, w2, t1)
         return Passage(rail.place(begin), rail.place(begin + length), (manoeuvre,))
 
     parts = [largest] * (count - 1) + [distance - (count - 1) * largest]

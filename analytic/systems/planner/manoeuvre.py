@@ -23,10 +23,11 @@ from plumbob.analytic.systems.slider_path import (
 from plumbob.analytic.systems.three_points.equations import mechanics
 from plumbob.analytic.systems.three_points.rest import excess_load, holding_limit
 
-Kind = Literal["slow", "turn", "line", "wait"]
+ManoeuvreKind = Literal["slow", "turn", "line", "wait"]
 
-ANYWHERE, FIRST, ARC, SECOND = range(4)  # parts of a track
-NEAR = 1e-12  # [m] or [rad] largest distance of two places of the slider that count as one
+ANYWHERE, FIRST_SEGMENT, ARC, SECOND_SEGMENT = range(4)  # parts of a track
+# [m] or [rad] largest distance of two places of the slider that count as one
+SAME_PLACE_DISTANCE = 1e-12
 ARC_SAMPLES = 9  # times in each piece of a slow arc at which its load is computed
 
 
@@ -43,7 +44,7 @@ class Manoeuvre:
       wait: none
     """
 
-    kind: Kind
+    kind: ManoeuvreKind
     parameters: Mapping[str, float]
     path: SliderPath
     start: float = 0.0
@@ -54,7 +55,7 @@ class Manoeuvre:
         return self.path.duration
 
 
-class Place(NamedTuple):
+class TrackPlace(NamedTuple):
     """A place of the slider on a `part` of the track: its `point` x + iy relative to C [m] and, on
     the ARC, its `angle` [rad], which counts whole turns."""
 
@@ -62,19 +63,19 @@ class Place(NamedTuple):
     point: complex
     angle: float = 0.0
 
-    def differs_from(self, other: Place) -> bool:
+    def differs_from(self, other: TrackPlace) -> bool:
         """Returns True if the slider has to move to reach the place `other`."""
         on_arc = self.part == other.part == ARC
         difference = self.angle - other.angle if on_arc else self.point - other.point
-        return abs(difference) > NEAR
+        return abs(difference) > SAME_PLACE_DISTANCE
 
 
 @dataclass(frozen=True)
 class Passage:
     """Manoeuvres that take the slider from the place `begin` of the track to the place `end`."""
 
-    begin: Place
-    end: Place
+    begin: TrackPlace
+    end: TrackPlace
     manoeuvres: tuple[Manoeuvre, ...]
 
     @property
@@ -89,7 +90,9 @@ def wait(place: complex, duration: float) -> Manoeuvre:
     return Manoeuvre("wait", {}, fixed((place.real, place.imag), duration))
 
 
-def line(direction: float, position: float, w1: float, w2: float, t1: float) -> Manoeuvre:
+def line_manoeuvre(
+    direction: float, position: float, w1: float, w2: float, t1: float
+) -> Manoeuvre:
     """Returns a line manoeuvre along `direction` [rad] that begins at `position` [m], signed along
     the direction from C (Chernousko 2020, eqs. 14-22)."""
     place = cmath.rect(position, direction)
@@ -98,7 +101,7 @@ def line(direction: float, position: float, w1: float, w2: float, t1: float) -> 
     return Manoeuvre("line", parameters, path)
 
 
-def turn(
+def circle_manoeuvre(
     radius: float, angle: float, angular_acceleration: float, half_time: float
 ) -> Manoeuvre:
     """Returns a turn manoeuvre that begins at `angle` [rad] on the circle (Chernousko 2020, eqs.

@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 
 from plumbob.analytic.parameters import ParameterError, check_fields, counting, numbers
-from plumbob.analytic.systems.capsule import Capsule, Point
+from plumbob.analytic.systems.capsule import Capsule, PlanePoint
 from plumbob.analytic.systems.manoeuvres.slow_motion import proper_fraction
 
 FULL_CIRCLE = 2.0 * math.pi
@@ -22,7 +22,7 @@ class RestPose:
     x: float
     y: float
     heading: float
-    slider: Point = (0.0, 0.0)
+    slider: PlanePoint = (0.0, 0.0)
 
     def __post_init__(self) -> None:
         check_fields(self, others=("slider",))
@@ -35,7 +35,7 @@ class RestPose:
         return complex(self.x, self.y)
 
 
-POSES: tuple[tuple[str, RestPose], ...] = (
+GOAL_POSES: tuple[tuple[str, RestPose], ...] = (
     ("near", RestPose(0.1, 0.05, 0.5)),
     ("half-turn", RestPose(0.0, 0.0, math.pi)),
     ("aside", RestPose(-0.15, 0.2, -1.2)),
@@ -46,7 +46,7 @@ POSES: tuple[tuple[str, RestPose], ...] = (
 
 
 @dataclass(frozen=True)
-class Limits:
+class PlanLimits:
     """Limits on the motions of a plan. Raises ParameterError.
 
     acceleration: largest |w| of the slider [m/s^2]
@@ -73,7 +73,7 @@ class Limits:
             raise ParameterError("manoeuvres", self.manoeuvres, need)
 
 
-def check_pushing(capsule: Capsule, limits: Limits) -> None:
+def check_pushing(capsule: Capsule, limits: PlanLimits) -> None:
     """Raises ParameterError if no line manoeuvre moves the body (Chernousko 2020, eq. 15). Turns
     alone do not suffice to reach a pose, for they also shift C."""
     if not limits.acceleration > capsule.holding_acceleration:
@@ -81,7 +81,7 @@ def check_pushing(capsule: Capsule, limits: Limits) -> None:
         raise ParameterError("acceleration", limits.acceleration, need)
 
 
-def too_many(limits: Limits, needed: int) -> ParameterError:
+def too_many(limits: PlanLimits, needed: int) -> ParameterError:
     """Returns the error for a pose that needs `needed` manoeuvres, more than the limit."""
     return ParameterError(
         "manoeuvres",

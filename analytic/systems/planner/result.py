@@ -14,14 +14,14 @@ from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.capsule import Capsule
 from plumbob.analytic.systems.capsule_motion import MotionKind
 from plumbob.analytic.systems.planner.manoeuvre import Manoeuvre
-from plumbob.analytic.systems.planner.problem import FULL_CIRCLE, Limits, RestPose
+from plumbob.analytic.systems.planner.problem import FULL_CIRCLE, PlanLimits, RestPose
 from plumbob.analytic.systems.planner.tracks import (
     ArcName,
-    Ends,
     LineSegment,
-    Pair,
+    SegmentEnds,
+    SupportPair,
     Track,
-    curve,
+    curved_track,
 )
 from plumbob.analytic.systems.slider_path import SliderPath, concatenate, fixed
 from plumbob.analytic.systems.three_points.friction import three_point_motion
@@ -40,12 +40,12 @@ class Plan:
     capsule: Capsule
     start: RestPose
     goal: RestPose
-    limits: Limits
+    limits: PlanLimits
     track: TrackName
     manoeuvres: tuple[Manoeuvre, ...] = field(repr=False)
     # supports towards which the curve's segments lie, if `segments` is None
-    legs: Pair = (1, 2)
-    arc: ArcName | Ends = "shorter"
+    legs: SupportPair = (1, 2)
+    arc: ArcName | SegmentEnds = "shorter"
     segments: tuple[LineSegment, ...] | None = None
     kind: ClassVar[MotionKind] = "plane"
     count: ClassVar[int] = 1
@@ -56,7 +56,7 @@ class Plan:
         """The track on which the slider may move."""
         if self.track == "free":
             return Track(self.capsule, self.limits)
-        return curve(self.capsule, self.limits, self.legs, self.arc, self.segments)
+        return curved_track(self.capsule, self.limits, self.legs, self.arc, self.segments)
 
     @cached_property
     def path(self) -> SliderPath:

@@ -17,7 +17,7 @@ from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.capsule import (
     Arc,
     Capsule,
-    Point,
+    PlanePoint,
     direction_to,
     longest_stroke,
     validity,
@@ -26,15 +26,15 @@ from plumbob.analytic.systems.manoeuvres.line_manoeuvre import ClosedForm, close
 from plumbob.analytic.systems.planner.manoeuvre import (
     ANYWHERE,
     ARC,
-    FIRST,
-    NEAR,
-    SECOND,
+    FIRST_SEGMENT,
+    SAME_PLACE_DISTANCE,
+    SECOND_SEGMENT,
     Manoeuvre,
-    Place,
+    TrackPlace,
     slow_arc,
     slow_line,
 )
-from plumbob.analytic.systems.planner.problem import FULL_CIRCLE, Limits
+from plumbob.analytic.systems.planner.problem import FULL_CIRCLE, PlanLimits
 
 # places at which the first turn may begin, as fractions of the circle
 CIRCLE_PLACES = tuple(k / 24 for k in range(24))
@@ -42,11 +42,11 @@ CIRCLE_PLACES = tuple(k / 24 for k in range(24))
 ARC_PLACES = (0.0, 0.5, 1.0)
 LEAST_LOAD = 0.1  # smallest load of a support on a rail, over its load with the slider at C
 
-Pair = tuple[int, int]
+SupportPair = tuple[int, int]
 """The two supports (1, 2 or 3) towards which the curve's segments lie, in the order along the
 curve."""
 ArcName = Literal["shorter", "longer"]
-Ends = tuple[float, float]
+SegmentEnds = tuple[float, float]
 LineSegment = tuple[float, float, float]
 """A segment of a line through C: the line's direction [rad, from the body's x axis], and its two
 ends [m], signed along the direction from C."""
@@ -61,9 +61,9 @@ class Rail(NamedTuple):
     high: float
     part: int = ANYWHERE
 
-    def place(self, along: float) -> Place:
+    def place(self, along: float) -> TrackPlace:
         """Returns the place on the rail at `along` [m], signed along the direction from C."""
-        return Place(self.part, cmath.rect(along, self.direction))
+        return TrackPlace(self.part, cmath.rect(along, self.direction))
 
     @property
     def backward(self) -> Rail:
@@ -116,9 +116,9 @@ class Track:
     """
 
     capsule: Capsule
-    limits: Limits
+    limits: PlanLimits
     segments: tuple[Rail, ...] = ()
-    arc: Ends | None = None
+    arc: SegmentEnds | None = None
 
     def __post_init__(self) -> None:
         positive("friction", self.capsule.friction)
@@ -129,12 +129,12 @@ class Track:
         for breach in validity(self.capsule, (circle,)):
             need = f"small enough to keep every support pressed to the ground ({breach})"
             raise ParameterError("radius", self.limits.radius, need)
-        if self.arc and not NEAR < abs(self.arc[1] - self.arc[0]) <= FULL_CIRCLE:
+        if self.arc and not SAME_PLACE_DISTANCE < abs(self.arc[1] - self.arc[0]) <= FULL_CIRCLE:
             need = "two angles [from, to], different and within one turn of each other"
             raise ParameterError("arc", self.arc, need)
         lines = tuple(rail[:3] for rail in self.segments)
         for rail in self.segments:
-            if not rail.high - rail.low > NEAR:
+            if not rail.high - rail.low > SAME_PLACE_DISTANCE:
                 need = "[direction, from, to] each, `from` and `to` apart"
                 raise ParameterError("segments", lines, need)
             ends = (rail.place(along).point for along in (rail.low, rail.high))
@@ -154,15 +154,17 @@ class Track:
         return closed_form(self.capsule, self.limits.acceleration, self.w2, 1.0)
 
     @cached_property
-    def joints(self) -> dict[int, tuple[Place, Place]]:
+    def joints(self) -> dict[int, tuple[TrackPlace, TrackPlace]]:
         """The places at which a segment meets the arc, by the segment's part: the place as one on
         the segment, and as one on the arc."""
-        joints = dict[int, tuple[Place, Place]]()
+        joints = dict[int, tuple[TrackPlace, TrackPlace]]()
         for rail in self.segments:
             for along in (self.limits.radius, -self.limits.radius):
                 direction = rail.direction if along > 0.0 else rail.direction + math.pi
                 angle = self._arc_angle(direction)
-                on_rail = rail.low - NEAR <= along <= rail.high + NEAR
+                on_rail = (
+                    rail.low - SAME_PLACE_DISTANCE <= along <= rail.high + SAME_PLACE_DISTANCE
+                )
                 if on_rail and angle is not None:
                     joints.setdefault(rail.part, (rail.place(along), self.on_circle(angle)))
         return joints
@@ -179,24 +181,35 @@ class Track:
             return None
         first, last = self.arc
         sense = math.copysign(1.0, last - first)
-        from_first = (sense * (angle - first) + NEAR) % FULL_CIRCLE - NEAR
-        return first + sense * from_first if from_first <= abs(last - first) + NEAR else None
+        from_first = (
+            sense * (angle - first) + SAME_PLACE_DISTANCE
+        ) % FULL_CIRCLE - SAME_PLACE_DISTANCE
+        return (
+            first + sense * from_first
+            if from_first <= abs(last - first) + SAME_PLACE_DISTANCE
+            else None
+        )
 
-    def places(self, point: Point) -> tuple[Place, ...]:
+    def places(self, point: PlanePoint) -> tuple[TrackPlace, ...]:
         """Returns all places of the track at `point` relative to C [m]. Raises ParameterError if
         there is none."""
         position = complex(*point)
         if not self.is_curve:
-            return (Place(ANYWHERE, position),)
-        places = list[Place]()
+            return (TrackPlace(ANYWHERE, position),)
+        places = list[TrackPlace]()
         for rail in self.segments:
             along = position * cmath.rect(1.0, -rail.direction)
-            on_line = abs(along.imag) <= NEAR
-            if on_line and rail.low - NEAR <= along.real <= rail.high + NEAR:
-                places.append(Place(rail.part, position))
+            on_line = abs(along.imag) <= SAME_PLACE_DISTANCE
+            if (
+                on_line
+                and rail.low - SAME_PLACE_DISTANCE
+                <= along.real
+                <= rail.high + SAME_PLACE_DISTANCE
+            ):
+                places.append(TrackPlace(rail.part, position))
         angle = self._arc_angle(cmath.phase(position))
-        if angle is not None and abs(abs(position) - self.limits.radius) <= NEAR:
-            places.append(Place(ARC, position, angle))
+        if angle is not None and abs(abs(position) - self.limits.radius) <= SAME_PLACE_DISTANCE:
+            places.append(TrackPlace(ARC, position, angle))
         if not places:
             raise ParameterError("slider", point, "on the curve: segment, arc, segment")
         return tuple(places)
@@ -214,10 +227,10 @@ class Track:
         places = (0.0,) if returning else ARC_PLACES
         return Circle(sense, min(extent, longest), first, extent, places)
 
-    def on_circle(self, angle: float) -> Place:
+    def on_circle(self, angle: float) -> TrackPlace:
         """Returns the place on the circle at `angle` [rad]."""
         part = ANYWHERE if self.arc is None else ARC
-        return Place(part, cmath.rect(self.limits.radius, angle), angle)
+        return TrackPlace(part, cmath.rect(self.limits.radius, angle), angle)
 
     def legs(self, displacement: complex) -> tuple[Legs, ...]:
         """Returns ways to carry the body over `displacement` [m], in body axes: straight, or along
@@ -230,7 +243,7 @@ class Track:
         parts = np.linalg.solve(axes, [displacement.real, displacement.imag])
         legs: Legs = ()
         for rail, part in zip(self.segments, parts, strict=True):
-            if abs(part) > NEAR:
+            if abs(part) > SAME_PLACE_DISTANCE:
                 # The body moves against the slider.
                 leg = rail if part < 0.0 else rail.backward
                 legs = (*legs, (leg, float(abs(part))))
@@ -244,12 +257,12 @@ class Track:
         high = min(max(0.5 * length, length + behind), ahead)
         return Rail(direction, high - length, high)
 
-    def route(self, begin: Place, end: Place) -> tuple[Manoeuvre, ...]:
+    def route(self, begin: TrackPlace, end: TrackPlace) -> tuple[Manoeuvre, ...]:
         """Returns the slow motions from one place to another. Within one piece they follow that
         piece; on a curve they follow the curve and stop at its corners. Otherwise they are the
         faster of two ways: straight, or through C, where static friction allows the largest
         acceleration."""
-        c = Place(ANYWHERE, 0j)
+        c = TrackPlace(ANYWHERE, 0j)
         ways = [((begin, end),), ((begin, c), (c, end))]
         if begin.part == end.part != ANYWHERE:
             ways = ways[:1]
@@ -260,7 +273,9 @@ class Track:
         motions = [self._slow_motions(way) for way in ways]
         return min(motions, key=lambda way: sum(motion.duration for motion in way))
 
-    def _slow_motions(self, pairs: Sequence[tuple[Place, Place]]) -> tuple[Manoeuvre, ...]:
+    def _slow_motions(
+        self, pairs: Sequence[tuple[TrackPlace, TrackPlace]]
+    ) -> tuple[Manoeuvre, ...]:
         """Returns slow motions between pairs of places; both places of a pair are on one part of
         the track."""
         capsule = self.capsule
@@ -279,7 +294,7 @@ class Track:
 
 def checked_curve(
     legs: Any = (1, 2), arc: Any = "shorter", segments: Any = None
-) -> tuple[Pair, ArcName | Ends, tuple[LineSegment, ...] | None]:
+) -> tuple[SupportPair, ArcName | SegmentEnds, tuple[LineSegment, ...] | None]:
     """Returns the arguments as tuples. Raises ParameterError if `legs` are not two different
     supports, `arc` is neither a name nor two angles, or `segments` are not two triples of numbers.
     """
@@ -294,11 +309,11 @@ def checked_curve(
     return legs, arc, segments
 
 
-def curve(
+def curved_track(
     capsule: Capsule,
-    limits: Limits,
-    legs: Pair = (1, 2),
-    arc: ArcName | Ends = "shorter",
+    limits: PlanLimits,
+    legs: SupportPair = (1, 2),
+    arc: ArcName | SegmentEnds = "shorter",
     segments: tuple[LineSegment, ...] | None = None,
 ) -> Track:
     """Returns the track of two `segments` of lines through C and an `arc` of the circle. The arc is
@@ -310,10 +325,12 @@ def curve(
         segments = tuple((direction_to(capsule, i), 0.0, limits.radius) for i in legs)
     first, second = rails = tuple(
         Rail(direction, min(ends), max(ends), part)
-        for part, (direction, *ends) in zip((FIRST, SECOND), segments, strict=True)
+        for part, (direction, *ends) in zip(
+            (FIRST_SEGMENT, SECOND_SEGMENT), segments, strict=True
+        )
     )
     angle = second.direction - first.direction
-    if abs(math.sin(angle)) <= NEAR:
+    if abs(math.sin(angle)) <= SAME_PLACE_DISTANCE:
         raise ParameterError("segments", segments, "on two lines, and not on one")
     if not isinstance(arc, str):
         return Track(capsule, limits, rails, arc)

@@ -20,14 +20,15 @@ import numpy as np
 
 from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.systems.planner.lines import line_time
-from plumbob.analytic.systems.planner.manoeuvre import Passage, slow_arc, turn, wait
+from plumbob.analytic.systems.planner.manoeuvre import Passage, circle_manoeuvre, slow_arc, wait
 from plumbob.analytic.systems.planner.problem import FULL_CIRCLE, to_ten_digits, too_many
 from plumbob.analytic.systems.planner.tracks import Circle, Track
 from plumbob.analytic.systems.three_points.friction import three_point_motion
 
 WAIT_FACTOR = 1.1  # wait after a turn over the time of the residual motion
 SURVEY_TURNS = 8  # number of turns that are computed for the estimates
-SMALLEST_PART = 1 / 24  # slider's angle in the smallest of these turns over that in the largest
+# slider's angle in the smallest of these turns over that in the largest
+SMALLEST_TURN_RATIO = 1 / 24
 # Assumed heading of the largest turn over its surveyed value: it depends on where the turn begins.
 HEADING_MARGIN = 0.98
 LARGEST_OVER_ESTIMATE = 1.1  # largest angle of the slider in an exact turn over its estimate
@@ -54,7 +55,9 @@ def compute_turn(track: Track, start: float, swing: float) -> Turn:
     # The largest |w| is at half time, where the centripetal acceleration is a Z |swing|.
     acceleration = track.limits.acceleration / (track.limits.radius * math.hypot(1.0, swing))
     half_time = math.sqrt(abs(swing) / acceleration)
-    manoeuvre = turn(track.limits.radius, start, math.copysign(acceleration, swing), half_time)
+    manoeuvre = circle_manoeuvre(
+        track.limits.radius, start, math.copysign(acceleration, swing), half_time
+    )
     motion = three_point_motion(track.capsule, manoeuvre.path)
     pose = motion.at(np.array([motion.rest_time]))
     begin = track.on_circle(start)
@@ -91,7 +94,7 @@ def exact_turn(
     return turn_through(float(root))
 
 
-class Choice(NamedTuple):
+class TurnChoice(NamedTuple):
     """A number of `turns`, each with the slider through about `swing` [rad], the first one from the
     start number `place` of the circle. `time` [s] is the estimate for these turns and the lines
     after them, to ten digits."""
@@ -104,14 +107,14 @@ class Choice(NamedTuple):
 
 def estimate_choices(
     track: Track, circle: Circle, heading: float, displacement: complex
-) -> list[Choice]:
+) -> list[TurnChoice]:
     """Returns ways to turn the body by `heading` [rad], a positive number, and to move C in all by
     `displacement` [m], in body axes at the start. Raises ParameterError.
 
     Each time is estimated from a few computed turns: heading and shift of a turn are nearly in
     proportion to the slider's angle, its time to the square root.
     """
-    choices = list[Choice]()
+    choices = list[TurnChoice]()
     turns = _survey_turns(track, circle)
     fewest = math.ceil(heading / (HEADING_MARGIN * circle.heading_gain(turns[-1].heading)))
     most = min(fewest + EXTRA_COUNTS, track.limits.manoeuvres)
@@ -130,7 +133,7 @@ def estimate_choices(
             remaining = displacement - total_shift * cmath.rect(1.0, start)
             remaining *= cmath.rect(1.0, circle.sense * heading)  # in body axes after the turns
             estimate = to_ten_digits(time + line_time(track, remaining))
-            choices.append(Choice(estimate, count, place, swing))
+            choices.append(TurnChoice(estimate, count, place, swing))
     if not choices:
         raise too_many(track.limits, fewest)
     return choices
@@ -163,7 +166,7 @@ def _survey_turns(track: Track, circle: Circle) -> list[Turn]:
     """Returns a few turns, from a small one to the one that turns the body most. Raises
     ParameterError naming the acceleration if larger turns of the slider do not turn the body more.
     """
-    smallest = SMALLEST_PART * circle.longest
+    smallest = SMALLEST_TURN_RATIO * circle.longest
     if not smallest > 0.0:
         raise ParameterError("stroke", track.limits.stroke, "large enough for a turn")
     swings = circle.sense * np.geomspace(smallest, circle.longest, SURVEY_TURNS)
@@ -177,7 +180,7 @@ def _survey_turns(track: Track, circle: Circle) -> list[Turn]:
 
 
 def turns_of_choice(
-    track: Track, circle: Circle, heading: float, choice: Choice
+    track: Track, circle: Circle, heading: float, choice: TurnChoice
 ) -> list[Turn] | None:
     """Returns the turns of a choice, which together add exactly the `heading` [rad], a positive
     number. If all begin at one place, they are equal; otherwise the last one differs. Returns None

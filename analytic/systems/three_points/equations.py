@@ -23,7 +23,7 @@ from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.capsule import Capsule, load_gradient, normal_forces
 from plumbob.analytic.systems.slider_path import Piece
 
-Complex = npt.NDArray[np.complex128]
+ComplexForces = npt.NDArray[np.complex128]
 
 
 @dataclass(frozen=True)
@@ -35,7 +35,7 @@ class Mechanics:
     mass_ratio: float
     reduced_mass: float  # mu M [kg]
     body_inertia: float  # J [kg m^2]
-    supports: Complex  # [m], shape (3,)
+    supports: ComplexForces  # [m], shape (3,)
     centre_limits: Array  # f N_i with Q at C [N], shape (3,)
     limit_slopes: Array  # derivatives of f N_i by r [N/m], shape (2, 3)
 
@@ -44,11 +44,11 @@ class Mechanics:
 class Configuration:
     """Terms of the equations that depend only on the slider's position and motion, at n times."""
 
-    position: Complex  # r [m], shape (n,)
-    velocity: Complex  # v [m/s]
-    acceleration: Complex  # w [m/s^2]
+    position: ComplexForces  # r [m], shape (n,)
+    velocity: ComplexForces  # v [m/s]
+    acceleration: ComplexForces  # w [m/s^2]
     limits: Array  # f N_i [N], shape (n, 3)
-    arms: Complex  # CA_i - mu r [m], shape (n, 3)
+    arms: ComplexForces  # CA_i - mu r [m], shape (n, 3)
     inertia: Array  # J + mu M r^2 [kg m^2]
 
 
@@ -66,7 +66,7 @@ def mechanics(capsule: Capsule) -> Mechanics:
     )
 
 
-def cross(a: Complex, b: Complex) -> Array:
+def cross(a: ComplexForces, b: ComplexForces) -> Array:
     """Vertical component of a x b."""
     return (a.conjugate() * b).imag
 
@@ -89,7 +89,9 @@ def configuration(body: Mechanics, piece: Piece, times: Array) -> Configuration:
     )
 
 
-def support_velocities(terms: Configuration, velocity: Complex, omega: Array) -> Complex:
+def support_velocities(
+    terms: Configuration, velocity: ComplexForces, omega: Array
+) -> ComplexForces:
     """Returns the velocities v_i of the supports in body axes [m/s], shape (n, 3), from the
     `velocity` p [m/s] and the angular velocity `omega` [rad/s], both of shape (n,)."""
     return velocity[:, None] + 1j * omega[:, None] * terms.arms

@@ -10,9 +10,9 @@ from numpy.polynomial.legendre import legder, leggauss
 
 from plumbob.analytic.numerics.collocation import evaluate
 from plumbob.analytic.reference import Array
-from plumbob.analytic.systems.capsule_motion import Demand
+from plumbob.analytic.systems.capsule_motion import ActuatorDemand
 from plumbob.analytic.systems.three_points.equations import (
-    Complex,
+    ComplexForces,
     Configuration,
     Mechanics,
     cross,
@@ -24,7 +24,7 @@ from plumbob.analytic.systems.three_points.smooth_segment import SmoothSegment
 # largest nonlinear coefficient of a time series that counts as linear, relative
 LINEAR_TIME = 1e-9
 # Gauss points of a segment for the mean square; the peak uses the segment's ends too
-NODES = 16
+FORCE_NODES = 16
 
 
 @dataclass(frozen=True)
@@ -39,12 +39,12 @@ class Loading:
     pace: Array  # d(time)/d(fraction) [s]
 
     @property
-    def velocity(self) -> Complex:
+    def velocity(self) -> ComplexForces:
         """Velocity p of the body's point at the combined centre G [m/s], shape (n,)."""
         return np.asarray(self.states[:, 0] + 1j * self.states[:, 1])
 
     @property
-    def acceleration(self) -> Complex:
+    def acceleration(self) -> ComplexForces:
         """Acceleration of the combined centre G [m/s^2], shape (n,)."""
         mu = self.body.mass_ratio
         omega = self.states[:, 2]
@@ -53,7 +53,7 @@ class Loading:
         return np.asarray(velocity_rate + mu * self.terms.acceleration + axes_rotation)
 
     @property
-    def friction(self) -> tuple[Complex, Array]:
+    def friction(self) -> tuple[ComplexForces, Array]:
         """Resultant of the friction forces [N], and their moment about G [N m], shape (n,) each
         (Chernousko 2020, eqs. 2-4)."""
         r = self.terms.position
@@ -64,7 +64,7 @@ class Loading:
         return self.body.mass * self.acceleration, moment
 
     @property
-    def actuator(self) -> Complex:
+    def actuator(self) -> ComplexForces:
         """Force F of the actuators on the slider [N], shape (n,) (Chernousko 2020, eq. 3)."""
         r = self.terms.position
         v = self.terms.velocity
@@ -93,10 +93,10 @@ def loading(motion: ThreePointMotion, segment: SmoothSegment, fractions: Array) 
     return Loading(motion.body, terms, states, rates, derivatives[:, 3] * segment.last)
 
 
-def plane_demand(motion: ThreePointMotion) -> Demand:
+def plane_demand(motion: ThreePointMotion) -> ActuatorDemand:
     """Returns what `motion` asks of the actuators until the slider stops: peak and root mean square
     of the force's magnitude, and the peak power given to the slider in the body."""
-    nodes, weights = leggauss(NODES)
+    nodes, weights = leggauss(FORCE_NODES)
     fractions = np.concatenate([[0.0], 0.5 * (nodes + 1.0), [1.0]])
     stop = motion.path.duration
     peak_force = peak_power = square_integral = 0.0
@@ -110,4 +110,4 @@ def plane_demand(motion: ThreePointMotion) -> Demand:
             durations = 0.5 * weights * load.pace[1:-1]
             square_integral += float(durations @ forces[1:-1] ** 2)
     rms = math.sqrt(square_integral / stop) if stop else 0.0
-    return Demand(peak_force, rms, peak_power)
+    return ActuatorDemand(peak_force, rms, peak_power)

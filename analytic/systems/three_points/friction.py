@@ -25,7 +25,7 @@ from plumbob.analytic.systems.three_points.equations import (
     mechanics,
 )
 from plumbob.analytic.systems.three_points.implicit_friction import (
-    REST,
+    ZERO_SLIP,
     Slip,
     onset_acceleration,
     slip_acceleration,
@@ -46,21 +46,21 @@ from plumbob.analytic.systems.three_points.smooth_segment import (
     Accuracy,
     Interval,
     Mode,
+    SegmentState,
     SmoothSegment,
-    State,
     rest_segment,
 )
 
 MAX_EVENTS = 500  # largest number of events in one piece of the path
 # The difference from a second, less accurate motion gives the error: the factor on the tolerance of
 # that motion, and the number of nodes by which it has fewer.
-COARSER, COARSER_NODES = 100.0, 6
+COARSER_TOLERANCE, COARSER_NODES = 100.0, 6
 # first delay after which a slip that grows from zero is examined, over the horizon
 FIRST_DELAY = 1e-6
 
 
 @dataclass(frozen=True)
-class Start:
+class InitialVelocities:
     """Initial velocity of C [m/s] and angular velocity [rad/s]; at time 0 C is the origin and the
     heading is 0."""
 
@@ -74,7 +74,7 @@ class ModeStart:
     or the support that slips first in a slide, else -1. `sense` is the sign of a pivot's turning.
     `departure` gives first guesses for a slide that begins with a support at rest."""
 
-    state: State
+    state: SegmentState
     mode: Mode
     support: int = -1
     sense: float = 1.0
@@ -85,7 +85,7 @@ class ModeStart:
 def three_point_motion(
     capsule: Capsule,
     path: SliderPath,
-    start: Start = Start(),
+    start: InitialVelocities = InitialVelocities(),
     *,
     nodes: int = 24,
     tolerance: float = 1e-11,
@@ -106,7 +106,7 @@ def three_point_motion(
         three_point_motion,
         *(capsule, path, start),
         nodes=nodes - COARSER_NODES,
-        tolerance=COARSER * tolerance,
+        tolerance=COARSER_TOLERANCE * tolerance,
     )
     integrate = partial(_integrate_path, body, path, start, accuracy)
     return ThreePointMotion(capsule, path, body, integrate, coarser)
@@ -173,13 +173,13 @@ def _slide_phase(interval: Interval, begin: ModeStart) -> ModeResult:
     return segments, _mode_after_stop(interval, state)
 
 
-def _first_mode(interval: Interval, start: Start) -> ModeStart:
+def _first_mode(interval: Interval, start: InitialVelocities) -> ModeStart:
     """Returns the mode with which the motion begins at time 0."""
     omega = start.angular_velocity
     mu = interval.body.mass_ratio
     slider = complex(interval.at(0.0).position[0])
     velocity = complex(*start.velocity) + 1j * omega * mu * slider
-    state = State(0.0, complex(velocity), omega, 0.0, 0j)
+    state = SegmentState(0.0, complex(velocity), omega, 0.0, 0j)
     resting = resting_supports(interval.at(0.0), state, 0.0)
     if len(resting) == 1:
         return ModeStart(state, "pivot", *resting)
@@ -187,7 +187,7 @@ def _first_mode(interval: Interval, start: Start) -> ModeStart:
 
 
 def _integrate_path(
-    body: Mechanics, path: SliderPath, start: Start, accuracy: Accuracy
+    body: Mechanics, path: SliderPath, start: InitialVelocities, accuracy: Accuracy
 ) -> Segments:
     """Returns the segments of the whole motion: along every piece of the path, then with the slider
     fixed at the path's end until the body rests."""
@@ -229,14 +229,14 @@ def _departure_guess(
     return guess
 
 
-def _mode_from_rest(interval: Interval, state: State, delay: float) -> ModeStart:
+def _mode_from_rest(interval: Interval, state: SegmentState, delay: float) -> ModeStart:
     """Returns the mode of a body at rest in `state`, from the wrench that acts `delay` [s] later.
     `delay` is > 0 if the wrench has just reached the friction limit: the present wrench then moves
     nothing."""
     terms = interval.at(state.time + delay)
     (force,), (torque,) = needed_wrench(interval.body, terms)
     slip = onset_acceleration(interval.body.mass, terms, complex(force), float(torque))
-    if slip == REST:
+    if slip == ZERO_SLIP:
         return ModeStart(state, "rest")
     support_accelerations = slip[0] + 1j * slip[1] * terms.arms[0]
     resting = np.flatnonzero(support_accelerations == 0.0)
@@ -246,7 +246,7 @@ def _mode_from_rest(interval: Interval, state: State, delay: float) -> ModeStart
 
 
 def _mode_with_support_at_rest(
-    interval: Interval, state: State, support: int, delay: float
+    interval: Interval, state: SegmentState, support: int, delay: float
 ) -> ModeStart:
     """Returns the mode with `support` at rest while the others slide: a pivot if the support
     sticks, else a slide. The forces are those `delay` [s] later, as in `_mode_from_rest`."""
@@ -279,7 +279,7 @@ def _mode_beyond_limit(
     return begin
 
 
-def _mode_after_stop(interval: Interval, state: State) -> ModeStart:
+def _mode_after_stop(interval: Interval, state: SegmentState) -> ModeStart:
     """Returns the mode that follows when the body has come to rest."""
     return _mode_from_rest(interval, replace(state, velocity=0j, omega=0.0), 0.0)
 

@@ -22,7 +22,7 @@ from typing import NamedTuple
 
 from plumbob.analytic.systems.three_points.equations import Configuration
 
-NEWTON_STEPS = 60
+MAX_FRICTION_NEWTON_STEPS = 60
 # undamped Newton steps that are tried first, from the slip of the previous time step
 UNDAMPED_STEPS = 12
 ABOVE_ONE = 1.0 + 1e-9  # a number that exceeds 1 by more than rounding
@@ -30,13 +30,13 @@ LAST_STEP = 2e-15  # size of the step that ends Newton's method, relative to the
 # relative gap between bounds of a load factor; the factor's error is its square
 FACTOR_GAP = 1e-9
 GAP_PART = 0.9  # part of the gap by which the lower bound of a load factor is raised
-SMALLEST_PART = 1e-16  # smallest part of a Newton step
+SMALLEST_NEWTON_PART = 1e-16  # smallest part of a Newton step
 # relative excess of a force over its friction limit at which a support still sticks
 EXCESS_ROUNDING = 1e-12
 
 # velocity of the body's point at the combined centre [m/s], and angular velocity [rad/s]
 Slip = tuple[complex, float]
-REST: Slip = (0j, 0.0)
+ZERO_SLIP: Slip = (0j, 0.0)
 
 
 class FrictionProblem(NamedTuple):
@@ -68,13 +68,13 @@ def after_friction(problem: FrictionProblem, free: Slip, near: Slip) -> Slip:
     friction. The velocities `near`, from the previous step, are the first guess."""
     force, torque = problem.mass * free[0], problem.inertia * free[1]
     if surely_sticks(problem.limits, problem.arms, force, torque):
-        return REST
+        return ZERO_SLIP
     slip = _moving_minimum(problem, free, near)
     if slip is not None:
         return slip
     factor, direction = load_factor(problem.limits, problem.arms, force, torque)
     if factor <= 1.0 + EXCESS_ROUNDING:
-        return REST
+        return ZERO_SLIP
     # Offsets are left out: they may be larger than a tiny slip.
     begin = _minimum_along(FrictionProblem(*problem[:4]), free, direction)
     return _moving_minimum(problem, free, begin) or begin
@@ -124,10 +124,14 @@ def _moving_minimum(problem: FrictionProblem, free: Slip, near: Slip) -> Slip | 
         direction = impulse / abs(impulse) * excess / problem.mass
         part = _damping_factor(problem, free, begin, (direction, 0.0), 0.0)
         begin = begin[0] + part * direction, begin[1]
-        minimum = _newton_minimum(problem, free, begin, scale, NEWTON_STEPS, damped=True)
+        minimum = _newton_minimum(
+            problem, free, begin, scale, MAX_FRICTION_NEWTON_STEPS, damped=True
+        )
         return minimum or begin
-    if problem.value(free, near) < problem.value(free, REST):
-        return _newton_minimum(problem, free, near, scale, NEWTON_STEPS, damped=True)
+    if problem.value(free, near) < problem.value(free, ZERO_SLIP):
+        return _newton_minimum(
+            problem, free, near, scale, MAX_FRICTION_NEWTON_STEPS, damped=True
+        )
     return None
 
 
@@ -163,7 +167,7 @@ def load_factor(
     if not math.isfinite(size):
         raise OverflowError("a double does not hold the size of the wrench")
     if size == 0.0:
-        return 0.0, REST
+        return 0.0, ZERO_SLIP
     slip: Slip = (complex(force / size), float(torque / size) / reach**2)
     if not total > 0.0:
         return math.inf, slip
@@ -183,7 +187,7 @@ def load_factor(
         free = pull[0] / lower, pull[1] / lower
         candidate = _minimum_along(problem, free, slip) if factor else free
         candidate = _moving_minimum(problem, free, candidate) or candidate
-        if problem.value(free, candidate) >= problem.value(free, REST):
+        if problem.value(free, candidate) >= problem.value(free, ZERO_SLIP):
             break
         slip = candidate
         factor = _energy_gain(problem, pull, slip) / problem.value(slip, slip)
@@ -312,7 +316,7 @@ def _damping_factor(
     condition with the `slope` along the step)."""
     level = problem.value(free, slip)
     part = 1.0
-    while part > SMALLEST_PART:
+    while part > SMALLEST_NEWTON_PART:
         trial = (slip[0] + part * step[0], slip[1] + part * step[1])
         if problem.value(free, trial) <= level + 1e-4 * part * slope:
             break
@@ -332,7 +336,7 @@ def onset_acceleration(
     inertia = float(terms.inertia[0])
     factor, _ = load_factor(limits, arms, force, torque)
     if factor <= 1.0 + EXCESS_ROUNDING:
-        return REST
+        return ZERO_SLIP
     without_friction = (force / mass, torque / inertia)
     problem = FrictionProblem(mass, inertia, limits, arms)
     # The accelerations without friction are also the first guess of the search.

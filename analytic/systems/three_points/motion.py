@@ -15,7 +15,7 @@ from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.capsule import Capsule
 from plumbob.analytic.systems.capsule_motion import MotionKind, SingleMotion
 from plumbob.analytic.systems.slider_path import SliderPath
-from plumbob.analytic.systems.three_points.equations import Complex, Mechanics
+from plumbob.analytic.systems.three_points.equations import ComplexForces, Mechanics
 from plumbob.analytic.systems.three_points.smooth_segment import (
     Mode,
     SmoothSegment,
@@ -23,7 +23,7 @@ from plumbob.analytic.systems.three_points.smooth_segment import (
 )
 
 Segments = tuple[SmoothSegment, ...]
-ROUNDINGS = 32 * ROUNDOFF  # relative rounding of a sum over some tens of segments
+SUM_ROUNDING = 32 * ROUNDOFF  # relative rounding of a sum over some tens of segments
 
 
 @dataclass(frozen=True)
@@ -37,7 +37,7 @@ class Event:
 
 
 @dataclass(frozen=True)
-class Pose:
+class CapsulePose:
     """Position of C on the ground [m] and velocity of C [m/s], shape (n, 2); heading psi [rad] and
     angular velocity [rad/s], shape (n,)."""
 
@@ -97,7 +97,7 @@ class ThreePointMotion(SingleMotion):
         return last.time if last.mode == "rest" else np.inf
 
     @cached_property
-    def error(self) -> Pose:
+    def error(self) -> CapsulePose:
         """Largest difference from the less accurate motion `coarser`, over the whole motion, plus
         round-off. Its parts have the shapes (1, 2) and (1,). The difference is almost entirely the
         error of `coarser`."""
@@ -106,14 +106,14 @@ class ThreePointMotion(SingleMotion):
         poses = self.at(times)
         coarser_poses = self.coarser().at(times)
         bounds = []
-        for field in fields(Pose):
+        for field in fields(CapsulePose):
             values = getattr(poses, field.name)
             difference = np.abs(values - getattr(coarser_poses, field.name))
             size = float(np.abs(values).max())
-            bounds.append(difference.max(axis=0, keepdims=True) + ROUNDINGS * size)
-        return Pose(*bounds)
+            bounds.append(difference.max(axis=0, keepdims=True) + SUM_ROUNDING * size)
+        return CapsulePose(*bounds)
 
-    def at(self, times: Array) -> Pose:
+    def at(self, times: Array) -> CapsulePose:
         """Returns pose and velocity of the body at `times` [s], shape (n,)."""
         times = np.atleast_1d(np.asarray(times, dtype=np.float64))
         numbers = np.clip(np.searchsorted(self.begins, times, side="right") - 1, 0, None)
@@ -123,9 +123,9 @@ class ThreePointMotion(SingleMotion):
             segment = self.segments[number]
             local = times[selected] - self.path.breakpoints[segment.interval.number]
             states[selected] = segment.states(np.clip(local, segment.start, segment.end))
-        slider: Complex = self.path.places(times) @ np.array([1.0, 1j])
+        slider: ComplexForces = self.path.places(times) @ np.array([1.0, 1j])
         omega, _, heading = states[:, 2:5].T
         velocity = velocity_of_c(self.body, slider, states)
         velocity *= np.exp(1j * heading)
         velocities = np.column_stack([velocity.real, velocity.imag])
-        return Pose(states[:, 5:], heading, velocities, omega)
+        return CapsulePose(states[:, 5:], heading, velocities, omega)

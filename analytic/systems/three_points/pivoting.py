@@ -15,18 +15,19 @@ import numpy as np
 
 from plumbob.analytic.numerics.collocation import evaluate
 from plumbob.analytic.reference import Array
-from plumbob.analytic.systems.three_points.equations import Complex, Configuration, cross
+from plumbob.analytic.systems.three_points.equations import ComplexForces, Configuration, cross
 from plumbob.analytic.systems.three_points.smooth_segment import (
     Interval,
+    SegmentState,
     SmoothSegment,
-    State,
     fitted_coefficients,
     state_at,
 )
 
 EVENT_SAMPLES = 129  # places in an element at which events are searched as changes of sign
-MAX_ELEMENTS = 2000  # largest number of elements in one piece
-UNBALANCED = 1e-3  # smallest unbalanced part of the moments as a pivot starts, over their size
+MAX_PIVOT_ELEMENTS = 2000  # largest number of elements in one piece
+# smallest unbalanced part of the moments as a pivot starts, over their size
+UNBALANCED_MOMENT = 1e-3
 OMEGA_ROUNDING = 1e-15  # rounding of omega over the largest change of omega by friction
 SHORTEST_PART = 1e-13  # shortest first element of a pivot, over the remaining time of the piece
 
@@ -35,7 +36,7 @@ Ending = Literal["time", "stop", "slip"]
 STOP: Ending = "stop"
 
 
-Pivoted = tuple[list[SmoothSegment], State, Ending]
+Pivoted = tuple[list[SmoothSegment], SegmentState, Ending]
 """The segments of a pivot, the state at its end, and the reason why it ended."""
 
 
@@ -64,7 +65,7 @@ class Pivot:
             -self.sense * terms.limits @ np.abs(supports - supports[self.support])
         )
 
-    def motion(self, terms: Configuration, omega: Array) -> tuple[Array, Complex]:
+    def motion(self, terms: Configuration, omega: Array) -> tuple[Array, ComplexForces]:
         """Returns d(omega)/dt [rad/s^2] while the body turns at `omega` [rad/s], shape (n,), and
         the friction force F_i [N] in body axes that keeps the support at rest."""
         body = self.interval.body
@@ -93,7 +94,7 @@ class Pivot:
         return self.sense * omega, limit - needed, limit
 
 
-def integrate_pivot(pivot: Pivot, state: State) -> Pivoted:
+def integrate_pivot(pivot: Pivot, state: SegmentState) -> Pivoted:
     """Integrates the turn about a support from `state` until the turning stops, the support slips,
     or the piece ends. Returns the segments, the last state and the reason.
 
@@ -104,7 +105,7 @@ def integrate_pivot(pivot: Pivot, state: State) -> Pivoted:
     interval = pivot.interval
     duration = interval.piece.duration
     size = _first_size(pivot, state, duration - state.time)
-    while len(segments) < MAX_ELEMENTS:
+    while len(segments) < MAX_PIVOT_ELEMENTS:
         remaining = duration - state.time
         if remaining <= 0.0:
             return segments, state, "time"
@@ -140,10 +141,10 @@ def integrate_pivot(pivot: Pivot, state: State) -> Pivoted:
         if ending != "time":
             return segments, state, ending
         size *= 2.0
-    raise RuntimeError(f"{MAX_ELEMENTS} elements did not finish piece {interval.number}")
+    raise RuntimeError(f"{MAX_PIVOT_ELEMENTS} elements did not finish piece {interval.number}")
 
 
-def _first_size(pivot: Pivot, state: State, remaining: float) -> float:
+def _first_size(pivot: Pivot, state: SegmentState, remaining: float) -> float:
     """Returns the length of the first element [s]: the remaining time of the piece. If the piece
     has no end, it is more than the time in which friction stops the turning."""
     if np.isfinite(remaining):
@@ -153,7 +154,7 @@ def _first_size(pivot: Pivot, state: State, remaining: float) -> float:
     return 1.5 * abs(state.omega) * float(pivot.inertia(terms)[0]) / braking
 
 
-def _element(pivot: Pivot, state: State, size: float) -> tuple[Array, float, float]:
+def _element(pivot: Pivot, state: SegmentState, size: float) -> tuple[Array, float, float]:
     """Returns the coefficients of a SmoothSegment from `state` over `size` [s], their relative
     truncation error, and the rounding error of omega [rad/s]."""
     interval = pivot.interval
@@ -170,7 +171,7 @@ def _element(pivot: Pivot, state: State, size: float) -> tuple[Array, float, flo
     changes = [change.real, change.imag, omega - state.omega, size * rule.nodes]
     slopes: Array = np.asarray(np.linalg.solve(rule.integral, np.column_stack(changes)))
     friction_gain = size * float((np.abs(pivot.moment(terms)) / inertia).max())
-    rate = max(float(np.abs(omega).max()), UNBALANCED * friction_gain, 1e-300)
+    rate = max(float(np.abs(omega).max()), UNBALANCED_MOMENT * friction_gain, 1e-300)
     speed = rate * float(np.abs(first_terms.arms).max())
     truncation = rule.truncation(slopes, np.array([speed, speed, rate, size]))
     return (

@@ -14,9 +14,10 @@ from plumbob.analytic.systems.capsule import (
     normal_force_uncertainty,
     normal_forces,
 )
-from plumbob.analytic.systems.three_points.friction import Start
+from plumbob.analytic.systems.three_points.friction import InitialVelocities
 
-ROUNDINGS = 8 * ROUNDOFF  # relative rounding of parameters, times and the change of axes
+# relative rounding of parameters, times and the change of axes
+REFERENCE_ROUNDING = 8 * ROUNDOFF
 # The stated error is this factor times the difference from a coarser computation. In one motion in
 # sixty both computations happen to have similar errors. At some times the difference is then no
 # larger than the error at other times.
@@ -69,7 +70,7 @@ class PlaneReference(LinearResponse):
         bounds = (*pose_bounds.tolist(), *3 * (self._load_uncertainty(times),))
         uncertainty = {}
         for (name, values), bound in zip(self.observe(times).items(), bounds, strict=True):
-            rounding = ROUNDINGS * float(np.abs(values).max())
+            rounding = REFERENCE_ROUNDING * float(np.abs(values).max())
             uncertainty[name] = np.full(np.shape(times), bound + rounding)
         return uncertainty
 
@@ -78,14 +79,14 @@ class PlaneReference(LinearResponse):
         the slider."""
         capsule = self.motion.capsule
         (places, velocities, _) = self.motion.path.kinematics(times)
-        time_rounding = ROUNDINGS * float(np.max(np.abs(times)))
+        time_rounding = REFERENCE_ROUNDING * float(np.max(np.abs(times)))
         displacement = time_rounding * float(np.hypot(*velocities.T).max())
         reach = float(np.hypot(*places.T).max())
         return float(normal_force_uncertainty(capsule, reach, displacement))
 
     @property
-    def start(self) -> Start:
+    def start(self) -> InitialVelocities:
         """The initial velocity of C and the initial angular velocity."""
         first = self.motion.at(np.zeros(1))
         x, y = first.velocity[0].tolist()
-        return Start((x, y), float(first.angular_velocity[0]))
+        return InitialVelocities((x, y), float(first.angular_velocity[0]))

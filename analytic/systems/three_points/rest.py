@@ -16,7 +16,7 @@ from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.capsule import Capsule
 from plumbob.analytic.systems.slider_path import Piece, StraightPiece
 from plumbob.analytic.systems.three_points.equations import (
-    Complex,
+    ComplexForces,
     Configuration,
     Mechanics,
     configuration,
@@ -30,7 +30,7 @@ LIMIT_ROUNDING = 1e-12  # relative excess over the friction limit at which the b
 LOAD_SAMPLES = 65
 
 
-def needed_wrench(body: Mechanics, terms: Configuration) -> tuple[Complex, Array]:
+def needed_wrench(body: Mechanics, terms: Configuration) -> tuple[ComplexForces, Array]:
     """Returns the force [N] and the torque about G [N m], shape (n,), that friction must balance
     for the body to stay at rest: the slider's reaction -m w."""
     force = -body.mass * body.mass_ratio * terms.acceleration

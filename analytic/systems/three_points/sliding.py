@@ -32,8 +32,8 @@ from plumbob.analytic.systems.three_points.equations import (
 )
 from plumbob.analytic.systems.three_points.smooth_segment import (
     Interval,
+    SegmentState,
     SmoothSegment,
-    State,
     fitted_coefficients,
     monotone_root,
     speed_scale,
@@ -42,21 +42,25 @@ from plumbob.analytic.systems.three_points.smooth_segment import (
 
 STUCK = 2e-14  # speed of a support that is round-off, over speed_scale
 STOPPED = 1e-12  # speed of a whole body that is round-off, over its largest in this piece
-UNBALANCED = 1e-3  # smallest unbalanced part of the forces as a slide starts, over their size
+UNBALANCED_FORCE = (
+    1e-3  # smallest unbalanced part of the forces as a slide starts, over their size
+)
 STEEPNESS = 0.045  # reciprocal of the power of the element's length in the truncation error
-SMALLEST = 1e-14  # length of the shortest element over its time scale
+SHORTEST_ELEMENT = 1e-14  # length of the shortest element over its time scale
 # lower bound on the truncation error, which bounds an element's growth
 LEAST_TRUNCATION = 1e-18
-GROWTH = (0.2, 0.9)  # smallest and largest factor on an element that has to be shortened
+# smallest and largest factor on an element that has to be shortened
+SHORTENING_FACTORS = (0.2, 0.9)
 FIRST_SIGMA = 2.0  # first length in sigma: e-folds of the speed that changes fastest
 NEAR_POLE = 3.0  # largest distance from a zero of v_i, in time scales, for a run in sigma
-REACH = 4.0  # longest time scale over the time in which the slowest change stops a support
+# longest time scale over the time in which the slowest change stops a support
+MAX_TIME_SCALE_RATIO = 4.0
 END_SPEED = 0.3  # smallest speed at the end of an element over the speed that counts as stuck
-MAX_ELEMENTS = 2000  # largest number of elements in one piece
+MAX_SLIDE_ELEMENTS = 2000  # largest number of elements in one piece
 
 # A function of the times since the start and the slider; it returns states, shape (n, 3).
 Guess = Callable[[Array, Configuration], Array]
-Slid = tuple[list[SmoothSegment], State, tuple[int, ...]]
+Slid = tuple[list[SmoothSegment], SegmentState, tuple[int, ...]]
 """The segments of a slide, the state at its end, and the supports that are then at rest."""
 
 
@@ -71,7 +75,7 @@ class ElementPlan:
     """
 
     interval: Interval
-    state: State
+    state: SegmentState
     terms: Configuration
     clock: Clock
     longest: float
@@ -82,10 +86,10 @@ class ElementPlan:
     def scale(self, change: Array) -> Array:
         """Returns the sizes of (p_x, p_y, omega, t) in an element, shape (4,), from a first guess
         of their largest `change`, shape (4,). The size of the speed is at least the speed that the
-        forces would give if a part UNBALANCED of them did not balance."""
+        forces would give if a part UNBALANCED_FORCE of them did not balance."""
         body = self.interval.body
         unbalanced = (
-            UNBALANCED * _unbalanced_acceleration(self.interval, self.terms) * change[3]
+            UNBALANCED_FORCE * _unbalanced_acceleration(self.interval, self.terms) * change[3]
         )
         largest_change = float(change[:2].max())
         speed = max(speed_scale(self.terms, self.state), largest_change, unbalanced)
@@ -110,7 +114,7 @@ class ElementPlan:
 
 
 def integrate_slide(
-    interval: Interval, state: State, departure: Guess | None = None, slipped: int = -1
+    interval: Interval, state: SegmentState, departure: Guess | None = None, slipped: int = -1
 ) -> Slid:
     """Integrates a slide from `state` until a support comes to rest or the piece ends. Returns the
     segments, the last state, and the supports at rest.
@@ -124,7 +128,7 @@ def integrate_slide(
     in_time = True
     fastest = 0.0
     duration = interval.piece.duration
-    while len(segments) < MAX_ELEMENTS:
+    while len(segments) < MAX_SLIDE_ELEMENTS:
         terms = interval.at(state.time)
         fastest = max(fastest, speed_scale(terms, state))
         resting = () if departure is not None else resting_supports(terms, state, fastest)
@@ -159,10 +163,12 @@ def integrate_slide(
         )
         state = replace(state_at(coefficients, last), time=end)
         departure, slipped = None, -1
-    raise RuntimeError(f"{MAX_ELEMENTS} elements did not finish piece {interval.number}")
+    raise RuntimeError(f"{MAX_SLIDE_ELEMENTS} elements did not finish piece {interval.number}")
 
 
-def resting_supports(terms: Configuration, state: State, fastest: float) -> tuple[int, ...]:
+def resting_supports(
+    terms: Configuration, state: SegmentState, fastest: float
+) -> tuple[int, ...]:
     """Returns the supports whose speed is round-off. Returns all three if the speed of the whole
     body is round-off compared with `fastest` [m/s], the largest speed in this piece."""
     velocity = np.array([state.velocity])
@@ -183,7 +189,7 @@ def _unbalanced_acceleration(interval: Interval, terms: Configuration) -> float:
 
 
 def _departure_plan(
-    interval: Interval, terms: Configuration, state: State, departure: Guess
+    interval: Interval, terms: Configuration, state: SegmentState, departure: Guess
 ) -> ElementPlan:
     """Returns the plan of an element in which a support starts from rest. It runs in time; `terms`
     are the slider's at the start."""
@@ -211,7 +217,7 @@ def _departure_plan(
 
 
 def _continuation_plan(
-    interval: Interval, terms: Configuration, state: State, fastest: float
+    interval: Interval, terms: Configuration, state: SegmentState, fastest: float
 ) -> ElementPlan:
     """Returns the plan of the element that continues a slide from `state`, with the slider's
     `terms`. `fastest` [m/s] is the largest speed scale so far in the piece."""
@@ -229,7 +235,7 @@ def _continuation_plan(
     speeds = np.abs(velocities)
     slowing = np.abs(support_accelerations)
     time_scale = interval.piece.duration - state.time
-    time_scale = min(time_scale, REACH * float((speeds / slowing).max()))
+    time_scale = min(time_scale, MAX_TIME_SCALE_RATIO * float((speeds / slowing).max()))
     clock, longest = TIME_CLOCK, time_scale
     # v_i + t dv_i/dt vanishes at a complex time at the distance |v_i|/|dv_i/dt|: a pole of the
     # forces.
@@ -274,7 +280,7 @@ def _element(plan: ElementPlan, size: float) -> tuple[Array, float, float]:
     tolerance. Raises RuntimeError if no length is short enough."""
     rule = plan.interval.accuracy.rule
     tolerance = plan.interval.accuracy.tolerance
-    smallest = SMALLEST * (plan.time_scale if plan.clock is TIME_CLOCK else 1.0)
+    smallest = SHORTEST_ELEMENT * (plan.time_scale if plan.clock is TIME_CLOCK else 1.0)
     guess = plan.guess(size)
     while size >= smallest:
         scale = plan.scale(np.abs(rule.integral @ guess).max(axis=0))
@@ -284,7 +290,7 @@ def _element(plan: ElementPlan, size: float) -> tuple[Array, float, float]:
         if slopes is not None and truncation <= tolerance:
             coefficients = fitted_coefficients(plan.interval, plan.state, slopes)
             return coefficients, size, size * growth
-        factor = min(GROWTH[1], max(GROWTH[0], growth))
+        factor = min(SHORTENING_FACTORS[1], max(SHORTENING_FACTORS[0], growth))
         size *= factor
         guess = plan.guess(size) if slopes is None else rule.shortened(slopes, factor)
     raise RuntimeError(f"no step is small enough at {plan.state.time!r} s of a piece")

@@ -12,7 +12,7 @@ from plumbob.analytic.numerics.collocation import Collocation, basis, evaluate
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.slider_path import Piece
 from plumbob.analytic.systems.three_points.equations import (
-    Complex,
+    ComplexForces,
     Configuration,
     Mechanics,
     configuration,
@@ -20,7 +20,7 @@ from plumbob.analytic.systems.three_points.equations import (
 
 # size of the last Newton step: convergence is quadratic, so the next step would be round-off
 SMALL_STEP = 1e-9
-NEWTON_STEPS = 8
+MAX_SEGMENT_NEWTON_STEPS = 8
 BRACKETS = 64  # intervals of a segment in which Newton's method starts
 Mode = Literal["slide", "pivot", "rest"]
 
@@ -50,7 +50,7 @@ class Interval:
 
 
 @dataclass(frozen=True)
-class State:
+class SegmentState:
     """State at local `time` [s] of a piece: velocity p of the body's point at G in body axes [m/s],
     angular velocity [rad/s], heading psi [rad], position of C on the ground [m]."""
 
@@ -90,7 +90,7 @@ class SmoothSegment:
         return np.asarray(basis(parameters, len(self.coefficients)) @ self.coefficients)
 
 
-def rest_segment(interval: Interval, end: float, state: State) -> SmoothSegment:
+def rest_segment(interval: Interval, end: float, state: SegmentState) -> SmoothSegment:
     """Returns the segment of a body at rest from `state` to local time `end` [s], which may be
     infinite."""
     half = 0.5 * (end - state.time if np.isfinite(end) else 1.0)
@@ -122,7 +122,7 @@ def monotone_root(series: Array, values: Array) -> Array:
     upper = np.clip(np.searchsorted(grid_values, values), 1, BRACKETS)
     derivative = 2.0 * np.polynomial.legendre.legder(series)
     x = np.interp(values, grid_values, grid)
-    for _ in range(NEWTON_STEPS):
+    for _ in range(MAX_SEGMENT_NEWTON_STEPS):
         polynomials = basis(x, len(series))
         rate = polynomials[:, :-1] @ derivative
         step = (polynomials @ series - values) / np.where(rate > 0.0, rate, np.inf)
@@ -132,7 +132,7 @@ def monotone_root(series: Array, values: Array) -> Array:
     return x
 
 
-def fitted_coefficients(interval: Interval, first: State, slopes: Array) -> Array:
+def fitted_coefficients(interval: Interval, first: SegmentState, slopes: Array) -> Array:
     """Returns the coefficients of a SmoothSegment, shape (n + 1, 7), from the `slopes` of (p_x,
     p_y, omega, t) at the nodes, shape (n, 4). Heading and position of C follow by integration."""
     rule = interval.accuracy.rule
@@ -145,7 +145,7 @@ def fitted_coefficients(interval: Interval, first: State, slopes: Array) -> Arra
     return rule.primitive(start, np.column_stack([slopes, turning, moving.real, moving.imag]))
 
 
-def velocity_of_c(body: Mechanics, slider: Complex, states: Array) -> Complex:
+def velocity_of_c(body: Mechanics, slider: ComplexForces, states: Array) -> ComplexForces:
     """Returns the velocity of C in body axes [m/s], shape (n,), from the `slider`'s position r [m],
     shape (n,), and `states` (p_x, p_y, omega, ...), shape (n, 3 or more)."""
     velocity = states[:, 0] + 1j * states[:, 1]
@@ -153,17 +153,19 @@ def velocity_of_c(body: Mechanics, slider: Complex, states: Array) -> Complex:
     return np.asarray(velocity - 1j * omega * body.mass_ratio * slider)
 
 
-def state_at(coefficients: Array, parameter: float) -> State:
+def state_at(coefficients: Array, parameter: float) -> SegmentState:
     """Returns the state at a `parameter` of a segment's polynomials."""
     if parameter == 1.0:
         values = coefficients.sum(axis=0)
     else:
         values = evaluate(coefficients, np.array([parameter]))[0]
     px, py, omega, time, heading, x, y = values
-    return State(float(time), complex(px, py), float(omega), float(heading), complex(x, y))
+    return SegmentState(
+        float(time), complex(px, py), float(omega), float(heading), complex(x, y)
+    )
 
 
-def speed_scale(terms: Configuration, state: State) -> float:
+def speed_scale(terms: Configuration, state: SegmentState) -> float:
     """Returns the size of the terms that add up to a support's velocity [m/s]: the scale of its
     round-off."""
     return abs(state.velocity) + abs(state.omega) * float(np.abs(terms.arms).max())

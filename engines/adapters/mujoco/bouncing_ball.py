@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from plumbob.analytic.errors.contact_models.impacts import IMPEDANCE, soft_impact
+from plumbob.analytic.errors.contact_models.impacts import IMPACT_IMPEDANCE, soft_impact
 from plumbob.engines.adapters.mujoco.translation import Translation, at_start, filled
 from plumbob.engines.method import Method
 from plumbob.models.bouncing_ball.model import MODEL
@@ -17,5 +17,5 @@ def build(mjcf: Path, problem: Any, method: Method, step: float) -> Translation:
     impact = soft_impact(problem.restitution, step)
     ball = spec.geom("ball")
     ball.solref = impact.solref
-    ball.solimp[:2] = [IMPEDANCE, IMPEDANCE]
+    ball.solimp[:2] = [IMPACT_IMPEDANCE, IMPACT_IMPEDANCE]
     return at_start(spec, whole=spec.copy())

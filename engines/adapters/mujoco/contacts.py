@@ -22,7 +22,7 @@ from plumbob.analytic.errors.contact_models.soft_contact import (
     SoftContact,
     without_formula,
 )
-from plumbob.analytic.errors.contact_models.soft_friction import Held, rates
+from plumbob.analytic.errors.contact_models.soft_friction import HeldContact, rates
 from plumbob.analytic.errors.sliding_motion.plane_steps import FRICTION_LEADS
 from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.schemes import EULER, RK4, Scheme, SoftPoint
@@ -104,7 +104,7 @@ class ContactProfile:
         [m/s], until the contact's deflection has followed. For convergent profiles only."""
         return OVERSHOOT * friction**2 * self.coupling() * speed / STIFFNESS
 
-    def depth(self, held: Held, step: float) -> float:
+    def depth(self, held: HeldContact, step: float) -> float:
         """The depth [m] at which a contact rests at `step` [s]."""
         if self.convergent:
             return self.compliance(step) * held.load * held.weight
@@ -215,7 +215,7 @@ def scheme(method: Method) -> Scheme:
 
 
 def drift_error(
-    point: SoftPoint, held: Held, duration: float, step: float, inertia: float
+    point: SoftPoint, held: HeldContact, duration: float, step: float, inertia: float
 ) -> ModelError:
     """Bounds on the errors of the displacement and the speed of a body that drifts under friction.
 

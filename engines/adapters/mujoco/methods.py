@@ -7,7 +7,13 @@ from typing import Any
 
 from plumbob.analytic.schemes import EULER, RK4, Scheme
 from plumbob.engines.method import Method
-from plumbob.models.scene import FREE_ROTATION, ON_PLANE, ON_SUPPORTS, ONE_SMOOTH, SMOOTH
+from plumbob.models.scene import (
+    FREE_ROTATION,
+    ON_PLANE,
+    ON_SUPPORTS,
+    ONE_SMOOTH,
+    SMOOTH,
+)
 from plumbob.models.tripod_capsule.parameters import ONE_LINE
 
 UNCOUPLED = (ONE_SMOOTH, FREE_ROTATION)

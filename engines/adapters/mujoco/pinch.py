@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from plumbob.analytic.errors.contact_models.held_bodies import TIP, fingertip
+from plumbob.analytic.errors.contact_models.held_bodies import FINGERTIP_RADIUS, fingertip
 from plumbob.engines.adapters.mujoco import contacts
 from plumbob.engines.adapters.mujoco.incline import DIRECTIONS
 from plumbob.engines.adapters.mujoco.translation import Translation, filled, with_contacts
@@ -25,7 +25,7 @@ def build(mjcf: Path, problem: Any, method: Method, step: float) -> Translation:
     profile = contacts.profile(method.settings, plane=True)
     tune = with_contacts(spec, profile, step)
     depth = profile.depth(fingertip(problem), step)
-    if profile.convergent and depth > TIP * problem.size:
+    if profile.convergent and depth > FINGERTIP_RADIUS * problem.size:
         raise Unsupported("at this step the contacts are too deep")
     return Translation(
         spec,

@@ -7,7 +7,7 @@ from typing import Any
 
 import mujoco
 
-from plumbob.analytic.errors.contact_models.impacts import IMPEDANCE, soft_impact
+from plumbob.analytic.errors.contact_models.impacts import IMPACT_IMPEDANCE, soft_impact
 from plumbob.engines.adapters.mujoco import contacts
 from plumbob.engines.adapters.mujoco.translation import (
     Translation,
@@ -28,7 +28,7 @@ def build(mjcf: Path, problem: Any, method: Method, step: float) -> Translation:
     spec = filled(mjcf, MODEL, problem)
     for pair in spec.pairs:
         pair.solref = soft_impact(problem.restitution, step).solref
-        pair.solimp[:2] = [IMPEDANCE] * 2
+        pair.solimp[:2] = [IMPACT_IMPEDANCE] * 2
     profile = contacts.profile(method.settings, plane=True)
     own = [(pair, pair.solref.copy()) for pair in spec.pairs]
     with_contacts(spec, profile, step)

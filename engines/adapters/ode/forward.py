@@ -14,23 +14,23 @@ import numpy as np
 
 from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.reference import Array
-from plumbob.analytic.sensitivities.neighbours import CENTRAL, Neighbours
+from plumbob.analytic.sensitivities.neighbours import CENTRAL_OFFSETS, Neighbours
 from plumbob.engines.adapters.equation import Equation
 from plumbob.engines.adapters.ode.simulation import of_equation
 from plumbob.engines.adapters.turning import TurningEquation
 from plumbob.engines.method import Method, Unsupported
 from plumbob.engines.registry import find_builder
 from plumbob.engines.trajectory import ByName
-from plumbob.models.gradient import STEP, Number
+from plumbob.models.gradient import NEIGHBOUR_DISTANCE, Number
 
 ALONG = 5e-3  # of a unit of the state, from one point of the stencil to the next
-OFFSETS = np.array(CENTRAL, dtype=np.float64)
+OFFSETS = np.array(CENTRAL_OFFSETS, dtype=np.float64)
 
 
 def forward(number: Number, method: Method, step: float) -> ByName:
     """Derivatives of the angle and its rate at the end; raises Unsupported and ParameterError."""
     build = find_builder("ode", number.case.system).build
-    moved = OFFSETS * STEP * number.size
+    moved = OFFSETS * NEIGHBOUR_DISTANCE * number.size
     try:
         problems = tuple(number.problem(number.value + float(offset)) for offset in moved)
     except ParameterError as error:

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from plumbob.analytic.reference import Array
-from plumbob.analytic.systems.free_body.rotation import ATTITUDE, RATES
+from plumbob.analytic.systems.free_body.rotation import ANGULAR_VELOCITY_NAMES, ATTITUDE
 from plumbob.engines.adapters.turning import TurningEquation
 from plumbob.engines.method import Method
 from plumbob.models.largest import DIVERGED_RATIO
@@ -29,7 +29,7 @@ def build(problem: Any, method: Method) -> TurningEquation:
         position=(1.0, 0.0, 0.0, 0.0),
         rate=tuple(problem.angular_velocity),
         speed=problem.fastest,
-        limits=dict.fromkeys(RATES, DIVERGED_RATIO * problem.fastest or 1.0),
+        limits=dict.fromkeys(ANGULAR_VELOCITY_NAMES, DIVERGED_RATIO * problem.fastest or 1.0),
         names=ATTITUDE,
-        rate_names=RATES,
+        rate_names=ANGULAR_VELOCITY_NAMES,
     )

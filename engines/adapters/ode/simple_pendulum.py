@@ -7,7 +7,7 @@ from typing import Any
 
 from plumbob.engines.adapters.equation import Equation
 from plumbob.engines.method import Method
-from plumbob.models.largest import fastest_rate, largest_pendulum_rates
+from plumbob.models.largest import largest_pendulum_rates, speed_bound
 
 
 def build(problem: Any, method: Method) -> Equation:
@@ -34,7 +34,7 @@ def build(problem: Any, method: Method) -> Equation:
         linear if problem.linear else exact,
         problem.theta,
         problem.theta_dot,
-        speed=fastest_rate(problem, 0.0),
+        speed=speed_bound(problem, 0.0),
         damping_rate=damping,
         limits=largest_pendulum_rates(problem),
     )

@@ -12,7 +12,7 @@ import pymunk
 from plumbob.analytic.systems.capsule_setup import CapsuleSetup
 from plumbob.engines.adapters.pymunk.simulation import vector
 from plumbob.engines.trajectory import ByName
-from plumbob.models.tripod_capsule.observed import Pose
+from plumbob.models.tripod_capsule.observed import ChainPose
 
 SETTLING_ITERATIONS = 1000  # iterations that find the impulses at the start
 NO_TURNING = float("inf")  # moment of inertia of a body that cannot turn
@@ -53,14 +53,14 @@ class Assembly:
         return place, velocity, inside / turned, sliding / (turned * later)
 
     @property
-    def pose(self) -> Pose:
+    def pose(self) -> ChainPose:
         """The pose as engines of rigid bodies give it."""
         place, velocity, inside, sliding = self.motion
         slid = (inside - self.start) / self.line
         pace = sliding / self.line
         heading = self.body.angle
         rate = self.body.angular_velocity
-        return Pose(place, velocity, heading, rate, slid.real, pace.real)
+        return ChainPose(place, velocity, heading, rate, slid.real, pace.real)
 
 
 @dataclass(frozen=True)

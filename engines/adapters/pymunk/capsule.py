@@ -10,7 +10,7 @@ from functools import lru_cache
 import numpy as np
 
 from plumbob.analytic.errors.contact_models import sequential_impulse_bounds
-from plumbob.analytic.errors.contact_models.model_error import ModelError
+from plumbob.analytic.errors.contact_models.model_error import ObservableErrors
 from plumbob.analytic.errors.contact_models.sequential_impulse import (
     SequentialImpulse,
     contacts_factor,
@@ -68,7 +68,7 @@ def build(problem: CapsuleProblem, method: Method, step: float) -> Translation:
 
 def model_error(
     problem: CapsuleProblem, duration: float, method: Method, step: float
-) -> ModelError:
+) -> ObservableErrors:
     """Bounds on the error of each observable over `duration` [s], by reason."""
     solver = described(problem, method, step)
     return sequential_impulse_bounds.model_error(problem, duration, solver)

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 import pymunk
 
-from plumbob.analytic.errors.contact_models.impacts import SLOP
-from plumbob.analytic.errors.contact_models.rod_steps import TIP
+from plumbob.analytic.errors.contact_models.impacts import ALLOWED_PENETRATION
+from plumbob.analytic.errors.contact_models.rod_steps import ROD_END_RADIUS
 from plumbob.engines.adapters.pymunk.links import WORLD, Links, Pose
 from plumbob.engines.adapters.pymunk.methods import FLOOR_TIME
 from plumbob.engines.adapters.pymunk.plane import CLOSE
@@ -172,7 +172,7 @@ def surfaces_of(mechanism: Mechanism, links: Links, start: State) -> Surfaces:
         slop = 2.0 * DEPTH * size
     else:
         # The slop of a body that falls onto another is proportional to the height of its fall.
-        slop = SLOP * max(gaps, default=0.0)
+        slop = ALLOWED_PENETRATION * max(gaps, default=0.0)
     touching_first = sorted(pairs, key=lambda pair: not pair.touches)
     return Surfaces(
         found,
@@ -196,7 +196,7 @@ def _surface(mechanism: Mechanism, links: Links, shape: Shape) -> Surface:
         radius = float(shape.size[0])
         if radius < POINT * abs(place):
             length = 2.0 * abs(place)
-            return Surface(link, place, TIP * length, length, point=True)
+            return Surface(link, place, ROD_END_RADIUS * length, length, point=True)
         return Surface(link, place, radius, radius)
     name = shape.name or mechanism.bodies[shape.body].name
     if shape.kind != "box":

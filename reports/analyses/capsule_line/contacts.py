@@ -11,7 +11,7 @@ from plumbob.engines.trajectory import Trajectory
 from plumbob.reports.analyses.analysis import Analysis, Record
 from plumbob.reports.analyses.claims import Claims, at_most, clear
 from plumbob.reports.analyses.measurements import (
-    LINE,
+    CHECK_LINE,
     case,
     end_error,
     extra_runs,
@@ -20,16 +20,18 @@ from plumbob.reports.analyses.measurements import (
     scheme,
 )
 
-LOADS = tuple(f"normal_force_{i}" for i in (1, 2, 3))
-DEFAULT, CONVERGENT = "mujoco/euler", "mujoco/euler+coulomb"
-STEPS = (1e-3, 1e-4)  # [s] steps of the runs; the figures show the finer one
-FLOOR = 1e-14  # [m] value at which a vertical displacement of zero is drawn
+NORMAL_FORCE_NAMES = tuple(f"normal_force_{i}" for i in (1, 2, 3))
+DEFAULT_CONTACT, CONVERGENT_CONTACT = "mujoco/euler", "mujoco/euler+coulomb"
+CONTACT_STEPS = (1e-3, 1e-4)  # [s] steps of the runs; the figures show the finer one
+DRAWN_ZERO = 1e-14  # [m] value at which a vertical displacement of zero is drawn
 STATICS, STATICS_STEP = "capsule-line/at-123", 1e-4
 STATICS_METHODS = ("mujoco/euler+coulomb", "pymunk/side")
 CHATTERS = 1e-3  # fraction of samples without a contact; chatter is far above it
-TRUSTED = 1e-3  # largest relative distance from statics of a normal force to trust
-SETTLED = 60  # number of steps after which contacts of damping ratio 0.3 have come to rest
-CHATTER_RUNS = extra_runs((LINE,), (DEFAULT, CONVERGENT), STEPS)
+TRUSTED_LOAD_ERROR = 1e-3  # largest relative distance from statics of a normal force to trust
+SETTLING_STEPS = (
+    60  # number of steps after which contacts of damping ratio 0.3 have come to rest
+)
+CHATTER_RUNS = extra_runs((CHECK_LINE,), (DEFAULT_CONTACT, CONVERGENT_CONTACT), CONTACT_STEPS)
 LOAD_RUNS = extra_runs((STATICS,), STATICS_METHODS, (STATICS_STEP,))
 
 
@@ -45,22 +47,23 @@ def chatter(study: Study) -> Record | None:
 def _contacts(request: ExtraRun, run: Trajectory) -> Record:
     """Returns the behaviour of a method's contacts in a run with one step size: the error, missing
     contacts, heights and loads over time."""
-    motion = problem(LINE).motion
+    motion = problem(CHECK_LINE).motion
     height = run.channels["vertical_displacement"]
     contacts = run.channels["contacts"]
     return Record(
         method=request.method,
         step=request.step,  # [s]
-        error=end_error(LINE, run),  # relative error of the displacement
+        error=end_error(CHECK_LINE, run),  # relative error of the displacement
         vertical_range=np.ptp(height),  # [m]
         # fraction of the samples during sliding that have fewer than three contacts
         missing=np.mean(contacts[run.times < motion.t_star] < 3),
         times=run.times,  # [s] times of the following rows
-        # [m] magnitudes, at least FLOOR for a logarithmic axis
-        heights=np.maximum(np.abs(height), FLOOR),
+        # [m] magnitudes, at least DRAWN_ZERO for a logarithmic axis
+        heights=np.maximum(np.abs(height), DRAWN_ZERO),
         contacts=contacts,
         # ratio of the sum of normal forces to the weight
-        loads=np.sum([run.observables[load] for load in LOADS], axis=0) / motion.capsule.weight,
+        loads=np.sum([run.observables[load] for load in NORMAL_FORCE_NAMES], axis=0)
+        / motion.capsule.weight,
     )
 
 
@@ -99,7 +102,7 @@ def _load_errors(method: str, run: Trajectory) -> Record:
     step_errors = _loads(statics.errors.at_step(scheme(method), STATICS_STEP, run.times).errors)
     distances = np.abs(measured / exact - 1.0).max(axis=0)
     half_step = np.abs((measured - step_errors) / exact - 1.0).max(axis=0)
-    settled = run.times > problem(STATICS).motion.t2 + SETTLED * STATICS_STEP
+    settled = run.times > problem(STATICS).motion.t2 + SETTLING_STEPS * STATICS_STEP
     return Record(
         method=method,
         at_rest=distances[settled].max(),  # largest after the motion
@@ -110,14 +113,16 @@ def _load_errors(method: str, run: Trajectory) -> Record:
 
 def _loads(signals: Signals) -> Array:
     """Returns the normal forces of the three supports, shape (3, n)."""
-    return np.stack([signals[load] for load in LOADS])
+    return np.stack([signals[load] for load in NORMAL_FORCE_NAMES])
 
 
 def _agrees_at_rest(numbers: Record) -> Claims:
     """Returns the check that the normal forces at rest agree with statics."""
     text = "the largest distance from statics at rest, relative,"
-    return (at_most(text, numbers.at_rest, TRUSTED),)
+    return (at_most(text, numbers.at_rest, TRUSTED_LOAD_ERROR),)
 
 
-CHATTER = Analysis("capsule_line/chatter", chatter, lambda plan: CHATTER_RUNS, _chatters)
+CHATTER_ANALYSIS = Analysis(
+    "capsule_line/chatter", chatter, lambda plan: CHATTER_RUNS, _chatters
+)
 LOAD_ERRORS = Analysis("capsule_line/loads", loads, lambda plan: LOAD_RUNS, _agrees_at_rest)

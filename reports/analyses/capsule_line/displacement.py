@@ -9,17 +9,18 @@ from plumbob.engines.study.results import Study
 from plumbob.reports.analyses.analysis import Analysis, Record
 from plumbob.reports.analyses.claims import Claims, clear
 from plumbob.reports.analyses.measurements import (
-    LINE,
+    CHECK_LINE,
     covers,
     measured_error,
     method_names,
     problem,
 )
 
-STEPS = (1e-3, 1e-4, 1e-5)  # [s]
-TURNED, TURNED_STEP = "capsule-line/heading-030", 1e-4  # [s]
-CONVERGENT = ("coulomb", "coulomb+noslip", "reduced", "feet", "side")  # contacts with a theory
-COMPARED = ("mujoco/euler", "mujoco/euler+coulomb", "mujoco/rk4+coulomb", "pymunk/feet")
+DISPLACEMENT_STEPS = (1e-3, 1e-4, 1e-5)  # [s]
+TURNED_SCENE, TURNED_STEP = "capsule-line/heading-030", 1e-4  # [s]
+# contacts with a theory
+CONVERGENT_CONTACTS = ("coulomb", "coulomb+noslip", "reduced", "feet", "side")
+COMPARED_METHODS = ("mujoco/euler", "mujoco/euler+coulomb", "mujoco/rk4+coulomb", "pymunk/feet")
 
 
 def step_term(scene: str, step: float) -> float:
@@ -29,12 +30,12 @@ def step_term(scene: str, step: float) -> float:
     return float(step_error(problem(scene).motion, step))
 
 
-def errors(study: Study) -> Record | None:
+def displacement_errors(study: Study) -> Record | None:
     """Returns the relative errors of the displacement by method and step, and the predicted errors;
     None if the study lacks the scene."""
-    if not covers(study, LINE):
+    if not covers(study, CHECK_LINE):
         return None
-    exact = problem(LINE).motion.displacement
+    exact = problem(CHECK_LINE).motion.displacement
     by_method = [_errors(study, name) for name in method_names(study)]
     methods = [row for row in by_method if any(error is not None for error in row.errors)]
     good = list[float]()  # errors at the middle step of methods whose contacts converge
@@ -42,38 +43,41 @@ def errors(study: Study) -> Record | None:
     for row in methods:
         error = row.errors[1]
         if error is not None:
-            (good if row.method.endswith(CONVERGENT) else bad).append(abs(error))
+            (good if row.method.endswith(CONVERGENT_CONTACTS) else bad).append(abs(error))
     return Record(
         exact=exact,  # [m]
-        predicted=[step_term(LINE, step) / exact for step in STEPS],  # relative error at STEPS
-        predicted_turned=step_term(LINE, TURNED_STEP) / exact,
+        # relative error at DISPLACEMENT_STEPS
+        predicted=[step_term(CHECK_LINE, step) / exact for step in DISPLACEMENT_STEPS],
+        predicted_turned=step_term(CHECK_LINE, TURNED_STEP) / exact,
         methods=methods,
         convergence=_convergence(study, exact),  # steps [s] and relative errors, by method
         # largest error at the middle step of methods whose contacts converge
         good=max(good, default=None),
         # smallest and largest error of the other methods at the middle step
         bad=(min(bad), max(bad)) if bad else None,
-        steps=STEPS,
+        steps=DISPLACEMENT_STEPS,
     )
 
 
 def _errors(study: Study, method: str) -> Record:
-    """Returns a method's relative errors of the displacement at STEPS, and its error in the turned
-    scene."""
+    """Returns a method's relative errors of the displacement at DISPLACEMENT_STEPS, and its error
+    in the turned scene."""
     return Record(
         method=method,
-        errors=tuple(measured_error(study, LINE, method, step) for step in STEPS),
-        turned=measured_error(study, TURNED, method, TURNED_STEP),
+        errors=tuple(
+            measured_error(study, CHECK_LINE, method, step) for step in DISPLACEMENT_STEPS
+        ),
+        turned=measured_error(study, TURNED_SCENE, method, TURNED_STEP),
     )
 
 
 def _convergence(study: Study, exact: float) -> Mapping[str, Mapping[str, Sequence[float]]]:
-    """Returns the steps [s] and the relative errors of the final displacement, for each of COMPARED
-    that ran."""
+    """Returns the steps [s] and the relative errors of the final displacement, for each of
+    COMPARED_METHODS that ran."""
     by_method = {}
     for series in study.convergence:
         done = [run for run in series.measurements if run.status == "done"]
-        if series.scene == LINE and series.method in COMPARED and done:
+        if series.scene == CHECK_LINE and series.method in COMPARED_METHODS and done:
             ends = [run.errors["displacement"].end / exact for run in done]
             by_method[series.method] = {"steps": [run.step for run in done], "errors": ends}
     return by_method
@@ -88,4 +92,6 @@ def _converge(numbers: Record) -> Claims:
     return (clear(text, numbers.bad[0], numbers.good),)
 
 
-ERRORS = Analysis("capsule_line/displacement", errors, claims=_converge)
+DISPLACEMENT_ERRORS = Analysis(
+    "capsule_line/displacement", displacement_errors, claims=_converge
+)

@@ -18,9 +18,10 @@ from plumbob.models.tripod_capsule.parameters import CHECK
 from plumbob.models.tripod_capsule.plan import requested_plan
 from plumbob.reports.analyses.analysis import Analysis, Record
 
-LINE, REPEATED = "capsule-line/ca1", "capsule-train/ten"
+BENCH_SCENE, REPEATED = "capsule-line/ca1", "capsule-train/ten"
 SET = MappingProxyType({"w1": 38.0, "w2": 10.0, "t1": 0.03})  # [m/s^2], [s] set motion
-KNOWN = MappingProxyType(  # uncertainty of each parameter on a bench, in the parameter's unit
+# uncertainty of each parameter on a bench, in the parameter's unit
+BENCH_UNCERTAINTIES = MappingProxyType(
     {
         "friction": 0.015,
         "body_mass": 1e-3,
@@ -30,16 +31,16 @@ KNOWN = MappingProxyType(  # uncertainty of each parameter on a bench, in the pa
         "t1": 1e-4,
     }
 )
-RATIOS = (1.25, 1.5, 2.0, 3.0, 5.0)  # ratios of w1 to f g/mu at the same stroke
+ACCELERATION_RATIOS = (1.25, 1.5, 2.0, 3.0, 5.0)  # ratios of w1 to f g/mu at the same stroke
 TO = (0.03, 0.01, 0.1)  # [m], [m], [rad] goal of the plan
-LIMITS = MappingProxyType({"acceleration": 40.0, "stroke": 0.1})
+BENCH_LIMITS = MappingProxyType({"acceleration": 40.0, "stroke": 0.1})
 
 
 @cache
-def line(w1: float, w2: float, t1: float) -> Case:
+def bench_manoeuvre(w1: float, w2: float, t1: float) -> Case:
     """Returns the bench's manoeuvre along C-A1 with accelerations w1, w2 [m/s^2] and time t1
     [s]."""
-    return case_of(scene(LINE, {"w1": w1, "w2": w2, "t1": t1}))
+    return case_of(scene(BENCH_SCENE, {"w1": w1, "w2": w2, "t1": t1}))
 
 
 def predicted_displacement(case: Case) -> Record:
@@ -48,9 +49,9 @@ def predicted_displacement(case: Case) -> Record:
     quadrature."""
     motion = case.problem.motion
     end = np.array([motion.t2])
-    gradient = exact_gradient(case, list(KNOWN), end, ["displacement"])
+    gradient = exact_gradient(case, list(BENCH_UNCERTAINTIES), end, ["displacement"])
     rows = []
-    for name, uncertainty in KNOWN.items():
+    for name, uncertainty in BENCH_UNCERTAINTIES.items():
         slope = float(gradient[name].values["displacement"][0])  # [m] per unit of the parameter
         row = Record(
             name=name,
@@ -79,21 +80,21 @@ def predicted_displacement(case: Case) -> Record:
 def numbers(study: Study) -> Record:
     """Returns the bench's parameters, its manoeuvre, other manoeuvres with the same stroke, ten
     repeated manoeuvres, and a plan to a pose."""
-    usual = predicted_displacement(line(**SET))
-    body = line(**SET).problem.motion.capsule
+    usual = predicted_displacement(bench_manoeuvre(**SET))
+    body = bench_manoeuvre(**SET).problem.motion.capsule
     w2 = SET["w2"]
     threshold = body.holding_acceleration
     others = []
-    for ratio in RATIOS:
+    for ratio in ACCELERATION_RATIOS:
         w1 = ratio * threshold
         t1 = math.sqrt(2.0 * w2 * usual.stroke / (w1 * (w1 + w2)))  # eq. 18 for t1
-        others.append(predicted_displacement(line(w1, w2, t1)))
+        others.append(predicted_displacement(bench_manoeuvre(w1, w2, t1)))
     repeated = case_of(scene(REPEATED, dict(SET)))
     ten = repeated.system.facts(repeated.problem)
     return Record(
         usual=usual,
         others=others,
-        ratios=RATIOS,
+        ratios=ACCELERATION_RATIOS,
         w2=w2,
         threshold=threshold,  # [m/s^2] f g/mu
         mass_ratio=body.mass_ratio,
@@ -109,13 +110,13 @@ def numbers(study: Study) -> Record:
 def plan_to_pose() -> Record:
     """Returns a plan within the bench's limits, and its distance from the goal if the friction is
     higher by its uncertainty."""
-    plan = requested_plan({**CHECK, **LIMITS, "to": TO})
-    rougher = plan.capsule.friction + KNOWN["friction"]
+    plan = requested_plan({**CHECK, **BENCH_LIMITS, "to": TO})
+    rougher = plan.capsule.friction + BENCH_UNCERTAINTIES["friction"]
     on_rough_ground = replace(plan, capsule=replace(plan.capsule, friction=rougher))
     away, turned = on_rough_ground.error
     return Record(
         to=TO,
-        limits=dict(LIMITS),
+        limits=dict(BENCH_LIMITS),
         duration=plan.duration,  # [s]
         turns=plan.turns,
         lines=plan.lines,

@@ -17,11 +17,11 @@ from plumbob.reports.analyses.measurements import (
 )
 from plumbob.reports.view.notation import short
 
-TILTED = "capsule-line/at-123"
+TILTED_SCENE = "capsule-line/at-123"
 TILTED_STEPS = (1e-3, 1e-4)  # [s]
 LOW, TALL = "mujoco/euler+coulomb", "mujoco/euler+tall"
 LOAD = "normal_force_2"
-FREE, FREE_STEP = "capsule-line/frictionless", 1e-3  # [s]
+FRICTIONLESS_SCENE, FREE_STEP = "capsule-line/frictionless", 1e-3  # [s]
 FREE_METHODS = (
     "mujoco/euler+coulomb",
     "mujoco/euler",
@@ -29,10 +29,11 @@ FREE_METHODS = (
     "pymunk/feet",
     "pymunk/side",
 )
-KEPT = 1e-3  # largest displacement of the common centre of mass, relative to the body's
-HARDLY = 1e-2  # largest relative change of a displacement that is negligible
-HEIGHT_RUNS = extra_runs((TILTED,), (LOW, TALL), TILTED_STEPS)
-FREE_RUNS = extra_runs((FREE,), FREE_METHODS, (FREE_STEP,))
+# largest displacement of the common centre of mass, relative to the body's
+CENTRE_OF_MASS_DRIFT = 1e-3
+NEGLIGIBLE_CHANGE = 1e-2  # largest relative change of a displacement that is negligible
+HEIGHT_RUNS = extra_runs((TILTED_SCENE,), (LOW, TALL), TILTED_STEPS)
+FREE_RUNS = extra_runs((FRICTIONLESS_SCENE,), FREE_METHODS, (FREE_STEP,))
 
 
 def heights(study: Study) -> Record | None:
@@ -43,7 +44,7 @@ def heights(study: Study) -> Record | None:
         return None
     low, fine_low, tall, fine_tall = by_request.values()
     pairs = ((low, tall), (fine_low, fine_tall))
-    capsule = problem(TILTED).setup.capsule
+    capsule = problem(TILTED_SCENE).setup.capsule
     height = float(find_method(TALL).settings["height"])
     return Record(
         height=height,  # [m]
@@ -53,7 +54,9 @@ def heights(study: Study) -> Record | None:
         # [N] largest change of the load at A2, at the coarse step
         shift=np.abs(tall.observables[LOAD] - low.observables[LOAD]).max(),
         # relative changes of the displacement at both steps
-        changes=[abs(end_error(TILTED, b) - end_error(TILTED, a)) for a, b in pairs],
+        changes=[
+            abs(end_error(TILTED_SCENE, b) - end_error(TILTED_SCENE, a)) for a, b in pairs
+        ],
     )
 
 
@@ -61,7 +64,7 @@ def _unchanged(numbers: Record) -> Claims:
     """Returns the checks that the height shifts a load and hardly changes the displacement."""
     text = f"the change of Δx at {short(TILTED_STEPS[1])} s, relative,"
     return (
-        at_most(text, numbers.changes[1], HARDLY),
+        at_most(text, numbers.changes[1], NEGLIGIBLE_CHANGE),
         clear("the shift of N₂, and a thousandth of a newton", numbers.shift, 1e-3, "N"),
     )
 
@@ -76,7 +79,8 @@ def momentum(study: Study) -> Record | None:
     return Record(
         shifts=shifts,
         largest=max(shifts.values()),
-        travelled=abs(float(problem(FREE).motion.displacement)),  # [m] by the body
+        # [m] by the body
+        travelled=abs(float(problem(FRICTIONLESS_SCENE).motion.displacement)),
         step=FREE_STEP,
     )
 
@@ -86,7 +90,7 @@ def _shift(run: Trajectory) -> float:
     engine records the centre of mass, its record is used."""
     if "centre_of_mass" in run.channels:
         return float(np.ptp(run.channels["centre_of_mass"]))
-    fraction = problem(FREE).setup.capsule.mass_ratio
+    fraction = problem(FRICTIONLESS_SCENE).setup.capsule.mass_ratio
     observables = run.observables
     return float(np.abs(observables["displacement"] + fraction * observables["stroke"]).max())
 
@@ -94,8 +98,10 @@ def _shift(run: Trajectory) -> float:
 def _conserved(numbers: Record) -> Claims:
     """Returns the check that the common centre of mass hardly moves without friction."""
     text = "the way of the common centre of mass, over the body's,"
-    return (at_most(text, numbers.largest / numbers.travelled, KEPT),)
+    return (at_most(text, numbers.largest / numbers.travelled, CENTRE_OF_MASS_DRIFT),)
 
 
 HEIGHTS = Analysis("capsule_line/heights", heights, lambda plan: HEIGHT_RUNS, _unchanged)
-MOMENTUM = Analysis("capsule_line/momentum", momentum, lambda plan: FREE_RUNS, _conserved)
+MOMENTUM_FINDING = Analysis(
+    "capsule_line/momentum", momentum, lambda plan: FREE_RUNS, _conserved
+)

@@ -11,22 +11,30 @@ from plumbob.engines.study.extra_runs import StudyPlan
 from plumbob.engines.study.identification import ParameterFit
 from plumbob.engines.study.results import Study
 from plumbob.reports.analyses.analysis import Analysis, Record
-from plumbob.reports.analyses.capsule_line.headings import DEFAULT, RECOMMENDED, STEP
+from plumbob.reports.analyses.capsule_line.headings import (
+    DEFAULT_CONTACTS,
+    HEADINGS_STEP,
+    RECOMMENDED_CONTACTS,
+)
 from plumbob.reports.analyses.claims import Claims, clear
-from plumbob.reports.analyses.measurements import LINE
+from plumbob.reports.analyses.measurements import CHECK_LINE
 
 # [degrees] headings of the fits. Symmetry leaves an eighth of the circle for default contacts; two
 # headings are enough for isotropic contacts.
-ANGLES = MappingProxyType({DEFAULT: (0, 15, 30, 45), RECOMMENDED: (0, 30)})
-PAIRS = tuple((method, angle) for method, angles in ANGLES.items() for angle in angles)
+FIT_HEADINGS = MappingProxyType(
+    {DEFAULT_CONTACTS: (0, 15, 30, 45), RECOMMENDED_CONTACTS: (0, 30)}
+)
+METHODS_AND_HEADINGS = tuple(
+    (method, angle) for method, angles in FIT_HEADINGS.items() for angle in angles
+)
 SEARCHED = (0.15, 0.6)  # search range: from half of the scene's friction to twice it
-BUDGET = 40  # number of runs; the fitted friction is then within 1e-4 of the best fit
-ALIKE = 1e-3  # relative bias of the friction below which fits count as equal
+FIT_RUNS = 40  # number of runs; the friction is then within 1e-4 of the best fit
+EQUAL_FRICTION_BIAS = 1e-3  # relative bias of the friction below which fits count as equal
 
 
 def requests(plan: StudyPlan) -> Sequence[ParameterFit]:
     """Returns a fit of the friction for each heading with both methods."""
-    return [_fit(*pair) for pair in PAIRS]
+    return [_fit(*pair) for pair in METHODS_AND_HEADINGS]
 
 
 def numbers(study: Study) -> Record | None:
@@ -34,7 +42,7 @@ def numbers(study: Study) -> Record | None:
     fit."""
     fits = []
     exact = math.nan
-    for method, angle in PAIRS:
+    for method, angle in METHODS_AND_HEADINGS:
         fit = study.answer(_fit(method, angle))
         if not fit:
             continue
@@ -50,17 +58,17 @@ def numbers(study: Study) -> Record | None:
         fits.append(row)
     if not fits:
         return None
-    default = [fit for fit in fits if fit.method == DEFAULT]
-    biases = [abs(fit.bias) for fit in fits if fit.method == RECOMMENDED]
+    default = [fit for fit in fits if fit.method == DEFAULT_CONTACTS]
+    biases = [abs(fit.bias) for fit in fits if fit.method == RECOMMENDED_CONTACTS]
     return Record(
         exact=exact,
-        step=STEP,  # [s]
+        step=HEADINGS_STEP,  # [s]
         fits=fits,
         # the most biased fit with default contacts
         worst=max(default, key=lambda fit: abs(fit.bias), default=None),
         # A search that begins with the true value may end there, so the bias with the recommended
-        # contacts is only bounded by ALIKE.
-        recommended=max([ALIKE, *biases]) if biases else None,
+        # contacts is only bounded by EQUAL_FRICTION_BIAS.
+        recommended=max([EQUAL_FRICTION_BIAS, *biases]) if biases else None,
     )
 
 
@@ -78,7 +86,9 @@ def claims(numbers: Record) -> Claims:
 def _fit(method: str, angle: int) -> ParameterFit:
     """Returns the fit of the friction in the scene that is turned by an angle [degrees]."""
     turned = (("heading", math.radians(angle)),)
-    return ParameterFit(LINE, method, STEP, "friction", *SEARCHED, BUDGET, turned)
+    return ParameterFit(
+        CHECK_LINE, method, HEADINGS_STEP, "friction", *SEARCHED, FIT_RUNS, turned
+    )
 
 
 IDENTIFIED = Analysis("capsule_line/identified", numbers, requests, claims)

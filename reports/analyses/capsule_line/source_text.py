@@ -9,29 +9,30 @@ import numpy as np
 
 from plumbob.analytic.systems.manoeuvres.line_manoeuvre import LineManoeuvre
 from plumbob.analytic.systems.planner.construction import plan as find_plan
-from plumbob.analytic.systems.planner.problem import Limits, RestPose
+from plumbob.analytic.systems.planner.problem import PlanLimits, RestPose
 from plumbob.analytic.systems.slider_path import line_stroke
 from plumbob.analytic.systems.three_points.friction import three_point_motion
 from plumbob.engines.study.results import Study
 from plumbob.reports.analyses.analysis import Analysis, Record
-from plumbob.reports.analyses.measurements import LINE, measured_error, problem
+from plumbob.reports.analyses.measurements import CHECK_LINE, measured_error, problem
 
-CONTACTS = ("mujoco/euler", "mujoco/euler+coulomb")  # default and convergent contacts
-STEP = 1e-3  # [s]
+CONTACT_METHODS = ("mujoco/euler", "mujoco/euler+coulomb")  # default and convergent contacts
+SOURCE_TEXT_STEP = 1e-3  # [s]
 THRESHOLD = "capsule-line/w1-threshold"
-COAST, SPIN = "capsule-coast/translation", "capsule-coast/spin"
-SHORTER = 1000.0  # factor by which t1 is shortened
-HARD = 2.0  # ratio of w2 to f g/mu, above the bound (15)
-STARTS = (-0.05, 0.0, 0.08)  # [m] starts of the slider along its line
-SPARE, AWAY = 1.002, 1e-3  # ratio of |w| to f g/mu in a plan; [m] distance of the plan's goal
+COASTING_TRANSLATION, COASTING_SPIN = "capsule-coast/translation", "capsule-coast/spin"
+LINE_TIME_FACTOR = 1000.0  # factor by which t1 is shortened
+ACCELERATION_ABOVE_BOUND = 2.0  # ratio of w2 to f g/mu, above the bound (15)
+SLIDER_STARTS = (-0.05, 0.0, 0.08)  # [m] starts of the slider along its line
+# ratio of |w| to f g/mu in a plan; [m] distance of the plan's goal
+ACCELERATION_MARGIN, GOAL_DISTANCE = 1.002, 1e-3
 
 
 def time_exponents(line: LineManoeuvre) -> tuple[float, float]:
     """Returns the exponents p of t1^p in the displacements of the slider and of the body, from the
     manoeuvres with t1 and t1/SHORTER."""
-    shorter = replace(line, t1=line.t1 / SHORTER)
-    of_slider = math.log(line.stroke / shorter.stroke) / math.log(SHORTER)
-    of_body = math.log(line.displacement / shorter.displacement) / math.log(SHORTER)
+    shorter = replace(line, t1=line.t1 / LINE_TIME_FACTOR)
+    of_slider = math.log(line.stroke / shorter.stroke) / math.log(LINE_TIME_FACTOR)
+    of_body = math.log(line.displacement / shorter.displacement) / math.log(LINE_TIME_FACTOR)
     return of_slider, of_body
 
 
@@ -51,7 +52,7 @@ def balance_residual(line: LineManoeuvre) -> float:
     return float(np.abs(momentum_rate - forces).max() / body.weight)
 
 
-def hard_brake(line: LineManoeuvre, factor: float = HARD) -> Record:
+def hard_brake(line: LineManoeuvre, factor: float = ACCELERATION_ABOVE_BOUND) -> Record:
     """Returns the exact motion if w2 is `factor` times f g/mu, where `factor` is above 1: the body
     reverses at t*."""
     body = line.capsule
@@ -77,10 +78,10 @@ def hard_brake(line: LineManoeuvre, factor: float = HARD) -> Record:
 
 def change_by_start(line: LineManoeuvre) -> float:
     """Returns the largest relative change of the displacement of the exact motion if the slider
-    starts elsewhere on its line (STARTS)."""
+    starts elsewhere on its line (SLIDER_STARTS)."""
 
     changes = []
-    for start in STARTS:
+    for start in SLIDER_STARTS:
         path = replace(line, start=start).path
         motion = three_point_motion(line.capsule, path)
         displacement = float(motion.at(np.array([motion.rest_time])).position[0, 0])
@@ -90,30 +91,39 @@ def change_by_start(line: LineManoeuvre) -> float:
 
 def slide_to_rest() -> Record:
     """Returns speed, distance and time of a body with a fixed slider that slides to rest."""
-    coast = problem(COAST)
+    coast = problem(COASTING_TRANSLATION)
     speed = math.hypot(*coast.setup.velocity)
     distance = float(coast.motion.distance)
     return Record(
         speed=speed,  # [m/s] initial speed
         distance=distance,  # [m]
         time=2.0 * distance / speed,  # [s] time until the body rests
-        spinning=problem(SPIN).motion.rest_time,  # [s] time until a spinning body rests
+        spinning=problem(
+            COASTING_SPIN
+        ).motion.rest_time,  # [s] time until a spinning body rests
     )
 
 
 def numbers(study: Study) -> Record:
     """Returns the quantities of the source's statements, computed, and the errors of MuJoCo's
     friction."""
-    line = problem(LINE).motion
+    line = problem(CHECK_LINE).motion
     barely = problem(THRESHOLD).motion
     body = line.capsule
     loads = line.normal_forces(np.linspace(0.0, line.t2, 50)).sum(axis=1)
     limit = body.holding_acceleration
     exponents = time_exponents(line)
-    plan = find_plan(body, RestPose(AWAY, 0.0, 0.0), Limits(acceleration=SPARE * limit))
+    plan = find_plan(
+        body,
+        RestPose(GOAL_DISTANCE, 0.0, 0.0),
+        PlanLimits(acceleration=ACCELERATION_MARGIN * limit),
+    )
     return Record(
-        # relative error of the displacement for each of CONTACTS
-        friction_errors=[measured_error(study, LINE, method, STEP) for method in CONTACTS],
+        # relative error of the displacement for each of CONTACT_METHODS
+        friction_errors=[
+            measured_error(study, CHECK_LINE, method, SOURCE_TEXT_STEP)
+            for method in CONTACT_METHODS
+        ],
         weight=body.weight,  # [N]
         # largest relative difference of the sum of normal forces from the weight
         load_gap=np.abs(loads / body.weight - 1.0).max(),
@@ -123,23 +133,23 @@ def numbers(study: Study) -> Record:
         barely_moved=barely.displacement,  # [m] displacement in the scene THRESHOLD
         switches=(line.t1, line.t_star, line.t2),  # [s] t1, t*, t2
         exponents=exponents,  # exponents of t1 in the displacements of slider and body
-        short_displacement=line.displacement / SHORTER ** exponents[1],  # [m]
+        short_displacement=line.displacement / LINE_TIME_FACTOR ** exponents[1],  # [m]
         # whether slider and body move in opposite directions
         opposite=line.stroke * line.displacement < 0.0,
         plan_lines=plan.lines,
         plan_duration=plan.duration,  # [s]
-        acceleration=SPARE * limit,  # [m/s²] largest acceleration of the plan
+        acceleration=ACCELERATION_MARGIN * limit,  # [m/s²] largest acceleration of the plan
         hard_brake=hard_brake(line),
         stop=slide_to_rest(),
         # largest relative change of the displacement if the slider starts elsewhere
         by_start=change_by_start(line),
-        hard=HARD,
-        starts=STARTS,
-        spare=SPARE,
-        away=AWAY,
-        shorter=SHORTER,
-        step=STEP,
+        hard=ACCELERATION_ABOVE_BOUND,
+        starts=SLIDER_STARTS,
+        spare=ACCELERATION_MARGIN,
+        away=GOAL_DISTANCE,
+        shorter=LINE_TIME_FACTOR,
+        step=SOURCE_TEXT_STEP,
     )
 
 
-SOURCE = Analysis("capsule_line/source", numbers)
+LINE_SOURCE_TEXT = Analysis("capsule_line/source", numbers)

@@ -13,11 +13,24 @@ from plumbob.engines.study.results import Study
 from plumbob.models.registry import case_of
 from plumbob.models.registry import scene as find_scene
 from plumbob.reports.analyses.analysis import Analysis, Record
-from plumbob.reports.analyses.measurements import LINE, covers, problem
+from plumbob.reports.analyses.measurements import CHECK_LINE, covers, problem
 
-EDGE, METHOD, STEP, LASTING = "capsule-line/near-edge", "mujoco/euler+coulomb", 2e-4, 0.3  # [s]
-BEYOND = 0.005  # [m] distance by which the slider starts further along its line than in EDGE
-TIPPED = ExtraRun(EDGE, METHOD, STEP, LASTING, settings=(("slider_ahead", BEYOND),))
+# [s]
+NEAR_EDGE_SCENE, TIPPING_METHOD, TIPPING_STEP, TIPPING_TIME = (
+    "capsule-line/near-edge",
+    "mujoco/euler+coulomb",
+    2e-4,
+    0.3,
+)
+# [m] distance by which the slider starts further along its line than in NEAR_EDGE_SCENE
+START_BEYOND_EDGE = 0.005
+TIPPED = ExtraRun(
+    NEAR_EDGE_SCENE,
+    TIPPING_METHOD,
+    TIPPING_STEP,
+    TIPPING_TIME,
+    settings=(("slider_ahead", START_BEYOND_EDGE),),
+)
 # The supports of the check body are moved until C is 1 cm outside their triangle. The slider starts
 # far enough ahead to keep the body in contact.
 OUTSIDE = (("supports", ((0.31, 0.0), (0.01, 0.15), (0.01, -0.15))), ("start", 0.1))
@@ -26,25 +39,25 @@ OUTSIDE = (("supports", ((0.31, 0.0), (0.01, 0.15), (0.01, -0.15))), ("start", 0
 def requests(plan: StudyPlan) -> Sequence[ExtraRun]:
     """Returns the run of a manoeuvre that ends beyond the edge, if the plan has the check
     manoeuvre."""
-    return (TIPPED,) if covers(plan, LINE) else ()
+    return (TIPPED,) if covers(plan, CHECK_LINE) else ()
 
 
 def numbers(study: Study) -> Record | None:
     """Returns the contact conditions of three motions, and the lift of a foot in the run beyond the
     edge; None if the study lacks the check manoeuvre."""
-    if not covers(study, LINE):
+    if not covers(study, CHECK_LINE):
         return None
-    check = problem(LINE).motion
-    edge = problem(EDGE).motion
-    outside = case_of(find_scene(LINE, dict(OUTSIDE))).problem.motion
+    check = problem(CHECK_LINE).motion
+    edge = problem(NEAR_EDGE_SCENE).motion
+    outside = case_of(find_scene(CHECK_LINE, dict(OUTSIDE))).problem.motion
     return Record(
         # ratio of the slider's allowed distance from C to the triangle's
-        reach=1.0 / problem(LINE).setup.capsule.mass_ratio,
+        reach=1.0 / problem(CHECK_LINE).setup.capsule.mass_ratio,
         check=_contact_condition(check),
         edge=_contact_condition(edge),
         outside=_contact_condition(outside),  # motion with C outside the triangle
         lift=_lift(study),
-        beyond=BEYOND,
+        beyond=START_BEYOND_EDGE,
     )
 
 

@@ -5,6 +5,6 @@ from __future__ import annotations
 from plumbob.reports.analyses.analysis import Section
 from plumbob.reports.analyses.capsule_plan.legs import LEGS
 from plumbob.reports.analyses.capsule_plan.open_loop import OPEN_LOOP
-from plumbob.reports.analyses.capsule_plan.poses import POSES
+from plumbob.reports.analyses.capsule_plan.poses import GOAL_POSES_FINDING
 
-SECTION = Section((POSES, LEGS, OPEN_LOOP))
+SECTION = Section((GOAL_POSES_FINDING, LEGS, OPEN_LOOP))

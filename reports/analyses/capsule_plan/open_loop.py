@@ -10,7 +10,11 @@ import numpy as np
 from plumbob.engines.study.extra_runs import ExtraRun, StudyPlan
 from plumbob.engines.study.results import Study
 from plumbob.reports.analyses.analysis import Analysis, Record
-from plumbob.reports.analyses.capsule_plan.plans import plan_numbers, plan_of, planned_scenes
+from plumbob.reports.analyses.capsule_plan.plans import (
+    capsule_plan_of,
+    plan_numbers,
+    planned_scenes,
+)
 from plumbob.reports.analyses.capsule_plan.pose_errors import (
     error_by_name,
     errors_by_kind,
@@ -19,17 +23,19 @@ from plumbob.reports.analyses.capsule_plan.pose_errors import (
 )
 from plumbob.reports.analyses.measurements import case
 
-DEFAULT = "mujoco/euler"  # method whose default contacts drift in stiction
-METHODS = ("mujoco/euler+coulomb", "pymunk/feet", "mujoco/rk4+coulomb", DEFAULT)
+DRIFTING_METHOD = "mujoco/euler"  # method whose default contacts drift in stiction
+METHODS = ("mujoco/euler+coulomb", "pymunk/feet", "mujoco/rk4+coulomb", DRIFTING_METHOD)
 QUICK = METHODS[:2]
-STEP = 1e-3  # [s]
+OPEN_LOOP_STEP = 1e-3  # [s]
 
 
 def runs(study: Study | StudyPlan) -> Sequence[ExtraRun]:
     """Returns an open-loop run of each plan with each method of the study's profile."""
     methods = METHODS if study.profile == "full" else QUICK
     return [
-        ExtraRun(name, method, STEP, run_duration(plan_of(name), STEP))
+        ExtraRun(
+            name, method, OPEN_LOOP_STEP, run_duration(capsule_plan_of(name), OPEN_LOOP_STEP)
+        )
         for name, method in product(planned_scenes(study), methods)
     ]
 
@@ -45,10 +51,12 @@ def numbers(study: Study) -> Record | None:
         runs=ended,
         spans=[_error_range(method, ended) for method in methods],
         # [m] largest error that slow motions cause with friction that converges, then by default
-        slow=_largest_slow_error([run for run in ended if run.method != DEFAULT]),
-        slow_default=_largest_slow_error([run for run in ended if run.method == DEFAULT]),
-        first=plan_numbers(plan_of(ended[0].scene)),
-        step=STEP,
+        slow=_largest_slow_error([run for run in ended if run.method != DRIFTING_METHOD]),
+        slow_default=_largest_slow_error(
+            [run for run in ended if run.method == DRIFTING_METHOD]
+        ),
+        first=plan_numbers(capsule_plan_of(ended[0].scene)),
+        step=OPEN_LOOP_STEP,
         quick=QUICK,
     )
 
@@ -57,7 +65,7 @@ def _final_error(study: Study, request: ExtraRun) -> Record | None:
     """Returns the final pose error of a run, and the part that each kind of manoeuvre added; None
     if the run was not made or the body does not come to rest."""
     name = request.scene
-    plan = plan_of(request.scene)
+    plan = capsule_plan_of(request.scene)
     recorded = study.answer(request)
     if recorded is None or len(recorded.times) < 2:
         return None

@@ -5,14 +5,14 @@ from __future__ import annotations
 from plumbob.analytic.systems.planner.result import Plan
 from plumbob.engines.study.extra_runs import StudyPlan
 from plumbob.engines.study.results import Study
-from plumbob.models.registry import scene, scenes
+from plumbob.models.registry import matching_scenes, scene
 from plumbob.models.tripod_capsule.plan import requested_plan
 from plumbob.reports.analyses.analysis import Record
 
 SYSTEM = "capsule-plan"
 
 
-def plan_of(name: str) -> Plan:
+def capsule_plan_of(name: str) -> Plan:
     """Returns the plan of a scene, by the scene's name."""
     return requested_plan(scene(name).parameters)
 
@@ -20,7 +20,7 @@ def plan_of(name: str) -> Plan:
 def planned_scenes(study: Study | StudyPlan) -> tuple[str, ...]:
     """Returns the names of the study's scenes that have a plan."""
     covered = {scene.name for scene in study.scenes}
-    return tuple(scene.name for scene in scenes(SYSTEM) if scene.name in covered)
+    return tuple(scene.name for scene in matching_scenes(SYSTEM) if scene.name in covered)
 
 
 def plan_numbers(plan: Plan) -> Record:

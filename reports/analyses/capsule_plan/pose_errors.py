@@ -9,34 +9,38 @@ from plumbob.analytic.reference import Array, Reference, Signals
 from plumbob.analytic.systems.planner.result import Plan
 from plumbob.engines.trajectory import Trajectory
 
-STILL = 1e-12  # [m/s] or [rad/s] largest rate of an exact motion at rest
-MOST_STEPS = 1_000_000_000  # most steps of a run
-AFTER = 2  # number of steps run after the end of the last manoeuvre
-POSE = ("x", "y", "heading")  # position of C [m] in the axes of the start; heading [rad]
+RATE_AT_REST = 1e-12  # [m/s] or [rad/s] largest rate of an exact motion at rest
+MAX_PLAN_STEPS = 1_000_000_000  # most steps of a run
+STEPS_AFTER_PLAN = 2  # number of steps run after the end of the last manoeuvre
+# position of C [m] in the axes of the start; heading [rad]
+POSE_OBSERVABLES = ("x", "y", "heading")
 
 
 def run_duration(plan: Plan, step: float) -> float:
     """Returns the duration [s] that a run of `plan` at `step` [s] needs to show the final pose.
-    Raises ParameterError if the step is longer than the plan or more than MOST_STEPS times
+    Raises ParameterError if the step is longer than the plan or more than MAX_PLAN_STEPS times
     shorter."""
     if step > plan.duration:
         raise ParameterError("step", step, f"at most the duration, {plan.duration} s")
-    if step * MOST_STEPS < plan.duration:
-        smallest = plan.duration / MOST_STEPS
+    if step * MAX_PLAN_STEPS < plan.duration:
+        smallest = plan.duration / MAX_PLAN_STEPS
         raise ParameterError("step", step, f"at least {smallest} s for this duration")
-    return (round(plan.duration / step) + AFTER) * step
+    return (round(plan.duration / step) + STEPS_AFTER_PLAN) * step
 
 
 def pose_errors(plan: Plan, exact: Reference, run: Trajectory) -> Array:
-    """Returns the errors of POSE in a run of `plan` after each manoeuvre, shape (manoeuvres, 3);
-    NaN after a manoeuvre whose exact motion is not at rest, or that the run did not reach.
+    """Returns the errors of POSE_OBSERVABLES in a run of `plan` after each manoeuvre, shape
+    (manoeuvres, 3); NaN after a manoeuvre whose exact motion is not at rest, or that the run did
+    not reach.
 
     An error is read at the last sample of a manoeuvre. By then the body rests, so that a position
     that lags by half a step makes no error."""
     observed = exact.observe(run.times)
-    errors = np.column_stack([run.observables[name] - observed[name] for name in POSE])
+    errors = np.column_stack(
+        [run.observables[name] - observed[name] for name in POSE_OBSERVABLES]
+    )
     rates = np.abs([observed[name] for name in ("velocity_x", "velocity_y", "heading_rate")])
-    at_rest = rates.max(axis=0) <= STILL
+    at_rest = rates.max(axis=0) <= RATE_AT_REST
     ends = np.append(plan.ends[:-1], np.inf)
     last_samples = np.searchsorted(run.times, ends, side="right") - 1
     reached = run.times[last_samples] > [manoeuvre.start for manoeuvre in plan.manoeuvres]
@@ -49,22 +53,22 @@ def errors_by_kind(plan: Plan, after: Array) -> Signals:
     at the next rest minus the error at the rest before, so that a turn includes its residual
     motion. `after` are the errors of `pose_errors`."""
     total: dict[str, Array] = {}
-    before = np.zeros(len(POSE))
+    before = np.zeros(len(POSE_OBSERVABLES))
     unfinished = ""  # kind of a manoeuvre after which the body still moves
     for manoeuvre, error in zip(plan.manoeuvres, after, strict=False):
         kind = unfinished or manoeuvre.kind
         if np.isnan(error).any():
             unfinished = kind
             continue
-        total[kind] = total.get(kind, np.zeros(len(POSE))) + error - before
+        total[kind] = total.get(kind, np.zeros(len(POSE_OBSERVABLES))) + error - before
         before, unfinished = error, ""
     return total
 
 
 def error_by_name(error: Array) -> dict[str, float]:
-    """Returns a pose error by the names of POSE, and the distance [m] of C from its exact
-    position."""
+    """Returns a pose error by the names of POSE_OBSERVABLES, and the distance [m] of C from its
+    exact position."""
     return {
         "distance": float(np.hypot(*error[:2])),
-        **dict(zip(POSE, error.tolist(), strict=True)),
+        **dict(zip(POSE_OBSERVABLES, error.tolist(), strict=True)),
     }

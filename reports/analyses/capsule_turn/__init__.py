@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from plumbob.reports.analyses.analysis import Section
-from plumbob.reports.analyses.capsule_turn.course import COURSE
+from plumbob.reports.analyses.capsule_turn.course import TURN_COURSE
 from plumbob.reports.analyses.capsule_turn.exact_motion import SECOND_ORDER, TOUCH
 from plumbob.reports.analyses.capsule_turn.left_over import LEFT_OVER
-from plumbob.reports.analyses.capsule_turn.source_text import SOURCE
+from plumbob.reports.analyses.capsule_turn.source_text import TURN_SOURCE_TEXT
 
-FINDINGS = (SECOND_ORDER, COURSE, LEFT_OVER, TOUCH, SOURCE)
-SECTION = Section(FINDINGS)
+CAPSULE_TURN_FINDINGS = (SECOND_ORDER, TURN_COURSE, LEFT_OVER, TOUCH, TURN_SOURCE_TEXT)
+SECTION = Section(CAPSULE_TURN_FINDINGS)

@@ -8,19 +8,21 @@ from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.manoeuvres.turn_manoeuvre import TurnManoeuvre
 from plumbob.engines.study.results import Study
 from plumbob.reports.analyses.analysis import Analysis, Record
-from plumbob.reports.analyses.capsule_turn.turns import scene_name, turn
+from plumbob.reports.analyses.capsule_turn.turns import check_turn, scene_name
 from plumbob.reports.analyses.measurements import problem
 
-EPSILONS = (0.3, 0.1, 0.03)
-DRAWN = EPSILONS[0]  # epsilon of the figures, at which the effect of friction is visible
-POINTS, LASTING = 400, 3.0  # points of a curve; duration in units of the half time tau
-PHASES = np.linspace(0.0, LASTING, POINTS)  # times in units of tau
+COURSE_EPSILONS = (0.3, 0.1, 0.03)
+# epsilon of the figures, at which the effect of friction is visible
+DRAWN_EPSILON = COURSE_EPSILONS[0]
+# points of a curve; duration in units of the half time tau
+COURSE_POINTS, CURVE_HALF_TIMES = 400, 3.0
+PHASES = np.linspace(0.0, CURVE_HALF_TIMES, COURSE_POINTS)  # times in units of tau
 
 
 def exact_course(epsilon: float, phases: Array) -> tuple[Array, Array]:
     """Returns the heading psi [rad], shape (n,), and the position of C [m], shape (n, 2), of the
     exact motion at the times `phases` in units of tau, shape (n,)."""
-    pose = problem(scene_name(epsilon)).motion.single.at(phases * turn(epsilon).half_time)
+    pose = problem(scene_name(epsilon)).motion.single.at(phases * check_turn(epsilon).half_time)
     return pose.heading, pose.position
 
 
@@ -34,19 +36,19 @@ def leading_path(manoeuvre: TurnManoeuvre, phases: Array) -> Array:
     return np.column_stack([positions.real, positions.imag])
 
 
-def difference(epsilon: float, phases: Array) -> Array:
+def heading_difference(epsilon: float, phases: Array) -> Array:
     """Returns the difference psi + mu_1 phi [rad] between the exact heading and eq. 31, shape (n,),
     at the times `phases` in units of tau."""
-    formula = turn(epsilon).body_angles(phases * turn(epsilon).half_time)
+    formula = check_turn(epsilon).body_angles(phases * check_turn(epsilon).half_time)
     return exact_course(epsilon, phases)[0] - formula
 
 
 def departure(epsilon: float) -> Record:
     """Returns the difference between exact motion and formula over the turn: its largest value, the
     time of that, and its ratio to epsilon^2."""
-    phases = np.linspace(0.0, 2.0, POINTS + 1)
-    magnitudes = np.abs(difference(epsilon, phases))
-    scaled = difference(epsilon, PHASES) / epsilon**2
+    phases = np.linspace(0.0, 2.0, COURSE_POINTS + 1)
+    magnitudes = np.abs(heading_difference(epsilon, phases))
+    scaled = heading_difference(epsilon, PHASES) / epsilon**2
     largest = float(magnitudes.max())
     return Record(
         epsilon=epsilon,
@@ -60,11 +62,11 @@ def departure(epsilon: float) -> Record:
 def numbers(study: Study) -> Record:
     """Returns the departures from the formula for each epsilon, and the angles and paths of the
     turn in the figures."""
-    manoeuvre = turn(DRAWN)
+    manoeuvre = check_turn(DRAWN_EPSILON)
     times = PHASES * manoeuvre.half_time
-    angles, positions = exact_course(DRAWN, PHASES)
+    angles, positions = exact_course(DRAWN_EPSILON, PHASES)
     return Record(
-        departures=[departure(epsilon) for epsilon in EPSILONS],
+        departures=[departure(epsilon) for epsilon in COURSE_EPSILONS],
         phases=PHASES,  # times of all curves over tau
         slider=manoeuvre.slider_angles(times),  # [rad] phi
         formula=manoeuvre.body_angles(times),  # [rad] -mu_1 phi
@@ -72,8 +74,8 @@ def numbers(study: Study) -> Record:
         path=1e3 * positions.T,  # [mm] path of C, shape (2, n)
         # [mm] path of C without friction, shape (2, n)
         leading=1e3 * leading_path(manoeuvre, np.minimum(PHASES, 2.0)).T,
-        drawn=DRAWN,
+        drawn=DRAWN_EPSILON,
     )
 
 
-COURSE = Analysis("capsule_turn/course", numbers)
+TURN_COURSE = Analysis("capsule_turn/course", numbers)

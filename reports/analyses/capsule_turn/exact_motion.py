@@ -15,18 +15,19 @@ from plumbob.analytic.systems.three_points.motion import ThreePointMotion
 from plumbob.engines.study.results import Study
 from plumbob.models.registry import case_of
 from plumbob.models.registry import scene as find_scene
-from plumbob.models.tripod_capsule.turn import EPSILONS
+from plumbob.models.tripod_capsule.turn import TURN_EPSILONS
 from plumbob.reports.analyses.analysis import Analysis, Record
-from plumbob.reports.analyses.capsule_turn.turns import facts, turn
+from plumbob.reports.analyses.capsule_turn.turns import check_turn, facts
 
-CHECKED = MappingProxyType(
+CHECKED_BODY_ANGLES = MappingProxyType(
     {0.3: -0.9068671274, 0.1: -0.9888885424, 0.03: -0.9989925407, 0.01: -0.9998879884}
 )  # [rad] body angle at 2 tau by epsilon
-SLOPES = slice(1, 5)  # indices of EPSILONS whose fourth-order errors are far above rounding
+# indices of TURN_EPSILONS whose fourth-order errors are far above rounding
+SLOPES = slice(1, 5)
 SLENDER = MappingProxyType(
     {"inertia": 0.002, "radius": 0.12, "angular_acceleration": 130.0, "half_time": 0.08}
 )  # a body with the mass near C, whose supports move more easily in one direction than in the other
-SIDES = (1e-6, 1e-5, 1e-4, 1e-3)  # [s] times before and after the stop of a support
+TIMES_BESIDE_STOP = (1e-6, 1e-5, 1e-4, 1e-3)  # [s] times before and after the stop of a support
 
 
 def formula_errors() -> tuple[Record, Record]:
@@ -37,14 +38,14 @@ def formula_errors() -> tuple[Record, Record]:
 
 def _errors(at_stop: str, at_rest: str) -> Record:
     """Returns the exact body angle minus the angle of a formula [rad] at 2 tau and at rest, for
-    each of EPSILONS, and the slopes of log error against log epsilon, from 0.1 to 0.003. `at_stop`
-    and `at_rest` are the names of the formula's angles in `facts`."""
-    turns = [facts(epsilon) for epsilon in EPSILONS]
+    each of TURN_EPSILONS, and the slopes of log error against log epsilon, from 0.1 to 0.003.
+    `at_stop` and `at_rest` are the names of the formula's angles in `facts`."""
+    turns = [facts(epsilon) for epsilon in TURN_EPSILONS]
     errors = {
         "stop": [known["body_angle"] - known[at_stop] for known in turns],
         "rest": [known["body_angle_at_rest"] - known[at_rest] for known in turns],
     }
-    log_epsilons = np.log(EPSILONS[SLOPES])
+    log_epsilons = np.log(TURN_EPSILONS[SLOPES])
     slopes = {}
     for name, values in errors.items():
         log_errors = np.log(np.abs(values[SLOPES]))
@@ -55,13 +56,13 @@ def _errors(at_stop: str, at_rest: str) -> Record:
 def second_order(study: Study) -> Record:
     """Returns the check values of the body angle, the errors of the formulas, and the coefficients
     of epsilon^2 from theory and from the exact motion."""
-    manoeuvre = turn(0.1)
+    manoeuvre = check_turn(0.1)
     scale = manoeuvre.characteristic_time**2
     correction = manoeuvre.correction
-    angles = [(e, known, facts(e)["body_angle"]) for e, known in CHECKED.items()]
+    angles = [(e, known, facts(e)["body_angle"]) for e, known in CHECKED_BODY_ANGLES.items()]
     checks = tuple((e, known, angle, angle - known) for e, known, angle in angles)
     formula, corrected = formula_errors()
-    smallest_squared = EPSILONS[-1] ** 2
+    smallest_squared = TURN_EPSILONS[-1] ** 2
     measured = {
         "stop": formula.stop[-1] / smallest_squared,
         "rest": formula.rest[-1] / smallest_squared,
@@ -72,7 +73,7 @@ def second_order(study: Study) -> Record:
         formula=formula,
         corrected=corrected,
         checks=checks,  # epsilon; body angle at 2 tau [rad]: check value, computed, difference
-        epsilons=EPSILONS,
+        epsilons=TURN_EPSILONS,
         # [rad] both coefficients from the exact motion at the smallest epsilon
         measured=measured,
         factor=_logarithm_factor(corrected.rest),
@@ -81,9 +82,9 @@ def second_order(study: Study) -> Record:
 
 def _logarithm_factor(errors: Sequence[float]) -> float:
     """Returns K of the error K epsilon^4 ln(1/epsilon) + B epsilon^4 at rest, from the errors at
-    the two smallest EPSILONS."""
-    larger, smaller = (errors[k] / EPSILONS[k] ** 4 for k in (-2, -1))
-    return (smaller - larger) / math.log(EPSILONS[-2] / EPSILONS[-1])
+    the two smallest TURN_EPSILONS."""
+    larger, smaller = (errors[k] / TURN_EPSILONS[k] ** 4 for k in (-2, -1))
+    return (smaller - larger) / math.log(TURN_EPSILONS[-2] / TURN_EPSILONS[-1])
 
 
 def slender_turn() -> ThreePointMotion:
@@ -108,7 +109,7 @@ def momentary_stop(study: Study) -> Record:
     """Returns the slip speeds of a support shortly before and after it stops momentarily."""
     single = slender_turn()
     tau = SLENDER["half_time"]
-    sides = np.array(SIDES)
+    sides = np.array(TIMES_BESIDE_STOP)
     # A momentary stop is an event of a support between two sliding modes.
     stops = [
         event
@@ -124,8 +125,8 @@ def momentary_stop(study: Study) -> Record:
         time=touch.time / tau,  # time of the stop over tau
         support=touch.support + 1,
         speed=speed_at_stop,  # [m/s] slip speed at the stop
-        # a row for each of SIDES: that time [s], the slip speeds before and after [m/s], and both
-        # speeds over the time [m/s²]
+        # a row for each of TIMES_BESIDE_STOP: that time [s], the slip speeds before and after
+        # [m/s], and both speeds over the time [m/s²]
         sides=rows,
         parameters=SLENDER,
     )

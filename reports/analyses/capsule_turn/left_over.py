@@ -4,19 +4,19 @@ zero."""
 from __future__ import annotations
 
 from plumbob.engines.study.results import Study
-from plumbob.models.tripod_capsule.turn import EPSILONS
+from plumbob.models.tripod_capsule.turn import TURN_EPSILONS
 from plumbob.reports.analyses.analysis import Analysis, Record
-from plumbob.reports.analyses.capsule_turn.turns import facts, turn
+from plumbob.reports.analyses.capsule_turn.turns import check_turn, facts
 
-SHOWN = 0.1  # epsilon in the summary of the finding
+SUMMARY_EPSILON = 0.1  # epsilon in the summary of the finding
 
 
 def numbers(study: Study) -> Record:
     """Returns omega and |v| at 2 tau for each epsilon, from the exact motion and by the formula."""
-    coefficient = float(turn(SHOWN).correction.rate_coefficients[2])
+    coefficient = float(check_turn(SUMMARY_EPSILON).correction.rate_coefficients[2])
     return Record(
-        rows=[_residual_velocities(epsilon) for epsilon in EPSILONS],
-        shown=_residual_velocities(SHOWN),
+        rows=[_residual_velocities(epsilon) for epsilon in TURN_EPSILONS],
+        shown=_residual_velocities(SUMMARY_EPSILON),
         coefficient=coefficient,  # [rad/s²] ratio of omega(2 tau) to tau
     )
 

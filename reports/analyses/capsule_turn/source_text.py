@@ -13,17 +13,18 @@ from plumbob.analytic.systems.three_points.friction import three_point_motion
 from plumbob.analytic.systems.three_points.motion import ThreePointMotion
 from plumbob.analytic.systems.three_points.rest import holding_limit
 from plumbob.engines.study.results import Study
-from plumbob.models.tripod_capsule.turn import EPSILONS
+from plumbob.models.tripod_capsule.turn import TURN_EPSILONS
 from plumbob.reports.analyses.analysis import Analysis, Record
 from plumbob.reports.analyses.capsule_turn.course import exact_course
-from plumbob.reports.analyses.capsule_turn.turns import facts, scene_name, turn
+from plumbob.reports.analyses.capsule_turn.turns import check_turn, facts, scene_name
 from plumbob.reports.analyses.measurements import problem
 
-SHOWN = 0.3  # epsilon at which the effect of friction is visible
-SMALL, SHORTER = 0.03, 10.0  # epsilon of a turn; factor by which its time is shortened
+VISIBLE_EPSILON = 0.3  # epsilon at which the effect of friction is visible
+# epsilon of a turn; factor by which its time is shortened
+SMALL_EPSILON, TURN_TIME_FACTOR = 0.03, 10.0
 THOUSAND = "capsule-turn/thousand"
-PLACES = 24  # positions around the circle
-NODES = 32  # Gauss points of a smooth segment
+CIRCLE_POSITIONS = 24  # positions around the circle
+TURN_NODES = 32  # Gauss points of a smooth segment
 
 
 def friction_effects(
@@ -34,7 +35,7 @@ def friction_effects(
 
     By eq. 24, the integral is the body's angular velocity at 2 tau, since the slider has
     stopped."""
-    x, weights = np.polynomial.legendre.leggauss(NODES)
+    x, weights = np.polynomial.legendre.leggauss(TURN_NODES)
     largest = 0.0
     angular_velocity = 0.0
     velocity = 0j
@@ -61,24 +62,25 @@ def centre_velocity(manoeuvre: TurnManoeuvre, motion: ThreePointMotion) -> compl
 
 
 def shortened_turn() -> tuple[float, float]:
-    """Returns the body angles [rad] at the ends, 2 tau, of two turns: the turn with epsilon SMALL,
-    and a turn in which the slider takes the same path in 1/SHORTER of the time."""
-    manoeuvre = turn(SMALL)
-    shorter = replace(manoeuvre, half_time=manoeuvre.half_time / SHORTER)
+    """Returns the body angles [rad] at the ends, 2 tau, of two turns: the turn with epsilon
+    SMALL_EPSILON, and a turn in which the slider takes the same path in 1/TURN_TIME_FACTOR of the
+    time."""
+    manoeuvre = check_turn(SMALL_EPSILON)
+    shorter = replace(manoeuvre, half_time=manoeuvre.half_time / TURN_TIME_FACTOR)
     motion = three_point_motion(shorter.capsule, shorter.path)
     end = motion.at(np.array([2.0 * shorter.half_time]))
-    return facts(SMALL)["body_angle"], float(end.heading[0])
+    return facts(SMALL_EPSILON)["body_angle"], float(end.heading[0])
 
 
 def numbers(study: Study) -> Record:
     """Returns the numbers of the exact motion for each statement. A number that states no epsilon
-    belongs to the turn with epsilon SHOWN."""
-    manoeuvre = turn(SHOWN)
-    motion = problem(scene_name(SHOWN)).motion.single
-    known = facts(SHOWN)
+    belongs to the turn with epsilon VISIBLE_EPSILON."""
+    manoeuvre = check_turn(VISIBLE_EPSILON)
+    motion = problem(scene_name(VISIBLE_EPSILON)).motion.single
+    known = facts(VISIBLE_EPSILON)
     velocity = centre_velocity(manoeuvre, motion)
     rest_phase = known["rest_time"] / manoeuvre.half_time
-    at_stop, at_rest = exact_course(SHOWN, np.array([2.0, rest_phase]))[1]
+    at_stop, at_rest = exact_course(VISIBLE_EPSILON, np.array([2.0, rest_phase]))[1]
     many = problem(THOUSAND).motion
     friction, integral, velocity_by_friction = friction_effects(manoeuvre, motion)
     usual, shorter = shortened_turn()
@@ -92,9 +94,11 @@ def numbers(study: Study) -> Record:
         rate=rate,  # [rad/s] angular velocity of the body at 2 tau
         gap=abs(integral / rate - 1.0),
         # [rad] body angles at 2 tau for the largest and the smallest epsilon
-        ends=[facts(epsilon)["body_angle"] for epsilon in (EPSILONS[0], EPSILONS[-1])],
-        epsilons=(EPSILONS[0], EPSILONS[-1]),
-        usual=usual,  # [rad] body angle of the turn with epsilon SMALL
+        ends=[
+            facts(epsilon)["body_angle"] for epsilon in (TURN_EPSILONS[0], TURN_EPSILONS[-1])
+        ],
+        epsilons=(TURN_EPSILONS[0], TURN_EPSILONS[-1]),
+        usual=usual,  # [rad] body angle of the turn with epsilon SMALL_EPSILON
         shorter=shorter,  # [rad] body angle of the shortened turn
         count=many.count,  # number of repeated turns
         # [rad] body angle after all repeated turns
@@ -102,7 +106,7 @@ def numbers(study: Study) -> Record:
         moved=np.hypot(*at_stop),  # [m] displacement of C until 2 tau
         moved_after=np.hypot(*(at_rest - at_stop)),  # [m] displacement of C from 2 tau to rest
         decay=known["rest_time"] - known["stop_time"],  # [s] time from 2 tau to rest
-        shown=SHOWN,
+        shown=VISIBLE_EPSILON,
         thousand=THOUSAND,
         radius=manoeuvre.radius,  # [m]
         **holding_limits(manoeuvre),
@@ -118,14 +122,14 @@ def holding_limits(manoeuvre: TurnManoeuvre) -> dict[str, Any]:
     rim, because the acceleration that friction can balance is concave in the slider's position.
     `turning` are the angular accelerations [rad/s^2] that belong to `along_arc`."""
     capsule = manoeuvre.capsule
-    angles = np.linspace(0.0, 2.0 * np.pi, PLACES, endpoint=False)
+    angles = np.linspace(0.0, 2.0 * np.pi, CIRCLE_POSITIONS, endpoint=False)
     rim = manoeuvre.radius * np.exp(1j * angles)
-    # [m/s^2] by position on the rim and direction of w, shape (PLACES, PLACES)
+    # [m/s^2] by position on the rim and direction of w, shape (CIRCLE_POSITIONS, CIRCLE_POSITIONS)
     limits = np.array([[holding_limit(capsule, at, to) for to in angles] for at in rim])
-    quarter = PLACES // 4
-    number = np.arange(PLACES)
-    across_quarter = limits[number, (number + quarter + quarter // 2) % PLACES]
-    along = limits[number, (number + quarter) % PLACES]
+    quarter = CIRCLE_POSITIONS // 4
+    number = np.arange(CIRCLE_POSITIONS)
+    across_quarter = limits[number, (number + quarter + quarter // 2) % CIRCLE_POSITIONS]
+    along = limits[number, (number + quarter) % CIRCLE_POSITIONS]
     return {
         "through_c": capsule.holding_acceleration,
         "along_arc": (float(along.min()), float(along.max())),
@@ -140,4 +144,4 @@ def holding_limits(manoeuvre: TurnManoeuvre) -> dict[str, Any]:
     }
 
 
-SOURCE = Analysis("capsule_turn/source", numbers)
+TURN_SOURCE_TEXT = Analysis("capsule_turn/source", numbers)

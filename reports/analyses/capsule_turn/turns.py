@@ -17,7 +17,7 @@ def scene_name(epsilon: float) -> str:
 
 
 @cache
-def turn(epsilon: float) -> TurnManoeuvre:
+def check_turn(epsilon: float) -> TurnManoeuvre:
     """Returns the check manoeuvre with the half time tau = epsilon T."""
     manoeuvre = problem(scene_name(epsilon)).motion.manoeuvre
     assert isinstance(manoeuvre, TurnManoeuvre)

@@ -22,7 +22,7 @@ SECTION = Section(
         hamiltonian.PRINTED,
         symmetry.INERTIA,
         symmetry.PRODUCT_OF_INERTIA,
-        source_claims.CLAIMS,
+        source_claims.CONE_CLAIMS,
         source_text.SOURCE_TEXT,
         uniformity.UNIFORMITY,
         action_phase.ACTION_PHASE,

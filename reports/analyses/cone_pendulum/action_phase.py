@@ -13,28 +13,39 @@ from plumbob.models.registry import case_of
 from plumbob.models.registry import scene as find_scene
 from plumbob.reports.analyses.analysis import Analysis, Record
 from plumbob.reports.analyses.claims import AGREES, Claims, at_most
-from plumbob.reports.analyses.cone_pendulum.hamiltonian import MUJOCO, ROTATING, cone
-from plumbob.reports.analyses.measurements import PERIODS, in_double, period
+from plumbob.reports.analyses.cone_pendulum.hamiltonian import (
+    FULL_MODEL_METHOD,
+    ROTATING,
+    turning_cone,
+)
+from plumbob.reports.analyses.measurements import MEASURED_PERIODS, in_double, period
 
-STEP = 2e-4  # [s]
-DEEP, SHALLOW = 1.5262823409896228, -1.4708157898939431  # [rad] wells at 26 rad/s
-STARTS = (
-    *((DEEP, speed) for speed in (5.0, 20.0, 33.0, 34.5, 36.0, 36.5, 40.0, 48.0, 60.0)),
-    *((SHALLOW, speed) for speed in (3.0, 10.0, 13.0)),
+ACTION_STEP = 2e-4  # [s]
+DEEP_WELL, SHALLOW_WELL = 1.5262823409896228, -1.4708157898939431  # [rad] wells at 26 rad/s
+WELLS_AND_SPEEDS = (
+    *((DEEP_WELL, speed) for speed in (5.0, 20.0, 33.0, 34.5, 36.0, 36.5, 40.0, 48.0, 60.0)),
+    *((SHALLOW_WELL, speed) for speed in (3.0, 10.0, 13.0)),
 )  # theta [rad], theta_dot [rad/s]
 HIGHEST = 1100.0  # [J] highest energy of the curves
 
 
 def _request(theta: float, speed: float) -> ExtraRun:
-    """Returns MuJoCo's run over PERIODS periods from a start (`theta` [rad], `speed` [rad/s])."""
-    duration = PERIODS * cone(theta=theta, theta_dot=speed).motion.period
-    return ExtraRun(ROTATING, MUJOCO, STEP, duration, (("theta", theta), ("theta_dot", speed)))
+    """Returns MuJoCo's run over MEASURED_PERIODS periods from a start (`theta` [rad], `speed`
+    [rad/s])."""
+    duration = MEASURED_PERIODS * turning_cone(theta=theta, theta_dot=speed).motion.period
+    return ExtraRun(
+        ROTATING,
+        FULL_MODEL_METHOD,
+        ACTION_STEP,
+        duration,
+        (("theta", theta), ("theta_dot", speed)),
+    )
 
 
 def numbers(study: Study) -> Record:
     """Returns actions and periods, exact and in MuJoCo's runs."""
-    problem = cone(theta=DEEP, theta_dot=40.0)
-    starts = tuple(_motion_from(study, *start) for start in STARTS)
+    problem = turning_cone(theta=DEEP_WELL, theta_dot=40.0)
+    starts = tuple(_motion_from(study, *start) for start in WELLS_AND_SPEEDS)
     gaps = [abs(start.gap) for start in starts if start.gap]
     drifts = [start.drift for start in starts if start.drift]
     return Record(
@@ -49,7 +60,7 @@ def numbers(study: Study) -> Record:
 def _motion_from(study: Study, theta: float, speed: float) -> Record:
     """Returns energy, period and drift of the action for one start (`theta` [rad], `speed`
     [rad/s]), exact and in a run of MuJoCo's full model."""
-    problem = cone(theta=theta, theta_dot=speed)
+    problem = turning_cone(theta=theta, theta_dot=speed)
     run = study.answer(_request(theta, speed))
     motion = problem.motion
     drift = None
@@ -83,6 +94,6 @@ def claims(phases: Record) -> Claims:
 ACTION_PHASE = Analysis(
     "cone_pendulum/action_phase",
     numbers,
-    lambda plan: tuple(_request(*start) for start in STARTS),
+    lambda plan: tuple(_request(*start) for start in WELLS_AND_SPEEDS),
     claims,
 )

@@ -16,8 +16,8 @@ from plumbob.reports.analyses.analysis import Analysis, Record
 from plumbob.reports.analyses.claims import Claims, clear
 from plumbob.reports.analyses.cone_pendulum.hamiltonian import (
     END,
-    MUJOCO,
-    MUJOCO_STEP,
+    FULL_MODEL_METHOD,
+    FULL_MODEL_STEP,
     ROTATING,
     closed_forms,
 )
@@ -26,10 +26,10 @@ from plumbob.reports.analyses.cone_pendulum.hamiltonian import (
 # heavy that the platform's rate changes by only 2.4e-7 rad/s.
 ARMATURE = 1e8  # [kg m^2] armature of the platform's joint
 OWN_INERTIA = 1.0  # [kg m^2] inertia of the platform in the model file
-SETTINGS: Changes = (("platform_armature", ARMATURE), ("reads_energy", True))
-RUN = ExtraRun(ROTATING, MUJOCO, MUJOCO_STEP, END, (), SETTINGS)
-FINE = np.linspace(0.0, END, 20_001)  # [s]
-PARTS = ("translation", "coupling", "rotation")
+WORK_SETTINGS: Changes = (("platform_armature", ARMATURE), ("reads_energy", True))
+RUN = ExtraRun(ROTATING, FULL_MODEL_METHOD, FULL_MODEL_STEP, END, (), WORK_SETTINGS)
+WORK_TIMES = np.linspace(0.0, END, 20_001)  # [s]
+ENERGY_PARTS = ("translation", "coupling", "rotation")
 
 
 def exact_energies(times: Array) -> Energies:
@@ -44,8 +44,8 @@ def numbers(study: Study) -> Record:
     run = study.answer(RUN)
     times = np.linspace(0.0, END, 251) if run is None else run.times
     exact = exact_energies(times)
-    fine = exact_energies(FINE)
-    parts = {name: getattr(fine, name) for name in PARTS}
+    fine = exact_energies(WORK_TIMES)
+    parts = {name: getattr(fine, name) for name in ENERGY_PARTS}
     problem = closed_forms(ROTATING).problem
     states = problem.reference.state
     still = energies(replace(problem, platform_rate=0.0), *states(times))
@@ -59,7 +59,7 @@ def numbers(study: Study) -> Record:
         extremes={name: (values.min(), values.max()) for name, values in parts.items()},
         # largest sum of the parts of T other than ½ I_x θ̇², with a platform at rest
         others=np.abs(still.kinetic - still.rotation).max(),
-        torque=np.abs(drive_torque(problem, *states(FINE))).max(),  # largest magnitude
+        torque=np.abs(drive_torque(problem, *states(WORK_TIMES))).max(),  # largest magnitude
         mujoco=None if run is None else _mujoco_energies(run, exact),
         inertia=ARMATURE,
         end=END,

@@ -12,22 +12,26 @@ from plumbob.engines.study.request import Changes
 from plumbob.engines.study.results import Study
 from plumbob.reports.analyses.analysis import Analysis, Record
 from plumbob.reports.analyses.claims import AGREES, Claims, at_most
-from plumbob.reports.analyses.cone_pendulum.hamiltonian import MUJOCO, ROTATING, cone
-from plumbob.reports.analyses.measurements import PERIODS, period
+from plumbob.reports.analyses.cone_pendulum.hamiltonian import (
+    FULL_MODEL_METHOD,
+    ROTATING,
+    turning_cone,
+)
+from plumbob.reports.analyses.measurements import MEASURED_PERIODS, period
 
-PIVOTS = (0.0, 0.09)  # [m] y of the pivot
-RATES = (0.0, 4.0, 8.0, 16.0, 26.0)  # [rad/s] platform rates of the runs
-SWING = 1e-3  # [rad] amplitude, which changes the relative rate by less than 1e-6
-STEP = 5e-4  # [s]
-DRAWN = np.linspace(0.0, 30.0, 121)  # [rad/s] platform rates of the diagrams
+EQUILIBRIUM_PIVOTS = (0.0, 0.09)  # [m] y of the pivot
+RUN_RATES = (0.0, 4.0, 8.0, 16.0, 26.0)  # [rad/s] platform rates of the runs
+SMALL_SWING = 1e-3  # [rad] amplitude, which changes the relative rate by less than 1e-6
+EQUILIBRIA_STEP = 5e-4  # [s]
+DIAGRAM_RATES = np.linspace(0.0, 30.0, 121)  # [rad/s] platform rates of the diagrams
 
 
 def centres() -> list[tuple[float, float, Equilibrium]]:
     """Returns (y of the pivot [m], platform rate [rad/s], equilibrium) for each stable equilibrium
-    at each of PIVOTS and RATES."""
+    at each of EQUILIBRIUM_PIVOTS and RUN_RATES."""
     stable = list[tuple[float, float, Equilibrium]]()
-    for pivot, rate in product(PIVOTS, RATES):
-        equilibria = cone(pivot_y=pivot, platform_rate=rate).equilibria
+    for pivot, rate in product(EQUILIBRIUM_PIVOTS, RUN_RATES):
+        equilibria = turning_cone(pivot_y=pivot, platform_rate=rate).equilibria
         stable += [(pivot, rate, e) for e in equilibria if e.kind == "centre"]
     return stable
 
@@ -37,10 +41,16 @@ def _request(pivot: float, rate: float, centre: Equilibrium) -> ExtraRun:
     changes: Changes = (
         ("pivot_y", pivot),
         ("platform_rate", rate),
-        ("theta", centre.theta - SWING),
+        ("theta", centre.theta - SMALL_SWING),
         ("theta_dot", 0.0),
     )
-    return ExtraRun(ROTATING, MUJOCO, STEP, PERIODS * 2 * np.pi / centre.rate, changes)
+    return ExtraRun(
+        ROTATING,
+        FULL_MODEL_METHOD,
+        EQUILIBRIA_STEP,
+        MEASURED_PERIODS * 2 * np.pi / centre.rate,
+        changes,
+    )
 
 
 def numbers(study: Study) -> Record:
@@ -58,18 +68,19 @@ def numbers(study: Study) -> Record:
             gap=None if measured is None else measured / centre.rate - 1.0,  # relative error
         )
         rows.append(row)
-    level = cone(pivot_y=PIVOTS[0], platform_rate=26.0)
-    offset = cone(pivot_y=PIVOTS[-1], platform_rate=26.0)
+    level = turning_cone(pivot_y=EQUILIBRIUM_PIVOTS[0], platform_rate=26.0)
+    offset = turning_cone(pivot_y=EQUILIBRIUM_PIVOTS[-1], platform_rate=26.0)
     gaps = [abs(row.gap) for row in rows if row.gap is not None]
     return Record(
         centres=rows,
-        diagrams=[_diagram(pivot) for pivot in PIVOTS],
-        # [rad/s] platform rate of the pitchfork, for the first of PIVOTS
+        diagrams=[_diagram(pivot) for pivot in EQUILIBRIUM_PIVOTS],
+        # [rad/s] platform rate of the pitchfork, for the first of EQUILIBRIUM_PIVOTS
         fork=level.pitchfork_rate,
-        node=offset.saddle_node_rate,  # [rad/s] rate of the saddle-node, for the last of PIVOTS
+        # [rad/s] rate of the saddle-node, for the last of EQUILIBRIUM_PIVOTS
+        node=offset.saddle_node_rate,
         largest_gap=max(gaps, default=None),
-        offset=PIVOTS[-1],
-        swing=SWING,
+        offset=EQUILIBRIUM_PIVOTS[-1],
+        swing=SMALL_SWING,
         scene=ROTATING,
     )
 
@@ -84,8 +95,8 @@ def _diagram(pivot: float) -> Record:
     """Returns all equilibria for one pivot: platform rates [rad/s] and angles [rad], separately for
     stable and unstable ones."""
     by_kind = {kind: Record(rates=[], angles=[]) for kind in ("centre", "saddle")}
-    for rate in DRAWN.tolist():
-        for equilibrium in cone(pivot_y=pivot, platform_rate=rate).equilibria:
+    for rate in DIAGRAM_RATES.tolist():
+        for equilibrium in turning_cone(pivot_y=pivot, platform_rate=rate).equilibria:
             if equilibrium.kind in by_kind:
                 by_kind[equilibrium.kind].rates.append(rate)
                 by_kind[equilibrium.kind].angles.append(equilibrium.theta)

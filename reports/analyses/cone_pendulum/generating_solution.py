@@ -9,14 +9,14 @@ from plumbob.engines.trajectory import Trajectory
 from plumbob.reports.analyses.analysis import Analysis, Record
 from plumbob.reports.analyses.claims import Claims, at_most
 from plumbob.reports.analyses.cone_pendulum.hamiltonian import (
-    MUJOCO,
-    MUJOCO_STEP,
+    FULL_MODEL_METHOD,
+    FULL_MODEL_STEP,
     ROTATING,
     closed_forms,
 )
 
 INERTIAS = (1e3, 1e4, 1e5)  # [kg m^2] armatures of the platform's joint
-OWN = 1.0  # [kg m^2] inertia of the platform in the model file
+PLATFORM_INERTIA = 1.0  # [kg m^2] inertia of the platform in the model file
 DRIVE_RATE, DRIVE_TIME = 5.0, 2.0  # [1/s] rate of the servo, [s] duration of the runs
 NEXT = 1.7  # [kg m^2] largest inertia of the body about the platform's axis
 
@@ -24,7 +24,7 @@ NEXT = 1.7  # [kg m^2] largest inertia of the body about the platform's axis
 def _drive_run(inertia: float) -> ExtraRun:
     """Returns MuJoCo's run with a weak drive of a platform with an armature [kg m^2]."""
     settings = (("platform_armature", inertia), ("drive_rate", DRIVE_RATE))
-    return ExtraRun(ROTATING, MUJOCO, MUJOCO_STEP, DRIVE_TIME, (), settings)
+    return ExtraRun(ROTATING, FULL_MODEL_METHOD, FULL_MODEL_STEP, DRIVE_TIME, (), settings)
 
 
 def _deviation(run: Trajectory, inertia: float) -> Record:
@@ -33,8 +33,8 @@ def _deviation(run: Trajectory, inertia: float) -> Record:
     problem = closed_forms(ROTATING).problem
     # The servo's gain is DRIVE_RATE times the armature, but it also moves the platform's own
     # inertia.
-    rate = DRIVE_RATE * inertia / (inertia + OWN)
-    predicted = drive_error(problem, run.times, inertia + OWN, rate).theta[-1]
+    rate = DRIVE_RATE * inertia / (inertia + PLATFORM_INERTIA)
+    predicted = drive_error(problem, run.times, inertia + PLATFORM_INERTIA, rate).theta[-1]
     ideal = problem.reference.state(run.times)[0]
     measured = (run.observables["theta"] - ideal)[-1]
     return Record(

@@ -16,15 +16,16 @@ from plumbob.models.registry import case_of
 from plumbob.models.registry import scene as find_scene
 from plumbob.reports.analyses.analysis import Analysis, Record
 from plumbob.reports.analyses.claims import Claims, clear
-from plumbob.reports.analyses.measurements import case, energy
+from plumbob.reports.analyses.measurements import case, pendulum_energy
 
 RESTING, ROTATING = "cone-pendulum/resting-base", "cone-pendulum/rotating-base"
-MUJOCO, MUJOCO_STEP = "mujoco/rk4", 1e-4  # [s] full model: platform, hinge and cone
+# full model (platform, hinge and cone) and its step [s]
+FULL_MODEL_METHOD, FULL_MODEL_STEP = "mujoco/rk4", 1e-4
 LAGRANGE, LAGRANGE_RTOL = "ode/dop853", 1e-13  # integrates the equation of motion of eq. 7
 END = 0.5  # [s]
 INDEPENDENT = MappingProxyType(
     {
-        "mujoco": ExtraRun(ROTATING, MUJOCO, MUJOCO_STEP, END),
+        "mujoco": ExtraRun(ROTATING, FULL_MODEL_METHOD, FULL_MODEL_STEP, END),
         "lagrange": ExtraRun(ROTATING, LAGRANGE, LAGRANGE_RTOL, END),
     }
 )
@@ -32,7 +33,7 @@ TIMES = np.linspace(0.0, END, 501)  # [s] compared times; every other one is dra
 
 
 @cache
-def cone(**changes: float) -> ConePendulum:
+def turning_cone(**changes: float) -> ConePendulum:
     """Returns the problem of the source's cone on its turning platform, with some parameters
     changed."""
     return case_of(find_scene(ROTATING, changes)).problem  # type: ignore[no-any-return]
@@ -70,7 +71,7 @@ def numbers(study: Study) -> Record:
         platform_rate=both.problem.platform_rate,  # [rad/s]
         time=END,
         scene=ROTATING,
-        mujoco=MUJOCO,
+        mujoco=FULL_MODEL_METHOD,
         lagrange=LAGRANGE,
         gap=gap,  # [rad] difference between the closed forms at END
         # [rad] largest difference of a method from the correct form; smallest from the printed form
@@ -102,8 +103,8 @@ def _compare(both: Record, run: Trajectory) -> Record:
     theta = run.observables["theta"]
     from_correct = theta - both.correct.state(run.times)[0]
     from_printed = theta - both.printed.state(run.times)[0]
-    correct_energy = energy(both.correct.potential, both.correct.inertia, run)
-    printed_energy = energy(both.printed.potential, both.printed.inertia, run)
+    correct_energy = pendulum_energy(both.correct.potential, both.correct.inertia, run)
+    printed_energy = pendulum_energy(both.printed.potential, both.printed.inertia, run)
     return Record(
         from_correct=np.abs(from_correct).max(),  # [rad] largest difference
         from_printed=np.abs(from_printed).max(),  # [rad] largest difference

@@ -7,23 +7,24 @@ from plumbob.analytic.systems.pendulums.harmonics import harmonics_needed
 from plumbob.analytic.systems.pendulums.pendulum_motion import PendulumMotion
 from plumbob.engines.study.results import Study
 from plumbob.reports.analyses.analysis import Analysis, Record
-from plumbob.reports.analyses.cone_pendulum.action_phase import SHALLOW
+from plumbob.reports.analyses.cone_pendulum.action_phase import SHALLOW_WELL
 from plumbob.reports.analyses.cone_pendulum.hamiltonian import (
     RESTING,
     ROTATING,
     closed_forms,
-    cone,
+    turning_cone,
 )
 
 ACCURACIES = (1e-3, 1e-6, 1e-9, 1e-12)
-NEAR = (1e-3, 1e-6, 1e-9)  # energies above the barrier, relative to the deepest well's depth
-Counts = tuple[int, ...]  # numbers of harmonics for each of ACCURACIES
+# energies above the barrier, relative to the deepest well's depth
+ENERGIES_ABOVE_BARRIER = (1e-3, 1e-6, 1e-9)
+HarmonicCounts = tuple[int, ...]  # numbers of harmonics for each of ACCURACIES
 
 
-def harmonics_near_barrier(above: float) -> Counts:
+def harmonics_near_barrier(above: float) -> HarmonicCounts:
     """Returns the numbers of harmonics that reach each of ACCURACIES, for a rotation of the
     source's cone on its turning platform with an energy `above` the barrier [J]."""
-    problem = cone(theta=SHALLOW, theta_dot=1.0)
+    problem = turning_cone(theta=SHALLOW_WELL, theta_dot=1.0)
     motion = PendulumMotion(
         problem.potential, problem.body.inertia_x, problem.theta, 1.0, excess=above
     )
@@ -32,7 +33,7 @@ def harmonics_near_barrier(above: float) -> Counts:
 
 def barrier_height() -> float:
     """Returns the height of the barrier above the deepest well [J], which scales energies."""
-    problem = cone(theta=SHALLOW, theta_dot=1.0)
+    problem = turning_cone(theta=SHALLOW_WELL, theta_dot=1.0)
     lowest = min(equilibrium.potential for equilibrium in problem.equilibria)
     return float(double(problem.motion.barriers[0])) - lowest
 
@@ -47,7 +48,10 @@ def numbers(study: Study) -> Record:
         scenes={
             scene: harmonics_needed(motion, ACCURACIES) for scene, motion in motions.items()
         },
-        near=[(fraction, harmonics_near_barrier(fraction * depth)) for fraction in NEAR],
+        near=[
+            (fraction, harmonics_near_barrier(fraction * depth))
+            for fraction in ENERGIES_ABOVE_BARRIER
+        ],
         accuracies=ACCURACIES,
     )
 

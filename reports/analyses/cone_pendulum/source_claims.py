@@ -9,10 +9,10 @@ from plumbob.engines.study.results import Study
 from plumbob.reports.analyses.analysis import Analysis, Record
 from plumbob.reports.analyses.cone_pendulum import series
 from plumbob.reports.analyses.cone_pendulum.hamiltonian import RESTING, ROTATING, closed_forms
-from plumbob.reports.analyses.cone_pendulum.source_text import NEAR, rotations
-from plumbob.reports.analyses.measurements import TURN, in_double
+from plumbob.reports.analyses.cone_pendulum.source_text import SPEED_DIFFERENCES, rotations
+from plumbob.reports.analyses.measurements import FULL_TURN, in_double
 
-ANGLES = 300  # number of angles at which the source's worksheet evaluates V
+WORKSHEET_ANGLES = 300  # number of angles at which the source's worksheet evaluates V
 
 
 def numbers(study: Study) -> Record:
@@ -30,18 +30,18 @@ def numbers(study: Study) -> Record:
         # numbers of harmonics for the motion of Fig. 3, and just above the barrier
         harmonics=harmonics_needed(turning.correct, series.ACCURACIES)[-1],
         harmonics_near=just_above[-1],
-        near=NEAR,
-        angles=ANGLES,
+        near=SPEED_DIFFERENCES,
+        angles=WORKSHEET_ANGLES,
         scene=ROTATING,
         at_rest=RESTING,
     )
 
 
 def largest_sampled_potential() -> float:
-    """Returns the largest value of the printed V [J] at ANGLES equally spaced angles. The source
-    takes this value as the smallest energy with which the pendulum rotates."""
-    theta = np.arange(ANGLES) * TURN / ANGLES
+    """Returns the largest value of the printed V [J] at WORKSHEET_ANGLES equally spaced angles. The
+    source takes this value as the smallest energy with which the pendulum rotates."""
+    theta = np.arange(WORKSHEET_ANGLES) * FULL_TURN / WORKSHEET_ANGLES
     return float(in_double(closed_forms(ROTATING).printed.potential).value(theta).max())
 
 
-CLAIMS = Analysis("cone_pendulum/claims", numbers)
+CONE_CLAIMS = Analysis("cone_pendulum/claims", numbers)

@@ -15,17 +15,17 @@ from plumbob.engines.study.results import Study
 from plumbob.engines.trajectory import Trajectory
 from plumbob.reports.analyses.analysis import Analysis, Record
 from plumbob.reports.analyses.cone_pendulum.hamiltonian import (
-    MUJOCO,
-    MUJOCO_STEP,
+    FULL_MODEL_METHOD,
+    FULL_MODEL_STEP,
     RESTING,
     ROTATING,
     closed_forms,
 )
 from plumbob.reports.analyses.measurements import in_double
 
-TURN = 2 * np.pi
-DOTS = 40  # marks of the engine's run over one period
-POINTS = 241  # points of a curve
+PLATFORM_TURN = 2 * np.pi
+RUN_MARKS = 40  # marks of the engine's run over one period
+FIGURE_POINTS = 241  # points of a curve
 TEMPLATE = "cone_pendulum/source_figures"
 # x and y of the curves by panel, a to e; angles are over 2 pi and times over the period T
 Curves = Mapping[str, tuple[Array, Array]]
@@ -33,7 +33,9 @@ Curves = Mapping[str, tuple[Array, Array]]
 
 def _one_period(scene: str) -> ExtraRun:
     """Returns MuJoCo's run of a scene over one period."""
-    return ExtraRun(scene, MUJOCO, MUJOCO_STEP, closed_forms(scene).correct.period)
+    return ExtraRun(
+        scene, FULL_MODEL_METHOD, FULL_MODEL_STEP, closed_forms(scene).correct.period
+    )
 
 
 def numbers(study: Study) -> Record:
@@ -60,9 +62,9 @@ def _panels(scene: str, run: Trajectory | None) -> Record:
 def _curves(motion: PendulumMotion) -> Record:
     """Returns the five curves of a rotation."""
     period = motion.period
-    theta = np.linspace(0.0, TURN, POINTS)
-    times = np.linspace(0.0, period, POINTS)
-    angle = theta / TURN
+    theta = np.linspace(0.0, PLATFORM_TURN, FIGURE_POINTS)
+    times = np.linspace(0.0, period, FIGURE_POINTS)
+    angle = theta / PLATFORM_TURN
     time = times / period
     rate = motion.state(times)[1]
     return Record(
@@ -81,8 +83,8 @@ def _curves(motion: PendulumMotion) -> Record:
 
 def _marks(run: Trajectory, motion: PendulumMotion) -> Curves:
     """Returns the marks of a run in panels b to e, at a few samples."""
-    samples = np.unique(np.linspace(0, len(run.times) - 1, DOTS).astype(int))
-    angle = run.observables["theta"][samples] / TURN
+    samples = np.unique(np.linspace(0, len(run.times) - 1, RUN_MARKS).astype(int))
+    angle = run.observables["theta"][samples] / PLATFORM_TURN
     time = run.times[samples] / motion.period
     rate = run.observables["theta_dot"][samples]
     momentum = motion.inertia * rate

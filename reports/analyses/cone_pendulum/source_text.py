@@ -17,17 +17,17 @@ from plumbob.analytic.systems.platform_energy import energies
 from plumbob.engines.study.results import Study
 from plumbob.reports.analyses.analysis import Analysis, Record
 from plumbob.reports.analyses.cone_pendulum.hamiltonian import RESTING, ROTATING, closed_forms
-from plumbob.reports.analyses.measurements import TURN, in_double
+from plumbob.reports.analyses.measurements import FULL_TURN, in_double
 
-SAMPLES = 20_000  # per period or half turn, so that a maximum is known to eight digits
-NEAR = (0.05, 0.10)  # relative distances from the initial speed
-HARDLY = (
+MAXIMUM_SAMPLES = 20_000  # per period or half turn, so that a maximum is known to eight digits
+SPEED_DIFFERENCES = (0.05, 0.10)  # relative distances from the initial speed
+BARELY_OVER_BARRIER = (
     "cone-pendulum/above-barrier-1e-6"  # scene of a rotation 1e-6 above the barrier, relative
 )
 VECTORS = (0.7, 5.0, 0.2)  # theta [rad], dθ/dt [rad/s] and X [m] at which (4) is evaluated
-RATES = np.linspace(0.0, 100.0, 41)  # [rad/s] platform rates of the maps
-AXES = (("S", np.linspace(0.02, 0.3, 36)), ("Y", np.linspace(0.0, 0.35, 36)))  # [m]
-ENOUGH = 1e-12  # largest relative error of a period by the trapezoid rule
+SPEED_MAP_RATES = np.linspace(0.0, 100.0, 41)  # [rad/s] platform rates of the maps
+GRID_AXES = (("S", np.linspace(0.02, 0.3, 36)), ("Y", np.linspace(0.0, 0.35, 36)))  # [m]
+PERIOD_TOLERANCE = 1e-12  # largest relative error of a period by the trapezoid rule
 
 
 def numbers(study: Study) -> Record:
@@ -37,7 +37,7 @@ def numbers(study: Study) -> Record:
     turning = closed_forms(ROTATING).correct
     problem = closed_forms(ROTATING).problem
     others = (problem, replace(problem, pivot_y=0.0), replace(problem, platform_rate=10.0))
-    z = np.linspace(0.0, 1.0, SAMPLES + 1)  # distances from the vertex over the height
+    z = np.linspace(0.0, 1.0, MAXIMUM_SAMPLES + 1)  # distances from the vertex over the height
     centre_fraction = float(np.trapezoid(z**3) / np.trapezoid(z**2))
     height = problem.body.com_distance / 0.75
     by_means = [period_by_means(motion) / motion.period - 1.0 for motion in (resting, turning)]
@@ -49,7 +49,7 @@ def numbers(study: Study) -> Record:
         wells=tuple(sorted(e.potential for e in problem.equilibria if e.kind == "saddle")),
         # [J] barriers of Fig. 3, of Fig. 3 with Y = 0, and of Fig. 3 at ω = 10 rad/s
         barriers=[double(other.motion.barriers[0]) for other in others],
-        # numbers of angles that give the periods of Fig. 2 and Fig. 3 to ENOUGH
+        # numbers of angles that give the periods of Fig. 2 and Fig. 3 to PERIOD_TOLERANCE
         angles=(points_needed(resting), points_needed(turning)),
         # largest relative error of the periods by arithmetic-geometric means
         by_means=max(map(abs, by_means)),
@@ -57,9 +57,9 @@ def numbers(study: Study) -> Record:
         rotations=rotations(),
         times=_time_over_angle(resting, turning),
         vectors=triple_products(problem),
-        maps=[period_map(problem, *axis) for axis in AXES],
-        rates=RATES,
-        enough=ENOUGH,
+        maps=[period_map(problem, *axis) for axis in GRID_AXES],
+        rates=SPEED_MAP_RATES,
+        enough=PERIOD_TOLERANCE,
         scene=ROTATING,
     )
 
@@ -68,10 +68,12 @@ def _time_over_angle(resting: PendulumMotion, turning: PendulumMotion) -> Record
     """Returns the numbers on eq. 16, the time as a function of the angle."""
     points = points_needed(resting)
     period = period_by_points(resting, points)
-    theta = np.linspace(0.0, TURN, SAMPLES + 1)
-    deviations = [m.time_at(theta) / m.period - theta / TURN for m in (resting, turning)]
+    theta = np.linspace(0.0, FULL_TURN, MAXIMUM_SAMPLES + 1)
+    deviations = [m.time_at(theta) / m.period - theta / FULL_TURN for m in (resting, turning)]
     crossings = [np.diff(deviation[1:-1] > 0.0) for deviation in deviations]
-    turns = turning.time_at(np.array([TURN, 2 * TURN, 3 * TURN])) / turning.period
+    turns = (
+        turning.time_at(np.array([FULL_TURN, 2 * FULL_TURN, 3 * FULL_TURN])) / turning.period
+    )
     return Record(
         period=period,  # [s] of Fig. 2
         printed=2.0 * period,  # [s] period of Fig. 2 with the printed factor 2 I_x
@@ -82,7 +84,7 @@ def _time_over_angle(resting: PendulumMotion, turning: PendulumMotion) -> Record
         # number of crossings of t/T and θ/2π within a turn
         crossings=[int(np.count_nonzero(crossing)) for crossing in crossings],
         # rotation just above the barrier on a turning platform
-        long=rotation(closed_forms(HARDLY).correct),
+        long=rotation_over_top(closed_forms(BARELY_OVER_BARRIER).correct),
     )
 
 
@@ -131,21 +133,21 @@ def period_by_means(motion: PendulumMotion) -> float:
     other = np.sqrt(p * p - q * q)
     while abs(mean - other) > 1e-15 * mean:
         mean, other = (mean + other) / 2, np.sqrt(mean * other)
-    return float(np.sqrt(2 * motion.inertia / (energy - v.c)) * TURN / mean)
+    return float(np.sqrt(2 * motion.inertia / (energy - v.c)) * FULL_TURN / mean)
 
 
 def period_by_points(motion: PendulumMotion, count: int) -> float:
     """Returns the period [s] of a rotation by eq. 16, summed over `count` equally spaced angles as
     in the source's worksheet."""
-    theta = np.arange(count) * TURN / count
-    return float(np.mean(motion.inertia / motion.momentum(theta)) * TURN)
+    theta = np.arange(count) * FULL_TURN / count
+    return float(np.mean(motion.inertia / motion.momentum(theta)) * FULL_TURN)
 
 
 def points_needed(motion: PendulumMotion) -> int:
     """Returns the smallest power of two for which `period_by_points` gives the period to the
-    relative error ENOUGH."""
+    relative error PERIOD_TOLERANCE."""
     count = 4
-    while abs(period_by_points(motion, count) / motion.period - 1.0) > ENOUGH:
+    while abs(period_by_points(motion, count) / motion.period - 1.0) > PERIOD_TOLERANCE:
         count *= 2
     return count
 
@@ -154,11 +156,11 @@ def period_map(pendulum: ConePendulum, axis: str, values: Array) -> Record:
     """Returns a map of the periods of rotations that start at theta = 0, relative to the period of
     Fig. 3, as base-10 logarithms, shape (values, rates); NaN if the pendulum swings.
 
-    One axis of the map is the platform's rate (RATES). If `axis` is "S", the other axis is the
-    distance of the centre of mass from the pivot [m], with unchanged moments about the centre of
-    mass. If `axis` is "Y", the other axis is the pivot's y [m]."""
+    One axis of the map is the platform's rate (SPEED_MAP_RATES). If `axis` is "S", the other axis
+    is the distance of the centre of mass from the pivot [m], with unchanged moments about the
+    centre of mass. If `axis` is "Y", the other axis is the pivot's y [m]."""
     body = pendulum.body
-    squares = RATES**2
+    squares = SPEED_MAP_RATES**2
     s: Array | float = body.com_distance
     y: Array | float = pendulum.pivot_y
     if axis == "S":
@@ -184,7 +186,7 @@ def period_map(pendulum: ConePendulum, axis: str, values: Array) -> Record:
         powers=np.log10(periods / pendulum.motion.period),
         rotating=turning.mean(),  # fraction of the map in which the pendulum rotates
         # platform rates and values between which the pendulum begins to rotate
-        edge=(RATES[edge[:, 1]], middles[edge[:, 0]]),
+        edge=(SPEED_MAP_RATES[edge[:, 1]], middles[edge[:, 0]]),
         shortest=np.nanmin(periods),  # [s]
         longest=np.nanmax(periods),
     )
@@ -194,16 +196,16 @@ def _moments(motion: PendulumMotion) -> Record:
     """Returns the moments about the axis [N m] at ω = 26 rad/s, of gravity and of the platform's
     rotation, and their work [J]."""
     v = in_double(motion.potential)
-    theta = np.linspace(0.0, TURN, 2 * SAMPLES + 1)
+    theta = np.linspace(0.0, FULL_TURN, 2 * MAXIMUM_SAMPLES + 1)
     gravity = -v.c * np.sin(theta)
     platform = -v.slope(theta) - gravity
-    up = slice(SAMPLES + 1)
+    up = slice(MAXIMUM_SAMPLES + 1)
     work = round(float(np.trapezoid(platform[up], theta[up])), 9)
     return Record(
         gravity=np.abs(gravity).max(),  # [N m] largest magnitude
         # [π rad] angle at which the moment of gravity opposes the rotation most
         gravity_at=float(theta[np.argmin(gravity[up])]) / np.pi,
-        gravity_at_top=abs(float(gravity[SAMPLES])),  # [N m]
+        gravity_at_top=abs(float(gravity[MAXIMUM_SAMPLES])),  # [N m]
         gravity_work=np.trapezoid(gravity[up], theta[up]),  # [J] from the bottom to the top
         platform=np.abs(platform).max(),  # [N m] largest magnitude
         platform_work=work + 0.0,  # [J] rounded to zero, without a negative sign
@@ -221,22 +223,22 @@ def rotations() -> Mapping[str, Record]:
         "printed": turning.printed,
         "level": replace(turning.problem, platform_rate=0.0).motion,
     }
-    return {name: rotation(motion) for name, motion in motions.items()}
+    return {name: rotation_over_top(motion) for name, motion in motions.items()}
 
 
-def rotation(motion: PendulumMotion) -> Record:
+def rotation_over_top(motion: PendulumMotion) -> Record:
     """Returns the energies and speeds of a rotation over the top."""
-    phases = (np.arange(SAMPLES) + 0.5) / SAMPLES
+    phases = (np.arange(MAXIMUM_SAMPLES) + 0.5) / MAXIMUM_SAMPLES
     speed = motion.state(phases * motion.period)[1]
     rising = np.roll(speed, -1) > speed
     deviation = np.abs(speed / motion.theta_dot - 1.0)
     extremes = int(np.count_nonzero(rising != np.roll(rising, 1)))
     highest = float(speed.max())
     lowest_at = float(phases[speed.argmin()])
-    at_half = extremes == 2 and abs(lowest_at - 0.5) < 1.0 / SAMPLES
+    at_half = extremes == 2 and abs(lowest_at - 0.5) < 1.0 / MAXIMUM_SAMPLES
     return Record(
         period=motion.period,  # [s]
-        mean=TURN / motion.period,  # [rad/s] mean speed
+        mean=FULL_TURN / motion.period,  # [rad/s] mean speed
         barrier=double(motion.barriers[0]),  # [J]
         energy=double(motion.energy),  # [J]
         start=motion.theta_dot,  # [rad/s] initial speed
@@ -245,9 +247,10 @@ def rotation(motion: PendulumMotion) -> Record:
         lowest_at=lowest_at,  # time of the lowest speed, as a fraction of the period
         extremes=extremes,  # number of extremes of the speed in a period
         # range of the speed in the second half of the period, over the initial speed
-        second_half=float(np.ptp(speed[SAMPLES // 2 :])) / motion.theta_dot,
-        # fractions of the period during which the speed is within NEAR of the initial speed
-        near=[(deviation <= near).mean() for near in NEAR],
+        second_half=float(np.ptp(speed[MAXIMUM_SAMPLES // 2 :])) / motion.theta_dot,
+        # fractions of the period during which the speed is within SPEED_DIFFERENCES of the initial
+        # speed
+        near=[(deviation <= near).mean() for near in SPEED_DIFFERENCES],
         spread=float(np.ptp(speed)) / abs(motion.theta_dot),  # range over the initial speed
         # whether the speed is largest at the start and has one minimum, at half the period
         slowest_at_half=at_half and highest <= motion.theta_dot,

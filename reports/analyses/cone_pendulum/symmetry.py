@@ -17,10 +17,10 @@ from plumbob.reports.analyses.analysis import Analysis, Record
 from plumbob.reports.analyses.claims import Claims, clear
 from plumbob.reports.analyses.cone_pendulum.hamiltonian import (
     END,
+    FULL_MODEL_METHOD,
+    FULL_MODEL_STEP,
     LAGRANGE,
     LAGRANGE_RTOL,
-    MUJOCO,
-    MUJOCO_STEP,
     ROTATING,
     end_angle,
 )
@@ -28,14 +28,18 @@ from plumbob.reports.analyses.measurements import case
 
 UNEQUAL = "cone-pendulum/unequal-inertia"
 PRODUCT = 0.029  # [kg m^2] product of inertia; the cone's other moments allow at most 0.0294
-TILTED: Changes = (("inertia_yz", PRODUCT),)
-MOVED: Changes = (*TILTED, ("pivot_x", 0.5), ("pivot_z", -0.7))  # [m]
-OF_INERTIA = MappingProxyType({"mujoco": ExtraRun(UNEQUAL, MUJOCO, MUJOCO_STEP, END)})
+TILTED_BODY: Changes = (("inertia_yz", PRODUCT),)
+TILTED_BODY_AND_PIVOT: Changes = (*TILTED_BODY, ("pivot_x", 0.5), ("pivot_z", -0.7))  # [m]
+OF_INERTIA = MappingProxyType(
+    {"mujoco": ExtraRun(UNEQUAL, FULL_MODEL_METHOD, FULL_MODEL_STEP, END)}
+)
 OF_PRODUCT = MappingProxyType(
     {
-        "mujoco": ExtraRun(ROTATING, MUJOCO, MUJOCO_STEP, END, TILTED),
-        "lagrange": ExtraRun(ROTATING, LAGRANGE, LAGRANGE_RTOL, END, TILTED),
-        "moved": ExtraRun(ROTATING, MUJOCO, MUJOCO_STEP, END, MOVED),
+        "mujoco": ExtraRun(ROTATING, FULL_MODEL_METHOD, FULL_MODEL_STEP, END, TILTED_BODY),
+        "lagrange": ExtraRun(ROTATING, LAGRANGE, LAGRANGE_RTOL, END, TILTED_BODY),
+        "moved": ExtraRun(
+            ROTATING, FULL_MODEL_METHOD, FULL_MODEL_STEP, END, TILTED_BODY_AND_PIVOT
+        ),
     }
 )
 
@@ -50,10 +54,10 @@ def inertia(study: Study) -> Record:
     return _effect_of_term(study, term, problem, printed, OF_INERTIA)
 
 
-def product(study: Study) -> Record:
+def product_of_inertia(study: Study) -> Record:
     """Returns the comparison for a body with a product of inertia: the closed form in tilted axes,
     and engines that use no such axes."""
-    problem = case_of(find_scene(ROTATING, dict(TILTED))).problem
+    problem = case_of(find_scene(ROTATING, dict(TILTED_BODY))).problem
     upright = replace(problem, body=replace(problem.body, inertia_yz=0.0))
     return _effect_of_term(study, PRODUCT, problem, upright, OF_PRODUCT)
 
@@ -81,8 +85,8 @@ def _effect_of_term(
         without=bare,  # [rad] theta of the closed form without the term at END
         runs=runs,
         time=END,
-        mujoco=MUJOCO,
-        step=MUJOCO_STEP,
+        mujoco=FULL_MODEL_METHOD,
+        step=FULL_MODEL_STEP,
         moved=bare - exact,  # [rad] effect of the term on theta at END
         gaps=gaps,  # [rad] differences of the runs' ends from the closed form
         worst=max(map(abs, gaps.values()), default=0.0),  # [rad]
@@ -104,7 +108,7 @@ INERTIA = Analysis(
 )
 PRODUCT_OF_INERTIA = Analysis(
     "cone_pendulum/no_symmetry",
-    product,
+    product_of_inertia,
     lambda plan: tuple(OF_PRODUCT.values()),
     partial(_claims, "the motion by the product of inertia, and the engines' distance,"),
 )

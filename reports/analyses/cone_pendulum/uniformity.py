@@ -11,38 +11,40 @@ from plumbob.analytic.systems.pendulums.uniformity import (
 )
 from plumbob.engines.study.results import Study
 from plumbob.reports.analyses.analysis import Analysis, Record
-from plumbob.reports.analyses.cone_pendulum.hamiltonian import cone
+from plumbob.reports.analyses.cone_pendulum.hamiltonian import turning_cone
 from plumbob.reports.analyses.measurements import in_double
 
 # y of the pivot [m], platform rate [rad/s] and initial speed [rad/s]; each turning platform follows
 # one at rest
-POINTS = (
+COMPARED_STARTS = (
     (0.0, 0.0, 13.0),
     (0.0, 8.0, 13.0),
     (0.09, 0.0, 37.0),
     (0.09, 10.0, 37.0),
     (0.09, 26.0, 37.0),
 )
-RATES = np.linspace(0.0, 30.0, 41)  # [rad/s] platform rates of the maps
+UNIFORMITY_MAP_RATES = np.linspace(0.0, 30.0, 41)  # [rad/s] platform rates of the maps
 SPEEDS = np.geomspace(12.75, 60.0, 36)  # [rad/s] initial speeds of the maps
-PIVOTS = (0.0, 0.09)  # [m] y of the pivot, one for each map
+MAP_PIVOTS = (0.0, 0.09)  # [m] y of the pivot, one for each map
 
 
 def numbers(study: Study) -> Record:
-    """Returns the three measures at POINTS and over two maps."""
+    """Returns the three measures at COMPARED_STARTS and over two maps."""
     points = []
-    for pivot, platform_rate, speed in POINTS:
-        motion = cone(pivot_y=pivot, platform_rate=platform_rate, theta_dot=speed).motion
+    for pivot, platform_rate, speed in COMPARED_STARTS:
+        motion = turning_cone(
+            pivot_y=pivot, platform_rate=platform_rate, theta_dot=speed
+        ).motion
         exact = uniformity_of_motion(motion)
         points.append(
             Record(pivot=pivot, platform_rate=platform_rate, speed=speed, exact=exact)
         )
-    maps = tuple(uniformity_map(pivot) for pivot in PIVOTS)
+    maps = tuple(uniformity_map(pivot) for pivot in MAP_PIVOTS)
     lowest = min(float(np.nanmin(measures.spread)) for measures in maps)
     return Record(
         points=points,
         maps=maps,
-        rates=RATES,  # [rad/s] of the maps
+        rates=UNIFORMITY_MAP_RATES,  # [rad/s] of the maps
         speeds=SPEEDS,  # [rad/s]
         lowest=lowest,  # smallest spread on the maps, relative to a platform at rest
         shrinks=lowest <= 1.0 - 1e-9,  # whether the spread is anywhere smaller than at rest
@@ -51,10 +53,10 @@ def numbers(study: Study) -> Record:
 
 def uniformity_map(pivot: float) -> Record:
     """Returns maps of the three measures, shape (speeds, rates), relative to a platform at rest."""
-    slow = cone(pivot_y=pivot, platform_rate=1.0, theta_dot=float(SPEEDS[0]))
+    slow = turning_cone(pivot_y=pivot, platform_rate=1.0, theta_dot=float(SPEEDS[0]))
     inertia = slow.body.inertia_x
     speeds = SPEEDS[:, None]
-    squares = RATES**2
+    squares = UNIFORMITY_MAP_RATES**2
     unit = in_double(slow.potential)  # its a and b grow with the square of the rate
     potential = TrigonometricPotential(unit.a * squares, unit.b * squares, unit.c + 0 * squares)
     turning = uniformity_from_bottom(potential, inertia, speeds + 0 * squares)

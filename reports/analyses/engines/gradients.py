@@ -18,29 +18,29 @@ from plumbob.reports.analyses.analysis import Analysis, Record
 from plumbob.reports.analyses.claims import as_expected
 from plumbob.reports.judge.gradients import study_gradients
 
-SLIDE, SWING = "capsule-line/heading-030", "linear-pendulum/overdamped"
-TURN, CONE = "simple-pendulum/free-large", "cone-pendulum/rotating-base"
+GRADIENT_SLIDE, OVERDAMPED_SWING = "capsule-line/heading-030", "linear-pendulum/overdamped"
+LARGE_SWING, ROTATING_CONE = "simple-pendulum/free-large", "cone-pendulum/rotating-base"
 # Derivatives in every study that has the pair of scene and method: (scene, method, observable,
 # parameter, difference of the parameter). The runs are short, and the difference is near the best
 # one.
 SAMPLE = (
-    (SLIDE, "mujoco/euler", "displacement", "friction", 1e-3),
-    (SLIDE, "mujoco/euler+coulomb", "displacement", "friction", 1e-3),
-    (SLIDE, "pymunk/feet", "displacement", "friction", 1e-3),
-    (SWING, "mujoco/euler", "theta", "theta", 1e-3),
-    (TURN, "pymunk/default", "theta", "gravity", 1e-4),
-    (CONE, "mujoco/euler", "theta", "theta", 1e-5),
-    (CONE, "ode/rk4", "theta", "gravity", 1e-3),
+    (GRADIENT_SLIDE, "mujoco/euler", "displacement", "friction", 1e-3),
+    (GRADIENT_SLIDE, "mujoco/euler+coulomb", "displacement", "friction", 1e-3),
+    (GRADIENT_SLIDE, "pymunk/feet", "displacement", "friction", 1e-3),
+    (OVERDAMPED_SWING, "mujoco/euler", "theta", "theta", 1e-3),
+    (LARGE_SWING, "pymunk/default", "theta", "gravity", 1e-4),
+    (ROTATING_CONE, "mujoco/euler", "theta", "theta", 1e-5),
+    (ROTATING_CONE, "ode/rk4", "theta", "gravity", 1e-3),
 )
 # Derivatives in the full profile, for a method of each engine at three steps, which compares ways
 # and orders: (scene, observable, parameter, difference of the parameter, largest step [s], end
 # [s]).
-BESIDE = (
-    (CONE, "theta", "theta", 1e-5, 4e-3, None),
-    (TURN, "theta", "theta", 1e-5, 1e-2, 2.0),
+COMPARED_DERIVATIVES = (
+    (ROTATING_CONE, "theta", "theta", 1e-5, 4e-3, None),
+    (LARGE_SWING, "theta", "theta", 1e-5, 1e-2, 2.0),
     ("free-body/flip", "angular_velocity_x", "angular_velocity[0]", 1e-5, 1e-2, 2.0),
     ("capsule-line/heading-000", "displacement", "w1", 4e-2, 1e-3, None),
-    (SLIDE, "displacement", "w1", 4e-2, 1e-3, None),
+    (GRADIENT_SLIDE, "displacement", "w1", 4e-2, 1e-3, None),
     ("capsule-turn/pivot", "heading", "angular_acceleration", 5e-2, 1e-3, None),
     ("capsule-coast/spin", "heading", "velocity_x", 4e-4, 1e-3, None),
 )
@@ -59,7 +59,7 @@ BY = ("friction", "gravity")  # parameters to differentiate by: the first one th
 
 def requests(plan: StudyPlan) -> Sequence[GradientSearch]:
     """Returns the searches for the derivatives of SAMPLE and, unless the profile is quick, of
-    BESIDE, as far as the plan has the pairs of scene and method."""
+    COMPARED_DERIVATIVES, as far as the plan has the pairs of scene and method."""
 
     derivatives: list[Sampled] = [(*entry, None, None) for entry in SAMPLE]
     if plan.profile != "quick":
@@ -80,10 +80,10 @@ def requests(plan: StudyPlan) -> Sequence[GradientSearch]:
 
 
 def _side_by_side() -> list[Sampled]:
-    """Returns the derivatives of BESIDE with a method of each engine, at the largest step, half of
-    it and a quarter of it."""
+    """Returns the derivatives of COMPARED_DERIVATIVES with a method of each engine, at the largest
+    step, half of it and a quarter of it."""
     derivatives = list[Sampled]()
-    for scene, observable, parameter, eps, step, end in BESIDE:
+    for scene, observable, parameter, eps, step, end in COMPARED_DERIVATIVES:
         methods = WITH_CONTACTS if scene.startswith("capsule") else WITHOUT_CONTACTS
         derivatives += [
             (scene, method, observable, parameter, eps, step / divisor, end)

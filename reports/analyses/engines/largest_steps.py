@@ -20,21 +20,23 @@ from plumbob.models.registry import case_of, stability_of, system_of
 from plumbob.models.scene import ON_SUPPORTS, SMOOTH, Scene
 from plumbob.reports.analyses.analysis import Analysis, Record
 from plumbob.reports.analyses.claims import as_expected, at_most
-from plumbob.reports.analyses.measurements import plan_of
+from plumbob.reports.analyses.measurements import study_plan
 from plumbob.reports.judge.stability import study_limits
 from plumbob.reports.view.content import Claim
 from plumbob.reports.view.site.largest_step import SCENES
 
 # scenes searched in the quick profile: the equilibrium with each scheme of each engine, the swing
 # with one method of each engine
-EQUILIBRIUM, SWING = "linear-pendulum/overdamped", "simple-pendulum/free-large"
+EQUILIBRIUM, SEARCHED_SWING = "linear-pendulum/overdamped", "simple-pendulum/free-large"
 OF_SWING = ("mujoco/euler", "ode/leapfrog", "pymunk/default")
-SOLVERS = ("ode/dop853", "ode/radau", "ode/lsoda")  # solvers with a variable step
-DAMPING = (1e1, 1e2, 1e3, 1e4)  # [1/s] damping rates, in place of the scene's
-LONG = 3e3  # approximate length of these runs, in time constants of the fastest mode
-TOLERANCE = 1e-3  # largest tolerance, so that stability alone limits the step
-ALIKE = 0.2  # largest relative difference of measured and predicted evaluations
-EVALUATIONS = 12  # evaluations of the equation of motion in a step of DOP853
+VARIABLE_STEP_SOLVERS = ("ode/dop853", "ode/radau", "ode/lsoda")  # solvers with a variable step
+DAMPING_RATES = (1e1, 1e2, 1e3, 1e4)  # [1/s] damping rates, in place of the scene's
+RUN_TIME_CONSTANTS = (
+    3e3  # approximate length of these runs, in time constants of the fastest mode
+)
+LARGEST_TOLERANCE = 1e-3  # largest tolerance, so that stability alone limits the step
+EVALUATIONS_TOLERANCE = 0.2  # largest relative difference of measured and predicted evaluations
+DOP853_EVALUATIONS = 12  # evaluations of the equation of motion in a step of DOP853
 
 
 def searches(plan: StudyPlan) -> Sequence[StabilitySearch]:
@@ -65,7 +67,7 @@ def _is_searched(plan: StudyPlan, scene: Scene, method: Method) -> bool:
         return False
     if plan.profile != "quick" or scene.name == EQUILIBRIUM:
         return True
-    return scene.name == SWING and method.name in OF_SWING
+    return scene.name == SEARCHED_SWING and method.name in OF_SWING
 
 
 def predictions(plan: StudyPlan) -> Sequence[StabilitySearch]:
@@ -91,17 +93,17 @@ def predictions(plan: StudyPlan) -> Sequence[StabilitySearch]:
 def solver_runs(plan: StudyPlan) -> Sequence[ExtraRun]:
     """Returns the runs of solvers with a variable step on the equilibrium at several damping
     rates."""
-    solvers = [solver for solver in SOLVERS if plan.has(EQUILIBRIUM, solver)]
+    solvers = [solver for solver in VARIABLE_STEP_SOLVERS if plan.has(EQUILIBRIUM, solver)]
     return tuple(
         ExtraRun(
             scene=EQUILIBRIUM,
             method=solver,
-            step=TOLERANCE,
-            duration=LONG / damping,
+            step=LARGEST_TOLERANCE,
+            duration=RUN_TIME_CONSTANTS / damping,
             changes=(("damping_rate", damping),),
             end_alone=True,
         )
-        for damping, solver in product(DAMPING, solvers)
+        for damping, solver in product(DAMPING_RATES, solvers)
     )
 
 
@@ -115,11 +117,11 @@ def evaluation_rates(study: Study) -> Mapping[float, Mapping[str, float]]:
     solver: evaluations per simulated second [1/s]. The entry "predicted" is the number that
     stability requires of the first solver."""
     rates: dict[float, dict[str, float]] = {}
-    for request in solver_runs(plan_of(study)):
+    for request in solver_runs(study_plan(study)):
         theory = stability_of(case_of(request.posed()))
         assert theory is not None
         fastest = np.array([-math.tau / theory.fastest + 0j])
-        predicted = EVALUATIONS * float(stiffness_cost(order_8(), fastest))
+        predicted = DOP853_EVALUATIONS * float(stiffness_cost(order_8(), fastest))
         damping = dict(request.changes)["damping_rate"]
         by_solver = rates.setdefault(damping, {"predicted": predicted})
         run = study.answer(request)
@@ -149,10 +151,10 @@ def claims(numbers: Record) -> Sequence[Claim]:
     evaluations that stability requires."""
     checks = [*as_expected(numbers.surprises)]
     for damping, by_solver in numbers.paid.items():
-        if SOLVERS[0] in by_solver:
+        if VARIABLE_STEP_SOLVERS[0] in by_solver:
             text = f"what DOP853 pays at {damping:g}/s beside what is predicted, less 1,"
-            excess = by_solver[SOLVERS[0]] / by_solver["predicted"] - 1.0
-            checks.append(at_most(text, excess, ALIKE))
+            excess = by_solver[VARIABLE_STEP_SOLVERS[0]] / by_solver["predicted"] - 1.0
+            checks.append(at_most(text, excess, EVALUATIONS_TOLERANCE))
     return checks
 
 

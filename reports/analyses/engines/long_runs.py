@@ -11,27 +11,27 @@ from plumbob.engines.study.long_runs import LongRunSearch
 from plumbob.engines.study.results import Study
 from plumbob.reports.analyses.analysis import Analysis, Record
 from plumbob.reports.analyses.claims import Claims, as_expected
-from plumbob.reports.analyses.measurements import plan_of
+from plumbob.reports.analyses.measurements import study_plan
 from plumbob.reports.judge.long_runs import judged_long_run
 from plumbob.reports.view.content import Claim
 
-SWING, STEP = "simple-pendulum/free-large", 0.05  # [s] step of the notebook
+LONG_SWING, SWING_STEP = "simple-pendulum/free-large", 0.05  # [s] step of the notebook
 METHODS = ("mujoco/euler", "ode/leapfrog", "ode/rk4", "mujoco/rk4")
-MOST_STEPS = 64_000  # steps after which every error is as large as the swing
+MAX_SWING_STEPS = 64_000  # steps after which every error is as large as the swing
 
 
 def requests(plan: StudyPlan) -> Sequence[LongRunSearch]:
     """Returns a search for each of METHODS in the plan, on the swing at one step."""
     return tuple(
-        LongRunSearch(SWING, method, STEP, MOST_STEPS)
+        LongRunSearch(LONG_SWING, method, SWING_STEP, MAX_SWING_STEPS)
         for method in METHODS
-        if plan.has(SWING, method)
+        if plan.has(LONG_SWING, method)
     )
 
 
 def numbers(study: Study) -> Record | None:
     """Returns the judged long runs of a study; None if it holds none."""
-    answers = {request: study.answer(request) for request in requests(plan_of(study))}
+    answers = {request: study.answer(request) for request in requests(study_plan(study))}
     judged = [
         judged_long_run(search, measured)
         for search, measured in answers.items()

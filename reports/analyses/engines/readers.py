@@ -12,7 +12,7 @@ from plumbob.engines.study.extra_runs import StudyPlan
 from plumbob.engines.study.model_reading import ModelRead, ModelReading, fields_stated
 from plumbob.engines.study.results import Study
 from plumbob.reports.analyses.analysis import Analysis, Record
-from plumbob.reports.analyses.measurements import plan_of
+from plumbob.reports.analyses.measurements import study_plan
 from plumbob.reports.judge.model_readers import (
     REFERENCE_READER,
     FileReading,
@@ -20,7 +20,7 @@ from plumbob.reports.judge.model_readers import (
     ignored_options,
 )
 
-KNOWN: Mapping[str, Record] = MappingProxyType(
+READER_RECORDS: Mapping[str, Record] = MappingProxyType(
     {
         "dart": Record(version="6.20.0", read=("mass", "damping", "friction")),
         "drake": Record(
@@ -55,12 +55,14 @@ def requests(plan: StudyPlan) -> Sequence[ModelReading]:
 
 def numbers(study: Study) -> Record | None:
     """Returns the fields that each reader takes over; None if MuJoCo read nothing."""
-    readings = {r.engine: study.answer(r) for r in requests(plan_of(study))}
+    readings = {r.engine: study.answer(r) for r in requests(study_plan(study))}
     rule = readings.get(REFERENCE_READER)
     if rule is None or rule.refuses:
         return None
     readers = [_reader(engine, rule, read) for engine, read in readings.items() if read]
-    unread = {engine: known for engine, known in KNOWN.items() if not readings.get(engine)}
+    unread = {
+        engine: known for engine, known in READER_RECORDS.items() if not readings.get(engine)
+    }
     return Record(
         fields=fields_stated(rule.fields),  # fields that MuJoCo reads
         readers=readers,  # readers of this study, MuJoCo first

@@ -15,54 +15,62 @@ from plumbob.engines.study.results import Study
 from plumbob.models.registry import case_of
 from plumbob.models.registry import scene as find_scene
 from plumbob.reports.analyses.analysis import Analysis, Record
-from plumbob.reports.analyses.capsule_line.headings import DEFAULT, RECOMMENDED
+from plumbob.reports.analyses.capsule_line.headings import (
+    DEFAULT_CONTACTS,
+    RECOMMENDED_CONTACTS,
+)
 from plumbob.reports.analyses.claims import Claims, clear
-from plumbob.reports.analyses.measurements import plan_of, recordings
+from plumbob.reports.analyses.measurements import recordings, study_plan
 
-SLIDE, COAST = "capsule-line/heading-030", "capsule-coast/translation"
-SPIN, TURN = "capsule-coast/spin", "capsule-turn/pivot"
-CURVES = (DEFAULT, RECOMMENDED, "pymunk/feet")
+SLIDING_SCENE, COASTING_SCENE = "capsule-line/heading-030", "capsule-coast/translation"
+SPINNING_SCENE, TURNING_SCENE = "capsule-coast/spin", "capsule-turn/pivot"
+CONTACT_CURVES = (DEFAULT_CONTACTS, RECOMMENDED_CONTACTS, "pymunk/feet")
 METHODS = (
-    *(DEFAULT, "mujoco/euler+elliptic", "mujoco/euler+elliptic+noslip", RECOMMENDED),
+    *(
+        DEFAULT_CONTACTS,
+        "mujoco/euler+elliptic",
+        "mujoco/euler+elliptic+noslip",
+        RECOMMENDED_CONTACTS,
+    ),
     *("mujoco/euler+coulomb+noslip", "mujoco/rk4+coulomb", "pymunk/feet", "pymunk/pivots"),
     *("dart/default", "dart/nsgs", "drake/default", "drake/similar", "drake/tamsi+stiction"),
     *("pybullet/default", "pybullet/undamped+iterated"),
 )
-QUANTITIES = (  # scene, observable, parameter, time [s] (sliding or sticking; None: the end)
-    (SLIDE, "displacement", "friction", None),
-    (SLIDE, "displacement", "friction", 0.045),
-    (SLIDE, "displacement", "friction", 0.063),
-    (SLIDE, "displacement", "w1", None),
-    (SLIDE, "displacement", "slider_mass", None),
-    (SLIDE, "displacement", "heading", None),
-    (COAST, "x", "friction", None),
-    (COAST, "x", "velocity_x", None),
-    (SPIN, "heading", "friction", None),
-    (SPIN, "heading", "slider_mass", None),
-    (TURN, "heading", "friction", None),
-    (TURN, "heading", "angular_acceleration", None),
+DERIVATIVE_CASES = (  # scene, observable, parameter, time [s] (sliding or sticking; None: the end)
+    (SLIDING_SCENE, "displacement", "friction", None),
+    (SLIDING_SCENE, "displacement", "friction", 0.045),
+    (SLIDING_SCENE, "displacement", "friction", 0.063),
+    (SLIDING_SCENE, "displacement", "w1", None),
+    (SLIDING_SCENE, "displacement", "slider_mass", None),
+    (SLIDING_SCENE, "displacement", "heading", None),
+    (COASTING_SCENE, "x", "friction", None),
+    (COASTING_SCENE, "x", "velocity_x", None),
+    (SPINNING_SCENE, "heading", "friction", None),
+    (SPINNING_SCENE, "heading", "slider_mass", None),
+    (TURNING_SCENE, "heading", "friction", None),
+    (TURNING_SCENE, "heading", "angular_acceleration", None),
 )
-Quantity = tuple[str, str, str, float | None]
-STEPS = (1e-3, 2.5e-4)  # [s]
+DerivativeCase = tuple[str, str, str, float | None]
+DERIVATIVE_STEPS = (1e-3, 2.5e-4)  # [s]
 FRICTIONS = np.linspace(0.25, 0.35, 33)  # friction coefficients of the curves
 TANGENTS = slice(7, 26, 9)  # indices of the frictions at which derivatives are drawn
 EPS = 3e-3  # distance of neighbours, relative to the parameter (or to its unit, if it is 0)
 NEIGHBOURS = 4  # number of neighbours on either side
-# A derivative converges if its relative error at the smaller step is at most RIGHT and the ratio of
-# the errors at both steps is at least FALLS (first order gives 4); or if the error at the smaller
-# step is at most RESOLVED.
-RIGHT, FALLS = 0.1, 2.0
-RESOLVED = 1e-3
-SMOOTH = 0.25  # largest scatter of a smooth error, relative to its mean
+# A derivative converges if its relative error at the smaller step is at most CONVERGED_ERROR and
+# the ratio of the errors at both steps is at least ERROR_RATIO (first order gives 4); or if the
+# error at the smaller step is at most RESOLVED_DERIVATIVE.
+CONVERGED_ERROR, ERROR_RATIO = 0.1, 2.0
+RESOLVED_DERIVATIVE = 1e-3
+SMOOTH_SCATTER = 0.25  # largest scatter of a smooth error, relative to its mean
 
 
 def kind_of(errors: Array, scatter: Array) -> str:
     """Returns the kind of a derivative: "converges", "noise" or "smooth and wrong". `errors` are
-    the mean errors at STEPS, shape (2,), and `scatter` their standard deviations."""
+    the mean errors at DERIVATIVE_STEPS, shape (2,), and `scatter` their standard deviations."""
     sizes = np.hypot(errors, scatter)
-    if sizes[-1] <= max(RESOLVED, min(RIGHT, sizes[0] / FALLS)):
+    if sizes[-1] <= max(RESOLVED_DERIVATIVE, min(CONVERGED_ERROR, sizes[0] / ERROR_RATIO)):
         return "converges"
-    return "noise" if scatter[-1] > SMOOTH * abs(errors[-1]) else "smooth and wrong"
+    return "noise" if scatter[-1] > SMOOTH_SCATTER * abs(errors[-1]) else "smooth and wrong"
 
 
 def requests(plan: StudyPlan) -> Sequence[ExtraRun]:
@@ -71,7 +79,7 @@ def requests(plan: StudyPlan) -> Sequence[ExtraRun]:
     requested = list[ExtraRun]()
     for name in _methods_of_curves(plan):
         requested += _curve_runs(name)
-    for (quantity, method), step in product(_pairs(plan), STEPS):
+    for (quantity, method), step in product(_pairs(plan), DERIVATIVE_STEPS):
         requested += _neighbour_runs(quantity, method, step)
     return requested
 
@@ -79,7 +87,7 @@ def requests(plan: StudyPlan) -> Sequence[ExtraRun]:
 def numbers(study: Study) -> Record | None:
     """Returns the curves of displacement against friction, and the derivatives of the quantities;
     None if the study holds no complete curve."""
-    plan = plan_of(study)
+    plan = study_plan(study)
     curves = dict[str, Array]()
     for name in _methods_of_curves(plan):
         measured, exact = _final_values(study, _curve_runs(name), "displacement")
@@ -105,7 +113,7 @@ def numbers(study: Study) -> Record | None:
         },
         nearby=nearby,
         kinds=kinds,  # number of derivatives of each kind, by method
-        steps=STEPS,
+        steps=DERIVATIVE_STEPS,
         eps=EPS,
     )
 
@@ -115,32 +123,32 @@ def claims(numbers: Record) -> Claims:
     the error with default contacts."""
     # reversed, so that the first derivative of each method stays
     sizes = {d.method: np.hypot(d.errors[-1], d.scatter[-1]) for d in numbers.nearby[::-1]}
-    if not {DEFAULT, RECOMMENDED} <= set(sizes):
+    if not {DEFAULT_CONTACTS, RECOMMENDED_CONTACTS} <= set(sizes):
         return ()
     text = "the error of a derivative with default contacts, and with those recommended"
-    return (clear(text, float(sizes[DEFAULT]), float(sizes[RECOMMENDED])),)
+    return (clear(text, float(sizes[DEFAULT_CONTACTS]), float(sizes[RECOMMENDED_CONTACTS])),)
 
 
-def _pairs(plan: StudyPlan) -> list[tuple[Quantity, str]]:
+def _pairs(plan: StudyPlan) -> list[tuple[DerivativeCase, str]]:
     """Returns the pairs of quantity and method that a plan covers."""
     quick = plan.profile == "quick"
-    quantities = QUANTITIES[:1] if quick else QUANTITIES
-    methods = CURVES[:2] if quick else METHODS
+    quantities = DERIVATIVE_CASES[:1] if quick else DERIVATIVE_CASES
+    methods = CONTACT_CURVES[:2] if quick else METHODS
     pairs = product(quantities, methods)
     return [(quantity, name) for quantity, name in pairs if plan.has(quantity[0], name)]
 
 
 def _methods_of_curves(plan: StudyPlan) -> list[str]:
     """Returns the methods whose curves a plan can draw."""
-    return [name for name in CURVES if plan.has(SLIDE, name)]
+    return [name for name in CONTACT_CURVES if plan.has(SLIDING_SCENE, name)]
 
 
 def _curve_runs(method: str) -> list[ExtraRun]:
     """Returns the runs of a method's curve: the slide at each of FRICTIONS."""
-    return _varied_runs(SLIDE, method, STEPS[0], None, "friction", FRICTIONS)
+    return _varied_runs(SLIDING_SCENE, method, DERIVATIVE_STEPS[0], None, "friction", FRICTIONS)
 
 
-def _neighbour_runs(quantity: Quantity, method: str, step: float) -> list[ExtraRun]:
+def _neighbour_runs(quantity: DerivativeCase, method: str, step: float) -> list[ExtraRun]:
     """Returns a run with each neighbouring value of the parameter, in ascending order."""
     name, _, parameter, end = quantity
     value = find_scene(name).parameters[parameter]
@@ -171,14 +179,14 @@ def _final_values(study: Study, runs: Sequence[ExtraRun], observable: str) -> Ar
     return np.array(ends).T
 
 
-def _derivative_errors(study: Study, quantity: Quantity, method: str) -> Record | None:
+def _derivative_errors(study: Study, quantity: DerivativeCase, method: str) -> Record | None:
     """Returns the errors of a quantity's derivatives near a parameter's value; None if a run is
     missing. A derivative is the relative change of the observable over the relative change of the
     parameter."""
     scene, observable, parameter, end = quantity
     values = [
         _final_values(study, _neighbour_runs(quantity, method, step), observable)
-        for step in STEPS
+        for step in DERIVATIVE_STEPS
     ]
     if not all(at_step.size for at_step in values):
         return None
@@ -195,8 +203,8 @@ def _derivative_errors(study: Study, quantity: Quantity, method: str) -> Record 
         at=end,  # [s] time of the observable; None: the end
         method=method,
         exact=slopes[-1, 1, NEIGHBOURS - 1],
-        errors=errors,  # mean error at each of STEPS
-        scatter=scatter,  # standard deviation of the error at each of STEPS
+        errors=errors,  # mean error at each of DERIVATIVE_STEPS
+        scatter=scatter,  # standard deviation of the error at each of DERIVATIVE_STEPS
         kind=kind_of(errors, scatter),
     )
 

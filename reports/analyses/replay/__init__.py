@@ -14,16 +14,21 @@ from plumbob.engines.study.results import Study
 from plumbob.engines.trajectory import Trajectory
 from plumbob.models.registry import case_of, system_of
 from plumbob.models.scene import Case, Scene
-from plumbob.reports.analyses.replay.body import body
-from plumbob.reports.analyses.replay.capsule import capsule
-from plumbob.reports.analyses.replay.pendulums import cone, pendulum
+from plumbob.reports.analyses.replay.body import body_picture
+from plumbob.reports.analyses.replay.capsule import capsule_picture
+from plumbob.reports.analyses.replay.pendulums import cone_picture, pendulum_picture
 from plumbob.reports.analyses.replay.picture import Picture
-from plumbob.reports.analyses.replay.runs import RECOMMENDED, shown_runs, shown_seconds
-from plumbob.reports.analyses.replay.samples import COUNT, Samples, encode_samples
+from plumbob.reports.analyses.replay.runs import RECOMMENDED_SETTINGS, shown_runs, shown_seconds
+from plumbob.reports.analyses.replay.samples import REPLAY_SAMPLES, Samples, encode_samples
 from plumbob.reports.view.records import Layer, Replay
 
 PICTURES: Mapping[str, Callable[[Case, float], Picture]] = MappingProxyType(
-    {"capsule": capsule, "cone_pendulum": cone, "free_body": body, "simple_pendulum": pendulum}
+    {
+        "capsule": capsule_picture,
+        "cone_pendulum": cone_picture,
+        "free_body": body_picture,
+        "simple_pendulum": pendulum_picture,
+    }
 )  # function that makes the picture, by the family of the system
 TRUTH = Layer("exact", "exact answer", "")
 Drawn = tuple[Layer, Samples]  # layer, and samples of a motion or of a run's deviations from it
@@ -44,7 +49,7 @@ def replay(study: Study, scene: Scene) -> Replay | None:
     case = case_of(scene)
     seconds = shown_seconds(scene)
     picture = PICTURES[case.system.family](case, seconds)
-    times = np.linspace(0.0, seconds, COUNT)
+    times = np.linspace(0.0, seconds, REPLAY_SAMPLES)
     exact = Samples(times, picture.motion(times))
     runs: list[Drawn] = []
     lacking: list[str] = []
@@ -53,7 +58,7 @@ def replay(study: Study, scene: Scene) -> Replay | None:
     for shown in shown_runs(plan, scene):
         run = study.answer(shown.run) if shown.run in study.extras else None
         if run:
-            slot = "second" if shown.words == RECOMMENDED or runs else "first"
+            slot = "second" if shown.words == RECOMMENDED_SETTINGS or runs else "first"
             runs.append(run_deviations(picture, run, slot, shown.name, shown.words))
         elif shown.run.method not in missing:
             lacking.append(shown.name)

@@ -12,12 +12,12 @@ from plumbob.models.scene import Case
 from plumbob.reports.analyses.replay.picture import Picture
 
 PAD = 0.2  # margin around the motion, relative to the body's size
-FINE = 1601  # samples of the exact motion that determine the extent of the picture
+EXTENT_SAMPLES = 1601  # samples of the exact motion that determine the extent of the picture
 
 
-def capsule(case: Case, seconds: float) -> Picture:
+def capsule_picture(case: Case, seconds: float) -> Picture:
     """Returns the picture of a capsule over `seconds` [s], from above, in world axes."""
-    exact = motion(case, np.linspace(0.0, seconds, FINE))
+    exact = capsule_channels(case, np.linspace(0.0, seconds, EXTENT_SAMPLES))
     feet = np.asarray(case.problem.setup.capsule.supports) @ [1.0, 1j]
     size = float(np.abs(feet).max())
     centre = exact["x"] + 1j * exact["y"]
@@ -30,7 +30,7 @@ def capsule(case: Case, seconds: float) -> Picture:
         box=(xs.min() - pad, xs.max() + pad, ys.min() - pad, ys.max() + pad),
         geometry={"feet": [(foot.real, foot.imag) for foot in feet.tolist()], "size": size},
         sizes={"m": size, "rad": 1.0},
-        motion=lambda times: motion(case, times),
+        motion=lambda times: capsule_channels(case, times),
         deviations=lambda run: deviations(case, run),
         apart=_pose_distance,
     )
@@ -42,7 +42,7 @@ def _pose_distance(differences: Signals) -> dict[str, Array]:
     return {"m": distance, "rad": np.abs(differences["heading"])}
 
 
-def motion(case: Case, times: Array) -> Signals:
+def capsule_channels(case: Case, times: Array) -> Signals:
     """Returns the exact channels at `times` [s], shape (n,): the position x, y of C in the world
     [m], the heading [rad], and the position qx, qy of the slider in the body [m]."""
     observed = case.reference.observe(times)

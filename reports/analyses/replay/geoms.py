@@ -21,10 +21,11 @@ from plumbob.reports.view.notation import seconds
 from plumbob.reports.view.records import Layer, Replay
 
 ERROR = "error"  # channel of the largest corner displacement [m] from the certified motion
-AXES = ("x", "y", "z", "qw", "qx", "qy", "qz")  # components of a body's pose
-ELEVATION = math.radians(15.0)  # [rad] elevation of the camera, as in the picture of the model
-COUNT, VALUES = 401, 80_000  # most samples; most numbers in a replay
-MARGIN = 0.05  # space below the picture for the ruler, relative to the picture's diagonal
+POSE_COMPONENTS = ("x", "y", "z", "qw", "qx", "qy", "qz")  # components of a body's pose
+# [rad] elevation of the camera, as in the picture of the model
+AUDIT_ELEVATION = math.radians(15.0)
+MAX_REPLAY_SAMPLES, MAX_REPLAY_NUMBERS = 401, 80_000  # most samples; most numbers in a replay
+RULER_MARGIN = 0.05  # space below the picture for the ruler, relative to the picture's diagonal
 
 
 def audit_replay(audit: Audit) -> Replay | None:
@@ -41,7 +42,7 @@ def audit_replay(audit: Audit) -> Replay | None:
     exact[ERROR] = np.zeros(len(displacements))
     times = audit.script.times[: audit.found.index + 1]
     picture = _picture(audit, times, exact)
-    count = min(COUNT, max(VALUES // max(len(exact), 1), 51))
+    count = min(MAX_REPLAY_SAMPLES, max(MAX_REPLAY_NUMBERS // max(len(exact), 1), 51))
     grid = np.linspace(0.0, float(times[-1]), count)
     name = f"{audit.integrator} at {seconds(audit.step)}"
     certified = (Layer("exact", "certified motion", ""), Samples(grid, picture.motion(grid)))
@@ -56,7 +57,7 @@ def _channels(audit: Audit, poses: Array) -> dict[str, Array]:
     flips = np.sum(poses[1:, :, 3:] * poses[:-1, :, 3:], axis=2) < 0.0
     signs = np.where(np.cumsum(flips, axis=0) % 2, -1.0, 1.0)
     poses[1:, :, 3:] *= signs[..., None]
-    pairs = product(bodies, enumerate(AXES))
+    pairs = product(bodies, enumerate(POSE_COMPONENTS))
     return {f"{body}{axis}": poses[:, body, i] for body, (i, axis) in pairs}
 
 
@@ -64,7 +65,7 @@ def _picture(audit: Audit, times: Array, exact: Signals) -> Picture:
     """Returns the picture of a model, seen from -y and from above, as in the model's own
     picture."""
     assert audit.found is not None
-    view = camera(-math.pi / 2.0, ELEVATION)
+    view = camera(-math.pi / 2.0, AUDIT_ELEVATION)
     solids = audit.model.solids
     names = audit.model.bodies
     bodies = [int(name[:-1]) for name in exact if name.endswith("x") and "q" not in name]
@@ -79,7 +80,7 @@ def _picture(audit: Audit, times: Array, exact: Signals) -> Picture:
     motion, deviations = channels_of_observables(interpolate, list(exact))
     return Picture(
         kind="geoms",
-        box=(low[0], high[0], low[1] - MARGIN * size, high[1]),
+        box=(low[0], high[0], low[1] - RULER_MARGIN * size, high[1]),
         geometry={
             "camera": view,
             "rate": 0.0,

@@ -9,7 +9,7 @@ import numpy as np
 from plumbob.analytic.reference import Array, Signals
 from plumbob.models.scene import Case
 from plumbob.reports.analyses.replay.picture import (
-    ELEVATION,
+    PICTURE_ELEVATION,
     Picture,
     camera,
     channels_of_observables,
@@ -17,10 +17,11 @@ from plumbob.reports.analyses.replay.picture import (
 
 TRAIL = 12.0  # ratio of a replay's duration to the duration of its trail
 HALF_ANGLE = math.radians(15.0)  # [rad] half apex angle of a general body's cone, the source's
-CLEAR = 1.15  # distance of the platform below the pivot, relative to the cone's slant height
+# distance of the platform below the pivot, relative to the cone's slant height
+PLATFORM_DISTANCE = 1.15
 
 
-def pendulum(case: Case, seconds: float) -> Picture:
+def pendulum_picture(case: Case, seconds: float) -> Picture:
     """Returns the picture of a simple or linear pendulum over `seconds` [s]."""
     length = case.problem.length
     reach = 1.2 * length
@@ -37,7 +38,7 @@ def pendulum(case: Case, seconds: float) -> Picture:
     )
 
 
-def cone(case: Case, seconds: float) -> Picture:
+def cone_picture(case: Case, seconds: float) -> Picture:
     """Returns the picture of a cone on its turning platform over `seconds` [s]. A general body is
     drawn as a cone with the same centre of mass."""
     problem = case.problem
@@ -50,11 +51,11 @@ def cone(case: Case, seconds: float) -> Picture:
     arm = math.hypot(*pivot[:2])
     # radius and height of the platform's disc
     radius = max(1.2 * arm, 0.75 * slant)
-    floor = pivot[2] - CLEAR * slant
+    floor = pivot[2] - PLATFORM_DISTANCE * slant
     # The box of the picture holds platform and cone in any orientation.
     reach = max(arm + slant, radius)
-    rise = math.cos(ELEVATION)
-    tilt = math.sin(ELEVATION)
+    rise = math.cos(PICTURE_ELEVATION)
+    tilt = math.sin(PICTURE_ELEVATION)
     pad = 0.04 * reach  # margin; the space below the platform also holds the ruler
     top = (pivot[2] + slant) * rise + arm * tilt
     bottom = floor * rise - radius * tilt

@@ -13,11 +13,11 @@ from plumbob.analytic.reference import Array, Signals
 from plumbob.engines.trajectory import Trajectory
 from plumbob.reports.view import notation
 
-Box = tuple[float, float, float, float]  # left, right, bottom, top
-STILL = 1e-9  # [rad] largest angle that is not mentioned beside a distance
+PictureBox = tuple[float, float, float, float]  # left, right, bottom, top
+LARGEST_UNMENTIONED_ANGLE = 1e-9  # [rad] largest angle that is not mentioned beside a distance
 # direction of the camera: around the vertical, and above the horizontal
 AZIMUTH = math.radians(25.0)
-ELEVATION = math.radians(20.0)
+PICTURE_ELEVATION = math.radians(20.0)
 
 
 @dataclass(frozen=True)
@@ -30,7 +30,7 @@ class Picture:
     picture."""
 
     kind: Literal["pendulum", "cone", "capsule", "body", "geoms"]
-    box: Box  # [m] extent of the picture
+    box: PictureBox  # [m] extent of the picture
     geometry: Mapping[str, Any]  # further values for the script, as JSON
     sizes: Mapping[str, float]  # by unit
     motion: Callable[[Array], Signals]
@@ -49,7 +49,7 @@ class Picture:
         for unit, size in sizes.items():
             if unit == "m":
                 texts.append(notation.metres(size))
-            elif unit != "rad" or size > STILL or len(sizes) == 1:
+            elif unit != "rad" or size > LARGEST_UNMENTIONED_ANGLE or len(sizes) == 1:
                 texts.append(f"{notation.number(size)} {unit}".strip())
         return ", ".join(texts)
 
@@ -75,7 +75,7 @@ def channels_of_observables(
     return motion, deviations
 
 
-def camera(azimuth: float = AZIMUTH, elevation: float = ELEVATION) -> list[list[float]]:
+def camera(azimuth: float = AZIMUTH, elevation: float = PICTURE_ELEVATION) -> list[list[float]]:
     """Returns the world directions that an orthographic picture shows to the right, upwards and
     towards the viewer, as rows, shape (3, 3). The angles are in radians."""
     ca = math.cos(azimuth)

@@ -15,17 +15,17 @@ from plumbob.models.registry import scene as find_scene
 from plumbob.models.scene import Scene
 from plumbob.reports.view import notation
 
-OWN, RECOMMENDED = "your settings", "recommended settings"
-SMOOTH = ("mujoco/rk4+midpoint", "mujoco/rk4")  # the first reads a control at mid-step
+OWN_SETTINGS, RECOMMENDED_SETTINGS = "your settings", "recommended settings"
+SMOOTH_METHODS = ("mujoco/rk4+midpoint", "mujoco/rk4")  # the first reads a control at mid-step
 ON_LINE = ("mujoco/euler+coulomb", "mujoco/euler+stiff")  # methods whose contacts converge
 IN_PLANE = (
     "mujoco/rk4+coulomb",
     *ON_LINE,
 )  # for turning bodies: RK4's error is up to 100 times less
-PLANE = ("capsule-coast", "capsule-plan", "capsule-turn")
-LEAST_STEPS = 100  # fewest steps of a run in a replay
+PLANE_SYSTEMS = ("capsule-coast", "capsule-plan", "capsule-turn")
+MIN_REPLAY_STEPS = 100  # fewest steps of a run in a replay
 MOST_SECONDS, MOST_SWINGS, MOST_MANOEUVRES = 100.0, 40, 10  # [s], periods, and repetitions
-EXACT = "exact"  # engine of the closed forms, whose runs equal the exact motion
+EXACT_ENGINE = "exact"  # engine of the closed forms, whose runs equal the exact motion
 
 
 @dataclass(frozen=True)
@@ -64,19 +64,19 @@ def shown_runs(plan: StudyPlan, scene: Scene) -> Sequence[ShownRun]:
         return ()
     known = {method.name: method for method in plan.methods if meant(method, scene)}
     seconds = shown_seconds(scene)
-    steps = [step for step in scene.steps if LEAST_STEPS * step <= seconds]
+    steps = [step for step in scene.steps if MIN_REPLAY_STEPS * step <= seconds]
     step = max(steps, default=min(scene.steps))
-    if seconds >= LEAST_STEPS * REFERENCE_STEP:
+    if seconds >= MIN_REPLAY_STEPS * REFERENCE_STEP:
         step = REFERENCE_STEP
     recommended = [name for name in _recommended_methods(scene) if name in known]
-    words = dict.fromkeys(recommended[:1], RECOMMENDED)
+    words = dict.fromkeys(recommended[:1], RECOMMENDED_SETTINGS)
     if USER_METHOD in known:
         step = known[USER_METHOD].step_sizes[0]
-        words = {USER_METHOD: OWN, **words}
+        words = {USER_METHOD: OWN_SETTINGS, **words}
     elif DEFAULT[0] in known:
         usual = "default settings" + " but for the step" * (step != DEFAULT[1])
         words = {DEFAULT[0]: usual, **words}
-    simulated = [name for name, method in known.items() if method.engine != EXACT]
+    simulated = [name for name, method in known.items() if method.engine != EXACT_ENGINE]
     others = [name for name in simulated if name not in words]
     words |= dict.fromkeys(others[: 2 - len(words)], "")
     duration = None if seconds == scene.duration else seconds
@@ -88,8 +88,8 @@ def shown_runs(plan: StudyPlan, scene: Scene) -> Sequence[ShownRun]:
 def _recommended_methods(scene: Scene) -> tuple[str, ...]:
     """Returns the recommended methods for a scene, the best first."""
     if system_of(scene).family == "capsule":
-        return IN_PLANE if scene.system in PLANE else ON_LINE
-    return SMOOTH
+        return IN_PLANE if scene.system in PLANE_SYSTEMS else ON_LINE
+    return SMOOTH_METHODS
 
 
 def _shown_run(

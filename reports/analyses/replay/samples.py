@@ -11,8 +11,8 @@ from plumbob.analytic.reference import Array, Signals
 
 # samples of an exact motion: forty for each of forty swings, which keeps the interpolation within
 # 2e-3 of the range
-COUNT = 1601
-STEPS = 2**24 - 1  # resolution of a channel's range, fine enough for magnified errors
+REPLAY_SAMPLES = 1601
+RESOLUTION = 2**24 - 1  # resolution of a channel's range, fine enough for magnified errors
 
 
 @dataclass(frozen=True)
@@ -25,13 +25,13 @@ class Samples:
 
 def encode_samples(values: Array) -> Any:
     """Returns an array, shape (n,), for JSON. A constant array becomes a number. Any other becomes
-    the third differences of whole numbers, with STEPS over its range: for a smooth motion they are
-    small, and compress to a third."""
+    the third differences of whole numbers, with RESOLUTION over its range: for a smooth motion they
+    are small, and compress to a third."""
     low = float(values.min())
     high = float(values.max())
     if low == high:
         return low
-    numbers = np.rint((values - low) * (STEPS / (high - low))).astype(np.int64)
+    numbers = np.rint((values - low) * (RESOLUTION / (high - low))).astype(np.int64)
     for _ in range(3):
         numbers = np.diff(numbers, prepend=0)
-    return {"low": low, "step": (high - low) / STEPS, "differences": numbers.tolist()}
+    return {"low": low, "step": (high - low) / RESOLUTION, "differences": numbers.tolist()}

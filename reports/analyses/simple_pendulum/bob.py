@@ -13,19 +13,19 @@ from plumbob.reports.analyses.analysis import Analysis, Record
 from plumbob.reports.analyses.measurements import case
 from plumbob.reports.analyses.simple_pendulum.notebook import (
     CASES,
-    DURATION,
-    FINE,
-    LINEAR,
-    SIMPLE,
+    LINEAR_SCENES,
+    NONLINEAR_SCENES,
+    NOTEBOOK_DURATION,
+    NOTEBOOK_TIMES,
     fine_motion,
 )
 
-DRAWN, SHOWN = "free-large", 6.0  # case 2; [s] duration of the figure
-APART = 0.1  # visible distance of the two bobs, relative to the length of 1 m
+BOB_CASE, BOB_FIGURE_TIME = "free-large", 6.0  # case 2; [s] duration of the figure
+VISIBLE_DISTANCE = 0.1  # visible distance of the two bobs, relative to the length of 1 m
 ACCELEROMETER = ExtraRun(
-    SIMPLE + DRAWN, "mujoco/rk4", 1e-3, 3.0, (), (("reads_acceleration", True),)
+    NONLINEAR_SCENES + BOB_CASE, "mujoco/rk4", 1e-3, 3.0, (), (("reads_acceleration", True),)
 )
-SHORT = np.linspace(0.0, SHOWN, 240)  # [s]
+BOB_FIGURE_TIMES = np.linspace(0.0, BOB_FIGURE_TIME, 240)  # [s]
 
 
 def bob_path(scene: str, motion: Signals) -> Array:
@@ -33,31 +33,35 @@ def bob_path(scene: str, motion: Signals) -> Array:
     return bob_place(case(scene).problem.length, motion["theta"])
 
 
-def distances(name: str) -> Array:
-    """Returns the distance [m] between the two bobs of a case at the times FINE, shape (n,)."""
-    simple = bob_path(SIMPLE + name, fine_motion(SIMPLE + name))
-    linear = bob_path(LINEAR + name, fine_motion(LINEAR + name))
+def bob_distances(name: str) -> Array:
+    """Returns the distance [m] between the two bobs of a case at the times NOTEBOOK_TIMES, shape
+    (n,)."""
+    simple = bob_path(NONLINEAR_SCENES + name, fine_motion(NONLINEAR_SCENES + name))
+    linear = bob_path(LINEAR_SCENES + name, fine_motion(LINEAR_SCENES + name))
     return np.asarray(np.hypot(*(simple - linear).T))
 
 
 def numbers(study: Study) -> Record:
     """Returns the distances between the two bobs in each case, the paths of both in case 2, and the
     readings of an accelerometer."""
-    scenes = (SIMPLE + DRAWN, LINEAR + DRAWN)
+    scenes = (NONLINEAR_SCENES + BOB_CASE, LINEAR_SCENES + BOB_CASE)
     run = study.answer(ACCELEROMETER)
     return Record(
         distances=[_distance(label, name) for label, name in CASES.items()],
-        times=SHORT,
+        times=BOB_FIGURE_TIMES,
         # [m] x and y of each bob at these times, shape (2, n)
-        paths=[bob_path(scene, case(scene).reference.observe(SHORT)).T for scene in scenes],
-        accelerometer=None if run is None else readings(run),
-        apart=APART,  # [m]
-        duration=DURATION,
-        shown=SHOWN,
+        paths=[
+            bob_path(scene, case(scene).reference.observe(BOB_FIGURE_TIMES)).T
+            for scene in scenes
+        ],
+        accelerometer=None if run is None else accelerometer_readings(run),
+        apart=VISIBLE_DISTANCE,  # [m]
+        duration=NOTEBOOK_DURATION,
+        shown=BOB_FIGURE_TIME,
     )
 
 
-def readings(run: Trajectory) -> Record | None:
+def accelerometer_readings(run: Trajectory) -> Record | None:
     """Returns the readings of an accelerometer at MuJoCo's bob in case 2, beside the exact
     acceleration [m/s^2]; None if the run has no readings."""
     if "acceleration_across" not in run.channels:
@@ -87,13 +91,16 @@ def readings(run: Trajectory) -> Record | None:
 
 def _distance(label: str, name: str) -> Record:
     """Returns the largest distance between the two bobs of a case, and the time at which it first
-    exceeds APART."""
-    separation = distances(name)
-    beyond = np.flatnonzero(separation > APART * case(SIMPLE + name).problem.length)
+    exceeds VISIBLE_DISTANCE."""
+    separation = bob_distances(name)
+    beyond = np.flatnonzero(
+        separation > VISIBLE_DISTANCE * case(NONLINEAR_SCENES + name).problem.length
+    )
     return Record(
         label=label,
         largest=separation.max(),  # [m]
-        parted=FINE[beyond[0]] if beyond.size else None,  # [s] time of the distance APART
+        # [s] time of the distance VISIBLE_DISTANCE
+        parted=NOTEBOOK_TIMES[beyond[0]] if beyond.size else None,
     )
 
 

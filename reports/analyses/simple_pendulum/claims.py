@@ -12,55 +12,57 @@ from plumbob.reports.analyses.analysis import Analysis, Record
 from plumbob.reports.analyses.measurements import case, convergence_of
 from plumbob.reports.analyses.simple_pendulum.notebook import (
     CASES,
-    DURATION,
-    FINE,
-    LINEAR,
-    SIMPLE,
-    difference,
+    LINEAR_SCENES,
+    NONLINEAR_SCENES,
+    NOTEBOOK_DURATION,
+    NOTEBOOK_TIMES,
     fine_motion,
+    nonlinear_difference,
 )
 
 VISIBLE = 0.05  # difference that a plot shows, relative to the amplitude
-SETTLED = 40.0  # [s] time after which a forced swing, damped at 0.2/s, keeps 2 % of its start
-MUJOCO = "mujoco/rk4"
+SETTLING_TIME = (
+    40.0  # [s] time after which a forced swing, damped at 0.2/s, keeps 2 % of its start
+)
+CLAIMS_METHOD = "mujoco/rk4"
 
 
 def angle(scene: str) -> Array:
-    """Returns theta [rad] of the exact motion at the times FINE."""
+    """Returns theta [rad] of the exact motion at the times NOTEBOOK_TIMES."""
     return fine_motion(scene)["theta"]
 
 
 def visible_difference(name: str) -> Record:
     """Returns the difference between the non-linear and the linear motion of a case, and the time
     at which it becomes visible."""
-    differences = np.abs(difference(name))
-    amplitude = abs(float(angle(SIMPLE + name)[0]))
+    differences = np.abs(nonlinear_difference(name))
+    amplitude = abs(float(angle(NONLINEAR_SCENES + name)[0]))
     visible = np.flatnonzero(differences > VISIBLE * amplitude)
     return Record(
-        largest=differences.max(),  # [rad] largest difference within DURATION
+        largest=differences.max(),  # [rad] largest difference within NOTEBOOK_DURATION
         relative=differences.max() / amplitude,  # largest difference over the initial amplitude
         # [s] time at which the difference exceeds VISIBLE times the amplitude
-        visible_at=FINE[visible[0]] if visible.size else None,
+        visible_at=NOTEBOOK_TIMES[visible[0]] if visible.size else None,
     )
 
 
 def largest_angle(scene: str, since: float = 0.0) -> float:
     """Returns the largest angle [rad] of an exact motion after the time `since` [s]."""
-    return float(np.abs(angle(scene)[since <= FINE]).max())
+    return float(np.abs(angle(scene)[since <= NOTEBOOK_TIMES]).max())
 
 
 def decay_error(name: str) -> float:
     """Returns the largest relative difference of the extreme angles of a damped swing from
     |theta_0| exp(-xi t/2)."""
-    observed = fine_motion(SIMPLE + name)
-    problem = case(SIMPLE + name).problem
+    observed = fine_motion(NONLINEAR_SCENES + name)
+    problem = case(NONLINEAR_SCENES + name).problem
     speed = observed["theta_dot"]
     theta = observed["theta"]
     before = np.flatnonzero(speed[:-1] * speed[1:] < 0.0)  # samples before an extreme
     # theta_dot is taken as linear between the samples around an extreme.
     fraction = speed[before] / (speed[before] - speed[before + 1])
-    delay = fraction * (FINE[1] - FINE[0])
-    times = FINE[before] + delay
+    delay = fraction * (NOTEBOOK_TIMES[1] - NOTEBOOK_TIMES[0])
+    times = NOTEBOOK_TIMES[before] + delay
     amplitudes = np.abs(theta[before] + 0.5 * delay * speed[before])
     expected = abs(problem.theta) * np.exp(-0.5 * problem.damping_rate * times)
     return float(np.abs(amplitudes / expected - 1.0).max())
@@ -68,22 +70,22 @@ def decay_error(name: str) -> float:
 
 def lengthening(name: str) -> float:
     """Returns the relative difference of the period of a free swing from the linear pendulum's."""
-    problem = case(SIMPLE + name).problem
+    problem = case(NONLINEAR_SCENES + name).problem
     natural = math.tau * math.sqrt(problem.length / problem.gravity)
     return float(problem.elliptic.period) / natural - 1.0
 
 
-def rotation(name: str) -> Record:
+def rotation_numbers(name: str) -> Record:
     """Returns the number of turns of a rotation, the largest angle of the linear pendulum with the
     same start, and the initial speed beside the speed that just reaches the top."""
-    problem = case(SIMPLE + name).problem
-    start, end = angle(SIMPLE + name)[[0, -1]]
+    problem = case(NONLINEAR_SCENES + name).problem
+    start, end = angle(NONLINEAR_SCENES + name)[[0, -1]]
     squared = 2.0 * problem.gravity / problem.length * (1.0 + math.cos(problem.theta))
     speed_to_top = math.sqrt(squared)  # [rad/s] speed that just reaches the top
     return Record(
-        turns=abs(float(end - start)) / math.tau,  # turns within DURATION
+        turns=abs(float(end - start)) / math.tau,  # turns within NOTEBOOK_DURATION
         # [°] largest angle of the linear pendulum
-        linear_degrees=math.degrees(largest_angle(LINEAR + name)),
+        linear_degrees=math.degrees(largest_angle(LINEAR_SCENES + name)),
         # relative excess of the initial speed over the speed that just reaches the top
         faster=float(abs(problem.theta_dot)) / speed_to_top - 1.0,
     )
@@ -92,7 +94,7 @@ def rotation(name: str) -> Record:
 def smallest_error(study: Study) -> tuple[float, float] | None:
     """Returns the largest error [rad] of MuJoCo's multibody model on case 2 at its finest step, and
     that step [s]; None if MuJoCo did not run it."""
-    series = convergence_of(study, f"{SIMPLE}free-large", MUJOCO)
+    series = convergence_of(study, f"{NONLINEAR_SCENES}free-large", CLAIMS_METHOD)
     measurements = series.measurements if series else ()
     done = [run for run in measurements if run.status == "done"]
     return (done[-1].errors["theta"].largest, done[-1].step) if done else None
@@ -100,28 +102,28 @@ def smallest_error(study: Study) -> tuple[float, float] | None:
 
 def numbers(study: Study) -> Record:
     """Returns the numbers that judge the notebook's statements."""
-    damped = case(f"{SIMPLE}damped-small").problem
+    damped = case(f"{NONLINEAR_SCENES}damped-small").problem
     natural = math.sqrt(damped.gravity / damped.length)
     return Record(
         partings={label: visible_difference(CASES[label]) for label in ("1", "2", "5", "6")},
         # relative lengthening of the period
         lengthening={label: lengthening(CASES[label]) for label in ("1", "2")},
-        rotations={label: rotation(CASES[label]) for label in ("3", "4")},
+        rotations={label: rotation_numbers(CASES[label]) for label in ("3", "4")},
         decay={label: decay_error(CASES[label]) for label in ("5", "6")},  # see `decay_error`
         # [rad] largest angle of the settled forced swing
-        forced=largest_angle(f"{SIMPLE}forced-large", SETTLED),
-        forced_linear=largest_angle(f"{LINEAR}forced-large", SETTLED),
+        forced=largest_angle(f"{NONLINEAR_SCENES}forced-large", SETTLING_TIME),
+        forced_linear=largest_angle(f"{LINEAR_SCENES}forced-large", SETTLING_TIME),
         # final angle of case 7 in turns
-        rests=float(angle(f"{SIMPLE}damped-rotating")[-1]) / math.tau,
+        rests=float(angle(f"{NONLINEAR_SCENES}damped-rotating")[-1]) / math.tau,
         damping_ratio=damped.damping_rate / (2 * natural),
         # error [rad] of MuJoCo's multibody model on case 2, and its step [s]
         mujoco=smallest_error(study),
         # times [s], and non-linear minus linear angle [rad], in case 1
-        apart=(FINE[::40], difference(CASES["1"])[::40]),
-        duration=DURATION,
+        apart=(NOTEBOOK_TIMES[::40], nonlinear_difference(CASES["1"])[::40]),
+        duration=NOTEBOOK_DURATION,
         visible=VISIBLE,
-        settled=SETTLED,
+        settled=SETTLING_TIME,
     )
 
 
-CLAIMS = Analysis("simple_pendulum/notebook_claims", numbers)
+NOTEBOOK_CLAIMS = Analysis("simple_pendulum/notebook_claims", numbers)

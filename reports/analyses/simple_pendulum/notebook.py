@@ -18,12 +18,15 @@ from plumbob.reports.analyses.measurements import case, scheme
 from plumbob.reports.view.content import Claim
 from plumbob.reports.view.notation import number
 
-SIMPLE, LINEAR = "simple-pendulum/", "linear-pendulum/"
-METHOD, STEP, DURATION = "ode/rk4", 0.05, 50.0  # [s] method of the notebook, with 1000 steps
-EVERY_STEP = np.linspace(0.0, DURATION, 1001)  # [s]
-FINE = np.linspace(0.0, DURATION, 20_001)  # [s] fine enough to know a maximum to 1e-5 of it
-SHOWN = 15.0  # [s] duration in the phase plane, where more than a few swings hide each other
-DOTS = 8  # steps from one dot to the next, 0.4 s
+NONLINEAR_SCENES, LINEAR_SCENES = "simple-pendulum/", "linear-pendulum/"
+# [s] method of the notebook, with 1000 steps
+NOTEBOOK_METHOD, NOTEBOOK_STEP, NOTEBOOK_DURATION = "ode/rk4", 0.05, 50.0
+EVERY_STEP = np.linspace(0.0, NOTEBOOK_DURATION, 1001)  # [s]
+# [s] fine enough to know a maximum to 1e-5 of it
+NOTEBOOK_TIMES = np.linspace(0.0, NOTEBOOK_DURATION, 20_001)
+# [s] duration in the phase plane, where more than a few swings hide each other
+PHASE_PLANE_DURATION = 15.0
+STEPS_PER_DOT = 8  # steps from one dot to the next, 0.4 s
 CASES = MappingProxyType(
     {
         "1": "free-small",
@@ -39,13 +42,13 @@ CASES = MappingProxyType(
 
 def requests(plan: StudyPlan) -> Sequence[ExtraRun]:
     """Returns the notebook's run of each case, non-linear and linear."""
-    pairs = product(CASES.values(), (SIMPLE, LINEAR))
+    pairs = product(CASES.values(), (NONLINEAR_SCENES, LINEAR_SCENES))
     return [notebook_run(kind + name) for name, kind in pairs]
 
 
 def notebook_run(scene: str) -> ExtraRun:
     """Returns the notebook's run of a scene: its method, step and duration."""
-    return ExtraRun(scene, METHOD, STEP, DURATION)
+    return ExtraRun(scene, NOTEBOOK_METHOD, NOTEBOOK_STEP, NOTEBOOK_DURATION)
 
 
 def cases(study: Study) -> Record:
@@ -53,14 +56,14 @@ def cases(study: Study) -> Record:
     RK4."""
     motions = []
     for label, name in CASES.items():
-        pendulum = _motions(study, SIMPLE + name)
-        linear = _motions(study, LINEAR + name)
+        pendulum = _motions(study, NONLINEAR_SCENES + name)
+        linear = _motions(study, LINEAR_SCENES + name)
         motions.append(Record(label=label, pendulum=pendulum, linear=linear))
     return Record(
         cases=motions,
-        shown=SHOWN,
-        duration=DURATION,
-        dots=STEP * DOTS,  # [s]
+        shown=PHASE_PLANE_DURATION,
+        duration=NOTEBOOK_DURATION,
+        dots=NOTEBOOK_STEP * STEPS_PER_DOT,  # [s]
     )
 
 
@@ -74,34 +77,37 @@ def _motions(study: Study, scene: str) -> tuple[Record, Record | None]:
         return exact, None
     theta = run.observables["theta"]
     rate = run.observables["theta_dot"]
-    return exact, _curves(run.times[::DOTS], theta[::DOTS], rate[::DOTS])
+    return exact, _curves(
+        run.times[::STEPS_PER_DOT], theta[::STEPS_PER_DOT], rate[::STEPS_PER_DOT]
+    )
 
 
 def _curves(times: Array, theta: Array, rate: Array) -> Record:
     """Returns the curves of a motion over time and in the phase plane, in degrees."""
     degrees = np.degrees(theta)
     rate_degrees = np.degrees(rate)
-    shown = times <= SHOWN
+    shown = times <= PHASE_PLANE_DURATION
     return Record(
         over_time=(times, degrees),
         in_plane=(degrees[shown], rate_degrees[shown]),
     )
 
 
-def errors(study: Study) -> Record:
+def notebook_errors(study: Study) -> Record:
     """Returns the errors of RK4 in each case, at dt 0.05 over a thousand steps, and the error of
     the linear equation."""
     entries = []
     for label, name in CASES.items():
-        measured, predicted = rk4_error(study, SIMPLE + name)
+        measured, predicted = rk4_error(study, NONLINEAR_SCENES + name)
         entry = Record(
             label=label,
             scene=name,
             error=measured,  # [rad] largest error of RK4
             predicted=predicted,  # [rad]
-            of_linear=rk4_error(study, LINEAR + name)[0],  # [rad] RK4 on the linear pendulum
+            # [rad] RK4 on the linear pendulum
+            of_linear=rk4_error(study, LINEAR_SCENES + name)[0],
             # [rad] largest difference of the linear motion from the non-linear one
-            difference=np.abs(difference(name)).max(),
+            difference=np.abs(nonlinear_difference(name)).max(),
         )
         entries.append(entry)
     sizes = [entry.error for entry in entries]
@@ -133,7 +139,9 @@ def rk4_error(study: Study, scene: str) -> tuple[float, float | None]:
     rate_error = run.observables["theta_dot"] - exact["theta_dot"]
     errors = angles_at_every_step(run.times, theta_error, rate_error)
     predictor = case(scene).errors
-    predicted = predictor.at_step(scheme(METHOD), STEP, EVERY_STEP).errors["theta"]
+    predicted = predictor.at_step(scheme(NOTEBOOK_METHOD), NOTEBOOK_STEP, EVERY_STEP).errors[
+        "theta"
+    ]
     return float(np.abs(errors).max()), float(np.abs(predicted).max())
 
 
@@ -149,15 +157,18 @@ def angles_at_every_step(times: Array, theta: Array, rate: Array) -> Array:
 
 @cache
 def fine_motion(scene: str) -> Signals:
-    """Returns the exact motion of a scene at the times FINE; cached for all findings."""
-    return case(scene).reference.observe(FINE)
+    """Returns the exact motion of a scene at the times NOTEBOOK_TIMES; cached for all findings."""
+    return case(scene).reference.observe(NOTEBOOK_TIMES)
 
 
-def difference(name: str) -> Array:
+def nonlinear_difference(name: str) -> Array:
     """Returns the non-linear minus the linear angle [rad] of a case's exact motions at the times
-    FINE, shape (n,)."""
-    return fine_motion(SIMPLE + name)["theta"] - fine_motion(LINEAR + name)["theta"]
+    NOTEBOOK_TIMES, shape (n,)."""
+    return (
+        fine_motion(NONLINEAR_SCENES + name)["theta"]
+        - fine_motion(LINEAR_SCENES + name)["theta"]
+    )
 
 
 CASE_MOTIONS = Analysis("simple_pendulum/notebook_cases", cases, requests)
-RK4 = Analysis("simple_pendulum/notebook_rk4", errors, requests, claims)
+NOTEBOOK_RK4 = Analysis("simple_pendulum/notebook_rk4", notebook_errors, requests, claims)

@@ -10,9 +10,9 @@ from plumbob.engines.study.results import Study
 from plumbob.reports.analyses.analysis import Analysis, Record
 from plumbob.reports.analyses.claims import Claims, between
 from plumbob.reports.analyses.measurements import convergence_of
-from plumbob.reports.analyses.simple_pendulum.notebook import SIMPLE
+from plumbob.reports.analyses.simple_pendulum.notebook import NONLINEAR_SCENES
 
-FORCED_LARGE = f"{SIMPLE}forced-large"
+FORCED_LARGE = f"{NONLINEAR_SCENES}forced-large"
 SHOWN_STEP = 5e-3  # [s]
 READ = (
     "ode/rk4",

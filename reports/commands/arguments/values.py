@@ -22,8 +22,8 @@ from plumbob.analytic.parameters import (
     positive,
 )
 from plumbob.analytic.reference import Signals
+from plumbob.models.registry import matching_scenes as find_scenes
 from plumbob.models.registry import scene as find_scene
-from plumbob.models.registry import scenes as find_scenes
 from plumbob.reports.view.own_files import check_replaceable
 
 if TYPE_CHECKING:

@@ -14,14 +14,15 @@ from plumbob.reports.view.notation import number
 from plumbob.reports.view.page import fill_page, write_file
 from plumbob.reports.view.tables import paragraphs, table, table_or_none
 
-Change = Mapping[str, Any]  # scene, method, what, old, new, and growth, relative to the old one
+# keys: scene, method, what, old, new, and growth, relative to the old one
+StudyChange = Mapping[str, Any]
 UNFOLDED_ROWS = 25  # largest number of rows of an unfolded table
 
 
 def write_comparison(
     file: Path,
     studies: Sequence[tuple[str, Study]],
-    moved: Mapping[str, Sequence[Change]],
+    moved: Mapping[str, Sequence[StudyChange]],
     command: str,
     **growth: Any,
 ) -> Path:
@@ -30,7 +31,7 @@ def write_comparison(
     `studies` are the old and the new study, each with its name; `moved` holds the changes of
     verdicts, errors and presence; `command` reproduces the page; `growth` are the values that the
     template needs for errors that grew. Raises OSError if the folder cannot be written."""
-    by_pair: dict[tuple[str, str], list[Change]] = {}
+    by_pair: dict[tuple[str, str], list[StudyChange]] = {}
     for move in moved["errors"]:
         by_pair.setdefault((move["scene"], move["method"]), []).append(move)
     # the largest change of each pair, and its number of changes
@@ -67,12 +68,12 @@ def _pairs(study: Study) -> set[tuple[str, str]]:
     return {(series.scene, series.method) for series in study.convergence}
 
 
-def _changes(caption: str, changes: Sequence[Change]) -> Table | None:
+def _changes(caption: str, changes: Sequence[StudyChange]) -> Table | None:
     """Returns the table of changes of one kind; None if there are none."""
     return table_or_none("changes", caption=caption, rows=changes, few=UNFOLDED_ROWS)
 
 
-def _growth(change: Change) -> float:
+def _growth(change: StudyChange) -> float:
     """Returns the magnitude of a change's relative growth; infinite if the growth is None."""
     growth = change["growth"]
     return math.inf if growth is None else abs(growth)

@@ -18,7 +18,7 @@ from plumbob.reports.view.records import StudyRecord
 from plumbob.reports.view.settings import titled_settings
 from plumbob.reports.view.site.claims import NOT_SHOWN
 from plumbob.reports.view.site.matrix import sorted_scenes
-from plumbob.reports.view.site.views import View
+from plumbob.reports.view.site.views import PageView
 from plumbob.reports.view.tables import paragraphs
 
 KEY_FINDINGS = (
@@ -94,7 +94,7 @@ def key_findings(findings: Sequence[Finding]) -> Sequence[Finding]:
 
 def recommended_settings(
     study: Study, record: StudyRecord, all_results: Results
-) -> Sequence[View]:
+) -> Sequence[PageView]:
     """A view for each kind of robot, with and without contacts: the recommended settings, their
     measured errors and their measured costs. A kind without any usual scene is left out."""
     views = []
@@ -126,7 +126,9 @@ def recommended_settings(
         )
         cost = ratios.get(better, "")
         pasted = titled_settings(record.settings[better], kind.settings_title, cost)
-        views.append(View(name=kind.name, title=kind.title, sentences=sentences, pasted=pasted))
+        views.append(
+            PageView(name=kind.name, title=kind.title, sentences=sentences, pasted=pasted)
+        )
     return views
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from plumbob.reports.advice.recommend import DEFAULT_METHOD
 from plumbob.reports.view.method_results import MethodResult, Results
-from plumbob.reports.view.site.views import View
+from plumbob.reports.view.site.views import PageView
 from plumbob.reports.view.tables import table
 
 # The quick profile predicts the stability limits of these scenes.
@@ -22,7 +22,7 @@ METHODS = (
 )
 
 
-def largest_step(all_results: Results) -> View | None:
+def largest_step_table(all_results: Results) -> PageView | None:
     """The table of the largest stable steps, and the result of the default method on the first
     scene where that method has a limit; None if the default method has none on any scene."""
     limited: dict[str, dict[str, MethodResult]] = {scene: {} for scene in SCENES}
@@ -36,6 +36,6 @@ def largest_step(all_results: Results) -> View | None:
         return None
     ranges = {scene: results for scene, results in limited.items() if results}
     methods = [name for name in METHODS if any(name in results for results in ranges.values())]
-    return View(
+    return PageView(
         default=of_default[0], table=table("stable_steps", ranges=ranges, names=methods)
     )

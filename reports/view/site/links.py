@@ -6,7 +6,7 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 
-from plumbob.reports.view.page import NAME
+from plumbob.reports.view.page import INDEX_PAGE
 
 ID = re.compile(r' id="([^"]+)"')
 LINK = re.compile(r'href="#(?!main")([^"]*)"')  # every page has a main part
@@ -29,7 +29,7 @@ def relative_address(places: PageById, place: str, here: str = "") -> str:
     if page == here:
         return f"#{place}"
     folder = f"{PAGES}/" if here == INDEX else ""
-    file = f"../{NAME}" if page == INDEX else f"{folder}{page}.html"
+    file = f"../{INDEX_PAGE}" if page == INDEX else f"{folder}{page}.html"
     return file if page == place else f"{file}#{place}"
 
 

@@ -22,7 +22,7 @@ ORDER = (
     "linear-pendulum",
 )
 """Systems in the order in which the sources treat them; others follow by name."""
-ENGINES = MappingProxyType(
+ENGINE_TITLES = MappingProxyType(
     {
         "mujoco": "MuJoCo",
         "pymunk": "pymunk",
@@ -70,7 +70,7 @@ def matrices(study: Study, all_results: Results, scenes: Sequence[Scene]) -> lis
 
 
 def engine_names(study: Study) -> list[str]:
-    """Returns the names of the study's engines in the order of `ENGINES`, then all others
+    """Returns the names of the study's engines in the order of `ENGINE_TITLES`, then all others
     alphabetically."""
     names = {method.engine for method in study.methods}
-    return sorted(names, key=lambda name: order_key(name, [*ENGINES]))
+    return sorted(names, key=lambda name: order_key(name, [*ENGINE_TITLES]))

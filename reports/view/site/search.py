@@ -8,10 +8,10 @@ from typing import Any
 
 from plumbob.reports.view.tables import paragraphs
 
-Terms = Sequence[tuple[str, str]]  # (term, meaning)
+SearchTerms = Sequence[tuple[str, str]]  # (term, meaning)
 
 
-def defined_terms(template: str) -> Terms:
+def defined_terms(template: str) -> SearchTerms:
     """Returns the terms and meanings in a template whose paragraphs read `term: meaning`."""
     parted = (text.partition(": ") for text in paragraphs(template))
     return [(term, meaning) for term, _, meaning in parted]

@@ -10,7 +10,11 @@ from typing import Any, get_args
 from plumbob.engines.study.measurement import reference_run
 from plumbob.engines.study.results import Study
 from plumbob.models.scene import Scene
-from plumbob.reports.advice.recommend import CLOSED_FORM, DEFAULT_METHOD, Recommendation
+from plumbob.reports.advice.recommend import (
+    CLOSED_FORM_INTEGRATOR,
+    DEFAULT_METHOD,
+    Recommendation,
+)
 from plumbob.reports.advice.work_precision import work_precision_points
 from plumbob.reports.judge.verdict import Verdict
 from plumbob.reports.view import hard_cases, notation, top_tables
@@ -24,12 +28,12 @@ from plumbob.reports.view.site import matrix
 from plumbob.reports.view.site.claims import findings_about
 from plumbob.reports.view.tables import paragraphs, table, table_or_none
 from plumbob.reports.view.top_tables import anchor
-from plumbob.reports.view.trimming import trimming
+from plumbob.reports.view.trimming import trimming_table
 
-View = SimpleNamespace
+PageView = SimpleNamespace
 """The content of a scene's or a system's page; its attributes are the names in the template."""
 # section and page with the findings on engines that hold for every system
-OF_ENGINES = "engines"
+ENGINES_SECTION = "engines"
 RECOMMENDED_ERROR = 1e-3  # relative error for which a scene's page recommends a method
 DERIVATIVES_TEMPLATE = (
     "engines/gradients"  # template of the analysis with the derivatives of every scene
@@ -45,17 +49,17 @@ def scenes_of_system(study: Study, system: SystemRecord) -> list[Scene]:
 
 def system_view(
     study: Study, records: Records, system: SystemRecord, all_results: Results
-) -> View:
+) -> PageView:
     """Returns the view of one system: the views of its scenes in `study`, its findings, galleries
     and matrices. `all_results` holds the results of all methods on all scenes."""
     scenes = scenes_of_system(study, system)
-    views = list[View]()
+    views = list[PageView]()
     for scene in scenes:
         record = records.scenes[scene.name]
         results = [result for (name, _), result in all_results.items() if name == scene.name]
         if record.exact and results:
             views.append(scene_view(study, record, record.exact, results))
-    return View(
+    return PageView(
         system=system,
         about=read_description(system.name),
         galleries=findings_about(study, system.name, "gallery"),
@@ -63,13 +67,13 @@ def system_view(
         scenes=tuple(views),  # the default scene first
         leading=views[0] if views else None,  # the system's page shows its measurements
         matrices=matrix.matrices(study, all_results, scenes),
-        hard=hard_cases.table([view.results for view in views if view.scene.hard]),
+        hard=hard_cases.hard_case_table([view.results for view in views if view.scene.hard]),
     )
 
 
 def scene_view(
     study: Study, record: SceneRecord, exact: ExactRecord, results: Sequence[MethodResult]
-) -> View:
+) -> PageView:
     """Returns the view of one scene of `study`: its figures, tables, sentences and replay.
 
     `record` holds the scene's verdicts and recommendations, `exact` its exact motion, and `results`
@@ -90,7 +94,7 @@ def scene_view(
     if at_first:
         last = ran[at_first[-1]]
         typical = reference_run(last.done, last.method)
-    return View(
+    return PageView(
         scene=scene,
         anchor=anchor(scene.name),
         # verdicts, and how many methods have each
@@ -107,7 +111,9 @@ def scene_view(
         first=table("scene_errors", rows=rows),
         figures=scene_figures(rows, observables, method_styles, exact.motion, timed, at_first),
         replay=exact.replay,
-        hard=hard_cases.table([rows]) if scene.hard or any(r.limit for r in rows) else None,
+        hard=hard_cases.hard_case_table([rows])
+        if scene.hard or any(r.limit for r in rows)
+        else None,
         results=rows,
         rest=_further_tables(study, scene, record, exact, rows),
         typical=typical,  # run of a recommended method near the reference step
@@ -136,7 +142,7 @@ def _further_tables(
         top_tables.scene_recommendations(record.recommendations),
         table_or_none("orders", rows=with_order),
         table_or_none("gradients", records=_derivatives(study, scene.name)),
-        trimming(study, scene),
+        trimming_table(study, scene),
         table_or_none("cost", rows=timed),
         table_or_none("budgets", rows=rows, units=units),
         table("every_run", leading=observables[0], rows=rows),
@@ -179,7 +185,9 @@ def _methods_at_first(
     there is none, the method with the smallest error. A closed form has no curve and is left
     out."""
     best: dict[str, str] = {}  # method by engine
-    simulated = [r for r in ran.values() if r.method.scheme.integrator != CLOSED_FORM]
+    simulated = [
+        r for r in ran.values() if r.method.scheme.integrator != CLOSED_FORM_INTEGRATOR
+    ]
     simulated.sort(key=lambda r: (bool(r.method.surrogate), min(r.errors.values())))
     for result in simulated:
         best.setdefault(result.method.engine, result.name)

@@ -14,11 +14,15 @@ from typing import Any
 
 from plumbob.engines.study.results import Study
 from plumbob.reports.view import top_tables
-from plumbob.reports.view.drawing import DASHES
+from plumbob.reports.view.drawing import DASH_PATTERNS
 from plumbob.reports.view.method_results import SIGNS, Results, results_of
-from plumbob.reports.view.own_files import LIST, check_replaceable, check_replaceable_folder
+from plumbob.reports.view.own_files import (
+    FILE_LIST,
+    check_replaceable,
+    check_replaceable_folder,
+)
 from plumbob.reports.view.page import (
-    NAME,
+    INDEX_PAGE,
     Plots,
     carrier_script,
     compress,
@@ -32,7 +36,7 @@ from plumbob.reports.view.records import Records, records_of
 from plumbob.reports.view.settings import shown_settings
 from plumbob.reports.view.site import first_screen, matrix, search
 from plumbob.reports.view.site.claims import findings_about
-from plumbob.reports.view.site.largest_step import largest_step
+from plumbob.reports.view.site.largest_step import largest_step_table
 from plumbob.reports.view.site.links import (
     INDEX,
     PAGES,
@@ -41,8 +45,8 @@ from plumbob.reports.view.site.links import (
     resolve_links,
 )
 from plumbob.reports.view.site.phenomena import phenomena
-from plumbob.reports.view.site.views import OF_ENGINES, View, system_view
-from plumbob.reports.view.user_settings import table as own_table
+from plumbob.reports.view.site.views import ENGINES_SECTION, PageView, system_view
+from plumbob.reports.view.user_settings import user_settings_table as own_table
 
 SMOOTH_SCENE = (
     "cone-pendulum/rotating-base"  # scene without contacts whose cost figure is on the index
@@ -50,7 +54,7 @@ SMOOTH_SCENE = (
 GRADIENTS_FINDING = "gradients-through-contact"  # finding whose picture is on the index
 SHARED_PAGES = MappingProxyType(
     {
-        OF_ENGINES: "on_engines",
+        ENGINES_SECTION: "on_engines",
         "cheapest": "advice",
         "sources": "sources",
         "glossary": "terms",
@@ -59,7 +63,7 @@ SHARED_PAGES = MappingProxyType(
 """{page that belongs to no system: name of the common value that it needs}. A page whose value is
 missing is left out."""
 SEARCH = "search.js"
-BARE, FRAME = "bare.html.jinja", "frame.html.jinja"
+BARE_TEMPLATE, FRAME_TEMPLATE = "bare.html.jinja", "frame.html.jinja"
 Page = tuple[str, str, dict[str, Any]]  # name of the page, its template, values of the template
 
 
@@ -71,7 +75,7 @@ class SiteContent:
     pages: Sequence[Page]  # all pages but the index
 
 
-def write_page(study: Study, folder: Path) -> Path:
+def write_study_pages(study: Study, folder: Path) -> Path:
     """Writes the site of `study` into `folder` and returns the path of its index.
 
     The new folder of pages replaces the old one in one move, and the index follows. Raises OSError
@@ -82,10 +86,10 @@ def write_page(study: Study, folder: Path) -> Path:
 
 def write_site(content: SiteContent, folder: Path) -> Path:
     """Writes the site with this content into `folder` and returns the path of its index; raises
-    OSError and ParameterError as `write_page` does."""
+    OSError and ParameterError as `write_study_pages` does."""
     check_site_replaceable("out", folder)
     files, index = _files(content)
-    files = {**files, LIST: "".join(f"{name}\n" for name in files)}
+    files = {**files, FILE_LIST: "".join(f"{name}\n" for name in files)}
     folder.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(prefix=".plumbob-", dir=folder) as scratch:
         new = Path(scratch) / PAGES
@@ -96,13 +100,13 @@ def write_site(content: SiteContent, folder: Path) -> Path:
         if pages.is_dir():
             pages.rename(Path(scratch) / "old")
         new.rename(pages)
-    return write_file(index, folder, NAME)
+    return write_file(index, folder, INDEX_PAGE)
 
 
 def check_site_replaceable(name: str, folder: Path) -> None:
     """Raises ParameterError, naming the option `name`, if the site would replace a file in `folder`
     that plumbob did not write."""
-    check_replaceable(name, folder / NAME)
+    check_replaceable(name, folder / INDEX_PAGE)
     check_replaceable_folder(name, folder / PAGES)
 
 
@@ -111,7 +115,12 @@ def site_in_one_file(content: SiteContent) -> str:
     the index, which the page's script shows on demand."""
     common = content.common
     inside = [
-        (name, fill_page(template, shared="", single=True, frame=BARE, **common, **values))
+        (
+            name,
+            fill_page(
+                template, shared="", single=True, frame=BARE_TEMPLATE, **common, **values
+            ),
+        )
         for name, template, values in content.pages
     ]
     entries = compress(search.entries_text(common, "#{}".format))
@@ -144,7 +153,7 @@ def _files(content: SiteContent) -> tuple[Mapping[str, str | bytes], str]:
             files[f"{name}.js"] = carrier_script(
                 resolve_links(places, plots[name].text(), name)
             )
-    index = files.pop(NAME)
+    index = files.pop(INDEX_PAGE)
     return files, str(index)
 
 
@@ -159,7 +168,7 @@ def site_content(study: Study) -> SiteContent:
     return SiteContent(common, _pages(views, common))
 
 
-def _views(study: Study, records: Records, results: Results) -> list[View]:
+def _views(study: Study, records: Records, results: Results) -> list[PageView]:
     """Returns the view of each system of the study, in the order of the sources. A system of
     another package is left out if no run of it reached its end."""
     done = {
@@ -179,10 +188,10 @@ def _views(study: Study, records: Records, results: Results) -> list[View]:
 
 
 def _common(
-    study: Study, records: Records, views: Sequence[View], results: Results
+    study: Study, records: Records, views: Sequence[PageView], results: Results
 ) -> dict[str, Any]:
     """Returns the values that every page may show, by their names in the templates."""
-    on_engines = findings_about(study, OF_ENGINES)
+    on_engines = findings_about(study, ENGINES_SECTION)
     findings = [*(finding for view in views for finding in view.findings), *on_engines]
     scene_views = [scene_view for view in views for scene_view in view.scenes]
     smooth = [scene_view for scene_view in scene_views if scene_view.scene.name == SMOOTH_SCENE]
@@ -209,7 +218,7 @@ def _common(
         "made": first_screen.run_counts(results),
         "answers": answers,
         "smooth": smooth[0] if smooth else None,
-        "largest_step": largest_step(results),
+        "largest_step": largest_step_table(results),
         "settings": settings,
         "advice": recommendations or settings,
         "user_settings": own_table(records.study.user, results),
@@ -217,13 +226,14 @@ def _common(
         "phenomena": phenomena(study, results, records.study.systems),
         "signs": dict(SIGNS),
         "engines": {
-            engine: matrix.ENGINES.get(engine, engine) for engine in matrix.engine_names(study)
+            engine: matrix.ENGINE_TITLES.get(engine, engine)
+            for engine in matrix.engine_names(study)
         },
         "recommendations": recommendations,
         "sources": top_tables.sources(findings),
         "every_statement": top_tables.every_statement(findings),
         "styles": styles(m.name for m in study.methods),
-        "dashes": dict(DASHES),
+        "dashes": dict(DASH_PATTERNS),
         "provenance": study.provenance,
         "pictures": records.study.pictures,
         "terms": search.defined_terms("glossary"),
@@ -232,7 +242,7 @@ def _common(
     }
 
 
-def _pages(views: Sequence[View], common: Mapping[str, Any]) -> list[Page]:
+def _pages(views: Sequence[PageView], common: Mapping[str, Any]) -> list[Page]:
     """Returns all pages but the index: systems, scenes, then the pages that belong to no system."""
     pages: list[Page] = [
         (view.system.name, "system.html.jinja", {"view": view}) for view in views

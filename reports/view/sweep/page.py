@@ -17,7 +17,7 @@ from plumbob.engines.study.provenance import Provenance
 from plumbob.engines.sweep.sweep import Sweep, Swept
 from plumbob.reports.view import tables
 from plumbob.reports.view.axis import Axis
-from plumbob.reports.view.content import Figure, Layout
+from plumbob.reports.view.content import Figure, PlotlyLayout
 from plumbob.reports.view.page import fill_page, write_file
 from plumbob.reports.view.plotly_figure import ZERO, linear, logarithmic
 from plumbob.reports.view.sweep.text import error_text, point_text, sides_text, sweep_rows
@@ -25,7 +25,7 @@ from plumbob.reports.view.sweep.text import error_text, point_text, sides_text, 
 # most columns and rows of a map; a cell shows the worst of several points
 MAX_MAP_CELLS = 160
 # Viridis can be read with red-green colour blindness.
-SHADES = ("#440154", "#3b528b", "#21918c", "#5ec962", "#fde725")
+VIRIDIS = ("#440154", "#3b528b", "#21918c", "#5ec962", "#fde725")
 
 
 def page_name(sweep: Sweep, key: str) -> str:
@@ -50,14 +50,14 @@ def render(swept: Swept, provenance: Provenance) -> str:
         runs=swept.errors.size,
         sides=sides_text(swept.sweep.box.sides),
         summary=tables.table("sweep", rows=swept_rows, **words),
-        figures=figures(swept),
+        figures=sweep_figures(swept),
         worst=[tables.table("sweep_worst", of=row, **words) for row in with_worst],
         reasons=swept.reasons,
         provenance=provenance,
     )
 
 
-def figures(swept: Swept) -> tuple[Figure, ...]:
+def sweep_figures(swept: Swept) -> tuple[Figure, ...]:
     """Returns the figures of a sweep. If two or more parameters vary, each method and step has a
     map over the first two, and every further parameter has curves. If one parameter varies, it has
     curves."""
@@ -76,7 +76,7 @@ def figures(swept: Swept) -> tuple[Figure, ...]:
         maps=list(_maps(swept)) if has_maps else [],
         low=low,
         high=high,
-        shades=[(k / 4, shade) for k, shade in enumerate(SHADES)],
+        shades=[(k / 4, shade) for k, shade in enumerate(VIRIDIS)],
         bar={"title": {"text": "error"}, "tickvals": tick_values, "ticktext": tick_texts},
         curves=[_curves(swept, k) for k in range(first_with_curves, len(sides_text))],
     )
@@ -123,7 +123,7 @@ def _curves(swept: Swept, side: int) -> dict[str, Any]:
     return {"side": side, "places": values, "lines": lines}
 
 
-def _axis(side: Side) -> Layout:
+def _axis(side: Side) -> PlotlyLayout:
     """Returns the axis of a varied parameter, titled with its name and unit."""
     title = side.name
     for line in tables.paragraphs("units"):

@@ -5,7 +5,11 @@ import mujoco
 import numpy as np
 import pytest
 
-from plumbob.analytic.errors.contact_models.impacts import IMPEDANCE, soft_heights, soft_impact
+from plumbob.analytic.errors.contact_models.impacts import (
+    IMPACT_IMPEDANCE,
+    soft_heights,
+    soft_impact,
+)
 from plumbob.analytic.schemes import EULER, Scheme
 from plumbob.analytic.systems.bouncing_ball import BouncingBall
 from plumbob.engines.registry import method
@@ -35,7 +39,7 @@ def test_a_free_ball_of_dm_control_rebounds_as_the_ball_s_page_says(e, height):
     contact = soft_impact(e, STEP)
     ball = spec.geom("ball")
     ball.solref = contact.solref
-    ball.solimp[:2] = [IMPEDANCE, IMPEDANCE]
+    ball.solimp[:2] = [IMPACT_IMPEDANCE, IMPACT_IMPEDANCE]
     radius = ball.size[0]
     spec.body("ball").pos = [5.0, 5.0, height + radius]
     model = spec.compile()

@@ -40,7 +40,7 @@ from plumbob.engines.adapters.mujoco.translation import (
 )
 from plumbob.engines.method import Method, ModelError, Options, Unsupported
 from plumbob.models.tripod_capsule.model import ARMATURE_RATIO, MODEL, armature, impose
-from plumbob.models.tripod_capsule.observed import heading
+from plumbob.models.tripod_capsule.observed import heading_of_attitude
 
 PAIR = ("solimp", "solref", "solreffriction")
 OPTIONS = ("cone", "impratio", "noslip_iterations", "tolerance", "noslip_tolerance")
@@ -178,7 +178,7 @@ def settled(
         model.qpos0[3] = math.sqrt(upright)
     qpos = at_rest(model, steps)
     qpos[:2] = qpos[7:] = 0.0
-    qpos[3:7] = turned(qpos[3:7], -float(heading(qpos[3:7])))
+    qpos[3:7] = turned(qpos[3:7], -float(heading_of_attitude(qpos[3:7])))
     return qpos
 
 

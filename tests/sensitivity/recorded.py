@@ -1,6 +1,6 @@
 """Derivatives of motions by differences of 60-digit solutions; it takes some minutes.
 
-`python -m plumbob.tests.sensitivities.recorded` writes recorded.json anew, for the parameters
+`python -m plumbob.tests.sensitivity.recorded` writes recorded.json anew, for the parameters
 in it, which were drawn at random: an independent method, from the equations of motion in other
 variables, with neither a variational equation nor a chain rule. Turns, coasts and plans go through
 stops and pivots, of which smoothed friction knows none: to some 1e-8 of scale.
