@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import partial
 from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, Literal
@@ -77,23 +76,6 @@ class Scene:
     def system(self) -> str:
         """Name of the system: the part of the scene's name before the slash."""
         return self.name.partition("/")[0]
-
-
-def later(function: str) -> Callable[..., Any]:
-    """Returns the function with this dotted name. Its module is imported when the function is
-    called."""
-    return partial(_loaded, *function.rsplit(".", 1))
-
-
-def from_analytic(path: str) -> Callable[..., Any]:
-    """Returns the function MODULE.NAME below `plumbob.analytic`. Its module is imported when the
-    function is called: asking for a scene does not load it."""
-    return later(f"plumbob.analytic.{path}")
-
-
-def _loaded(module: str, name: str, *arguments: Any) -> Any:
-    """Imports the module, and returns the result of its function `name`."""
-    return getattr(import_module(module), name)(*arguments)
 
 
 def replaced(parameters: Parameters, changes: Parameters) -> Parameters:

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from plumbob.analytic.systems.incline import Incline
+from plumbob.analytic.theory import ErrorTheory
 from plumbob.models.field_systems import contact_system, field_values
 from plumbob.models.scene import Case, Observable, Quantity, Scene, scene_of, step_sizes
 
@@ -36,6 +37,13 @@ def interest(case: Case) -> tuple[Quantity, ...]:
     return (Quantity("x", way or case.problem.size),)
 
 
+def errors(incline: Incline) -> ErrorTheory:
+    """Returns the theory of the errors of fixed steps on the motion."""
+    from plumbob.analytic.errors.contact_models.held_bodies import incline_errors
+
+    return incline_errors(incline)
+
+
 def _scene(
     case: str, summary: str, part: float, speed: float, heading: float = 0.0, **more: Any
 ) -> Scene:
@@ -58,7 +66,7 @@ def _scene(
 SYSTEMS = (
     contact_system(
         Incline,
-        theory="errors.contact_models.held_bodies.incline_errors",
+        errors=errors,
         model_module=f"{__name__}.model",
         name="incline",
         title="Cube on an incline",
