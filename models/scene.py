@@ -28,6 +28,7 @@ SMOOTH: Final = "smooth degrees of freedom"
 FREE_ROTATION: Final = "free rotation"
 ON_SUPPORTS: Final = "body on supports"
 ON_PLANE: Final = "ball or box above a plane"
+UNRANKED: Final = 100  # rank on the pages of a system that does not declare one
 
 
 @dataclass(frozen=True)
@@ -150,6 +151,8 @@ class System:
     start: tuple[str, ...] = ()
     """Names of the parameters of the start. If a scene has none of them, the last one is zero."""
 
+    rank: int = UNRANKED  # place among the systems on the pages; equal ranks follow by name
+    phenomenon: int = 0  # row in the table of canonical phenomena, from 1; 0: in no row
     weight: float = 1.0  # rough cost of a step, in steps of a pendulum
     interest: Callable[[Case], tuple[Quantity, ...]] | None = None
     """Returns the quantities of interest of a case; None: the first observable, over the run."""

@@ -46,6 +46,7 @@ SYSTEMS = (
         errors=errors,
         model_module=f"{__name__}.model",
         name="bouncing-ball",
+        phenomenon=5,
         title="Bouncing ball",
         observables=(Observable("z", "m"),),
         scenes=(

@@ -344,6 +344,7 @@ SCENES = (
 SYSTEMS = (
     System(
         name="cone-pendulum",
+        rank=1,
         title="Cone pendulum on a rotating platform",
         observables=(Observable("theta", "rad"), Observable("theta_dot", "rad/s")),
         parameters=(*_CONE, *_BODY, _PRODUCT, *_REST, *_MORE),

@@ -69,6 +69,7 @@ SYSTEMS = (
         errors=errors,
         model_module=f"{__name__}.model",
         name="incline",
+        phenomenon=2,
         title="Cube on an incline",
         observables=(Observable("x", "m"), Observable("speed", "m/s")),
         scenes=(

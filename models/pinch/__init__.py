@@ -56,6 +56,7 @@ SYSTEMS = (
         errors=errors,
         model_module=f"{__name__}.model",
         name="pinch",
+        phenomenon=6,
         title="Cube between two fingers",
         observables=(Observable("slip", "m"), Observable("speed", "m/s")),
         scenes=(

@@ -57,6 +57,7 @@ SYSTEMS = (
         errors=errors,
         model_module=f"{__name__}.model",
         name="rod-impact",
+        phenomenon=13,
         title="Rod that strikes the floor",
         observables=(Observable("x", "m"), Observable("z", "m"), Observable("angle", "rad")),
         scenes=(

@@ -48,6 +48,7 @@ SYSTEMS = (
         errors=errors,
         model_module=f"{__name__}.model",
         name="rolling-ball",
+        phenomenon=3,
         title="Rolling ball",
         observables=(
             Observable("x", "m"),

@@ -49,6 +49,7 @@ SYSTEMS = (
         RollingDisc,
         model_module=f"{__name__}.model",
         name="rolling-disc",
+        phenomenon=4,
         title="Rolling disc",
         observables=tuple(Observable(name, "rad") for name in ANGLES),
         scenes=(

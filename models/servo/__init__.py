@@ -56,6 +56,7 @@ SYSTEMS = (
         Servo,
         model_module=f"{__name__}.model",
         name="servo",
+        phenomenon=11,
         title="Servo",
         observables=(Observable("theta", "rad"), Observable("theta_dot", "rad/s")),
         scenes=(

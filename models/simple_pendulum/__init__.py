@@ -377,6 +377,7 @@ def _system(name: str, title: str, observables: tuple[Observable, ...], linear: 
     """Returns the system of the simple or the linear pendulum."""
     return System(
         name=name,
+        rank=9 if linear else 8,
         title=title,
         observables=observables,
         parameters=PARAMETERS if linear else (*PARAMETERS, FROM_TOP),

@@ -41,6 +41,7 @@ SYSTEMS = (
         errors=errors,
         model_module=f"{__name__}.model",
         name="stack",
+        phenomenon=7,
         title="Stack of cubes",
         observables=(Observable("top", "m"),),
         scenes=(

@@ -119,6 +119,7 @@ SCENES = (
 
 SYSTEM = capsule_system(
     name="capsule-hold",
+    rank=5,
     title="Capsule held by friction",
     parameters=NAMES,
     scenes=SCENES,

@@ -211,6 +211,7 @@ SCENES = (
 
 SYSTEM = capsule_system(
     name="capsule-plan",
+    rank=4,
     title="Capsule brought to a pose",
     # A place is the leading observable: a plan of lines alone keeps its heading.
     observables=(*OBSERVED[:2], Observable("heading", "rad"), *OBSERVED[2:]),

@@ -262,6 +262,7 @@ SCENES = (
 
 SYSTEM = capsule_system(
     name="capsule-turn",
+    rank=3,
     title="Capsule on a turn manoeuvre",
     observables=(Observable("body_angle", "rad"), *OBSERVED, Observable("heading", "rad")),
     parameters=NAMES,

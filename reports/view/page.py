@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 from urllib.parse import quote
 
-from plumbob.reports.view import notation
+from plumbob.reports.records import notation
 from plumbob.reports.view.content import Figure
 from plumbob.reports.view.drawing import Drawing, drawing
 from plumbob.reports.view.own_files import check_replaceable

@@ -175,6 +175,22 @@ def motions_on_the_page(root):
     return wrong
 
 
+# parts of `reports`: each may import those before it
+REPORTS = ("judge", "advice", "records", "analyses", "view", "commands")
+
+
+def reports_upside_down(root):
+    """Imports in `reports` of a part that builds on the importing one: judge <- advice <- records
+    <- analyses <- view <- commands."""
+    wrong = []
+    for path, found in _imports(root):
+        if path.parts[0] == "reports" and path.parts[1] in REPORTS:
+            later = REPORTS[REPORTS.index(path.parts[1]) + 1 :]
+            part = found.name.removeprefix(f"{PACKAGE}.reports.").split(".")[0]
+            wrong += [f"{path}:{found.line}: imports {found.name}"] * (part in later)
+    return wrong
+
+
 def functions_in_strings(root):
     """Strings that name a function of the package by its dotted path, in place of an import that
     tools follow. A system names the module of its model file, since plug-ins may add systems; a

@@ -11,7 +11,7 @@ import numpy as np
 
 from plumbob.analytic.reference import Array, Signals
 from plumbob.engines.trajectory import Trajectory
-from plumbob.reports.view import notation
+from plumbob.reports.records import notation
 
 Box = tuple[float, float, float, float]  # left, right, bottom, top
 STILL = 1e-9  # [rad] largest angle that is not mentioned beside a distance
