@@ -170,6 +170,20 @@ class RunsFiles:
 
 
 @dataclass(frozen=True)
+class PortsFiles:
+    """Model files (MJCF) of users in ports of the engine, which step the engine's compiled
+    models."""
+
+    load: Callable[[Callable[[Any], Any], Path, Layout, float, Any], PeerModel]
+    """A function from a compiled model to its port, the file, names of its joints and actuators,
+    step [s], a compiled model of the file by another reader (None: the engine's own model) -> the
+    file's model in the port, to be stepped beside the engine's model. Raises NotRead."""
+    fields: Callable[[Any, Any], Fields]
+    """A compiled model, another model with the same parts -> the fields of the first model, by the
+    second model's names."""
+
+
+@dataclass(frozen=True)
 class BuildsMechanisms:
     """Mechanism, start, step [s] -> a stepper of the mechanism in the engine, by one method. Raises
     Unsupported, which names the part of the mechanism that the engine cannot express."""

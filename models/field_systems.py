@@ -3,7 +3,7 @@ the system's family."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import fields
 from functools import partial
 from pathlib import Path
@@ -14,7 +14,9 @@ import numpy as np
 
 from plumbob.analytic.parameters import known
 from plumbob.analytic.reference import Array, Signals
-from plumbob.models.scene import ON_PLANE, SMOOTH, Parameters, System, from_analytic
+from plumbob.analytic.stability import StabilityTheory
+from plumbob.analytic.theory import ErrorTheory, no_theory
+from plumbob.models.scene import ON_PLANE, SMOOTH, Parameters, System
 
 
 def field_names(model: type[Any]) -> tuple[str, ...]:
@@ -47,12 +49,10 @@ def smooth_system(model: type[Any], mjcf: Path | None = None, **about: Any) -> S
     """Returns the system of a dataclass that has a certified exact `motion`. If the mechanism has a
     loop that engines close softly, the dataclass's `soft` describes that. The energy is conserved,
     unless `about` has other invariants. The arguments are those of `field_system`."""
-    smooth_errors = from_analytic("errors.smooth_motion.stepped_system.smooth_errors")
-    smooth_stability = from_analytic("errors.stability.smooth_systems.smooth_stability")
     about = {
         "invariants": energy_drift,
-        "errors": lambda problem: smooth_errors(problem.motion, getattr(problem, "soft", None)),
-        "stability": lambda problem: smooth_stability(problem.motion),
+        "errors": _smooth_errors,
+        "stability": _smooth_stability,
         **about,
     }
     return field_system(
@@ -65,20 +65,37 @@ def smooth_system(model: type[Any], mjcf: Path | None = None, **about: Any) -> S
 
 
 def contact_system(
-    model: type[Any], mjcf: Path | None = None, theory: str = "", **about: Any
+    model: type[Any],
+    mjcf: Path | None = None,
+    errors: Callable[[Any], ErrorTheory] = no_theory,
+    **about: Any,
 ) -> System:
     """Returns the system of a dataclass of bodies in contact that is its own reference and
-    conserves nothing. `theory`, MODULE.FUNCTION below `plumbob.analytic`, is the theory of the
-    steps' errors. The other arguments are those of `field_system`."""
+    conserves nothing. `errors` returns the theory of the steps' errors on a problem. The other
+    arguments are those of `field_system`."""
     return field_system(
         model,
         mjcf,
         reference=lambda problem: problem,
-        errors=from_analytic(theory),
+        errors=errors,
         invariants=lambda problem, observed: {},
         kind=ON_PLANE,
         **about,
     )
+
+
+def _smooth_errors(problem: Any) -> ErrorTheory:
+    """Returns the theory of the errors of fixed steps on a smooth motion."""
+    from plumbob.analytic.errors.smooth_motion.stepped_system import smooth_errors
+
+    return smooth_errors(problem.motion, getattr(problem, "soft", None))
+
+
+def _smooth_stability(problem: Any) -> StabilityTheory:
+    """Returns the theory of the largest steps on a smooth motion."""
+    from plumbob.analytic.errors.stability.smooth_systems import smooth_stability
+
+    return smooth_stability(problem.motion)
 
 
 def observed_energy(problem: Any, observed: Signals) -> Array:

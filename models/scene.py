@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import partial
 from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, Literal
@@ -29,6 +28,7 @@ SMOOTH: Final = "smooth degrees of freedom"
 FREE_ROTATION: Final = "free rotation"
 ON_SUPPORTS: Final = "body on supports"
 ON_PLANE: Final = "ball or box above a plane"
+UNRANKED: Final = 100  # rank on the pages of a system that does not declare one
 
 
 @dataclass(frozen=True)
@@ -77,23 +77,6 @@ class Scene:
     def system(self) -> str:
         """Name of the system: the part of the scene's name before the slash."""
         return self.name.partition("/")[0]
-
-
-def later(function: str) -> Callable[..., Any]:
-    """Returns the function with this dotted name. Its module is imported when the function is
-    called."""
-    return partial(_loaded, *function.rsplit(".", 1))
-
-
-def from_analytic(path: str) -> Callable[..., Any]:
-    """Returns the function MODULE.NAME below `plumbob.analytic`. Its module is imported when the
-    function is called: asking for a scene does not load it."""
-    return later(f"plumbob.analytic.{path}")
-
-
-def _loaded(module: str, name: str, *arguments: Any) -> Any:
-    """Imports the module, and returns the result of its function `name`."""
-    return getattr(import_module(module), name)(*arguments)
 
 
 def replaced(parameters: Parameters, changes: Parameters) -> Parameters:
@@ -168,6 +151,8 @@ class System:
     start: tuple[str, ...] = ()
     """Names of the parameters of the start. If a scene has none of them, the last one is zero."""
 
+    rank: int = UNRANKED  # place among the systems on the pages; equal ranks follow by name
+    phenomenon: int = 0  # row in the table of canonical phenomena, from 1; 0: in no row
     weight: float = 1.0  # rough cost of a step, in steps of a pendulum
     interest: Callable[[Case], tuple[Quantity, ...]] | None = None
     """Returns the quantities of interest of a case; None: the first observable, over the run."""

@@ -15,7 +15,7 @@ only.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from itertools import islice
@@ -113,7 +113,7 @@ class Servo(LinearResponse):
             rate=(self.theta_dot,),
         )
 
-    def implicit(self, scheme: Scheme, state: Array) -> tuple[float, float]:
+    def implicit(self, scheme: Scheme, state: Sequence[Any]) -> tuple[float, float]:
         """Returns the damping [1/s] and the stiffness [1/s^2] that a step of `scheme` from `state`
         treats implicitly. At the force limit only the joint's damping is left."""
         damping = scheme.implicit_damping * self.started.damping_rate

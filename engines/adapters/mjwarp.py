@@ -16,10 +16,10 @@ from plumbob.engines.abilities import Batches, RunsFiles, SchemeOfCase
 from plumbob.engines.adapters.ported import (
     EVERY,
     LOADED,
-    PORTED,
     SMOOTH,
     built,
     compiled,
+    load_file,
     model_error,
     ported,
     scheme,
@@ -32,7 +32,7 @@ from plumbob.engines.method import Engine, Method, Simulation
 from plumbob.engines.peer_model import RefusedFile
 from plumbob.models.border import border
 from plumbob.models.entry_points import captured
-from plumbob.models.scene import Case, later
+from plumbob.models.scene import Case
 
 METHODS = (
     ported("mjwarp/default", "Euler", EVERY),
@@ -147,7 +147,7 @@ ENGINE = Engine(
     optional=True,
     abilities=(
         SchemeOfCase(scheme),
-        RunsFiles(partial(later(PORTED), WarpPort), 2.0**-24),
+        RunsFiles(partial(load_file, WarpPort), 2.0**-24),
         Batches(batch),
     ),
 )

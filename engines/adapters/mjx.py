@@ -18,14 +18,14 @@ from plumbob.engines import sampling
 from plumbob.engines.abilities import Batches, OwnDerivative, RunsFiles, SchemeOfCase
 from plumbob.engines.adapters import ported
 from plumbob.engines.adapters.own_derivatives import moved, nudged
-from plumbob.engines.adapters.ported import EVERY, LOADED, PORTED, SMOOTH
+from plumbob.engines.adapters.ported import EVERY, LOADED, SMOOTH
 from plumbob.engines.adapters.stepping import Built, SteppedSimulation
 from plumbob.engines.method import Engine, Method, Unsupported
 from plumbob.engines.peer_model import RefusedFile
 from plumbob.engines.processor_time import processor_time
 from plumbob.engines.trajectory import ByName, Trajectory
 from plumbob.models.border import border
-from plumbob.models.scene import Case, later
+from plumbob.models.scene import Case
 
 if TYPE_CHECKING:
     from plumbob.models.gradient import Number
@@ -271,7 +271,7 @@ ENGINE = Engine(
     abilities=(
         *(OwnDerivative(way, partial(derivatives, way), 1e-15) for way in ("jacfwd", "jacrev")),
         SchemeOfCase(scheme),
-        RunsFiles(partial(later(PORTED), MjxPort), 2.0**-24),
+        RunsFiles(partial(ported.load_file, MjxPort), 2.0**-24),
         Batches(batch),
     ),
 )

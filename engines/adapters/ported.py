@@ -3,21 +3,25 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
+from pathlib import Path
 from types import MappingProxyType
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from plumbob.analytic.schemes import EULER, RK4, Scheme
 from plumbob.engines import registry
-from plumbob.engines.abilities import CompilesScenes, SchemeOfCase
+from plumbob.engines.abilities import CompilesScenes, PortsFiles, SchemeOfCase
 from plumbob.engines.adapters.stepping import Built
 from plumbob.engines.method import Method, Unsupported
 from plumbob.engines.registry import find_engine
 from plumbob.models.scene import Case
+
+if TYPE_CHECKING:
+    from plumbob.engines.peer_model import Layout, PeerModel
 
 STEPS = MappingProxyType(
     {
@@ -51,7 +55,6 @@ LOADED = (
     "qfrc_applied",
     "qacc_warmstart",
 )  # fields of an mjData
-PORTED = "plumbob.engines.adapters.mujoco.terms.PortedModel"  # its module imports MuJoCo
 
 
 def ported(name: str, integrator: str, systems: tuple[str, ...], **settings: Any) -> Method:
@@ -89,6 +92,22 @@ def compiled(case: Case, method: Method, step: float) -> tuple[Any, Any]:
     model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_SENSOR  # no step reads a sensor
     translation.tune(model)
     return translation, model
+
+
+def load_file(
+    make: Callable[[Any], Any], path: Path, layout: Layout, step: float, read: Any = None
+) -> PeerModel:
+    """Returns a model file in the port that `make` builds of a compiled model, stepped by `step`
+    [s]. If another reader has `read` a compiled model from the file, that model is stepped in place
+    of MuJoCo's. Raises NotRead."""
+    return mujoco_ports().load(make, path, layout, step, read)
+
+
+def mujoco_ports() -> PortsFiles:
+    """Returns MuJoCo's ability to load model files into its ports."""
+    ability = find_engine("mujoco").ability(PortsFiles)
+    assert ability is not None
+    return ability
 
 
 def started(port: Any, translation: Any, model: Any) -> Any:

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from plumbob.analytic.systems.bouncing_ball import BouncingBall
+from plumbob.analytic.theory import ErrorTheory
 from plumbob.models.field_systems import contact_system, field_values
 from plumbob.models.scene import Observable, Quantity, make_scene, step_sizes
 
@@ -25,6 +26,13 @@ def facts(ball: BouncingBall) -> Mapping[str, Any]:
     }
 
 
+def errors(bouncing_ball: BouncingBall) -> ErrorTheory:
+    """Returns the theory of the errors of fixed steps on the motion."""
+    from plumbob.analytic.errors.contact_models.impacts import bouncing_errors
+
+    return bouncing_errors(bouncing_ball)
+
+
 _scene = partial(
     make_scene,
     system="bouncing-ball",
@@ -35,9 +43,10 @@ _scene = partial(
 SYSTEMS = (
     contact_system(
         BouncingBall,
-        theory="errors.contact_models.impacts.bouncing_errors",
+        errors=errors,
         model_module=f"{__name__}.model",
         name="bouncing-ball",
+        phenomenon=5,
         title="Bouncing ball",
         observables=(Observable("z", "m"),),
         scenes=(

@@ -4,21 +4,22 @@ quantities."""
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from functools import partial
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from plumbob.analytic.numerics.quad import double
 from plumbob.analytic.parameters import known
-from plumbob.analytic.reference import Signals
+from plumbob.analytic.reference import Array, Signals
 from plumbob.analytic.stability import StabilityTheory
 from plumbob.analytic.systems.cone_pendulum import ConePendulum, HungBody, solid_cone
 from plumbob.analytic.systems.pendulums.pendulum_motion import PendulumMotion
+from plumbob.analytic.theory import ErrorTheory
 from plumbob.models.cone_pendulum.answers import answers_over_time, over_angle
 from plumbob.models.quantities import RADIAN, swing_quantities
 from plumbob.models.scene import (
@@ -29,11 +30,13 @@ from plumbob.models.scene import (
     Quantity,
     Scene,
     System,
-    from_analytic,
     make_scene,
     replaced,
     step_sizes,
 )
+
+if TYPE_CHECKING:
+    from plumbob.analytic.sensitivities.neighbours import Neighbours, Sensitivity
 
 SUDAKOV_2015 = (
     "V. F. Sudakov, Angular velocity of physical pendulum suspended on movable base, "
@@ -156,13 +159,28 @@ def _motion_facts(motion: PendulumMotion) -> Mapping[str, Any]:
 
 def cone_stability(problem: ConePendulum) -> StabilityTheory:
     """Returns the theory of the largest steps on the motion."""
+    from plumbob.analytic.errors.stability.pendulums import pendulum_stability
+
     motion = problem.motion
     theta, theta_dot = (float(part[0]) for part in motion.closed_form.state(np.zeros(1)))
-    pendulum_stability = from_analytic("errors.stability.pendulums.pendulum_stability")
-    theory: StabilityTheory = pendulum_stability(
+    return pendulum_stability(
         motion.rotor, (theta, theta_dot), motion, motion.period, problem.tilt
     )
-    return theory
+
+
+def errors(problem: ConePendulum) -> ErrorTheory:
+    """Returns the theory of the errors of fixed steps on the motion."""
+    from plumbob.analytic.errors.smooth_motion.rotor_errors import pendulum_errors
+
+    return pendulum_errors(problem.motion)
+
+
+def gradients(problems: Sequence[Neighbours[ConePendulum]], times: Array) -> list[Sensitivity]:
+    """Returns the sensitivities at `times` [s], shape (n,), by each parameter; `problems` has the
+    neighbours by one parameter each."""
+    from plumbob.analytic.sensitivities.smooth_systems import cone_pendulum_gradients
+
+    return cone_pendulum_gradients(problems, times)
 
 
 _scene = partial(
@@ -326,6 +344,7 @@ SCENES = (
 SYSTEMS = (
     System(
         name="cone-pendulum",
+        rank=1,
         title="Cone pendulum on a rotating platform",
         observables=(Observable("theta", "rad"), Observable("theta_dot", "rad/s")),
         parameters=(*_CONE, *_BODY, _PRODUCT, *_REST, *_MORE),
@@ -333,9 +352,7 @@ SYSTEMS = (
         default="rotating-base",
         problem=problem,
         reference=lambda problem: problem.reference,
-        errors=lambda problem: from_analytic(
-            "errors.smooth_motion.rotor_errors.pendulum_errors"
-        )(problem.motion),
+        errors=errors,
         stability=cone_stability,
         start=("theta", "theta_dot"),
         invariants=invariants,
@@ -346,7 +363,7 @@ SYSTEMS = (
         kind=ONE_SMOOTH,
         change=change_cone,
         interest=interest,
-        sensitivity=from_analytic("sensitivities.smooth_systems.cone_pendulum_gradients"),
+        sensitivity=gradients,
         also=answers_over_time,
         by_angle=over_angle,
     ),

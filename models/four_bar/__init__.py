@@ -37,6 +37,7 @@ SYSTEMS = (
         FourBar,
         model_module=f"{__name__}.model",
         name="four-bar",
+        phenomenon=10,
         title="Four-bar linkage",
         observables=(
             Observable("angle", "rad"),

@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from plumbob.analytic.numerics.quad import double
+from plumbob.analytic.reference import Array
+from plumbob.analytic.stability import StabilityTheory
 from plumbob.analytic.systems.free_body.problem import FreeBody
 from plumbob.analytic.systems.free_body.rotation import ANGULAR_VELOCITY_NAMES, ATTITUDE
+from plumbob.analytic.theory import ErrorTheory
 from plumbob.models.field_systems import field_system, field_values
 from plumbob.models.scene import (
     FREE_ROTATION,
@@ -18,10 +21,12 @@ from plumbob.models.scene import (
     Observable,
     Quantity,
     Scene,
-    from_analytic,
     make_scene,
     step_sizes,
 )
+
+if TYPE_CHECKING:
+    from plumbob.analytic.sensitivities.neighbours import Neighbours, Sensitivity
 
 HALF = 0.5  # error of the quaternion for an error of 1 rad of the attitude
 
@@ -48,6 +53,28 @@ def interest(case: Case) -> tuple[Quantity, ...]:
         *(Quantity(name, HALF) for name in ATTITUDE),
         *(Quantity(name, size) for name in ANGULAR_VELOCITY_NAMES),
     )
+
+
+def errors(body: FreeBody) -> ErrorTheory:
+    """Returns the theory of the errors of fixed steps on the motion."""
+    from plumbob.analytic.errors.smooth_motion.free_body_errors import free_body_errors
+
+    return free_body_errors(body)
+
+
+def stability(body: FreeBody) -> StabilityTheory:
+    """Returns the theory of the largest steps on the motion."""
+    from plumbob.analytic.errors.stability.free_rotation import free_rotation_stability
+
+    return free_rotation_stability(body)
+
+
+def gradients(problems: Sequence[Neighbours[FreeBody]], times: Array) -> list[Sensitivity]:
+    """Returns the sensitivities at `times` [s], shape (n,), by each parameter; `problems` has the
+    neighbours by one parameter each."""
+    from plumbob.analytic.sensitivities.smooth_systems import free_body_gradients
+
+    return free_body_gradients(problems, times)
 
 
 _scene = partial(
@@ -145,14 +172,14 @@ SYSTEMS = (
         scenes=_SCENES,
         default="flip",
         reference=lambda body: body,
-        errors=from_analytic("errors.smooth_motion.free_body_errors.free_body_errors"),
-        stability=from_analytic("errors.stability.free_rotation.free_rotation_stability"),
+        errors=errors,
+        stability=stability,
         start=("angular_velocity",),
         invariants=FreeBody.invariants,
         facts=facts,
         kind=FREE_ROTATION,
         interest=interest,
-        sensitivity=from_analytic("sensitivities.smooth_systems.free_body_gradients"),
+        sensitivity=gradients,
         weight=2.0,
     ),
 )

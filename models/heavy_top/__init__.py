@@ -41,6 +41,7 @@ SYSTEMS = (
         HeavyTop,
         model_module=f"{__name__}.model",
         name="heavy-top",
+        phenomenon=12,
         title="Heavy top",
         observables=tuple(Observable(name, "rad") for name in TOP_ANGLES),
         scenes=(

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from plumbob.analytic.systems.incline import Incline
+from plumbob.analytic.theory import ErrorTheory
 from plumbob.models.field_systems import contact_system, field_values
 from plumbob.models.scene import Case, Observable, Quantity, Scene, make_scene, step_sizes
 
@@ -34,6 +35,13 @@ def interest(case: Case) -> tuple[Quantity, ...]:
     times = np.linspace(0.0, case.scene.duration, 101)
     way = float(np.abs(case.reference.observe(times)["x"]).max())
     return (Quantity("x", way or case.problem.size),)
+
+
+def errors(incline: Incline) -> ErrorTheory:
+    """Returns the theory of the errors of fixed steps on the motion."""
+    from plumbob.analytic.errors.contact_models.held_bodies import incline_errors
+
+    return incline_errors(incline)
 
 
 def _scene(
@@ -67,9 +75,10 @@ def _scene(
 SYSTEMS = (
     contact_system(
         Incline,
-        theory="errors.contact_models.held_bodies.incline_errors",
+        errors=errors,
         model_module=f"{__name__}.model",
         name="incline",
+        phenomenon=2,
         title="Cube on an incline",
         observables=(Observable("x", "m"), Observable("speed", "m/s")),
         scenes=(

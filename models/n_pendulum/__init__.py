@@ -31,6 +31,7 @@ SYSTEMS = (
         NPendulum,
         model_module=f"{__name__}.model",
         name="n-pendulum",
+        phenomenon=8,
         title="Pendulum of n rods",
         observables=(Observable("tip_x", "m"), Observable("tip_z", "m")),
         scenes=(

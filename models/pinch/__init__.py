@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from plumbob.analytic.systems.pinch import Pinch
+from plumbob.analytic.theory import ErrorTheory
 from plumbob.models.field_systems import contact_system, field_values
 from plumbob.models.scene import Observable, Quantity, Scene, make_scene, step_sizes
 
@@ -18,6 +19,13 @@ def facts(pinch: Pinch) -> Mapping[str, Any]:
     force [N]."""
     least = pinch.load / (2.0 * pinch.friction)
     return {"load": pinch.load, "fraction": pinch.fraction, "least_normal_force": least}
+
+
+def errors(pinch: Pinch) -> ErrorTheory:
+    """Returns the theory of the errors of fixed steps on the motion."""
+    from plumbob.analytic.errors.contact_models.held_bodies import pinch_errors
+
+    return pinch_errors(pinch)
 
 
 def _scene(
@@ -46,9 +54,10 @@ _HARD = "friction used up but for a thousandth of it"
 SYSTEMS = (
     contact_system(
         Pinch,
-        theory="errors.contact_models.held_bodies.pinch_errors",
+        errors=errors,
         model_module=f"{__name__}.model",
         name="pinch",
+        phenomenon=6,
         title="Cube between two fingers",
         observables=(Observable("slip", "m"), Observable("speed", "m/s")),
         scenes=(

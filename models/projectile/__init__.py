@@ -30,6 +30,7 @@ SYSTEMS = (
         Projectile,
         model_module=f"{__name__}.model",
         name="projectile",
+        phenomenon=1,
         title="Projectile",
         observables=(Observable("z", "m"), Observable("x", "m"), Observable("angle", "rad")),
         scenes=(

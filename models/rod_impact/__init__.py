@@ -8,6 +8,7 @@ from typing import Any
 
 from plumbob.analytic.numerics.point_impact import LAWS
 from plumbob.analytic.systems.rod_impact import RodImpact
+from plumbob.analytic.theory import ErrorTheory
 from plumbob.models.field_systems import contact_system, field_values
 from plumbob.models.scene import Case, Observable, Quantity, make_scene, step_sizes
 
@@ -35,6 +36,13 @@ def interest(case: Case) -> tuple[Quantity, ...]:
     return Quantity("z", size), Quantity("x", size), Quantity("angle", 1.0)
 
 
+def errors(rod_impact: RodImpact) -> ErrorTheory:
+    """Returns the theory of the errors of fixed steps on the motion."""
+    from plumbob.analytic.errors.contact_models.rod_steps import rod_errors
+
+    return rod_errors(rod_impact)
+
+
 _scene = partial(
     make_scene,
     duration=0.4,
@@ -46,9 +54,10 @@ _scene = partial(
 SYSTEMS = (
     contact_system(
         RodImpact,
-        theory="errors.contact_models.rod_steps.rod_errors",
+        errors=errors,
         model_module=f"{__name__}.model",
         name="rod-impact",
+        phenomenon=13,
         title="Rod that strikes the floor",
         observables=(Observable("x", "m"), Observable("z", "m"), Observable("angle", "rad")),
         scenes=(

@@ -8,6 +8,7 @@ from functools import partial
 from typing import Any
 
 from plumbob.analytic.systems.rolling_ball import RollingBall
+from plumbob.analytic.theory import ErrorTheory
 from plumbob.models.field_systems import contact_system, field_values
 from plumbob.models.scene import Observable, make_scene, step_sizes
 
@@ -26,6 +27,13 @@ def facts(ball: RollingBall) -> Mapping[str, Any]:
     }
 
 
+def errors(rolling_ball: RollingBall) -> ErrorTheory:
+    """Returns the theory of the errors of fixed steps on the motion."""
+    from plumbob.analytic.errors.contact_models.slide_to_roll import rolling_errors
+
+    return rolling_errors(rolling_ball)
+
+
 _scene = partial(
     make_scene,
     duration=1.0,
@@ -37,9 +45,10 @@ _scene = partial(
 SYSTEMS = (
     contact_system(
         RollingBall,
-        theory="errors.contact_models.slide_to_roll.rolling_errors",
+        errors=errors,
         model_module=f"{__name__}.model",
         name="rolling-ball",
+        phenomenon=3,
         title="Rolling ball",
         observables=(
             Observable("x", "m"),

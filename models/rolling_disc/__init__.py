@@ -9,9 +9,10 @@ from typing import Any
 
 from plumbob.analytic.systems.heavy_top import TOP_ANGLES
 from plumbob.analytic.systems.rolling_disc import RollingDisc
+from plumbob.analytic.theory import ErrorTheory
 from plumbob.models.field_systems import field_values, smooth_system
 from plumbob.models.heavy_top import interest
-from plumbob.models.scene import Observable, from_analytic, make_scene, step_sizes
+from plumbob.models.scene import Observable, make_scene, step_sizes
 
 
 def facts(disc: RollingDisc) -> Mapping[str, Any]:
@@ -25,6 +26,13 @@ def facts(disc: RollingDisc) -> Mapping[str, Any]:
         "circle_radius": abs(spin / turn) * disc.radius if spin else None,
         "wobble_rate": math.sqrt(disc.wobble) if disc.wobble > 0.0 else None,
     }
+
+
+def errors(disc: RollingDisc) -> ErrorTheory:
+    """Returns the theory of the errors of fixed steps on the motion."""
+    from plumbob.analytic.errors.contact_models.disc_steps import disc_errors
+
+    return disc_errors(disc)
 
 
 _scene = partial(
@@ -41,6 +49,7 @@ SYSTEMS = (
         RollingDisc,
         model_module=f"{__name__}.model",
         name="rolling-disc",
+        phenomenon=4,
         title="Rolling disc",
         observables=tuple(Observable(name, "rad") for name in TOP_ANGLES),
         scenes=(
@@ -67,7 +76,7 @@ SYSTEMS = (
             ),
         ),
         default="wobbling",
-        errors=from_analytic("errors.contact_models.disc_steps.disc_errors"),
+        errors=errors,
         facts=facts,
         interest=interest,
         start=("tilt", "precession_rate", "tilt_rate", "spin_rate"),

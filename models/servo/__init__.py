@@ -13,7 +13,7 @@ from plumbob.analytic.theory import ErrorTheory
 from plumbob.models import simple_pendulum as linear
 from plumbob.models.field_systems import field_system, field_values
 from plumbob.models.quantities import swing_quantities
-from plumbob.models.scene import ONE_SMOOTH, Observable, from_analytic, make_scene, step_sizes
+from plumbob.models.scene import ONE_SMOOTH, Observable, make_scene, step_sizes
 
 
 def facts(servo: Servo) -> Mapping[str, Any]:
@@ -35,7 +35,8 @@ def servo_errors(servo: Servo) -> ErrorTheory:
     if not servo.saturates:
         theory: ErrorTheory = linear.errors(servo.started)
     else:
-        smooth_errors = from_analytic("errors.smooth_motion.stepped_system.smooth_errors")
+        from plumbob.analytic.errors.smooth_motion.stepped_system import smooth_errors
+
         theory = smooth_errors(servo, None, servo.implicit)
     return theory
 
@@ -55,6 +56,7 @@ SYSTEMS = (
         Servo,
         model_module=f"{__name__}.model",
         name="servo",
+        phenomenon=11,
         title="Servo",
         observables=(Observable("theta", "rad"), Observable("theta_dot", "rad/s")),
         scenes=(

@@ -4,18 +4,19 @@ quantities."""
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from plumbob.analytic.numerics.quad import double
 from plumbob.analytic.parameters import ParameterError, finite, known, positive
-from plumbob.analytic.reference import Signals
+from plumbob.analytic.reference import Array, Signals
 from plumbob.analytic.stability import StabilityTheory
 from plumbob.analytic.systems.pendulums.rod_tension import BOB_MASS
 from plumbob.analytic.systems.simple_pendulum import SimplePendulum
+from plumbob.analytic.theory import ErrorTheory
 from plumbob.models.quantities import swing_quantities
 from plumbob.models.scene import (
     ONE_SMOOTH,
@@ -23,11 +24,13 @@ from plumbob.models.scene import (
     Parameters,
     Scene,
     System,
-    from_analytic,
     make_scene,
     replaced,
     step_sizes,
 )
+
+if TYPE_CHECKING:
+    from plumbob.analytic.sensitivities.neighbours import Neighbours, Sensitivity
 
 NOTEBOOK_SOURCE = (
     "Pêndulo Simples, course notebook: the simple pendulum, linear and non-linear, free, damped "
@@ -106,17 +109,30 @@ def invariants(problem: SimplePendulum, observed: Signals) -> Signals:
 
 def stability(problem: SimplePendulum) -> StabilityTheory:
     """Returns the theory of the largest steps on the motion."""
+    from plumbob.analytic.errors.stability.pendulums import pendulum_stability
+
     start = problem.started
     elliptic = problem.elliptic
     period = math.inf if elliptic is None else elliptic.period
     state = start.theta, start.theta_dot
-    pendulum_stability = from_analytic("errors.stability.pendulums.pendulum_stability")
-    theory: StabilityTheory = pendulum_stability(problem.rotor, state, problem.motion, period)
-    return theory
+    return pendulum_stability(problem.rotor, state, problem.motion, period)
 
 
-errors = from_analytic("errors.smooth_motion.rotor_errors.simple_pendulum_errors")
-"""Returns the theory of the errors of fixed steps on the motion of a problem."""
+def errors(problem: SimplePendulum) -> ErrorTheory:
+    """Returns the theory of the errors of fixed steps on the motion of a problem."""
+    from plumbob.analytic.errors.smooth_motion.rotor_errors import simple_pendulum_errors
+
+    return simple_pendulum_errors(problem)
+
+
+def gradients(
+    problems: Sequence[Neighbours[SimplePendulum]], times: Array
+) -> list[Sensitivity]:
+    """Returns the sensitivities at `times` [s], shape (n,), by each parameter; `problems` has the
+    neighbours by one parameter each."""
+    from plumbob.analytic.sensitivities.smooth_systems import simple_pendulum_gradients
+
+    return simple_pendulum_gradients(problems, times)
 
 
 def facts(problem: SimplePendulum) -> Mapping[str, Any]:
@@ -362,6 +378,7 @@ def _system(name: str, title: str, observables: tuple[Observable, ...], linear: 
     """Returns the system of the simple or the linear pendulum."""
     return System(
         name=name,
+        rank=9 if linear else 8,
         title=title,
         observables=observables,
         parameters=PARAMETERS if linear else (*PARAMETERS, FROM_TOP),
@@ -380,7 +397,7 @@ def _system(name: str, title: str, observables: tuple[Observable, ...], linear: 
         kind=ONE_SMOOTH,
         change=change_pendulum,
         interest=swing_quantities,
-        sensitivity=from_analytic("sensitivities.smooth_systems.simple_pendulum_gradients"),
+        sensitivity=gradients,
         left_out={"mass": BOB_MASS},
     )
 

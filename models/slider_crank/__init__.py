@@ -37,6 +37,7 @@ SYSTEMS = (
         SliderCrank,
         model_module=f"{__name__}.model",
         name="slider-crank",
+        phenomenon=9,
         title="Slider-crank",
         observables=(Observable("angle", "rad"), Observable("slider", "m")),
         scenes=(

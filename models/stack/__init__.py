@@ -7,6 +7,7 @@ from functools import partial
 from typing import Any
 
 from plumbob.analytic.systems.stack import Stack
+from plumbob.analytic.theory import ErrorTheory
 from plumbob.models.field_systems import contact_system, field_values
 from plumbob.models.scene import Observable, Quantity, make_scene, step_sizes
 
@@ -16,6 +17,13 @@ def facts(stack: Stack) -> Mapping[str, Any]:
     slope [rad] at which the stack topples."""
     forces = stack.normal_forces.tolist()
     return {"masses": stack.masses.tolist(), "normal_forces": forces, "topples": stack.topples}
+
+
+def errors(stack: Stack) -> ErrorTheory:
+    """Returns the theory of the errors of fixed steps on the motion."""
+    from plumbob.analytic.errors.contact_models.held_bodies import stack_errors
+
+    return stack_errors(stack)
 
 
 _scene = partial(
@@ -30,9 +38,10 @@ _two = partial(_scene, count=2)
 SYSTEMS = (
     contact_system(
         Stack,
-        theory="errors.contact_models.held_bodies.stack_errors",
+        errors=errors,
         model_module=f"{__name__}.model",
         name="stack",
+        phenomenon=7,
         title="Stack of cubes",
         observables=(Observable("top", "m"),),
         scenes=(

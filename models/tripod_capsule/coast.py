@@ -162,6 +162,7 @@ SCENES = (
 
 SYSTEM = capsule_system(
     name="capsule-coast",
+    rank=6,
     title="Capsule coasting to rest",
     observables=(
         Observable("x", "m"),

@@ -128,6 +128,7 @@ SCENES = (
 
 SYSTEM = capsule_system(
     name="capsule-hold",
+    rank=5,
     title="Capsule held by friction",
     parameters=HOLD_PARAMETERS,
     scenes=SCENES,

@@ -221,6 +221,7 @@ SCENES = (
 
 SYSTEM = capsule_system(
     name="capsule-line",
+    rank=2,
     title="Capsule on a line",
     parameters=LINE_SCENE_PARAMETERS,
     scenes=SCENES,

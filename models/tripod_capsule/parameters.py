@@ -3,27 +3,32 @@ systems share."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from plumbob.analytic.parameters import ParameterError, finite, numbers
+from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.capsule import Capsule, PlanePoint, direction_to
 from plumbob.analytic.systems.capsule_setup import CapsuleProblem, CapsuleSetup
 from plumbob.analytic.systems.manoeuvres.line_manoeuvre import LineManoeuvre
 from plumbob.analytic.systems.three_points.reference import PlaneReference
+from plumbob.analytic.theory import ErrorTheory
 from plumbob.models.quantities import displacement_quantities
 from plumbob.models.scene import (
     ON_SUPPORTS,
     Observable,
     Parameters,
     System,
-    from_analytic,
     replaced,
 )
+
+if TYPE_CHECKING:
+    from plumbob.analytic.sensitivities.neighbours import Neighbours, Sensitivity
 
 CHERNOUSKO_2020 = (
     "F. L. Chernousko, Plane motions of a body controlled by a movable mass, "
@@ -64,13 +69,39 @@ ONE_LINE = (
     "capsule-coast/translation",
 )
 
+
+def errors(problem: CapsuleProblem) -> ErrorTheory:
+    """Returns the theory of the errors of fixed steps on a motion."""
+    from plumbob.analytic.errors.sliding_motion.sliding_errors import capsule_errors
+
+    return capsule_errors(problem)
+
+
+def gradients(
+    problems: Sequence[Neighbours[CapsuleProblem]], times: Array
+) -> list[Sensitivity]:
+    """Returns the sensitivities at `times` [s], shape (n,), by each parameter; `problems` has the
+    neighbours by one parameter each."""
+    from plumbob.analytic.sensitivities.capsule import capsule_gradients
+
+    return capsule_gradients(problems, times)
+
+
+def alike(problem: CapsuleProblem, near: CapsuleProblem) -> bool:
+    """Returns whether a problem and its neighbour `near` have the same phases of nearly equal
+    lengths."""
+    from plumbob.analytic.sensitivities import capsule as sensitivities
+
+    return sensitivities.alike(problem, near)
+
+
 capsule_system = partial(
     System,
     reference=lambda problem: problem.in_world,
     observables=OBSERVABLES_ALONG_LINE,
     # Friction and the actuator do work: no energy is conserved.
     invariants=lambda problem, observed: {},
-    errors=from_analytic("errors.sliding_motion.sliding_errors.capsule_errors"),
+    errors=errors,
     start=("heading",),
     model_module="plumbob.models.tripod_capsule.model",
     mjcf=MJCF,
@@ -78,8 +109,8 @@ capsule_system = partial(
     kind=ON_SUPPORTS,
     weight=STEP_COST,
     interest=displacement_quantities,
-    sensitivity=from_analytic("sensitivities.capsule.capsule_gradients"),
-    alike=from_analytic("sensitivities.capsule.alike"),
+    sensitivity=gradients,
+    alike=alike,
 )
 """Returns a system with the capsule's model and family; the arguments are those of `System`."""
 

@@ -234,6 +234,7 @@ SCENES = (
 
 SYSTEM = capsule_system(
     name="capsule-plan",
+    rank=4,
     title="Capsule brought to a pose",
     # A place is the leading observable: a plan of lines alone keeps its heading.
     observables=(*TURN_OBSERVABLES[:2], Observable("heading", "rad"), *TURN_OBSERVABLES[2:]),

@@ -99,6 +99,7 @@ SCENES = (
 
 SYSTEM = capsule_system(
     name="capsule-train",
+    rank=7,
     title="Capsule on repeated manoeuvres",
     parameters=REPEATED_PARAMETERS,
     scenes=SCENES,

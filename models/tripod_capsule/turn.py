@@ -271,6 +271,7 @@ SCENES = (
 
 SYSTEM = capsule_system(
     name="capsule-turn",
+    rank=3,
     title="Capsule on a turn manoeuvre",
     observables=(
         Observable("body_angle", "rad"),

@@ -23,10 +23,9 @@ from plumbob.models.scene import Scene
 from plumbob.reports.analyses import page_numbers
 from plumbob.reports.analyses.analysis import Section, analyse_section
 from plumbob.reports.analyses.replay import requests as replay_requests
+from plumbob.reports.analyses.trimming import requests as trimming_requests
 from plumbob.reports.judge.study_verdicts import Judgements, judge_study
-from plumbob.reports.view.records import PAGES_OF_STUDY, SCENE
-from plumbob.reports.view.site.views import ENGINES_SECTION
-from plumbob.reports.view.trimming import requests as trimming_requests
+from plumbob.reports.records.page_records import ENGINES_SECTION, PAGES_OF_STUDY, SCENE
 
 SCENES_FOR_PROCESSES = 8  # number of scenes from which other processes are worth starting
 LIMIT = 600.0  # [s] time after which one part of the analyses counts as hung

@@ -13,7 +13,7 @@ from plumbob.engines.study.extra_runs import Requests, StudyPlan
 from plumbob.engines.study.request import Request
 from plumbob.engines.study.results import Analysed, Study
 from plumbob.reports.judge.study_verdicts import Judgements, unexpected_pairs
-from plumbob.reports.view.content import Claim
+from plumbob.reports.records.claim import Claim
 
 Record = SimpleNamespace
 """Numbers, texts, arrays and further records, by the names that a template reads."""

@@ -12,7 +12,7 @@ from plumbob.models.registry import case_of, scene
 from plumbob.reports.analyses.analysis import Analysis, Record, Section
 from plumbob.reports.analyses.claims import at_most
 from plumbob.reports.analyses.measurements import recordings, study_plan
-from plumbob.reports.view.content import Claim
+from plumbob.reports.records.claim import Claim
 
 BOUNCE_STEP = 1e-3  # [s]
 METHODS = ("mujoco/euler", "mujoco/rk4", "pymunk/contact")

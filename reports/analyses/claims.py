@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 
-from plumbob.reports.view.content import Claim
-from plumbob.reports.view.notation import number
+from plumbob.reports.records.claim import Claim
+from plumbob.reports.records.notation import number
 
 Claims = Sequence[Claim]  # checks that support the text of a finding
 CLEAR_RATIO = 10.0  # smallest ratio of two numbers whose difference a text may mention

@@ -25,7 +25,9 @@ from plumbob.reports.judge.expectations import expected, standing, surprise
 from plumbob.reports.judge.study_verdicts import Judgements
 from plumbob.reports.judge.tolerance import tolerance_excess
 from plumbob.reports.judge.verdict import JudgedMethod, Judgement
-from plumbob.reports.view.records import (
+from plumbob.reports.records.page_records import (
+    ERROR_LEVELS,
+    SHOWN_SETTINGS,
     Budget,
     ExactRecord,
     MotionSamples,
@@ -35,8 +37,6 @@ from plumbob.reports.view.records import (
     StudyRecord,
     SystemRecord,
 )
-from plumbob.reports.view.settings import SHOWN_SETTINGS
-from plumbob.reports.view.top_tables import ERROR_LEVELS
 
 MAX_PLOTTED_PERIODS = 15  # most periods of a motion that a plot shows
 PLOT_SAMPLES = 240  # samples of a motion in a plot
@@ -48,6 +48,7 @@ def study_record(study: Study, judged: Judgements) -> StudyRecord:
     names = dict.fromkeys(scene.system for scene in study.scenes)
     known_systems = systems_of(*names)
     systems = [known_systems[name] for name in names if name in known_systems]
+    systems.sort(key=lambda system: (system.rank, system.name))
     pictures = [file for file in map(_picture, systems) if file]
     return StudyRecord(
         systems=tuple(map(_system_record, systems)),
@@ -165,6 +166,7 @@ def _system_record(system: System) -> SystemRecord:
         default=system.default,
         picture=file.name if file else "",
         added=bool(system.distribution),
+        phenomenon=system.phenomenon,
     )
 
 

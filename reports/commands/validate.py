@@ -28,10 +28,10 @@ from plumbob.reports.commands.arguments.like import SCENES as LIKE_SCENES
 from plumbob.reports.commands.arguments.like import beside, own_method
 from plumbob.reports.judge.searches import judged_searches, unexpected_searches
 from plumbob.reports.judge.study_verdicts import Judgements, judge_study
+from plumbob.reports.records.page_records import records_of
 from plumbob.reports.view.junit import write_study_junit
 from plumbob.reports.view.method_results import Results, results_of
 from plumbob.reports.view.own_files import check_replaceable
-from plumbob.reports.view.records import records_of
 
 if TYPE_CHECKING:
     from concurrent.futures import Executor

@@ -6,7 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Literal, NamedTuple
 
-from plumbob.reports.view.notation import number
+from plumbob.reports.records.claim import Claim
+from plumbob.reports.records.notation import number
 
 PlotlyTrace = Mapping[str, Any]  # a curve, bars or a map in plotly's format
 PlotlyLayout = Mapping[str, Any]  # properties of a figure, or of one axis, in plotly's format
@@ -62,15 +63,6 @@ class Statement:
 
 
 @dataclass(frozen=True)
-class Claim:
-    """A check that a measured number supports the text of a finding. `text` states the failure, and
-    is shown if `holds` is false."""
-
-    text: str
-    holds: bool
-
-
-@dataclass(frozen=True)
 class Finding:
     """A result of the measurements: a summary, the full text, tables, figures, and the commands
     that repeat it."""
@@ -84,6 +76,7 @@ class Finding:
     figures: tuple[Figure, ...] = ()
     commands: tuple[str, ...] = ()
     statements: tuple[Statement, ...] = ()  # statements of sources that the finding judges
+    key: int = 0  # place among the key findings on the index, from 1; 0: no key finding
     claims: tuple[Claim, ...] = ()  # checks that the stored numbers support the text
 
 

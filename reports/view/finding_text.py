@@ -5,6 +5,7 @@ blocks that are separated by empty lines:
 
     judgement: confirmed             the head: lines of `name: value`, a `command` for each command
     command: plumbob solve {{ scene }}
+    key finding: 1                   its place among the key findings of the index, if it is one
 
     # The title
 
@@ -33,8 +34,8 @@ from dataclasses import replace
 from typing import Any, cast
 
 from plumbob.engines.study.results import Analysed
+from plumbob.reports.records.claim import Claim
 from plumbob.reports.view.content import (
-    Claim,
     Figure,
     Finding,
     Statement,
@@ -78,6 +79,7 @@ def read_findings(
         judgement=keys.get("judgement", [""])[0],
         summary="",
         commands=tuple(keys.get("command", ())),
+        key=int(keys.get("key finding", ["0"])[0]),
         claims=claims,
     )
     return tuple(_read_section(untitled, section, template, parts) for section in sections)

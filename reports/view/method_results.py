@@ -25,9 +25,9 @@ from plumbob.engines.study.results import Quantities, Study
 from plumbob.engines.study.stability import SmallestLimit
 from plumbob.models.scene import Quantity, Scene
 from plumbob.reports.advice.recommend import UNTRUSTED
-from plumbob.reports.view import notation
+from plumbob.reports.records import notation
+from plumbob.reports.records.page_records import PairVerdict, Records
 from plumbob.reports.view.palette import size_class
-from plumbob.reports.view.records import PairVerdict, Records
 
 Meaning = Literal["predicted", "converges", "limit", "unexpected", "unclaimed", "not-run"]
 SIGNS: Mapping[Meaning, tuple[str, str, str]] = MappingProxyType(

@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 from urllib.parse import quote
 
-from plumbob.reports.view import notation
+from plumbob.reports.records import notation
 from plumbob.reports.view.content import Figure
 from plumbob.reports.view.drawing import SvgDrawing, svg_drawing
 from plumbob.reports.view.own_files import check_replaceable
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from jinja2 import Environment
     from markupsafe import Markup
 
-PAGE_TEMPLATES = Path(__file__).parent / "templates"
+PAGE_TEMPLATES = Path(__file__).parents[1] / "templates" / "site"
 INDEX_PAGE = "index.html"
 SPACE_BEFORE_UNIT = re.compile(
     r"(?<=\d) (?=(?:%|m?s|[nµmck]?m|rad|N|J|W|°)(?![\w]))"

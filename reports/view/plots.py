@@ -12,10 +12,10 @@ from plumbob.engines.study.convergence import Trace as ErrorTrace
 from plumbob.engines.study.results import Observables
 from plumbob.reports.advice.recommend import CLOSED_FORM_INTEGRATOR
 from plumbob.reports.advice.work_precision import RunPoint, pareto_front
+from plumbob.reports.records.page_records import MotionSamples
 from plumbob.reports.view.content import Figure
 from plumbob.reports.view.method_results import MethodResult, finite_limits
 from plumbob.reports.view.palette import Style
-from plumbob.reports.view.records import MotionSamples
 from plumbob.reports.view.tables import figures
 
 GREEK = (

@@ -7,12 +7,7 @@ from dataclasses import dataclass, replace
 
 from plumbob.engines.abilities import Settings
 from plumbob.reports.advice.recommend import DEFAULT_METHOD
-
-SHOWN_SETTINGS = (  # methods, each with the title of its settings
-    ("mujoco/euler+coulomb", "A robot with contacts in MuJoCo"),
-    ("mujoco/rk4", "A robot without contacts in MuJoCo"),
-    ("pymunk/feet", "A body that slides in pymunk, seen from above"),
-)
+from plumbob.reports.records.page_records import SHOWN_SETTINGS
 
 
 @dataclass(frozen=True)

@@ -18,9 +18,10 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
-from plumbob.reports.view import notation, palette, plotly_figure
+from plumbob.reports.records import notation
+from plumbob.reports.records.page_records import PairVerdict
+from plumbob.reports.view import palette, plotly_figure
 from plumbob.reports.view.content import Cell, Figure, Statement, Table, value
-from plumbob.reports.view.records import PairVerdict
 from plumbob.reports.view.sources import as_printed
 
 if TYPE_CHECKING:

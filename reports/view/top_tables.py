@@ -7,12 +7,10 @@ from collections.abc import Mapping, Sequence
 
 from plumbob.engines.study.results import Study
 from plumbob.reports.advice.recommend import DEFAULT_METHOD, Recommendation
+from plumbob.reports.records.page_records import ERROR_LEVELS
 from plumbob.reports.view.content import Finding, Table
 from plumbob.reports.view.sources import listed_statements
 from plumbob.reports.view.tables import table, table_or_none
-
-# relative errors, each with its text on the page
-ERROR_LEVELS = ((0.1, "10 %"), (1e-2, "1 %"), (1e-3, "0.1 %"), (1e-4, "1e-4"), (1e-6, "1e-6"))
 
 Advice = Sequence[Recommendation]  # one for each of `ERROR_LEVELS`; empty if nothing was timed
 

@@ -8,7 +8,8 @@ from collections.abc import Sequence
 from plumbob.engines.method import USER_METHOD
 from plumbob.reports.advice.recommend import Choice
 from plumbob.reports.advice.user_settings import UserResult
-from plumbob.reports.view import notation, tables
+from plumbob.reports.records import notation
+from plumbob.reports.view import tables
 from plumbob.reports.view.content import Table
 from plumbob.reports.view.method_results import Results
 

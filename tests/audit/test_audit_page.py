@@ -9,8 +9,8 @@ from xml.etree import ElementTree
 import pytest
 
 from plumbob.reports.cli import main
+from plumbob.reports.records.notation import metres
 from plumbob.reports.view.audit.page import answer_rows, audit_answer, card_lines, page
-from plumbob.reports.view.notation import metres
 from plumbob.tests.audit.scenes_as_models import PENDULUM, audit_of, ball
 
 

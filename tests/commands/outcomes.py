@@ -15,7 +15,7 @@ from plumbob.engines.trajectory import Trajectory
 from plumbob.reports.analyses.page_numbers import verdict_on
 from plumbob.reports.cli import main
 from plumbob.reports.judge import expectations
-from plumbob.reports.view.records import PAGES_OF_STUDY, SCENE, SceneRecord, StudyRecord
+from plumbob.reports.records.page_records import PAGES_OF_STUDY, SCENE, SceneRecord, StudyRecord
 
 
 @dataclass(frozen=True)

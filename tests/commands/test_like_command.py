@@ -9,7 +9,7 @@ from plumbob.models.registry import case_of
 from plumbob.models.registry import scene as find_scene
 from plumbob.reports.cli import main
 from plumbob.reports.commands.arguments.like import own_method
-from plumbob.reports.view import notation
+from plumbob.reports.records import notation
 from plumbob.tests.commands.outcomes import without_findings
 
 PENDULUM, LINE = "cone-pendulum/rotating-base", "capsule-line/heading-030"

@@ -22,7 +22,7 @@ from plumbob.reports.judge.expectations import (
     verdict_is_expected,
 )
 from plumbob.reports.judge.verdict import Judgement
-from plumbob.reports.view import notation
+from plumbob.reports.records import notation
 from plumbob.tests.commands.outcomes import (
     break_engine,
     declare,

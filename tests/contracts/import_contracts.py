@@ -85,9 +85,12 @@ def circles(root):
 
 def folder_circles(root):
     """The first circle of imports between the package's folders. The root folder is left out: its
-    `check` is looked up when it is asked for."""
+    `check` is looked up when it is asked for. The `__init__.py` of an adapter counts as a folder:
+    it offers the functions of all the adapter's folders."""
     inside = [path for path, _ in python(root) if path.parts[0] in LAYERS]
-    return _circle(root, {module_name(path): path.parent.as_posix() for path in inside})
+    offering = [path for path in inside if path.match("engines/adapters/*/__init__.py")]
+    folders = {path: path if path in offering else path.parent for path in inside}
+    return _circle(root, {module_name(path): folders[path].as_posix() for path in inside})
 
 
 def _circle(root, nodes):
@@ -170,6 +173,67 @@ def motions_on_the_page(root):
                 loaded.add(target)
                 waiting.append(target)
     return wrong
+
+
+# parts of `reports`: each may import those before it
+REPORTS = ("judge", "advice", "records", "analyses", "view", "commands")
+
+
+def reports_upside_down(root):
+    """Imports in `reports` of a part that builds on the importing one: judge <- advice <- records
+    <- analyses <- view <- commands."""
+    wrong = []
+    for path, found in _imports(root):
+        if path.parts[0] == "reports" and path.parts[1] in REPORTS:
+            later = REPORTS[REPORTS.index(path.parts[1]) + 1 :]
+            part = found.name.removeprefix(f"{PACKAGE}.reports.").split(".")[0]
+            wrong += [f"{path}:{found.line}: imports {found.name}"] * (part in later)
+    return wrong
+
+
+def functions_in_strings(root):
+    """Strings that name a function of the package by its dotted path, in place of an import that
+    tools follow. A system names the module of its model file, since plug-ins may add systems; a
+    store names the classes of its results."""
+    defined = set()
+    for path, module in python(root):
+        if path.parts[0] in LAYERS:
+            defined |= {f"{module_name(path)}.{name}" for name in _defined_names(module)}
+    wrong = []
+    for path, module in python(root):
+        if path.parts[0] in LAYERS:
+            wrong += [
+                f"{path}:{line}: {text!r} in place of an import"
+                for line, text in _dotted_texts(module_name(path), module)
+                if any(f"{prefix}{text}" in defined for prefix in ("", *_PREFIXES))
+            ]
+    return wrong
+
+
+def _defined_names(module):
+    """Yields the names that functions and assignments of a module define."""
+    for node in module.body:
+        if isinstance(node, ast.FunctionDef):
+            yield node.name
+        elif isinstance(node, ast.Assign):
+            yield from map(ast.unparse, node.targets)
+
+
+_PREFIXES = (f"{PACKAGE}.", *(f"{PACKAGE}.{layer}." for layer in LAYERS))
+
+
+def _dotted_texts(name, module):
+    """Yields the line and the text of each string in the module `name` that looks like a dotted
+    path. `__name__` in a formatted string is replaced by `name`."""
+    for node in ast.walk(module):
+        text = ""
+        if isinstance(node, ast.Constant):
+            text = str(node.value)
+        elif isinstance(node, ast.JoinedStr) and isinstance(node.values[-1], ast.Constant):
+            own = ast.unparse(node).startswith("f'{__name__}.")
+            text = f"{name}{node.values[-1].value}" if own else ""
+        if "." in text and text.replace(".", "_").isidentifier():
+            yield node.lineno, text
 
 
 def within(name, packages):

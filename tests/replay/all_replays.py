@@ -11,7 +11,7 @@ from plumbob.engines.study.extra_runs import StudyPlan
 from plumbob.models.registry import matching_scenes as find_scenes
 from plumbob.models.registry import scene as find_scene
 from plumbob.reports.analyses.replay import replay, requests
-from plumbob.reports.view import notation
+from plumbob.reports.records import notation
 from plumbob.reports.view.page import PAGE_TEMPLATES, Plots
 from plumbob.tests.support.declared import declared, nothing
 

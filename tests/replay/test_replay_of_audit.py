@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from plumbob.reports.analyses.replay.geoms import audit_replay
-from plumbob.reports.view.notation import metres
+from plumbob.reports.records.notation import metres
 from plumbob.tests.audit.scenes_as_models import audit_of
 from plumbob.tests.replay.all_replays import decoded
 

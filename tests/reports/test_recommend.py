@@ -18,7 +18,7 @@ from plumbob.engines.study.stability import (
 from plumbob.models.scene import step_sizes
 from plumbob.reports.advice.advice import study_recommendation
 from plumbob.reports.judge.verdict import JudgedMethod, Judgement
-from plumbob.reports.view.top_tables import ERROR_LEVELS
+from plumbob.reports.records.page_records import ERROR_LEVELS
 from plumbob.tests.site import whole_profile
 from plumbob.tests.support.studies import SCENE, made_up
 

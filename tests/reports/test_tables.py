@@ -19,7 +19,8 @@ from plumbob.reports.analyses.cone_pendulum import source_claims
 from plumbob.reports.analyses.page_numbers import verdict_on
 from plumbob.reports.judge.tolerance import round_off, tolerance, tolerance_excess
 from plumbob.reports.judge.verdict import JudgedMethod, judge
-from plumbob.reports.view import notation, sources, tables, top_tables
+from plumbob.reports.records import notation
+from plumbob.reports.view import sources, tables, top_tables
 from plumbob.reports.view.content import StatementVerdict
 from plumbob.reports.view.method_results import MethodResult
 from plumbob.reports.view.sources import NOTEBOOK

@@ -15,8 +15,8 @@ from plumbob.engines.trajectory import Trajectory
 from plumbob.models.registry import systems
 from plumbob.reports.analyses import section
 from plumbob.reports.analyses.claims import CLEAR_RATIO, at_most, between, clear
+from plumbob.reports.records.page_records import ENGINES_SECTION
 from plumbob.reports.view.site.claims import NOT_SHOWN, checked_findings
-from plumbob.reports.view.site.views import ENGINES_SECTION
 from plumbob.tests.site import whole_profile
 from plumbob.tests.support.declared import findings_of
 from plumbob.tests.support.studies import remeasured

@@ -14,14 +14,14 @@ from plumbob.engines.study.measurement import measure, relative_error
 from plumbob.models.registry import case_of
 from plumbob.models.registry import scene as find_scene
 from plumbob.reports.analyses.page_numbers import study_record
-from plumbob.reports.view import notation
-from plumbob.reports.view.method_results import SIGNS, MethodResult, results_of
-from plumbob.reports.view.records import (
+from plumbob.reports.records import notation
+from plumbob.reports.records.page_records import (
     PairVerdict,
     Records,
     RunVerdict,
     SceneRecord,
 )
+from plumbob.reports.view.method_results import SIGNS, MethodResult, results_of
 from plumbob.reports.view.site import first_screen, matrix
 from plumbob.reports.view.trimming import trimming_table
 from plumbob.tests.site import whole_profile

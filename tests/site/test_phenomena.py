@@ -29,7 +29,8 @@ def test_a_cell_is_of_the_best_method_that_does_all_scenes_as_predicted():
         for (scene, name), (error, why, errors) in RAN.items()
     }
     study = SimpleNamespace(methods=[of.method for of in every.values()])
-    systems = [SimpleNamespace(name=name, title=name) for name in ("stack", "cone-pendulum")]
+    rows = {"stack": 7, "cone-pendulum": 0}
+    systems = [SimpleNamespace(name=n, title=n, phenomenon=row) for n, row in rows.items()]
     made = phenomena.phenomena(study, every, systems)
     assert made.heads == ("phenomenon", "mujoco", "pymunk")
     assert [row[1].text for row in made.rows] == ["20 %, 5 %; euler"]

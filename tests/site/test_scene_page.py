@@ -7,8 +7,8 @@ import pytest
 from plumbob.engines.registry import method as find_method
 from plumbob.reports.analyses.page_numbers import scene_record
 from plumbob.reports.judge.study_verdicts import judge_study
+from plumbob.reports.records.page_records import Records, StudyRecord
 from plumbob.reports.view.method_results import results_of
-from plumbob.reports.view.records import Records, StudyRecord
 from plumbob.reports.view.site.views import RECOMMENDED_ERROR, scene_sentences
 from plumbob.reports.view.tables import table
 from plumbob.tests.support.studies import SCENE, made_up

@@ -11,7 +11,7 @@ import pytest
 from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.study import store
 from plumbob.reports.cli import main
-from plumbob.reports.view.records import PAGES_OF_STUDY, SCENE, records_of
+from plumbob.reports.records.page_records import PAGES_OF_STUDY, SCENE, records_of
 from plumbob.reports.view.site.writing import write_study_pages
 from plumbob.tests.commands.outcomes import without_findings
 from plumbob.tests.contracts.import_contracts import MOTIONS

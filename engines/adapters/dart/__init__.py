@@ -9,19 +9,31 @@ Every module imports DART when it is called.
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING
 
 from plumbob.analytic.schemes import EULER, Scheme
-from plumbob.engines.abilities import BuildsMechanisms, ModelReader, RunsFiles, SchemeOfCase
+from plumbob.engines.abilities import (
+    BuildsMechanisms,
+    Fields,
+    ModelReader,
+    RunsFiles,
+    SchemeOfCase,
+)
 from plumbob.engines.adapters.constrained import CONSTRAINED, constrained
 from plumbob.engines.adapters.pendulum_errors import bob_errors
-from plumbob.engines.method import Engine, Method, ModelError
+from plumbob.engines.method import Engine, Method, ModelError, Simulation
 from plumbob.models.scene import (
     ON_PLANE,
     ONE_SMOOTH,
     SMOOTH,
     Case,
-    later,
 )
+
+if TYPE_CHECKING:
+    from plumbob.engines.mechanism import Mechanism
+    from plumbob.engines.peer_model import Layout, PeerModel
+    from plumbob.engines.stepper import State, Stepper
 
 EULER_STEP = Scheme(EULER, "start", implicit_damping=True, implicit_spring=True)
 CAPSULES = (  # what tells contact models apart, and of plans the shortest ones
@@ -73,17 +85,46 @@ def model_error(case: Case, method: Method, step: float) -> ModelError:
     return bob_errors(case.problem.started, case.scene.duration)
 
 
+def prepare(case: Case, method: Method, step: float) -> Simulation:
+    """Returns the simulation of `case` by `method` at `step` [s]; raises Unsupported and
+    ParameterError."""
+    from plumbob.engines.adapters.dart.simulation import prepare
+
+    return prepare(case, method, step)
+
+
+def _read_fields(path: Path) -> Fields:
+    """Returns the fields that DART's reader takes from a model file; raises NotRead."""
+    from plumbob.engines.adapters.dart.user_model import model_fields
+
+    return model_fields(path)
+
+
+def _load_file(path: Path, layout: Layout, step: float) -> PeerModel:
+    """Returns a model file in DART, to be stepped by `step` [s]; raises NotRead."""
+    from plumbob.engines.adapters.dart.user_model import user_model
+
+    return user_model(path, layout, step)
+
+
+def _build_mechanism(mechanism: Mechanism, start: State, step: float) -> Stepper:
+    """Returns the stepper of a mechanism at `step` [s]; raises Unsupported."""
+    from plumbob.engines.adapters.dart.stepper import DartStepper
+
+    return DartStepper(mechanism, start, step)
+
+
 ENGINE = Engine(
     "dart",
     "dartpy",
     METHODS,
-    later(f"{__name__}.simulation.prepare"),
+    prepare,
     model_error,
     optional=True,
     abilities=(
         SchemeOfCase(scheme),
-        ModelReader(later(f"{__name__}.user_model.model_fields")),
-        RunsFiles(later(f"{__name__}.user_model.user_model")),
-        BuildsMechanisms(later(f"{__name__}.stepper.DartStepper"), "dart/default"),
+        ModelReader(_read_fields),
+        RunsFiles(_load_file),
+        BuildsMechanisms(_build_mechanism, "dart/default"),
     ),
 )

@@ -7,12 +7,15 @@ that of a reflected inertia so large that no load moves it.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from plumbob.analytic.schemes import ADAPTIVE, EULER, Scheme
 from plumbob.engines.abilities import (
     BuildsMechanisms,
+    Fields,
     ModelReader,
     RunsFiles,
     SchemeOfCase,
@@ -27,8 +30,12 @@ from plumbob.models.scene import (
     ONE_SMOOTH,
     SMOOTH,
     Case,
-    later,
 )
+
+if TYPE_CHECKING:
+    from plumbob.engines.mechanism import Mechanism
+    from plumbob.engines.peer_model import Layout, PeerModel
+    from plumbob.engines.stepper import EndDerivatives, SceneMechanism, State, Stepper
 
 EULER_STEP = Scheme(EULER, "start", implicit_damping=True, tangent_turn=True)
 TOLERANCES = tuple(float(f"1e-{digits}") for digits in range(3, 8))
@@ -114,6 +121,41 @@ def confirming(method: Method) -> tuple[Method, float]:
     return replace(method, settings={"integration_scheme": RK3}), SMALLEST
 
 
+def _read_fields(path: Path) -> Fields:
+    """Returns the fields that Drake's reader takes from a model file; raises NotRead."""
+    from plumbob.engines.adapters.drake.user_model import model_fields
+
+    return model_fields(path)
+
+
+def _load_file(path: Path, layout: Layout, step: float) -> PeerModel:
+    """Returns a model file in Drake, to be stepped by `step` [s]; raises NotRead."""
+    from plumbob.engines.adapters.drake.user_model import user_model
+
+    return user_model(path, layout, step)
+
+
+def _build_mechanism(mechanism: Mechanism, start: State, step: float) -> Stepper:
+    """Returns the stepper of a mechanism at `step` [s]; raises Unsupported."""
+    from plumbob.engines.adapters.drake.scenes import built
+
+    return built(mechanism, start, step)
+
+
+def _derivatives(
+    scenes: Sequence[SceneMechanism],
+    distance: float,
+    method: Method,
+    step: float,
+    duration: float,
+) -> EndDerivatives:
+    """Returns the derivatives of the end of a run of `duration` [s], see
+    `OwnDerivative.of_mechanisms`; raises Unsupported."""
+    from plumbob.engines.adapters.drake.autodiff import derivatives
+
+    return derivatives(scenes, distance, method, step, duration)
+
+
 ENGINE = Engine(
     "drake",
     "pydrake",
@@ -124,9 +166,9 @@ ENGINE = Engine(
     abilities=(
         SchemeOfCase(scheme),
         SecondRun(confirming),
-        ModelReader(later(f"{__name__}.user_model.model_fields")),
-        RunsFiles(later(f"{__name__}.user_model.user_model")),
-        BuildsMechanisms(later(f"{__name__}.scenes.built"), "drake/default"),
-        derivative_by_mechanisms("autodiff", later(f"{__name__}.autodiff.derivatives"), 1e-12),
+        ModelReader(_read_fields),
+        RunsFiles(_load_file),
+        BuildsMechanisms(_build_mechanism, "drake/default"),
+        derivative_by_mechanisms("autodiff", _derivatives, 1e-12),
     ),
 )

@@ -10,8 +10,8 @@ from __future__ import annotations
 from plumbob.analytic.schemes import RK4, Scheme
 from plumbob.engines.abilities import SchemeOfCase
 from plumbob.engines.adapters.stepping import no_error
-from plumbob.engines.method import Engine, Method
-from plumbob.models.scene import ON_PLANE, ONE_SMOOTH, SMOOTH, Case, later
+from plumbob.engines.method import Engine, Method, Simulation
+from plumbob.models.scene import ON_PLANE, ONE_SMOOTH, SMOOTH, Case
 
 ALPHA = Scheme("generalised alpha")
 RK4_OF_TURNS = Scheme("rk4 of rotation vectors")  # no theory here covers it
@@ -76,11 +76,19 @@ def scheme(case: Case, method: Method) -> Scheme:
     return method.scheme
 
 
+def prepare(case: Case, method: Method, step: float) -> Simulation:
+    """Returns the simulation of `case` by `method` at `step` [s]; raises Unsupported and
+    ParameterError."""
+    from plumbob.engines.adapters.exudyn.simulation import prepare
+
+    return prepare(case, method, step)
+
+
 ENGINE = Engine(
     "exudyn",
     "exudyn",
     METHODS,
-    later(f"{__name__}.simulation.prepare"),
+    prepare,
     no_error,
     optional=True,
     abilities=(SchemeOfCase(scheme),),

@@ -5,28 +5,53 @@ MuJoCo, and the modules that need it, are imported when one of these functions i
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
+from contextlib import AbstractContextManager
 from dataclasses import replace
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from plumbob.analytic.schemes import Scheme
 from plumbob.engines.abilities import (
     Ablation,
     CompilesScenes,
+    Fields,
+    FileCheck,
     FileChecks,
     ModelReader,
     OwnDerivative,
     OwnFit,
+    PortsFiles,
     SchemeOfCase,
+    Settings,
     SettingsToPaste,
     StepsOfFiles,
+    Trimming,
     UserModels,
     UserSettings,
 )
 from plumbob.engines.adapters.mujoco.methods import METHODS
-from plumbob.engines.method import Engine, Method
+from plumbob.engines.method import Engine, Method, Simulation
 from plumbob.engines.registry import builder, model_error
-from plumbob.models.scene import FREE_ROTATION, ON_PLANE, SMOOTH, Case, later
+from plumbob.engines.trajectory import ByName
+from plumbob.models.scene import FREE_ROTATION, ON_PLANE, SMOOTH, Case
 
-prepare = later(f"{__name__}.simulation.compiled")
+if TYPE_CHECKING:
+    from plumbob.analytic.reference import Array, Signals
+    from plumbob.engines.own_contacts import ContactModel
+    from plumbob.engines.own_motion import Change, OwnModel, Start
+    from plumbob.engines.peer_model import Layout, PeerModel
+    from plumbob.engines.stepper import SceneMechanism
+    from plumbob.models.gradient import Number
+
+
+def prepare(case: Case, method: Method, step: float) -> Simulation:
+    """Returns the simulation of `case` by `method` at `step` [s]; raises Unsupported and
+    ParameterError."""
+    from plumbob.engines.adapters.mujoco.simulation import compiled
+
+    return compiled(case, method, step)
 
 
 def scheme(case: Case, method: Method) -> Scheme:
@@ -49,6 +74,154 @@ def scheme(case: Case, method: Method) -> Scheme:
     return method.scheme
 
 
+def _user_method(path: Path) -> Method:
+    """Returns the method with the settings of a user's model file; raises ParameterError."""
+    from plumbob.engines.adapters.mujoco.user_file import user_method
+
+    return user_method(path)
+
+
+def _measure_trimming(
+    case: Case, method: Method, step: float, steps: int, repeats: int
+) -> Trimming:
+    """Returns what trimming the model of a case saves in steps of `step` [s]; raises Unsupported
+    and ParameterError."""
+    from plumbob.engines.adapters.mujoco.trimming import trimming
+
+    return trimming(case, method, step, steps, repeats)
+
+
+def _settings(
+    method: Method, step: float, stiffness: float | None, friction: float
+) -> Settings:
+    """Returns the settings to paste for `method` at `step` [s]; raises ParameterError."""
+    from plumbob.engines.adapters.mujoco.settings_to_paste import settings
+
+    return settings(method, step, stiffness, friction)
+
+
+def _mechanism_of_scene(case: Case) -> SceneMechanism:
+    """Returns the mechanism of a case; raises Unsupported and ParameterError."""
+    from plumbob.engines.adapters.mujoco.scene_mechanism import scene_mechanism
+
+    return scene_mechanism(case)
+
+
+def _translate(case: Case, method: Method, step: float) -> Any:
+    """Returns the Translation of a case at `step` [s]; raises Unsupported and ParameterError."""
+    from plumbob.engines.adapters.mujoco.translation import translated
+
+    return translated(case, method, step)
+
+
+def _model_of_scene(
+    case: Case, method: Method, step: float
+) -> tuple[OwnModel, Callable[[Array], Signals]]:
+    """Returns the model that is stepped of a case at `step` [s], and a function from states, shape
+    (n, k), to observables, shape (n,) each. Raises Unsupported, ParameterError and
+    NotCertifiable."""
+    from plumbob.engines.adapters.mujoco.own_model.scene_model import scene_model
+
+    return scene_model(case, method, step)
+
+
+def _check_file(path: Path, method: Method) -> FileCheck:
+    """Returns the differences of a model file from a method's settings; raises ParameterError."""
+    from plumbob.engines.adapters.mujoco.file_check import check
+
+    return check(path, method)
+
+
+def _rewrite_for_step(text: str, step: float) -> str:
+    """Returns the text of one of plumbob's model files with contacts for `step` [s]."""
+    from plumbob.engines.adapters.mujoco.settings_to_paste import rewritten
+
+    return rewritten(text, step)
+
+
+def _read_fields(path: Path) -> Fields:
+    """Returns the fields of a model file as MuJoCo reads them; raises ParameterError."""
+    from plumbob.engines.adapters.mujoco.model_fields import model_fields
+
+    return model_fields(path)
+
+
+def _fields_of_port(model: Any, named: Any) -> Fields:
+    """Returns the fields of a compiled model, by the names of another model with the same parts."""
+    from plumbob.engines.adapters.mujoco.model_fields import fields_in
+
+    return fields_in(model, named)
+
+
+def _file_in_port(
+    make: Callable[[Any], Any], path: Path, layout: Layout, step: float, read: Any
+) -> PeerModel:
+    """Returns a model file in a port, see `PortsFiles.load`."""
+    from plumbob.engines.adapters.mujoco.terms import PortedModel
+
+    return PortedModel(make, path, layout, step, read)
+
+
+def _transition_derivatives(
+    number: Number, method: Method, step: float, beside: bool = False
+) -> ByName:
+    """Returns derivatives of the end of a run by mjd_transitionFD; raises Unsupported. If `beside`,
+    the differences have another size."""
+    from plumbob.engines.adapters.mujoco.transition import transition
+
+    return transition(number, method, step, beside)
+
+
+def _inverse_derivatives(
+    number: Number, method: Method, step: float, beside: bool = False
+) -> ByName:
+    """Returns derivatives of the end of a run by mjd_inverseFD; raises Unsupported. If `beside`,
+    the differences have another size."""
+    from plumbob.engines.adapters.mujoco.transition import inverse
+
+    return inverse(number, method, step, beside)
+
+
+def _fit(residuals: Callable[[Array], Array], start: Array) -> Array:
+    """Returns the place in the unit box, shape (p,), with the smallest sum of squares of
+    `residuals`, by mujoco.sysid from a `start`; raises Unsupported."""
+    from plumbob.engines.adapters.mujoco.sysid import fit
+
+    return fit(residuals, start)
+
+
+def _user_model(model: Any, start: Start) -> OwnModel:
+    """Returns a user's model as audits need it; raises ParameterError and NotCertifiable."""
+    from plumbob.engines.adapters.mujoco.own_model.model import model_of_own
+
+    return model_of_own(model, start)
+
+
+def _user_contacts(
+    model: Any, start: Start, body: str | None, friction: float | None
+) -> ContactModel:
+    """Returns a free body of a user's model on its plane; raises ParameterError and
+    NotCertifiable."""
+    from plumbob.engines.adapters.mujoco.own_model.user_contacts import own_contacts
+
+    return own_contacts(model, start, body, friction)
+
+
+def _write_trimmed(source: Path, changes: Sequence[Change], target: Path) -> tuple[Change, ...]:
+    """Writes the file `source` to `target` without the parts that `changes` leave out, and returns
+    the changes that were written; raises ParameterError."""
+    from plumbob.engines.adapters.mujoco.own_model.file_text import write
+
+    return write(source, changes, target)
+
+
+def _collect_messages() -> AbstractContextManager[list[str]]:
+    """Returns a context in which MuJoCo's messages are collected, and not printed."""
+    from plumbob.engines.adapters.mujoco.options import collected
+
+    return collected()
+
+
 ENGINE = Engine(
     "mujoco",
     "mujoco",
@@ -57,31 +230,23 @@ ENGINE = Engine(
     model_error,
     abilities=(
         SchemeOfCase(scheme),
-        UserSettings(later(f"{__name__}.user_file.user_method")),
-        Ablation(later(f"{__name__}.trimming.trimming")),
-        SettingsToPaste(later(f"{__name__}.settings_to_paste.settings")),
-        CompilesScenes(
-            later(f"{__name__}.scene_mechanism.scene_mechanism"),
-            later(f"{__name__}.translation.translated"),
-            later(f"{__name__}.own_model.scene_model.scene_model"),
+        UserSettings(_user_method),
+        Ablation(_measure_trimming),
+        SettingsToPaste(_settings),
+        CompilesScenes(_mechanism_of_scene, _translate, _model_of_scene),
+        FileChecks(_check_file),
+        StepsOfFiles(_rewrite_for_step),
+        ModelReader(_read_fields),
+        PortsFiles(_file_in_port, _fields_of_port),
+        OwnDerivative(
+            "transition",
+            _transition_derivatives,
+            beside=partial(_transition_derivatives, beside=True),
         ),
-        FileChecks(later(f"{__name__}.file_check.check")),
-        StepsOfFiles(later(f"{__name__}.settings_to_paste.rewritten")),
-        ModelReader(later(f"{__name__}.model_fields.model_fields")),
-        *(
-            OwnDerivative(
-                way,
-                later(f"{__name__}.transition.{way}"),
-                beside=later(f"{__name__}.transition.{way}_beside"),
-            )
-            for way in ("transition", "inverse")
+        OwnDerivative(
+            "inverse", _inverse_derivatives, beside=partial(_inverse_derivatives, beside=True)
         ),
-        OwnFit("sysid", later(f"{__name__}.sysid.fit")),
-        UserModels(
-            later(f"{__name__}.own_model.model.model_of_own"),
-            later(f"{__name__}.own_model.user_contacts.own_contacts"),
-            later(f"{__name__}.own_model.file_text.write"),
-            later(f"{__name__}.options.collected"),
-        ),
+        OwnFit("sysid", _fit),
+        UserModels(_user_model, _user_contacts, _write_trimmed, _collect_messages),
     ),
 )

@@ -26,7 +26,6 @@ size; the mean of differences by NUDGE and by -NUDGE removes it. The function g 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import partial
 from types import MappingProxyType
 
 import mujoco
@@ -151,9 +150,6 @@ def inverse(number: Number, method: Method, step: float, beside: bool = False) -
             mujoco.mj_step(model, data)
             _step_ahead(model, before, data.qvel, along[: 2 * model.nv].reshape(2, -1), nudge)
         return sides.read(along)
-
-
-transition_beside, inverse_beside = (partial(way, beside=True) for way in (transition, inverse))
 
 
 def _step_ahead(

@@ -7,16 +7,21 @@ when it is imported.
 
 from __future__ import annotations
 
+from pathlib import Path
 from types import MappingProxyType
+from typing import TYPE_CHECKING
 
 from plumbob.analytic.schemes import EULER, Scheme
-from plumbob.engines.abilities import ModelReader, RunsFiles, SchemeOfCase
+from plumbob.engines.abilities import Fields, ModelReader, RunsFiles, SchemeOfCase
 from plumbob.engines.adapters.constrained import CONSTRAINED, constrained
 from plumbob.engines.adapters.mjwarp import start_warp
 from plumbob.engines.adapters.pendulum_errors import model_error
 from plumbob.engines.adapters.ported import SINGLE
 from plumbob.engines.method import Engine, Method, Simulation
-from plumbob.models.scene import Case, later
+from plumbob.models.scene import Case
+
+if TYPE_CHECKING:
+    from plumbob.engines.peer_model import Layout, PeerModel
 
 STEP = Scheme(EULER, "start", tangent_turn=True, unit=SINGLE)
 MUJOCO_STEP = Scheme(EULER, "start", implicit_damping=True, unit=SINGLE)
@@ -87,8 +92,23 @@ def scheme(case: Case, method: Method) -> Scheme:
 def prepare(case: Case, method: Method, step: float) -> Simulation:
     """Build `case` for `method` at `step` [s]; raises Unsupported and ParameterError."""
     start_warp()
-    simulation: Simulation = later(f"{__name__}.simulation.prepare")(case, method, step)
-    return simulation
+    from plumbob.engines.adapters.newton import simulation
+
+    return simulation.prepare(case, method, step)
+
+
+def _read_fields(path: Path) -> Fields:
+    """Returns the fields that Newton's reader takes from a model file; raises NotRead."""
+    from plumbob.engines.adapters.newton.user_model import model_fields
+
+    return model_fields(path)
+
+
+def _load_file(path: Path, layout: Layout, step: float) -> PeerModel:
+    """Returns a model file in Newton, to be stepped by `step` [s]; raises NotRead."""
+    from plumbob.engines.adapters.newton.user_model import user_model
+
+    return user_model(path, layout, step)
 
 
 ENGINE = Engine(
@@ -100,7 +120,7 @@ ENGINE = Engine(
     optional=True,
     abilities=(
         SchemeOfCase(scheme),
-        ModelReader(later(f"{__name__}.user_model.model_fields")),
-        RunsFiles(later(f"{__name__}.user_model.user_model"), 2.0**-24),
+        ModelReader(_read_fields),
+        RunsFiles(_load_file, 2.0**-24),
     ),
 )

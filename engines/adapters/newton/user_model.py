@@ -10,12 +10,10 @@ import numpy as np
 
 from plumbob.engines.abilities import Fields
 from plumbob.engines.adapters.mjwarp import WarpPort
-from plumbob.engines.adapters.ported import PORTED
+from plumbob.engines.adapters.ported import load_file, mujoco_ports
 from plumbob.engines.peer_model import Layout, NotRead, PeerModel, RefusedFile
 from plumbob.models.border import border
-from plumbob.models.scene import later
 
-FIELDS = "plumbob.engines.adapters.mujoco.model_fields.fields_in"  # which imports MuJoCo
 FAR = 1e9  # more than the gains and gears of two actuators differ by
 
 
@@ -66,12 +64,11 @@ def _order_of_actuators(file: Any, read: Any) -> Any:
 def model_fields(path: Path) -> Fields:
     """The numbers that Newton reads from a model file, by the file's names; raises NotRead."""
     file, read = _read(path)
-    for field, name, numbers in later(FIELDS)(read, file):
+    for field, name, numbers in mujoco_ports().fields(read, file):
         yield field, name, np.add(numbers, 0.0)  # no -0.0
 
 
 def user_model(path: Path, layout: Layout, step: float) -> PeerModel:
     """The model of a file, as Newton has MuJoCo Warp step it; raises NotRead."""
     _, read = _read(path)
-    model: PeerModel = later(PORTED)(WarpPort, path, layout, step, read)
-    return model
+    return load_file(WarpPort, path, layout, step, read)

@@ -3,18 +3,31 @@ three of scipy's adaptive ones."""
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 from plumbob.analytic.schemes import ADAPTIVE, EULER, LEAPFROG, RK4, Scheme
 from plumbob.engines.abilities import OwnDerivative, SecondRun
 from plumbob.engines.adapters.stepping import no_error
-from plumbob.engines.method import Engine, Method
-from plumbob.models.scene import FREE_ROTATION, ONE_SMOOTH, SMOOTH, later
+from plumbob.engines.method import Engine, Method, Simulation
+from plumbob.engines.trajectory import ByName
+from plumbob.models.scene import FREE_ROTATION, ONE_SMOOTH, SMOOTH, Case
+
+if TYPE_CHECKING:
+    from plumbob.models.gradient import Number
 
 # relative; of order 5 and implicit, Radau takes seconds for its tenth digit of a swing
 TOLERANCES = tuple(float(f"1e-{digits}") for digits in range(3, 14))
 # dry friction has no equation of motion that they could follow
 KINDS = (ONE_SMOOTH, SMOOTH, FREE_ROTATION)
 IMPACTS = ("bouncing-ball",)  # but an impact ends a step of a solver that chooses them
-prepare = later(f"{__name__}.simulation.prepared")
+
+
+def prepare(case: Case, method: Method, step: float) -> Simulation:
+    """Returns the simulation of `case` by `method` at `step` [s]; raises Unsupported and
+    ParameterError."""
+    from plumbob.engines.adapters.ode.simulation import prepared
+
+    return prepared(case, method, step)
 
 
 def confirming(method: Method) -> tuple[Method, float]:
@@ -40,6 +53,15 @@ METHODS = (
     _adaptive("Radau", TOLERANCES[:5]),
     _adaptive("LSODA", TOLERANCES),
 )
+
+
+def _variational_derivatives(number: Number, method: Method, step: float) -> ByName:
+    """Returns the derivatives of the observables at the end of a run; raises Unsupported."""
+    from plumbob.engines.adapters.ode.forward import forward
+
+    return forward(number, method, step)
+
+
 ENGINE = Engine(
     "ode",
     "scipy",
@@ -48,6 +70,6 @@ ENGINE = Engine(
     no_error,
     abilities=(
         SecondRun(confirming),
-        OwnDerivative("variational", later(f"{__name__}.forward.forward")),
+        OwnDerivative("variational", _variational_derivatives),
     ),
 )

@@ -6,9 +6,14 @@ Loops are closed by its proximal constraint dynamics.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
 from plumbob.analytic.schemes import EULER, RK4, Scheme
 from plumbob.engines.abilities import (
     BuildsMechanisms,
+    Fields,
     ModelReader,
     RunsFiles,
     SchemeOfCase,
@@ -16,8 +21,13 @@ from plumbob.engines.abilities import (
 from plumbob.engines.adapters.constrained import CONSTRAINED, constrained
 from plumbob.engines.adapters.own_derivatives import derivative_by_mechanisms
 from plumbob.engines.adapters.stepping import no_error
-from plumbob.engines.method import Engine, Method
-from plumbob.models.scene import FREE_ROTATION, ONE_SMOOTH, SMOOTH, Case, later
+from plumbob.engines.method import Engine, Method, Simulation
+from plumbob.models.scene import FREE_ROTATION, ONE_SMOOTH, SMOOTH, Case
+
+if TYPE_CHECKING:
+    from plumbob.engines.mechanism import Mechanism
+    from plumbob.engines.peer_model import Layout, PeerModel
+    from plumbob.engines.stepper import EndDerivatives, SceneMechanism, State, Stepper
 
 KINDS = (ONE_SMOOTH, SMOOTH, FREE_ROTATION)
 TOUCHING = "!rolling-disc"  # a smooth system whose body touches the ground
@@ -38,18 +48,61 @@ def scheme(case: Case, method: Method) -> Scheme:
     return CONSTRAINED if constrained(case) else method.scheme
 
 
+def prepare(case: Case, method: Method, step: float) -> Simulation:
+    """Returns the simulation of `case` by `method` at `step` [s]; raises Unsupported and
+    ParameterError."""
+    from plumbob.engines.adapters.pinocchio.simulation import prepare
+
+    return prepare(case, method, step)
+
+
+def _read_fields(path: Path) -> Fields:
+    """Returns the fields that Pinocchio's reader takes from a model file; raises NotRead."""
+    from plumbob.engines.adapters.pinocchio.user_model import model_fields
+
+    return model_fields(path)
+
+
+def _load_file(path: Path, layout: Layout, step: float) -> PeerModel:
+    """Returns a model file in Pinocchio, to be stepped by `step` [s]; raises NotRead."""
+    from plumbob.engines.adapters.pinocchio.user_model import user_model
+
+    return user_model(path, layout, step)
+
+
+def _build_mechanism(mechanism: Mechanism, start: State, step: float) -> Stepper:
+    """Returns the stepper of a mechanism at `step` [s]; raises Unsupported."""
+    from plumbob.engines.adapters.pinocchio.simulation import built
+
+    return built(mechanism, start, step)
+
+
+def _derivatives(
+    scenes: Sequence[SceneMechanism],
+    distance: float,
+    method: Method,
+    step: float,
+    duration: float,
+) -> EndDerivatives:
+    """Returns the derivatives of the end of a run of `duration` [s], see
+    `OwnDerivative.of_mechanisms`; raises Unsupported."""
+    from plumbob.engines.adapters.pinocchio.derivatives import derivatives
+
+    return derivatives(scenes, distance, method, step, duration)
+
+
 ENGINE = Engine(
     "pinocchio",
     "pinocchio",
     METHODS,
-    later(f"{__name__}.simulation.prepare"),
+    prepare,
     no_error,
     optional=True,
     abilities=(
         SchemeOfCase(scheme),
-        ModelReader(later(f"{__name__}.user_model.model_fields")),
-        derivative_by_mechanisms("rnea", later(f"{__name__}.derivatives.derivatives"), 1e-12),
-        RunsFiles(later(f"{__name__}.user_model.user_model")),
-        BuildsMechanisms(later(f"{__name__}.simulation.built"), "pinocchio/aba+euler"),
+        ModelReader(_read_fields),
+        derivative_by_mechanisms("rnea", _derivatives, 1e-12),
+        RunsFiles(_load_file),
+        BuildsMechanisms(_build_mechanism, "pinocchio/aba+euler"),
     ),
 )

@@ -8,14 +8,27 @@ motor without a limit to its force. Every module but this one imports PyBullet.
 
 from __future__ import annotations
 
+from pathlib import Path
 from types import MappingProxyType
+from typing import TYPE_CHECKING
 
 from plumbob.analytic.schemes import EULER, Scheme
-from plumbob.engines.abilities import BuildsMechanisms, ModelReader, RunsFiles, SchemeOfCase
+from plumbob.engines.abilities import (
+    BuildsMechanisms,
+    Fields,
+    ModelReader,
+    RunsFiles,
+    SchemeOfCase,
+)
 from plumbob.engines.adapters.constrained import CONSTRAINED, constrained
 from plumbob.engines.adapters.pendulum_errors import model_error
-from plumbob.engines.method import Engine, Method
-from plumbob.models.scene import ON_PLANE, ONE_SMOOTH, SMOOTH, Case, later
+from plumbob.engines.method import Engine, Method, Simulation
+from plumbob.models.scene import ON_PLANE, ONE_SMOOTH, SMOOTH, Case
+
+if TYPE_CHECKING:
+    from plumbob.engines.mechanism import Mechanism
+    from plumbob.engines.peer_model import Layout, PeerModel
+    from plumbob.engines.stepper import State, Stepper
 
 EULER_STEP = Scheme(EULER, "start")
 OTHERWISE = Scheme("euler with damping, motors or contacts")  # without a theory here
@@ -81,17 +94,47 @@ def scheme(case: Case, method: Method) -> Scheme:
     return CONSTRAINED if constrained(case) else method.scheme
 
 
+def prepare(case: Case, method: Method, step: float) -> Simulation:
+    """Returns the simulation of `case` by `method` at `step` [s]; raises Unsupported and
+    ParameterError."""
+    from plumbob.engines.adapters.pybullet.simulation import prepare
+
+    return prepare(case, method, step)
+
+
+def _read_fields(path: Path) -> Fields:
+    """Returns the fields that Bullet's reader takes from a model file; raises NotRead."""
+    from plumbob.engines.adapters.pybullet.user_model import model_fields
+
+    return model_fields(path)
+
+
+def _load_file(path: Path, layout: Layout, step: float) -> PeerModel:
+    """Returns a model file in Bullet, to be stepped by `step` [s]; raises NotRead."""
+    from plumbob.engines.adapters.pybullet.user_model import user_model
+
+    return user_model(path, layout, step)
+
+
+def _build_mechanism(mechanism: Mechanism, start: State, step: float) -> Stepper:
+    """Returns the stepper of a mechanism at `step` [s] with Bullet's default settings, but without
+    the damping that Bullet gives the velocities of all bodies by default; raises Unsupported."""
+    from plumbob.engines.adapters.pybullet.stepper import BulletStepper
+
+    return BulletStepper(mechanism, UNDAMPED, step)
+
+
 ENGINE = Engine(
     "pybullet",
     "pybullet",
     METHODS,
-    later(f"{__name__}.simulation.prepare"),
+    prepare,
     model_error,
     optional=True,
     abilities=(
         SchemeOfCase(scheme),
-        ModelReader(later(f"{__name__}.user_model.model_fields")),
-        RunsFiles(later(f"{__name__}.user_model.user_model")),
-        BuildsMechanisms(later(f"{__name__}.simulation.built"), "pybullet/default"),
+        ModelReader(_read_fields),
+        RunsFiles(_load_file),
+        BuildsMechanisms(_build_mechanism, "pybullet/default"),
     ),
 )

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from plumbob.engines.adapters.pybullet import UNDAMPED
 from plumbob.engines.adapters.pybullet.client import new_client
 from plumbob.engines.adapters.pybullet.stepper import BulletStepper
 from plumbob.engines.adapters.stepped_mechanism import simulated
@@ -20,9 +19,3 @@ def prepare(case: Case, method: Method, step: float) -> Simulation:
 
     broken = (OverflowError, ValueError, new_client().error)
     return simulated(case, step, build, broken)
-
-
-def built(mechanism: Mechanism, start: State, step: float) -> BulletStepper:
-    """A mechanism at `step` [s] with Bullet's default settings, but without the damping that Bullet
-    gives the velocities of all bodies by default; raises Unsupported."""
-    return BulletStepper(mechanism, UNDAMPED, step)

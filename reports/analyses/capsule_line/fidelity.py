@@ -15,7 +15,7 @@ from plumbob.reports.analyses.measurements import (
     problem,
     recordings,
 )
-from plumbob.reports.view.notation import short
+from plumbob.reports.records.notation import short
 
 TILTED_SCENE = "capsule-line/at-123"
 TILTED_STEPS = (1e-3, 1e-4)  # [s]

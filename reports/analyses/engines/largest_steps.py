@@ -22,8 +22,8 @@ from plumbob.reports.analyses.analysis import Analysis, Record
 from plumbob.reports.analyses.claims import as_expected, at_most
 from plumbob.reports.analyses.measurements import study_plan
 from plumbob.reports.judge.stability import study_limits
-from plumbob.reports.view.content import Claim
-from plumbob.reports.view.site.largest_step import SCENES
+from plumbob.reports.records.claim import Claim
+from plumbob.reports.records.page_records import LIMITED_SCENES
 
 # scenes searched in the quick profile: the equilibrium with each scheme of each engine, the swing
 # with one method of each engine
@@ -81,7 +81,7 @@ def predictions(plan: StudyPlan) -> Sequence[StabilitySearch]:
         scene
         for scene in plan.scenes
         if system_of(scene).stability and scene.kind != SMOOTH
-        if plan.profile != "quick" or scene.name in SCENES
+        if plan.profile != "quick" or scene.name in LIMITED_SCENES
     ]
     return tuple(
         StabilitySearch(scene.name, method.name, by_runs=False)

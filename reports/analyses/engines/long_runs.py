@@ -13,7 +13,7 @@ from plumbob.reports.analyses.analysis import Analysis, Record
 from plumbob.reports.analyses.claims import Claims, as_expected
 from plumbob.reports.analyses.measurements import study_plan
 from plumbob.reports.judge.long_runs import judged_long_run
-from plumbob.reports.view.content import Claim
+from plumbob.reports.records.claim import Claim
 
 LONG_SWING, SWING_STEP = "simple-pendulum/free-large", 0.05  # [s] step of the notebook
 METHODS = ("mujoco/euler", "ode/leapfrog", "ode/rk4", "mujoco/rk4")

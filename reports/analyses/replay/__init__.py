@@ -20,7 +20,7 @@ from plumbob.reports.analyses.replay.pendulums import cone_picture, pendulum_pic
 from plumbob.reports.analyses.replay.picture import Picture
 from plumbob.reports.analyses.replay.runs import RECOMMENDED_SETTINGS, shown_runs, shown_seconds
 from plumbob.reports.analyses.replay.samples import REPLAY_SAMPLES, Samples, encode_samples
-from plumbob.reports.view.records import Layer, Replay
+from plumbob.reports.records.page_records import Layer, Replay
 
 PICTURES: Mapping[str, Callable[[Case, float], Picture]] = MappingProxyType(
     {

@@ -17,8 +17,8 @@ from plumbob.reports.analyses.replay import assemble_replay, run_deviations
 from plumbob.reports.analyses.replay.pendulums import TRAIL
 from plumbob.reports.analyses.replay.picture import Picture, camera, channels_of_observables
 from plumbob.reports.analyses.replay.samples import Samples
-from plumbob.reports.view.notation import seconds
-from plumbob.reports.view.records import Layer, Replay
+from plumbob.reports.records.notation import seconds
+from plumbob.reports.records.page_records import Layer, Replay
 
 ERROR = "error"  # channel of the largest corner displacement [m] from the certified motion
 POSE_COMPONENTS = ("x", "y", "z", "qw", "qx", "qy", "qz")  # components of a body's pose

@@ -11,7 +11,7 @@ import numpy as np
 
 from plumbob.analytic.reference import Array, Signals
 from plumbob.engines.trajectory import Trajectory
-from plumbob.reports.view import notation
+from plumbob.reports.records import notation
 
 PictureBox = tuple[float, float, float, float]  # left, right, bottom, top
 LARGEST_UNMENTIONED_ANGLE = 1e-9  # [rad] largest angle that is not mentioned beside a distance

@@ -13,7 +13,7 @@ from plumbob.engines.study.measurement import REFERENCE_STEP
 from plumbob.models.registry import case_of, system_of
 from plumbob.models.registry import scene as find_scene
 from plumbob.models.scene import Scene
-from plumbob.reports.view import notation
+from plumbob.reports.records import notation
 
 OWN_SETTINGS, RECOMMENDED_SETTINGS = "your settings", "recommended settings"
 SMOOTH_METHODS = ("mujoco/rk4+midpoint", "mujoco/rk4")  # the first reads a control at mid-step

@@ -15,8 +15,8 @@ from plumbob.engines.study.results import Study
 from plumbob.reports.analyses.analysis import Analysis, Record
 from plumbob.reports.analyses.claims import Claims
 from plumbob.reports.analyses.measurements import case, scheme
-from plumbob.reports.view.content import Claim
-from plumbob.reports.view.notation import number
+from plumbob.reports.records.claim import Claim
+from plumbob.reports.records.notation import number
 
 NONLINEAR_SCENES, LINEAR_SCENES = "simple-pendulum/", "linear-pendulum/"
 # [s] method of the notebook, with 1000 steps

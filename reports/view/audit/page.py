@@ -10,13 +10,13 @@ from typing import Any
 
 from plumbob.engines.audit.audit import Audit
 from plumbob.engines.audit.contacts import ContactAudit
-from plumbob.reports.view import notation
+from plumbob.reports.records import notation
+from plumbob.reports.records.page_records import Replay
 from plumbob.reports.view.audit.contacts import contact_numbers
 from plumbob.reports.view.audit.motion import motion_numbers
 from plumbob.reports.view.content import Cell, Finding
 from plumbob.reports.view.finding_text import read_findings as worded
 from plumbob.reports.view.page import fill_page
-from plumbob.reports.view.records import Replay
 from plumbob.reports.view.tables import terminal_lines as text_lines
 
 

@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import Any
 
 from plumbob.engines.study.results import Study
+from plumbob.reports.records.notation import number
 from plumbob.reports.view.content import Table
-from plumbob.reports.view.notation import number
 from plumbob.reports.view.page import fill_page, write_file
 from plumbob.reports.view.tables import paragraphs, table, table_or_none
 

@@ -11,23 +11,16 @@ from typing import NamedTuple
 from plumbob.engines.study.results import Study
 from plumbob.models.scene import Scene
 from plumbob.reports.advice.recommend import DEFAULT_METHOD
-from plumbob.reports.view import notation
+from plumbob.reports.records import notation
+from plumbob.reports.records.page_records import StudyRecord
 from plumbob.reports.view.content import Finding
 from plumbob.reports.view.method_results import Results, ShownError
-from plumbob.reports.view.records import StudyRecord
 from plumbob.reports.view.settings import titled_settings
 from plumbob.reports.view.site.claims import NOT_SHOWN
 from plumbob.reports.view.site.matrix import sorted_scenes
 from plumbob.reports.view.site.views import PageView
 from plumbob.reports.view.tables import paragraphs
 
-KEY_FINDINGS = (
-    "capsule-isotropy",
-    "capsule-displacement",
-    "held-control",
-    "printed-hamiltonian",
-    "capsule-turn-second-order",
-)
 MOST_FINDINGS = 5
 
 
@@ -86,10 +79,9 @@ def run_counts(all_results: Results) -> tuple[int, int, int]:
 def key_findings(findings: Sequence[Finding]) -> Sequence[Finding]:
     """At most `MOST_FINDINGS` findings with a figure, the key findings first. Other findings
     replace the key findings that the study lacks or does not show."""
-    by_name = {f.name: f for f in findings if f.judgement != NOT_SHOWN and f.figures}
-    first_names = [name for name in KEY_FINDINGS if name in by_name]
-    names = dict.fromkeys((*first_names, *by_name))
-    return [by_name[name] for name in names][:MOST_FINDINGS]
+    shown = [f for f in findings if f.judgement != NOT_SHOWN and f.figures]
+    keys = sorted((f for f in shown if f.key), key=lambda finding: finding.key)
+    return [*keys, *(f for f in shown if not f.key)][:MOST_FINDINGS]
 
 
 def recommended_settings(
@@ -102,7 +94,8 @@ def recommended_settings(
         methods = kind.methods
         default = methods[0]
         better = methods[1]
-        scenes = [scene for scene in study.scenes if fnmatch(scene.system, kind.systems)]
+        ordered = sorted_scenes(study.scenes, record.systems)
+        scenes = [scene for scene in ordered if fnmatch(scene.system, kind.systems)]
         ran = _errors_of_all(all_results, scenes, methods)
 
         unusual = [row for row in ran if _is_unusual(row[0])]
@@ -140,10 +133,10 @@ def _is_unusual(scene: Scene) -> bool:
 def _errors_of_all(
     all_results: Results, scenes: Sequence[Scene], methods: Sequence[str]
 ) -> list[SceneErrors]:
-    """The scenes that all `methods` ran, in the order of their systems, each with the errors of
-    these methods at the reference step."""
+    """The scenes that all `methods` ran, each with the errors of these methods at the reference
+    step."""
     ran = list[SceneErrors]()
-    for scene in sorted_scenes(scenes):
+    for scene in scenes:
         errors = dict[str, ShownError]()
         for name in methods:
             result = all_results.get((scene.name, name))

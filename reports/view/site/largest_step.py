@@ -3,18 +3,11 @@
 from __future__ import annotations
 
 from plumbob.reports.advice.recommend import DEFAULT_METHOD
+from plumbob.reports.records.page_records import LIMITED_SCENES
 from plumbob.reports.view.method_results import MethodResult, Results
 from plumbob.reports.view.site.views import PageView
 from plumbob.reports.view.tables import table
 
-# The quick profile predicts the stability limits of these scenes.
-SCENES = (
-    "simple-pendulum/free-large",
-    "cone-pendulum/rotating-base",
-    "cone-pendulum/fast-platform",
-    "linear-pendulum/overdamped",
-    "free-body/flip",
-)
 METHODS = (
     *(f"mujoco/{integrator}" for integrator in ("euler", "implicit", "implicitfast", "rk4")),
     "pymunk/default",
@@ -25,7 +18,7 @@ METHODS = (
 def largest_step_table(all_results: Results) -> PageView | None:
     """The table of the largest stable steps, and the result of the default method on the first
     scene where that method has a limit; None if the default method has none on any scene."""
-    limited: dict[str, dict[str, MethodResult]] = {scene: {} for scene in SCENES}
+    limited: dict[str, dict[str, MethodResult]] = {scene: {} for scene in LIMITED_SCENES}
     for (scene, method), result in all_results.items():
         if scene in limited and result.limit:
             limited[scene][method] = result

@@ -8,20 +8,9 @@ from types import MappingProxyType
 
 from plumbob.engines.study.results import Study
 from plumbob.models.scene import Scene
+from plumbob.reports.records.page_records import SystemRecord
 from plumbob.reports.view.method_results import MethodResult, Results
 
-ORDER = (
-    "cone-pendulum",
-    "capsule-line",
-    "capsule-turn",
-    "capsule-plan",
-    "capsule-hold",
-    "capsule-coast",
-    "capsule-train",
-    "simple-pendulum",
-    "linear-pendulum",
-)
-"""Systems in the order in which the sources treat them; others follow by name."""
 ENGINE_TITLES = MappingProxyType(
     {
         "mujoco": "MuJoCo",
@@ -43,15 +32,16 @@ class Matrix:
     rows: Sequence[tuple[str, Sequence[MethodResult | None]]]  # scene, one result per method
 
 
-def order_key(name: str, first: Sequence[str] = ORDER) -> tuple[int, str]:
+def order_key(name: str, first: Sequence[str]) -> tuple[int, str]:
     """Returns a sort key that puts the names in `first` first, in that order, and all other names
     after them, alphabetically."""
     return (first.index(name) if name in first else len(first)), name
 
 
-def sorted_scenes(scenes: Sequence[Scene]) -> Sequence[Scene]:
-    """Returns the scenes sorted by their systems, systems in the order of `ORDER`."""
-    return sorted(scenes, key=lambda scene: order_key(scene.system))
+def sorted_scenes(scenes: Sequence[Scene], systems: Sequence[SystemRecord]) -> Sequence[Scene]:
+    """Returns the scenes sorted by their systems, which are in the order of `systems`."""
+    names = [system.name for system in systems]
+    return sorted(scenes, key=lambda scene: order_key(scene.system, names))
 
 
 def matrices(study: Study, all_results: Results, scenes: Sequence[Scene]) -> list[Matrix]:

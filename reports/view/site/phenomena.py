@@ -5,35 +5,19 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from plumbob.engines.study.results import Study
-from plumbob.reports.view import notation
+from plumbob.reports.records import notation
+from plumbob.reports.records.page_records import SystemRecord
 from plumbob.reports.view.content import Table
 from plumbob.reports.view.method_results import MethodResult, Results
-from plumbob.reports.view.records import SystemRecord
 from plumbob.reports.view.site.matrix import engine_names
 from plumbob.reports.view.tables import table_or_none
-
-CANON = (
-    "projectile",
-    "incline",
-    "rolling-ball",
-    "rolling-disc",
-    "bouncing-ball",
-    "pinch",
-    "stack",
-    "n-pendulum",
-    "slider-crank",
-    "four-bar",
-    "servo",
-    "heavy-top",
-    "rod-impact",
-)
 
 
 def phenomena(
     study: Study, all_results: Results, systems: Sequence[SystemRecord]
 ) -> Table | None:
-    """Returns the table with a row for each system of `CANON` and a column for each engine; None if
-    no scene of these systems was run.
+    """Returns the table with a row for each system that is a canonical phenomenon and a column for
+    each engine; None if no scene of these systems was run.
 
     A cell shows the best method of the engine for the system, with two relative errors: the largest
     error over the scenes at 1 ms, and the largest over the scenes of the smallest error at any
@@ -45,13 +29,13 @@ def phenomena(
             methods = ran.setdefault((result.scene.system, result.method.engine), {})
             methods.setdefault(result.name, []).append(result)
     systems_that_ran = {system for system, _ in ran}
-    titles = {
-        record.name: record.title for record in systems if record.name in systems_that_ran
-    }
+    shown = [s for s in systems if s.phenomenon and s.name in systems_that_ran]
+    shown.sort(key=lambda system: system.phenomenon)
     rows = {
-        (titles[system], system): [_cell(ran.get((system, engine), {})) for engine in names]
-        for system in CANON
-        if system in titles
+        (system.title, system.name): [
+            _cell(ran.get((system.name, engine), {})) for engine in names
+        ]
+        for system in shown
     }
     return table_or_none("phenomena", rows=rows, names=names)
 

@@ -17,13 +17,14 @@ from plumbob.reports.advice.recommend import (
 )
 from plumbob.reports.advice.work_precision import work_precision_points
 from plumbob.reports.judge.verdict import Verdict
-from plumbob.reports.view import hard_cases, notation, top_tables
+from plumbob.reports.records import notation
+from plumbob.reports.records.page_records import ExactRecord, Records, SceneRecord, SystemRecord
+from plumbob.reports.view import hard_cases, top_tables
 from plumbob.reports.view.about import read_description
 from plumbob.reports.view.content import Table
 from plumbob.reports.view.method_results import MethodResult, Results
 from plumbob.reports.view.palette import styles
 from plumbob.reports.view.plots import scene_figures
-from plumbob.reports.view.records import ExactRecord, Records, SceneRecord, SystemRecord
 from plumbob.reports.view.site import matrix
 from plumbob.reports.view.site.claims import findings_about
 from plumbob.reports.view.tables import paragraphs, table, table_or_none
@@ -32,8 +33,6 @@ from plumbob.reports.view.trimming import trimming_table
 
 PageView = SimpleNamespace
 """The content of a scene's or a system's page; its attributes are the names in the template."""
-# section and page with the findings on engines that hold for every system
-ENGINES_SECTION = "engines"
 RECOMMENDED_ERROR = 1e-3  # relative error for which a scene's page recommends a method
 DERIVATIVES_TEMPLATE = (
     "engines/gradients"  # template of the analysis with the derivatives of every scene

@@ -13,6 +13,7 @@ from types import MappingProxyType
 from typing import Any
 
 from plumbob.engines.study.results import Study
+from plumbob.reports.records.page_records import ENGINES_SECTION, Records, records_of
 from plumbob.reports.view import top_tables
 from plumbob.reports.view.drawing import DASH_PATTERNS
 from plumbob.reports.view.method_results import SIGNS, Results, results_of
@@ -32,7 +33,6 @@ from plumbob.reports.view.page import (
     write_file,
 )
 from plumbob.reports.view.palette import styles
-from plumbob.reports.view.records import Records, records_of
 from plumbob.reports.view.settings import shown_settings
 from plumbob.reports.view.site import first_screen, matrix, search
 from plumbob.reports.view.site.claims import findings_about
@@ -45,7 +45,7 @@ from plumbob.reports.view.site.links import (
     resolve_links,
 )
 from plumbob.reports.view.site.phenomena import phenomena
-from plumbob.reports.view.site.views import ENGINES_SECTION, PageView, system_view
+from plumbob.reports.view.site.views import PageView, system_view
 from plumbob.reports.view.user_settings import user_settings_table as own_table
 
 SMOOTH_SCENE = (
@@ -169,7 +169,7 @@ def site_content(study: Study) -> SiteContent:
 
 
 def _views(study: Study, records: Records, results: Results) -> list[PageView]:
-    """Returns the view of each system of the study, in the order of the sources. A system of
+    """Returns the view of each system of the study, in the order of their records. A system of
     another package is left out if no run of it reached its end."""
     done = {
         series.scene
@@ -183,7 +183,6 @@ def _views(study: Study, records: Records, results: Results) -> list[PageView]:
         # If no run was compared with another package's exact motion, that motion may be defective.
         if system.name in (systems_done if system.added else systems_asked):
             shown.append(system)
-    shown.sort(key=lambda system: matrix.order_key(system.name))
     return [system_view(study, records, system, results) for system in shown]
 
 
@@ -222,7 +221,9 @@ def _common(
         "settings": settings,
         "advice": recommendations or settings,
         "user_settings": own_table(records.study.user, results),
-        "matrices": matrix.matrices(study, results, matrix.sorted_scenes(study.scenes)),
+        "matrices": matrix.matrices(
+            study, results, matrix.sorted_scenes(study.scenes, records.study.systems)
+        ),
         "phenomena": phenomena(study, results, records.study.systems),
         "signs": dict(SIGNS),
         "engines": {

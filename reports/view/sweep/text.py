@@ -11,7 +11,7 @@ import numpy as np
 
 from plumbob.engines.box import Side
 from plumbob.engines.sweep.sweep import Swept
-from plumbob.reports.view.notation import number, relative
+from plumbob.reports.records.notation import number, relative
 
 LISTED_POINTS = 10  # number of worst points listed for each method and step
 

@@ -18,6 +18,23 @@ from plumbob.reports.judge.tolerance import Tolerance
 from plumbob.reports.judge.verdict import Verdict
 
 SCENE, PAGES_OF_STUDY = "page of a scene", "pages"  # places of analyses
+# section and page with the findings on engines that hold for every system
+ENGINES_SECTION = "engines"
+# relative errors for which methods are recommended, each with its text on the page
+ERROR_LEVELS = ((0.1, "10 %"), (1e-2, "1 %"), (1e-3, "0.1 %"), (1e-4, "1e-4"), (1e-6, "1e-6"))
+SHOWN_SETTINGS = (  # methods whose settings a reader may copy, each with the title of its settings
+    ("mujoco/euler+coulomb", "A robot with contacts in MuJoCo"),
+    ("mujoco/rk4", "A robot without contacts in MuJoCo"),
+    ("pymunk/feet", "A body that slides in pymunk, seen from above"),
+)
+# scenes whose largest stable steps the first screen shows; the quick profile predicts them
+LIMITED_SCENES = (
+    "simple-pendulum/free-large",
+    "cone-pendulum/rotating-base",
+    "cone-pendulum/fast-platform",
+    "linear-pendulum/overdamped",
+    "free-body/flip",
+)
 
 
 @dataclass(frozen=True)
@@ -129,13 +146,14 @@ class SystemRecord:
     default: str  # case that stands for the system
     picture: str  # file name of the picture, or ""
     added: bool  # whether another package supplies the system
+    phenomenon: int = 0  # row in the table of canonical phenomena, from 1; 0: in no row
 
 
 @dataclass(frozen=True)
 class StudyRecord:
     """The records of a study that belong to no single scene."""
 
-    systems: tuple[SystemRecord, ...]
+    systems: tuple[SystemRecord, ...]  # in the order of the pages
     pictures: Mapping[str, str]  # PNG in base64, by file name
     settings: Mapping[str, Settings]  # settings to copy, by method
     user: tuple[UserResult, ...]
