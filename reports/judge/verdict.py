@@ -170,13 +170,19 @@ def _beyond_linear_range(run: Measurement, leading: str) -> Judgement | None:
     # A prediction with an uncertainty steps the motion itself, and needs no linearised bound.
     if not predicted.for_this_step or predicted.uncertainty is not None:
         return None
-    if not predicted.largest > LINEAR_RANGE * error.scale > 0.0:
+    if not _predicted_as_large_as_motion(error):
         return None
     reason = (
         f"the predicted error of {leading} at this step exceeds half the motion: the bound of "
         "the model error is not known there"
     )
     return Judgement("pre-asymptotic", {}, reason)
+
+
+def _predicted_as_large_as_motion(error: ObservedError) -> bool:
+    """Whether the predicted error of an observable exceeds half of the observable's motion."""
+    predicted = error.predicted.largest if error.predicted else 0.0
+    return predicted > LINEAR_RANGE * error.scale > 0.0
 
 
 def _tolerance_failure(
@@ -304,7 +310,7 @@ def _method_verdict(
     if unpredicted(runs, method):
         return _envelope_verdict(runs, quantities, every)
     failed = _first_with(every, "off-prediction")
-    plateau = _plateau(runs, units, next(iter(units)))
+    plateau = _leading_plateau(runs, units)
     # If only steps that are too large for theory pass, they show nothing about finer steps.
     if plateau and (failed or judgements[-1].verdict not in ("predicted", "pre-asymptotic")):
         return Judgement("not-converging", failed.tolerances if failed else {}, plateau)
@@ -376,6 +382,18 @@ def _plateau(runs: Sequence[Measurement], units: Mapping[str, str], name: str) -
         return ""
     times = f", {fine_error.largest / level:.2g} times the round-off level" if level else ""
     return f"the error of {name} stays at {fine_error.largest:.3g}{times}"
+
+
+def _leading_plateau(runs: Sequence[Measurement], units: Mapping[str, str]) -> str:
+    """Message of `_plateau` for the leading observable; empty if theory predicts an error as large
+    as the motion at the finest step. So large an error need not fall from step to step: only the
+    difference from the prediction shows a defect."""
+    leading = next(iter(units))
+    plateau = _plateau(runs, units, leading)
+    if not plateau:
+        return ""
+    finest = [run for run in runs if run.status == "done" and leading in run.errors][-1]
+    return "" if _predicted_as_large_as_motion(finest.errors[leading]) else plateau
 
 
 def _unexplained_plateau(

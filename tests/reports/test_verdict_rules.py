@@ -157,6 +157,26 @@ def test_an_error_that_stays_is_predicted_where_its_size_is_derived(
 
 
 @pytest.mark.parametrize(
+    ("predicted", "off", "verdict"),
+    [
+        (0.6, 1e-9, "off-prediction"),  # of a motion of size 1
+        (0.6, 0.0, "pre-asymptotic"),
+        (0.4, 1e-9, "not-converging"),
+        (0.01, 0.59, "not-converging"),
+    ],
+)
+def test_an_error_predicted_as_large_as_the_motion_shows_no_plateau(predicted, off, verdict):
+    """All steps have the same error. If theory predicts it as large as the motion, a run that is
+    off its prediction is `off-prediction`, and says nothing about convergence."""
+    known = Prediction(predicted, predicted, {}, 0.0, off, beyond=off, uncertainty=1e-16)
+    runs = tuple(run_with(step, predicted + off, known) for step in STEPS)
+    study = ConvergenceStudy(SCENE, EULER.name, runs)
+    interest = (Quantity("theta", 1.0),)
+    judged = judge_method(study, system_of(find_scene(SCENE)), EULER, interest)
+    assert judged.whole.verdict == verdict
+
+
+@pytest.mark.parametrize(
     ("predicted", "error", "verdict"),
     [
         (11.0, 0.1, "pre-asymptotic"),
