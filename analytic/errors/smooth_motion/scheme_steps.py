@@ -154,11 +154,13 @@ def steps_until(times: Array, step: float, most: int = MOST_STEPS) -> Marks | No
 
 
 def states_after(
-    advance: Advance, state: Parts, step: float, marks: Sequence[int]
+    advance: Advance, state: Parts, step: float, marks: Sequence[int], steps_taken: int = 0
 ) -> list[Parts]:
-    """Returns the states after each of the increasing numbers of steps `marks` of `step` [s]."""
+    """Returns the states after each of the increasing numbers of steps `marks` of `step` [s].
+
+    `state` is the state after `steps_taken` steps.
+    """
     states = []
-    steps_taken = 0
     for mark in marks:
         for n in range(steps_taken, mark):
             state = advance(n * step, state)
