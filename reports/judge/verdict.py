@@ -170,19 +170,13 @@ def _beyond_linear_range(run: Measurement, leading: str) -> Judgement | None:
     # A prediction with an uncertainty steps the motion itself, and needs no linearised bound.
     if not predicted.for_this_step or predicted.uncertainty is not None:
         return None
-    if not _predicted_as_large_as_motion(error):
+    if not predicted.largest > LINEAR_RANGE * error.scale > 0.0:
         return None
     reason = (
         f"the predicted error of {leading} at this step exceeds half the motion: the bound of "
         "the model error is not known there"
     )
     return Judgement("pre-asymptotic", {}, reason)
-
-
-def _predicted_as_large_as_motion(error: ObservedError) -> bool:
-    """Whether the predicted error of an observable exceeds half of the observable's motion."""
-    predicted = error.predicted.largest if error.predicted else 0.0
-    return predicted > LINEAR_RANGE * error.scale > 0.0
 
 
 def _tolerance_failure(
@@ -384,6 +378,14 @@ def _plateau(runs: Sequence[Measurement], units: Mapping[str, str], name: str) -
     return f"the error of {name} stays at {fine_error.largest:.3g}{times}"
 
 
+def _half_of_motion(error: ObservedError, unit: str) -> float:
+    """Returns the error from which an error counts as large as the motion, in the observable's
+    `unit`: LINEAR_RANGE of the motion. A turn brings an angle back, so that an angle's motion
+    counts as one turn at most."""
+    size = min(error.scale, math.tau) if unit == "rad" else error.scale
+    return LINEAR_RANGE * size
+
+
 def _leading_plateau(runs: Sequence[Measurement], units: Mapping[str, str]) -> str:
     """Message of `_plateau` for the leading observable; empty if theory predicts an error as large
     as the motion at the finest step. So large an error need not fall from step to step: only the
@@ -393,7 +395,9 @@ def _leading_plateau(runs: Sequence[Measurement], units: Mapping[str, str]) -> s
     if not plateau:
         return ""
     finest = [run for run in runs if run.status == "done" and leading in run.errors][-1]
-    return "" if _predicted_as_large_as_motion(finest.errors[leading]) else plateau
+    error = finest.errors[leading]
+    predicted = error.predicted.largest if error.predicted else 0.0
+    return "" if predicted > _half_of_motion(error, units[leading]) > 0.0 else plateau
 
 
 def _unexplained_plateau(
@@ -411,9 +415,9 @@ def _unexplained_plateau(
     if not plateaus:
         return None
     finest = [run for run in runs if run.status == "done"][-1]
-    errors = [finest.errors[name] for name in plateaus]
+    halves = {name: _half_of_motion(finest.errors[name], units[name]) for name in plateaus}
     plateau = next(iter(plateaus.values()))
-    if all(error.largest > LINEAR_RANGE * error.scale > 0.0 for error in errors):
+    if all(finest.errors[name].largest > half > 0.0 for name, half in halves.items()):
         reason = "as large as the motion: no step that was run shows whether it falls"
         return Judgement("pre-asymptotic", {}, f"{plateau}, {reason}")
     reason = "and theory derives no error that is the same at every step"

@@ -177,6 +177,24 @@ def test_an_error_predicted_as_large_as_the_motion_shows_no_plateau(predicted, o
 
 
 @pytest.mark.parametrize(
+    ("error", "verdict"),
+    [(3.2, "pre-asymptotic"), (3.1, "not-converging")],  # [rad] half a turn is 3.14
+)
+def test_an_angle_that_is_off_by_half_a_turn_shows_no_plateau(error, verdict):
+    """The angle reaches 20 rad: its motion counts as one turn all the same."""
+    known = Prediction(error, error, {}, 0.0, uncertainty=1e-16)
+    angle = ObservedError(error, error, 1e-16, 20.0, predicted=known)
+    runs = []
+    for step in STEPS:
+        run = run_with(step, step, Prediction(step, step, {}, 0.0, uncertainty=1e-16))
+        runs.append(replace(run, errors={**run.errors, "theta": angle}))
+    study = ConvergenceStudy(SCENE, EULER.name, tuple(runs))
+    interest = (Quantity("theta", 1.0),)
+    judged = judge_method(study, system_of(find_scene(SCENE)), EULER, interest)
+    assert judged.whole.verdict == verdict
+
+
+@pytest.mark.parametrize(
     ("predicted", "error", "verdict"),
     [
         (11.0, 0.1, "pre-asymptotic"),
