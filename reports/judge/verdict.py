@@ -310,7 +310,7 @@ def _method_verdict(
     if unpredicted(runs, method):
         return _envelope_verdict(runs, quantities, every)
     failed = _first_with(every, "off-prediction")
-    plateau = _plateau(runs, units, next(iter(units)))
+    plateau = _leading_plateau(runs, units)
     # If only steps that are too large for theory pass, they show nothing about finer steps.
     if plateau and (failed or judgements[-1].verdict not in ("predicted", "pre-asymptotic")):
         return Judgement("not-converging", failed.tolerances if failed else {}, plateau)
@@ -384,6 +384,28 @@ def _plateau(runs: Sequence[Measurement], units: Mapping[str, str], name: str) -
     return f"the error of {name} stays at {fine_error.largest:.3g}{times}"
 
 
+def _half_of_motion(error: ObservedError, unit: str) -> float:
+    """Returns the error from which an error counts as large as the motion, in the observable's
+    `unit`: LINEAR_RANGE of the motion. A turn brings an angle back, so that an angle's motion
+    counts as one turn at most."""
+    size = min(error.scale, math.tau) if unit == "rad" else error.scale
+    return LINEAR_RANGE * size
+
+
+def _leading_plateau(runs: Sequence[Measurement], units: Mapping[str, str]) -> str:
+    """Message of `_plateau` for the leading observable; empty if theory predicts an error as large
+    as the motion at the finest step. So large an error need not fall from step to step: only the
+    difference from the prediction shows a defect."""
+    leading = next(iter(units))
+    plateau = _plateau(runs, units, leading)
+    if not plateau:
+        return ""
+    finest = [run for run in runs if run.status == "done" and leading in run.errors][-1]
+    error = finest.errors[leading]
+    predicted = error.predicted.largest if error.predicted else 0.0
+    return "" if predicted > _half_of_motion(error, units[leading]) > 0.0 else plateau
+
+
 def _unexplained_plateau(
     runs: Sequence[Measurement], units: Mapping[str, str]
 ) -> Judgement | None:
@@ -399,9 +421,9 @@ def _unexplained_plateau(
     if not plateaus:
         return None
     finest = [run for run in runs if run.status == "done"][-1]
-    errors = [finest.errors[name] for name in plateaus]
+    halves = {name: _half_of_motion(finest.errors[name], units[name]) for name in plateaus}
     plateau = next(iter(plateaus.values()))
-    if all(error.largest > LINEAR_RANGE * error.scale > 0.0 for error in errors):
+    if all(finest.errors[name].largest > half > 0.0 for name, half in halves.items()):
         reason = "as large as the motion: no step that was run shows whether it falls"
         return Judgement("pre-asymptotic", {}, f"{plateau}, {reason}")
     reason = "and theory derives no error that is the same at every step"

@@ -9,8 +9,10 @@ from scipy.special import ellipk
 
 from plumbob.analytic.errors.smooth_motion.rotor_errors import RotorErrors
 from plumbob.analytic.errors.smooth_motion.stepped_rotor import error_orders
+from plumbob.analytic.left_open import by_rounding, by_series
 from plumbob.analytic.schemes import EULER, LEAPFROG, RK4, Scheme
 from plumbob.analytic.systems.pendulums.driven_motion import DrivenMotion
+from plumbob.models.registry import case_of, scene
 from plumbob.tests.support.fixed_step import run
 from plumbob.tests.support.pendulum_cases import CASES, GRAVITY, motion
 
@@ -75,6 +77,22 @@ def test_the_coefficients_make_up_the_error(name, scheme):
     assert np.all(second < 0.02 * error)  # two orders predict the error to 2 %
     # and the remainder consists of the next two orders: no term is missing or counted twice
     assert np.all(fourth < 0.1 * second + 1e-14 * steps)
+
+
+@pytest.mark.parametrize("scheme", [Scheme(RK4), Scheme(EULER)], ids=str)
+@pytest.mark.parametrize("step", [2e-4, 5e-4])
+def test_a_stiff_motion_that_follows_a_slow_command_has_a_series(scheme, step):
+    # The damping forgets rounding within some milliseconds. The series therefore has terms that
+    # are far smaller than rounding that adds up over three seconds.
+    stiff_servo = case_of(scene("linear-pendulum/stiff-servo"))
+    times = np.linspace(0.0, 3.0, 301)
+    stepped = stiff_servo.errors.at_step(scheme, step, times)
+    coefficients = stiff_servo.errors.series(scheme, times)
+    for name in NAMES:
+        terms = [c[name] * step**power for power, c in sorted(coefficients.items())]
+        left = np.abs(stepped.errors[name] - sum(terms))
+        rounding = by_rounding(stepped.uncertainty[name], round(3.0 / step))
+        assert np.all(left <= by_series(terms) + rounding)
 
 
 def period(case):

@@ -157,6 +157,44 @@ def test_an_error_that_stays_is_predicted_where_its_size_is_derived(
 
 
 @pytest.mark.parametrize(
+    ("predicted", "off", "verdict"),
+    [
+        (0.6, 1e-9, "off-prediction"),  # of a motion of size 1
+        (0.6, 0.0, "pre-asymptotic"),
+        (0.4, 1e-9, "not-converging"),
+        (0.01, 0.59, "not-converging"),
+    ],
+)
+def test_an_error_predicted_as_large_as_the_motion_shows_no_plateau(predicted, off, verdict):
+    """All steps have the same error. If theory predicts it as large as the motion, a run that is
+    off its prediction is `off-prediction`, and says nothing about convergence."""
+    known = Prediction(predicted, predicted, {}, 0.0, off, beyond=off, uncertainty=1e-16)
+    runs = tuple(run_with(step, predicted + off, known) for step in STEPS)
+    study = ConvergenceStudy(SCENE, EULER.name, runs)
+    interest = (Quantity("theta", 1.0),)
+    judged = judge_method(study, system_of(find_scene(SCENE)), EULER, interest)
+    assert judged.whole.verdict == verdict
+
+
+@pytest.mark.parametrize(
+    ("error", "verdict"),
+    [(3.2, "pre-asymptotic"), (3.1, "not-converging")],  # [rad] half a turn is 3.14
+)
+def test_an_angle_that_is_off_by_half_a_turn_shows_no_plateau(error, verdict):
+    """The angle reaches 20 rad: its motion counts as one turn all the same."""
+    known = Prediction(error, error, {}, 0.0, uncertainty=1e-16)
+    angle = ObservedError(error, error, 1e-16, 20.0, predicted=known)
+    runs = []
+    for step in STEPS:
+        run = run_with(step, step, Prediction(step, step, {}, 0.0, uncertainty=1e-16))
+        runs.append(replace(run, errors={**run.errors, "theta": angle}))
+    study = ConvergenceStudy(SCENE, EULER.name, tuple(runs))
+    interest = (Quantity("theta", 1.0),)
+    judged = judge_method(study, system_of(find_scene(SCENE)), EULER, interest)
+    assert judged.whole.verdict == verdict
+
+
+@pytest.mark.parametrize(
     ("predicted", "error", "verdict"),
     [
         (11.0, 0.1, "pre-asymptotic"),

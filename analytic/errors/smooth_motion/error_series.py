@@ -27,7 +27,7 @@ from typing import Any
 import numpy as np
 
 from plumbob.analytic.numerics.arithmetic import ULP
-from plumbob.analytic.numerics.linear_flow import Response, join_columns
+from plumbob.analytic.numerics.linear_flow import LinearFlow, Response, join_columns
 from plumbob.analytic.numerics.power_series import Series, constant, flow_series, variable
 from plumbob.analytic.numerics.smooth.smooth_motion import SmoothMotion
 from plumbob.analytic.reference import Array
@@ -37,8 +37,9 @@ from plumbob.analytic.theory import Coefficients, SteppedErrors
 # Motions are followed up to a power of this factor [s], so that similar durations share a result.
 DURATION_FACTOR = 1.1
 # A term of the series counts as zero below this size, relative to the state, at a step in which the
-# state changes by about 1, and per such step of the duration. Rounding of a term that is zero makes
-# at most a tenth of it. A term below it is smaller than the rounding of a step.
+# state changes by about 1, and per such step of the time for which the motion keeps deviations.
+# Rounding of a term that is zero makes at most a tenth of it. A term below it is smaller than the
+# rounding of a step.
 ZERO_TERM = 16 * ULP
 
 Step = Callable[[Any, Any, Sequence[Any]], Sequence[Any]]
@@ -94,7 +95,8 @@ def _expansion(series: ErrorSeries, scheme: Scheme, until: float) -> Response:
     times, states, flow = motion.linearised(motion.grid(until))
     state = [constant(values, orders[-1] + 1) for values in states]
     exact = flow_series(lambda h, z: series.slope(times + h, z), state)
-    noise = ZERO_TERM * np.abs(states).max(axis=1) * (1.0 + motion.pace * until)
+    sizes = np.abs(states).max(axis=1)
+    noise = ZERO_TERM * sizes * (1.0 + motion.pace * _memory(flow, sizes))
     responses: dict[int, Response] = {}
     for order in orders:
         after = step(times, variable(order + 1), state)
@@ -105,6 +107,23 @@ def _expansion(series: ErrorSeries, scheme: Scheme, until: float) -> Response:
         responses[order] = _without_noise(responses[order], noise * motion.pace**order)
         _set_terms(state, order, responses[order])
     return join_columns(list(responses.values()))
+
+
+def _memory(flow: LinearFlow, sizes: Array) -> Array:
+    """Returns the time [s] for which each part of the state keeps small deviations, shape (d,).
+
+    The time is the integral of the largest response of a part to deviations at the start. The
+    deviations and the response are relative to `sizes`, the largest magnitudes of the parts, shape
+    (d,). Without damping the time is the duration, which is also its limit.
+    """
+    deviations = np.diag(sizes)
+    integral = np.zeros(len(sizes))
+    for length, transition in zip(
+        np.diff(flow.grid.breakpoints), flow.transitions, strict=True
+    ):
+        deviations = transition @ deviations
+        integral += length * np.abs(deviations).sum(axis=1)
+    return np.minimum(integral / np.where(sizes > 0.0, sizes, 1.0), flow.grid.duration)
 
 
 def _step_error(

@@ -155,11 +155,17 @@ def steps_until(times: Array, step: float, most: int = MAX_SCHEME_STEPS) -> Step
 
 
 def states_after(
-    advance: SchemeStep, state: StateParts, step: float, marks: Sequence[int]
+    advance: SchemeStep,
+    state: StateParts,
+    step: float,
+    marks: Sequence[int],
+    steps_taken: int = 0,
 ) -> list[StateParts]:
-    """Returns the states after each of the increasing numbers of steps `marks` of `step` [s]."""
+    """Returns the states after each of the increasing numbers of steps `marks` of `step` [s].
+
+    `state` is the state after `steps_taken` steps.
+    """
     states = []
-    steps_taken = 0
     for mark in marks:
         for n in range(steps_taken, mark):
             state = advance(n * step, state)

@@ -23,7 +23,7 @@ from __future__ import annotations
 
 import cmath
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import asdict, astuple, dataclass, replace
 from functools import cached_property, lru_cache, partial
 from types import SimpleNamespace
@@ -116,27 +116,50 @@ def stepped_orbit(
     step: float,
     marks: bytes,
     sizes: tuple[float, ...],
+    slow_marks: int,
 ) -> ComplexPhases | None:
     """Returns stepped states, shape (d, n); None if they exceed the range of the sine.
 
     Steps begin at `start`, theta [rad] and theta_dot [rad/s]. `marks` are increasing numbers of
     steps, the bytes of integers. The imaginary parts are IMAGINARY_STEP times the response of the
-    states to rounding: of each coefficient by a unit in the last place, and of one step of a motion
-    whose largest theta and theta_dot are `sizes`."""
+    states to rounding: of each coefficient by a unit in the last place, and of single steps of a
+    motion whose largest theta and theta_dot are `sizes`. One of these steps is the first. If
+    `slow_marks` is not zero, another one follows so many marks, where the motion is fast: a
+    rounding there changes the energy by far more than a rounding at a start next to a saddle."""
     advance, state = _stepper(
         rotor, 1.0 + 1j * IMAGINARY_STEP * ULP, start, scheme, step, cmath
     )
-    # The start is nudged towards rest: a stronger pull and a smaller swing both make a pendulum
-    # faster, so that the effects of the two nudges add up.
     roundings = _state_rounding(rotor, scheme, step, *sizes)
-    nudged = []
-    for part, rounding in zip(state, roundings, strict=False):
-        nudged.append(part - 1j * IMAGINARY_STEP * math.copysign(rounding, part.real))
     counts = np.frombuffer(marks, dtype=np.int64).tolist()
+    slow, fast = counts[:slow_marks], counts[slow_marks:]
     try:
-        return np.array(states_after(advance, nudged, step, counts)).T
+        state = _nudged(rotor, 0.0, state, roundings)
+        states = states_after(advance, state, step, slow or fast)
+        if slow:
+            state = _nudged(rotor, slow[-1] * step, states[-1], roundings)
+            states += states_after(advance, state, step, fast, slow[-1])
+        return np.array(states).T
     except (ValueError, OverflowError, ZeroDivisionError):  # cmath raises for a diverged state
         return None
+
+
+def _nudged(
+    rotor: DrivenRotor, time: float, state: StateParts, roundings: Sequence[float]
+) -> list[Any]:
+    """Returns a state at a `time` [s] with its `roundings` as changes: imaginary parts of
+    IMAGINARY_STEP times their size.
+
+    The changes reduce the energy: the rate falls, and the angle moves along the force. At rest the
+    rate changes along the force, too. A stronger pull also reduces the energy, relative to the
+    pull. The effects of the changed coefficients and of several changed states therefore add up.
+    """
+    theta, rate, *joint = state
+    (force,) = rotor_acceleration(rotor, cmath)(rotor, time, (theta,), (rate,))
+    opposite = -force.real, rate.real or -force.real, *(part.real for part in joint)
+    changes = []
+    for part, direction, rounding in zip(state, opposite, roundings, strict=False):
+        changes.append(part - 1j * IMAGINARY_STEP * math.copysign(rounding, direction))
+    return changes
 
 
 def _state_rounding(
