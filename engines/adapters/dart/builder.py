@@ -1,7 +1,8 @@
-"""The DART world of a mechanism: a skeleton for each tree of bodies and one for the world's shapes.
+"""Builds the DART world of a mechanism: a skeleton for each tree of bodies, and skeletons for the
+shapes of the world.
 
-A joint of DART moves one body node. Of a body with several joints the last one moves its node, and
-each joint before it moves a node with next to no mass.
+A joint of DART moves one body node. If a body has several joints, the last joint moves the node of
+the body, and each joint before it moves a node with next to no mass.
 """
 
 from __future__ import annotations
@@ -28,31 +29,39 @@ from plumbob.engines.mechanism import Body, Joint, Mechanism, Shape
 from plumbob.engines.method import Unsupported
 from plumbob.engines.peer_model import rotation
 
-LEAST = 1e-30  # [kg], [kg m^2] of nodes without a body: DART wants more than 0; no bit feels it
-OPEN = 1e-9  # [m], and of numbers of a rotation, by which a loop may be open at the start
-DEPTH = 1e-12  # [m] that shapes are larger: contacts are found where they overlap
-NO_FRICTION = 1e-3  # the largest coefficient of friction that DART takes as none
+# [kg], [kg m^2] mass and moments of nodes without a body: DART refuses 0, and no bit of a motion
+# depends on a value as small as this one
+LEAST = 1e-30
+# [m] largest gap of a loop at the start; for a weld also the largest difference of the entries of
+# the rotation matrices
+OPEN = 1e-9
+DEPTH = (
+    1e-12  # [m] thickness added to shapes: DART finds contacts only between overlapping shapes
+)
+NO_FRICTION = 1e-3  # largest coefficient of friction that DART takes for none
 KINDS = MappingProxyType(
     {"hinge": "Revolute", "slide": "Prismatic", "ball": "Ball", "free": "Free"}
 )
 Surface = tuple[float, float]
-"""Coefficients of friction and of restitution of a pair of shapes."""
+"""The coefficients of friction and of restitution of a pair of shapes."""
 Home = tuple[int, int]
-"""A body, and the number of its node that carries shapes: 0 for the body's own."""
+"""The number of a body, and the number of the node that carries some of the body's shapes: 0 for
+the node of the body itself."""
 Touching = dict[tuple[str, str], tuple[int, float]]
 """{names of two shape nodes: number of the pair of shapes, and 1, or -1 in reverse order}."""
 
 
 @dataclass(frozen=True)
 class Built:
-    """A mechanism in a DART world. Closing its loops takes a state in which they are closed."""
+    """A mechanism in a DART world. Its loops are added by `close_loops`, in a state in which they
+    are closed."""
 
     world: Any
-    skeletons: tuple[Any, ...]  # one a tree of bodies
-    nodes: tuple[Any, ...]  # one a body; None for the world
-    joints: tuple[Any, ...]  # one a joint
+    skeletons: tuple[Any, ...]  # one for each tree of bodies
+    nodes: tuple[Any, ...]  # one for each body; None for the world
+    joints: tuple[Any, ...]  # one for each joint
     touching: Touching
-    smooth: bool  # nothing acts by impulses: contacts, loops, limits, dry friction
+    smooth: bool  # whether there are no contacts, loops, limits or dry friction
 
 
 def build(mechanism: Mechanism, step: float) -> Built:
@@ -66,7 +75,7 @@ def build(mechanism: Mechanism, step: float) -> Built:
     awake.mEnabled = False
     world.setDeactivationOptions(awake)
     if any(shape.kind == "capsule" for shape in mechanism.shapes):
-        # The default detector takes a capsule as a sphere.
+        # DART's default detector treats a capsule as a sphere.
         world.setCollisionDetector(dartpy.collision.OdeCollisionDetector())
     nodes, joints = _trees(mechanism)
     skeletons = dict.fromkeys(node.getSkeleton() for node in nodes if node is not None)
@@ -79,7 +88,7 @@ def build(mechanism: Mechanism, step: float) -> Built:
 
 
 def refused(mechanism: Mechanism) -> Iterator[str]:
-    """The names of features of a mechanism that DART, or this builder, cannot express."""
+    """Names the features of a mechanism that DART, or this builder, cannot express."""
     yield from refused_parts(mechanism)
     for joint in mechanism.joints:
         yield from _refused_of(joint, mechanism)
@@ -94,25 +103,27 @@ def refused(mechanism: Mechanism) -> Iterator[str]:
 
 
 def acts_by_impulses(joint: Joint) -> bool:
-    """Whether a joint has limits or dry friction, which DART's solver of constraints works out."""
+    """Whether a joint has limits or dry friction, which DART's constraint solver turns into
+    impulses."""
     return joint.limits is not None or bool(np.any(joint.friction_loss))
 
 
 def _refused_of(joint: Joint, mechanism: Mechanism) -> Iterator[str]:
-    """The names of features of a joint that are not expressed."""
+    """Names the features of a joint that DART, or this builder, cannot express."""
     name = joint.name or f"of body {mechanism.bodies[joint.body].name}"
     turning = joint.kind in ("ball", "free")
     unilateral = acts_by_impulses(joint)
     if turning and (joint.stiffness or unilateral):
         yield f"spring, limit or dry friction of joint {name}, which is a {joint.kind} joint"
-    # Impulses of DART's constraints leave out dampers, by which an armature is made.
+    # An armature is expressed by a damper, and the impulses of DART's constraints ignore dampers.
     impulses = bool(mechanism.loops or mechanism.touching) or unilateral
     if np.any(joint.armature) and (turning or impulses):
         yield f"armature of joint {name} that is a {joint.kind} joint, or beside constraints"
 
 
 def _trees(mechanism: Mechanism) -> tuple[tuple[Any, ...], tuple[Any, ...]]:
-    """The node of each body, None for the world, and DART's joint of each joint."""
+    """Builds the skeletons of a mechanism. Returns DART's node for each body, None for the world,
+    and DART's joint for each joint."""
     nodes: list[Any] = [None]
     joints: dict[int, Any] = {}
     for number, body in enumerate(mechanism.bodies[1:], start=1):
@@ -135,18 +146,20 @@ def _trees(mechanism: Mechanism) -> tuple[tuple[Any, ...], tuple[Any, ...]]:
 
 
 def _paired(skeleton: Any, kind: str, above: Any) -> tuple[Any, Any]:
-    """A joint of a kind and the node that it moves, on the node `above` or on the world."""
+    """Adds a joint of a kind, and the node that the joint moves, to a skeleton. The joint connects
+    the node to the node `above`, or to the world if that is None."""
     make = getattr(skeleton, f"create{kind}JointAndBodyNodePair")
     joint, node = make() if above is None else make(above)
     return joint, node
 
 
 def _inertia(mass: float, centre: Array, moments: Array) -> Any:
+    """DART's inertia of a mass [kg], a centre [m] and moments [kg m^2] about the centre."""
     return dartpy.dynamics.Inertia(max(mass, LEAST), centre, moments)
 
 
 def placed(place: Array, attitude: Array | None = None) -> Any:
-    """A transform of DART: a place [m], and an attitude, a quaternion, or none."""
+    """DART's transform to a place [m], with an attitude, a quaternion, or without a rotation."""
     transform = dartpy.math.Isometry3()
     transform.set_translation(place)
     if attitude is not None:
@@ -157,12 +170,12 @@ def placed(place: Array, attitude: Array | None = None) -> Any:
 def _jointed(
     joint: Joint, body: Body, skeleton: Any, above: Any, first: bool
 ) -> tuple[Any, Any]:
-    """DART's joint and the node that it moves; the first of the joints of a body also has the
-    body's place in its parent."""
+    """Adds a joint of a body; returns DART's joint, and the node that it moves. If the joint is the
+    first of its body, its frame in the parent includes the place and the attitude of the body."""
     made, node = _paired(skeleton, KINDS[joint.kind], above)
     for degree, damping in enumerate(joint.damping.tolist()):
         made.setDampingCoefficient(degree, damping)
-    if joint.kind == "free":  # its coordinates are those of its frame in the world
+    if joint.kind == "free":  # the coordinates of the joint are those of the body in the world
         return made, node
     place = joint.place
     if first:
@@ -186,8 +199,8 @@ def _jointed(
 
 
 def close_loops(mechanism: Mechanism, built: Built) -> None:
-    """Close the loops of a mechanism, in the state that the world is in; raises Unsupported if a
-    loop is open there."""
+    """Adds constraints that close the loops of a mechanism. Raises Unsupported if a loop is open in
+    the present state of the world."""
     for loop in mechanism.loops:
         nodes = [built.nodes[i] for i in loop.bodies]
         frames = [placed(np.zeros(3)) if x is None else x.getWorldTransform() for x in nodes]
@@ -207,10 +220,12 @@ def close_loops(mechanism: Mechanism, built: Built) -> None:
 
 
 def _shapes(mechanism: Mechanism, world: Any, nodes: Sequence[Any]) -> Touching:
-    """Give the nodes their shapes, of which the listed pairs alone collide; raises Unsupported.
+    """Adds the shapes of a mechanism to the nodes, and lets only the pairs in `mechanism.touching`
+    collide; raises Unsupported.
 
-    A shape of DART has one coefficient of friction, and a pair the smaller of two. A shape with
-    several has a copy for each, on a node of its own that is welded to the body's.
+    A shape of DART has one coefficient of friction, and a pair of shapes has the smaller of its two
+    coefficients. If a shape has several coefficients, there is a copy of the shape for each, on a
+    node that is welded to the node of the body.
     """
     surfaces = defaultdict[int, list[Surface]](list)
     carriers = dict[Home, Any]()
@@ -237,7 +252,9 @@ def _shapes(mechanism: Mechanism, world: Any, nodes: Sequence[Any]) -> Touching:
 
 
 def _carrier(world: Any, node: Any, layer: int) -> Any:
-    """The node that carries shapes of a body: the body's own, or one that is welded to it."""
+    """The node that carries the shapes of a layer of a body. For layer 0 it is the `node` of the
+    body; for other layers, a new node that is welded to it. A body whose `node` is None is the
+    world: each of its layers is a new skeleton."""
     if node is None:
         skeleton = dartpy.dynamics.Skeleton(f"world {layer}")
         carrier = _paired(skeleton, "Weld", None)[1]
@@ -251,17 +268,18 @@ def _carrier(world: Any, node: Any, layer: int) -> Any:
 
 
 def _add_shape(node: Any, shape: Shape, name: str, surface: Surface) -> None:
-    """Add a shape with its coefficients to a node."""
+    """Adds a shape with its coefficients to a node."""
     made = node.createShapeNode(_made(shape), name)
     made.setRelativeTransform(placed(shape.place, shape.attitude))
     made.createCollisionAspect()
     aspect = made.createDynamicsAspect()
     aspect.setFrictionCoeff(surface[0])
-    aspect.setRestitutionCoeff(math.sqrt(surface[1]))  # a pair has the product
+    # DART gives a pair of shapes the product of their coefficients of restitution.
+    aspect.setRestitutionCoeff(math.sqrt(surface[1]))
 
 
 def _made(shape: Shape) -> Any:
-    """DART's shape, larger by DEPTH on all sides but a plane's."""
+    """DART's collision shape. It is thicker by DEPTH on all sides, unless it is a plane."""
     sizes = (shape.size + DEPTH).tolist()
     match shape.kind:
         case "plane":
@@ -280,8 +298,8 @@ def _made(shape: Shape) -> Any:
 def _keep_apart(
     world: Any, carriers: Mapping[Home, Any], homes: Mapping[str, Home], touching: Touching
 ) -> None:
-    """Let no shapes collide but the pairs that can touch. DART filters pairs of nodes, not of
-    shapes: raises Unsupported if of two nodes some shapes touch and others do not."""
+    """Lets only the pairs of shapes collide that can touch. DART filters pairs of nodes, and not
+    pairs of shapes: raises Unsupported if some shapes of two nodes can touch and others cannot."""
     together = {frozenset((homes[one], homes[other])) for one, other in touching}
     on = {home: [name for name in homes if homes[name] == home] for home in carriers}
     chosen = world.getConstraintSolver().getCollisionOption()

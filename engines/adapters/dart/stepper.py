@@ -1,8 +1,8 @@
-"""A mechanism in DART, stepped from any state.
+"""A mechanism as DART steps it.
 
-DART's step is semi-implicit Euler with springs and dampers of joints implicit. A rotation is a
-rotation vector; its update is the exponential of the new angular velocity, which below 1 mrad a
-step is 1/6 of the angle's cube too large.
+DART's step is semi-implicit Euler, with implicit springs and dampers of joints. A rotation is a
+rotation vector, updated by the exponential of the new angular velocity. If a step turns by less
+than 1 mrad, DART's exponential is too large by a sixth of the cube of the angle.
 """
 
 from __future__ import annotations
@@ -27,23 +27,23 @@ from plumbob.engines.peer_model import rotation
 from plumbob.engines.stepper import Forces, State
 from plumbob.engines.tangent_space import exponential, logarithm
 
-TURNING = ("ball", "free")  # kinds of joint with an attitude, a quaternion
+TURNING = ("ball", "free")  # kinds of joint whose coordinates include a quaternion
 
 
 @dataclass(frozen=True)
 class Motor:
     """The actuators and the armature of a joint with one degree of freedom."""
 
-    joint: Any  # DART's
-    exerted: JointForce  # by the actuators
-    drawn: float  # the coordinate in the drawing, where DART's is 0 [rad] or [m]
-    rotor: float  # armature over the step [N m s/rad] or [N s/m]
-    alone: bool  # whether a force may act where all controls are 0
+    joint: Any  # DART's joint
+    exerted: JointForce  # force of the actuators
+    drawn: float  # coordinate in the drawing [rad] or [m]: DART's coordinate is 0 there
+    rotor: float  # armature divided by the step [N m s/rad] or [N s/m]
+    alone: bool  # whether a force may act while all controls are 0
 
     def force(self, controls: Sequence[float]) -> float:
-        """The force as a step begins [N m] or [N]. DART has no armature: a damper of armature/step,
-        implicit in DART's step, and the same damper's force at the velocity before the step are
-        one."""
+        """The force at the start of a step [N m] or [N]. DART has no armature. Two terms together
+        act as one: a damper of armature/step, which is implicit in DART's step, and the opposite
+        force of that damper at the velocity before the step, which is added here."""
         place: float = 0.0
         rate: float = 0.0
         if self.alone:
@@ -53,8 +53,8 @@ class Motor:
 
 
 class DartStepper:
-    """A mechanism in a DART world; `solver` makes DART's object that solves for contacts, or is
-    None for the default."""
+    """A mechanism in a DART world, which takes steps of `step` [s] from any state. `solver` returns
+    DART's object that solves for contacts; if `solver` is None, DART's default solver is used."""
 
     def __init__(
         self,
@@ -76,14 +76,15 @@ class DartStepper:
         self._begun, self._taken = 0.0, 0
         self._before = list[Array]()  # positions of the skeletons before the last step
         self._solver = solver
-        self.put(start)  # DART closes loops as they stand
+        # DART's constraints keep the distances that they find when they are added.
+        self.put(start)
         close_loops(mechanism, self.built)
 
     def put(self, state: State, time: float = 0.0) -> None:
-        """Set the state, at a time [s]."""
+        """Sets the state, at a time [s]."""
         self._begun, self._taken = time, 0
         self.built.world.reset()
-        if self._solver is not None:  # an old one begins with the impulses of its last step
+        if self._solver is not None:  # a solver starts from the impulses of its last step
             solver = self._solver()
             self.built.world.getConstraintSolver().setBoxedLcpSolver(solver)
         first = degree = 0
@@ -94,7 +95,8 @@ class DartStepper:
             if joint.kind in TURNING:
                 self._attitudes[number] = q[-4:].copy()
                 turned = logarithm(q[-4:])
-                if joint.kind == "free":  # DART's rates are along the world's axes, turn first
+                if joint.kind == "free":
+                    # DART has the angular velocity first, along the world's axes.
                     v = np.concatenate([rotation(q[-4:]) @ v[3:], v[:3]])
                 made.setPositions(np.concatenate([turned, q[:-4]]))
             else:
@@ -102,7 +104,8 @@ class DartStepper:
             made.setVelocities(v)
 
     def state(self) -> State:
-        """The state now; a quaternion has the sign that is nearer to the last one."""
+        """The present state. The sign of a quaternion is the sign that is nearer to the quaternion
+        that was put or read last."""
         places, rates = list[Array](), list[Array]()
         for number, (joint, made) in enumerate(self._joints):
             q, v = made.getPositions(), made.getVelocities()
@@ -121,11 +124,12 @@ class DartStepper:
         return State(np.concatenate(places), np.concatenate(rates))
 
     def advance(self, controls: Array | None, steps: int) -> None:
-        """Take `steps` steps under controls, shape (steps, controls)."""
+        """Takes `steps` steps under controls, shape (steps, controls), or with controls that are
+        zero."""
         numbers = np.arange(self._taken, self._taken + steps + 1, dtype=np.float64)
         times = self._begun + self.step * numbers
         moved = [np.diff(velocity(times)) / self.step for _, velocity in self._driven]
-        # with a step's mean acceleration the velocity is right at every grid time
+        # With the mean acceleration of a step, the velocity is exact at the end of the step.
         moves = np.array(moved).reshape(len(moved), steps).T.tolist()
         drive = [made.setCommand for made, _ in self._driven]
         rows = [self._idle] * steps if controls is None else controls.tolist()
@@ -142,8 +146,9 @@ class DartStepper:
         self._taken += steps
 
     def forces(self) -> Forces:
-        """The forces of the last step. Those that DART tells of joints lack what contacts, loops,
-        limits and dry friction add; where there are such parts they are nan."""
+        """The forces of the last step. DART's forces of joints lack the contributions of contacts,
+        loops, limits and dry friction: if the mechanism has such parts, the forces of joints are
+        nan."""
         joints = np.full((len(self._joints), 3), math.nan)
         touching = np.full((self._pairs, 3), math.nan)
         if not self._taken:
@@ -160,8 +165,8 @@ class DartStepper:
         return Forces(joints, touching)
 
     def _reactions(self) -> list[Array]:
-        """Forces of joints on the bodies that they move. DART has them along the axes of a node as
-        the step began, with the sign of the other body's."""
+        """The force of each joint on the body that it moves [N], along the world's axes. DART gives
+        the force on the parent, along the axes that the node had at the start of the step."""
         made = self.built.joints
         forces = [joint.getWrenchToChildBodyNode().ravel()[3:] for joint in made]
         now = [skeleton.getPositions() for skeleton in self.built.skeletons]
@@ -171,13 +176,14 @@ class DartStepper:
         return [-turn @ force for turn, force in zip(turns, forces, strict=True)]
 
     def _place(self, positions: Sequence[Array]) -> None:
-        """Set the positions of the skeletons."""
+        """Sets the positions of the skeletons."""
         for skeleton, values in zip(self.built.skeletons, positions, strict=True):
             skeleton.setPositions(values)
 
 
 def _motors(mechanism: Mechanism, built: Built, step: float) -> Iterator[Motor]:
-    """The joints that actuators or an armature act on."""
+    """The motor of each joint that has actuators or an armature. Adds the damper of the armature to
+    DART's joint."""
     for number, (joint, made) in enumerate(zip(mechanism.joints, built.joints, strict=True)):
         actuators = actuators_of(mechanism, number)
         rotor = float(joint.armature[0]) / step

@@ -1,4 +1,4 @@
-"""Model files of users in DART: what its importer reads of them, and runs of it."""
+"""A user's model file in DART: the numbers that DART reads from it, and runs of its model."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ from plumbob.engines.peer_model import (
 )
 from plumbob.models.border import border
 
-OF_WORLD = "__geom_skel__"  # begins the name of a skeleton that is a geom of the world
+OF_WORLD = "__geom_skel__"  # prefix of the names of skeletons that are geoms of the world
 
 
 def _read(path: Path) -> Any:
-    """The world of a file; raises RefusedFile."""
+    """The world that DART makes of a file; raises RefusedFile, and NotRead if DART makes none."""
     import dartpy
 
     with border(RefusedFile):
@@ -57,7 +57,8 @@ def model_fields(path: Path) -> Fields:
 
 
 class DartModel:
-    """The world of a file, its skeletons one after another."""
+    """The world of a file. Its coordinates are those of the skeletons, one skeleton after
+    another."""
 
     def __init__(self, path: Path, step: float) -> None:
         self.world = _read(path)
@@ -68,7 +69,7 @@ class DartModel:
         self.places = np.cumsum([0, *counts])[:-1].tolist()
 
     def put(self, q: Array, v: Array) -> None:
-        """Start from these coordinates."""
+        """Sets the coordinates and their rates."""
         for skeleton, x, rates in zip(
             self.skeletons, self._split(q), self._split(v), strict=True
         ):
@@ -76,10 +77,12 @@ class DartModel:
             skeleton.setVelocities(rates)
 
     def _split(self, values: Array) -> list[Array]:
+        """One array for each skeleton, from the values of all coordinates."""
         return np.split(values, self.places[1:])
 
     def terms(self, q: Array, v: Array, control: Array) -> dict[str, Any]:
-        """Of the skeletons; of actuators it reads none."""
+        """The terms of the equations of motion, and the pairs of bodies that touch. DART reads no
+        actuators from a file."""
         import dartpy
         from scipy.linalg import block_diag
 
@@ -104,7 +107,8 @@ class DartModel:
         }
 
     def advance(self, control: Array, force: Array, steps: int) -> tuple[Array, Array]:
-        """Take steps."""
+        """Takes `steps` steps under a generalised `force`, which is held; returns the coordinates
+        and their rates. DART reads no actuators: the control has no effect."""
         for _ in range(steps):
             for skeleton, part in zip(self.skeletons, self._split(force), strict=True):
                 skeleton.setForces(part)
@@ -117,14 +121,15 @@ class DartModel:
 
 
 def _names(contact: Any) -> tuple[str, ...]:
-    """Of the bodies of a contact."""
+    """The names of the two bodies of a contact."""
     shapes = (contact.collisionObject1, contact.collisionObject2)
     nodes = (shape.getShapeFrame().asShapeNode() for shape in shapes)
     return tuple(node.getBodyNodePtr().getName() for node in nodes)
 
 
 def _frame(joint: Any) -> Frame:
-    """Of a free joint, whose coordinates are from where the file draws the body."""
+    """The conversion between a body's pose and the coordinates of its free joint, which count from
+    the pose that the file gives the body."""
     from scipy.spatial.transform import Rotation
 
     drawn = joint.getTransformFromParentBodyNode()
@@ -143,7 +148,8 @@ def _frame(joint: Any) -> Frame:
 
 
 def user_model(path: Path, layout: Layout, step: float) -> PeerModel:
-    """The model of a file; raises NotRead."""
+    """The model of a file in DART at `step` [s], with the places of its joints in DART's
+    coordinates; raises NotRead."""
     model = DartModel(path, step)
     hinges = []
     free = []
@@ -152,7 +158,7 @@ def user_model(path: Path, layout: Layout, step: float) -> PeerModel:
             if joint.getNumDofs():
                 at = first + joint.getIndexInSkeleton(0)
             if joint.getNumDofs() == 1:
-                hinges.append((joint.getName(), (at, at)))  # a name may be there twice
+                hinges.append((joint.getName(), (at, at)))  # two joints may have one name
             elif joint.getNumDofs() == FREE:
                 free.append((at, at, _frame(joint)))
     return Translated(model, layout, hinges, free, displaced=True)

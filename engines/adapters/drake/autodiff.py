@@ -1,5 +1,5 @@
-"""Derivatives of a run by Drake's AutoDiffXd: the discrete plant stepped with numbers that carry
-their derivative, from a context in which state and parameters have it."""
+"""Derivatives of a run by Drake's AutoDiffXd, a type of numbers that carry their derivatives. The
+discrete plant is stepped from a context whose state and parameters are such numbers."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from plumbob.models.scene import Case
 
 
 def derivatives(number: Number, method: Method, step: float) -> ByName:
-    """Derivatives of the observables at the end; raises Unsupported."""
+    """The derivatives of the observables at the end of a run by `number`; raises Unsupported."""
     if method.control == "tolerance":
         raise Unsupported("AutoDiffXd is stepped in discrete plants alone here")
     case = number.case
@@ -39,8 +39,9 @@ def derivatives(number: Number, method: Method, step: float) -> ByName:
 
 
 def _end(sides: Sequence[DrakeStepper], apart: float, steps: int, step: float) -> Any:
-    """The state after so many steps of `step` [s] from the start of the middle one of three
-    steppers, with its derivatives: numbers of the outer ones are `apart`."""
+    """The state after `steps` steps of `step` [s] from the start of the middle one of three
+    steppers, with its derivatives by the scene's number. That number differs by `apart` between the
+    outer two steppers."""
     low, here, high = (side.simulator.get_context() for side in sides)
     diagram = sides[1].built.diagram.ToAutoDiffXd()
     context = diagram.CreateDefaultContext()
@@ -53,8 +54,8 @@ def _end(sides: Sequence[DrakeStepper], apart: float, steps: int, step: float) -
 
 
 def _of_joints(stepper: DrakeStepper, values: Array) -> tuple[Array, Array]:
-    """Numbers of the coordinates and of the rates of a tree of hinges and slides, joint by joint,
-    among those of Drake's state."""
+    """Splits values in the order of Drake's state into the values of the coordinates and the values
+    of their rates, in the order of the joints. Each joint is a hinge or a slide."""
     joints, first = stepper.built.joints, stepper.built.plant.num_positions()
     places = values[[joint.position_start() for joint in joints]]
     return places, values[[first + joint.velocity_start() for joint in joints]]
@@ -63,9 +64,9 @@ def _of_joints(stepper: DrakeStepper, values: Array) -> tuple[Array, Array]:
 def _started(
     case: Case, method: Method, step: float, steps: int
 ) -> tuple[DrakeStepper, tuple[Array, ...]]:
-    """A case at its start, its source set for so many steps, and the numbers of its
-    diagram that no context has: gravity, the gains of actuators, and what the source tells. Raises
-    Unsupported if it is no tree of hinges and slides."""
+    """Returns a stepper at the start of a case, whose source has the forces of `steps` steps, and
+    the numbers of the diagram that no context contains: gravity, the gains of actuators, and the
+    forces of the source. Raises Unsupported if the mechanism is no tree of hinges and slides."""
     scene = compiled_scene(case)
     mechanism = scene.mechanism
     kinds = {joint.kind for joint in mechanism.joints}
@@ -84,7 +85,8 @@ def _started(
 
 
 def _move(context: Any, starts: list[Any], apart: float) -> None:
-    """Give the numbers of a context their derivatives, by contexts on both sides."""
+    """Gives the parameters and the state of a context their derivatives: the differences between
+    two contexts `starts`, divided by `apart`."""
     for i in range(context.num_numeric_parameter_groups()):
         rows = [start.get_numeric_parameter(i).CopyToVector() for start in starts]
         held = context.get_mutable_numeric_parameter(i)
@@ -95,7 +97,8 @@ def _move(context: Any, starts: list[Any], apart: float) -> None:
 
 
 def _moving(values: Any, sides: list[Array], apart: float) -> Any:
-    """Numbers with their derivatives, shape (n,), by their values on both sides."""
+    """The `values`, shape (n,), with their derivatives: the differences of the values on both
+    `sides`, divided by `apart`."""
     slopes = (sides[1] - sides[0]) / apart
     return np.array(
         [AutoDiffXd(v.value(), np.array([s])) for v, s in zip(values, slopes, strict=True)]

@@ -1,7 +1,7 @@
-"""The Drake diagram of a mechanism: a multibody plant with its geometry, and the sources of its
-motors.
+"""Builds the Drake diagram of a mechanism: a multibody plant with its geometry, and the source of
+the motors' forces.
 
-A joint of Drake moves one body. Of a body with several joints the last one moves that body, and
+A joint of Drake moves one body. If a body has several joints, the last joint moves the body, and
 each joint before it moves a body without mass.
 """
 
@@ -44,10 +44,10 @@ KINDS = MappingProxyType(
     }
 )
 SPRINGS = MappingProxyType({"hinge": tree.RevoluteSpring, "slide": tree.PrismaticSpring})
-GROUND = 100.0  # [m] of a block whose top is a plane
-WITHOUT_LOOPS = "tamsi"  # the solver of contacts that knows no loops
+GROUND = 100.0  # [m] edge of the block that stands for a plane: the plane is its top
+WITHOUT_LOOPS = "tamsi"  # contact solver that does not support constraints of loops
 Surface = tuple[int, float]
-"""A shape, and a coefficient of friction of its copy."""
+"""The number of a shape, and the coefficient of friction of a copy of the shape."""
 Touching = dict[tuple[Any, Any], tuple[int, float]]
 """{identifiers of two geometries: number of the pair of shapes, and 1, or -1 in reverse order}."""
 
@@ -58,18 +58,18 @@ class Built:
 
     diagram: Any
     plant: Any
-    joints: tuple[Any, ...]  # one a joint
+    joints: tuple[Any, ...]  # one for each joint
     motors: Motors
     touching: Touching
 
     def within(self, context: Any) -> Any:
-        """The plant's own part of a context of the diagram, which can be written to."""
+        """The plant's part of a context of the diagram; it is mutable."""
         return self.plant.GetMyMutableContextFromRoot(context)
 
 
 def build(mechanism: Mechanism, settings: Options, control: float = 0.0) -> Built:
-    """The diagram of a mechanism in a plant with these settings; where the plant is continuous, the
-    forces of sources are held for `control` [s]. Raises Unsupported."""
+    """The diagram of a mechanism whose plant has these settings. If the plant is continuous, the
+    forces of the source are held for `control` [s]. Raises Unsupported."""
     approximation = settings.get("discrete_contact_approximation", "")
     for feature in refused(mechanism, approximation):
         raise Unsupported(f"feature {feature}")
@@ -88,7 +88,8 @@ def build(mechanism: Mechanism, settings: Options, control: float = 0.0) -> Buil
 
 
 def refused(mechanism: Mechanism, approximation: str = "") -> Iterator[str]:
-    """The names of features of a mechanism that Drake, or this builder, cannot express."""
+    """Names the features of a mechanism that Drake with this contact `approximation`, or this
+    builder, cannot express."""
     yield from refused_parts(mechanism)
     for joint in mechanism.joints:
         yield from _refused_of(joint, mechanism)
@@ -103,7 +104,7 @@ def refused(mechanism: Mechanism, approximation: str = "") -> Iterator[str]:
 
 
 def _refused_of(joint: Joint, mechanism: Mechanism) -> Iterator[str]:
-    """The names of features of a joint that are not expressed."""
+    """Names the features of a joint that Drake, or this builder, cannot express."""
     name = joint.name or f"of body {mechanism.bodies[joint.body].name}"
     if np.any(joint.friction_loss):
         yield f"dry friction of joint {name}"
@@ -115,7 +116,8 @@ def _refused_of(joint: Joint, mechanism: Mechanism) -> Iterator[str]:
 
 
 def _trees(mechanism: Mechanism, plant: Any) -> tuple[tuple[Any, ...], tuple[Any, ...]]:
-    """Drake's body of each body, and its joint of each joint."""
+    """Adds the bodies and the joints of a mechanism to a plant. Returns Drake's body for each body,
+    and Drake's joint for each joint."""
     weightless = plant.AddModelInstance("weightless")
     plant.set_gravity_enabled(weightless, False)
     heavy = plant.AddModelInstance("heavy")
@@ -141,6 +143,7 @@ def _trees(mechanism: Mechanism, plant: Any) -> tuple[tuple[Any, ...], tuple[Any
 
 
 def _inertia(body: Body) -> Any:
+    """Drake's inertia of a body."""
     (xx, yy, zz) = np.diag(body.inertia)
     (xy, xz, yz) = body.inertia[np.triu_indices(3, 1)]
     about = tree.RotationalInertia(xx, yy, zz, xy, xz, yz)
@@ -148,18 +151,19 @@ def _inertia(body: Body) -> Any:
 
 
 def placed(place: Array, attitude: Array | None = None) -> Any:
-    """A transform of Drake: a place [m], and an attitude, a quaternion, or none."""
+    """Drake's transform to a place [m], with an attitude, a quaternion, or without a rotation."""
     if attitude is None:
         return RigidTransform(place)
     return RigidTransform(RotationMatrix(rotation(attitude)), place)
 
 
 def _jointed(plant: Any, number: int, joint: Joint, above: Any, drawn: Any, moved: Any) -> Any:
-    """Drake's joint of a joint, between the frame `above`, in which the moved body is drawn at a
-    transform, and the moved body, with its spring and its limits."""
+    """Adds a joint with its spring and its limits to a plant; returns Drake's joint. It connects
+    the body `moved` to the frame `above`. In the drawing, `moved` has the pose `drawn` in that
+    frame."""
     kind = KINDS[joint.kind]
     name = f"joint_{number}"
-    if joint.kind == "free":  # its coordinates are those of its frame in the world
+    if joint.kind == "free":  # the coordinates of the joint are those of the body in the world
         turning, moving = joint.damping[3], joint.damping[0]
         free = kind(name, above, moved.body_frame(), turning, moving)
         return plant.AddJoint(free)
@@ -181,8 +185,9 @@ def _jointed(plant: Any, number: int, joint: Joint, above: Any, drawn: Any, move
 
 
 def _close_loops(mechanism: Mechanism, plant: Any, bodies: Sequence[Any]) -> None:
-    """Give a plant the loops of a mechanism. A constraint to the body of the world ends the process
-    in a plant without contacts, one to a body that is welded to the world does not."""
+    """Adds constraints that close the loops of a mechanism. In a plant without contacts, Drake ends
+    the process if a constraint acts on the world's body. So a massless body is welded to the world,
+    and constraints act on that body."""
     if any(0 in loop.bodies for loop in mechanism.loops):
         none = tree.SpatialInertia.Zero()
         ground = plant.AddRigidBody("ground", tree.default_model_instance(), none)
@@ -198,10 +203,11 @@ def _close_loops(mechanism: Mechanism, plant: Any, bodies: Sequence[Any]) -> Non
 
 
 def _shapes(mechanism: Mechanism, plant: Any, bodies: Sequence[Any]) -> Touching:
-    """Give the bodies their shapes.
+    """Adds the shapes of a mechanism to Drake's bodies.
 
-    A shape of Drake has one coefficient of friction, and a pair has 2 m n/(m + n) of two. A shape
-    that has different friction with others has a copy for each coefficient.
+    A shape of Drake has one coefficient of friction, and two shapes with coefficients m and n have
+    the coefficient 2 m n/(m + n). If a shape has several coefficients, there is a copy of the shape
+    for each.
     """
     made: dict[Surface, Any] = {}
     touching: Touching = {}
@@ -218,7 +224,7 @@ def _shapes(mechanism: Mechanism, plant: Any, bodies: Sequence[Any]) -> Touching
 
 
 def _add_shape(plant: Any, body: Any, shape: Shape, friction: float) -> Any:
-    """Add a shape with its coefficient to a body; returns its identifier."""
+    """Adds a shape with its coefficient to a body; returns the identifier of Drake's geometry."""
     number = plant.num_collision_geometries()
     place = placed(shape.place, shape.attitude)
     if shape.kind == "plane":
@@ -228,7 +234,7 @@ def _add_shape(plant: Any, body: Any, shape: Shape, friction: float) -> Any:
 
 
 def _made(shape: Shape) -> Any:
-    """Drake's shape; a block for a plane, since with each half space Drake prints a warning."""
+    """Drake's shape. A plane is a block, because Drake prints a warning for each half space."""
     sizes = shape.size.tolist()
     match shape.kind:
         case "plane":
@@ -245,7 +251,7 @@ def _made(shape: Shape) -> Any:
 
 
 def _keep_apart(scene: Any, touching: Touching) -> None:
-    """Let no geometries collide but the pairs that can touch."""
+    """Lets only the pairs of geometries collide that can touch."""
     every = geometry.GeometrySet(list(dict.fromkeys(one for one, _ in touching)))
     declared = geometry.CollisionFilterDeclaration().ExcludeWithin(every)
     for one, other in touching:

@@ -1,5 +1,6 @@
-"""Motors of a mechanism in a Drake diagram: forces that follow a source and, where an actuator has
-gains of the joint's coordinate and rate, the plant's state, all computed as a step begins."""
+"""Motors of a mechanism in a Drake diagram. The force of a motor follows a source and, if an
+actuator has gains of the joint's coordinate or rate, the plant's state. All forces are computed at
+the start of a step."""
 
 from __future__ import annotations
 
@@ -22,8 +23,9 @@ from plumbob.analytic.reference import Array
 from plumbob.engines.adapters.rotors import moved_inertia
 from plumbob.engines.mechanism import Actuator, Joint, Mechanism
 
-# By how much the inertia of a rotor that imposes a motion is larger than all that it moves: so much
-# that its velocity is right to the last bit; beside contacts and loops as much as solvers take.
+# A rotor that prescribes a motion has the inertia of all that it moves, times such a ratio. With
+# the first ratio the rotor's velocity is exact to the last bit. The second is for mechanisms with
+# contacts or loops: it is the largest that Drake's solvers handle.
 HOLDING, HOLDING_BESIDE_CONSTRAINTS = 1e15, 1e8
 
 
@@ -32,34 +34,37 @@ Range = tuple[float, float] | None
 
 @dataclass(frozen=True)
 class Motors:
-    """The motors of a diagram, one on each joint that is driven or has an armature."""
+    """The motors of a diagram: a motor on each joint that has an actuator, an armature or a
+    prescribed motion."""
 
     actuators: tuple[Actuator, ...]
-    joints: Mapping[int, Joint]  # {number: joint} of each motor
+    joints: Mapping[int, Joint]  # {number of a joint with a motor: joint}
     held: Mapping[int, float]
-    """{number: inertia} of the rotors of joints whose motion is prescribed [kg m^2] or [kg]."""
-    source: Any = None  # of the diagram; None where nothing drives it
+    """{number of a joint whose motion is prescribed: inertia of its rotor [kg m^2] or [kg]}."""
+    source: Any = None  # source of the forces in the diagram; None if no force is needed
 
     @property
     def inputs(self) -> int:
-        """How many numbers the source tells: one of each actuator, and one of each joint whose
+        """The number of the source's outputs: one for each actuator, and one for each joint whose
         motion is prescribed."""
         return len(self.actuators) + len(self.held)
 
     def forces(self, controls: Array | None, times: Array) -> Array:
-        """The source's numbers for each step between these `times` [s], shape (steps, inputs),
-        under controls, shape (steps, controls).
+        """The outputs of the source in each step between these `times` [s], shape (steps, inputs),
+        under controls, shape (steps, controls), or under controls that are zero.
 
-        First, for each actuator, the part of its force before the gear that the state does not
-        change. Then, for each joint whose velocity is prescribed, the force that takes the joint to
-        exactly that velocity at the step's end, wherever the acceleration jumps.
+        The first columns are for actuators: the part of the force, before the gear, that does not
+        depend on the state. The other columns are for joints whose motion is prescribed: the force
+        that gives the joint its exact velocity at the end of the step, even if the acceleration
+        jumps within the step.
         """
         steps = len(times) - 1
         rows = np.empty((steps, self.inputs))
         for column, motor in enumerate(self.actuators):
             control = np.zeros(steps) if controls is None else controls[:, motor.control]
             force = motor.gain * np.clip(control, *_ends(motor.control_range)) + motor.bias[0]
-            # Drake's coordinate is 0 in the drawing: a gain of the coordinate needs the rest.
+            # Drake's coordinate is 0 in the drawing: the gain acts on that coordinate, and the
+            # contribution of the drawing's coordinate is added here.
             drawn = motor.gear * float(self.joints[motor.joint].reference[0])
             rows[:, column] = force + motor.bias[1] * drawn
         for column, (number, inertia) in enumerate(self.held.items(), len(self.actuators)):
@@ -70,12 +75,14 @@ class Motors:
 
 
 def _ends(limits: Range) -> tuple[float, float]:
+    """The lower and the upper limit; infinite if there are none."""
     return limits or (-math.inf, math.inf)
 
 
 def motors(mechanism: Mechanism, plant: Any, joints: Sequence[Any]) -> Motors:
-    """Add the motors of a mechanism to its plant, each with a rotor as heavy as its joint's
-    armature, or so heavy that it imposes the joint's motion."""
+    """Adds the motors of a mechanism to its plant. The inertia of a rotor is the armature of its
+    joint. If the motion of the joint is prescribed, the inertia is so large that the rotor imposes
+    the motion."""
     driven = {actuator.joint for actuator in mechanism.actuators}
     moved = dict[int, Joint]()
     held = dict[int, float]()
@@ -92,7 +99,7 @@ def motors(mechanism: Mechanism, plant: Any, joints: Sequence[Any]) -> Motors:
 
 
 def _holding(mechanism: Mechanism, joint: Joint) -> float:
-    """The inertia of a rotor that imposes a joint's motion [kg m^2] or [kg]."""
+    """The inertia of a rotor that imposes the motion of a joint [kg m^2] or [kg]."""
     ratio = HOLDING_BESIDE_CONSTRAINTS if mechanism.touching or mechanism.loops else HOLDING
     return ratio * moved_inertia(mechanism, joint.kind)
 
@@ -100,8 +107,9 @@ def _holding(mechanism: Mechanism, joint: Joint) -> float:
 def connected(
     builder: Any, plant: Any, driven: Motors, joints: Sequence[Any], control: float
 ) -> Motors:
-    """The motors with a source that is connected to a finished plant; where the plant is
-    continuous, the source's numbers are held for `control` [s], at whose ends its steps end."""
+    """The motors `driven` with a source, which this function connects to the finished plant. If the
+    plant is continuous and motions are prescribed, the source's outputs are held for `control` [s];
+    Drake then ends a step whenever an output changes."""
     if not driven.inputs:
         return driven
     source = builder.AddSystem(
@@ -138,14 +146,15 @@ def connected(
 
 
 def _after(builder: Any, port: Any, system: Any) -> Any:
-    """The output of a system that is added behind a port."""
+    """Adds a system whose input is an output port; returns the output port of the system."""
     added = builder.AddSystem(system)
     builder.Connect(port, added.get_input_port(0))
     return added.get_output_port(0)
 
 
 def _within(builder: Any, port: Any, limits: Sequence[Range]) -> Any:
-    """A port whose numbers are kept within limits; the port itself where there are none."""
+    """A port with the values of `port`, each clamped to its limits. If there are no limits, it is
+    `port` itself."""
     if not any(limits):
         return port
     low, high = np.array([_ends(pair) for pair in limits]).T
@@ -153,5 +162,6 @@ def _within(builder: Any, port: Any, limits: Sequence[Range]) -> Any:
 
 
 def held_forces(rows: Array, times: Sequence[float] | Array) -> Any:
-    """A trajectory of which each row is held between two of the `times` [s]."""
+    """Drake's trajectory of forces: each row of forces is held from one of the `times` [s] to the
+    next."""
     return PiecewisePolynomial.ZeroOrderHold(times, np.vstack([rows, rows[-1:]]).T)

@@ -1,5 +1,5 @@
-"""Scenes in Drake: in a discrete plant, or in a continuous one with an integrator that controls its
-error, a prescribed motion imposed step by step."""
+"""Simulations of scenes in Drake: in a discrete plant, or in a continuous plant with an integrator
+that controls its error."""
 
 from __future__ import annotations
 
@@ -29,18 +29,21 @@ from plumbob.engines.sampling import step_count
 from plumbob.engines.stepper import SceneMechanism, State
 from plumbob.models.scene import Case
 
-BROKEN = (OverflowError, ValueError, RuntimeError)  # raised where numbers are no longer finite
-CONTROL = 1e-3  # [s] for which forces of a source are held in a continuous plant
+BROKEN = (OverflowError, ValueError, RuntimeError)  # exceptions if numbers are no longer finite
+CONTROL = 1e-3  # [s] time for which forces of a source are held in a continuous plant
 
 
-SETTLING, SETTLING_STEP = 1000, 1e-3  # steps, and [s], in which bodies come to rest on contacts
-LOOKED_AT = 20  # steps after which bodies that fall are seen to
-AT_REST = 1e-3  # [m], [rad] by which a body that stands on a plane settles at most
+SETTLING, SETTLING_STEP = (
+    1000,
+    1e-3,
+)  # number of steps, and step [s], to come to rest on contacts
+LOOKED_AT = 20  # number of steps between checks whether the bodies fall
+AT_REST = 1e-3  # [m], [rad] largest displacement of a body that stands on a plane as it settles
 
 
 def discrete(case: Case, method: Method, step: float) -> Simulation:
-    """The discrete plant of `case` with the contact solver that `method` names, at `step` [s];
-    raises Unsupported and ParameterError."""
+    """The simulation of a case at `step` [s] in a discrete plant, with the contact solver that the
+    method names; raises Unsupported and ParameterError."""
     scene = settled(compiled_scene(case), method.settings)
     settings = {**method.settings, "time_step": step}
     stepper = cache(lambda: DrakeStepper(scene.mechanism, settings, step))
@@ -48,14 +51,16 @@ def discrete(case: Case, method: Method, step: float) -> Simulation:
 
 
 def built(mechanism: Mechanism, start: State, step: float) -> DrakeStepper:
-    """A mechanism in Drake's discrete plant with its default settings, at `step` [s]; raises
-    Unsupported."""
+    """A stepper of a mechanism in Drake's discrete plant, with Drake's default settings, at `step`
+    [s]; raises Unsupported."""
     return DrakeStepper(mechanism, {"time_step": step}, step)
 
 
 def settled(scene: SceneMechanism, settings: Options) -> SceneMechanism:
-    """A scene whose bodies, if they stand on a plane at the start, have come to rest on contacts
-    that yield: until then a plane does not carry their weight, which friction follows."""
+    """The scene with a start at which its bodies rest on their contacts; if the bodies do not stand
+    on a plane, the scene as it is. Drake's contacts are springs: until they are compressed, a plane
+    does not carry the weight of the bodies, and friction is proportional to the force that it
+    carries."""
     mechanism, start = scene.mechanism, scene.start
     planes = [x for x in mechanism.shapes if x.kind == "plane" and x.body == 0]
     if not planes:
@@ -72,14 +77,15 @@ def settled(scene: SceneMechanism, settings: Options) -> SceneMechanism:
     for _ in range(SETTLING // LOOKED_AT):
         stepper.advance(None, LOOKED_AT)
         now = stepper.state().qpos
-        if np.abs(now - start.qpos).max() > AT_REST:  # they fall
+        if np.abs(now - start.qpos).max() > AT_REST:  # the bodies fall
             return scene
     return replace(scene, start=State(now, start.qvel))
 
 
 class ContinuousStepper(DrakeStepper):
-    """A scene's mechanism in a continuous plant, over a duration [s]: a "step" is from sample to
-    sample, the integrator that a configuration names takes its own."""
+    """The mechanism of a scene in a continuous plant, over a duration [s]. A "step" [s] here is the
+    time from one sample to the next; within it, the integrator that `chosen` configures takes steps
+    of any length."""
 
     def __init__(
         self, scene: SceneMechanism, step: float, duration: float, chosen: Any
@@ -93,21 +99,22 @@ class ContinuousStepper(DrakeStepper):
             self.built.motors.source.UpdateTrajectory(held)
 
     def put(self, state: State, time: float = 0.0) -> None:
-        """Set the state, at the time 0, for an integrator that has taken no step."""
+        """Sets the state, at the time 0, and resets the integrator."""
         super().put(state, time)
         ApplySimulatorConfig(self.chosen, self.simulator)
         self.simulator.Initialize()
 
     def advance(self, controls: Array | None, steps: int) -> None:
-        """Go on to the end of the last of the `steps`; the controls are the scene's."""
+        """Advances by `steps` steps. The argument `controls` is ignored: the source has the
+        controls of the scene."""
         self._taken += steps
         self.simulator.AdvanceTo(self._taken * self.step)
 
 
 def continuous(case: Case, method: Method, accuracy: float, smallest: float) -> Simulation:
-    """The continuous plant of `case` with the integrator that `method` names, at an accuracy of at
-    least the `smallest`, forces of a source held for CONTROL; raises Unsupported and
-    ParameterError."""
+    """The simulation of a case in a continuous plant, with the integrator that the method names, at
+    an accuracy. Forces of the source are held for CONTROL. Raises Unsupported, and ParameterError
+    if the accuracy is below the `smallest`."""
     lasting = case.scene.duration
     chosen = SimulatorConfig(
         integration_scheme=method.settings["integration_scheme"],
@@ -144,15 +151,16 @@ def continuous(case: Case, method: Method, accuracy: float, smallest: float) -> 
 def _started(
     case: Case, scene: SceneMechanism, step: float, chosen: Any
 ) -> tuple[ContinuousStepper, Built]:
-    """A case at its start in a continuous plant, with what reads it off."""
+    """A stepper of a case in a continuous plant, and the case at its start in that stepper, ready
+    to be advanced and read."""
     stepper = ContinuousStepper(scene, step, case.scene.duration, chosen)
-    driven = replace(scene, controls=None)  # by the plant's own source
+    driven = replace(scene, controls=None)  # the source has the controls
     return stepper, begun(case, driven, step, stepper)
 
 
 def _evaluations(simulator: Any) -> int:
-    """How often a simulator has evaluated derivatives. CENIC does not count them: then three for
-    each step that it tried, rejected ones included."""
+    """The number of evaluations of derivatives that a simulator has made. CENIC does not count
+    them: for CENIC it is three times the number of steps tried, rejected steps included."""
     integrator = simulator.get_integrator()
     if counted := integrator.get_num_derivative_evaluations():
         return int(counted)

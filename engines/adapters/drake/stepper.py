@@ -1,6 +1,6 @@
-"""A mechanism in a discrete plant of Drake, stepped from any state.
+"""A mechanism as a discrete plant of Drake steps it.
 
-Drake's step is semi-implicit Euler with dampers of joints implicit and their springs explicit. An
+Drake's step is semi-implicit Euler, with implicit dampers and explicit springs of joints. An
 attitude is a quaternion, which a step moves along its tangent by the new angular velocity.
 """
 
@@ -21,12 +21,13 @@ from plumbob.engines.method import Options
 from plumbob.engines.peer_model import rotation
 from plumbob.engines.stepper import Forces, State
 
-FREE, BALL = 7, 4  # coordinates of a free body and of a ball
+FREE, BALL = 7, 4  # number of coordinates of a free body and of a ball
 
 
 class DrakeStepper:
-    """A mechanism in a Drake plant with these settings, its time step [s] among them; where that is
-    0, forces of a source are held for `control` [s]."""
+    """A mechanism in a Drake plant with these settings, which takes steps of `step` [s] from any
+    state. The settings include the plant's time step [s]. If that is 0, the plant is continuous,
+    and forces of the source are held for `control` [s]."""
 
     def __init__(
         self, mechanism: Mechanism, settings: Options, step: float, control: float = 0.0
@@ -41,7 +42,7 @@ class DrakeStepper:
         self._latest = State(np.zeros(0), np.zeros(0))
 
     def put(self, state: State, time: float = 0.0) -> None:
-        """Set the state, at a time [s]."""
+        """Sets the state, at a time [s]."""
         self._begun, self._taken = time, 0
         self._latest = state
         context = self.simulator.get_mutable_context()
@@ -50,28 +51,31 @@ class DrakeStepper:
         self.simulator.Initialize()
 
     def state(self) -> State:
-        """The state now; a quaternion has the sign that is nearer to the last one."""
+        """The present state. The sign of a quaternion is the sign that is nearer to the quaternion
+        that was put or read last."""
         self._latest = state_of(self.mechanism, self.built, self._within, self._latest)
         return self._latest
 
     def advance(self, controls: Array | None, steps: int) -> None:
-        """Take `steps` steps under controls, shape (steps, controls)."""
+        """Takes `steps` steps under controls, shape (steps, controls), or with controls that are
+        zero."""
         self.drive(controls, steps)
         self._taken += steps
         advance(self.simulator, self._taken, self.step)
 
     def drive(self, controls: Array | None, steps: int) -> None:
-        """Let the source tell the numbers of the next `steps` under controls, shape (steps,
-        controls)."""
+        """Gives the source its outputs in the next `steps` steps under controls, shape (steps,
+        controls), or with controls that are zero."""
         motors = self.built.motors
         if motors.source is not None:
             marks = np.arange(self._taken, self._taken + steps + 1, dtype=np.float64)
             rows = motors.forces(controls, self._begun + self.step * marks)
-            # A source's numbers change half a step before a step, where nothing is computed.
+            # The source's outputs change half a step before each step begins: no output changes at
+            # a time at which Drake reads it.
             motors.source.UpdateTrajectory(held_forces(rows, self.step * (marks - 0.5)))
 
     def forces(self) -> Forces:
-        """Contact forces of the last step; forces of joints are not given."""
+        """The contact forces of the last step. The forces of joints are not read: they are nan."""
         touching = np.full((len(self.mechanism.touching), 3), math.nan)
         if self._taken:
             touching[:] = 0.0
@@ -80,12 +84,12 @@ class DrakeStepper:
                 contact = found.point_pair_contact_info(i)
                 pair = contact.point_pair()
                 number, sign = self.built.touching[pair.id_A, pair.id_B]
-                touching[number] += sign * contact.contact_force()  # on the second
+                touching[number] += sign * contact.contact_force()  # force on the second body
         return Forces(np.full((len(self.mechanism.joints), 3), math.nan), touching)
 
 
 def simulator_of(diagram: Any, context: Any) -> Any:
-    """A simulator of a diagram that goes on from a context."""
+    """A simulator of a diagram, initialised from a context."""
     simulator = Simulator(diagram, context)
     simulator.set_target_realtime_rate(0.0)
     simulator.Initialize()
@@ -93,13 +97,14 @@ def simulator_of(diagram: Any, context: Any) -> Any:
 
 
 def advance(simulator: Any, taken: int, step: float) -> None:
-    """Go on until so many steps of `step` [s] have been taken since the time 0."""
-    # A discrete update takes place at the time at which its step begins.
+    """Advances a simulator until it has taken `taken` steps of `step` [s] since the time 0."""
+    # A discrete update takes place at the time at which its step begins. The simulator stops half a
+    # step before the next update, so that rounding cannot decide whether the update is done.
     simulator.AdvanceTo((taken - 0.5) * step)
 
 
 def put(mechanism: Mechanism, built: Built, within: Any, state: State) -> None:
-    """Set the state of a plant in its context."""
+    """Sets the state of a plant in the plant's context."""
     q = np.zeros(built.plant.num_positions())
     v = np.zeros(built.plant.num_velocities())
     first = degree = 0
@@ -110,7 +115,7 @@ def put(mechanism: Mechanism, built: Built, within: Any, state: State) -> None:
         moving = state.qvel[degree : degree + rates]
         first, degree = first + of_file, degree + rates
         at, of = made.position_start(), made.velocity_start()
-        if joint.kind == "free":  # Drake's angular velocity is along the world's axes
+        if joint.kind == "free":  # Drake has the angular velocity along the world's axes
             here = np.concatenate([here[3:], here[:3]])
             moving = np.concatenate([rotation(here[:4]) @ moving[3:], moving[:3]])
         elif joint.kind == "ball":
@@ -126,7 +131,8 @@ def put(mechanism: Mechanism, built: Built, within: Any, state: State) -> None:
 
 
 def state_of(mechanism: Mechanism, built: Built, within: Any, latest: State) -> State:
-    """The state of a plant in its context, with each quaternion's sign as in the `latest`."""
+    """The state of a plant from the plant's context. The sign of each quaternion is the sign that
+    is nearer to the quaternion in the `latest` state."""
     q, v = built.plant.GetPositions(within), built.plant.GetVelocities(within)
     places, rates = list[Array](), list[Array]()
     first = 0
@@ -150,6 +156,6 @@ def state_of(mechanism: Mechanism, built: Built, within: Any, latest: State) -> 
 
 
 def _signed(attitude: Array, latest: Array) -> Array:
-    """A quaternion of unit length with the sign that is nearer to the latest."""
+    """The quaternion `attitude`, normalised, with the sign that is nearer to the `latest`."""
     unit = attitude / math.sqrt(attitude @ attitude)
     return -unit if unit @ latest < 0.0 else unit
