@@ -1,5 +1,5 @@
-"""The Exudyn system of a mechanism: its tree and its free bodies, what moves and holds the joints,
-constraints that close loops, and contacts."""
+"""Builds the Exudyn system of a mechanism: its tree and its lone free bodies, the forces on joints
+and their prescribed motions, constraints that close loops, and contacts."""
 
 from __future__ import annotations
 
@@ -42,8 +42,8 @@ TYPES = MappingProxyType(
 )
 
 items = exudyn.itemInterface
-# A rotor imposes a constant velocity if its inertia [kg m^2], or its mass, is so many times the
-# bodies' whole mass: no bit of its velocity changes.
+# A rotor prescribes a constant velocity: its inertia [kg m^2], or its mass [kg], is this number
+# times the mass of all bodies, so that no bit of its velocity changes.
 HOLDING = 1e15
 
 
@@ -53,9 +53,9 @@ class Built:
 
     container: Any
     system: Any
-    nodes: tuple[int, ...]  # that of a tree, if any, then one a free body
-    places: tuple[slice, ...]  # coordinates of each joint in the system
-    alone: tuple[bool, ...]  # whether a joint is that of a free body by itself
+    nodes: tuple[int, ...]  # node of the tree if there is one, then the node of each free body
+    places: tuple[slice, ...]  # place of each joint's coordinates among Exudyn's
+    alone: tuple[bool, ...]  # whether each joint is the joint of a lone free body
 
 
 def build(
@@ -65,8 +65,9 @@ def build(
     *,
     explicit: bool,
 ) -> Built:
-    """The system of a mechanism for runs at a time step [s], with controls of the time, or controls
-    that stay zero, by an explicit solver or an implicit one; raises Unsupported."""
+    """The system of a mechanism for runs at a time step [s]. `controls` is a function of the time;
+    None stands for controls that stay zero. `explicit` tells whether the solver is explicit. Raises
+    Unsupported."""
     for feature in refused(mechanism, explicit):
         raise Unsupported(f"feature {feature}")
     container = exudyn.SystemContainer()
@@ -76,7 +77,7 @@ def build(
     carriers = {WORLD: system.AddObject(items.ObjectGround())}
     size = len(bodies.links.parents)
     if size:
-        # Stages of a step are at its ends and, of Kutta's method, in the middle.
+        # Stages are at the ends of a step and, in Kutta's method, in the middle of the step.
         table = controls and Tabulated(controls, 0.5 * step)
         forces = joint_forces(mechanism, bodies.places, size, table)
         node, tree = _tree(system, bodies, mechanism.gravity, forces)
@@ -95,8 +96,8 @@ def build(
 
 
 def refused(mechanism: Mechanism, explicit: bool) -> Iterator[str]:
-    """The names of features of a mechanism that Exudyn, its explicit solvers, or this builder
-    cannot express."""
+    """Names the features of a mechanism that Exudyn, or this builder, cannot express; if
+    `explicit`, also the features that Exudyn's explicit solvers cannot express."""
     yield from refused_parts(mechanism)
     yield from (f"carried weight of body {x.name}" for x in mechanism.bodies if x.carried)
     for joint in mechanism.joints:
@@ -120,7 +121,8 @@ def refused(mechanism: Mechanism, explicit: bool) -> Iterator[str]:
 def _tree(
     system: Any, bodies: Bodies, gravity: Array, forces: Mapping[str, Any]
 ) -> tuple[int, int]:
-    """Add the tree; returns the numbers of its node and of its object."""
+    """Adds the kinematic tree with the `forces` on its joints; returns the numbers of its node and
+    of its object."""
     links = bodies.links
     size = len(links.parents)
     inertias = [bodies.inertias.get(link, Inertia()) for link in range(size)]
@@ -148,8 +150,8 @@ def _tree(
 
 
 def _rigid(system: Any, inertia: Inertia, gravity: Array) -> tuple[int, int]:
-    """Add a free body by itself; returns the numbers of its node and of its object. Its
-    coordinates are its place and a rotation vector, on which solvers work as on a group."""
+    """Adds a lone free body; returns the numbers of its node and of its object. The coordinates are
+    its place and a rotation vector, which Exudyn's solvers update as an element of a Lie group."""
     node = system.AddNode(items.NodeRigidBodyRotVecLG(referenceCoordinates=[0.0] * 6))
     arm = inertia.centre
     about = inertia.moments + inertia.mass * (arm @ arm * AXES - np.outer(arm, arm))
@@ -175,12 +177,12 @@ def _impose(
     explicit: bool,
     step: float,
 ) -> None:
-    """Add the armatures of the joints of a tree, and impose prescribed velocities. An implicit
-    solver gets a constraint; an explicit one, which has no constraints, a rotor so heavy that its
-    velocity does not change."""
+    """Adds the armatures of the joints of a tree, and prescribes velocities. For an implicit solver
+    a velocity is prescribed by a constraint. Explicit solvers have no constraints: for them it is
+    prescribed by a rotor with so large an inertia that the velocity does not change."""
     rotors = np.zeros(len(bodies.links.parents))
     for joint, place in zip(mechanism.joints, bodies.places, strict=True):
-        if joint.kind in CHAINS:  # several coordinates; an armature of such joints is refused
+        if joint.kind in CHAINS:  # a free or a ball joint: its armature is refused
             continue
         rotors[place] = joint.armature
         if joint.velocity is not None and explicit:
@@ -196,7 +198,8 @@ def _impose(
 def _prescribe(
     system: Any, node: int, coordinate: int, velocity: Velocity, step: float
 ) -> None:
-    """Constrain the velocity of a coordinate, of which a solver asks at the ends of steps."""
+    """Adds a constraint that prescribes the velocity of a coordinate. The solver evaluates the
+    velocity at the ends of steps."""
     ground = system.AddNode(items.NodePointGround())
     markers = [
         system.AddMarker(items.MarkerNodeCoordinate(nodeNumber=number, coordinate=which))
@@ -220,8 +223,9 @@ def _prescribe(
 def _close(
     mechanism: Mechanism, system: Any, bodies: Bodies, carriers: Mapping[int, int], loop: Loop
 ) -> None:
-    """Add the constraint that closes a loop. Where all motion is in a plane, points stay in it by
-    themselves: a constraint across it, which would be singular, is left out."""
+    """Adds the constraint that closes a loop. If the bodies of the loop move in a plane, their
+    points stay in the plane without a constraint: the constraint along the normal would be
+    singular, and is left out."""
     turn, axes = AXES, [1, 1, 1, 0, 0, 0]
     if loop.kind == "weld":
         turn, axes = rotation(loop.attitude), [1] * 6
@@ -239,7 +243,7 @@ def _close(
 def _touch(
     mechanism: Mechanism, system: Any, bodies: Bodies, carriers: Mapping[int, int], step: float
 ) -> None:
-    """Add the contacts of shapes."""
+    """Adds the contacts of all pairs of shapes that can touch."""
 
     def mark(shape: Shape, place: Array) -> int:
         frame = bodies.frames[shape.body].within(shape.place, rotation(shape.attitude))
@@ -251,8 +255,9 @@ def _touch(
 
 
 def _normal(mechanism: Mechanism, loop: Loop) -> Array | None:
-    """The normal, in the frame of the first body of a loop, of the plane in which all joints that
-    move the bodies of the loop let them move; None where there is no such plane."""
+    """The normal of the plane in which the two bodies of a loop move, in the frame of the first
+    body. None if there is no such plane: it takes at least one hinge, all hinges parallel to the
+    normal, and all slides in the plane."""
     turns = drawn(mechanism)
     joints = [joint for number in loop.bodies for joint in movers(mechanism, number)]
     axes = {kind: [turns[x.body] @ x.axis for x in joints if x.kind == kind] for kind in TYPES}
@@ -265,7 +270,7 @@ def _normal(mechanism: Mechanism, loop: Loop) -> Array | None:
 
 
 def add_marker(system: Any, carriers: Mapping[int, int], frame: Frame) -> int:
-    """Add a marker of a frame; returns its number."""
+    """Adds a marker at a frame; returns the number of the marker."""
     at = np.eye(4)
     at[:3, :3], at[:3, 3] = frame.turn, frame.place
     number = carriers[frame.carrier]

@@ -1,8 +1,10 @@
-"""Contacts in Exudyn of shapes with a plane, which yield. Each has a friction of its own.
+"""Contacts of shapes with a plane in Exudyn. They are springs and dampers, and each contact has a
+coefficient of friction.
 
-Exudyn's contact that slides and rolls well is that of a disc. A disc is a flat ellipsoid; a sphere
-whose body turns about one axis along the plane; and a point, a corner of a box or a sphere of next
-to no radius, whose disc has any axis along the plane.
+The only contact of Exudyn that slides and rolls well is the contact of a disc. These shapes are
+discs: a flat ellipsoid; a sphere whose body turns about one axis that is parallel to the plane; and
+a point, which is a corner of a box or a sphere with a tiny radius. The disc of a point may have any
+axis that is parallel to the plane.
 """
 
 from __future__ import annotations
@@ -26,20 +28,23 @@ from plumbob.engines.peer_model import rotation
 
 items = exudyn.itemInterface
 
-# Rate of a contact that carries the mass of all bodies, times the step: at 1 ms a weight presses it
-# in by 10 micrometres. It is damped critically.
+# Rate of a contact times the step. The contact carries the mass of all bodies and is critically
+# damped: at 1 ms its static penetration under their weight is 10 micrometres.
 RATE = 1.0
-BOUNCE = 20.0  # steps that an impact with restitution lasts, by a stiffness that is less
-# Speed below which friction is in proportion to the slip, over the step [m/s^2]: more than the slip
-# that gravity makes in a step on a slope, or solvers take a body that sticks for one that slips.
+BOUNCE = 20.0  # number of steps that an impact with restitution lasts
+# [m/s^2] speed below which friction is proportional to the slip, divided by the step. It is larger
+# than the slip speed that gravity causes within a step on a slope: otherwise the solver would take
+# a sticking body for a slipping body.
 SLIP = 5.0
-# [m] radius of a sphere that is a point, at most: by less is it elsewhere if it tilts
+# [m] largest radius of a sphere that is taken for a point: a tilt displaces its contact by less
 POINT = 1e-4
-CORNER = 1e-3  # radius of the disc in a corner of a box, over the smallest half size
-FLAT = 1e-3  # thickness of a disc over its diameter, at most
-APART = 1.0  # [m], the gap before the first step, by which a first touch is seen as an impact
-PLANE = 100.0  # [m] from the middle of a plane to its nearest side, for a sphere that bounces
-ROUNDING = 2.0 * sys.float_info.epsilon  # [m], of the depths of contacts
+CORNER = 1e-3  # radius of the disc in a corner of a box, relative to the smallest half size
+FLAT = 1e-3  # largest thickness of a disc, relative to its diameter
+APART = 1.0  # [m] gap before the first step: it lets Exudyn see a first touch as an impact
+PLANE = (
+    100.0  # [m] distance from the middle of a plane to its nearest side, for bouncing spheres
+)
+ROUNDING = 2.0 * sys.float_info.epsilon  # [m] rounding of the depths of contacts
 Mark = Callable[[Shape, Array], int]
 """Adds a marker at a place [m] in the frame of a shape; returns its number."""
 Disc = tuple[Array, float, Array]
@@ -47,8 +52,8 @@ Disc = tuple[Array, float, Array]
 
 
 def refused_contacts(mechanism: Mechanism) -> Iterator[str]:
-    """The names of shapes whose contact is not expressed, and of what else two shapes that touch
-    have and Exudyn has not."""
+    """Names the shapes and the features of contacts that Exudyn, or this builder, cannot
+    express."""
     yield from refused_shapes(mechanism)
     for touch in mechanism.touching:
         plane, other = _plane_first(mechanism, touch)
@@ -62,13 +67,14 @@ def refused_contacts(mechanism: Mechanism) -> Iterator[str]:
 
 
 def _plane_first(mechanism: Mechanism, touch: Touch) -> tuple[Shape, Shape]:
-    """The shapes that touch, a plane before another."""
+    """The two shapes that can touch. If the second shape is a plane, it comes first."""
     first, second = (mechanism.shapes[i] for i in touch.shapes)
     return (second, first) if second.kind == "plane" else (first, second)
 
 
 def _discs(mechanism: Mechanism, plane: Shape, other: Shape) -> list[Disc]:
-    """The discs that another shape is on a plane; none where that is not expressed."""
+    """The discs that stand for the shape `other` in its contact with a plane. Empty if the builder
+    cannot express the contact."""
     if plane.kind != "plane":
         return []
     middle = np.zeros(3)
@@ -108,22 +114,22 @@ def _axle(mechanism: Mechanism, body: int, normal: Array) -> Array | None:
 
 
 def rounding(mechanism: Mechanism, step: float) -> float:
-    """What rounding may leave of the forces of contacts at a time step [s] [N]."""
+    """The rounding error of contact forces at a time step [s], as an absolute tolerance [N]."""
     mass = sum(body.mass for body in mechanism.bodies)
     return ROUNDING * mass * (RATE / step) ** 2
 
 
 @dataclass(frozen=True)
 class Contacts:
-    """What contacts are added with to a system."""
+    """Adds contacts of a mechanism to an Exudyn system."""
 
     system: Any
     mechanism: Mechanism
     step: float  # [s]
-    mark: Mark
+    mark: Mark  # adds markers to the system
 
     def add(self, touch: Touch) -> None:
-        """Add the contact of two shapes."""
+        """Adds the contact of two shapes."""
         plane, other = _plane_first(self.mechanism, touch)
         if touch.restitution:
             self._bouncing(plane, other, touch.restitution)
@@ -143,7 +149,7 @@ class Contacts:
         return sum(body.mass for body in self.mechanism.bodies)
 
     def _rolling(self, plane: Shape, other: Shape, disc: Disc, touch: Touch) -> None:
-        """Add a contact of the rim of a disc of a shape with a plane."""
+        """Adds a contact between a plane and the rim of a disc of the shape `other`."""
         place, radius, axis = disc
         stiffness, damping = self._law
         self.system.AddObject(
@@ -162,7 +168,8 @@ class Contacts:
         )
 
     def _bouncing(self, plane: Shape, ball: Shape, restitution: float) -> None:
-        """Add a contact of a sphere with a plane that gives back a part of the speed."""
+        """Adds a contact between a plane and a sphere that bounces with a coefficient of
+        restitution."""
         self.system.AddObject(
             items.ObjectContactSphereTriangle(
                 markerNumbers=[self.mark(shape, np.zeros(3)) for shape in (ball, plane)],
@@ -177,7 +184,8 @@ class Contacts:
         )
 
     def _data(self, *begin: float) -> int:
-        """Add a node of numbers that a contact keeps from step to step; returns its number."""
+        """Adds a node for the numbers that a contact keeps from step to step, with their initial
+        values; returns the number of the node."""
         node = items.NodeGenericData(
             initialCoordinates=list(begin), numberOfDataCoordinates=len(begin)
         )

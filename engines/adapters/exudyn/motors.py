@@ -1,5 +1,6 @@
-"""Forces on the joints of an Exudyn tree: springs, dampers and servos without limits, which the
-tree has, and forces of actuators that a function gives whenever a solver asks for them."""
+"""Forces on the joints of an Exudyn tree. Springs, dampers and unlimited servos are parameters of
+the tree. The forces of other actuators come from a function, which the solver calls in each
+stage."""
 
 from __future__ import annotations
 
@@ -19,10 +20,10 @@ from plumbob.engines.joint_forces import (
 from plumbob.engines.mechanism import Mechanism
 
 Motor = tuple[int, JointForce]
-"""A coordinate of a tree, and the force of the actuators on its joint."""
+"""The number of a coordinate of the tree, and the force of the actuators on its joint."""
 Force = Callable[[Any, float, int, Array, Array], list[float]]
-"""The forces on all coordinates of a tree [N m] or [N], by its system, the time [s], the number of
-the tree, its coordinates and their rates."""
+"""System, time [s], number of the tree, coordinates of the tree, their rates -> the forces on all
+coordinates of the tree [N m] or [N]."""
 
 
 def joint_forces(
@@ -30,8 +31,8 @@ def joint_forces(
 ) -> dict[str, Any]:
     """The keyword arguments of Exudyn's kinematic tree that describe the forces on its joints.
 
-    The tree has `size` coordinates, and each joint those at its place among `places`. Controls
-    follow the time; None stands for controls that stay zero.
+    The tree has `size` coordinates, and `places` has the place of each joint's coordinates among
+    them. `controls` is a function of the time; None stands for controls that stay zero.
     """
     constant, stiffness, damping = np.zeros((3, size))
     motors = list[Motor]()
@@ -67,7 +68,8 @@ def joint_forces(
 def _pushing(
     motors: Sequence[Motor], size: int, controls: Callable[[float], Sequence[float]]
 ) -> Force:
-    """The function that gives the forces of motors, under controls of the time [s]."""
+    """A function that returns the forces of motors on all coordinates; `controls` returns the
+    controls at a time [s]."""
 
     def push(system: Any, now: float, tree: int, place: Array, rate: Array) -> list[float]:
         forces = [0.0] * size

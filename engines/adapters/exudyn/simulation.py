@@ -1,4 +1,5 @@
-"""Scenes in Exudyn: a run is one call of its solver, which keeps every state."""
+"""Simulations of scenes in Exudyn. A run is one call of Exudyn's solver, which keeps every
+state."""
 
 from __future__ import annotations
 
@@ -16,7 +17,7 @@ from plumbob.models.scene import Case
 
 
 def prepare(case: Case, method: Method, step: float) -> Simulation:
-    """Build `case` for `method` at `step` [s]; raises Unsupported and ParameterError."""
+    """The simulation of a case by a method at `step` [s]; raises Unsupported and ParameterError."""
     lasting = case.scene.duration
     sampling.step_count(lasting, step)
     scene = compiled_scene(case)

@@ -1,5 +1,5 @@
-"""A mechanism in Exudyn, stepped from any state: its solver takes all steps of a run in C++, and
-sensors keep the coordinates of every step."""
+"""A mechanism as Exudyn steps it. Exudyn's solver takes all steps of a run in C++, and sensors keep
+the coordinates of every step."""
 
 from __future__ import annotations
 
@@ -24,13 +24,13 @@ from plumbob.models.model_file import Controls
 items = exudyn.itemInterface
 INITIAL = exudyn.ConfigurationType.Initial
 QUANTITIES = (exudyn.OutputVariableType.Coordinates, exudyn.OutputVariableType.Coordinates_t)
-TURNING = tuple(CHAINS)  # kinds of joint with an attitude, a quaternion
-EXPLICIT = "RK"  # begins the names of explicit solvers
+TURNING = tuple(CHAINS)  # kinds of joint whose coordinates include a quaternion
+EXPLICIT = "RK"  # prefix of the names of explicit solvers
 
 
 class ExudynStepper:
-    """A mechanism in Exudyn, under the solver of these settings, with controls of the time, or
-    controls that stay zero."""
+    """A mechanism in Exudyn, which the solver named in `settings` steps by `step` [s] from any
+    state. `controls` is a function of the time; None stands for controls that stay zero."""
 
     def __init__(
         self,
@@ -49,7 +49,8 @@ class ExudynStepper:
         self._begun, self._latest = 0.0, State(np.zeros(0), np.zeros(0))
 
     def _sensors(self, kind: Any) -> list[int]:
-        """Sensors of one kind of coordinates, one a node."""
+        """Adds a sensor of one kind of coordinates to each node; returns the numbers of the
+        sensors."""
         return [
             self.built.system.AddSensor(
                 items.SensorNode(
@@ -63,7 +64,7 @@ class ExudynStepper:
         ]
 
     def put(self, state: State, time: float = 0.0) -> None:
-        """Set the state, at a time [s]."""
+        """Sets the state, at a time [s]."""
         self._begun, self._latest = time, state
         q, v = (np.zeros(self.built.system.systemData.ODE2Size()) for _ in range(2))
         first = degree = 0
@@ -79,30 +80,31 @@ class ExudynStepper:
         data.SetAECoordinates(np.zeros(data.AEsize()), configuration=INITIAL)
 
     def state(self) -> State:
-        """The state now; a quaternion has the sign that is nearer to the last one."""
+        """The present state. The sign of a quaternion is the sign that is nearer to the quaternion
+        that was put or read last."""
         return self._latest
 
     def advance(self, controls: Array | None, steps: int) -> None:
-        """Take `steps` steps, as a solver does that begins here; the controls are those of the
-        time."""
+        """Takes `steps` steps; the solver starts anew from the present state. The argument
+        `controls` is ignored: the stepper has the controls as a function of the time."""
         self.run(steps)
         (now,) = self.states(np.array([steps]))
         self.put(now, self._begun + steps * self.step)
 
     def run(self, steps: int) -> None:
-        """Take steps from the state that was put, for `states`; raises RuntimeError and ValueError
-        where the solver fails."""
+        """Takes `steps` steps from the state that was put last; `states` returns the states.
+        Raises RuntimeError or ValueError if the solver fails."""
         chosen = self._options(steps)
         solver = getattr(exudyn.DynamicSolverType, self.settings["solver"])
         printing = exudyn.config.printToConsole
-        exudyn.config.printToConsole = False  # warnings of memory go there
+        exudyn.config.printToConsole = False  # Exudyn prints warnings about memory
         try:
             self.built.system.SolveDynamic(chosen, solverType=solver, showHints=False)
         finally:
             exudyn.config.printToConsole = printing
 
     def _options(self, steps: int) -> Any:
-        """Exudyn's settings for a run of so many steps."""
+        """Exudyn's settings for a run of `steps` steps."""
         chosen = exudyn.SimulationSettings()
         integration = chosen.timeIntegration
         integration.startTime = self._begun
@@ -119,16 +121,16 @@ class ExudynStepper:
             integration.newton.relativeTolerance = tolerance
             integration.newton.absoluteTolerance = tolerance
         chosen.solution.file.write = False
-        # half a step, by which every step is kept in spite of rounding
+        # With a period of half a step, the sensors keep every step in spite of rounding.
         chosen.solution.sensors.writePeriod = 0.5 * self.step
         return chosen
 
     def taken(self) -> int:
-        """How many steps the last run took."""
+        """The number of steps that the last run took."""
         return len(np.atleast_2d(self._stored(self._kept[0][0]))) - 1
 
     def states(self, numbers: Indices) -> list[State]:
-        """The states after so many steps of the last run each."""
+        """The states of the last run after these `numbers` of steps."""
         q, v = (
             np.concatenate([self._stored(sensor)[numbers, 1:] for sensor in sensors], axis=1)
             for sensors in self._kept
@@ -146,16 +148,19 @@ class ExudynStepper:
         return list(map(State, np.concatenate(places, axis=1), np.concatenate(rates, axis=1)))
 
     def _stored(self, sensor: int) -> Array:
-        """What a sensor has kept: a row of the time and its numbers for each step."""
+        """The values that a sensor has kept: for each step a row with the time and the
+        coordinates."""
         return np.atleast_2d(self.built.system.GetSensorStoredData(sensor))
 
     def _joints(self) -> Iterator[tuple[Joint, slice, bool]]:
-        """Each joint, the place of its coordinates, and whether it is a free body by itself."""
+        """Each joint with the place of its coordinates among Exudyn's, and whether it is the joint
+        of a lone free body."""
         return zip(self.mechanism.joints, self.built.places, self.built.alone, strict=True)
 
 
 def of_exudyn(joint: Joint, alone: bool, qpos: Array, qvel: Array) -> tuple[Array, Array]:
-    """The coordinates of a joint and their rates in Exudyn, by those of MuJoCo."""
+    """The coordinates of a joint and their rates in Exudyn, from those in MuJoCo. `alone` tells
+    whether it is the joint of a lone free body."""
     if joint.kind not in TURNING:
         return qpos, qvel
     attitude = Rotation.from_quat(qpos[-4:], scalar_first=True)
@@ -167,8 +172,8 @@ def of_exudyn(joint: Joint, alone: bool, qpos: Array, qvel: Array) -> tuple[Arra
 
 
 def of_mujoco(joint: Joint, alone: bool, q: Array, v: Array) -> tuple[Array, Array]:
-    """The coordinates of a joint and their rates in MuJoCo, shape (n, ...), by those of Exudyn; a
-    quaternion of either sign."""
+    """The coordinates of a joint and their rates in MuJoCo, shape (n, ...), from those in Exudyn. A
+    quaternion may have either sign. `alone` tells whether it is the joint of a lone free body."""
     if joint.kind not in TURNING:
         return q, v
     turn = q[:, -3:]
@@ -181,8 +186,8 @@ def of_mujoco(joint: Joint, alone: bool, q: Array, v: Array) -> tuple[Array, Arr
 
 
 def _turning(angles: Array) -> Array:
-    """The matrices, shape (n, 3, 3), that take rates of angles about z, y and x, shape (n, 3), to
-    the angular velocity along the axes of the body."""
+    """Matrices, shape (n, 3, 3), one for each row of angles about z, y and x, shape (n, 3). A
+    matrix times the rates of these angles is the angular velocity along the body's axes."""
     about_x = Rotation.from_euler("X", angles[:, 2:]).as_matrix()
     about_yx = Rotation.from_euler("YX", angles[:, 1:]).as_matrix()
     columns = [about_yx[:, 2], about_x[:, 1], np.broadcast_to(AXES[0], (len(angles), 3))]
@@ -190,8 +195,8 @@ def _turning(angles: Array) -> Array:
 
 
 def _signed(attitudes: Array, latest: Array) -> Array:
-    """Quaternions, shape (n, 4), each with the sign that makes it nearer to the one before: q and
-    -q are the same attitude. The first is compared with the `latest`."""
+    """The quaternions `attitudes`, shape (n, 4), with signs that make each quaternion nearer to the
+    quaternion before it, and the first nearer to the `latest`: q and -q are the same attitude."""
     before = np.concatenate([latest[None], attitudes[:-1]])
     signs = np.where(np.einsum("ni,ni->n", before, attitudes) < 0.0, -1.0, 1.0)
     return attitudes * np.cumprod(signs)[:, None]
