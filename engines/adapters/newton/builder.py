@@ -1,7 +1,8 @@
-"""The Newton model of a mechanism, for one of Newton's solvers.
+"""Builds the Newton model of a mechanism for one of Newton's solvers.
 
-All hinges and slides of a body are one joint of Newton's with up to six axes: no body without mass
-stands between them. Its coordinates are those of MuJoCo less those of the drawing.
+All hinges and slides of a body are one joint of Newton with up to six axes, so that no massless
+bodies are needed between them. A coordinate of Newton is MuJoCo's coordinate minus the coordinate
+in the drawing.
 """
 
 from __future__ import annotations
@@ -30,14 +31,15 @@ from plumbob.engines.peer_model import rotation
 from plumbob.models.idealisations import Velocity
 
 SolverName = Literal["featherstone", "xpbd", "mujoco"]
-# By how much the inertia of a rotor that imposes a motion is larger than all that it turns: as much
-# as single precision takes where equations are solved directly, and where MuJoCo Warp iterates.
+# A rotor that prescribes a motion has the inertia of all that it moves, times such a ratio. Each is
+# the largest that single precision allows: the first where equations are solved directly, the
+# second where MuJoCo Warp iterates.
 HOLDING, HOLDING_BESIDE_CONSTRAINTS = 1e10, 1e4
-RIGID = 1e12  # [N/m] or [N m/rad] of a drive by which XPBD imposes a motion
+RIGID = 1e12  # [N/m] or [N m/rad] stiffness of a drive that prescribes a motion in XPBD
 ONE_AXIS = ("hinge", "slide")
 SIZES = MappingProxyType(
     {
-        "plane": ("width", "length"),  # without end where both are 0
+        "plane": ("width", "length"),  # infinite if both are 0
         "sphere": ("radius",),
         "capsule": ("radius", "half_height"),
         "cylinder": ("radius", "half_height"),
@@ -46,18 +48,20 @@ SIZES = MappingProxyType(
     }
 )
 Home = tuple[int, Any]
-"""The link that a body belongs to, -1 of the world, and its frame there, Newton's transform."""
+"""The number of the link that a body belongs to, -1 for the world, and the body's frame on that
+link, a transform of Newton."""
 Surface = tuple[float, float, float, float]
-"""Coefficients of friction along the tangents, about the normal and of rolling, and restitution."""
+"""The coefficients of sliding friction, of torsional friction, of rolling friction and of
+restitution."""
 
 
 @dataclass(frozen=True)
 class Held:
-    """A hinge or a slide whose motion is prescribed: by a rotor, or where that is 0 by a drive."""
+    """A hinge or a slide whose motion is prescribed by a rotor or, if `rotor` is 0, by a drive."""
 
-    place: int  # number of its coordinate
-    degree: int  # of its degree of freedom
-    rotor: float  # [kg m^2] or [kg]
+    place: int  # number of the coordinate
+    degree: int  # number of the degree of freedom
+    rotor: float  # inertia of the rotor [kg m^2] or [kg]
     velocity: Velocity
 
 
@@ -67,8 +71,9 @@ class Built:
 
     mechanism: Mechanism
     model: Any
-    pipeline: Any  # Newton's, which finds contacts; None where the solver needs none
-    centres: tuple[Array, ...]  # of mass, of the body that each joint moves, in its frame [m]
+    pipeline: Any  # Newton's detection of contacts; None if the solver needs none
+    centres: tuple[Array, ...]
+    """The centre of mass of the link that each joint moves, in the frame of the link [m]."""
     held: tuple[Held, ...]
 
 
@@ -81,7 +86,7 @@ def build(mechanism: Mechanism, solver: SolverName) -> Built:
     homes = _trees(mechanism, solver, builder)
     _close_loops(mechanism, homes, builder)
     _shapes(mechanism, homes, builder)
-    # its check of inertias gives a point more than it has
+    # Newton's check of inertias would increase the moments of inertia of a point mass.
     model = builder.finalize(
         skip_validation_inertia=True, skip_validation_joints=bool(mechanism.loops)
     )
@@ -94,7 +99,7 @@ def build(mechanism: Mechanism, solver: SolverName) -> Built:
 
 
 def _held(mechanism: Mechanism, solver: SolverName) -> Iterator[Held]:
-    """The joints whose motion is prescribed. A joint of Newton's has several of the mechanism's."""
+    """The hinges and slides whose motion is prescribed."""
     place = degree = 0
     for joint in mechanism.joints:
         if joint.velocity is not None:
@@ -104,7 +109,7 @@ def _held(mechanism: Mechanism, solver: SolverName) -> Iterator[Held]:
 
 
 def refused(mechanism: Mechanism, solver: SolverName) -> Iterator[str]:
-    """The names of features of a mechanism that a solver of Newton's, or this builder, cannot
+    """Names the features of a mechanism that a solver of Newton, or this builder, cannot
     express."""
     yield from refused_parts(mechanism)
     yield from (f"carried weight of body {x.name}" for x in mechanism.bodies if x.carried)
@@ -129,7 +134,7 @@ def refused(mechanism: Mechanism, solver: SolverName) -> Iterator[str]:
 
 
 def _refused_of(joint: Joint, solver: SolverName) -> Iterator[str]:
-    """The parts of a joint that a solver does not express."""
+    """Names the parts of a joint that a solver of Newton, or this builder, cannot express."""
     sprung = bool(joint.stiffness) or bool(np.any(joint.damping))
     driven = bool(np.any(joint.armature))
     if joint.kind not in ONE_AXIS and (joint.stiffness or joint.limits or driven):
@@ -143,7 +148,8 @@ def _refused_of(joint: Joint, solver: SolverName) -> Iterator[str]:
 
 
 def _refused_constraints(mechanism: Mechanism, solver: SolverName) -> Iterator[str]:
-    """The names of loops and of properties of contacts that a solver does not express."""
+    """Names the loops and the features of contacts that a solver of Newton, or this builder, cannot
+    express."""
     if solver == "featherstone":
         yield from (f"loop {x.name}, which Featherstone has not" for x in mechanism.loops)
         if mechanism.touching:
@@ -162,16 +168,17 @@ def degrees(mechanism: Mechanism) -> list[int]:
 
 
 def placed(place: Array, attitude: Array | None = None) -> Any:
-    """A transform of Newton: a place [m], and an attitude, a quaternion, scalar first, or none."""
+    """Newton's transform to a place [m], with an attitude, a quaternion, scalar first, or without a
+    rotation."""
     turn = warp.quat_identity() if attitude is None else warp.quat(*np.roll(attitude, -1))
     return warp.transform(warp.vec3(*place), turn)
 
 
 def _trees(mechanism: Mechanism, solver: SolverName, builder: Any) -> list[Home]:
-    """Add the bodies and the joints; returns where each body of the mechanism is: bodies without a
-    joint are one with their parents."""
+    """Adds the bodies and the joints of a mechanism to Newton's builder; returns the link and the
+    frame of each body. A body without a joint is part of its parent's link."""
     homes = [(-1, placed(np.zeros(3)))]
-    links = dict[int, list[Body]]()  # the bodies of each link, in its frame
+    links = dict[int, list[Body]]()  # bodies of each link, in the frame of the link
     roots = list[int]()
     trees = dict[int, list[int]]()
     for number, body in enumerate(mechanism.bodies[1:], start=1):
@@ -195,16 +202,16 @@ def _trees(mechanism: Mechanism, solver: SolverName, builder: Any) -> list[Home]
 
 
 def _seen(body: Body, at: Any) -> Body:
-    """A body with its centre and its inertia along the axes of the frame in which it is at a
-    transform of Newton."""
+    """The body with its centre of mass and its inertia in the frame of its link. `at` is the body's
+    frame on the link, a transform of Newton."""
     turn = rotation(np.roll(np.array(at.q, float), 1))
     centre = np.array(at.p, float) + turn @ body.centre
     return replace(body, centre=centre, inertia=turn @ body.inertia @ turn.T)
 
 
 def _weigh(builder: Any, link: int, parts: Sequence[Body]) -> None:
-    """Give a link the mass and the moments of inertia of its parts, as they are: the builder's own
-    call raises moments below 1e-6."""
+    """Gives a link the mass and the moments of inertia of its parts. They are written to the
+    builder's lists, because the builder's function raises moments below 1e-6 kg m^2."""
     mass = sum(part.mass for part in parts)
     centre = np.sum([part.mass * part.centre for part in parts], axis=0) / mass
     inertia = np.zeros((3, 3))
@@ -224,7 +231,9 @@ def _jointed(
     builder: Any,
     ends: tuple[int, int, Any],
 ) -> int:
-    """Add the joint of a body: its parent's number, its own, and its place in the parent."""
+    """Adds Newton's joint for all joints of a body; returns its number. `ends` has the numbers of
+    the parent link and of the body's link, and the body's frame on the parent link in the
+    drawing."""
     parent, link, drawn = ends
     first = own[0]
     if first.kind == "free":
@@ -244,10 +253,10 @@ def _jointed(
 
 
 def _axis(mechanism: Mechanism, joint: Joint, solver: SolverName) -> Any:
-    """Newton's axis of a hinge or a slide, with its spring and its servos."""
+    """Newton's axis for a hinge or a slide, with the spring, the servos and the limits."""
     drawn = float(joint.reference[0])
     armature = float(joint.armature[0])
-    stiffness, damping = 0.0, 0.0  # of servos
+    stiffness, damping = 0.0, 0.0  # stiffness and damping of the servos
     for motor in mechanism.actuators:
         if mechanism.joints[motor.joint] is joint:
             stiffness -= motor.gear**2 * motor.bias[1]
@@ -274,7 +283,8 @@ def _axis(mechanism: Mechanism, joint: Joint, solver: SolverName) -> Any:
 
 
 def _rotor(mechanism: Mechanism, joint: Joint, solver: SolverName) -> float:
-    """The inertia by which a joint's motion is imposed [kg m^2] or [kg]; 0 where a drive does."""
+    """The inertia of the rotor that prescribes a joint's motion [kg m^2] or [kg]; 0 in XPBD, where
+    a drive prescribes it."""
     if solver == "xpbd":
         return 0.0
     iterated = solver == "mujoco" and (mechanism.touching or mechanism.loops)
@@ -283,13 +293,13 @@ def _rotor(mechanism: Mechanism, joint: Joint, solver: SolverName) -> float:
 
 
 def _close_loops(mechanism: Mechanism, homes: Sequence[Home], builder: Any) -> None:
-    """Close loops by joints that belong to no tree."""
+    """Adds joints that close the loops of a mechanism; they belong to no tree."""
     for loop in mechanism.loops:
         (one, other) = (homes[i][0] for i in loop.bodies)
         turn = None if loop.kind == "connect" else loop.attitude
         points = placed(loop.places[0], turn), placed(loop.places[1])
         frames = [homes[i][1] * point for i, point in zip(loop.bodies, points, strict=True)]
-        if other < 0:  # the child of a joint is not the world
+        if other < 0:  # Newton does not accept the world as the child of a joint
             one, other = other, one
             frames.reverse()
         add = builder.add_joint_ball if loop.kind == "connect" else builder.add_joint_fixed
@@ -297,10 +307,10 @@ def _close_loops(mechanism: Mechanism, homes: Sequence[Home], builder: Any) -> N
 
 
 def _shapes(mechanism: Mechanism, homes: Sequence[Home], builder: Any) -> None:
-    """Give the bodies their shapes, of which the listed pairs alone collide.
+    """Adds the shapes of a mechanism, and lets only the pairs in `mechanism.touching` collide.
 
-    A pair of shapes has the mean or the larger of two coefficients. A shape that has different
-    friction with others has a copy for each.
+    A pair of shapes has the mean, or the larger, of the coefficients of its two shapes. If a shape
+    has different coefficients in its pairs, there is a copy of the shape for each.
     """
     made = dict[tuple[int, Surface], int]()
     touching = set[frozenset[int]]()
@@ -318,7 +328,8 @@ def _shapes(mechanism: Mechanism, homes: Sequence[Home], builder: Any) -> None:
 
 
 def _add_shape(builder: Any, home: Home, shape: Shape, surface: Surface) -> int:
-    """Add a shape with its coefficients where its body is; returns its number."""
+    """Adds a shape with its coefficients to the link of its body; returns the number of Newton's
+    shape."""
     config = newton.ModelBuilder.ShapeConfig(
         density=0.0,
         mu=surface[0],
@@ -328,7 +339,8 @@ def _add_shape(builder: Any, home: Home, shape: Shape, surface: Surface) -> int:
     )
     frame = home[1] * placed(shape.place, shape.attitude)
     sizes = dict(zip(SIZES[shape.kind], [*shape.size.tolist(), 0.0, 0.0], strict=False))
-    # MuJoCo's solver alone reads it; without it, a pair without friction makes it diverge
+    # Only MuJoCo Warp reads this attribute. Without it, a pair without friction makes the solver
+    # diverge.
     dimensions = {"mujoco:condim": _dimensions(surface)}
     add = getattr(builder, f"add_shape_{shape.kind}")
     return int(
@@ -337,7 +349,8 @@ def _add_shape(builder: Any, home: Home, shape: Shape, surface: Surface) -> int:
 
 
 def _dimensions(surface: Surface) -> int:
-    """The dimensions of a contact: 1 normal, 3 sliding, 4 torsional, 6 rolling."""
+    """The number of dimensions of a contact: 1 without friction, 3 with sliding friction, 4 with
+    torsional friction, 6 with rolling friction."""
     sliding, torsional, rolling, _ = surface
     if rolling:
         return 6

@@ -1,8 +1,8 @@
-"""Coordinates of joints, MuJoCo's and Newton's.
+"""Conversion between MuJoCo's and Newton's coordinates of joints.
 
-Newton's are 0 in the drawing, its quaternions have the scalar last. Velocities of a free body are
-those of its centre of mass and its angular velocity in the world; a ball's is along the axes of the
-body that carries it.
+Newton's coordinates are 0 in the drawing, and its quaternions have the scalar last. The velocities
+of a free body are the velocity of its centre of mass and its angular velocity, both along the
+world's axes. The angular velocity of a ball is along the axes of the body that carries the ball.
 """
 
 from __future__ import annotations
@@ -17,11 +17,12 @@ from plumbob.engines.mechanism import Joint
 from plumbob.engines.peer_model import rotation
 from plumbob.engines.stepper import State
 
-TURNING = ("ball", "free")  # kinds of joint with an attitude, a quaternion
+TURNING = ("ball", "free")  # kinds of joint whose coordinates include a quaternion
 
 
 class Coordinates:
-    """The coordinates of joints, with the centre of mass of the body that each joint moves [m]."""
+    """Converts the coordinates of joints between MuJoCo and Newton. `centres` has the centre of
+    mass of the body that each joint moves [m]."""
 
     def __init__(self, joints: Sequence[Joint], centres: Sequence[Array]) -> None:
         turning = np.concatenate([[x.kind in TURNING] * len(x.reference) for x in joints])
@@ -29,7 +30,8 @@ class Coordinates:
         drawn = np.concatenate([joint.reference for joint in joints])
         self._drawn = np.where(turning, 0.0, drawn)
         self._hinges = np.flatnonzero(hinges)
-        # of each joint with an attitude the first places behind its coordinates and its rates
+        # for each joint with a quaternion: the number after its last coordinate, the number after
+        # its last rate, and the centre of mass if the joint is free
         self._turning = list[tuple[int, int, Array | None]]()
         place = degree = 0
         for joint, centre in zip(joints, centres, strict=True):
@@ -40,7 +42,7 @@ class Coordinates:
         self._degrees = degree
 
     def to_newton(self, state: State) -> tuple[Array, Array]:
-        """Newton's coordinates and rates of a state."""
+        """Newton's coordinates and rates in a state."""
         places, rates = state.qpos - self._drawn, np.array(state.qvel, float)
         for place, degree, centre in self._turning:
             q, v = places[place - 4 : place], rates[degree - 3 : degree]
@@ -52,8 +54,9 @@ class Coordinates:
         return places, rates
 
     def from_newton(self, found: tuple[Array, Array], latest: State) -> State:
-        """The state that Newton's coordinates and rates show: of each quaternion the sign that is
-        nearer to the latest state's, of each angle the whole turns."""
+        """The state from Newton's coordinates and rates, `found`. The sign of each quaternion, and
+        the number of whole turns of each hinge, are those that are nearest to the `latest`
+        state."""
         places, rates = found[0][: len(self._drawn)] + self._drawn, found[1][: self._degrees]
         apart = latest.qpos[self._hinges] - places[self._hinges]
         places[self._hinges] += 2.0 * math.pi * np.round(apart / (2.0 * math.pi))

@@ -1,7 +1,7 @@
-"""A mechanism in a solver of Newton's, stepped from any state.
+"""A mechanism as a solver of Newton steps it.
 
-A step is recorded as a graph, its detection of contacts too. What changes from step to step, forces
-and the coordinates that XPBD's drives impose, is written before each.
+A step and its detection of contacts are recorded as a graph. Forces, and the coordinates that
+XPBD's drives impose, change from step to step: they are written before each step.
 """
 
 from __future__ import annotations
@@ -32,8 +32,9 @@ SOLVERS = MappingProxyType(
 
 
 class NewtonStepper:
-    """A mechanism in one of Newton's solvers, named in the settings with its own, at a time step
-    [s]. Steppers of one model differ in nothing but their settings and steps."""
+    """A mechanism in one of Newton's solvers, which takes steps of `step` [s] from any state. The
+    settings have the name of the solver and the arguments of the solver. Steppers may share a
+    model: they differ only in their settings and their steps."""
 
     def __init__(self, built: Built, settings: Options, step: float) -> None:
         chosen = dict(settings)
@@ -46,15 +47,16 @@ class NewtonStepper:
         self._degrees = degrees(self.mechanism)
         self._now, self._then = built.model.state(), built.model.state()
         self._control = built.model.control()
-        if solver == "xpbd":  # where nothing bounces, it makes errors of its own
+        # XPBD's restitution adds errors even to contacts that do not bounce: it is off for them.
+        if solver == "xpbd":
             chosen.setdefault("enable_restitution", bounces(self.mechanism))
         self.solver = SOLVERS[solver](built.model, **chosen)
-        self._maximal = solver == "xpbd"  # its state is that of bodies, not of joints
+        self._maximal = solver == "xpbd"  # whether the solver's state has bodies, and no joints
         self._graph = self._recorded()
         self._reading = self._recorded_reading() if self._maximal else None
         self._begun, self._taken = 0.0, 0
         self._forced = False  # whether forces of the last step act on
-        self._imposed = list[float]()  # coordinates that drives have imposed last
+        self._imposed = list[float]()  # latest coordinates that drives have imposed
         self._latest = State(self._drawn, np.zeros(len(self._drawn)))
 
     def _recorded(self) -> Any:
@@ -69,14 +71,14 @@ class NewtonStepper:
         return capture.graph
 
     def _recorded_reading(self) -> Any:
-        """The graph that works out coordinates of joints from bodies'."""
+        """The graph that computes the coordinates of joints from the places of bodies."""
         now = self._now
         with warp.ScopedCapture() as capture:
             newton.eval_ik(self.built.model, now, now.joint_q, now.joint_qd)
         return capture.graph
 
     def put(self, state: State, time: float = 0.0) -> None:
-        """Set the state, at a time [s]."""
+        """Sets the state, at a time [s]."""
         self._begun, self._taken, self._latest = time, 0, state
         self._imposed = [state.qpos[x.place] - self._drawn[x.place] for x in self.built.held]
         places, rates = self._coordinates.to_newton(state)
@@ -88,13 +90,15 @@ class NewtonStepper:
         self._forced = False
         self.solver.reset(self._now, flags=newton.StateFlags.NONE)
         if isinstance(self.solver, newton.solvers.SolverMuJoCo):
-            # A loop's direction changes by velocities of bodies of the step before.
+            # MuJoCo Warp takes the change of a loop's direction from the velocities of bodies in
+            # the step before: they are set to zero, as in a new model.
             self.solver.mjw_data.cvel.zero_()
             self.solver.mjw_data.cdof_dot.zero_()
 
     def state(self) -> State:
-        """The state now; a quaternion has the sign that is nearer to the last one, and an angle
-        that XPBD's bodies tell up to whole turns is the nearest to the last one."""
+        """The present state. The sign of a quaternion is the sign that is nearer to the quaternion
+        that was put or read last. XPBD's bodies give an angle up to whole turns: the number of
+        turns is the nearest to the angle that was put or read last."""
         now = self._now
         if self._reading is not None:
             warp.capture_launch(self._reading)
@@ -103,7 +107,8 @@ class NewtonStepper:
         return self._latest
 
     def advance(self, controls: Array | None, steps: int) -> None:
-        """Take `steps` steps under controls, shape (steps, controls)."""
+        """Takes `steps` steps under controls, shape (steps, controls), or with controls that are
+        zero."""
         control = self._control
         rows = (control.joint_f, self._forces(controls, steps))
         targets = (control.joint_target_q, self._targets(steps))
@@ -116,8 +121,8 @@ class NewtonStepper:
         self._taken += steps
 
     def _forces(self, controls: Array | None, steps: int) -> Array | None:
-        """Forces on the joints in each of the next steps, shape (steps, degrees of freedom); None
-        where they are 0 and have been."""
+        """The forces on the joints in each of the next steps, shape (steps, degrees of freedom).
+        None if they are zero, and were zero in the last step."""
         turned = [held for held in self.built.held if held.rotor]
         if controls is None and not turned:
             return None
@@ -129,14 +134,14 @@ class NewtonStepper:
             rows[:, self._degrees[motor.joint]] += motor.gear * force
         times = self._times(steps)
         for held in turned:
-            # with a step's mean acceleration the velocity is right at every grid time
+            # With the mean acceleration of a step, the velocity is exact at the end of the step.
             rows[:, held.degree] += held.rotor * np.diff(held.velocity(times)) / self.step
         before, self._forced = self._forced, bool(rows[-1].any())
         return rows if before or rows.any() else None
 
     def _targets(self, steps: int) -> Array | None:
         """The coordinates that drives impose at the end of each of the next steps, shape (steps,
-        targets); None where there are none."""
+        targets). None if there are no drives."""
         if not self._maximal or not self.built.held:
             return None
         rows = np.tile(self._control.joint_target_q.numpy(), (steps, 1))
@@ -159,19 +164,19 @@ def bounces(mechanism: Mechanism) -> bool:
 
 
 def within(values: Array, limits: tuple[float, float] | None) -> Array:
-    """Values, none of them outside the limits."""
+    """The values, clamped to the limits if there are any."""
     return values if limits is None else np.clip(values, *limits)
 
 
 def _writer(array: Any) -> Callable[[Array], None]:
-    """Writes values into an array of Newton's: on the processor at a tenth of the time of `assign`,
-    which makes an array of them first."""
+    """A function that writes values into an array of Newton. On the processor it takes a tenth of
+    the time of `assign`, which first makes an array of Newton from the values."""
     return partial(np.copyto, array.numpy()) if array.device.is_cpu else array.assign
 
 
 def _filled(array: Any, values: Array) -> Array:
-    """Values for an array of Newton's, which also has the coordinates of joints that close
-    loops."""
+    """A copy of an array of Newton that begins with the given values. Its other elements belong to
+    the joints that close loops."""
     whole = np.array(array.numpy())
     whole[: len(values)] = values
     return whole

@@ -1,5 +1,5 @@
-"""Model files of users in Newton: what its importer reads of them, and runs by MuJoCo Warp, its
-solver for them."""
+"""A user's model file in Newton: the numbers that Newton reads from it, and runs of its model by
+MuJoCo Warp."""
 
 from __future__ import annotations
 
@@ -15,13 +15,14 @@ from plumbob.engines.peer_model import Layout, NotRead, PeerModel, RefusedFile
 from plumbob.models.border import border
 from plumbob.models.scene import later
 
-FIELDS = "plumbob.engines.adapters.mujoco.model_fields.fields_in"  # which imports MuJoCo
-FAR = 1e9  # more than the gains and gears of two actuators differ by
+FIELDS = "plumbob.engines.adapters.mujoco.model_fields.fields_in"  # the module imports MuJoCo
+FAR = 1e9  # number above any difference of the gains and gears of two actuators
 
 
 def _read(path: Path) -> tuple[Any, Any]:
-    """A model file, and what Newton compiles for MuJoCo's solver of what it reads there, in the
-    file's coordinates; raises NotRead."""
+    """Two MuJoCo models of a file: MuJoCo's model, and the model that Newton makes of the file for
+    MuJoCo Warp. The second has the order of actuators and the reference coordinates of the first.
+    Raises NotRead."""
     import mujoco
     import newton
 
@@ -42,7 +43,7 @@ def _read(path: Path) -> tuple[Any, Any]:
             values[:] = values[order]
     for joint in np.flatnonzero(file.jnt_type >= int(mujoco.mjtJoint.mjJNT_SLIDE)):
         at = file.jnt_qposadr[joint]
-        shift = file.qpos0[at] - read.qpos0[at]  # as drawn, with a `ref` or without
+        shift = file.qpos0[at] - read.qpos0[at]  # [rad] or [m] reference that Newton drops
         read.qpos0[at] += shift
         read.qpos_spring[at] += shift
         read.jnt_range[joint] += shift
@@ -50,8 +51,8 @@ def _read(path: Path) -> tuple[Any, Any]:
 
 
 def _order_of_actuators(file: Any, read: Any) -> Any:
-    """The number in Newton's model of each actuator of the file, shape (n,): Newton puts servos
-    first. Actuators are matched by their joints, then by the nearest gears and gains."""
+    """The number that each actuator of the file has in Newton's model, shape (n,): Newton puts
+    servos first. Actuators are matched by their joints, then by the nearest gears and gains."""
     from scipy.optimize import linear_sum_assignment
 
     def numbers(model: Any) -> Any:
@@ -64,14 +65,16 @@ def _order_of_actuators(file: Any, read: Any) -> Any:
 
 
 def model_fields(path: Path) -> Fields:
-    """The numbers that Newton reads from a model file, by the file's names; raises NotRead."""
+    """The numbers that Newton reads from a model file, with the names of the file; raises
+    NotRead."""
     file, read = _read(path)
     for field, name, numbers in later(FIELDS)(read, file):
-        yield field, name, np.add(numbers, 0.0)  # no -0.0
+        yield field, name, np.add(numbers, 0.0)  # the sum turns -0.0 to 0.0
 
 
 def user_model(path: Path, layout: Layout, step: float) -> PeerModel:
-    """The model of a file, as Newton has MuJoCo Warp step it; raises NotRead."""
+    """The model that Newton makes of a file, stepped by MuJoCo Warp at `step` [s]; raises
+    NotRead."""
     _, read = _read(path)
     model: PeerModel = later(PORTED)(WarpPort, path, layout, step, read)
     return model
