@@ -1,8 +1,9 @@
-"""The Pinocchio model of a mechanism, and its accelerations.
+"""Builds the Pinocchio model of a mechanism, and computes the accelerations of the mechanism.
 
-A joint of Pinocchio moves one body. Of a body with several joints the last one moves that body, and
-each joint before it moves a body without mass; so a free body is one that moves along the world's
-axes and one that turns in it. Rates are those of the mechanism's state, one by one.
+A joint of Pinocchio moves one body. If a body has several joints, the last joint moves the body,
+and each joint before it moves a body without mass. A free joint is two joints of Pinocchio: one
+that moves a massless body along the world's axes, and a ball that turns the body there. The rates
+of Pinocchio are the rates of the mechanism's state, in the same order.
 """
 
 from __future__ import annotations
@@ -29,29 +30,34 @@ from plumbob.engines.method import Unsupported
 from plumbob.engines.peer_model import rotation
 
 HINGED = ("hinge", "slide")  # kinds of joint with one coordinate
-CLOSING = 50.0  # [1/s] at which a loop closes what it has opened, critically damped
-PROXIMAL = (1e-14, 1e-10, 50)  # accuracy, mu and most iterations of the solver for loops
-NEAR = 1e-6  # [s] to either side, for the derivative of a prescribed velocity
+CLOSING = 50.0  # [1/s] rate at which the gap of a loop closes, critically damped
+PROXIMAL = (
+    1e-14,
+    1e-10,
+    50,
+)  # accuracy, mu and largest number of iterations of the loop solver
+NEAR = 1e-6  # [s] half the interval of the central difference of a prescribed velocity
 
 
 @dataclass(frozen=True)
 class Driven:
     """A joint with one coordinate on which a spring, a damper or actuators act."""
 
-    place: int  # number of its coordinate
-    degree: int  # number of its rate
+    place: int  # number of the coordinate
+    degree: int  # number of the rate
     force: JointForce
 
 
 class Dynamics:
-    """The accelerations of a mechanism; raises Unsupported for what is not expressed."""
+    """Computes the accelerations of a mechanism. Raises Unsupported if Pinocchio cannot express a
+    feature of the mechanism."""
 
     def __init__(self, mechanism: Mechanism) -> None:
         for feature in refused(mechanism):
             raise Unsupported(f"feature {feature}")
         self.mechanism = mechanism
         self.model = pinocchio.Model()
-        self.carried = pinocchio.Model()  # the weights that forces carry
+        self.carried = pinocchio.Model()  # model whose weights are those that forces carry
         frames = _trees(mechanism, self.model, self.carried)
         self.model.armature = np.concatenate([[], *(x.armature for x in mechanism.joints)])
         self.carries = any(body.carried for body in mechanism.bodies)
@@ -66,7 +72,7 @@ class Dynamics:
             for joint, _, degree in numbered(mechanism)
             if joint.velocity is not None
         ]
-        # Platforms turn at a constant rate, of which no difference need be taken in each stage.
+        # Most platforms turn at a constant rate: no difference of it is taken in each stage.
         self.accelerated = [
             (degree, velocity) for degree, velocity in self.held if not is_constant(velocity)
         ]
@@ -85,7 +91,8 @@ class Dynamics:
         return np.setdiff1d(np.arange(self.model.nv), [degree for degree, _ in self.held])
 
     def configured(self, qpos: Array) -> Array:
-        """Pinocchio's coordinates, whose quaternions have length 1 and their scalar last."""
+        """Pinocchio's coordinates from the mechanism's. Quaternions are normalised, and their
+        scalar comes last."""
         if self.as_drawn:
             return qpos
         q = qpos - self.drawn
@@ -95,7 +102,7 @@ class Dynamics:
         return np.asarray(q[self.order])
 
     def acceleration(self, time: float, qpos: Array, qvel: Array, controls: Any) -> Array:
-        """The rates of the rates of a state at a time [s] under controls."""
+        """The accelerations, shape (nv,), in a state at a time [s] under controls."""
         q = self.configured(qpos)
         forces = self.forces(q, qpos, qvel, controls)
         if self.loops:
@@ -110,7 +117,8 @@ class Dynamics:
         return np.asarray(found)
 
     def forces(self, q: Array, qpos: Array, qvel: Array, controls: Sequence[float]) -> Array:
-        """The generalised forces of springs, dampers, actuators and carried weights."""
+        """The generalised forces of springs, dampers, actuators and carried weights, shape (nv,).
+        `q` are Pinocchio's coordinates, `qpos` the mechanism's."""
         forces = -self.damping * qvel
         for joint in self.driven:
             place, rate = float(qpos[joint.place]), float(qvel[joint.degree])
@@ -120,8 +128,9 @@ class Dynamics:
         return forces
 
     def _beside_held(self, time: float, q: Array, v: Array, forces: Array) -> Array:
-        """The accelerations where those of some joints are prescribed: the others are such that
-        inverse dynamics needs no more than their forces."""
+        """The accelerations if the motion of some joints is prescribed. The accelerations of the
+        other joints are those for which inverse dynamics returns the forces that act on these
+        joints."""
         found = np.zeros(self.model.nv)
         for degree, velocity in self.accelerated:
             before, after = velocity(np.array([time - NEAR, time + NEAR])).tolist()
@@ -136,7 +145,7 @@ class Dynamics:
         return found
 
     def inertia(self, q: Array) -> Array:
-        """The mass matrix of the rates whose motion is not prescribed."""
+        """The mass matrix of the rates that are not prescribed, shape (free, free)."""
         upper = np.triu(pinocchio.crba(self.model, self.data, q))
         return np.asarray((upper + np.triu(upper, 1).T)[np.ix_(self.free, self.free)])
 
@@ -151,7 +160,7 @@ def numbered(mechanism: Mechanism) -> Iterator[tuple[Joint, int, int]]:
 
 
 def refused(mechanism: Mechanism) -> Iterator[str]:
-    """The names of features of a mechanism that this builder does not express."""
+    """Names the features of a mechanism that Pinocchio, or this builder, cannot express."""
     yield from (part.name for part in mechanism.not_expressed)
     for touch in mechanism.touching:
         names = names_of(mechanism, touch)
@@ -167,8 +176,8 @@ def refused(mechanism: Mechanism) -> Iterator[str]:
 
 
 def _forces(mechanism: Mechanism) -> tuple[list[Driven], Array]:
-    """The joints on which springs, dampers and actuators act, and the damping of the other degrees
-    of freedom, shape (rates,)."""
+    """The hinges and slides on which springs, dampers or actuators act, and the damping of all
+    degrees of freedom, shape (nv,)."""
     driven = []
     damping = list[Array]()
     for number, (joint, place, degree) in enumerate(numbered(mechanism)):
@@ -181,8 +190,8 @@ def _forces(mechanism: Mechanism) -> tuple[list[Driven], Array]:
 
 
 def _attitudes(mechanism: Mechanism) -> Iterator[tuple[int, int]]:
-    """The numbers at which each quaternion begins among the coordinates, and its angular velocity
-    among the rates."""
+    """For each quaternion, the number of its first coordinate, and the number of the first rate of
+    its angular velocity."""
     for joint, place, degree in numbered(mechanism):
         if joint.kind == "ball":
             yield place, degree
@@ -193,8 +202,8 @@ def _attitudes(mechanism: Mechanism) -> Iterator[tuple[int, int]]:
 def _coordinates(
     mechanism: Mechanism, attitudes: Sequence[tuple[int, int]]
 ) -> tuple[Array, Any]:
-    """The coordinates at which Pinocchio's are 0, and the number of each of Pinocchio's coordinates
-    among the mechanism's."""
+    """The mechanism's coordinates at which Pinocchio's coordinates are 0, shape (nq,), and for each
+    of Pinocchio's coordinates its number among the mechanism's, shape (nq,)."""
     drawn = [
         joint.reference if joint.kind in HINGED else 0.0 * joint.reference
         for joint in mechanism.joints
@@ -207,9 +216,9 @@ def _coordinates(
 
 
 def _trees(mechanism: Mechanism, model: Any, carried: Any) -> list[tuple[int, Any]]:
-    """Give both models the joints of a mechanism, the one its bodies, and the other as much of
-    them as is carried; the number of the joint that moves each body, and the body's frame in the
-    joint's."""
+    """Adds the joints of a mechanism to both models. `model` gets the bodies, and `carried` gets
+    bodies with the part of the mass whose weight is carried. Returns for each body the number of
+    the joint that moves it, and the body's frame in the frame of that joint."""
     frames = [(0, placed(np.zeros(3)))]
     for each in (model, carried):
         each.gravity.linear = mechanism.gravity
@@ -231,9 +240,10 @@ def _trees(mechanism: Mechanism, model: Any, carried: Any) -> list[tuple[int, An
 def _jointed(
     models: Sequence[Any], number: int, joint: Joint, above: int, frame: Any
 ) -> tuple[int, Any]:
-    """Give models a joint, by its number, between the joint `above`, in whose frame the body's is
-    drawn, and the body; the number of the joint that moves the body, and the body's frame in it."""
-    if joint.kind == "free":  # its coordinates are those of its frame in the world
+    """Adds a joint with a number to all models, behind the joint `above`. In the drawing, the body
+    of the joint has the `frame` in the frame of `above`. Returns the number of the joint that moves
+    the body, and the body's frame in the frame of that joint."""
+    if joint.kind == "free":  # the coordinates of the joint are those of the body in the world
         frame = placed(np.zeros(3))
     at = frame * placed(joint.place)
     for part, moves in enumerate(_moves(joint)):
@@ -243,7 +253,7 @@ def _jointed(
 
 
 def _moves(joint: Joint) -> tuple[Any, ...]:
-    """Pinocchio's joints of a joint, one after another."""
+    """Pinocchio's joints that together move like a joint, one behind the other."""
     match joint.kind:
         case "hinge":
             return (pinocchio.JointModelRevoluteUnaligned(joint.axis),)
@@ -255,7 +265,8 @@ def _moves(joint: Joint) -> tuple[Any, ...]:
 
 
 def placed(place: Array, attitude: Array | None = None) -> Any:
-    """A transform of Pinocchio: a place [m], and an attitude, a quaternion, or none."""
+    """Pinocchio's transform to a place [m], with an attitude, a quaternion, or without a
+    rotation."""
     return pinocchio.SE3(np.eye(3) if attitude is None else rotation(attitude), place)
 
 

@@ -1,5 +1,5 @@
-"""Derivatives of a run by those of Pinocchio's inverse dynamics, stepped with the motion as its
-variational equation."""
+"""Derivatives of a run. The derivatives of Pinocchio's inverse dynamics give the variational
+equation of the motion, which is stepped together with the motion."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from plumbob.models.gradient import Number
 
 
 def derivatives(number: Number, method: Method, step: float) -> ByName:
-    """Derivatives of the observables at the end; raises Unsupported."""
+    """The derivatives of the observables at the end of a run by `number`; raises Unsupported."""
     cases, apart = nudged(number)
     scenes = [compiled_scene(case) for case in cases]
     low, here, high = (scene.start for scene in scenes)
@@ -42,8 +42,9 @@ def derivatives(number: Number, method: Method, step: float) -> ByName:
 
 
 class Variation:
-    """The acceleration of a mechanism and of its derivative by a number, from the scene with that
-    number a little smaller, as it is, and a little larger, the outer ones `apart`."""
+    """Computes the acceleration of a mechanism and the derivative of that acceleration by a number.
+    It takes three scenes: with the number a little smaller, unchanged, and a little larger. The
+    number differs by `apart` between the outer two."""
 
     def __init__(self, scenes: list[SceneMechanism], apart: float) -> None:
         mechanism = scenes[1].mechanism
@@ -65,9 +66,10 @@ class Variation:
             self.damping[motor.joint] -= motor.gear**2 * motor.bias[2]
 
     def acceleration(self, time: float, position: Array, rate: Array) -> Array:
-        """The acceleration at a time [s], and its derivative, where coordinates and rates come with
-        theirs. Where inverse dynamics gives the forces that act, the derivatives of both are
-        equal."""
+        """The acceleration at a time [s], followed by its derivative. `position` are the
+        coordinates followed by their derivatives, `rate` the rates followed by theirs. The
+        derivative follows from an identity: inverse dynamics returns the forces that act, so the
+        derivatives of both are equal."""
         q, by_q = np.split(position, 2)
         v, by_v = np.split(rate, 2)
         low, found, high = (self._side(i, time, q, v) for i in range(3))
@@ -82,7 +84,7 @@ class Variation:
         return np.concatenate([found, slope])
 
     def _side(self, side: int, time: float, q: Array, v: Array) -> Any:
-        """The acceleration with one of the numbers."""
+        """The acceleration in the scene with the number `side`."""
         dynamics, course = self.sides[side]
         controls = dynamics.uncontrolled
         if course is not None:

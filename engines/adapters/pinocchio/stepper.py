@@ -1,4 +1,4 @@
-"""A mechanism in Pinocchio, stepped from any state by an integrator of this package."""
+"""A mechanism in Pinocchio, which an integrator of this package steps."""
 
 from __future__ import annotations
 
@@ -18,8 +18,9 @@ from plumbob.models.model_file import Controls
 
 
 class PinocchioStepper:
-    """A mechanism stepped by the integrator that a `Scheme` names. With a `course` of the controls,
-    these are read at the times of the integrator's stages; else they are held for a step."""
+    """A mechanism in Pinocchio, which the integrator with this name in a `Scheme` steps by `step`
+    [s] from any state. With `course`, a function of the time, controls are evaluated at the times
+    of the integrator's stages. Without it, the controls of `advance` are held for a step."""
 
     def __init__(
         self, mechanism: Mechanism, integrator: str, step: float, course: Controls | None = None
@@ -36,16 +37,17 @@ class PinocchioStepper:
         self._advance = advancing(self._equation, integrator)
 
     def put(self, state: State, time: float = 0.0) -> None:
-        """Set the state, at a time [s]."""
+        """Sets the state, at a time [s]."""
         self._begun, self._taken = time, 0
         self._state = (state.qpos.copy(), state.qvel.copy())
 
     def state(self) -> State:
-        """The state now."""
+        """The present state."""
         return State(*self._state)
 
     def advance(self, controls: Array | None, steps: int) -> None:
-        """Take `steps` steps under controls, shape (steps, controls)."""
+        """Takes `steps` steps under controls, shape (steps, controls), or with controls that are
+        zero."""
         first, last = self._taken, self._taken + steps
         self._taken = last
         if controls is None:
@@ -59,7 +61,7 @@ class PinocchioStepper:
             )
 
     def _acceleration(self, time: float, qpos: Array, qvel: Array) -> Array:
-        """The rates of the rates at a time since the state was put."""
+        """The accelerations at a time [s] since the state was put."""
         now = self._begun + time
         controls = self._controls
         if self._course is not None:
