@@ -1,9 +1,9 @@
-"""The PyBullet world of a mechanism: a multibody for each tree of bodies, and one for each shape of
-the world.
+"""Builds the PyBullet world of a mechanism: a multibody for each tree of bodies, and one for each
+shape of the world.
 
-A joint of Bullet moves one link. Of a body with several joints the last one moves the link with the
-body's mass, and each joint before it moves a link without mass. Each shape is on a link of its own
-without mass, which is fixed to the body's link.
+A joint of Bullet moves one link. If a body has several joints, the last joint moves the link with
+the mass of the body, and each joint before it moves a link without mass. Each shape is on a
+separate link without mass, which is fixed to the link of the body.
 """
 
 from __future__ import annotations
@@ -37,55 +37,60 @@ KINDS = MappingProxyType(
         "weld": "JOINT_FIXED",
     }
 )
-OF_BODIES = ("linearDamping", "angularDamping", "maxJointVelocity")  # settings
-UNLIMITED = 1e12  # [N] or [N m] of motors, limits and loops
-FLAT = 1e-6  # the thickness over the radius up to which an ellipsoid is taken for a cylinder
-EDGE = 1e-3  # radius of a cylinder's edge over its smallest size
+OF_BODIES = ("linearDamping", "angularDamping", "maxJointVelocity")  # settings of multibodies
+UNLIMITED = 1e12  # [N] or [N m] largest force of motors, limits and loops
+FLAT = 1e-6  # largest thickness, relative to the radius, of an ellipsoid taken for a cylinder
+EDGE = 1e-3  # radius of a cylinder's edge, relative to the smallest size of the cylinder
 UNTURNED = np.array([1.0, 0.0, 0.0, 0.0])
 ORIGIN = np.zeros(3)
 NO_INERTIA = np.zeros((3, 3))
-BASE = -1  # the number of a multibody's base among its links
-NONE = -1  # stands for the world where a tree's number is: Bullet does not number the world
-WELD = -1  # stands where a joint's number is, for a body that is welded to its parent
+BASE = -1  # number of a multibody's base among its links
+NONE = -1  # stands for the world in place of the number of a tree
+WELD = -1  # stands for the weld of a body to its parent in place of the number of a joint
 At = tuple[int, int]
-"""A multibody, and the number of one of its links."""
+"""The number of a multibody, and the number of one of its links."""
 Surface = tuple[int, float, float]
-"""A shape, and the coefficients of friction and of restitution of a copy of it."""
+"""The number of a shape, and the coefficients of friction and of restitution of a copy of the
+shape."""
 
 
 @dataclass(frozen=True)
 class Link:
-    """A link of a multibody. Bullet has its inertia along principal axes about its centre."""
+    """A link of a multibody. Bullet has its inertia along principal axes about its centre of
+    mass."""
 
-    kind: str = "fixed"  # of the joint that moves it
-    parent: int = BASE
+    kind: str = "fixed"  # kind of the joint that moves it
+    parent: int = BASE  # number of the link that carries it
     place: Array = field(default_factory=lambda: ORIGIN)  # in the parent link's frame [m]
     attitude: Array = field(default_factory=lambda: UNTURNED)  # in that frame, scalar first
-    axis: Array = field(default_factory=lambda: ORIGIN)
+    axis: Array = field(default_factory=lambda: ORIGIN)  # axis of the joint in the link's frame
     mass: float = 0.0  # [kg]
-    centre: Array = field(default_factory=lambda: ORIGIN)  # in its frame [m]
-    inertia: Array = field(default_factory=lambda: NO_INERTIA)  # about its centre [kg m^2]
+    centre: Array = field(
+        default_factory=lambda: ORIGIN
+    )  # centre of mass in the link's frame [m]
+    inertia: Array = field(default_factory=lambda: NO_INERTIA)  # about the centre [kg m^2]
     shape: Shape | None = None
-    surface: tuple[float, float] = (0.0, 0.0)  # its factors of friction and of restitution
+    surface: tuple[float, float] = (0.0, 0.0)
+    """The factors of friction and of restitution: Bullet multiplies those of two links."""
 
     @property
     def principal(self) -> tuple[Array, Array]:
-        """Principal moments [kg m^2], and the quaternion, scalar last, of their axes."""
+        """The principal moments of inertia [kg m^2], and the quaternion of the principal axes,
+        scalar last."""
         from scipy.spatial.transform import Rotation
 
         moments, axes = np.linalg.eigh(self.inertia)
-        axes[:, 2] *= np.linalg.det(axes)  # right-handed
+        axes[:, 2] *= np.linalg.det(axes)  # makes the axes right-handed
         return moments, Rotation.from_matrix(axes).as_quat()
 
 
 @dataclass(frozen=True)
 class Placed:
-    """The link of a body: its tree, its number there, and the place of the link's frame in the
-    body's frame [m]."""
+    """The link that a body belongs to."""
 
-    tree: int
-    link: int
-    origin: Array
+    tree: int  # number of the tree, or NONE
+    link: int  # number of the link in the tree
+    origin: Array  # origin of the link's frame in the body's frame [m]
 
 
 @dataclass(frozen=True)
@@ -93,15 +98,15 @@ class Built:
     """A mechanism in a PyBullet world."""
 
     client: Any
-    joints: tuple[At, ...]  # the link that each joint moves
-    bodies: tuple[Placed, ...]  # the link of each body; of the world one of no multibody
+    joints: tuple[At, ...]  # link that each joint moves
+    bodies: tuple[Placed, ...]  # link of each body; the first is the world, with the tree NONE
     inertial: Mapping[At, tuple[Array, Array]]
-    """The place [m] and the axes, a quaternion, scalar last, of each link's inertia in the link's
-    frame."""
+    """For each link its centre of mass [m], and the quaternion of its principal axes of inertia,
+    scalar last, both in the link's frame."""
 
 
 def build(client: Any, mechanism: Mechanism, settings: Options, step: float) -> Built:
-    """The world of a mechanism at a time step [s], in a client without anything; raises
+    """Builds the world of a mechanism at a time step [s] in a client whose world is empty; raises
     Unsupported."""
     for feature in refused(mechanism):
         raise Unsupported(f"feature {feature}")
@@ -119,13 +124,13 @@ def build(client: Any, mechanism: Mechanism, settings: Options, step: float) -> 
 
 
 def _let_collide(client: Any, made: Sequence[int], pairs: Iterable[tuple[At, At]]) -> None:
-    """Let the links of these pairs collide, by the numbers of their trees."""
+    """Lets the pairs of links collide. `made` has the multibody of each tree."""
     for (one, here), (other, there) in pairs:
         client.setCollisionFilterPair(made[one], made[other], here, there, 1)
 
 
 def _set_up_world(client: Any, mechanism: Mechanism, settings: Options, step: float) -> None:
-    """Give a world its gravity, its time step [s] and its settings."""
+    """Gives a world the gravity of a mechanism, a time step [s] and settings."""
     of_world = {name: value for name, value in settings.items() if name not in OF_BODIES}
     client.setGravity(*mechanism.gravity)
     client.setPhysicsEngineParameter(
@@ -136,14 +141,15 @@ def _set_up_world(client: Any, mechanism: Mechanism, settings: Options, step: fl
 def _inertial(
     made: Sequence[int], trees: Sequence[Sequence[Link]]
 ) -> Iterator[tuple[At, tuple[Array, Array]]]:
-    """Each link of the trees that were made, with the frame of its inertia."""
+    """Each link of the trees, with its centre of mass and the quaternion of its principal axes of
+    inertia. `made` has the multibody of each tree."""
     for tree, links in zip(made, trees, strict=True):
         for number, link in enumerate(links, start=BASE):
             yield (tree, number), (link.centre, link.principal[1])
 
 
 def refused(mechanism: Mechanism) -> Iterator[str]:
-    """The names of features of a mechanism that PyBullet, or this builder, cannot express."""
+    """Names the features of a mechanism that PyBullet, or this builder, cannot express."""
     yield from refused_parts(mechanism)
     for joint in mechanism.joints:
         yield from _refused_of(joint, mechanism)
@@ -157,7 +163,7 @@ def refused(mechanism: Mechanism) -> Iterator[str]:
 
 
 def _refused_of(joint: Joint, mechanism: Mechanism) -> Iterator[str]:
-    """The names of features of a joint that are not expressed."""
+    """Names the features of a joint that PyBullet, or this builder, cannot express."""
     name = joint.name or f"of body {mechanism.bodies[joint.body].name}"
     bound = joint.stiffness or joint.limits is not None or np.any(joint.friction_loss)
     if joint.kind in ("ball", "free") and bound:
@@ -170,7 +176,7 @@ def _refused_of(joint: Joint, mechanism: Mechanism) -> Iterator[str]:
 
 
 def _turned(joint: Joint, mechanism: Mechanism) -> bool:
-    """Whether other joints turn the axis of a hinge."""
+    """Whether joints other than a hinge itself turn the axis of the hinge."""
     carriers = {joint.body}
     for number in range(joint.body, 0, -1):
         if number in carriers:
@@ -180,13 +186,13 @@ def _turned(joint: Joint, mechanism: Mechanism) -> bool:
 
 
 def _is_disc(shape: Shape) -> bool:
-    """Whether an ellipsoid is so flat that a cylinder has its shape."""
+    """Whether an ellipsoid is so flat that a cylinder can stand for it."""
     return bool(shape.size[0] == shape.size[1] and shape.size[2] <= FLAT * shape.size[0])
 
 
 def _trees(mechanism: Mechanism) -> tuple[list[list[Link]], list[Placed], list[At]]:
-    """The links of each tree, its base first; the link of each body, for the world one of no tree;
-    and the tree and the number of the link that each joint moves."""
+    """The links of each tree, the base first; the link of each body, which for the world is of the
+    tree NONE; and the link that each joint moves."""
     trees = list[list[Link]]()
     bodies = [Placed(NONE, BASE, ORIGIN)]
     joints = dict[int, At]()
@@ -221,8 +227,9 @@ def _trees(mechanism: Mechanism) -> tuple[list[list[Link]], list[Placed], list[A
 
 
 def _jointed(mechanism: Mechanism, i: int, body: Body, above: Placed, first: bool) -> Link:
-    """A link without a mass that joint `i` moves, or that is welded; the first one of a body also
-    has the body's place in its parent. An armature is a moment of inertia about the axis."""
+    """A link without mass that joint `i` moves or, if `i` is WELD, that is welded to the link
+    `above`. If it is the `first` link of its body, its frame includes the place and the attitude of
+    the body in the parent. An armature is a moment of inertia of the link about the axis."""
     if i == WELD:
         return Link("fixed", above.link, body.place - above.origin, body.attitude)
     joint = mechanism.joints[i]
@@ -238,11 +245,12 @@ def _jointed(mechanism: Mechanism, i: int, body: Body, above: Placed, first: boo
 def _pairs(
     mechanism: Mechanism, trees: list[list[Link]], bodies: list[Placed]
 ) -> Iterator[tuple[At, At]]:
-    """The links of each pair of shapes that can touch. Adds to the trees a link for each shape, and
-    trees for those of the world.
+    """The links of each pair of shapes that can touch. Adds a link for each shape to the tree of
+    the shape's body; for a shape of the world it adds a tree.
 
-    A link of Bullet has one coefficient of friction and one of restitution, and a pair has the
-    products of two. A shape with several has a copy for each."""
+    A link of Bullet has a factor of friction and a factor of restitution, and the coefficients of a
+    pair of links are the products of their factors. If a shape has several coefficients, there is a
+    copy of the shape for each."""
     made = dict[Surface, At]()
     for touch in mechanism.touching:
         surfaces = [(i, touch.sliding[0], touch.restitution) for i in touch.shapes]
@@ -268,20 +276,21 @@ def _pairs(
 
 
 def last_scalar(attitude: Array) -> list[float]:
-    """A quaternion as Bullet has it, scalar last."""
+    """The quaternion `attitude`, scalar first, with its scalar last."""
     rolled: list[float] = np.roll(attitude, -1).tolist()
     return rolled
 
 
 def _made(client: Any, links: list[Link], settings: Options) -> int:
-    """The multibody of links, the base first, of which none collides yet."""
+    """Adds the multibody of a tree of links, the base first; returns its number. No link collides
+    with another yet."""
     base, *others = links
     shapes = [_shape(client, link.shape) for link in links]
     frames = [link.principal for link in links]
     collides = client.URDF_USE_SELF_COLLISION | client.URDF_USE_SELF_COLLISION_INCLUDE_PARENT
     tree: int = client.createMultiBody(
-        # On a base that is made immovable, Bullet takes what is fixed to its first link, too, for
-        # immovable: such a base gets a mass, which it loses below.
+        # If the base has no mass from the beginning, Bullet also makes the links immovable that are
+        # fixed to the base's first link. So the base gets a mass here, and loses it below.
         baseMass=base.mass or 1.0,
         baseCollisionShapeIndex=shapes[0],
         basePosition=base.place.tolist(),
@@ -295,7 +304,7 @@ def _made(client: Any, links: list[Link], settings: Options) -> int:
         linkOrientations=[last_scalar(link.attitude) for link in others],
         linkInertialFramePositions=[link.centre.tolist() for link in others],
         linkInertialFrameOrientations=[axes.tolist() for _, axes in frames[1:]],
-        # Bullet numbers a base 0 here, and links from 1.
+        # In this list Bullet numbers the base 0, and links from 1.
         linkParentIndices=[link.parent + 1 for link in others],
         linkJointTypes=[getattr(client, KINDS[link.kind]) for link in others],
         linkJointAxis=[link.axis.tolist() for link in others],
@@ -304,7 +313,8 @@ def _made(client: Any, links: list[Link], settings: Options) -> int:
     if not base.mass:
         client.changeDynamics(tree, BASE, mass=0.0)
     chosen = {name: settings[name] for name in OF_BODIES if name in settings}
-    client.changeDynamics(tree, BASE, **chosen)  # resets inertia, which is set below
+    # This call resets the inertia of links, which is set below.
+    client.changeDynamics(tree, BASE, **chosen)
     for number, (link, (moments, _)) in enumerate(zip(links, frames, strict=True), start=BASE):
         friction, restitution = link.surface
         client.setCollisionFilterGroupMask(tree, number, 0, 0)
@@ -319,7 +329,7 @@ def _made(client: Any, links: list[Link], settings: Options) -> int:
 
 
 def _shape(client: Any, shape: Shape | None) -> int:
-    """The number of a shape of Bullet; -1 for none."""
+    """Adds a collision shape to Bullet; returns its number, or -1 if `shape` is None."""
     if shape is None:
         return -1
     size = shape.size.tolist()
@@ -338,8 +348,9 @@ def _shape(client: Any, shape: Shape | None) -> int:
     made = client.createCollisionShape(
         client.GEOM_CYLINDER, radius=size[0], height=2.0 * size[-1]
     )
-    # By default its edge is round within a margin of 1 mm, also where it is thinner than that. A
-    # margin can be changed where a shape is on a base, and is that of the shape wherever it is.
+    # By default the edge of a cylinder is rounded within a margin of 1 mm, even if the cylinder is
+    # thinner. The margin belongs to the shape, but can only be changed through a base that has the
+    # shape.
     carrier = client.createMultiBody(0.0, made)
     client.setCollisionFilterGroupMask(carrier, BASE, 0, 0)
     client.changeDynamics(carrier, BASE, collisionMargin=EDGE * min(size))
@@ -347,8 +358,8 @@ def _shape(client: Any, shape: Shape | None) -> int:
 
 
 def _set_up_joints(client: Any, joints: Sequence[Joint], moved: Sequence[At]) -> None:
-    """Give joints their limits and their dry friction, a motor that stops a joint with no more than
-    that force; without one a joint has no motor."""
+    """Gives joints their limits and their dry friction. Dry friction is a motor that stops a joint,
+    limited to the force of friction. Setting that force to zero removes Bullet's default motor."""
     for joint, at in zip(joints, moved, strict=True):
         if joint.kind == "free":
             continue
@@ -370,7 +381,8 @@ def _close_loops(
     homes: Sequence[Placed],
     inertial: Mapping[At, tuple[Array, Array]],
 ) -> None:
-    """Close the loops of a mechanism. Frames of a constraint are in those of the links' inertia."""
+    """Adds constraints that close the loops of a mechanism. Bullet wants the frames of a constraint
+    relative to the links' principal frames of inertia."""
     for loop in mechanism.loops:
         turns = (UNTURNED, UNTURNED) if loop.kind == "connect" else (loop.attitude, UNTURNED)
         frames = [
@@ -378,7 +390,7 @@ def _close_loops(
             for body, place, turn in zip(loop.bodies, loop.places, turns, strict=True)
         ]
         ends = [(homes[i], *frame) for i, frame in zip(loop.bodies, frames, strict=True)]
-        if ends[0][0].tree == NONE:  # the world can be the second alone
+        if ends[0][0].tree == NONE:  # only the second end of a constraint can be on the world
             ends.reverse()
         (first, place, turn), (second, other, turned) = ends
         kind = getattr(client, KINDS[loop.kind])
@@ -392,8 +404,9 @@ def _close_loops(
 def _within(
     inertial: Mapping[At, tuple[Array, Array]], home: Placed, place: Array, attitude: Array
 ) -> tuple[list[float], list[float]]:
-    """A frame of a body, by its place [m] and its attitude, a quaternion, scalar first, as Bullet
-    wants it: in the principal frame of inertia of the body's link, with the scalar last."""
+    """The place [m] and the quaternion, scalar last, of a frame in the principal frame of inertia
+    of a body's link. `place` [m] and `attitude`, scalar first, give the frame in the body's
+    frame."""
     from scipy.spatial.transform import Rotation
 
     turn = Rotation.from_quat(attitude, scalar_first=True)

@@ -1,4 +1,4 @@
-"""Scenes in PyBullet."""
+"""Simulations of scenes in PyBullet."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from plumbob.models.scene import Case
 
 
 def prepare(case: Case, method: Method, step: float) -> Simulation:
-    """Build `case` for `method` at `step` [s]; raises Unsupported and ParameterError."""
+    """The simulation of a case by a method at `step` [s]; raises Unsupported and ParameterError."""
 
     def build(mechanism: Mechanism, start: State) -> Stepper:
         return BulletStepper(mechanism, method.settings, step)
@@ -23,6 +23,6 @@ def prepare(case: Case, method: Method, step: float) -> Simulation:
 
 
 def built(mechanism: Mechanism, start: State, step: float) -> BulletStepper:
-    """A mechanism at `step` [s] with Bullet's default settings, but without the damping that Bullet
-    gives the velocities of all bodies by default; raises Unsupported."""
+    """A stepper of a mechanism at `step` [s], with Bullet's default settings except that velocities
+    are not damped; raises Unsupported."""
     return BulletStepper(mechanism, UNDAMPED, step)

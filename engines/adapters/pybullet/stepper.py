@@ -1,8 +1,8 @@
-"""A mechanism in PyBullet, stepped from any state.
+"""A mechanism as PyBullet steps it.
 
-Bullet's step of a multibody is semi-implicit Euler: accelerations of the state as the step begins,
-then impulses of motors, loops and contacts, then the positions with the new velocities. A rotation
-moves by the exponential of the new angular velocity.
+Bullet's step of a multibody is semi-implicit Euler. It computes the accelerations at the start of
+the step, then the impulses of motors, loops and contacts, then the positions with the new
+velocities. A rotation is updated by the exponential of the new angular velocity.
 """
 
 from __future__ import annotations
@@ -26,22 +26,23 @@ from plumbob.engines.mechanism import Mechanism
 from plumbob.engines.method import Options
 from plumbob.engines.stepper import State
 
-TURNING = ("ball", "free")  # kinds of joint with an attitude, a quaternion
+TURNING = ("ball", "free")  # kinds of joint whose coordinates include a quaternion
 
 
 @dataclass(frozen=True)
 class Loaded:
-    """A hinge or a slide that a spring, a damper or actuators act on, by a force that is computed
-    as a step begins."""
+    """A hinge or a slide on which a spring, a damper or actuators act. The force is computed at the
+    start of a step."""
 
-    at: At
-    exerted: JointForce
-    drawn: float  # the coordinate in the drawing, where Bullet's is 0 [rad] or [m]
-    alone: bool  # whether a force may act where all controls are 0
+    at: At  # link that the joint moves
+    exerted: JointForce  # force of the spring, the damper and the actuators
+    drawn: float  # coordinate in the drawing [rad] or [m]: Bullet's coordinate is 0 there
+    alone: bool  # whether a force may act while all controls are 0
 
 
 class BulletStepper:
-    """A mechanism in a PyBullet world with these settings."""
+    """A mechanism in a PyBullet world with these settings, which takes steps of `step` [s] from any
+    state."""
 
     def __init__(self, mechanism: Mechanism, settings: Options, step: float) -> None:
         self.step = step
@@ -69,15 +70,15 @@ class BulletStepper:
         ]
 
     def _renew(self) -> None:
-        """Build the mechanism in an empty world: contacts of a world outlive a change of its
-        state."""
+        """Builds the mechanism in an empty world. A new world is needed because contacts outlive a
+        change of the state."""
         self._client.resetSimulation()
         self.built = build(self._client, self.mechanism, self._settings, self.step)
         self._joints = tuple(zip(self.mechanism.joints, self.built.joints, strict=True))
         self._fresh = True
 
     def put(self, state: State, time: float = 0.0) -> None:
-        """Set the state, at a time [s]."""
+        """Sets the state, at a time [s]."""
         self._begun, self._taken = time, 0
         if not self._fresh:
             self._renew()
@@ -97,7 +98,8 @@ class BulletStepper:
                 self._client.resetJointState(*at, place, float(v[0]))
 
     def _put_free(self, at: At, q: Array, v: Array) -> None:
-        """Set the state of a base, whose place and velocity are those of its centre of mass."""
+        """Sets the coordinates and the rates of a free body. Bullet has the place and the velocity
+        of its centre of mass."""
         centre, axes = self.built.inertial[at]
         turn = Rotation.from_quat(q[3:], scalar_first=True)
         arm, spin = turn.apply(centre), turn.apply(v[3:])
@@ -106,7 +108,8 @@ class BulletStepper:
         self._client.resetBaseVelocity(at[0], v[:3] + np.cross(spin, arm), spin)
 
     def _put_ball(self, at: At, q: Array, v: Array) -> None:
-        """Set the state of a ball joint, which Bullet has along the axes of its link's inertia."""
+        """Sets the coordinates and the rates of a ball joint. Bullet has them along the principal
+        axes of the link's inertia."""
         axes = Rotation.from_quat(self.built.inertial[at][1])
         turn = axes.inv() * Rotation.from_quat(q, scalar_first=True) * axes
         self._client.resetJointStateMultiDof(
@@ -114,7 +117,8 @@ class BulletStepper:
         )
 
     def state(self) -> State:
-        """The state now; a quaternion has the sign that is nearer to the last one."""
+        """The present state. The sign of a quaternion is the sign that is nearer to the quaternion
+        that was put or read last."""
         places, rates = list[Array](), list[Array]()
         for number, (joint, at) in enumerate(self._joints):
             if joint.kind in TURNING:
@@ -131,7 +135,7 @@ class BulletStepper:
         return State(np.concatenate(places), np.concatenate(rates))
 
     def _free(self, at: At) -> tuple[Array, Array, Array]:
-        """The place, the attitude and the velocities of a free body."""
+        """The place [m], the attitude, scalar first, and the rates of a free body."""
         centre, axes = self.built.inertial[at]
         place, attitude = self._client.getBasePositionAndOrientation(at[0])
         moving, spin = map(np.array, self._client.getBaseVelocity(at[0]))
@@ -141,21 +145,22 @@ class BulletStepper:
         return np.array(place) - arm, turn.as_quat(scalar_first=True), rates
 
     def _ball(self, at: At) -> tuple[Array, Array, Array]:
-        """No place, the attitude and the angular velocity of a ball joint."""
+        """An empty place, the attitude, scalar first, and the angular velocity of a ball joint."""
         axes = Rotation.from_quat(self.built.inertial[at][1])
         q, v = self._client.getJointStateMultiDof(*at)[:2]
         turn = axes * Rotation.from_quat(q) * axes.inv()
         return np.zeros(0), turn.as_quat(scalar_first=True), axes.apply(v)
 
     def advance(self, controls: Array | None, steps: int) -> None:
-        """Take `steps` steps under controls, shape (steps, controls)."""
+        """Takes `steps` steps under controls, shape (steps, controls), or with controls that are
+        zero."""
         numbers = np.arange(self._taken + 1, self._taken + steps + 1, dtype=np.float64)
         times = self._begun + self.step * numbers
         moves = np.array([velocity(times) for *_, velocity in self._driven])
-        ends = moves.reshape(len(moves), steps).T.tolist()  # the velocities that steps end with
+        ends = moves.reshape(len(moves), steps).T.tolist()  # velocities at the ends of steps
         rows = [self._idle] * steps if controls is None else controls.tolist()
         loaded = [x for x in self._loaded if controls is not None or x.alone]
-        if self.mechanism.touching:  # another world may have changed it
+        if self.mechanism.touching:  # another world may have changed the threshold
             self._client.setPhysicsEngineParameter(contactBreakingThreshold=self._touches)
         move = self._client.stepSimulation
         for row, velocities in zip(rows, ends, strict=True):
@@ -169,19 +174,19 @@ class BulletStepper:
         self._fresh = self._fresh and not steps
 
     def _drive(self, velocities: Sequence[float]) -> None:
-        """Let the joints whose motion is prescribed have these velocities after the next step."""
+        """Prescribes the velocities of joints at the end of the next step."""
         motor, kind = self._client.setJointMotorControl2, self._client.VELOCITY_CONTROL
         for (tree, link, _), velocity in zip(self._driven, velocities, strict=True):
             motor(tree, link, kind, targetVelocity=velocity, force=UNLIMITED)
 
     def _load(self, part: Loaded, controls: Sequence[float]) -> None:
-        """Let a joint's force act in the next step."""
+        """Applies the force of a joint in the next step."""
         q, v = self._client.getJointState(*part.at)[:2]
         force = part.exerted(q + part.drawn, v, controls)
         self._client.setJointMotorControl2(*part.at, self._client.TORQUE_CONTROL, force=force)
 
     def _damp(self) -> None:
-        """Let the dampers of ball joints act in the next step."""
+        """Applies the torques of the dampers of ball joints in the next step."""
         client = self._client
         for at, damping in self._damped:
             axes = Rotation.from_quat(self.built.inertial[at][1])
@@ -189,7 +194,7 @@ class BulletStepper:
             client.setJointMotorControlMultiDof(*at, client.TORQUE_CONTROL, force=torque)
 
     def _carry(self) -> None:
-        """Let upward forces carry the weights of bodies in the next step."""
+        """Applies the forces that carry the weights of bodies in the next step."""
         client = self._client
         for at, weight in self._carried:
             if at[1] == BASE:
@@ -200,7 +205,7 @@ class BulletStepper:
 
 
 def _loaded(mechanism: Mechanism, built: Built) -> Iterator[Loaded]:
-    """The hinges and slides with a spring, a damper or actuators."""
+    """The hinges and slides that have a spring, a damper or actuators."""
     for number, (joint, at) in enumerate(zip(mechanism.joints, built.joints, strict=True)):
         actuators = actuators_of(mechanism, number)
         alone = bool(joint.stiffness or joint.damping[0]) or any(any(a.bias) for a in actuators)

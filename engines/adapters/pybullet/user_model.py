@@ -1,6 +1,9 @@
-"""A user's model file as Bullet reads it. Its terms are those that its steps show: accelerations in
-a very short step, without contacts, from rest, under a force on one coordinate at a time, and with
-the velocity. Its own inverse dynamics counts joints that are fixed."""
+"""A user's model file in Bullet: the numbers that Bullet reads from it, and runs of its model.
+
+The terms of the equations of motion are derived from the accelerations in very short steps without
+contacts: from rest, under a unit force on one coordinate at a time, and with the velocities.
+Bullet's inverse dynamics is not used, because its coordinates include fixed joints.
+"""
 
 from __future__ import annotations
 
@@ -24,14 +27,14 @@ from plumbob.engines.peer_model import (
 )
 from plumbob.models.border import border
 
-PROBE = 1e-6  # [s] of the step that shows accelerations
+PROBE = 1e-6  # [s] step that shows accelerations
 DAMPED = "springs and damping dropped; velocities of links damped by Bullet's default"
-WIDE = 1e10  # limits of joints that act on nothing
+WIDE = 1e10  # [rad] or [m] limit that no joint reaches
 
 
 def model_fields(path: Path) -> Fields:
-    """The numbers that Bullet reads from a model file; it knows friction by the body, not the geom.
-    Raises RefusedFile."""
+    """The numbers that Bullet reads from a model file. Bullet has one coefficient of friction for
+    each body. Raises RefusedFile."""
     client = new_client()
     with border(RefusedFile):
         bodies = client.loadMJCF(str(path))
@@ -49,23 +52,26 @@ def model_fields(path: Path) -> Fields:
                     yield "frictionloss", joint[1].decode(), joint[7]
                 name = joint[12].decode()
             mass, friction, moments, *_ = client.getDynamicsInfo(body, link)
-            if mass > 0.0:  # bodies between joints have none
+            if mass > 0.0:  # the bodies that Bullet adds between joints have no mass
                 yield "mass", name, mass
                 yield "inertia", name, sorted(moments)
             yield "friction", name, friction
 
 
 class World:
-    """A file in a simulation of its own, without motors. The coordinates of a body that floats are
-    those of its centre of mass, in the world, before those of its joints."""
+    """A user's model in a separate simulation, without motors. The coordinates of a floating body
+    are the place and the attitude of its centre of mass in the world; they come before the
+    coordinates of the body's joints."""
 
     def __init__(self, path: Path, layout: Layout, step: float) -> None:
         client = self.client = new_client()
         with border(RefusedFile):
             self.bodies = client.loadMJCF(str(path))
         client.setPhysicsEngineParameter(fixedTimeStep=step, deterministicOverlappingPairs=1)
-        self.bases: list[tuple[int, int, int]] = []  # a body, its first position and velocity,
-        self.joints: list[tuple[int, int, int, int]] = []  # the same of a joint, after its body
+        # for each floating body: its number, and the numbers of its first coordinate and rate
+        self.bases: list[tuple[int, int, int]] = []
+        # for each joint: its body, its number, and the numbers of its coordinate and rate
+        self.joints: list[tuple[int, int, int, int]] = []
         floating = sum(joint.size == FREE for joint in layout.joints)
         q = v = 0
         for body in self.bodies:
@@ -85,8 +91,8 @@ class World:
         self.size = q, v
 
     def without_contacts(self, **damping: float) -> World:
-        """Changed in place: nothing touches or meets a limit; velocities are damped as given, else
-        by default."""
+        """Removes the contacts and the limits of joints from this world, and sets its damping; a
+        parameter of damping that is not given keeps Bullet's default. Returns the world."""
         client = self.client
         for body in self.bodies:
             for link in range(-1, client.getNumJoints(body)):
@@ -98,7 +104,7 @@ class World:
         return self
 
     def put(self, q: Array, v: Array) -> None:
-        """Start from these coordinates."""
+        """Sets the coordinates and their rates."""
         for body, at, rate in self.bases:
             attitude = np.roll(q[at + 3 : at + 7], -1)
             self.client.resetBasePositionAndOrientation(body, q[at : at + 3], attitude)
@@ -107,7 +113,8 @@ class World:
             self.client.resetJointState(body, joint, q[at], v[rate])
 
     def advance(self, force: Array, steps: int = 1) -> tuple[Array, Array]:
-        """Take steps under a force; the coordinates at their end."""
+        """Takes `steps` steps under a generalised `force`, which is held; returns the coordinates
+        and their rates."""
         client = self.client
         (q, v) = map(np.zeros, self.size)
         for _ in range(steps):
@@ -122,6 +129,7 @@ class World:
         return q, v
 
     def _push(self, force: Array) -> None:
+        """Applies a generalised force in the next step."""
         client = self.client
         for body, _, rate in self.bases:
             push = force[rate : rate + 3]
@@ -135,7 +143,8 @@ class World:
 
 
 class BulletModel:
-    """A file in Bullet, to be stepped, and to be looked at without contacts and damping."""
+    """A user's model in Bullet, with further worlds that show its contacts and its accelerations:
+    one with contacts, one with Bullet's damping and no contacts, and one with neither."""
 
     def __init__(self, path: Path, layout: Layout, step: float) -> None:
         self.world = World(path, layout, step)
@@ -147,11 +156,13 @@ class BulletModel:
         self.put = self.world.put
 
     def _acceleration(self, world: World, q: Array, v: Array, force: Array) -> Array:
+        """The acceleration of a world in a state under a generalised force."""
         world.put(q, v)
         return (world.advance(force)[1] - v) / PROBE
 
     def terms(self, q: Array, v: Array, control: Array) -> dict[str, Any]:
-        """As its steps show them; of actuators it reads none."""
+        """The terms of the equations of motion, as steps show them, and the pairs of bodies that
+        touch. Bullet reads no actuators from a file."""
         rest = np.zeros(len(v))
         falls = self._acceleration(self.bare, q, rest, rest)
         columns = [
@@ -171,6 +182,7 @@ class BulletModel:
         }
 
     def _touching(self, q: Array, v: Array) -> list[tuple[str, ...]]:
+        """The names of the pairs of bodies that touch in a state."""
         client = self.looked_at.client
         self.looked_at.put(q, v)
         client.performCollisionDetection()
@@ -178,18 +190,21 @@ class BulletModel:
         return [(self._name(*point[1:4:2]), self._name(*point[2:5:2])) for point in points]
 
     def _name(self, body: int, link: int) -> str:
+        """The name of a link of a body."""
         client = self.looked_at.client
         info = client.getBodyInfo(body)[0] if link < 0 else client.getJointInfo(body, link)[12]
         name: str = info.decode()
         return name
 
     def advance(self, control: Array, force: Array, steps: int) -> tuple[Array, Array]:
-        """Take steps."""
+        """Takes `steps` steps under a generalised `force`, which is held; returns the coordinates
+        and their rates. Bullet reads no actuators: the control has no effect."""
         return self.world.advance(force, steps)
 
 
 def _frame(client: Any, body: int) -> Frame:
-    """Of a body that floats: its centre of mass, and its attitude."""
+    """The conversion between the pose of a floating body and Bullet's coordinates, which are the
+    place of its centre of mass and its attitude."""
     arm = client.getDynamicsInfo(body, -1)[3]
     return Frame(
         lambda place, attitude: np.concatenate([place + rotation(attitude) @ arm, attitude]),
@@ -200,7 +215,8 @@ def _frame(client: Any, body: int) -> Frame:
 
 
 def user_model(path: Path, layout: Layout, step: float) -> PeerModel:
-    """The model of a file; raises NotRead."""
+    """The model of a file in Bullet at `step` [s], with the places of its joints in the coordinates
+    of the world; raises NotRead."""
     model = BulletModel(path, layout, step)
     world = model.world
     client = model.world.client
