@@ -1,9 +1,11 @@
-"""Forward sensitivities: the derivative of x'' = f(t, x, x'; p) by p, stepped with x itself.
+"""Forward sensitivities. Of an equation x'' = f(t, x, x'; p), the derivative s of x by a parameter
+p obeys
 
     s'' = f_x s + f_v s' + f_p                                                                  (1)
 
-(Hairer, Norsett and Wanner 1993, Solving Ordinary Differential Equations I, I.14), with the
-derivatives of f by stencils of order 8, so that the step itself alone is in error.
+(Hairer, Norsett and Wanner 1993, Solving Ordinary Differential Equations I, I.14), and is stepped
+together with x. The derivatives of f come from stencils of order 8, whose errors are negligible
+beside the error of the step.
 """
 
 from __future__ import annotations
@@ -23,12 +25,13 @@ from plumbob.engines.registry import find_builder
 from plumbob.engines.trajectory import ByName
 from plumbob.models.gradient import STEP, Number
 
-ALONG = 5e-3  # of a unit of the state, from one point of the stencil to the next
+ALONG = 5e-3  # spacing of the stencil along s, in units of the state
 OFFSETS = np.array(CENTRAL, dtype=np.float64)
 
 
 def forward(number: Number, method: Method, step: float) -> ByName:
-    """Derivatives of the angle and its rate at the end; raises Unsupported and ParameterError."""
+    """The derivatives of the angle and of its rate at the end of a run by `number`; raises
+    Unsupported and ParameterError."""
     build = find_builder("ode", number.case.system).build
     moved = OFFSETS * STEP * number.size
     try:
@@ -50,7 +53,7 @@ def forward(number: Number, method: Method, step: float) -> ByName:
 
 
 def _with_sensitivity(equations: Neighbours[Equation]) -> Equation:
-    """The equation of (x, s)."""
+    """The equation of (x, s), from the equations at neighbouring values of the parameter."""
     here = equations.here
     points = Neighbours(tuple(OFFSETS * ALONG), OFFSETS * ALONG)
 

@@ -1,4 +1,4 @@
-"""The servo as an equation of motion: a linear oscillator, or one whose motor has a limit."""
+"""The servo as an equation of motion: a linear oscillator, whose motor may have a limited force."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ from plumbob.engines.method import Method
 
 
 def build(problem: Any, method: Method) -> Equation:
-    """J x'' = n F - c x', F = -n (kp x + kv x') within its limit; `problem` is a
-    plumbob.analytic.systems.servo.Servo."""
+    """The equation J x'' = n F - c x' with the force F = -n (kp x + kv x'), clamped to its limit;
+    `problem` is a plumbob.analytic.systems.servo.Servo."""
     linear = simple_pendulum.build(problem, method)
     if not problem.saturates:
         return linear

@@ -1,4 +1,4 @@
-"""A scene set up for one ODE method and its step or tolerance, and its runs."""
+"""Simulations of scenes by ODE methods, at a step or at a tolerance."""
 
 from __future__ import annotations
 
@@ -29,17 +29,18 @@ from plumbob.engines.method import Method
 from plumbob.engines.registry import find_builder
 from plumbob.models.scene import Case
 
-SMALLEST = 100 * ULP  # relative tolerance below which scipy refuses
+SMALLEST = 100 * ULP  # smallest relative tolerance that scipy accepts
 SOLVERS: Mapping[str, type[Any]] = MappingProxyType(
     {"DOP853": DOP853, "Radau": Radau, "LSODA": LSODA}
 )
-MOST_EVALUATIONS = 1_000_000  # of a run by a solver that chooses its steps: some ten seconds
-HUGE = 1e10  # a coordinate or rate (SI) beyond which a run has diverged
+# largest number of evaluations in a run by a solver that chooses its steps: about ten seconds
+MOST_EVALUATIONS = 1_000_000
+HUGE = 1e10  # coordinate or rate (SI) beyond which a run has diverged
 
 
 def prepared(case: Case, method: Method, step: float) -> SteppedSimulation | FollowedSimulation:
-    """Set up `case` for `method` at `step` [s], or at the relative tolerance `step`; raises
-    Unsupported and ParameterError."""
+    """The simulation of a case by a method at `step` [s], or at the relative tolerance `step`;
+    raises Unsupported and ParameterError."""
     begin = time.perf_counter()
     equation = find_builder("ode", case.system).build(case.problem, method)
     made = of_equation(equation, method, step, case.scene.duration)
@@ -51,8 +52,8 @@ def prepared(case: Case, method: Method, step: float) -> SteppedSimulation | Fol
 def of_equation(
     equation: Equation, method: Method, step: float, duration: float
 ) -> SteppedSimulation | FollowedSimulation:
-    """Set up an equation for `method` at `step` [s], or at the relative tolerance `step`; raises
-    ParameterError."""
+    """The simulation of an equation over a duration [s] by a method at `step` [s], or at the
+    relative tolerance `step`; raises ParameterError."""
     if method.control == "step":
         return fixed_steps(equation, method.scheme.integrator, duration, step)
     solver = SOLVERS[method.settings["method"]]
@@ -62,8 +63,10 @@ def of_equation(
 def adaptive(
     equation: Equation, solver: type[Any], rtol: float, duration: float
 ) -> FollowedSimulation:
-    """An equation with one of scipy's solvers and a relative tolerance."""
-    # absolute tolerance where a component passes zero: of the coordinates' size and the speed
+    """The simulation of an equation over a duration [s] by a solver of scipy at a relative
+    tolerance."""
+    # A component that passes zero needs an absolute tolerance: it is the relative tolerance times
+    # the size of the coordinates, or times the speed.
     scales = [equation.size] * len(equation.names)
     scales += [equation.speed or 1.0] * len(equation.rate_names)
     tolerances = {"rtol": rtol, "atol": rtol * np.array(scales)}
@@ -75,14 +78,14 @@ def adaptive(
 
         def begin() -> Any:
             begun = solver(slope, times[-1], states[-1], duration, **tolerances)
-            if samples > 1 and hasattr(begun, "solve_lu"):  # of an implicit one
+            if samples > 1 and hasattr(begun, "solve_lu"):  # the solver is implicit
                 begun.solve_lu = solved
             return begun
 
         with warnings.catch_warnings(record=True) as caught:
             warnings.simplefilter("always")
             failure = _follow(begin, slope, rtol, times, states)
-        # Its own steps: interpolants are less accurate.
+        # Samples are taken at ends of the solver's steps: its interpolants are less accurate.
         kept = sampling.sampled(len(times) - 1, samples)
         parts = [_parts(equation, states[k]) for k in kept]
         why = dict.fromkeys(
@@ -102,8 +105,9 @@ def _follow(
     times: list[float],
     states: list[list[float]],
 ) -> str:
-    """Add a solver's own steps until it ends, and return why it gave up, if so. After an impact
-    another one begins, or a rest, where the next flight is lower than its tolerance."""
+    """Appends the steps of a solver to `times` [s] and `states` until the solver ends; returns why
+    the solver gave up, or an empty string. At an impact the step is cut, and a new solver begins.
+    If the next flight would be lower than the tolerance, the body rests instead."""
     equation = slope.equation
     try:
         solver = begin()
@@ -124,13 +128,14 @@ def _follow(
                     states[-1:] = [[0.0, 0.0]] * 2
                     break
                 solver = begin()
-    except (ValueError, OverflowError) as error:  # math and numpy, of infinity
+    except (ValueError, OverflowError) as error:  # math and numpy refuse infinite numbers
         return " ".join(str(error).split())
     return ""
 
 
 def _impact(solver: Any, begin: float, speed: float) -> tuple[float, float]:
-    """When x passes 0 downward [s] in a step from `begin` [s] and this `speed` on, and x' there."""
+    """The time [s] at which x passes 0 downward in the last step of a solver, and x' at that time.
+    The step begins at the time `begin` [s] with x' = `speed`."""
     path = solver.dense_output()
     top = brentq(lambda t: path(t)[1], begin, solver.t) if speed > 0.0 else begin
     time = brentq(lambda t: path(t)[0], top, solver.t, xtol=ULP)
@@ -139,13 +144,14 @@ def _impact(solver: Any, begin: float, speed: float) -> tuple[float, float]:
 
 @dataclass
 class _Slope:
-    """An equation as scipy takes it, y' = slope(t, y) with y = (x, x'), and the number of its
-    evaluations."""
+    """An equation in scipy's form, y' = slope(t, y) with y = (x, x'), and the number of evaluations
+    of the slope."""
 
     equation: Equation
     evaluated: int = 0
 
     def __call__(self, t: float, y: Array) -> Any:
+        """The slope y' at a time [s]."""
         self.evaluated += 1
         if len(y) == 2:
             x, v = y.tolist()
@@ -155,9 +161,9 @@ class _Slope:
 
 
 def solved(factors: tuple[Any, Any], right: Any) -> Any:
-    """The result of scipy's `lu_solve`, to the bit, for one system, at a fifth of the cost of its
-    checks: a run's errors need no more, while its cost is that of scipy unchanged. Raises
-    ValueError where a number is not finite."""
+    """The result of scipy's `lu_solve` for one system of equations, to the bit, without the checks
+    that take four fifths of the time. It is used where only the errors of a run count; the cost of
+    a step is timed with scipy's function. Raises ValueError if a number is not finite."""
     if not np.isfinite(right).all():
         raise ValueError("array must not contain infs or NaNs")
     solve = zgetrs if np.iscomplexobj(factors[0]) else dgetrs
@@ -165,5 +171,6 @@ def solved(factors: tuple[Any, Any], right: Any) -> Any:
 
 
 def _parts(equation: Equation, y: Any) -> State:
+    """The coordinates and the rates in y = (x, x')."""
     count = len(equation.names)
     return y[:count], y[count:]

@@ -1,4 +1,4 @@
-"""Any smooth system as an equation of motion, by its mass matrix and forces."""
+"""Any smooth system as an equation of motion, from its mass matrix and forces."""
 
 from __future__ import annotations
 
@@ -12,8 +12,9 @@ from plumbob.engines.method import Method
 
 
 def build(problem: Any, method: Method) -> Equation:
-    """M(q) q'' = f(t, q, q'); `problem.motion` is a CertifiedMotion. The scale of rates is the
-    largest at the start, or what the fastest small deviation by 1 rad or 1 m has."""
+    """The equation M(q) q'' = f(t, q, q'); `problem.motion` is a CertifiedMotion. The scale of the
+    rates is the larger of two values: the largest rate at the start, and the rate of the fastest
+    small deviation of 1 rad or 1 m."""
     system = problem.motion.system
     values = system.values
     start = system.start[:, None]
