@@ -43,7 +43,7 @@ class DartSimulation(SteppedSimulation):
 def nsgs(tolerance: float) -> Any:
     """DART's NSGS solver of contacts, which has Coulomb's law of friction, at a tolerance."""
     solver = dartpy.constraint.NsgsFrictionSolver()
-    chosen = solver.getOptions()
-    chosen.tolerance = tolerance
-    solver.setOptions(chosen)
+    options = solver.getOptions()
+    options.tolerance = tolerance
+    solver.setOptions(options)
     return solver

@@ -70,10 +70,9 @@ class DartModel:
 
     def put(self, q: Array, v: Array) -> None:
         """Sets the coordinates and their rates."""
-        for skeleton, x, rates in zip(
-            self.skeletons, self._split(q), self._split(v), strict=True
-        ):
-            skeleton.setPositions(x)
+        parts = zip(self.skeletons, self._split(q), self._split(v), strict=True)
+        for skeleton, positions, rates in parts:
+            skeleton.setPositions(positions)
             skeleton.setVelocities(rates)
 
     def _split(self, values: Array) -> list[Array]:
@@ -87,23 +86,26 @@ class DartModel:
         from scipy.linalg import block_diag
 
         self.put(q, v)
-        all_of = self.skeletons
-        dofs = [skeleton.getDof(i) for skeleton in all_of for i in range(skeleton.getNumDofs())]
+        skeletons = self.skeletons
+        dofs = list[Any]()
+        for skeleton in skeletons:
+            dofs += map(skeleton.getDof, range(skeleton.getNumDofs()))
         damping = np.array([dof.getDampingCoefficient() for dof in dofs])
         springs = [
-            dof.getSpringStiffness() * (x - dof.getRestPosition())
-            for dof, x in zip(dofs, q, strict=True)
+            dof.getSpringStiffness() * (position - dof.getRestPosition())
+            for dof, position in zip(dofs, q, strict=True)
         ]
         touching = dartpy.collision.CollisionResult()
         self.world.checkCollision(dartpy.collision.CollisionOption(), touching)
+        masses = [skeleton.getMassMatrix() for skeleton in skeletons]
         return {
-            "mass matrix": block_diag(*(skeleton.getMassMatrix() for skeleton in all_of)),
-            "gravity": -np.concatenate([skeleton.getGravityForces() for skeleton in all_of]),
-            "bias": np.concatenate([skeleton.getCoriolisForces() for skeleton in all_of]),
+            "mass matrix": block_diag(*masses),
+            "gravity": -np.concatenate([each.getGravityForces() for each in skeletons]),
+            "bias": np.concatenate([each.getCoriolisForces() for each in skeletons]),
             "passive": -damping * v - np.array(springs),
             "actuator": np.zeros(len(v)),
             "damping": damping,
-            "contacts": [_names(contact) for contact in touching.getContacts()],
+            "contacts": [_names_of_bodies(contact) for contact in touching.getContacts()],
         }
 
     def advance(self, control: Array, force: Array, steps: int) -> tuple[Array, Array]:
@@ -120,7 +122,7 @@ class DartModel:
         return q, v
 
 
-def _names(contact: Any) -> tuple[str, ...]:
+def _names_of_bodies(contact: Any) -> tuple[str, ...]:
     """The names of the two bodies of a contact."""
     shapes = (contact.collisionObject1, contact.collisionObject2)
     nodes = (shape.getShapeFrame().asShapeNode() for shape in shapes)
@@ -132,19 +134,20 @@ def _frame(joint: Any) -> Frame:
     the pose that the file gives the body."""
     from scipy.spatial.transform import Rotation
 
-    drawn = joint.getTransformFromParentBodyNode()
-    origin = drawn.translation().ravel()
-    turned = Rotation.from_matrix(drawn.rotation())
+    drawn_pose = joint.getTransformFromParentBodyNode()
+    origin = drawn_pose.translation().ravel()
+    drawn_turn = Rotation.from_matrix(drawn_pose.rotation())
 
-    def pose(place: Array, attitude: Array) -> Array:
-        rotation = turned.inv() * Rotation.from_quat(attitude, scalar_first=True)
-        return np.concatenate([rotation.as_rotvec(), turned.inv().apply(place - origin)])
+    def coordinates(place: Array, attitude: Array) -> Array:
+        back = drawn_turn.inv()
+        turn = back * Rotation.from_quat(attitude, scalar_first=True)
+        return np.concatenate([turn.as_rotvec(), back.apply(place - origin)])
 
-    def place(q: Array) -> tuple[Array, Array]:
-        attitude = turned * Rotation.from_rotvec(q[:3])
-        return origin + turned.apply(q[3:]), attitude.as_quat(scalar_first=True)
+    def pose(q: Array) -> tuple[Array, Array]:
+        turn = drawn_turn * Rotation.from_rotvec(q[:3])
+        return origin + drawn_turn.apply(q[3:]), turn.as_quat(scalar_first=True)
 
-    return Frame(pose, place, FREE)
+    return Frame(coordinates, pose, FREE)
 
 
 def user_model(path: Path, layout: Layout, step: float) -> PeerModel:

@@ -52,27 +52,31 @@ LINE_AND_COAST = (
 def _discrete(
     name: str, approximation: str | None, systems: tuple[str, ...] = (), **settings: Any
 ) -> Method:
-    chosen = {"discrete_contact_approximation": approximation} if approximation else {}
+    """A method in the discrete plant with a contact `approximation`, Drake's default if None, and
+    further settings. Without `systems` it is run on all systems that Drake builds."""
+    solver = {"discrete_contact_approximation": approximation} if approximation else {}
     kinds = () if systems else (ONE_SMOOTH, SMOOTH, ON_PLANE)
     return Method(
         f"drake/{name}",
         EULER_STEP,
         1,
-        settings={**chosen, **settings},
+        settings={**solver, **settings},
         systems=systems or (*LINE_AND_COAST, *OTHERS),
         kinds=kinds,
     )
 
 
 def _adaptive(name: str, scheme: str, *systems: str) -> Method:
+    """A method in the continuous plant with an integrator that controls its error, run on two
+    pendulums and on these systems."""
     return Method(
         f"drake/{name}",
         Scheme(ADAPTIVE),
-        None,
-        "tolerance",
-        {"integration_scheme": scheme},
-        TOLERANCES,
-        ("simple-pendulum/free-large", "cone-pendulum/rotating-base", *systems),
+        order=None,
+        control="tolerance",
+        settings={"integration_scheme": scheme},
+        step_sizes=TOLERANCES,
+        systems=("simple-pendulum/free-large", "cone-pendulum/rotating-base", *systems),
     )
 
 

@@ -37,7 +37,7 @@ SETTLING, SETTLING_STEP = (
     1000,
     1e-3,
 )  # number of steps, and step [s], to come to rest on contacts
-LOOKED_AT = 20  # number of steps between checks whether the bodies fall
+CHECK_EVERY = 20  # number of steps between checks whether the bodies fall
 AT_REST = 1e-3  # [m], [rad] largest displacement of a body that stands on a plane as it settles
 
 
@@ -61,8 +61,9 @@ def settled(scene: SceneMechanism, settings: Options) -> SceneMechanism:
     on a plane, the scene as it is. Drake's contacts are springs: until they are compressed, a plane
     does not carry the weight of the bodies, and friction is proportional to the force that it
     carries."""
-    mechanism, start = scene.mechanism, scene.start
-    planes = [x for x in mechanism.shapes if x.kind == "plane" and x.body == 0]
+    mechanism = scene.mechanism
+    start = scene.start
+    planes = [shape for shape in mechanism.shapes if shape.kind == "plane" and shape.body == 0]
     if not planes:
         return scene
     normal = rotation(planes[0].attitude)[:, 2]
@@ -70,56 +71,56 @@ def settled(scene: SceneMechanism, settings: Options) -> SceneMechanism:
         replace(joint, velocity=joint.velocity and np.zeros_like) for joint in mechanism.joints
     )
     pressed = replace(mechanism, joints=joints, gravity=normal @ mechanism.gravity * normal)
-    settling = {**settings, "time_step": SETTLING_STEP}
-    stepper = DrakeStepper(pressed, settling, SETTLING_STEP)
+    stepper = DrakeStepper(pressed, {**settings, "time_step": SETTLING_STEP}, SETTLING_STEP)
     stepper.put(State(start.qpos, np.zeros_like(start.qvel)))
-    now = start.qpos
-    for _ in range(SETTLING // LOOKED_AT):
-        stepper.advance(None, LOOKED_AT)
-        now = stepper.state().qpos
-        if np.abs(now - start.qpos).max() > AT_REST:  # the bodies fall
+    qpos = start.qpos
+    for _ in range(SETTLING // CHECK_EVERY):
+        stepper.advance(None, CHECK_EVERY)
+        qpos = stepper.state().qpos
+        if np.abs(qpos - start.qpos).max() > AT_REST:  # the bodies fall
             return scene
-    return replace(scene, start=State(now, start.qvel))
+    return replace(scene, start=State(qpos, start.qvel))
 
 
 class ContinuousStepper(DrakeStepper):
     """The mechanism of a scene in a continuous plant, over a duration [s]. A "step" [s] here is the
-    time from one sample to the next; within it, the integrator that `chosen` configures takes steps
+    time from one sample to the next; within it, the integrator that `config` configures takes steps
     of any length."""
 
     def __init__(
-        self, scene: SceneMechanism, step: float, duration: float, chosen: Any
+        self, scene: SceneMechanism, step: float, duration: float, config: Any
     ) -> None:
         super().__init__(scene.mechanism, {"time_step": 0.0}, step, CONTROL)
-        self.chosen = chosen
+        self.config = config
         times = CONTROL * np.arange(step_count(duration, CONTROL) + 1, dtype=np.float64)
-        if self.built.motors.source is not None:
-            rows = None if scene.controls is None else scene.controls(times[:-1])
-            held = held_forces(self.built.motors.forces(rows, times), times - 0.5 * CONTROL)
-            self.built.motors.source.UpdateTrajectory(held)
+        motors = self.built.motors
+        if motors.source is not None:
+            controls = None if scene.controls is None else scene.controls(times[:-1])
+            forces = motors.forces(controls, times)
+            motors.source.UpdateTrajectory(held_forces(forces, times - 0.5 * CONTROL))
 
     def put(self, state: State, time: float = 0.0) -> None:
         """Sets the state, at the time 0, and resets the integrator."""
         super().put(state, time)
-        ApplySimulatorConfig(self.chosen, self.simulator)
+        ApplySimulatorConfig(self.config, self.simulator)
         self.simulator.Initialize()
 
     def advance(self, controls: Array | None, steps: int) -> None:
         """Advances by `steps` steps. The argument `controls` is ignored: the source has the
         controls of the scene."""
-        self._taken += steps
-        self.simulator.AdvanceTo(self._taken * self.step)
+        self._steps_taken += steps
+        self.simulator.AdvanceTo(self._steps_taken * self.step)
 
 
 def continuous(case: Case, method: Method, accuracy: float, smallest: float) -> Simulation:
     """The simulation of a case in a continuous plant, with the integrator that the method names, at
     an accuracy. Forces of the source are held for CONTROL. Raises Unsupported, and ParameterError
     if the accuracy is below the `smallest`."""
-    lasting = case.scene.duration
-    chosen = SimulatorConfig(
+    scene_duration = case.scene.duration
+    config = SimulatorConfig(
         integration_scheme=method.settings["integration_scheme"],
         accuracy=relative_tolerance(accuracy, smallest),
-        max_step_size=lasting,
+        max_step_size=scene_duration,
         use_error_control=True,
         target_realtime_rate=0.0,
     )
@@ -127,42 +128,52 @@ def continuous(case: Case, method: Method, accuracy: float, smallest: float) -> 
 
     def follow(duration: float, samples: int) -> Followed:
         step = duration / samples
-        stepper, built = _started(case, scene, step, chosen)
+        stepper, built = _start(case, scene, step, config)
         rows = [built.read()]
-        why = list[str]()
+        errors = list[str]()
         try:
-            for k in range(samples):
-                built.advance(k, k + 1)
+            for sample in range(samples):
+                built.advance(sample, sample + 1)
                 rows.append(built.read())
         except BROKEN as error:
-            why.append(" ".join(str(error).split()))
-        observed, _ = built.gather(rows)
-        times = np.asarray(step * np.arange(len(rows)))
-        evaluations = _evaluations(stepper.simulator)
-        return Followed(times, observed, evaluations, not why, tuple(why))
+            errors.append(" ".join(str(error).split()))
+        observables, _ = built.gather(rows)
+        return Followed(
+            times=np.asarray(step * np.arange(len(rows))),
+            states=observables,
+            evaluations=_evaluations(stepper.simulator),
+            ended=not errors,
+            why=tuple(errors),
+        )
 
     begin = time.perf_counter()
-    limits = _started(case, scene, lasting, chosen)[1].limits
+    _, built = _start(case, scene, scene_duration, config)
     return FollowedSimulation(
-        follow, dict, lasting, time.perf_counter() - begin, limits, case.samples
+        follow=follow,
+        observe=dict,
+        duration=scene_duration,
+        compile_seconds=time.perf_counter() - begin,
+        limits=built.limits,
+        samples=case.samples,
     )
 
 
-def _started(
-    case: Case, scene: SceneMechanism, step: float, chosen: Any
+def _start(
+    case: Case, scene: SceneMechanism, step: float, config: Any
 ) -> tuple[ContinuousStepper, Built]:
     """A stepper of a case in a continuous plant, and the case at its start in that stepper, ready
     to be advanced and read."""
-    stepper = ContinuousStepper(scene, step, case.scene.duration, chosen)
-    driven = replace(scene, controls=None)  # the source has the controls
-    return stepper, begun(case, driven, step, stepper)
+    stepper = ContinuousStepper(scene, step, case.scene.duration, config)
+    uncontrolled = replace(scene, controls=None)  # the source has the controls
+    return stepper, begun(case, uncontrolled, step, stepper)
 
 
 def _evaluations(simulator: Any) -> int:
     """The number of evaluations of derivatives that a simulator has made. CENIC does not count
     them: for CENIC it is three times the number of steps tried, rejected steps included."""
     integrator = simulator.get_integrator()
-    if counted := integrator.get_num_derivative_evaluations():
-        return int(counted)
+    evaluations = integrator.get_num_derivative_evaluations()
+    if evaluations:
+        return int(evaluations)
     rejected = integrator.get_num_step_shrinkages_from_error_control()
     return int(3 * (integrator.get_num_steps_taken() + rejected))
