@@ -16,6 +16,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from plumbob.analytic.reference import Array
+from plumbob.engines.adapters.joints import joints_of_body
 from plumbob.engines.mechanism import Body, Joint, Mechanism
 from plumbob.engines.peer_model import rotation
 
@@ -47,10 +48,11 @@ class Inertia:
         if not self.mass:
             return other
         mass = self.mass + other.mass
-        apart = other.centre - self.centre
-        spread = self.mass * other.mass / mass * (apart @ apart * AXES - np.outer(apart, apart))
-        centre = self.centre + other.mass / mass * apart
-        return Inertia(mass, centre, self.moments + other.moments + spread)
+        offset = other.centre - self.centre
+        of_unit_mass = offset @ offset * AXES - np.outer(offset, offset)
+        moments_of_offset = self.mass * other.mass / mass * of_unit_mass
+        centre = self.centre + other.mass / mass * offset
+        return Inertia(mass, centre, self.moments + other.moments + moments_of_offset)
 
 
 @dataclass(frozen=True)
@@ -76,7 +78,7 @@ class Links:
     places: list[Array] = field(default_factory=list)  # places in the parent's frame [m]
     turns: list[Array] = field(default_factory=list)  # rotation matrices in the parent's frame
 
-    def moved(
+    def add(
         self, kind: str, axis: Array, frame: Frame, place: Array, reference: float
     ) -> Frame:
         """Adds a link that turns about an axis, or slides along it. The axis and the `place` [m]
@@ -119,25 +121,21 @@ class Bodies:
 
 def bodies_of(mechanism: Mechanism) -> Bodies:
     """The bodies of a mechanism in Exudyn."""
-    links, frames = Links(), [Frame()]
+    links = Links()
+    frames = [Frame()]
     inertias = defaultdict[int, Inertia](Inertia)
     places = dict[int, slice]()
-    carrying = _carrying(mechanism)
+    carriers = _bodies_that_carry(mechanism)
     for number, body in enumerate(mechanism.bodies[1:], start=1):
         frame = frames[body.parent].within(body.place, rotation(body.attitude))
-        for i, joint in enumerate(mechanism.joints):
-            if joint.body != number:
-                continue
-            begin = len(links.parents)
-            if (
-                joint.kind == "free"
-            ):  # the coordinates of the joint are those of the body's frame
-                frame = Frame(WORLD if number in carrying else WORLD - number)
+        for i in joints_of_body(mechanism, number):
+            joint = mechanism.joints[i]
+            first = len(links.parents)
+            if joint.kind == "free":  # its coordinates are those of its body in the world
+                frame = Frame(WORLD if number in carriers else WORLD - number)
             if frame.carrier >= WORLD:
-                drawn_at = 0.0 if joint.kind in CHAINS else float(joint.reference[0])
-                for kind, axis in CHAINS.get(joint.kind, ((joint.kind, joint.axis),)):
-                    frame = links.moved(kind, axis, frame, joint.place, drawn_at)
-            places[i] = slice(begin, len(links.parents))
+                frame = _add_links(links, joint, frame)
+            places[i] = slice(first, len(links.parents))
         frames.append(frame)
         inertias[frame.carrier] += _inertia(body, frame)
     first = len(links.parents)
@@ -148,23 +146,34 @@ def bodies_of(mechanism: Mechanism) -> Bodies:
     return Bodies(links, tuple(frames), inertias, tuple(places[i] for i in sorted(places)))
 
 
+def _add_links(links: Links, joint: Joint, frame: Frame) -> Frame:
+    """Adds the links of a joint to a tree; returns the frame of the joint's body on the last link.
+    `frame` is the frame of the body in the drawing."""
+    if joint.kind not in CHAINS:
+        reference = float(joint.reference[0])
+        return links.add(joint.kind, joint.axis, frame, joint.place, reference)
+    for kind, axis in CHAINS[joint.kind]:
+        frame = links.add(kind, axis, frame, joint.place, 0.0)
+    return frame
+
+
 def _inertia(body: Body, frame: Frame) -> Inertia:
     """The inertia of a body in the frame of its carrier. A point mass has no moments of inertia."""
     moments = np.zeros((3, 3)) if body.point else frame.turn @ body.inertia @ frame.turn.T
     return Inertia(body.mass, frame.place + frame.turn @ body.centre, moments)
 
 
-def _carrying(mechanism: Mechanism) -> set[int]:
+def _bodies_that_carry(mechanism: Mechanism) -> set[int]:
     """The numbers of the bodies that carry a body with a joint, directly or through others."""
-    moved = {joint.body for joint in mechanism.joints}
-    carrying = set[int]()
+    moving = {joint.body for joint in mechanism.joints}
+    carriers = set[int]()
     for number in range(len(mechanism.bodies) - 1, 0, -1):
-        if number in moved | carrying:
-            carrying.add(mechanism.bodies[number].parent)
-    return carrying
+        if number in moving or number in carriers:
+            carriers.add(mechanism.bodies[number].parent)
+    return carriers
 
 
-def drawn(mechanism: Mechanism) -> list[Array]:
+def drawn_attitudes(mechanism: Mechanism) -> list[Array]:
     """The attitude of each body in the drawing, a rotation matrix."""
     turns = [AXES]
     for body in mechanism.bodies[1:]:
@@ -172,11 +181,13 @@ def drawn(mechanism: Mechanism) -> list[Array]:
     return turns
 
 
-def movers(mechanism: Mechanism, number: int) -> list[Joint]:
+def moving_joints(mechanism: Mechanism, number: int) -> list[Joint]:
     """The joints that move a body: the joints of all bodies that carry it, then the joints of the
     body itself."""
-    own = [joint for joint in mechanism.joints if joint.body == number]
-    return movers(mechanism, mechanism.bodies[number].parent) + own if number else own
+    joints = [mechanism.joints[i] for i in joints_of_body(mechanism, number)]
+    if number == 0:
+        return joints
+    return moving_joints(mechanism, mechanism.bodies[number].parent) + joints
 
 
 def norm(vector: Array) -> float:

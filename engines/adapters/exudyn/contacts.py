@@ -21,7 +21,13 @@ import exudyn.itemInterface
 import numpy as np
 
 from plumbob.analytic.reference import Array
-from plumbob.engines.adapters.exudyn.bodies import AXES, PARALLEL, drawn, movers, norm
+from plumbob.engines.adapters.exudyn.bodies import (
+    AXES,
+    PARALLEL,
+    drawn_attitudes,
+    moving_joints,
+    norm,
+)
 from plumbob.engines.adapters.refusals import names_of, refused_friction, refused_shapes
 from plumbob.engines.mechanism import Mechanism, Shape, Touch
 from plumbob.engines.peer_model import rotation
@@ -40,7 +46,9 @@ SLIP = 5.0
 POINT = 1e-4
 CORNER = 1e-3  # radius of the disc in a corner of a box, relative to the smallest half size
 FLAT = 1e-3  # largest thickness of a disc, relative to its diameter
-APART = 1.0  # [m] gap before the first step: it lets Exudyn see a first touch as an impact
+INITIAL_GAP = (
+    1.0  # [m] gap before the first step: it lets Exudyn see a first touch as an impact
+)
 PLANE = (
     100.0  # [m] distance from the middle of a plane to its nearest side, for bouncing spheres
 )
@@ -82,38 +90,45 @@ def _discs(mechanism: Mechanism, plane: Shape, other: Shape) -> list[Disc]:
         least, between, most = np.sort(other.size).tolist()
         flat = between == most and least <= FLAT * most
         return [(middle, most, AXES[np.argmin(other.size)])] if flat else []
-    turns = drawn(mechanism)
+    turns = drawn_attitudes(mechanism)
     normal = turns[plane.body] @ rotation(plane.attitude)[:, 2]
     turn = (turns[other.body] @ rotation(other.attitude)).T
-    across = np.cross(normal, AXES[np.argmin(np.abs(normal))])
+    direction = _direction_in_plane(normal)
+    any_axis = turn @ direction / norm(direction)
     if other.kind == "box":
         radius = CORNER * float(other.size.min())
         corners = product((-1, 1), repeat=3)
         places = (np.array(corner) * (other.size - radius) for corner in corners)
-        return [(place, radius, turn @ across / norm(across)) for place in places]
+        return [(place, radius, any_axis) for place in places]
     if other.kind == "sphere" and other.size[0] > POINT:
-        axis = _axle(mechanism, other.body, normal)
+        axis = _only_axis(mechanism, other.body, normal)
         return [] if axis is None else [(middle, float(other.size[0]), turn @ axis)]
     if other.kind == "sphere":
-        return [(middle, float(other.size[0]), turn @ across / norm(across))]
+        return [(middle, float(other.size[0]), any_axis)]
     return []
 
 
-def _axle(mechanism: Mechanism, body: int, normal: Array) -> Array | None:
+def _only_axis(mechanism: Mechanism, body: int, normal: Array) -> Array | None:
     """The direction in the world of the only axis about which a body can turn, if that axis is
     parallel to a plane with this normal. If the body cannot turn, any direction in the plane; None
     if it can turn otherwise."""
-    attitudes = drawn(mechanism)
-    turning = [joint for joint in movers(mechanism, body) if joint.kind != "slide"]
+    attitudes = drawn_attitudes(mechanism)
+    turning = [joint for joint in moving_joints(mechanism, body) if joint.kind != "slide"]
     if any(joint.kind != "hinge" for joint in turning):
         return None
     axes = [attitudes[joint.body] @ joint.axis for joint in turning]
-    axis = axes[0] if axes else np.cross(normal, AXES[np.argmin(np.abs(normal))])
-    off = [abs(float(axis @ normal)), *(norm(np.cross(other, axis)) for other in axes)]
-    return axis / norm(axis) if max(off) <= PARALLEL else None
+    axis = axes[0] if axes else _direction_in_plane(normal)
+    out_of_plane = abs(float(axis @ normal))
+    misalignments = [norm(np.cross(other, axis)) for other in axes]
+    return axis / norm(axis) if max([out_of_plane, *misalignments]) <= PARALLEL else None
 
 
-def rounding(mechanism: Mechanism, step: float) -> float:
+def _direction_in_plane(normal: Array) -> Array:
+    """A direction parallel to a plane with this normal."""
+    return np.cross(normal, AXES[np.argmin(np.abs(normal))])
+
+
+def rounding_of_forces(mechanism: Mechanism, step: float) -> float:
     """The rounding error of contact forces at a time step [s], as an absolute tolerance [N]."""
     mass = sum(body.mass for body in mechanism.bodies)
     return ROUNDING * mass * (RATE / step) ** 2
@@ -132,10 +147,10 @@ class Contacts:
         """Adds the contact of two shapes."""
         plane, other = _plane_first(self.mechanism, touch)
         if touch.restitution:
-            self._bouncing(plane, other, touch.restitution)
+            self._add_bouncing(plane, other, touch.restitution)
         else:
             for disc in _discs(self.mechanism, plane, other):
-                self._rolling(plane, other, disc, touch)
+                self._add_rolling(plane, other, disc, touch)
 
     @property
     def _law(self) -> tuple[float, float]:
@@ -148,14 +163,14 @@ class Contacts:
         """The mass of all bodies [kg]."""
         return sum(body.mass for body in self.mechanism.bodies)
 
-    def _rolling(self, plane: Shape, other: Shape, disc: Disc, touch: Touch) -> None:
+    def _add_rolling(self, plane: Shape, other: Shape, disc: Disc, touch: Touch) -> None:
         """Adds a contact between a plane and the rim of a disc of the shape `other`."""
         place, radius, axis = disc
         stiffness, damping = self._law
         self.system.AddObject(
             items.ObjectConnectorRollingDiscPenalty(
                 markerNumbers=[self.mark(plane, np.zeros(3)), self.mark(other, place)],
-                nodeNumber=self._data(0.0, 0.0, 0.0),
+                nodeNumber=self._add_data(0.0, 0.0, 0.0),
                 discRadius=radius,
                 discAxis=axis,
                 planeNormal=AXES[2],
@@ -167,13 +182,13 @@ class Contacts:
             )
         )
 
-    def _bouncing(self, plane: Shape, ball: Shape, restitution: float) -> None:
+    def _add_bouncing(self, plane: Shape, ball: Shape, restitution: float) -> None:
         """Adds a contact between a plane and a sphere that bounces with a coefficient of
         restitution."""
         self.system.AddObject(
             items.ObjectContactSphereTriangle(
                 markerNumbers=[self.mark(shape, np.zeros(3)) for shape in (ball, plane)],
-                nodeNumber=self._data(APART, 0.0, 0.0, 0.0),
+                nodeNumber=self._add_data(INITIAL_GAP, 0.0, 0.0, 0.0),
                 sphereRadius=float(ball.size[0]),
                 trianglePoints=exudyn.Vector3DList(list(TRIANGLE)),
                 includeEdges=0,
@@ -183,11 +198,11 @@ class Contacts:
             )
         )
 
-    def _data(self, *begin: float) -> int:
+    def _add_data(self, *values: float) -> int:
         """Adds a node for the numbers that a contact keeps from step to step, with their initial
         values; returns the number of the node."""
         node = items.NodeGenericData(
-            initialCoordinates=list(begin), numberOfDataCoordinates=len(begin)
+            initialCoordinates=list(values), numberOfDataCoordinates=len(values)
         )
         return int(self.system.AddNode(node))
 

@@ -12,9 +12,10 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from plumbob.analytic.reference import Array
-from plumbob.engines.adapters.exudyn.bodies import AXES, CHAINS
+from plumbob.engines.adapters.exudyn.bodies import AXES
 from plumbob.engines.adapters.exudyn.builder import build
-from plumbob.engines.adapters.exudyn.contacts import rounding
+from plumbob.engines.adapters.exudyn.contacts import rounding_of_forces
+from plumbob.engines.adapters.joints import TURNING, joint_places
 from plumbob.engines.mechanism import Joint, Mechanism
 from plumbob.engines.method import Options
 from plumbob.engines.sampling import Indices
@@ -24,7 +25,7 @@ from plumbob.models.model_file import Controls
 items = exudyn.itemInterface
 INITIAL = exudyn.ConfigurationType.Initial
 QUANTITIES = (exudyn.OutputVariableType.Coordinates, exudyn.OutputVariableType.Coordinates_t)
-TURNING = tuple(CHAINS)  # kinds of joint whose coordinates include a quaternion
+
 EXPLICIT = "RK"  # prefix of the names of explicit solvers
 
 
@@ -44,11 +45,12 @@ class ExudynStepper:
         self.settings = settings
         explicit = settings["solver"].startswith(EXPLICIT)
         self.built = build(mechanism, step, controls, explicit=explicit)
-        self._kept = [self._sensors(kind) for kind in QUANTITIES]
+        self._sensors = [self._add_sensors(quantity) for quantity in QUANTITIES]
         self.built.system.Assemble()
-        self._begun, self._latest = 0.0, State(np.zeros(0), np.zeros(0))
+        self._start_time = 0.0  # [s]
+        self._latest = State(np.zeros(0), np.zeros(0))
 
-    def _sensors(self, kind: Any) -> list[int]:
+    def _add_sensors(self, kind: Any) -> list[int]:
         """Adds a sensor of one kind of coordinates to each node; returns the numbers of the
         sensors."""
         return [
@@ -65,15 +67,17 @@ class ExudynStepper:
 
     def put(self, state: State, time: float = 0.0) -> None:
         """Sets the state, at a time [s]."""
-        self._begun, self._latest = time, state
-        q, v = (np.zeros(self.built.system.systemData.ODE2Size()) for _ in range(2))
-        first = degree = 0
-        for joint, place, alone in self._joints():
-            here = state.qpos[first : first + len(joint.reference)]
-            moving = state.qvel[degree : degree + len(joint.damping)]
-            first, degree = first + len(here), degree + len(moving)
-            q[place], v[place] = of_exudyn(joint, alone, here, moving)
+        self._start_time = time
+        self._latest = state
         data = self.built.system.systemData
+        q, v = np.zeros((2, data.ODE2Size()))
+        places = joint_places(self.mechanism.joints)
+        for (place, place_of_rates), (joint, exudyn_place, alone) in zip(
+            places, self._joints(), strict=True
+        ):
+            position = state.qpos[place]
+            rates = state.qvel[place_of_rates]
+            q[exudyn_place], v[exudyn_place] = to_exudyn(joint, alone, position, rates)
         data.SetODE2Coordinates(q, configuration=INITIAL)
         data.SetODE2Coordinates_t(v, configuration=INITIAL)
         data.SetODE2Coordinates_tt(np.zeros(len(v)), configuration=INITIAL)
@@ -88,64 +92,68 @@ class ExudynStepper:
         """Takes `steps` steps; the solver starts anew from the present state. The argument
         `controls` is ignored: the stepper has the controls as a function of the time."""
         self.run(steps)
-        (now,) = self.states(np.array([steps]))
-        self.put(now, self._begun + steps * self.step)
+        (state,) = self.states(np.array([steps]))
+        self.put(state, self._start_time + steps * self.step)
 
     def run(self, steps: int) -> None:
         """Takes `steps` steps from the state that was put last; `states` returns the states.
         Raises RuntimeError or ValueError if the solver fails."""
-        chosen = self._options(steps)
+        options = self._options(steps)
         solver = getattr(exudyn.DynamicSolverType, self.settings["solver"])
         printing = exudyn.config.printToConsole
         exudyn.config.printToConsole = False  # Exudyn prints warnings about memory
         try:
-            self.built.system.SolveDynamic(chosen, solverType=solver, showHints=False)
+            self.built.system.SolveDynamic(options, solverType=solver, showHints=False)
         finally:
             exudyn.config.printToConsole = printing
 
     def _options(self, steps: int) -> Any:
         """Exudyn's settings for a run of `steps` steps."""
-        chosen = exudyn.SimulationSettings()
-        integration = chosen.timeIntegration
-        integration.startTime = self._begun
-        integration.endTime = self._begun + steps * self.step
+        options = exudyn.SimulationSettings()
+        integration = options.timeIntegration
+        integration.startTime = self._start_time
+        integration.endTime = self._start_time + steps * self.step
         integration.numberOfSteps = steps
         integration.verboseMode = 0
         integration.adaptiveStep = False
         if self.mechanism.touching:
             integration.discontinuous.useRecommendedStepSize = False
             integration.discontinuous.ignoreMaxIterations = True
-            integration.newton.absoluteTolerance = rounding(self.mechanism, self.step)
+            absolute_tolerance = rounding_of_forces(self.mechanism, self.step)
+            integration.newton.absoluteTolerance = absolute_tolerance
         tolerance = self.settings.get("relativeTolerance")
         if tolerance is not None:
             integration.newton.relativeTolerance = tolerance
             integration.newton.absoluteTolerance = tolerance
-        chosen.solution.file.write = False
+        options.solution.file.write = False
         # With a period of half a step, the sensors keep every step in spite of rounding.
-        chosen.solution.sensors.writePeriod = 0.5 * self.step
-        return chosen
+        options.solution.sensors.writePeriod = 0.5 * self.step
+        return options
 
-    def taken(self) -> int:
+    def steps_of_last_run(self) -> int:
         """The number of steps that the last run took."""
-        return len(np.atleast_2d(self._stored(self._kept[0][0]))) - 1
+        return len(self._stored(self._sensors[0][0])) - 1
 
     def states(self, numbers: Indices) -> list[State]:
         """The states of the last run after these `numbers` of steps."""
         q, v = (
             np.concatenate([self._stored(sensor)[numbers, 1:] for sensor in sensors], axis=1)
-            for sensors in self._kept
+            for sensors in self._sensors
         )
-        places, rates = list[Array](), list[Array]()
-        first = 0
-        for joint, place, alone in self._joints():
-            here, moving = of_mujoco(joint, alone, q[:, place], v[:, place])
+        positions = list[Array]()
+        velocities = list[Array]()
+        places = joint_places(self.mechanism.joints)
+        for (place, _), (joint, exudyn_place, alone) in zip(
+            places, self._joints(), strict=True
+        ):
+            position, rates = from_exudyn(joint, alone, q[:, exudyn_place], v[:, exudyn_place])
             if joint.kind in TURNING:
-                latest = self._latest.qpos[first : first + len(joint.reference)]
-                here[:, -4:] = _signed(here[:, -4:], latest[-4:])
-            places.append(here)
-            rates.append(moving)
-            first += len(joint.reference)
-        return list(map(State, np.concatenate(places, axis=1), np.concatenate(rates, axis=1)))
+                latest = self._latest.qpos[place][-4:]
+                position[:, -4:] = _continuous(position[:, -4:], latest)
+            positions.append(position)
+            velocities.append(rates)
+        qpos = np.concatenate(positions, axis=1)
+        return list(map(State, qpos, np.concatenate(velocities, axis=1)))
 
     def _stored(self, sensor: int) -> Array:
         """The values that a sensor has kept: for each step a row with the time and the
@@ -158,7 +166,7 @@ class ExudynStepper:
         return zip(self.mechanism.joints, self.built.places, self.built.alone, strict=True)
 
 
-def of_exudyn(joint: Joint, alone: bool, qpos: Array, qvel: Array) -> tuple[Array, Array]:
+def to_exudyn(joint: Joint, alone: bool, qpos: Array, qvel: Array) -> tuple[Array, Array]:
     """The coordinates of a joint and their rates in Exudyn, from those in MuJoCo. `alone` tells
     whether it is the joint of a lone free body."""
     if joint.kind not in TURNING:
@@ -167,11 +175,11 @@ def of_exudyn(joint: Joint, alone: bool, qpos: Array, qvel: Array) -> tuple[Arra
     if alone:
         return np.concatenate([qpos[:-4], attitude.as_rotvec()]), qvel
     angles = attitude.as_euler("ZYX")
-    rates = np.linalg.solve(_turning(angles[None])[0], qvel[-3:])
+    rates = np.linalg.solve(_spin_of_rates(angles[None])[0], qvel[-3:])
     return np.concatenate([qpos[:-4], angles]), np.concatenate([qvel[:-3], rates])
 
 
-def of_mujoco(joint: Joint, alone: bool, q: Array, v: Array) -> tuple[Array, Array]:
+def from_exudyn(joint: Joint, alone: bool, q: Array, v: Array) -> tuple[Array, Array]:
     """The coordinates of a joint and their rates in MuJoCo, shape (n, ...), from those in Exudyn. A
     quaternion may have either sign. `alone` tells whether it is the joint of a lone free body."""
     if joint.kind not in TURNING:
@@ -181,11 +189,11 @@ def of_mujoco(joint: Joint, alone: bool, q: Array, v: Array) -> tuple[Array, Arr
     qpos = np.concatenate([q[:, :-3], attitude.as_quat(scalar_first=True)], axis=1)
     if alone:
         return qpos, v
-    rates = np.einsum("nij,nj->ni", _turning(turn), v[:, -3:])
+    rates = np.einsum("nij,nj->ni", _spin_of_rates(turn), v[:, -3:])
     return qpos, np.concatenate([v[:, :-3], rates], axis=1)
 
 
-def _turning(angles: Array) -> Array:
+def _spin_of_rates(angles: Array) -> Array:
     """Matrices, shape (n, 3, 3), one for each row of angles about z, y and x, shape (n, 3). A
     matrix times the rates of these angles is the angular velocity along the body's axes."""
     about_x = Rotation.from_euler("X", angles[:, 2:]).as_matrix()
@@ -194,7 +202,7 @@ def _turning(angles: Array) -> Array:
     return np.stack(columns, axis=2)
 
 
-def _signed(attitudes: Array, latest: Array) -> Array:
+def _continuous(attitudes: Array, latest: Array) -> Array:
     """The quaternions `attitudes`, shape (n, 4), with signs that make each quaternion nearer to the
     quaternion before it, and the first nearer to the `latest`: q and -q are the same attitude."""
     before = np.concatenate([latest[None], attitudes[:-1]])

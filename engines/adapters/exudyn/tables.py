@@ -19,9 +19,8 @@ class Tabulated:
     """A function of many times [s] as a function of one time. Its values on a grid of times are
     computed COUNT at once, which takes a tenth of the time of single evaluations."""
 
-    of: Callable[
-        [Array], Array
-    ]  # the function: times of shape (n,) -> values of shape (n, ...)
+    function: Callable[[Array], Array]
+    """Times, shape (n,) -> values, shape (n, ...)."""
     spacing: float  # spacing of the grid [s]
     _part: int = -1  # number of the part of the grid whose values are in `_rows`
     _rows: list[Any] = field(default_factory=list)
@@ -30,11 +29,11 @@ class Tabulated:
         """The value at the time `now` [s]: a number or a list of numbers."""
         number = round(now / self.spacing)
         if abs(now - number * self.spacing) > ON_GRID * self.spacing:
-            return self.of(np.array([now])).tolist()[0]
+            return self.function(np.array([now])).tolist()[0]
         part, row = divmod(number, COUNT)
         if part != self._part:
             self._part = part
             first = part * COUNT
             numbers = np.arange(first, first + COUNT, dtype=np.float64)
-            self._rows = self.of(self.spacing * numbers).tolist()
+            self._rows = self.function(self.spacing * numbers).tolist()
         return self._rows[row]
