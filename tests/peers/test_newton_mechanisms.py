@@ -135,7 +135,7 @@ def test_coordinates_of_balls_and_free_bodies_come_back():
     velocity = np.zeros(6)  # of the centre of mass in the world, the angular velocity first
     mujoco.mj_objectVelocity(model, data, mujoco.mjtObj.mjOBJ_BODY, 1, velocity, 0)
     np.testing.assert_allclose(rates[:6], np.roll(velocity, 3), atol=1e-13)
-    back = coordinates.from_newton((places, rates), state)
+    back = coordinates.from_newton(places, rates, state)
     np.testing.assert_allclose(back.qpos, qpos, atol=1e-14)
     np.testing.assert_allclose(back.qvel, qvel, atol=1e-14)
 

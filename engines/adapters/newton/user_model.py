@@ -33,19 +33,23 @@ def _read(path: Path) -> tuple[Any, Any]:
         builder.add_mjcf(str(path))
         read = solver(builder.finalize(), use_mujoco_cpu=True).mj_model
     file = mujoco.MjModel.from_xml_path(str(path))
-    for what in ("nbody", "nq", "nv", "nu"):
-        if (ours := getattr(file, what)) != (theirs := getattr(read, what)):
-            raise NotRead(f"it has {what} = {theirs}, the file {ours}")
+    for count in ("nbody", "nq", "nv", "nu"):
+        in_file = getattr(file, count)
+        in_newton = getattr(read, count)
+        if in_file != in_newton:
+            raise NotRead(f"it has {count} = {in_newton}, the file {in_file}")
     order = _order_of_actuators(file, read)
     for name in dir(read):
         if name.startswith("actuator_") and not name.endswith("adr"):
             values = getattr(read, name)
             values[:] = values[order]
     for joint in np.flatnonzero(file.jnt_type >= int(mujoco.mjtJoint.mjJNT_SLIDE)):
-        at = file.jnt_qposadr[joint]
-        shift = file.qpos0[at] - read.qpos0[at]  # [rad] or [m] reference that Newton drops
-        read.qpos0[at] += shift
-        read.qpos_spring[at] += shift
+        place = file.jnt_qposadr[joint]
+        shift = (
+            file.qpos0[place] - read.qpos0[place]
+        )  # [rad] or [m] reference that Newton drops
+        read.qpos0[place] += shift
+        read.qpos_spring[place] += shift
         read.jnt_range[joint] += shift
     return file, read
 
@@ -60,8 +64,9 @@ def _order_of_actuators(file: Any, read: Any) -> Any:
         gains = model.actuator_gainprm, model.actuator_biasprm
         return np.hstack([joints, model.actuator_gear, *gains])
 
-    apart = np.abs(numbers(file)[:, None] - numbers(read)).sum(axis=-1)
-    return linear_sum_assignment(apart)[1]
+    distances = np.abs(numbers(file)[:, None] - numbers(read)).sum(axis=-1)
+    _, order = linear_sum_assignment(distances)
+    return order
 
 
 def model_fields(path: Path) -> Fields:
