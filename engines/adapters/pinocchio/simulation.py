@@ -19,10 +19,10 @@ from plumbob.models.scene import Case
 def prepare(case: Case, method: Method, step: float) -> Simulation:
     """The simulation of a case by a method at `step` [s]; raises Unsupported and ParameterError."""
     scene = compiled_scene(case)
-    course, integrator = scene.controls, method.scheme.integrator
-    stepper = cache(lambda: PinocchioStepper(scene.mechanism, integrator, step, course))
-    alone = replace(scene, controls=None)  # the stepper evaluates the controls
-    return stepped(case, step, lambda: begun(case, alone, step, stepper()))
+    integrator = method.scheme.integrator
+    stepper = cache(lambda: PinocchioStepper(scene.mechanism, integrator, step, scene.controls))
+    uncontrolled = replace(scene, controls=None)  # the stepper evaluates the controls
+    return stepped(case, step, lambda: begun(case, uncontrolled, step, stepper()))
 
 
 def built(mechanism: Mechanism, start: State, step: float) -> PinocchioStepper:

@@ -52,7 +52,9 @@ class PinocchioModel:
     forward dynamics ignores the damping that its model has: it is added here."""
 
     def __init__(self, model: Any, step: float) -> None:
-        self.model, self.data, self.step = model, model.createData(), step
+        self.model = model
+        self.data = model.createData()
+        self.step = step
         self.damping = np.array(model.damping)
         self.implicit = model.copy()
         self.implicit.armature = model.armature + step * self.damping
@@ -63,28 +65,26 @@ class PinocchioModel:
 
     def terms(self, q: Array, v: Array, control: Array) -> dict[str, Any]:
         """The terms of the equations of motion. The model has no springs, actuators or contacts."""
-        inertia = np.array(pinocchio.crba(self.model, self.data, q))
+        # Pinocchio fills only the upper triangle of the mass matrix.
+        upper = np.triu(pinocchio.crba(self.model, self.data, q))
         weight = np.array(pinocchio.computeGeneralizedGravity(self.model, self.data, q))
-        bias = pinocchio.nonLinearEffects(self.model, self.data, q, v) - weight
-        none = np.zeros(len(v))
-        forces = {
+        return {
+            "mass matrix": upper + np.triu(upper, 1).T,
             "gravity": -weight,
-            "bias": bias,
+            "bias": pinocchio.nonLinearEffects(self.model, self.data, q, v) - weight,
             "passive": -self.damping * v,
-            "actuator": none,
+            "actuator": np.zeros(len(v)),
+            "damping": self.damping,
+            "contacts": [],
         }
-        upper = np.triu(inertia)
-        inertia = upper + np.triu(upper, 1).T
-        return {"mass matrix": inertia, **forces, "damping": self.damping, "contacts": []}
 
     def advance(self, control: Array, force: Array, steps: int) -> tuple[Array, Array]:
         """Takes `steps` steps under a generalised `force`, which is held; returns the coordinates
         and their rates. The model has no actuators: the control has no effect."""
         for _ in range(steps):
-            push = force - self.damping * self.v
-            self.v = self.v + self.step * pinocchio.aba(
-                self.implicit, self.data, self.q, self.v, push
-            )
+            damped_force = force - self.damping * self.v
+            acceleration = pinocchio.aba(self.implicit, self.data, self.q, self.v, damped_force)
+            self.v = self.v + self.step * acceleration
             self.q = pinocchio.integrate(self.model, self.q, self.step * self.v)
         return self.q, self.v
 
@@ -106,13 +106,14 @@ def user_model(path: Path, layout: Layout, step: float) -> PeerModel:
     hinges = list[tuple[str, tuple[int, int]]]()
     free = []
     for i in range(1, model.njoints):
-        at = (int(model.idx_qs[i]), int(model.idx_vs[i]))
+        first = int(model.idx_qs[i])
+        first_rate = int(model.idx_vs[i])
+        name = model.names[i]
         count = model.nvs[i]
         if count == FREE and model.nqs[i] > FREE:
-            free.append((*at, FRAME))
+            free.append((first, first_rate, FRAME))
         elif count != model.nqs[i]:
-            raise NotRead(f"its joint {model.names[i]} is of a kind that is not compared")
+            raise NotRead(f"its joint {name} is of a kind that is not compared")
         else:
-            name = model.names[i]
-            hinges += [(name + "+" * k, (at[0] + k, at[1] + k)) for k in range(count)]
+            hinges += [(name + "+" * k, (first + k, first_rate + k)) for k in range(count)]
     return Translated(PinocchioModel(model, step), layout, hinges, free)
