@@ -19,9 +19,8 @@ from plumbob.engines.method import Engine, Method
 from plumbob.models.scene import ON_PLANE, ONE_SMOOTH, SMOOTH, Case, later
 
 EULER_STEP = Scheme(EULER, "start")
-OTHERWISE = Scheme(
-    "euler with damping, motors or contacts"
-)  # scheme that no theory here covers
+# a scheme that no theory here covers
+OTHERWISE = Scheme("euler with damping, motors or contacts")
 LINES = ("capsule-line/ca1", "capsule-line/heading-030")
 DAMPED = (  # scenes that show the effect of the default damping
     *("simple-pendulum/free-large", "cone-pendulum/rotating-base", "capsule-line/ca1"),

@@ -6,9 +6,8 @@ from typing import Any
 
 from plumbob.models.entry_points import captured
 
-TOUCHES = (
-    0.02  # [m] Bullet's default distance at which contacts act, one number for all clients
-)
+# [m] Bullet's default distance at which contacts act, one number for all clients of a process
+CONTACT_DISTANCE = 0.02
 
 
 def new_client() -> Any:
@@ -18,5 +17,5 @@ def new_client() -> Any:
         from pybullet_utils.bullet_client import BulletClient
 
         client = BulletClient(connection_mode=pybullet.DIRECT)
-    client.setPhysicsEngineParameter(contactBreakingThreshold=TOUCHES)
+    client.setPhysicsEngineParameter(contactBreakingThreshold=CONTACT_DISTANCE)
     return client

@@ -73,19 +73,20 @@ class World:
         # for each joint: its body, its number, and the numbers of its coordinate and rate
         self.joints: list[tuple[int, int, int, int]] = []
         floating = sum(joint.size == FREE for joint in layout.joints)
-        q = v = 0
+        q = v = 0  # number of coordinates and of rates so far
         for body in self.bodies:
-            if client.getDynamicsInfo(body, -1)[0] > 0.0 and len(self.bases) < floating:
+            mass, *_ = client.getDynamicsInfo(body, -1)
+            if mass > 0.0 and len(self.bases) < floating:
                 self.bases.append((body, q, v))
-                q = q + 7
-                v = v + FREE
+                q += 7
+                v += FREE
             for joint in range(client.getNumJoints(body)):
                 kind = client.getJointInfo(body, joint)[2]
                 client.setJointMotorControl2(body, joint, client.VELOCITY_CONTROL, force=0.0)
                 if kind in (client.JOINT_REVOLUTE, client.JOINT_PRISMATIC):
                     self.joints.append((body, joint, q, v))
-                    q = q + 1
-                    v = v + 1
+                    q += 1
+                    v += 1
                 elif kind != client.JOINT_FIXED:
                     raise NotRead("it has a joint of a kind that is not compared")
         self.size = q, v
@@ -97,9 +98,9 @@ class World:
         for body in self.bodies:
             for link in range(-1, client.getNumJoints(body)):
                 client.setCollisionFilterGroupMask(body, link, 0, 0)
-                limits = (
-                    {"jointLowerLimit": -WIDE, "jointUpperLimit": WIDE} if link >= 0 else {}
-                )
+                limits = {"jointLowerLimit": -WIDE, "jointUpperLimit": WIDE}
+                if link < 0:
+                    limits = {}
                 client.changeDynamics(body, link, **damping, **limits)
         return self
 
@@ -132,11 +133,11 @@ class World:
         """Applies a generalised force in the next step."""
         client = self.client
         for body, _, rate in self.bases:
-            push = force[rate : rate + 3]
-            turn = force[rate + 3 : rate + FREE]
+            linear = force[rate : rate + 3]
+            torque = force[rate + 3 : rate + FREE]
             centre, _ = client.getBasePositionAndOrientation(body)
-            client.applyExternalForce(body, -1, push, centre, client.WORLD_FRAME)
-            client.applyExternalTorque(body, -1, turn, client.WORLD_FRAME)
+            client.applyExternalForce(body, -1, linear, centre, client.WORLD_FRAME)
+            client.applyExternalTorque(body, -1, torque, client.WORLD_FRAME)
         for body, joint, _, rate in self.joints:
             kind = client.TORQUE_CONTROL
             client.setJointMotorControl2(body, joint, kind, force=force[rate])
@@ -148,9 +149,9 @@ class BulletModel:
 
     def __init__(self, path: Path, layout: Layout, step: float) -> None:
         self.world = World(path, layout, step)
-        self.looked_at, self.damped, bare = (World(path, layout, PROBE) for _ in range(3))
-        self.damped.without_contacts()
-        self.bare = bare.without_contacts(
+        self.touching = World(path, layout, PROBE)
+        self.damped = World(path, layout, PROBE).without_contacts()
+        self.undamped = World(path, layout, PROBE).without_contacts(
             linearDamping=0.0, angularDamping=0.0, jointDamping=0.0
         )
         self.put = self.world.put
@@ -158,42 +159,50 @@ class BulletModel:
     def _acceleration(self, world: World, q: Array, v: Array, force: Array) -> Array:
         """The acceleration of a world in a state under a generalised force."""
         world.put(q, v)
-        return (world.advance(force)[1] - v) / PROBE
+        _, rates = world.advance(force)
+        return (rates - v) / PROBE
 
     def terms(self, q: Array, v: Array, control: Array) -> dict[str, Any]:
         """The terms of the equations of motion, as steps show them, and the pairs of bodies that
         touch. Bullet reads no actuators from a file."""
-        rest = np.zeros(len(v))
-        falls = self._acceleration(self.bare, q, rest, rest)
+        zeros = np.zeros(len(v))
+        undamped = self.undamped
+        at_rest = self._acceleration(undamped, q, zeros, zeros)
         columns = [
-            self._acceleration(self.bare, q, rest, unit) - falls for unit in np.eye(len(v))
+            self._acceleration(undamped, q, zeros, unit_force) - at_rest
+            for unit_force in np.eye(len(v))
         ]
         inertia = np.linalg.inv(np.array(columns).T)
-        moved = self._acceleration(self.bare, q, v, rest)
-        damped = self._acceleration(self.damped, q, v, rest)
+        in_motion = self._acceleration(undamped, q, v, zeros)
+        with_damping = self._acceleration(self.damped, q, v, zeros)
         return {
             "mass matrix": (inertia + inertia.T) / 2,
-            "gravity": inertia @ falls,
-            "bias": inertia @ (falls - moved),
-            "passive": inertia @ (damped - moved),
-            "actuator": rest,
-            "contacts": self._touching(q, v),
+            "gravity": inertia @ at_rest,
+            "bias": inertia @ (at_rest - in_motion),
+            "passive": inertia @ (with_damping - in_motion),
+            "actuator": zeros,
+            "contacts": self._touching_bodies(q, v),
             "causes": {"passive": DAMPED},
         }
 
-    def _touching(self, q: Array, v: Array) -> list[tuple[str, ...]]:
+    def _touching_bodies(self, q: Array, v: Array) -> list[tuple[str, ...]]:
         """The names of the pairs of bodies that touch in a state."""
-        client = self.looked_at.client
-        self.looked_at.put(q, v)
+        client = self.touching.client
+        self.touching.put(q, v)
         client.performCollisionDetection()
-        points = [point for point in client.getContactPoints() or () if point[8] <= 0.0]
-        return [(self._name(*point[1:4:2]), self._name(*point[2:5:2])) for point in points]
+        names = list[tuple[str, ...]]()
+        for point in client.getContactPoints() or ():
+            _, body, other_body, link, other_link, _, _, _, distance, *_ = point
+            if distance <= 0.0:
+                names.append((self._name(body, link), self._name(other_body, other_link)))
+        return names
 
     def _name(self, body: int, link: int) -> str:
         """The name of a link of a body."""
-        client = self.looked_at.client
-        info = client.getBodyInfo(body)[0] if link < 0 else client.getJointInfo(body, link)[12]
-        name: str = info.decode()
+        client = self.touching.client
+        base_name, *_ = client.getBodyInfo(body)
+        encoded = base_name if link < 0 else client.getJointInfo(body, link)[12]
+        name: str = encoded.decode()
         return name
 
     def advance(self, control: Array, force: Array, steps: int) -> tuple[Array, Array]:
@@ -220,6 +229,9 @@ def user_model(path: Path, layout: Layout, step: float) -> PeerModel:
     model = BulletModel(path, layout, step)
     world = model.world
     client = model.world.client
-    hinges = [(client.getJointInfo(*at[:2])[1].decode(), at[2:]) for at in world.joints]
+    hinges = [
+        (client.getJointInfo(body, joint)[1].decode(), (q, v))
+        for body, joint, q, v in world.joints
+    ]
     free = [(q, v, _frame(client, body)) for body, q, v in world.bases]
     return Translated(model, layout, hinges, free, displaced=True)
