@@ -23,15 +23,21 @@ def confirming(method: Method) -> tuple[Method, float]:
     order at the smallest tolerance that scipy accepts."""
     from plumbob.engines.adapters.ode.simulation import SMALLEST
 
-    return next(m for m in METHODS if m.settings.get("method") == "DOP853"), SMALLEST
+    confirming_method = next(m for m in METHODS if m.settings.get("method") == "DOP853")
+    return confirming_method, SMALLEST
 
 
 def _adaptive(solver: str, tolerances: tuple[float, ...]) -> Method:
     """The method of a solver of scipy at these relative tolerances."""
-    name = f"ode/{solver.lower()}"
-    settings = {"method": solver}
     return Method(
-        name, Scheme(ADAPTIVE), None, "tolerance", settings, tolerances, IMPACTS, kinds=KINDS
+        f"ode/{solver.lower()}",
+        Scheme(ADAPTIVE),
+        order=None,
+        control="tolerance",
+        settings={"method": solver},
+        step_sizes=tolerances,
+        systems=IMPACTS,
+        kinds=KINDS,
     )
 
 

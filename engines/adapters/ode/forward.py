@@ -18,14 +18,14 @@ from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.reference import Array
 from plumbob.analytic.sensitivities.neighbours import CENTRAL, Neighbours
 from plumbob.engines.adapters.equation import Equation
-from plumbob.engines.adapters.ode.simulation import of_equation
+from plumbob.engines.adapters.ode.simulation import simulation_of
 from plumbob.engines.adapters.turning import TurningEquation
 from plumbob.engines.method import Method, Unsupported
 from plumbob.engines.registry import find_builder
 from plumbob.engines.trajectory import ByName
 from plumbob.models.gradient import STEP, Number
 
-ALONG = 5e-3  # spacing of the stencil along s, in units of the state
+SPACING = 5e-3  # spacing of the stencil along s, in units of the state
 OFFSETS = np.array(CENTRAL, dtype=np.float64)
 
 
@@ -33,19 +33,18 @@ def forward(number: Number, method: Method, step: float) -> ByName:
     """The derivatives of the angle and of its rate at the end of a run by `number`; raises
     Unsupported and ParameterError."""
     build = find_builder("ode", number.case.system).build
-    moved = OFFSETS * STEP * number.size
+    offsets = OFFSETS * STEP * number.size
     try:
-        problems = tuple(number.problem(number.value + float(offset)) for offset in moved)
+        problems = tuple(number.problem(number.value + float(offset)) for offset in offsets)
     except ParameterError as error:
         raise Unsupported(str(error)) from None
-    equations = Neighbours(problems, moved).each(lambda problem: build(problem, method))
+    equations = Neighbours(problems, offsets).each(lambda problem: build(problem, method))
     if isinstance(equations.here, TurningEquation):
         raise Unsupported("the step of an attitude is a turn, which eq. 1 does not hold of")
     if np.ndim(equations.here.position):
         raise Unsupported("eq. 1 is stepped beside one degree of freedom")
-    run = of_equation(
-        _with_sensitivity(equations), method, step, number.case.scene.duration
-    ).run()
+    duration = number.case.scene.duration
+    run = simulation_of(_with_sensitivity(equations), method, step, duration).run()
     if run.diverged_at is not None:
         raise Unsupported(f"lost after {run.diverged_at:.3g} s")
     names = "theta", "theta_dot"
@@ -55,28 +54,29 @@ def forward(number: Number, method: Method, step: float) -> ByName:
 def _with_sensitivity(equations: Neighbours[Equation]) -> Equation:
     """The equation of (x, s), from the equations at neighbouring values of the parameter."""
     here = equations.here
-    points = Neighbours(tuple(OFFSETS * ALONG), OFFSETS * ALONG)
+    stencil = Neighbours(tuple(OFFSETS * SPACING), OFFSETS * SPACING)
 
     def acceleration(t: float, x: Array, v: Array) -> Array:
         (angle, s) = x.tolist()
         (rate, s_dot) = v.tolist()
-        by_parameter = equations.slope(lambda e: e.acceleration(t, angle, rate))
+        by_parameter = equations.slope(lambda other: other.acceleration(t, angle, rate))
         size = max(abs(s), abs(s_dot)) or 1.0
 
-        def beside(offset: float) -> Any:
-            return here.acceleration(t, angle + offset * s / size, rate + offset * s_dot / size)
+        def along_sensitivity(offset: float) -> Any:
+            moved_angle = angle + offset * s / size
+            moved_rate = rate + offset * s_dot / size
+            return here.acceleration(t, moved_angle, moved_rate)
 
-        by_state = size * points.slope(beside)
+        by_state = size * stencil.slope(along_sensitivity)
         return np.array([here.acceleration(t, angle, rate), by_state + by_parameter])
 
-    def start(part: str) -> Array:
-        return np.array([getattr(here, part), equations.slope(lambda e: getattr(e, part))])
-
+    position_slope = equations.slope(lambda other: other.position)
+    rate_slope = equations.slope(lambda other: other.rate)
     return Equation(
         acceleration,
-        start("position"),
-        start("rate"),
-        here.speed,
+        position=np.array([here.position, position_slope]),
+        rate=np.array([here.rate, rate_slope]),
+        speed=here.speed,
         limits=here.limits,
         names=("theta", "s_theta"),
         rate_names=("theta_dot", "s_theta_dot"),

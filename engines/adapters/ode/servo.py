@@ -17,14 +17,14 @@ def build(problem: Any, method: Method) -> Equation:
     if not problem.saturates:
         return linear
     inertia = problem.inertia + problem.armature
-    most = problem.force_limit
+    force_limit = problem.force_limit
     gear = problem.gear
     kp = gear * problem.kp
     kv = gear * problem.kv
     damping = problem.damping
 
     def limited(time: float, theta: float, theta_dot: float) -> float:
-        force = min(max(-kp * theta - kv * theta_dot, -most), most)
+        force = min(max(-kp * theta - kv * theta_dot, -force_limit), force_limit)
         return float((gear * force - damping * theta_dot) / inertia)
 
     return replace(linear, acceleration=limited, damping_rate=None)

@@ -43,13 +43,13 @@ def prepared(case: Case, method: Method, step: float) -> SteppedSimulation | Fol
     raises Unsupported and ParameterError."""
     begin = time.perf_counter()
     equation = find_builder("ode", case.system).build(case.problem, method)
-    made = of_equation(equation, method, step, case.scene.duration)
-    made.compile_seconds = time.perf_counter() - begin
-    made.samples = case.samples
-    return made
+    simulation = simulation_of(equation, method, step, case.scene.duration)
+    simulation.compile_seconds = time.perf_counter() - begin
+    simulation.samples = case.samples
+    return simulation
 
 
-def of_equation(
+def simulation_of(
     equation: Equation, method: Method, step: float, duration: float
 ) -> SteppedSimulation | FollowedSimulation:
     """The simulation of an equation over a duration [s] by a method at `step` [s], or at the
@@ -76,30 +76,33 @@ def adaptive(
         times = [0.0]
         states = [np.hstack(equation.start).tolist()]
 
-        def begin() -> Any:
-            begun = solver(slope, times[-1], states[-1], duration, **tolerances)
-            if samples > 1 and hasattr(begun, "solve_lu"):  # the solver is implicit
-                begun.solve_lu = solved
-            return begun
+        def new_solver() -> Any:
+            started = solver(slope, times[-1], states[-1], duration, **tolerances)
+            if samples > 1 and hasattr(started, "solve_lu"):  # the solver is implicit
+                started.solve_lu = unchecked_lu_solve
+            return started
 
         with warnings.catch_warnings(record=True) as caught:
             warnings.simplefilter("always")
-            failure = _follow(begin, slope, rtol, times, states)
+            failure = _follow(new_solver, slope, rtol, times, states)
         # Samples are taken at ends of the solver's steps: its interpolants are less accurate.
-        kept = sampling.sampled(len(times) - 1, samples)
-        parts = [_parts(equation, states[k]) for k in kept]
-        why = dict.fromkeys(
-            filter(None, (*(str(warning.message) for warning in caught), failure))
+        sampled_steps = sampling.sampled(len(times) - 1, samples)
+        messages = [str(warning.message) for warning in caught]
+        messages.append(failure)
+        return Followed(
+            times=np.array(times)[sampled_steps],
+            states=[_split(equation, states[number]) for number in sampled_steps],
+            evaluations=slope.evaluations,
+            ended=times[-1] == duration,
+            why=tuple(dict.fromkeys(filter(None, messages))),
         )
-        ended = times[-1] == duration
-        return Followed(np.array(times)[kept], parts, slope.evaluated, ended, tuple(why))
 
     limits = dict.fromkeys((*equation.names, *equation.rate_names), HUGE) | {**equation.limits}
     return FollowedSimulation(follow, equation.observed, duration, limits=limits)
 
 
 def _follow(
-    begin: Callable[[], Any],
+    new_solver: Callable[[], Any],
     slope: _Slope,
     rtol: float,
     times: list[float],
@@ -110,24 +113,26 @@ def _follow(
     If the next flight would be lower than the tolerance, the body rests instead."""
     equation = slope.equation
     try:
-        solver = begin()
+        solver = new_solver()
         while solver.status == "running" and sum(map(abs, states[-1])) < HUGE:
-            if failure := solver.step():
+            failure = solver.step()
+            if failure:
                 return str(failure)
             times.append(float(solver.t))
             states.append(solver.y.tolist())
-            if slope.evaluated > MOST_EVALUATIONS:
+            if slope.evaluations > MOST_EVALUATIONS:
                 return f"given up after its budget of {MOST_EVALUATIONS} evaluations"
             if equation.restitution is not None and solver.y[0] < 0.0:
-                times[-1], speed = _impact(solver, times[-2], states[-2][1])
-                speed *= -equation.restitution
+                _, speed_before = states[-2]
+                times[-1], impact_speed = _impact(solver, times[-2], speed_before)
+                speed = -equation.restitution * impact_speed
                 states[-1] = [0.0, speed]
-                pull = -equation.acceleration(times[-1], 0.0, speed)
-                if speed**2 <= 2.0 * pull * rtol * equation.size:
+                gravity = -equation.acceleration(times[-1], 0.0, speed)
+                if speed**2 <= 2.0 * gravity * rtol * equation.size:
                     times.append(float(solver.t_bound))
                     states[-1:] = [[0.0, 0.0]] * 2
                     break
-                solver = begin()
+                solver = new_solver()
     except (ValueError, OverflowError) as error:  # math and numpy refuse infinite numbers
         return " ".join(str(error).split())
     return ""
@@ -148,19 +153,19 @@ class _Slope:
     of the slope."""
 
     equation: Equation
-    evaluated: int = 0
+    evaluations: int = 0
 
     def __call__(self, t: float, y: Array) -> Any:
         """The slope y' at a time [s]."""
-        self.evaluated += 1
+        self.evaluations += 1
         if len(y) == 2:
             x, v = y.tolist()
             return v, self.equation.acceleration(t, x, v)
-        x, v = _parts(self.equation, y)
+        x, v = _split(self.equation, y)
         return np.concatenate([self.equation.slope(x, v), self.equation.acceleration(t, x, v)])
 
 
-def solved(factors: tuple[Any, Any], right: Any) -> Any:
+def unchecked_lu_solve(factors: tuple[Any, Any], right: Any) -> Any:
     """The result of scipy's `lu_solve` for one system of equations, to the bit, without the checks
     that take four fifths of the time. It is used where only the errors of a run count; the cost of
     a step is timed with scipy's function. Raises ValueError if a number is not finite."""
@@ -170,7 +175,7 @@ def solved(factors: tuple[Any, Any], right: Any) -> Any:
     return solve(*factors, right, overwrite_b=True)[0]
 
 
-def _parts(equation: Equation, y: Any) -> State:
+def _split(equation: Equation, y: Any) -> State:
     """The coordinates and the rates in y = (x, x')."""
     count = len(equation.names)
     return y[:count], y[count:]

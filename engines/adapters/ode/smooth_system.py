@@ -25,17 +25,19 @@ def build(problem: Any, method: Method) -> Equation:
             return np.array(system.acceleration(time, q.tolist(), v.tolist(), values))
         return float(system.acceleration(time, (q,), (v,), values)[0])
 
-    pace = np.abs(np.linalg.eigvals(system.jacobian(0.0, start)[..., 0])).max()
-    q, v = (np.array(part) if several else part[0] for part in (system.position, system.rate))
+    jacobian = system.jacobian(0.0, start)[..., 0]
+    fastest_rate = float(np.abs(np.linalg.eigvals(jacobian)).max())
+    position = np.array(system.position) if several else system.position[0]
+    rate = np.array(system.rate) if several else system.rate[0]
 
     def read(positions: Array, rates: Array) -> Any:
         return system.readings(values, positions, rates)
 
     return Equation(
         acceleration,
-        q,
-        v,
-        max(float(pace), *map(abs, system.rate)),
+        position,
+        rate,
+        speed=max(fastest_rate, *map(abs, system.rate)),
         names=system.coordinates,
         rate_names=system.rates,
         read=read,
