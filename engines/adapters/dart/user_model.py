@@ -20,7 +20,7 @@ from plumbob.engines.peer_model import (
 )
 from plumbob.models.border import border
 
-OF_WORLD = "__geom_skel__"  # prefix of the names of skeletons that are geoms of the world
+WORLD_GEOM = "__geom_skel__"  # prefix of the names of skeletons that are geoms of the world
 
 
 def _read(path: Path) -> Any:
@@ -41,14 +41,15 @@ def model_fields(path: Path) -> Fields:
     yield "timestep", "", world.getTimeStep()
     for skeleton in map(world.getSkeleton, range(world.getNumSkeletons())):
         for body in map(skeleton.getBodyNode, range(skeleton.getNumBodyNodes())):
-            if not skeleton.getName().startswith(OF_WORLD):
+            if not skeleton.getName().startswith(WORLD_GEOM):
                 moments = np.linalg.eigvalsh(body.getInertia().getMoment())
                 yield "mass", body.getName(), body.getMass()
                 yield "inertia", body.getName(), moments
             for shape in map(body.getShapeNode, range(body.getNumShapeNodes())):
                 if shape.hasDynamicsAspect():
-                    of_world = skeleton.getName().removeprefix(OF_WORLD)
-                    name = of_world if "ShapeNode" in shape.getName() else shape.getName()
+                    geom_name = skeleton.getName().removeprefix(WORLD_GEOM)
+                    unnamed = "ShapeNode" in shape.getName()
+                    name = geom_name if unnamed else shape.getName()
                     yield "friction", name, shape.getDynamicsAspect().getFrictionCoeff()
         for dof in map(skeleton.getDof, range(skeleton.getNumDofs())):
             yield "damping", dof.getName(), dof.getDampingCoefficient()
@@ -159,9 +160,9 @@ def user_model(path: Path, layout: Layout, step: float) -> PeerModel:
     for skeleton, first in zip(model.skeletons, model.places, strict=True):
         for joint in map(skeleton.getJoint, range(skeleton.getNumJoints())):
             if joint.getNumDofs():
-                at = first + joint.getIndexInSkeleton(0)
+                place = first + joint.getIndexInSkeleton(0)
             if joint.getNumDofs() == 1:
-                hinges.append((joint.getName(), (at, at)))  # two joints may have one name
+                hinges.append((joint.getName(), (place, place)))  # two joints may have one name
             elif joint.getNumDofs() == FREE:
-                free.append((at, at, _frame(joint)))
+                free.append((place, place, _frame(joint)))
     return Translated(model, layout, hinges, free, displaced=True)

@@ -33,10 +33,8 @@ BROKEN = (OverflowError, ValueError, RuntimeError)  # exceptions if numbers are 
 CONTROL = 1e-3  # [s] time for which forces of a source are held in a continuous plant
 
 
-SETTLING, SETTLING_STEP = (
-    1000,
-    1e-3,
-)  # number of steps, and step [s], to come to rest on contacts
+SETTLING = 1000  # number of steps in which bodies come to rest on contacts
+SETTLING_STEP = 1e-3  # [s]
 CHECK_EVERY = 20  # number of steps between checks whether the bodies fall
 AT_REST = 1e-3  # [m], [rad] largest displacement of a body that stands on a plane as it settles
 

@@ -14,7 +14,7 @@ from pydrake.systems.framework import DiagramBuilder
 
 from plumbob.analytic.reference import Array
 from plumbob.engines.abilities import Fields
-from plumbob.engines.adapters.drake.stepper import simulator_of
+from plumbob.engines.adapters.drake.stepper import advance, simulator_of
 from plumbob.engines.peer_model import (
     FREE,
     Frame,
@@ -89,7 +89,8 @@ class DrakeModel:
         # Contact results are those of the present state, and not those of the last step.
         self.plant.SetUseSampledOutputPorts(False)
         self.file = _read(path, self.plant)
-        self.step, self.layout = step, layout
+        self.step = step
+        self.layout = layout
         diagram = builder.Build()
         self.simulator = simulator_of(diagram, diagram.CreateDefaultContext())
         self.context = self.plant.GetMyMutableContextFromRoot(
@@ -98,7 +99,7 @@ class DrakeModel:
         indices = self.plant.GetJointActuatorIndices()
         actuators = [self.plant.get_joint_actuator(i) for i in indices]
         self.commands = commands(layout, [actuator.name() for actuator in actuators])
-        self.selects = self.plant.MakeActuationMatrix()
+        self.actuation = self.plant.MakeActuationMatrix()  # actuator forces -> joint forces
         self.gains = np.array([_gains(actuator) for actuator in actuators]).reshape(-1, 2).T
         self.servos = self.gains.any(axis=0)
         self.places = [actuator.joint().position_start() for actuator in actuators]
@@ -134,34 +135,36 @@ class DrakeModel:
         self._push(control, 0.0 * v)
         damping = np.zeros(plant.num_velocities())
         for joint in map(plant.get_joint, plant.GetJointIndices()):
-            at = joint.velocity_start()
-            damping[at : at + joint.num_velocities()] = joint.GetDampingVector(context)
+            first = joint.velocity_start()
+            damping[first : first + joint.num_velocities()] = joint.GetDampingVector(context)
         kp, kv = self.gains
-        held = kp * (self.commanded - q[self.places]) - kv * (v @ self.selects)
-        touching = plant.get_contact_results_output_port().Eval(context)
-        pairs = [
-            (info.bodyA_index(), info.bodyB_index())
-            for info in map(
-                touching.point_pair_contact_info, range(touching.num_point_pair_contacts())
-            )
-        ]
+        errors = self.commanded - q[self.places]
+        servo_forces = kp * errors - kv * (v @ self.actuation)
+        forces = np.where(self.servos, servo_forces, self.commanded)
+        results = plant.get_contact_results_output_port().Eval(context)
+        names = list[tuple[str, str]]()
+        for number in range(results.num_point_pair_contacts()):
+            contact = results.point_pair_contact_info(number)
+            first_body = plant.get_body(contact.bodyA_index())
+            second_body = plant.get_body(contact.bodyB_index())
+            names.append((first_body.name(), second_body.name()))
         return {
             "mass matrix": plant.CalcMassMatrix(context),
             "gravity": plant.CalcGravityGeneralizedForces(context),
             "bias": plant.CalcBiasTerm(context),
             "passive": -damping * v,
-            "actuator": self.selects @ np.where(self.servos, held, self.commanded),
+            "actuator": self.actuation @ forces,
             "causes": {"acceleration": IMPLICIT} if self.servos.any() else {},
-            "contacts": [tuple(plant.get_body(i).name() for i in pair) for pair in pairs],
+            "contacts": names,
         }
 
     def advance(self, control: Array, force: Array, steps: int) -> tuple[Array, Array]:
         """Takes `steps` steps under a control and a generalised `force`, both held; returns the
         coordinates and their rates. Raises NotRead if Drake fails."""
         self._push(control, force)
-        begun = round(self.simulator.get_context().get_time() / self.step + 0.5)
+        steps_taken = round(self.simulator.get_context().get_time() / self.step + 0.5)
         with border(lambda line: NotRead(f"its steps end: {line}")):
-            self.simulator.AdvanceTo((begun + steps - 0.5) * self.step)
+            advance(self.simulator, steps_taken + steps, self.step)
         plant = self.plant
         return plant.GetPositions(self.context), plant.GetVelocities(self.context)
 
@@ -173,9 +176,9 @@ def user_model(path: Path, layout: Layout, step: float) -> PeerModel:
     hinges = []
     free = []
     for joint in map(model.plant.get_joint, model.plant.GetJointIndices()):
-        at = joint.position_start(), joint.velocity_start()
+        place = (joint.position_start(), joint.velocity_start())
         if joint.num_velocities() == 1:
-            hinges.append((joint.name(), at))
+            hinges.append((joint.name(), place))
         elif joint.num_velocities() == FREE:
-            free.append((*at, FRAME))
+            free.append((*place, FRAME))
     return Translated(model, layout, hinges, free)

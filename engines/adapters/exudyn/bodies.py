@@ -39,9 +39,8 @@ class Inertia:
 
     mass: float = 0.0  # [kg]
     centre: Array = field(default_factory=lambda: np.zeros(3))  # centre of mass [m]
-    moments: Array = field(
-        default_factory=lambda: np.zeros((3, 3))
-    )  # about the centre [kg m^2]
+    moments: Array = field(default_factory=lambda: np.zeros((3, 3)))
+    """The moments of inertia about the centre of mass [kg m^2]."""
 
     def __add__(self, other: Inertia) -> Inertia:
         """The inertia of both, welded together."""

@@ -45,9 +45,8 @@ def _read(path: Path) -> tuple[Any, Any]:
             values[:] = values[order]
     for joint in np.flatnonzero(file.jnt_type >= int(mujoco.mjtJoint.mjJNT_SLIDE)):
         place = file.jnt_qposadr[joint]
-        shift = (
-            file.qpos0[place] - read.qpos0[place]
-        )  # [rad] or [m] reference that Newton drops
+        # Newton drops the joint's reference coordinate, the difference [rad] or [m].
+        shift = file.qpos0[place] - read.qpos0[place]
         read.qpos0[place] += shift
         read.qpos_spring[place] += shift
         read.jnt_range[joint] += shift
