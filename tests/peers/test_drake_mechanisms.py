@@ -202,7 +202,7 @@ def test_restitution_and_loops_that_a_solver_has_not_are_refused_by_name():
     with pytest.raises(Unsupported, match="restitution of ground and ball"):
         stepper(scene_mechanism("bouncing-ball/half").mechanism)
     settings = method("drake/tamsi").settings
-    with pytest.raises(Unsupported, match="loop pin, which TAMSI has not"):
+    with pytest.raises(Unsupported, match="loop pin, which TAMSI does not support"):
         stepper(scene_mechanism("four-bar/crank-rocker").mechanism, settings)
 
 

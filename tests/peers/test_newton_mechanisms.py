@@ -179,13 +179,13 @@ FEATURES = {
         '<body name="b" gravcomp="0.5"><joint/><geom size="1"/></body>'
     ),
     ("dry friction of joint j", "featherstone"): HINGE.format('frictionloss="1"'),
-    ("spring, damper or armature, which XPBD has not, of joint j", "xpbd"): (
+    ("spring, damper or armature of joint j, which XPBD does not support", "xpbd"): (
         HINGE.format('damping="1"')
     ),
     ("joints of body b that are not slides, then hinges through one place", "mujoco"): (
         '<body name="b"><joint/><joint pos="1 0 0"/><geom size="1"/></body>'
     ),
-    ("contacts, which Featherstone's solver makes of springs", "featherstone"): FLOOR + BALL,
+    ("contacts, which are springs in Featherstone's solver", "featherstone"): FLOOR + BALL,
 }
 
 

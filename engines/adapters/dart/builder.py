@@ -94,7 +94,7 @@ def refused_features(mechanism: Mechanism) -> Iterator[str]:
     for joint in mechanism.joints:
         yield from _refused_features_of_joint(joint, mechanism)
     if {"capsule", "ellipsoid"} <= {shape.kind for shape in mechanism.shapes}:
-        yield "capsules beside ellipsoids: no collision detector has both"
+        yield "capsules with ellipsoids: no collision detector has both"
     yield from refused_shapes(mechanism)
     for touch in mechanism.touching:
         names = names_of(mechanism, touch)
@@ -118,8 +118,10 @@ def _refused_features_of_joint(joint: Joint, mechanism: Mechanism) -> Iterator[s
         yield f"spring, limit or dry friction of joint {name}, which is a {joint.kind} joint"
     # An armature is expressed by a damper, and the impulses of DART's constraints ignore dampers.
     impulses = bool(mechanism.loops or mechanism.touching) or unilateral
-    if np.any(joint.armature) and (turning or impulses):
-        yield f"armature of joint {name} that is a {joint.kind} joint, or beside constraints"
+    if np.any(joint.armature) and turning:
+        yield f"armature of joint {name}, which is a {joint.kind} joint"
+    elif np.any(joint.armature) and impulses:
+        yield f"armature of joint {name}, beside contacts, loops, limits or dry friction"
 
 
 def _build_trees(mechanism: Mechanism) -> tuple[tuple[Any, ...], tuple[Any, ...]]:
@@ -327,7 +329,7 @@ def _filter_collisions(
             continue
         pairs = product(shape_names[first], shape_names[second])
         if any(pair not in touching for pair in pairs):
-            raise Unsupported("feature bodies of whose shapes some touch and others do not")
+            raise Unsupported("feature contact of two bodies of which only some shapes touch")
         skeleton = node.getSkeleton()
         if skeleton.getName() == other_node.getSkeleton().getName():
             skeleton.enableSelfCollisionCheck()

@@ -30,7 +30,7 @@ def _read(path: Path) -> Any:
     with border(RefusedFile):
         world = dartpy.utils.MjcfParser.readWorld(str(path.resolve()))
     if world is None:
-        raise NotRead("no world is made of it")
+        raise NotRead("DART makes no world of it")
     return world
 
 

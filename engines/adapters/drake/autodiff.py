@@ -24,14 +24,14 @@ from plumbob.models.scene import Case
 def derivatives(number: Number, method: Method, step: float) -> ByName:
     """The derivatives of the observables at the end of a run by `number`; raises Unsupported."""
     if method.control == "tolerance":
-        raise Unsupported("AutoDiffXd is stepped in discrete plants alone here")
+        raise Unsupported("derivatives by AutoDiffXd need a discrete plant")
     case = number.case
     cases, difference = nudged(number)
     steps = step_count(case.scene.duration, step)
     starts = [_start(each, method, step, steps) for each in cases]
     steppers, constants = zip(*starts, strict=True)
     if not all(map(np.array_equal, constants[0], constants[2])):
-        raise Unsupported(f"{number.name} is no parameter in a context of Drake's")
+        raise Unsupported(f"{number.name} is no parameter in a context of Drake")
     end = _end_state(steppers, difference, steps, step)
     stepper = steppers[1]
     values = np.array([x.value() for x in end])
@@ -79,7 +79,7 @@ def _start(
     mechanism = scene.mechanism
     kinds = {joint.kind for joint in mechanism.joints}
     if mechanism.touching or mechanism.loops or kinds - {"hinge", "slide"}:
-        raise Unsupported("AutoDiffXd is stepped in trees of hinges and slides alone here")
+        raise Unsupported("derivatives by AutoDiffXd need a tree of hinges and slides")
     stepper = DrakeStepper(mechanism, {**method.settings, "time_step": step}, step)
     stepper.put(scene.start)
     times = step * np.arange(steps + 1, dtype=np.float64)

@@ -95,7 +95,8 @@ def refused_features(mechanism: Mechanism, approximation: str = "") -> Iterator[
     for joint in mechanism.joints:
         yield from _refused_features_of_joint(joint, mechanism)
     if approximation == WITHOUT_LOOPS:
-        yield from (f"loop {loop.name}, which TAMSI has not" for loop in mechanism.loops)
+        for loop in mechanism.loops:
+            yield f"loop {loop.name}, which TAMSI does not support"
     yield from refused_shapes(mechanism)
     for touch in mechanism.touching:
         names = names_of(mechanism, touch)

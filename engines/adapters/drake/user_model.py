@@ -163,7 +163,7 @@ class DrakeModel:
         coordinates and their rates. Raises NotRead if Drake fails."""
         self._push(control, force)
         steps_taken = round(self.simulator.get_context().get_time() / self.step + 0.5)
-        with border(lambda line: NotRead(f"its steps end: {line}")):
+        with border(lambda line: NotRead(f"a step fails: {line}")):
             advance(self.simulator, steps_taken + steps, self.step)
         plant = self.plant
         return plant.GetPositions(self.context), plant.GetVelocities(self.context)

@@ -118,7 +118,7 @@ def refused_features(mechanism: Mechanism, explicit: bool) -> Iterator[str]:
             f"loop {loop.name}, which explicit solvers leave open" for loop in mechanism.loops
         )
         if mechanism.touching:
-            yield "contacts, which explicit solvers take as they are when a step begins"
+            yield "contacts, which explicit solvers evaluate only at the start of a step"
     yield from refused_contacts(mechanism)
 
 

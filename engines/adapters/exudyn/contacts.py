@@ -69,7 +69,7 @@ def refused_contacts(mechanism: Mechanism) -> Iterator[str]:
         yield from refused_friction(touch, names)
         if touch.restitution:
             if plane.kind != "plane" or other.kind != "sphere" or touch.sliding[0]:
-                yield f"restitution of {names}, with friction or not of a sphere on a plane"
+                yield f"restitution of {names}, which needs a sphere on a plane without friction"
         elif not _discs(mechanism, plane, other):
             yield f"contact of {names}"
 

@@ -48,7 +48,7 @@ SIZES = MappingProxyType(
         "ellipsoid": ("rx", "ry", "rz"),
     }
 )
-Home = tuple[int, Any]
+BodyFrame = tuple[int, Any]
 """The number of the link that a body belongs to, -1 for the world, and the body's frame on that
 link, a transform of Newton."""
 Surface = tuple[float, float, float, float]
@@ -84,15 +84,15 @@ def build(mechanism: Mechanism, solver: SolverName) -> Built:
         raise Unsupported(f"feature {feature}")
     builder = newton.ModelBuilder(up_axis=newton.Axis.Z)
     newton.solvers.SolverMuJoCo.register_custom_attributes(builder)
-    homes = _add_trees(mechanism, solver, builder)
-    _close_loops(mechanism, homes, builder)
-    _add_shapes(mechanism, homes, builder)
+    body_frames = _add_trees(mechanism, solver, builder)
+    _close_loops(mechanism, body_frames, builder)
+    _add_shapes(mechanism, body_frames, builder)
     # Newton's check of inertias would increase the moments of inertia of a point mass.
     model = builder.finalize(
         skip_validation_inertia=True, skip_validation_joints=bool(mechanism.loops)
     )
     model.set_gravity(mechanism.gravity.tolist())
-    links = [homes[joint.body][0] for joint in mechanism.joints]
+    links = [body_frames[joint.body][0] for joint in mechanism.joints]
     needs_contacts = bool(mechanism.touching) and solver == "xpbd"
     return Built(
         mechanism=mechanism,
@@ -129,8 +129,8 @@ def refused_features(mechanism: Mechanism, solver: SolverName) -> Iterator[str]:
             yield f"joints of body {name} that are not slides, then hinges through one place"
     for joint in mechanism.joints:
         name = joint_name(mechanism, joint)
-        parts = _refused_parts_of_joint(joint, solver)
-        yield from (f"{part} of joint {name}" for part in parts)
+        for part, reason in _refused_parts_of_joint(joint, solver):
+            yield f"{part} of joint {name}, {reason}"
     for motor in mechanism.actuators:
         sprung = any(motor.bias[1:])
         if sprung and (solver == "xpbd" or motor.force_range):
@@ -141,27 +141,31 @@ def refused_features(mechanism: Mechanism, solver: SolverName) -> Iterator[str]:
     yield from _refused_constraints(mechanism, solver)
 
 
-def _refused_parts_of_joint(joint: Joint, solver: SolverName) -> Iterator[str]:
-    """Names the parts of a joint that a solver of Newton, or this builder, cannot express."""
+def _refused_parts_of_joint(joint: Joint, solver: SolverName) -> Iterator[tuple[str, str]]:
+    """Names the parts of a joint that a solver of Newton, or this builder, cannot express, each
+    with a reason."""
     sprung = bool(joint.stiffness) or bool(np.any(joint.damping))
     driven = bool(np.any(joint.armature))
     if joint.kind not in ONE_AXIS and (joint.stiffness or joint.limits or driven):
-        yield "spring, limit or armature that is not of a hinge or a slide,"
-    if (joint.kind == "free" and sprung) or np.ptp(joint.damping):
-        yield "damping that is of a free joint, or different along its axes,"
+        yield "spring, limit or armature", f"which is a {joint.kind} joint"
+    if joint.kind == "free" and sprung:
+        yield "damping", "which is a free joint"
+    elif np.ptp(joint.damping):
+        yield "damping", "different along its axes"
     if solver == "xpbd" and (sprung or driven):
-        yield "spring, damper or armature, which XPBD has not,"
+        yield "spring, damper or armature", "which XPBD does not support"
     if solver != "mujoco" and np.any(joint.friction_loss):
-        yield "dry friction"
+        yield "dry friction", "which only MuJoCo Warp supports"
 
 
 def _refused_constraints(mechanism: Mechanism, solver: SolverName) -> Iterator[str]:
     """Names the loops and the features of contacts that a solver of Newton, or this builder, cannot
     express."""
     if solver == "featherstone":
-        yield from (f"loop {loop.name}, which Featherstone has not" for loop in mechanism.loops)
+        for loop in mechanism.loops:
+            yield f"loop {loop.name}, which Featherstone's solver does not support"
         if mechanism.touching:
-            yield "contacts, which Featherstone's solver makes of springs"
+            yield "contacts, which are springs in Featherstone's solver"
     for touch in mechanism.touching:
         names = names_of(mechanism, touch)
         yield from refused_directions(touch, names)
@@ -176,15 +180,15 @@ def transform(place: Array, attitude: Array | None = None) -> Any:
     return warp.transform(warp.vec3(*place), turn)
 
 
-def _add_trees(mechanism: Mechanism, solver: SolverName, builder: Any) -> list[Home]:
+def _add_trees(mechanism: Mechanism, solver: SolverName, builder: Any) -> list[BodyFrame]:
     """Adds the bodies and the joints of a mechanism to Newton's builder; returns the link and the
     frame of each body. A body without a joint is part of its parent's link."""
-    homes = [(-1, transform(np.zeros(3)))]
+    body_frames = [(-1, transform(np.zeros(3)))]
     links = dict[int, list[Body]]()  # bodies of each link, in the frame of the link
     roots = list[int]()  # root of each link's tree
     trees = dict[int, list[int]]()  # {root: numbers of the joints of its tree}
     for number, body in enumerate(mechanism.bodies[1:], start=1):
-        parent, frame = homes[body.parent]
+        parent, frame = body_frames[body.parent]
         drawn = frame * transform(body.place, body.attitude)
         joints = [mechanism.joints[i] for i in joints_of_body(mechanism, number)]
         if joints:
@@ -194,14 +198,14 @@ def _add_trees(mechanism: Mechanism, solver: SolverName, builder: Any) -> list[H
             trees.setdefault(roots[link], []).append(joint)
             parent = link
             drawn = transform(np.zeros(3))
-        homes.append((parent, drawn))
+        body_frames.append((parent, drawn))
         links.setdefault(parent, []).append(_body_in_link(body, drawn))
     for joint_numbers in trees.values():
         builder.add_articulation(joint_numbers)
     for link, parts in links.items():
         if link >= 0:
             _set_inertia(builder, link, parts)
-    return homes
+    return body_frames
 
 
 def _body_in_link(body: Body, at: Any) -> Body:
@@ -298,10 +302,10 @@ def _rotor_inertia(mechanism: Mechanism, joint: Joint, solver: SolverName) -> fl
     return ratio * moved_inertia(mechanism, joint.kind)
 
 
-def _close_loops(mechanism: Mechanism, homes: Sequence[Home], builder: Any) -> None:
+def _close_loops(mechanism: Mechanism, body_frames: Sequence[BodyFrame], builder: Any) -> None:
     """Adds joints that close the loops of a mechanism; they belong to no tree."""
     for loop in mechanism.loops:
-        (parent, frame), (child, child_frame) = (homes[body] for body in loop.bodies)
+        (parent, frame), (child, child_frame) = (body_frames[body] for body in loop.bodies)
         place, child_place = loop.places
         turn = None if loop.kind == "connect" else loop.attitude
         frame = frame * transform(place, turn)
@@ -313,7 +317,7 @@ def _close_loops(mechanism: Mechanism, homes: Sequence[Home], builder: Any) -> N
         add(parent, child, parent_xform=frame, child_xform=child_frame)
 
 
-def _add_shapes(mechanism: Mechanism, homes: Sequence[Home], builder: Any) -> None:
+def _add_shapes(mechanism: Mechanism, body_frames: Sequence[BodyFrame], builder: Any) -> None:
     """Adds the shapes of a mechanism, and lets only the pairs in `mechanism.touching` collide.
 
     A pair of shapes has the mean, or the larger, of the coefficients of its two shapes. If a shape
@@ -326,15 +330,15 @@ def _add_shapes(mechanism: Mechanism, homes: Sequence[Home], builder: Any) -> No
         for i in touch.shapes:
             if (i, surface) not in numbers:
                 shape = mechanism.shapes[i]
-                home = homes[shape.body]
-                numbers[i, surface] = _add_shape(builder, home, shape, surface)
+                body_frame = body_frames[shape.body]
+                numbers[i, surface] = _add_shape(builder, body_frame, shape, surface)
         touching.add(frozenset(numbers[i, surface] for i in touch.shapes))
     for first, second in combinations(numbers.values(), 2):
         if frozenset((first, second)) not in touching:
             builder.add_shape_collision_filter_pair(first, second)
 
 
-def _add_shape(builder: Any, home: Home, shape: Shape, surface: Surface) -> int:
+def _add_shape(builder: Any, body_frame: BodyFrame, shape: Shape, surface: Surface) -> int:
     """Adds a shape with its coefficients to the link of its body; returns the number of Newton's
     shape."""
     sliding, torsional, rolling, restitution = surface
@@ -345,8 +349,8 @@ def _add_shape(builder: Any, home: Home, shape: Shape, surface: Surface) -> int:
         mu_rolling=rolling,
         restitution=restitution,
     )
-    link, body_frame = home
-    frame = body_frame * transform(shape.place, shape.attitude)
+    link, frame_on_link = body_frame
+    frame = frame_on_link * transform(shape.place, shape.attitude)
     sizes = dict(zip(SIZES[shape.kind], [*shape.size.tolist(), 0.0, 0.0], strict=False))
     # Only MuJoCo Warp reads this attribute. Without it, a pair without friction makes the solver
     # diverge.

@@ -40,13 +40,13 @@ def forward(number: Number, method: Method, step: float) -> ByName:
         raise Unsupported(str(error)) from None
     equations = Neighbours(problems, offsets).each(lambda problem: build(problem, method))
     if isinstance(equations.here, TurningEquation):
-        raise Unsupported("the step of an attitude is a turn, which eq. 1 does not hold of")
+        raise Unsupported("a step turns the attitude, and eq. 1 does not hold for turns")
     if np.ndim(equations.here.position):
-        raise Unsupported("eq. 1 is stepped beside one degree of freedom")
+        raise Unsupported("eq. 1 is stepped only with one degree of freedom")
     duration = number.case.scene.duration
     run = simulation_of(_with_sensitivity(equations), method, step, duration).run()
     if run.diverged_at is not None:
-        raise Unsupported(f"lost after {run.diverged_at:.3g} s")
+        raise Unsupported(f"the run diverged after {run.diverged_at:.3g} s")
     names = "theta", "theta_dot"
     return {name: float(run.observables[f"s_{name}"][-1]) for name in names}
 

@@ -165,7 +165,7 @@ def refused_features(mechanism: Mechanism) -> Iterator[str]:
     yield from (part.name for part in mechanism.not_expressed)
     for touch in mechanism.touching:
         names = names_of(mechanism, touch)
-        yield f"contact of {names}: forward dynamics has constraints that hold always, no others"
+        yield f"contact of {names}: forward dynamics has only constraints that always hold"
     for joint in mechanism.joints:
         name = joint_name(mechanism, joint)
         if joint.limits is not None or np.any(joint.friction_loss):

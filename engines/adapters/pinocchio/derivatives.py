@@ -50,9 +50,7 @@ class Variation:
         mechanism = scenes[1].mechanism
         kinds = {joint.kind for joint in mechanism.joints}
         if mechanism.loops or kinds - set(HINGED):
-            raise Unsupported(
-                "derivatives are stepped in trees of hinges and slides alone here"
-            )
+            raise Unsupported("derivatives by Pinocchio need a tree of hinges and slides")
         limits = [joint.force_range for joint in mechanism.joints]
         limits += [actuator.force_range for actuator in mechanism.actuators]
         limits += [actuator.control_range for actuator in mechanism.actuators]

@@ -180,7 +180,7 @@ def _refused_features_of_joint(joint: Joint, mechanism: Mechanism) -> Iterator[s
         yield f"damping of joint {name}, which is a free joint"
     turns_alone = joint.kind == "hinge" and not _is_turned(joint, mechanism)
     if np.any(joint.armature) and not turns_alone:
-        yield f"armature of joint {name} that is no hinge, or that other joints turn"
+        yield f"armature of joint {name}, which is no hinge or is turned by other joints"
 
 
 def _is_turned(joint: Joint, mechanism: Mechanism) -> bool:
