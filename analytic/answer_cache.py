@@ -1,4 +1,4 @@
-"""Cache of exact answers and predicted errors, shared by all methods with the same samples."""
+"""Cache of exact observables and predicted errors, shared by all methods with the same samples."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ Powers = Mapping[int, Signals]  # {p: {observable: C_p step^p at the samples}}
 
 @dataclass(frozen=True, eq=False)
 class Same:
-    """An object compared by identity, as a key of the results computed from it."""
+    """Cache key that compares its object by identity."""
 
     value: Any
 
@@ -31,32 +31,37 @@ class Same:
 
 @lru_cache(maxsize=KEPT)
 def exactly(exact: Same, times: bytes) -> tuple[Signals, Signals]:
-    """The observables of a Reference and their uncertainty at `times` [s]: the same for all methods
-    with these samples."""
-    at = np.frombuffer(times)
-    return exact.value.observe(at), exact.value.uncertainty(at)
+    """Returns the observables of a Reference and their uncertainty at `times`, the bytes of times
+    [s]."""
+    samples = np.frombuffer(times)
+    return exact.value.observe(samples), exact.value.uncertainty(samples)
 
 
 @lru_cache(maxsize=KEPT)
 def expected(
     exact: Same, theory: Same, scheme: Scheme, step: float, times: bytes
 ) -> tuple[Powers, Signals, float]:
-    """The terms of the series of an ErrorTheory at `step` [s] and `times` [s], their sum, where
-    every power has the observable, and its nonlinearity: the same for all methods of a scheme."""
-    at = np.frombuffer(times)
-    series = theory.value.series(scheme, at)
-    powers = {p: {n: c * step**p for n, c in terms.items()} for p, terms in series.items()}
+    """Returns the terms of an ErrorTheory's series, their sum, and the sum's nonlinearity.
+
+    `step` is in [s], `times` are the bytes of times [s]. The sum has the observables that occur in
+    every power. All methods of a scheme share the result.
+    """
+    samples = np.frombuffer(times)
+    powers = {}
+    for power, coefficients in theory.value.series(scheme, samples).items():
+        powers[power] = {name: c * step**power for name, c in coefficients.items()}
     common = set.intersection(*map(set, powers.values())) if powers else set()
-    started = at > 0.0  # before, no step has been taken, and no joint has pulled
-    total = {
-        name: np.where(started, sum(terms[name] for terms in powers.values()), 0.0)
-        for name in sorted(common)
-    }
-    return powers, total, exact.value.nonlinearity(at, total) if total else 0.0
+    started = samples > 0.0  # at time 0 no step has been taken, and no joint has pulled
+    total = {}
+    for name in sorted(common):
+        error = sum(terms[name] for terms in powers.values())
+        total[name] = np.where(started, error, 0.0)
+    nonlinearity = exact.value.nonlinearity(samples, total) if total else 0.0
+    return powers, total, nonlinearity
 
 
 @lru_cache(maxsize=KEPT)
 def as_stepped(theory: Same, scheme: Scheme, step: float, times: bytes) -> SteppedErrors:
-    """The errors of an ErrorTheory for one step size, shared by methods as in `expected`."""
+    """Returns the errors of an ErrorTheory for one step size; arguments are as in `expected`."""
     errors: SteppedErrors = theory.value.at_step(scheme, step, np.frombuffer(times))
     return errors

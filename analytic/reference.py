@@ -1,4 +1,4 @@
-"""The protocol of an exact answer: observables, their uncertainty, nonlinearity."""
+"""The protocol of an exact motion: observables, their uncertainty, and nonlinearity."""
 
 from __future__ import annotations
 
@@ -12,19 +12,19 @@ import numpy.typing as npt
 
 Array = npt.NDArray[np.float64]
 Signals = Mapping[str, Array]
-"""Values by name of observable, at times: SI, shape (n,) each."""
+"""Values of observables at n times, by name, in SI units, shape (n,) each."""
 
 
-KEPT = 64  # sets of samples: some ten step sizes, of a few problems
+KEPT = 64  # results that caches store: some ten step sizes of a few problems
 
 
 class NoAnswer(Exception):
-    """A point without an exact answer; its text is the reason, one line."""
+    """Raised for parameters without an exact solution; the text is the reason, one line."""
 
 
 @contextmanager
 def answering() -> Iterator[None]:
-    """Raises NoAnswer where double precision does not hold an exact solution."""
+    """Raises NoAnswer in place of numerical errors: an exact solution exceeds double precision."""
     try:
         with np.errstate(all="ignore"):
             yield
@@ -36,31 +36,40 @@ class Reference(Protocol):
     """The exact motion of one problem, as functions of time."""
 
     def observe(self, times: Array) -> Signals:
-        """Exact observables at `times` [s], shape (n,), each of shape (n,), in SI units."""
+        """Returns the exact observables at `times` [s], shape (n,), each of shape (n,), in SI
+        units."""
         ...
 
     def uncertainty(self, times: Array) -> Signals:
-        """Uncertainty of double precision: for each observable the absolute error that inputs
-        rounded to double, and the reference's own arithmetic, may have caused, shape (n,)."""
+        """Returns the uncertainty of each observable by double precision, shape (n,).
+
+        It is a bound on the absolute error by rounding: of the inputs to doubles, and of the
+        reference's own arithmetic.
+        """
         ...
 
     def nonlinearity(self, times: Array, errors: Signals) -> float:
-        """Nonlinearity of the motion's response to errors of this size, shape (n,) each: 0 while it
-        is linear, about 1 where a linear expansion no longer applies."""
+        """Returns the nonlinearity of the motion's response to `errors`, shape (n,) each.
+
+        It is 0 for a linear response, and about 1 if a linear expansion no longer applies.
+        """
         ...
 
 
 class LinearResponse:
-    """Of a motion whose steps have errors that do not depend on earlier ones."""
+    """Base of references whose motion responds linearly: errors of steps do not depend on earlier
+    errors."""
 
     def nonlinearity(self, times: Array, errors: Signals) -> float:
-        """0: the response to errors is linear."""
+        """Returns 0: the response to errors is linear."""
         return 0.0
 
 
 def remembered(observe: Callable[[Any, Array], Signals]) -> Callable[[Any, Array], Signals]:
-    """An `observe` of motions that keeps its last answers, read-only: methods and steps share their
-    samples, and an error, its uncertainty and its prediction are of the same ones."""
+    """Returns an `observe` that caches its last results, as read-only arrays.
+
+    Methods and step sizes share samples, and so do an error, its uncertainty and its prediction.
+    """
 
     @lru_cache(KEPT)
     def known(motion: Any, times: bytes) -> Signals:

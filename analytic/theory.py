@@ -1,4 +1,4 @@
-"""Predicted discretisation errors of one motion, and where there is no prediction."""
+"""Predicted discretisation errors of one motion: records, protocol, and the range of a series."""
 
 from __future__ import annotations
 
@@ -10,20 +10,24 @@ from plumbob.analytic.reference import Array, Signals
 from plumbob.analytic.schemes import Scheme
 
 Coefficients = Mapping[int, Signals]
-"""{p: {observable: C_p(t), shape (n,)}} of an error sum_p C_p step^p, simulated minus exact."""
+"""Coefficients {p: {observable: C_p(t), shape (n,)}} of an error sum_p C_p step^p, simulated minus
+exact."""
 
 
-TRUST = 0.1  # chosen: how much of a series its last two terms may be
-# Calibrated: how nonlinear the motion's response may be, for those terms and the first nonlinear
-# one that is left out (`left_open.nonlinear_part`) to hold what follows. At 0.09 (RK4 next to a
-# separatrix) those terms alone hold two thirds of it.
+TRUST = 0.1  # chosen: largest sum of the last two terms of a series, over the whole series
+# Calibrated: largest nonlinearity of the motion's response at which the remainder of a series is
+# bounded by its last two terms and `left_open.nonlinear_part`. At a nonlinearity of 0.09 (RK4 next
+# to a separatrix) the last two terms bound only two thirds of the remainder.
 LINEAR = 0.03
 
 
 def reaches(terms: Mapping[int, float], largest: float, nonlinearity: float) -> bool:
-    """Whether a series reaches the step: of its `terms`, {p: largest |C_p| step^p}, the last two,
-    since near-symmetric schemes can have tiny alternate ones, are at most a tenth of the `largest`
-    value of their sum, and the motion's response to it is linear but for LINEAR."""
+    """Returns whether a series describes the error at its step.
+
+    `terms` are {p: largest |C_p| step^p}, `largest` is the largest value of their sum. The last two
+    terms together must be at most TRUST of it: two, because near-symmetric schemes can have tiny
+    alternate terms. The `nonlinearity` of the motion's response must be at most LINEAR.
+    """
     last = sum(terms[p] for p in sorted(terms)[-2:])
     return nonlinearity <= LINEAR and last <= TRUST * largest
 
@@ -35,7 +39,7 @@ class SteppedErrors:
     errors: Signals
     uncertainty: Signals | None = None
     """Response of the stepped motion to a unit in the last place of every input and of every step,
-    shape (n,); None where that of the exact motion applies."""
+    shape (n,); None if the exact motion's uncertainty applies."""
     lasting: Signals = field(default_factory=dict)
     """Size, shape (n,), of the part of an observable's error that no smaller step reduces, if
     theory derives that size without taking a step: the depth of a contact, the drift of a body that
@@ -45,24 +49,27 @@ class SteppedErrors:
 
 
 def apart(stepped: Signals, exact: Signals) -> Signals:
-    """Observables that steps reach less the `exact` ones, of those that are in both."""
+    """Returns the `stepped` observables less the `exact` ones, for the names that are in both."""
     return {name: stepped[name] - values for name, values in exact.items() if name in stepped}
 
 
 class ErrorTheory(Protocol):
-    """The error of a fixed step on one exact motion, as a power series in the step or for one step
-    size."""
+    """Theory of the error of fixed steps on one exact motion: power series in the step, or errors
+    at single step sizes."""
 
     def series(self, scheme: Scheme, times: Array) -> Coefficients:
-        """Coefficients of the global error of `scheme` at grid `times` [s], shape (n,); empty where
-        there is no such series, or none is known."""
+        """Returns the coefficients of the global error of `scheme` at grid `times` [s], shape (n,);
+        empty if there is no such series, or none is known."""
         ...
 
     def at_step(self, scheme: Scheme, step: float, times: Array) -> SteppedErrors:
-        """Error of `scheme` with `step` [s] at grid `times` [s], shape (n,), for each observable
-        that theory reaches: where friction stops a body inside a step, the error is a sawtooth
-        without a series, and where the step is too large for a series, the scheme is stepped. Empty
-        for schemes and steps that it does not cover."""
+        """Returns the error of `scheme` with `step` [s] at grid `times` [s], shape (n,), for each
+        observable that theory covers.
+
+        If friction stops a body inside a step, the error is a sawtooth and has no series. If the
+        step is too large for a series, the scheme is stepped. The errors are empty for schemes and
+        steps that theory does not cover.
+        """
         ...
 
 
@@ -71,22 +78,25 @@ Predicted = Signals | SteppedErrors
 
 @dataclass(frozen=True)
 class StepErrors:
-    """An `ErrorTheory` of single step sizes, by an `error`, empty for schemes and steps that are
-    not covered: where in its step something stops or strikes decides, or nothing moves, so that
-    there is no series in the step."""
+    """An `ErrorTheory` of single step sizes, for motions without a series in the step.
+
+    There is no series if a body stops or strikes inside a step, or if nothing moves.
+    """
 
     error: Callable[[Scheme, float, Array], Predicted]
+    """Function from a scheme, a step [s] and times [s] to the errors; empty for schemes and steps
+    that theory does not cover."""
 
     def series(self, scheme: Scheme, times: Array) -> Coefficients:
-        """Empty."""
+        """Returns no coefficients."""
         return {}
 
     def at_step(self, scheme: Scheme, step: float, times: Array) -> SteppedErrors:
-        """See `ErrorTheory`."""
+        """Returns the errors for one step size, see `ErrorTheory`."""
         known = self.error(scheme, step, times)
         return known if isinstance(known, SteppedErrors) else SteppedErrors(known)
 
 
 def no_theory(problem: Any) -> ErrorTheory:
-    """The theory of a system that has none."""
+    """Returns the error theory of a system without one: it predicts no errors."""
     return StepErrors(lambda scheme, step, times: {})

@@ -19,10 +19,13 @@ if TYPE_CHECKING:  # records of users' models, which most commands do not need
     from plumbob.engines.own_contacts import ContactModel
     from plumbob.engines.own_motion import Change, OwnModel, Start
     from plumbob.engines.peer_model import Layout, PeerModel
-    from plumbob.engines.stepper import SceneMechanism, State, Stepper
+    from plumbob.engines.stepper import EndDerivatives, SceneMechanism, State, Stepper
     from plumbob.models.gradient import Number
 
     Derivatives = Callable[[Number, Method, float], Mapping[str, float]]
+    OfMechanisms = Callable[
+        [Sequence[SceneMechanism], float, Method, float, float], EndDerivatives
+    ]
 
 ModelFields = Mapping[tuple[str, str], tuple[float, ...]]
 """Numbers of a model file, in SI units: {(field, name of the body, joint, geom or actuator):
@@ -199,8 +202,13 @@ class OwnDerivative:
     way: str  # name of the way
     of: Derivatives
     precision: float = 0.0  # bound on the relative rounding of a step's derivative
-    # the same derivatives by other differences, whose distance shows how large rounding is
+    # the same derivatives by other differences: their distance from `of` shows how large rounding
+    # is
     beside: Derivatives | None = None
+    of_mechanisms: OfMechanisms | None = None
+    """Three mechanisms in which a number is a little smaller, as it is, and a little larger; how
+    far the outer numbers are apart; method, step [s], duration [s] -> the derivatives of the end of
+    the middle one's run; raises Unsupported. None if the way is for scenes alone."""
 
 
 @dataclass(frozen=True)

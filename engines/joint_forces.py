@@ -67,8 +67,9 @@ def _force(actuator: Actuator) -> JointForce:
 
     def force(q: float, rate: float, controls: Sequence[float]) -> float:
         clamped_control = min(max(controls[control], least), most)
-        bias = constant + bias_per_coordinate * q + bias_per_velocity * rate
-        return gear * min(max(gain * clamped_control + bias, low), high)
+        unclamped = gain * clamped_control + constant + bias_per_coordinate * q
+        unclamped += bias_per_velocity * rate
+        return gear * min(max(unclamped, low), high)
 
     return force
 

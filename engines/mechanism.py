@@ -121,7 +121,7 @@ class Actuator:
     gain: float
     bias: tuple[float, float, float]
     control_range: tuple[float, float] | None
-    force_range: tuple[float, float] | None  # [N m] or [N] over gear
+    force_range: tuple[float, float] | None  # force before the gear multiplies it
 
 
 @dataclass(frozen=True)

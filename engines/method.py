@@ -206,5 +206,9 @@ class Engine:
     abilities: tuple[object, ...] = ()  # records of `engines.abilities`
 
     def ability(self, kind: type[Ability]) -> Ability | None:
-        """The engine's ability of this kind; None if it lacks the ability."""
-        return next((can for can in self.abilities if isinstance(can, kind)), None)
+        """The engine's first ability of this kind; None if it lacks the ability."""
+        return next(iter(self.abilities_of(kind)), None)
+
+    def abilities_of(self, kind: type[Ability]) -> list[Ability]:
+        """All abilities of the engine of this kind."""
+        return [ability for ability in self.abilities if isinstance(ability, kind)]

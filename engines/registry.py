@@ -92,7 +92,7 @@ def _additions() -> Mapping[str, entry_points.Addition]:
 
 
 def _broken(name: str) -> str:
-    return entry_points.broken(entry_points.ENGINES, _wrong, name)
+    return entry_points.broken_requirement(entry_points.ENGINES, _wrong, name)
 
 
 def _wrong(engine: object, name: str) -> str:

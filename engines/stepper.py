@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Protocol, runtime_checkable
 
@@ -10,6 +11,10 @@ import numpy as np
 from plumbob.analytic.reference import Array
 from plumbob.engines.mechanism import Mechanism
 from plumbob.models.model_file import Controls
+
+StepDerivatives = tuple[Array, Array]
+"""The derivatives of the state after one step in tangent coordinates: by the state before it, shape
+(m, m), and by the control, shape (m, controls)."""
 
 
 @dataclass(frozen=True)
@@ -28,8 +33,8 @@ class Forces:
     """Forces of an engine in the last step that it took [N], along the world's axes. Where nothing
     has been stepped yet, or the engine does not tell a force, it is nan."""
 
-    joints: Array  # of each joint on the body that it moves, shape (joints, 3)
-    touching: Array  # of the first shape of each pair on the second, shape (pairs, 3)
+    joints: Array  # force [N] of each joint on the body that the joint moves, shape (joints, 3)
+    touching: Array  # force [N] of a pair's first shape on the second, shape (pairs, 3)
 
 
 @dataclass(frozen=True)
@@ -39,6 +44,21 @@ class SceneMechanism:
     mechanism: Mechanism
     start: State
     controls: Controls | None  # None: they stay zero
+
+
+@dataclass(frozen=True)
+class EndDerivatives:
+    """The positions and velocities at the end of a run of a tree of hinges and slides, with their
+    derivatives by one number."""
+
+    qpos: Array  # [m], [rad], shape (n,)
+    by_qpos: Array
+    qvel: Array  # [m/s], [rad/s], shape (n,)
+    by_qvel: Array
+
+
+class Diverged(Exception):
+    """A stepper's state is no longer finite, as its engine has noticed."""
 
 
 class Stepper(Protocol):
@@ -58,6 +78,17 @@ class Stepper(Protocol):
     def advance(self, controls: Array | None, steps: int) -> None:
         """Take `steps` steps under controls, shape (steps, controls): a row is held for a step.
         None where the mechanism has no actuator that is used."""
+
+
+@runtime_checkable
+class TellsStepDerivatives(Protocol):
+    """A stepper of an engine that has derivatives of its own steps."""
+
+    own_way: str  # name of the way to the derivatives of a run that multiplies them
+
+    def own_step_derivatives(self, controls: Array) -> Iterator[StepDerivatives]:
+        """The derivatives of each step from the state now on under controls, shape (steps,
+        controls), as that step is taken."""
 
 
 @runtime_checkable

@@ -1,7 +1,8 @@
-"""The border: an error of a file, a model, a policy, a package or an engine becomes one line.
+"""The border to code that is not plumbob's: an error of a file, a model, a policy, a package or an
+engine becomes one line.
 
-Each block at the border holds a call of code that is not plumbob's. Errors of plumbob's own code
-are caught nowhere, and stay defects.
+Each block at the border holds one call of foreign code. Errors of plumbob's own code are caught
+nowhere: they are defects.
 """
 
 from __future__ import annotations
@@ -14,25 +15,25 @@ from pathlib import Path
 
 from plumbob.analytic.parameters import ParameterError
 
-LONGEST = 160  # characters of an error's line: two lines of a terminal
-LARGEST_FILE = 10_000_000  # [bytes]: far more than a model file without meshes has
+LONGEST_LINE = 160  # characters in an error's line: two lines of a terminal
+LARGEST_FILE = 10_000_000  # [bytes] largest model file: far more than one without meshes has
 
 
 class Refused(Exception):
-    """An error that the block at a border raised, in one line."""
+    """An error that foreign code raised in a block at the border, in one line."""
 
 
 @contextmanager
 def border(
     refused: Callable[[str], BaseException] = Refused, *passing: type[BaseException]
 ) -> Iterator[None]:
-    """Raise `refused` of one line in place of any error of the block. Errors of the kinds
-    `passing`, interrupts and exhausted memory pass the border unchanged."""
+    """Raises `refused` with one line in place of any error of the block. Errors of the kinds
+    `passing`, interrupts and exhausted memory pass unchanged."""
     unchanged: tuple[type[BaseException], ...] = (KeyboardInterrupt, MemoryError, *passing)
     try:
         yield
     except BaseException as error:
-        if isinstance(error, unchanged) or _of_signal(error):
+        if isinstance(error, unchanged) or _raised_by_signal(error):
             raise
         raise refused(one_line(error)) from None
 
@@ -40,43 +41,44 @@ def border(
 def must_be(
     what: str, name: str, value: object, *passing: type[BaseException]
 ) -> AbstractContextManager[None]:
-    """A border that raises ParameterError: the argument `name`, which has this `value`, must be
-    `what`."""
+    """Returns a border that raises ParameterError: the argument `name`, which has this `value`,
+    must be `what`."""
     return border(lambda line: ParameterError(name, value, f"{what} ({line})"), *passing)
 
 
-def regular(name: str, file: Path, most: float = LARGEST_FILE) -> Path:
+def regular_file(name: str, file: Path, most: float = LARGEST_FILE) -> Path:
     """Returns `file`, given as the argument `name`, if it is a regular file, or a link to one, of
-    at most `most` bytes; raises ParameterError. It is not opened: to open a pipe that nobody writes
-    to takes forever."""
+    at most `most` bytes; otherwise raises ParameterError. The file is not opened: opening a pipe
+    that nobody writes to takes forever."""
     with must_be("a file that can be read", name, str(file)):
-        there = file.exists()
-        fits = file.is_file() and file.stat().st_size <= most
-    if not there:
+        exists = file.exists()
+        is_regular = file.is_file() and file.stat().st_size <= most
+    if not exists:
         raise ParameterError(name, str(file), "a file that exists")
-    if not fits:
+    if not is_regular:
         raise ParameterError(name, str(file), f"a regular file of at most {most:.0f} bytes")
     return file
 
 
-def _of_signal(error: BaseException) -> bool:
-    """Whether the handler of a signal raised an error: a caller's own handler may end the process
-    by SystemExit."""
-    handlers = map(signal.getsignal, signal.valid_signals())
+def _raised_by_signal(error: BaseException) -> bool:
+    """Whether a signal handler raised an error: a caller's own handler may end the process by
+    SystemExit."""
+    handlers = [signal.getsignal(number) for number in signal.valid_signals()]
     codes = {getattr(handler, "__code__", None) for handler in handlers} - {None}
-    return any(frame.f_code in codes for frame, _ in traceback.walk_tb(error.__traceback__))
+    frames = [frame for frame, _ in traceback.walk_tb(error.__traceback__)]
+    return any(frame.f_code in codes for frame in frames)
 
 
 def one_line(error: BaseException) -> str:
-    """The kind of an error and its message in one line. If the message is empty or cannot be read,
-    the place where the error was raised stands for it."""
+    """Returns the kind of an error and its message in one line. If the message is empty or cannot
+    be read, the place where the error was raised replaces it."""
     frames = traceback.extract_tb(error.__traceback__)
     place = f"raised in {frames[-1].name}" if frames else "no message"
     return shortened(f"{type(error).__name__}: {message_of(error) or place}")
 
 
 def message_of(error: BaseException) -> str:
-    """The message of an error; empty if reading it raises another error."""
+    """Returns the message of an error; empty if reading it raises another error."""
     try:
         return str(error)
     except KeyboardInterrupt:
@@ -85,7 +87,8 @@ def message_of(error: BaseException) -> str:
         return ""
 
 
-def shortened(text: str, most: int = LONGEST) -> str:
-    """A text in one line of at most `most` characters: dots replace the end of a longer one."""
+def shortened(text: str, most: int = LONGEST_LINE) -> str:
+    """Returns a text in one line of at most `most` characters: dots replace the end of a longer
+    text."""
     line = " ".join(text.split())
     return line if len(line) <= most else f"{line[: most - 3]}..."

@@ -1,5 +1,6 @@
-"""Additions of other installed packages by entry points: they are loaded when a name is asked for
-that is none of ours, and a broken one costs a line on stderr, not the study."""
+"""Engines and systems that other installed packages add by entry points. They are loaded when a
+name is asked for that plumbob itself does not have. A broken package costs a line on stderr, not
+the study."""
 
 from __future__ import annotations
 
@@ -16,123 +17,148 @@ from typing import Any
 
 from plumbob.models.border import Refused, border, shortened
 
-ENGINES, SYSTEMS = "plumbob.engines", "plumbob.systems"  # the groups
+ENGINES, SYSTEMS = "plumbob.engines", "plumbob.systems"  # groups of entry points
 
-Wrong = Callable[[Any, str], str]  # object and its name -> why it is not valid
+# Returns the reason why an object with a name is not valid; empty if it is valid.
+FindFault = Callable[[Any, str], str]
 
 
 @dataclass(frozen=True)
 class Addition:
-    """An object that a package adds, or the reason why it cannot."""
+    """An object that a package adds, or the reason why it cannot be used."""
 
-    package: str  # with its version: "toy-engine 1.0"
-    found: Any = None
-    reason: str = ""  # why there is nothing, one line
+    package: str  # name and version: "toy-engine 1.0"
+    found: Any = None  # the object; None if it cannot be used
+    reason: str = ""  # reason why the object cannot be used, one line
 
     @property
     def distribution(self) -> str:
-        """Name of the package that is installed."""
+        """Name of the installed package."""
         return self.package.partition(" ")[0]
 
 
 @cache
-def points(group: str) -> Mapping[str, tuple[metadata.EntryPoint, ...]]:
-    """The entry points of a group by name, none of them loaded; several packages may have one of
-    the same name."""
-    # a folder may be on the path twice
-    every = dict.fromkeys(metadata.entry_points(group=group))
-    names = dict.fromkeys(point.name for point in every)
-    return MappingProxyType({n: tuple(p for p in every if p.name == n) for n in names})
+def entry_points_by_name(group: str) -> Mapping[str, tuple[metadata.EntryPoint, ...]]:
+    """Returns the entry points of a group by name, none of them loaded. Several packages may have
+    an entry point of one name."""
+    by_name: dict[str, tuple[metadata.EntryPoint, ...]] = {}
+    # An entry point is listed twice if its folder is on the path twice.
+    for point in dict.fromkeys(metadata.entry_points(group=group)):
+        by_name[point.name] = (*by_name.get(point.name, ()), point)
+    return MappingProxyType(by_name)
 
 
-def versions() -> Mapping[str, str]:
-    """The versions of the packages that add engines or systems, by the packages' names."""
-    several = (points(group).values() for group in (ENGINES, SYSTEMS))
-    added = (p.dist for entries in several for group in entries for p in group if p.dist)
-    return {package.name: package.version for package in added}
+def plugin_versions() -> Mapping[str, str]:
+    """Returns {package: version} for the packages that add engines or systems."""
+    packages: dict[str, str] = {}
+    for group in (ENGINES, SYSTEMS):
+        for points in entry_points_by_name(group).values():
+            for point in points:
+                if point.dist:
+                    packages[point.dist.name] = point.dist.version
+    return packages
 
 
 @cache
-def additions(group: str, wrong: Wrong) -> Mapping[str, Addition]:
-    """The objects that packages add to a group, by their names, loaded once a process; of one that
-    cannot be used, or prints, stderr says so."""
-    return {name: _addition(name, several, wrong) for name, several in points(group).items()}
+def additions(group: str, find_fault: FindFault) -> Mapping[str, Addition]:
+    """Returns the objects that packages add to a group, by name, loaded once a process. If an
+    object cannot be used, or prints while it is loaded, a line on stderr says so."""
+    points_by_name = entry_points_by_name(group)
+    return {n: _load_addition(n, points, find_fault) for n, points in points_by_name.items()}
 
 
-def broken(group: str, wrong: Wrong, name: str) -> str:
-    """The requirement on a name whose package cannot be used; else empty."""
-    added = additions(group, wrong).get(name)
-    reason = added and added.reason and f"one that can be used; {added.package}: {added.reason}"
-    return reason or ""
+def broken_requirement(group: str, find_fault: FindFault, name: str) -> str:
+    """Returns the requirement on a name whose package cannot be used, for a message; otherwise
+    empty."""
+    addition = additions(group, find_fault).get(name)
+    if addition is None or not addition.reason:
+        return ""
+    return f"one that can be used; {addition.package}: {addition.reason}"
 
 
-def _addition(name: str, several: tuple[metadata.EntryPoint, ...], wrong: Wrong) -> Addition:
-    packages = [f"{p.dist.name} {p.dist.version}" if p.dist else p.module for p in several]
+def _load_addition(
+    name: str, points: tuple[metadata.EntryPoint, ...], find_fault: FindFault
+) -> Addition:
+    """Loads and validates the object with this name. `points` are the entry points of the name, one
+    a package; more than one is an error."""
+    packages = [f"{p.dist.name} {p.dist.version}" if p.dist else p.module for p in points]
     loaded = None
-    reason = ""
-    printed = [""]
-    if len(several) > 1:
+    output = ""
+    if len(points) > 1:
         reason = f"more than one package adds {name!r}: {', '.join(packages)}"
     else:
-        with captured() as printed:
-            try:
-                with border():
-                    loaded = several[0].load()
-            except Refused as error:
-                kind, _, message = str(error).partition(": ")
-                reason = f"{kind} on import: {message}"
-        reason = shortened(reason or wrong(loaded, name))
+        loaded, reason, output = _load(points[0])
+        reason = reason or find_fault(loaded, name)
+    package = packages[0]
     if reason:
-        print(f"plumbob: {packages[0]} is left out: {reason}", file=sys.stderr)
-        return Addition(packages[0], None, reason)
-    if output := shortened(printed[0]):
-        print(f"plumbob: {packages[0]} prints when it is imported: {output}", file=sys.stderr)
-    return Addition(packages[0], loaded)
+        reason = shortened(reason)
+        print(f"plumbob: {package} is left out: {reason}", file=sys.stderr)
+        return Addition(package, None, reason)
+    if output:
+        print(f"plumbob: {package} prints when it is imported: {output}", file=sys.stderr)
+    return Addition(package, loaded)
+
+
+def _load(point: metadata.EntryPoint) -> tuple[Any, str, str]:
+    """Returns the object of an entry point, or None and the reason why it cannot be loaded; and the
+    output of loading it, in one line."""
+    loaded = None
+    reason = ""
+    with captured() as printed:
+        try:
+            with border():
+                loaded = point.load()
+        except Refused as error:
+            kind, _, message = str(error).partition(": ")
+            reason = f"{kind} on import: {message}"
+    return loaded, reason, shortened(printed[0])
 
 
 @contextmanager
 def captured() -> Iterator[list[str]]:
-    """Take what is written to stdout and stderr, by Python or by a library in C; the list holds it
-    as one text afterwards."""
+    """Captures the output to stdout and stderr, of Python and of libraries in C. Afterwards the
+    list holds the output as one text."""
     import tempfile
 
     output: list[str] = []
-    text = io.StringIO()
+    python_output = io.StringIO()
     sys.stdout.flush()
     sys.stderr.flush()
     with tempfile.TemporaryFile() as file:
-        kept = [(number, os.dup(number)) for number in (1, 2) if _open(number)]
+        copies = {number: os.dup(number) for number in (1, 2) if _is_open(number)}
         try:
-            for number, _ in kept:
+            for number in copies:
                 os.dup2(file.fileno(), number)
-            with redirect_stdout(text), redirect_stderr(text):
+            with redirect_stdout(python_output), redirect_stderr(python_output):
                 yield output
         finally:
-            for number, copy in kept:
+            for number, copy in copies.items():
                 os.dup2(copy, number)
                 os.close(copy)
             file.seek(0)
-            output.append(text.getvalue() + file.read().decode("utf-8", "replace"))
+            c_output = file.read().decode("utf-8", "replace")
+            output.append(python_output.getvalue() + c_output)
 
 
 @contextmanager
 def on_stderr() -> Iterator[None]:
-    """Redirects to stderr what the block prints on stdout, in Python or in C: a user's own code may
+    """Redirects to stderr what the block prints on stdout, in Python or in C. A user's own code may
     print, and stdout is for results."""
     sys.stdout.flush()
-    kept = os.dup(1) if _open(1) and _open(2) else None
+    stdout_copy = os.dup(1) if _is_open(1) and _is_open(2) else None
     try:
-        if kept is not None:
+        if stdout_copy is not None:
             os.dup2(2, 1)
         with redirect_stdout(sys.stderr):
             yield
     finally:
-        if kept is not None:
-            os.dup2(kept, 1)
-            os.close(kept)
+        if stdout_copy is not None:
+            os.dup2(stdout_copy, 1)
+            os.close(stdout_copy)
 
 
-def _open(number: int) -> bool:
+def _is_open(number: int) -> bool:
+    """Whether a file descriptor is open."""
     try:
         os.fstat(number)
     except OSError:

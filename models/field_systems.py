@@ -1,4 +1,5 @@
-"""Systems whose parameters are the fields of a dataclass, with an MJCF file named as the family."""
+"""Builders of systems whose parameters are the fields of a dataclass, with an MJCF file named as
+the system's family."""
 
 from __future__ import annotations
 
@@ -17,25 +18,25 @@ from plumbob.models.scene import ON_PLANE, SMOOTH, Parameters, System, from_anal
 
 
 def field_names(model: type[Any]) -> tuple[str, ...]:
-    """The names of its parameters."""
+    """Returns the names of a dataclass's fields: the parameters of its system."""
     return tuple(field.name for field in fields(model))
 
 
 def field_values(model: type[Any], values: Sequence[Any]) -> Parameters:
-    """Parameters of a scene, by the values of all fields in their order."""
+    """Returns the parameters of a scene from the values of all fields, in their order."""
     return MappingProxyType(dict(zip(field_names(model), values, strict=True)))
 
 
 def field_system(model: type[Any], mjcf: Path | None = None, **about: Any) -> System:
-    """The system of a dataclass with the model in the file `mjcf`, without one that of plumbob
-    which is named as its module; the other fields of `plumbob.models.scene.System` are given by
-    name."""
+    """Returns the system of a dataclass with the model file `mjcf`. Without `mjcf` it is plumbob's
+    file that is named as the dataclass's module. `about` are the other fields of
+    `plumbob.models.scene.System`, by name."""
     names = field_names(model)
-    own = model.__module__.rpartition(".")[2]
-    mjcf = mjcf or Path(__file__).parent / own / f"{own}.xml"
+    module_name = model.__module__.rpartition(".")[2]
+    mjcf = mjcf or Path(__file__).parent / module_name / f"{module_name}.xml"
     return System(
         parameters=names,
-        problem=partial(_problem, model, names),
+        problem=partial(_checked_problem, model, names),
         mjcf=mjcf,
         family=mjcf.stem,
         **about,
@@ -43,17 +44,15 @@ def field_system(model: type[Any], mjcf: Path | None = None, **about: Any) -> Sy
 
 
 def smooth_system(model: type[Any], mjcf: Path | None = None, **about: Any) -> System:
-    """The same for a dataclass whose exact `motion` is certified, and whose loop, where it has one,
-    engines close with a `soft` constraint; its energy is conserved, unless `about` has other
-    invariants."""
+    """Returns the system of a dataclass that has a certified exact `motion`. If the mechanism has a
+    loop that engines close softly, the dataclass's `soft` describes that. The energy is conserved,
+    unless `about` has other invariants. The arguments are those of `field_system`."""
+    smooth_errors = from_analytic("errors.smooth_motion.stepped_system.smooth_errors")
+    smooth_stability = from_analytic("errors.stability.smooth_systems.smooth_stability")
     about = {
         "invariants": energy_drift,
-        "errors": lambda problem: from_analytic(
-            "errors.smooth_motion.stepped_system.smooth_errors"
-        )(problem.motion, getattr(problem, "soft", None)),
-        "stability": lambda problem: from_analytic(
-            "errors.stability.smooth_systems.smooth_stability"
-        )(problem.motion),
+        "errors": lambda problem: smooth_errors(problem.motion, getattr(problem, "soft", None)),
+        "stability": lambda problem: smooth_stability(problem.motion),
         **about,
     }
     return field_system(
@@ -68,8 +67,9 @@ def smooth_system(model: type[Any], mjcf: Path | None = None, **about: Any) -> S
 def contact_system(
     model: type[Any], mjcf: Path | None = None, theory: str = "", **about: Any
 ) -> System:
-    """The same for a dataclass that is its own reference, of bodies in contact, which conserve
-    nothing; `theory`, MODULE.FUNCTION below `plumbob.analytic`, is that of its steps' errors."""
+    """Returns the system of a dataclass of bodies in contact that is its own reference and
+    conserves nothing. `theory`, MODULE.FUNCTION below `plumbob.analytic`, is the theory of the
+    steps' errors. The other arguments are those of `field_system`."""
     return field_system(
         model,
         mjcf,
@@ -82,27 +82,29 @@ def contact_system(
 
 
 def energy(problem: Any, observed: Signals) -> Array:
-    """Energy [J] of a problem with a `potential` energy [J] of its observables, shape (n,)."""
+    """Returns the energy [J], shape (n,), of a problem whose `potential` energy [J] is a function
+    of the observables."""
     kinetic = problem.motion.system.kinetic_energy(observed)
     return np.asarray(kinetic + problem.potential(observed))
 
 
 def energy_at_start(problem: Any) -> float:
-    """The energy at time 0 [J]."""
+    """Returns the energy at time 0 [J]."""
     system = problem.motion.system
     return float(energy(problem, system.observed(system.start[:, None]))[0])
 
 
 def energy_drift(problem: Any, observed: Signals) -> Signals:
-    """Drift of the energy, relative to that at the start, or to a problem's `lift` [J], which its
-    weight can take and give, where that is more; to what it gives where both are 0."""
+    """Returns the relative drift of the energy. The scale is the energy at the start or the
+    problem's `lift` [J], the largest energy that its weight can take and give, whichever is larger.
+    If both are 0, the scale is the largest potential energy of the run."""
     energies = energy(problem, observed)
     scale = max(abs(energies[0]), getattr(problem, "lift", 0.0))
     scale = scale or float(np.abs(problem.potential(observed)).max())
     return {"energy": (energies - energies[0]) / scale} if scale else {}
 
 
-def _problem(model: type[Any], names: tuple[str, ...], parameters: Parameters) -> Any:
-    """The problem that parameters describe; raises ParameterError."""
+def _checked_problem(model: type[Any], names: tuple[str, ...], parameters: Parameters) -> Any:
+    """Returns the problem that parameters describe; raises ParameterError."""
     known(parameters, names)
     return model(**parameters)

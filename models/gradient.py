@@ -1,4 +1,5 @@
-"""Exact derivatives of a case's observables by its parameters, the start among them."""
+"""Exact derivatives of a case's observables with respect to its parameters, including those of the
+start."""
 
 from __future__ import annotations
 
@@ -24,23 +25,24 @@ from plumbob.analytic.sensitivities.neighbours import (
 from plumbob.analytic.sensitivities.phases import Phased, phased_gradients
 from plumbob.models.scene import Case, Gradients, Parameters, System
 
-STEP = 1e-3  # of a parameter, or of its unit where that is 0, to the nearest neighbour
-SHRINK = 0.5  # from one attempt to the next, until all neighbours are possible
-SMALLEST = 1e-10
+STEP = 1e-3  # distance of the nearest neighbour, relative to the number's size
+SHRINK_FACTOR = 0.5  # factor of the distance from one attempt to the next
+SMALLEST_STEP = 1e-10  # smallest distance, relative to the number's size
 SIDES = ("below", "above")
-Beside = tuple[dict[str, Neighbours[Any]], str]
-"""The neighbours on both sides of one number, else on either, and why not on both."""
+NeighboursBySide = tuple[dict[str, Neighbours[Any]], str]
+"""{side: neighbours of a number}, and the reason why there is no side "both"."""
 
 
 def exact_gradient(
     case: Case, by: Sequence[str], times: Array, of: Sequence[str] = ()
 ) -> Mapping[str, Sensitivity]:
-    """Derivatives of the observables `of` (none named: all) at `times` [s], shape (n,), by each
-    parameter in `by`, at fixed values of the others. A parameter has the name of `--set`, one
-    number of several an index: "supports[0][1]"; without an index all its numbers are meant. At a
-    time at which something switches they are those of the interval that begins there.
+    """Returns the derivatives of the observables `of` (none named: all) at `times` [s], shape (n,),
+    with respect to each parameter in `by`, the other parameters fixed. A parameter has the name of
+    `--set`. An index selects one of several numbers: "supports[0][1]"; without an index each number
+    of the parameter gives an entry. At a time at which something switches, the derivatives are
+    those of the interval that begins there.
 
-    Raises ParameterError for a name that is unknown or that the case leaves out.
+    Raises ParameterError for a name that is unknown, or that the case leaves out.
 
     >>> from plumbob.models.registry import case_of, scene
     >>> case = case_of(scene("capsule-line/heading-030"))
@@ -49,10 +51,14 @@ def exact_gradient(
     0.0196745 m
     """
     times = np.asarray(times, dtype=np.float64)
-    names = of or tuple(observable.name for observable in case.system.observables)
-    known(dict.fromkeys(names), [observable.name for observable in case.system.observables])
-    wanted = (number for name in by for number in numbers(case, name))
-    return {number.name: _sensitivity(number, times, names) for number in wanted}
+    observables = tuple(observable.name for observable in case.system.observables)
+    names = of or observables
+    known(dict.fromkeys(names), list(observables))
+    sensitivities: dict[str, Sensitivity] = {}
+    for parameter in by:
+        for number in numbers(case, parameter):
+            sensitivities[number.name] = _sensitivity(number, times, names)
+    return sensitivities
 
 
 @dataclass(frozen=True)
@@ -60,77 +66,85 @@ class Number:
     """One number among a case's parameters, which may vary."""
 
     case: Case
-    name: str  # as it was asked for, with an index where a parameter has several
-    parameters: Parameters  # of the case, with this one where a scene leaves it out
-    path: tuple[int, ...]
+    name: str  # name with indices, if the parameter has several numbers
+    parameters: Parameters  # parameters of the case, including the number's own
+    path: tuple[int, ...]  # indices of the number in its parameter
 
     @property
     def parameter(self) -> str:
-        """The name of the parameter that it is of."""
-        return _parsed(self.name)[0]
+        """Name of the parameter that the number belongs to."""
+        name, _ = _name_and_indices(self.name)
+        return name
 
     @property
     def value(self) -> Any:
-        """The number itself, or what else is there."""
-        return _at(self.parameters[self.parameter], self.path)
+        """The number itself; anything else if the parameter is no number."""
+        return _nested_item(self.parameters[self.parameter], self.path)
 
     @property
     def size(self) -> float:
-        """Its magnitude, or its unit where it is 0."""
+        """Magnitude of the number; its unit if the number is 0."""
         return abs(self.value) or 1.0
 
     def problem(self, number: float) -> Any:
-        """The problem with this number in its place; raises ParameterError where it is not one of
-        the same kind."""
-        changed = self._changed(number)
+        """Returns the case's problem with `number` in place of this number; raises ParameterError
+        if that changes the structure of the problem."""
+        parameters = self._changed(number)
         system = self.case.system
-        moved = system.problem(changed)
-        if system.structure(moved) != system.structure(self.case.problem):
-            only = "one that does not change the sequence of manoeuvres"
-            raise ParameterError(self.parameter, changed[self.parameter], only)
-        return moved
+        problem = system.problem(parameters)
+        if system.structure(problem) != system.structure(self.case.problem):
+            wanted = "one that does not change the sequence of manoeuvres"
+            raise ParameterError(self.parameter, parameters[self.parameter], wanted)
+        return problem
 
     def moved(self, number: float) -> Case:
-        """The case with this number in its place; raises ParameterError as `problem` does."""
+        """Returns the case with `number` in place of this number; raises ParameterError as
+        `problem` does."""
         self.problem(number)
         scene = replace(self.case.scene, parameters=self._changed(number))
         return self.case.system.case(scene)
 
     def _changed(self, number: float) -> Parameters:
-        value = _with(self.parameters[self.parameter], self.path, number)
+        """Returns the case's parameters with `number` in place of this number."""
+        value = _with_item(self.parameters[self.parameter], self.path, number)
         return self.case.system.change(self.parameters, {self.parameter: value})
 
 
 def numbers(case: Case, wanted: str) -> Iterator[Number]:
-    """Each number that is meant, one of several by its index; raises ParameterError for a name that
-    is unknown or that the case leaves out."""
-    parameters = _complete(case, _parsed(wanted)[0])
-    for name, path in _numbers(parameters, wanted):
+    """Yields each number that `wanted` means, a parameter or one of its numbers by index; raises
+    ParameterError for a name that is unknown, or that the case leaves out."""
+    parameter, _ = _name_and_indices(wanted)
+    parameters = _parameters_with(case, parameter)
+    for name, path in _number_names(parameters, wanted):
         yield Number(case, name, parameters, path)
 
 
 def _sensitivity(number: Number, times: Array, names: Sequence[str]) -> Sensitivity:
-    """The derivatives by one number, on both of its sides or on one."""
-    (sides, why) = _beside(number)
+    """Returns the derivatives with respect to one number. If the number can vary on both of its
+    sides together, there is one derivative; otherwise one for each side on which it can vary."""
+    neighbours, reason = _neighbours_by_side(number)
     system = number.case.system
-    gradients = system.sensitivity or _general(system)
-    found = dict(
-        zip(sides, gradients(list(sides.values()), times) if sides else (), strict=True)
-    )
-    nothing = dict.fromkeys(names, np.full(times.shape, np.nan))
-    values = {side: {n: one.values[n] for n in names} for side, one in found.items()}
-    # Where there are both sides apart, the larger of their uncertainties.
-    unsure = [one.uncertainty for one in found.values()] or [nothing]
-    uncertain = {n: np.max([one[n] for one in unsure], axis=0) for n in names}
-    if "both" in found:
-        return Sensitivity(values["both"], uncertain)
-    below, above = (values.get(side, nothing) for side in SIDES)
-    return Sensitivity(nothing, uncertain, why, below, above)
+    gradients = system.sensitivity or _default_gradients(system)
+    found = gradients(list(neighbours.values()), times) if neighbours else []
+    undefined = dict.fromkeys(names, np.full(times.shape, np.nan))
+    values: dict[str, dict[str, Array]] = {}
+    for side, sensitivity in zip(neighbours, found, strict=True):
+        values[side] = {name: sensitivity.values[name] for name in names}
+    # If both sides have a derivative each, the larger uncertainty counts.
+    uncertainties = [sensitivity.uncertainty for sensitivity in found] or [undefined]
+    uncertainty: dict[str, Array] = {}
+    for name in names:
+        uncertainty[name] = np.max([each[name] for each in uncertainties], axis=0)
+    if "both" in values:
+        return Sensitivity(values["both"], uncertainty)
+    below, above = (values.get(side, undefined) for side in SIDES)
+    return Sensitivity(undefined, uncertainty, reason, below, above)
 
 
-def _general(system: System) -> Gradients:
-    """For a system that does not say how: its variational equation where its motion has one, else
-    stencils of the exact motion itself."""
+def _default_gradients(system: System) -> Gradients:
+    """Returns the derivatives' function for a system that has none of its own. If the system's
+    motion has a variational equation, the function solves it. Otherwise it takes differences of the
+    exact motion."""
 
     def gradients(problems: Sequence[Neighbours[Any]], times: Array) -> list[Sensitivity]:
         start = np.zeros(1)
@@ -138,113 +152,134 @@ def _general(system: System) -> Gradients:
             from plumbob.analytic.numerics.smooth.smooth_motion import certified
             from plumbob.analytic.sensitivities.smooth_motion import smooth_gradients
 
-            return smooth_gradients(
-                lambda p: certified(cast(Any, system.reference(p))), problems, times
-            )
-        motions = [one.each(lambda p: Phased(system.reference(p), start)) for one in problems]
+            def motion(problem: Any) -> Any:
+                return certified(cast(Any, system.reference(problem)))
+
+            return smooth_gradients(motion, problems, times)
+
+        def phased(problem: Any) -> Phased:
+            return Phased(system.reference(problem), start)
+
+        motions = [neighbours.each(phased) for neighbours in problems]
         return phased_gradients(motions, times)
 
     return gradients
 
 
-def _parsed(name: str) -> tuple[str, tuple[int, ...]]:
-    """A parameter and the indices of one of its numbers."""
+def _name_and_indices(name: str) -> tuple[str, tuple[int, ...]]:
+    """Returns the name of a parameter and the indices of one of its numbers, of "name[0][1]"."""
     indices = re.findall(r"\[(\d+)\]", name)
     return name.partition("[")[0], tuple(int(index) for index in indices)
 
 
-def _complete(case: Case, name: str) -> Parameters:
-    """The case's parameters with the value that `name` has where it is left out: that with which
-    the motion is the same."""
+def _parameters_with(case: Case, name: str) -> Parameters:
+    """Returns the case's parameters, including the parameter `name`. If the scene leaves `name`
+    out, it gets the value with which the motion is the same. Raises ParameterError if there is no
+    such value."""
     system = case.system
     parameters = case.scene.parameters
     if name not in system.parameters:
         raise ParameterError("by", name, f"one of {nearest(name, list(system.parameters))}")
     if name in parameters:
         return parameters
-    # A left out parameter of another description of the case comes with the rest of that.
+    # The parameter may belong to another description of the case, whose other parameters come with
+    # it: setting one of those may bring `name`.
     for other in (name, *system.parameters):
         if other in parameters:
             continue
+        default = system.left_out.get(other, 0.0)
         try:
-            changed = system.change(parameters, {other: system.left_out.get(other, 0.0)})
-            if name in changed and _same(case, changed):
+            changed = system.change(parameters, {other: default})
+            if name in changed and _is_same_motion(case, changed):
                 return changed
         except ParameterError:
             continue
     raise ParameterError("by", name, f"a parameter that {case.scene.name} has")
 
 
-def _same(case: Case, parameters: Parameters) -> bool:
-    ends = np.array([0.0, 0.3, 1.0]) * case.scene.duration
-    motion = case.system.reference(case.system.problem(parameters)).observe(ends)
-    exact = case.reference.observe(ends)
-    allowed = case.reference.uncertainty(ends)
-    return all(
-        bool((np.abs(motion[name] - values) <= 8 * allowed[name]).all())
-        for name, values in exact.items()
-        if name in allowed
-    )
+def _is_same_motion(case: Case, parameters: Parameters) -> bool:
+    """Whether other parameters give the same motion, within the uncertainty of the exact answer, at
+    three times."""
+    times = np.array([0.0, 0.3, 1.0]) * case.scene.duration
+    motion = case.system.reference(case.system.problem(parameters)).observe(times)
+    exact = case.reference.observe(times)
+    uncertainty = case.reference.uncertainty(times)
+    for name in exact.keys() & uncertainty.keys():
+        difference = np.abs(motion[name] - exact[name])
+        if not (difference <= 8 * uncertainty[name]).all():
+            return False
+    return True
 
 
-def _numbers(parameters: Parameters, wanted: str) -> Iterator[tuple[str, tuple[int, ...]]]:
-    """Each number that is meant, by name, with its indices."""
-    name, path = _parsed(wanted)
+def _number_names(parameters: Parameters, wanted: str) -> Iterator[tuple[str, tuple[int, ...]]]:
+    """Yields the name and the indices of each number that `wanted` means."""
+    name, path = _name_and_indices(wanted)
     try:
-        value = _at(parameters[name], path)
+        value = _nested_item(parameters[name], path)
     except (IndexError, TypeError):
         raise ParameterError("by", wanted, f"a number of {parameters[name]!r}") from None
     if not isinstance(value, (list, tuple)):
         yield wanted, path
         return
     for index in range(len(value)):
-        yield from _numbers(parameters, f"{wanted}[{index}]")
+        yield from _number_names(parameters, f"{wanted}[{index}]")
 
 
-def _at(value: Any, path: tuple[int, ...]) -> Any:
+def _nested_item(value: Any, path: tuple[int, ...]) -> Any:
+    """Returns the part of a nested sequence at the indices `path`."""
     return reduce(getitem, path, value)
 
 
-def _with(value: Any, path: tuple[int, ...], number: float) -> Any:
-    """A value with the number at the indices `path` replaced."""
+def _with_item(value: Any, path: tuple[int, ...], number: float) -> Any:
+    """Returns a nested sequence with the number at the indices `path` replaced."""
     if not path:
         return number
     changed = list(value)
-    changed[path[0]] = _with(value[path[0]], path[1:], number)
+    changed[path[0]] = _with_item(value[path[0]], path[1:], number)
     return tuple(changed)
 
 
-def _beside(of: Number) -> Beside:
-    """The neighbours on both sides of one number, else on either, and why not on both."""
-    number = of.value
-    system = of.case.system
-    if isinstance(number, (bool, str)) or not isinstance(number, (int, float)):
-        return {}, f"{of.name} = {number!r} is not a number that can vary"
-
-    def neighbours(stencil: tuple[int, ...]) -> Neighbours[Any] | ParameterError:
-        step = STEP * of.size
-        while True:
-            values = [number + k * step for k in stencil]
-            try:
-                moved = [of.problem(value) for value in values]
-                if not all(system.alike(of.case.problem, each) for each in moved):
-                    only = "one near which the sequence of a motion's phases is the same"
-                    raise ParameterError(of.parameter, number, only)
-                return Neighbours(tuple(moved), np.array(values) - number)
-            except ParameterError as error:
-                step *= SHRINK
-                if step < SMALLEST * of.size:
-                    return error
-
-    both = neighbours(CENTRAL)
+def _neighbours_by_side(number: Number) -> NeighboursBySide:
+    """Returns the problems near one number, by side, and a reason. If the number can vary on both
+    sides at once, the side is "both" and the reason empty. Otherwise the sides are those on which
+    it can vary; the reason says why it cannot vary on the other."""
+    value = number.value
+    if isinstance(value, (bool, str)) or not isinstance(value, (int, float)):
+        return {}, f"{number.name} = {value!r} is not a number that can vary"
+    both = _neighbours(number, CENTRAL)
     if isinstance(both, Neighbours):
         return {"both": both}, ""
-    found = {}
-    why = list[str]()
+    by_side = {}
+    reasons: list[str] = []
     for side, stencil in zip(SIDES, (BELOW, ABOVE), strict=True):
-        one = neighbours(stencil)
-        if isinstance(one, Neighbours):
-            found[side] = one
+        neighbours = _neighbours(number, stencil)
+        if isinstance(neighbours, Neighbours):
+            by_side[side] = neighbours
         else:
-            why.append(str(one))
-    return found, "; ".join(dict.fromkeys(why)) or str(both)
+            reasons.append(str(neighbours))
+    return by_side, "; ".join(dict.fromkeys(reasons)) or str(both)
+
+
+def _neighbours(number: Number, stencil: tuple[int, ...]) -> Neighbours[Any] | ParameterError:
+    """Returns the problems at `stencil` multiples of a step from the number. The step shrinks until
+    all of them are possible; returns the error if it becomes too small."""
+    step = STEP * number.size
+    while True:
+        values = [number.value + multiple * step for multiple in stencil]
+        try:
+            problems = [number.problem(value) for value in values]
+            _require_alike(number, problems)
+            return Neighbours(tuple(problems), np.array(values) - number.value)
+        except ParameterError as error:
+            step *= SHRINK_FACTOR
+            if step < SMALLEST_STEP * number.size:
+                return error
+
+
+def _require_alike(number: Number, problems: Sequence[Any]) -> None:
+    """Raises ParameterError if one of the problems near a number cannot be compared with the
+    case's."""
+    alike = number.case.system.alike
+    if not all(alike(number.case.problem, problem) for problem in problems):
+        wanted = "one near which the sequence of a motion's phases is the same"
+        raise ParameterError(number.parameter, number.value, wanted)

@@ -1,4 +1,4 @@
-"""Magnitudes that no motion of a pendulum reaches: beyond them a run has diverged."""
+"""Magnitudes that no motion of a pendulum reaches: a run that exceeds them has diverged."""
 
 from __future__ import annotations
 
@@ -8,23 +8,26 @@ from typing import Any
 
 from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
 
-# times what is possible: beyond it a run has diverged, below it there is an error
-BEYOND = 10.0
+# Ratio to the largest possible magnitude: above it a run has diverged, below it it has an error.
+DIVERGED_RATIO = 10.0
 
 
-def fastest(problem: Any, duration: float = math.inf) -> float:
-    """A speed [rad/s] that a pendulum, simple or on a cone, never exceeds within `duration` [s]:
-    that of its energy, and what forcing adds before damping takes as much away."""
+def fastest_rate(problem: Any, duration: float = math.inf) -> float:
+    """Returns a speed [rad/s] that a pendulum, simple or on a cone, never exceeds within `duration`
+    [s]. It is the speed by the energy at the start, plus what the forcing adds before damping
+    removes as much."""
     rotor: DrivenRotor = getattr(problem, "rotor", None) or problem.motion.rotor
-    span = abs(rotor.sin2) + 2 * abs(rotor.cos) + 2 * abs(rotor.sin)  # of V, at most
+    # Upper bound on the range of the potential V.
+    span = abs(rotor.sin2) + 2 * abs(rotor.cos) + 2 * abs(rotor.sin)
     spring = rotor.stiffness * problem.theta**2
     free = math.sqrt(problem.theta_dot**2 + spring + 2 * span)
     if rotor.autonomous:
         return free
-    lasting = 2.0 / rotor.damping_rate if rotor.damping_rate else math.inf
-    return free + abs(rotor.forcing_amplitude) * min(duration, lasting)
+    # After this time [s] damping removes as much speed as forcing adds.
+    forcing_time = 2.0 / rotor.damping_rate if rotor.damping_rate else math.inf
+    return free + abs(rotor.forcing_amplitude) * min(duration, forcing_time)
 
 
-def rates_of_a_pendulum(problem: Any) -> Mapping[str, float]:
-    """Magnitudes of a pendulum's observables that only a diverged run exceeds."""
-    return {"theta_dot": BEYOND * fastest(problem)}
+def largest_pendulum_rates(problem: Any) -> Mapping[str, float]:
+    """Returns magnitudes of a pendulum's observables that only a diverged run exceeds."""
+    return {"theta_dot": DIVERGED_RATIO * fastest_rate(problem)}

@@ -1,6 +1,7 @@
-"""The message of an ImportError if memory does not suffice to load a library.
+"""The text of an ImportError that is raised if memory does not suffice to load a library.
 
-The command line has it before it imports anything else: once memory is exhausted, it cannot.
+The command line imports this module before anything else: once memory is exhausted, it cannot
+import.
 """
 
-UNMAPPED = "failed to map segment"  # glibc's words
+UNMAPPED = "failed to map segment"  # text of glibc's message

@@ -1,5 +1,5 @@
-"""How a problem of a system stands in the system's model file, and how the file's coordinates show
-the observables."""
+"""The relation of a problem to its system's model file: how the file gets the problem's numbers,
+and how the file's coordinates show the observables."""
 
 from __future__ import annotations
 
@@ -11,30 +11,32 @@ from plumbob.analytic.reference import Array, Signals
 from plumbob.models.idealisations import NONE, Idealisations
 
 Controls = Callable[[Array], Array]
-"""Controls of the file's actuators at times [s], shape (n,): shape (n, controls)."""
+"""Returns the controls of the file's actuators, shape (n, controls), at times [s], shape (n,)."""
 
 
 @dataclass(frozen=True)
 class ModelFile:
-    """Functions of a problem and the model file of its system. `fill` takes an MjSpec of the file,
-    whose keyframe "start" gets the start of the motion; coordinates are MuJoCo's."""
+    """Functions that relate a problem to the model file of its system. Coordinates are MuJoCo's.
+    `fill` takes an MjSpec of the file; it writes the start of the motion into the keyframe
+    "start"."""
 
     fill: Callable[[Any, Any], None]
     """Writes the numbers of a problem into an MjSpec of the file, in place."""
     observe: Callable[[Any, Array, Array], Signals]
-    """The observables of a problem that positions, shape (n, nq), and velocities, shape (n, nv),
-    show: all but forces, shape (n,) each."""
+    """Returns all observables but forces, shape (n,) each, of a problem at positions, shape
+    (n, nq), and velocities, shape (n, nv)."""
     ideal: Callable[[Any], Idealisations] = lambda problem: NONE
-    """The idealisations of a problem, which the file cannot state."""
+    """Returns the idealisations of a problem, which the file cannot state."""
     controls: Callable[[Any], Controls | None] = lambda problem: None
-    """The controls of a problem; None where they stay zero."""
+    """Returns the controls of a problem; None if they stay zero."""
     largest: Callable[[Any], Mapping[str, float]] = lambda problem: {}
-    """Magnitudes of observables that only a diverged run exceeds."""
+    """Returns magnitudes of observables that only a diverged run exceeds."""
     forces: Callable[[Any, Array, Array, Array, Array], Signals] | None = None
-    """The observables of a problem that are forces, shape (n,) each, by positions, velocities, and
-    an engine's forces [N] along the world's axes: of each joint on the body that it moves, shape
-    (n, joints, 3), and of the first shape of each pair that touches on the second, shape
-    (n, pairs, 3). They are of the step that ends at a sample, and nan at the start."""
+    """Returns the observables of a problem that are forces [N], shape (n,) each. Its arguments are
+    the problem, positions, velocities, and an engine's forces [N] along the world's axes: the force
+    of each joint on the body that it moves, shape (n, joints, 3), and for each pair of shapes in
+    contact the force of the first on the second, shape (n, pairs, 3). An engine's forces at a
+    sample are those of the step that ends there; they are nan at the start."""
     variant: Callable[[Any], str] = lambda problem: ""
-    """The name of the file beside the system's that has a problem's bodies; empty where the
+    """Returns the name of another file in the same folder that has a problem's bodies; empty if the
     system's own file has them."""

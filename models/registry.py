@@ -1,5 +1,5 @@
-"""The registry of systems: every folder of `models` lists its own in SYSTEMS, and other installed
-packages add theirs by entry points of the group `plumbob.systems`."""
+"""The registry of systems. Each folder of `models` lists its systems in SYSTEMS. Other installed
+packages add systems by entry points of the group `plumbob.systems`."""
 
 from __future__ import annotations
 
@@ -24,66 +24,74 @@ from plumbob.models.scene import ONE_SMOOTH, Case, Scene, System
 
 @cache
 def built_in() -> Mapping[str, System]:
-    """The systems of plumbob itself by name, in the order of their names."""
+    """Returns plumbob's own systems by name, sorted by name."""
     folders = pkgutil.iter_modules([str(Path(__file__).parent)])
-    modules = [import_module(f"plumbob.models.{f.name}") for f in folders if f.ispkg]
-    declared = [system for module in modules for system in getattr(module, "SYSTEMS", ())]
-    return {s.name: _of_its_kind(s) for s in sorted(declared, key=lambda system: system.name)}
+    declared: list[System] = []
+    for folder in folders:
+        if folder.ispkg:
+            module = import_module(f"plumbob.models.{folder.name}")
+            declared += getattr(module, "SYSTEMS", ())
+    by_name = sorted(declared, key=lambda system: system.name)
+    return {system.name: _with_kind(system) for system in by_name}
 
 
-def _of_its_kind(system: System) -> System:
-    """A system whose scenes say its kind."""
-    return replace(system, scenes=tuple(replace(s, kind=system.kind) for s in system.scenes))
+def _with_kind(system: System) -> System:
+    """Returns a system whose scenes state the system's kind."""
+    scenes = tuple(replace(scene, kind=system.kind) for scene in system.scenes)
+    return replace(system, scenes=scenes)
 
 
 @cache
 def systems() -> Mapping[str, System]:
-    """All systems by name, in the order of their names.
+    """Returns all systems by name, sorted by name.
 
     >>> "cone-pendulum" in systems()
     True
     """
     every = dict(built_in())
-    for name, added in entry_points.additions(entry_points.SYSTEMS, _wrong).items():
-        if not added.reason:
-            kind = added.found.kind or ONE_SMOOTH
-            system = replace(added.found, distribution=added.distribution, kind=kind)
-            every[name] = _of_its_kind(system)
+    for name, addition in entry_points.additions(entry_points.SYSTEMS, _system_fault).items():
+        if not addition.reason:
+            kind = addition.found.kind or ONE_SMOOTH
+            system = replace(addition.found, distribution=addition.distribution, kind=kind)
+            every[name] = _with_kind(system)
     return {name: every[name] for name in sorted(every)}
 
 
 def systems_of(*names: str) -> Mapping[str, System]:
-    """The systems among which names of systems or scenes are: those of other packages are loaded
-    where a name is none of ours."""
-    ours = built_in()
-    return ours if all(name.partition("/")[0] in ours for name in names) else systems()
+    """Returns systems among which the systems with these names, or with scenes of these names, are.
+    Other packages are loaded only if plumbob itself has no system of one of the names."""
+    own_systems = built_in()
+    all_known = all(name.partition("/")[0] in own_systems for name in names)
+    return own_systems if all_known else systems()
 
 
 def find_system(name: str) -> System:
-    """The system of this name; raises ParameterError."""
-    if (system := systems_of(name).get(name)) is not None:
-        return system
-    raise ParameterError("scene", name, _one_of(name, systems()))
+    """Returns the system of this name; raises ParameterError."""
+    system = systems_of(name).get(name)
+    if system is None:
+        raise ParameterError("scene", name, _name_requirement(name, systems()))
+    return system
 
 
 def added_system(name: str) -> System | None:
-    """The system that another package adds under this name; else None."""
-    # Where no package adds it, nothing needs to be loaded.
-    added = name in entry_points.points(entry_points.SYSTEMS) and name not in built_in()
-    return systems().get(name) if added else None
+    """Returns the system that another package adds under this name; None if no package does."""
+    # The names of packages' entry points are tested first: `built_in` loads plumbob's systems.
+    added_names = entry_points.entry_points_by_name(entry_points.SYSTEMS)
+    if name not in added_names or name in built_in():
+        return None
+    return systems().get(name)
 
 
-def _one_of(name: str, names: Iterable[str]) -> str:
-    """The requirement on a name of a system or a scene."""
+def _name_requirement(name: str, names: Iterable[str]) -> str:
+    """Returns the requirement on a name of a system or a scene, for a message: the reason why its
+    package cannot be used, or the nearest names."""
     system = name.partition("/")[0]
-    return entry_points.broken(entry_points.SYSTEMS, _wrong, system) or unknown(
-        name, list(names)
-    )
+    broken = entry_points.broken_requirement(entry_points.SYSTEMS, _system_fault, system)
+    return broken or unknown(name, list(names))
 
 
-def _wrong(candidate: Any, name: str) -> str:
-    """Why a package's object is not a valid system of this name; empty where it is. Each scene's
-    exact motion is evaluated once, at its start and its end."""
+def _system_fault(candidate: Any, name: str) -> str:
+    """Message if a package's object is not a valid system of this name; empty if it is."""
     if not isinstance(candidate, System):
         return f"{type(candidate).__name__} in place of a plumbob System"
     if name in built_in():
@@ -93,51 +101,69 @@ def _wrong(candidate: Any, name: str) -> str:
     cases = [scene.name for scene in candidate.scenes if isinstance(scene, Scene)]
     if len(cases) != len(candidate.scenes) or f"{name}/{candidate.default}" not in cases:
         return f"no scene is called {name}/{candidate.default}"
-    if foreign := [case for case in cases if case.partition("/")[0] != name]:
+    foreign = [case for case in cases if case.partition("/")[0] != name]
+    if foreign:
         return f"the scene {foreign[0]!r} is none of {name!r}"
     for scene in candidate.scenes:
         try:
             with border():
-                case = candidate.case(scene)
-                ends = np.array([0.0, scene.duration])
-                for values in (case.reference.observe(ends), case.reference.uncertainty(ends)):
-                    for observable in candidate.observables:
-                        if not np.isfinite(values[observable.name]).all():
-                            return f"{scene.name}: {observable.name} is not finite"
-                candidate.quantities(case)
+                fault = _scene_fault(candidate, scene)
         except Refused as error:
             return f"{scene.name}: {error}"
+        if fault:
+            return fault
+    return ""
+
+
+def _scene_fault(system: System, scene: Scene) -> str:
+    """Message if the exact motion of a scene, or its uncertainty, is not finite at the start or the
+    end; empty if it is. Raises the exceptions of an added system's functions."""
+    case = system.case(scene)
+    ends = np.array([0.0, scene.duration])
+    for values in (case.reference.observe(ends), case.reference.uncertainty(ends)):
+        for observable in system.observables:
+            if not np.isfinite(values[observable.name]).all():
+                return f"{scene.name}: {observable.name} is not finite"
+    system.quantities(case)  # called for the exceptions that it may raise
     return ""
 
 
 def matches(name: str, pattern: str) -> bool:
-    """Whether `system/case` or `engine/method` is of a shell pattern, or of the system or engine
-    that it names."""
+    """Whether `system/case` or `engine/method` matches a shell pattern, or belongs to the system or
+    engine that `pattern` names."""
     return fnmatch.fnmatchcase(name, pattern) or name.partition("/")[0] == pattern
 
 
 def scenes(pattern: str = "*", profile: str = "full") -> tuple[Scene, ...]:
-    """Scenes whose name, or system, matches the shell pattern (several with commas), of the
-    profile; raises ParameterError when there is none."""
-    wanted = pattern.split(",")
-    every = [scene for system in systems_of(*wanted).values() for scene in system.scenes]
-    for part in wanted:
+    """Returns the scenes of a profile whose name, or system, matches the shell pattern (several
+    with commas); raises ParameterError if there is none."""
+    patterns = pattern.split(",")
+    every = _scenes_of(systems_of(*patterns))
+    for part in patterns:
         if not any(matches(scene.name, part) for scene in every):
-            names = (scene.name for system in systems().values() for scene in system.scenes)
-            raise ParameterError("scenes", part, _one_of(part, names))
-    return tuple(
-        scene
-        for scene in every
-        if any(matches(scene.name, part) for part in wanted)
-        and (profile == "full" or scene.profile == "quick" or scene.name in wanted)
-    )
+            names = (scene.name for scene in _scenes_of(systems()))
+            raise ParameterError("scenes", part, _name_requirement(part, names))
+
+    def chosen(scene: Scene) -> bool:
+        in_profile = profile == "full" or scene.profile == "quick" or scene.name in patterns
+        return in_profile and any(matches(scene.name, part) for part in patterns)
+
+    return tuple(scene for scene in every if chosen(scene))
+
+
+def _scenes_of(some: Mapping[str, System]) -> list[Scene]:
+    """Returns the scenes of some systems, system by system."""
+    every: list[Scene] = []
+    for system in some.values():
+        every += system.scenes
+    return every
 
 
 def scene(name: str, changes: Mapping[str, Any] | None = None) -> Scene:
-    """The scene `system/case`, or a system's default case, with some parameters changed (SI units
-    and radians; the names of `--set`).
+    """Returns the scene `system/case`, or a system's default case, with some parameters changed (SI
+    units and radians, by the names of `--set`).
 
-    Raises ParameterError for an unknown name or a parameter that the equations do not allow.
+    Raises ParameterError for an unknown name, and for a parameter that the equations do not allow.
 
     >>> scene("simple-pendulum/free-large").duration
     50.0
@@ -149,52 +175,55 @@ def scene(name: str, changes: Mapping[str, Any] | None = None) -> Scene:
     """
     system = find_system(name.partition("/")[0])
     cases = {scene.name: scene for scene in system.scenes}
-    full = name if "/" in name else f"{name}/{system.default}"
-    if full not in cases:
-        raise ParameterError("scene", name, unknown(full, list(cases)))
-    chosen = cases[full]
+    full_name = name if "/" in name else f"{name}/{system.default}"
+    if full_name not in cases:
+        raise ParameterError("scene", name, unknown(full_name, list(cases)))
+    chosen = cases[full_name]
     if not changes:
         return chosen
     known(changes, system.parameters)
     changed = replace(chosen, parameters=system.change(chosen.parameters, changes))
     try:
-        case_of(changed)  # cached for the run
+        case_of(changed)  # the run finds the case in the cache
     except ParameterError as error:
         raise error.due_to(changes, system.parameters) from None
     return changed
 
 
 def system_of(scene: Scene) -> System:
-    """The system that a scene belongs to; raises ParameterError where it is no longer there."""
+    """Returns the system of a scene; raises ParameterError if the system is no longer installed."""
     return find_system(scene.system)
 
 
 def case_of(scene: Scene) -> Case:
-    """The case of a scene: its problem and its exact motion, which all scenes with the same
-    parameters share; raises ParameterError."""
-    case = _worked_out(scene.system, pickle.dumps(dict(scene.parameters)))
+    """Returns the case of a scene: its problem and its exact motion. All scenes with the same
+    parameters share one case. Raises ParameterError."""
+    case = _cached_case(scene.system, pickle.dumps(dict(scene.parameters)))
     return replace(case, scene=scene)
 
 
 def stability_of(case: Case) -> StabilityTheory | None:
-    """The theory of the largest step of a case, worked out once for all its methods; None without
-    one."""
-    return _stability(case.system.name, pickle.dumps(dict(case.scene.parameters)))
+    """Returns the theory of the largest step of a case, computed once for all methods; None without
+    a theory."""
+    return _cached_stability(case.system.name, pickle.dumps(dict(case.scene.parameters)))
 
 
 @lru_cache(maxsize=16)
-def _stability(system: str, parameters: bytes) -> StabilityTheory | None:
-    case = _worked_out(system, parameters)
+def _cached_stability(system: str, parameters: bytes) -> StabilityTheory | None:
+    """Returns the theory of the largest step of a system with these pickled parameters."""
+    case = _cached_case(system, parameters)
     return case.system.stability(case.problem) if case.system.stability else None
 
 
 @lru_cache(maxsize=128)
-def _worked_out(system: str, parameters: bytes) -> Case:
-    """The case of a system with these pickled parameters, which no dict could be a key for."""
-    of = find_system(system)
-    return of.case(replace(of.scenes[0], parameters=pickle.loads(parameters)))
+def _cached_case(system: str, parameters: bytes) -> Case:
+    """Returns the case of a system with these parameters. They are pickled because a dict cannot be
+    a key of the cache."""
+    owner = find_system(system)
+    scene = replace(owner.scenes[0], parameters=pickle.loads(parameters))
+    return owner.case(scene)
 
 
 def unknown(name: str, names: list[str]) -> str:
-    """The requirement on an unknown name, with the nearest ones that exist."""
+    """Returns the requirement on an unknown name, for a message: the nearest names that exist."""
     return f"one of {nearest(name, names, '... (see `plumbob list`)')}"

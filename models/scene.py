@@ -1,4 +1,4 @@
-"""Scenes and systems: data, and the functions that give the data its meaning."""
+"""Scenes, systems and cases: data, and the functions that give the data its meaning."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 Parameters = Mapping[str, Any]
 Answers = Callable[[Any, Array], Mapping["Observable", Array]]
 Gradients = Callable[[Sequence["Neighbours[Any]"], Array], list["Sensitivity"]]
-# Kinds of system, by which a method says what it can do; a new kind is another string.
+# Kinds of systems. A method names the kinds that it can run; a new kind is another string.
 ONE_SMOOTH: Final = "one smooth degree of freedom"
 SMOOTH: Final = "smooth degrees of freedom"
 FREE_ROTATION: Final = "free rotation"
@@ -33,68 +33,71 @@ ON_PLANE: Final = "ball or box above a plane"
 
 @dataclass(frozen=True)
 class Observable:
-    """A quantity that is compared: its name and its SI unit."""
+    """A quantity that runs are compared by: its name and its SI unit."""
 
     name: str
     unit: str
 
     @property
     def force(self) -> bool:
-        """Whether it is a force, which is read off a step; all others start with the scene's
-        values."""
+        """Whether the observable is a force. A force is read off a step; every other observable
+        starts with the scene's value."""
         return self.unit.startswith("N")
 
 
 @dataclass(frozen=True)
 class Quantity:
-    """An observable that a scene is about, and the characteristic size that its error is compared
-    with, so that errors of different scenes and observables can be compared."""
+    """A quantity of interest: an observable with a characteristic size. The error is compared with
+    this size, so that errors of different scenes and observables are comparable."""
 
     observable: str
     scale: float  # in the observable's unit
-    when: Literal["run", "end"] = "run"  # the largest error over the run, or the one at its end
+    when: Literal["run", "end"] = "run"  # "run": largest error over the run; "end": at its end
 
 
 @dataclass(frozen=True)
 class Scene:
-    """A system with its parameters, its start, how long it runs and where it comes from."""
+    """A system with its parameters, its start, its duration, its step sizes and its source."""
 
     name: str  # "system/case"
     summary: str
-    parameters: Parameters  # SI units, radians; the start included; the names of `--set`
+    parameters: Parameters  # by the names of `--set`, the start included; SI units, radians
     duration: float  # [s]
     steps: tuple[float, ...]  # step sizes [s] of fixed-step methods, from large to small
     source: str
-    profile: Literal["quick", "full"] = "full"  # the smallest profile that runs it
-    hard: str = ""  # why it is hard, for a hard scene
-    kind: str = ""  # of its system, set by the registry, so that asking for it loads no system
+    profile: Literal["quick", "full"] = "full"  # the smallest profile that runs the scene
+    hard: str = ""  # reason why the scene is hard; empty if it is not
+    kind: str = ""  # kind of the system, set by the registry: asking for it loads no system
 
     def __getstate__(self) -> dict[str, Any]:
-        """State without the read-only view of a dict, which cannot be pickled."""
+        """Returns the state to pickle: a read-only view of a dict cannot be pickled."""
         return {**self.__dict__, "parameters": dict(self.parameters)}
 
     @property
     def system(self) -> str:
-        """Name of the system, the part before the slash."""
+        """Name of the system: the part of the scene's name before the slash."""
         return self.name.partition("/")[0]
 
 
 def later(function: str) -> Callable[..., Any]:
-    """A function by its dotted name, whose module is imported when it is called."""
+    """Returns the function with this dotted name. Its module is imported when the function is
+    called."""
     return partial(_loaded, *function.rsplit(".", 1))
 
 
 def from_analytic(path: str) -> Callable[..., Any]:
-    """The function MODULE.NAME below `plumbob.analytic`, which asking for a scene does not load."""
+    """Returns the function MODULE.NAME below `plumbob.analytic`. Its module is imported when the
+    function is called: asking for a scene does not load it."""
     return later(f"plumbob.analytic.{path}")
 
 
 def _loaded(module: str, name: str, *arguments: Any) -> Any:
+    """Imports the module, and returns the result of its function `name`."""
     return getattr(import_module(module), name)(*arguments)
 
 
 def replaced(parameters: Parameters, changes: Parameters) -> Parameters:
-    """Parameters with some values changed."""
+    """Returns parameters with some values changed."""
     return {**parameters, **changes}
 
 
@@ -112,81 +115,94 @@ def scene_of(
     change: Callable[[Parameters, Parameters], Parameters] = replaced,
     **values: Any,
 ) -> Scene:
-    """A scene with `values` in place of some of the parameters of `base`."""
-    parameters = change(base, values)
+    """Returns a scene of a system. `values` replace some of the parameters of `base`, by the
+    function `change`; `duration` and `steps` are in [s]."""
     return Scene(
-        f"{system}/{case}", summary, parameters, duration, steps, source, profile, hard
+        name=f"{system}/{case}",
+        summary=summary,
+        parameters=change(base, values),
+        duration=duration,
+        steps=steps,
+        source=source,
+        profile=profile,
+        hard=hard,
     )
 
 
 def step_sizes(coarse: float, fine: float) -> tuple[float, ...]:
-    """Steps [s] 1, 2 and 5 times powers of ten, from `coarse` down to `fine`, both included."""
-    decades = range(math.ceil(math.log10(coarse)), math.floor(math.log10(fine)) - 1, -1)
-    # Through decimal text: 5e-4 is the double nearest to 0.0005, 5 * 10**-4 need not be.
-    round_numbers = [
-        float(f"{digit}e{exponent}") for exponent in decades for digit in (5, 2, 1)
-    ]
-    return tuple(h for h in round_numbers if fine * (1 - 1e-9) <= h <= coarse * (1 + 1e-9))
+    """Returns step sizes [s], 1, 2 and 5 times powers of ten, from `coarse` down to `fine`, both
+    included."""
+    largest_exponent = math.ceil(math.log10(coarse))
+    smallest_exponent = math.floor(math.log10(fine))
+    round_numbers: list[float] = []
+    for exponent in range(largest_exponent, smallest_exponent - 1, -1):
+        # Decimal text gives the nearest double: 5e-4 is nearest to 0.0005, 5 * 10**-4 need not be.
+        round_numbers += [float(f"{digit}e{exponent}") for digit in (5, 2, 1)]
+    smallest = fine * (1 - 1e-9)
+    largest = coarse * (1 + 1e-9)
+    return tuple(step for step in round_numbers if smallest <= step <= largest)
 
 
 @dataclass(frozen=True)
 class System:
-    """A mechanical system: what it observes, its scenes, and its exact answer."""
+    """A mechanical system: its observables, its scenes, its exact answer, and the theory of its
+    errors."""
 
     name: str
     title: str
-    observables: tuple[Observable, ...]  # orders and verdicts lead with the first
+    observables: tuple[Observable, ...]  # the first is the leading one in orders and verdicts
     parameters: tuple[str, ...]  # every name that `--set` takes
     scenes: tuple[Scene, ...]
-    default: str  # the case meant by the system's name alone
-    problem: Callable[[Parameters], Any]  # parameters -> analytic object; ParameterError
-    reference: Callable[[Any], Reference]  # problem -> its exact motion
-    invariants: Callable[[Any, Signals], Signals]  # relative drifts
-    facts: Callable[[Any], Mapping[str, Any]]  # what `solve` reports beside the observables
-    mjcf: Path  # the model on its own
-    family: str  # by which an engine's adapter finds its builder: adapters/<engine>/<family>.py
-    kind: str = ""  # by which methods claim it: without one those alone that name it
+    default: str  # name of the case that the system's name alone means
+    problem: Callable[[Parameters], Any]  # returns the analytic object; raises ParameterError
+    reference: Callable[[Any], Reference]  # returns the exact motion of a problem
+    invariants: Callable[[Any, Signals], Signals]  # returns relative drifts
+    facts: Callable[[Any], Mapping[str, Any]]  # numbers that `solve` reports, with their names
+    mjcf: Path  # model file without a scene around it
+    family: str  # name of the builder in an engine's adapter: adapters/<engine>/<family>.py
+    kind: str = ""  # kind that methods name; empty: only methods that name the system run it
     change: Callable[[Parameters, Parameters], Parameters] = replaced
-    errors: Callable[[Any], ErrorTheory] = no_theory  # theory of fixed steps' errors
-    # theory of the largest step
+    errors: Callable[[Any], ErrorTheory] = no_theory  # returns theory of fixed steps' errors
+    # Returns the theory of the largest step of a problem; None without such a theory.
     stability: Callable[[Any], StabilityTheory | None] | None = None
     start: tuple[str, ...] = ()
-    """Parameters of the start of the motion; where a scene has none of them, the last is zero."""
+    """Names of the parameters of the start. If a scene has none of them, the last one is zero."""
 
     weight: float = 1.0  # rough cost of a step, in steps of a pendulum
     interest: Callable[[Case], tuple[Quantity, ...]] | None = None
-    """The quantities of interest of a case; None: the first observable, over the whole run."""
+    """Returns the quantities of interest of a case; None: the first observable, over the run."""
 
     sensitivity: Gradients | None = None
-    """Derivatives of the observables by parameters, of neighbours of a problem at times [s], shape
-    (n,); None: differences of the exact motion."""
+    """Returns derivatives of the observables with respect to parameters, from neighbours of a
+    problem, at times [s], shape (n,); None: differences of the exact motion are used."""
     left_out: Parameters = field(default_factory=dict)
-    """Values of parameters that a scene may leave out, where these are not 0."""
+    """Values, other than 0, of parameters that a scene may leave out."""
     structure: Callable[[Any], Any] = lambda problem: None
-    """The parts of a problem that cannot change smoothly with a parameter."""
+    """Returns the parts of a problem that cannot change smoothly with a parameter."""
     alike: Callable[[Any, Any], bool] = lambda problem, near: True
-    """Whether `sensitivity` may take differences between a problem and one near it."""
+    """Whether `sensitivity` may take differences between a problem and a problem near it."""
     also: Answers = lambda problem, places: {}
-    """Exact answers beside the observables, of a problem at times [s], shape (n,)."""
+    """Returns further exact answers to a problem, at times [s], shape (n,)."""
     by_angle: Answers | None = None
-    """Exact answers of a problem with the angle [rad], shape (n,), as the parameter."""
+    """Returns exact answers to a problem as functions of the angle [rad], shape (n,)."""
     builders: Mapping[str, str] = field(default_factory=dict)
-    """{engine: the module that builds it there}, where the family does not name it."""
+    """{engine: module that builds the system there}, if `family` does not name the module."""
     model_module: str = ""
-    """The module whose `MODEL`, a ModelFile, says how a problem stands in the file `mjcf`, imported
-    when an engine asks for it; empty: no engine makes a mechanism of the file."""
-    distribution: str = ""  # the package that adds it, where that is not plumbob
+    """Name of the module whose `MODEL`, a ModelFile, relates a problem to the file `mjcf`. It is
+    imported when an engine asks for it. Empty: no engine makes a mechanism of the file."""
+    distribution: str = ""  # name of the package that adds the system; empty: plumbob itself
 
     @property
     def model_file(self) -> ModelFile | None:
-        """How a problem stands in the file `mjcf`; None: no engine makes a mechanism of it."""
+        """The relation of a problem to the file `mjcf`; None if no engine makes a mechanism of the
+        file."""
         if not self.model_module:
             return None
-        found: ModelFile = import_module(self.model_module).MODEL
-        return found
+        model_file: ModelFile = import_module(self.model_module).MODEL
+        return model_file
 
     def quantities(self, case: Case) -> tuple[Quantity, ...]:
-        """The quantities that a case of this system is about, with scales."""
+        """Returns the quantities of interest of a case of this system, with their scales."""
         if self.interest is not None:
             return self.interest(case)
         first = self.observables[0].name
@@ -195,14 +211,14 @@ class System:
         return (Quantity(first, largest or 1.0),)
 
     def case(self, scene: Scene) -> Case:
-        """The problem and the exact motion of `scene`; raises ParameterError."""
+        """Returns the case of `scene`: its problem and its exact motion; raises ParameterError."""
         problem = self.problem(scene.parameters)
         return Case(self, scene, problem, self.reference(problem), self.errors(problem))
 
 
 @dataclass(frozen=True)
 class Case:
-    """A scene with its problem and exact motion, computed once for all its runs.
+    """A scene with its problem and its exact motion, computed once for all its runs.
 
     >>> import numpy as np
     >>> from plumbob.models.registry import case_of, scene
@@ -214,13 +230,13 @@ class Case:
 
     system: System
     scene: Scene
-    problem: Any  # the system's analytic object
-    reference: Reference  # its exact motion
+    problem: Any  # analytic object of the system
+    reference: Reference  # exact motion of the problem
     errors: ErrorTheory  # theory of fixed steps' errors
-    # of a run, at most: enough for a smooth curve; errors are judged at them
+    # Most samples of a run: enough for a smooth curve. Errors are judged at the samples.
     samples: int = 500
 
     def lasting(self, duration: float, samples: int = 500) -> Case:
-        """The same case for another `duration` [s], with at most so many `samples`, which MuJoCo,
-        pymunk and scipy heed, and engines that are stepped alike."""
+        """Returns the same case with another `duration` [s] and at most `samples` samples. MuJoCo,
+        pymunk, scipy and engines that are stepped in the same way heed `samples`."""
         return replace(self, scene=replace(self.scene, duration=duration), samples=samples)

@@ -1,4 +1,4 @@
-"""The audit of a user model from Python: a path, or a compiled model and its controls."""
+"""The audit of a user model from Python: of a file, of a compiled model, or of an environment."""
 
 from __future__ import annotations
 
@@ -24,11 +24,11 @@ from plumbob.engines.registry import find_engine
 from plumbob.engines.workers import Workers
 from plumbob.reports.view.audit.results import ContactResult, MotionResult
 
-BUDGET = 60.0  # [s] of processor time
-FEWEST = 10  # evaluations of a model for any answer
-BRIEF = 0.05  # [s] of processor time: an evaluation that the audit of any budget has time for
-BESIDE = 1e-9  # [m, rad, ...] by which that evaluation is beside the start
-RECORDED = "policy, recorded at the model's own step"
+BUDGET = 60.0  # [s] default processor time of an audit
+LEAST_EVALUATIONS = 10  # least evaluations of a model for any answer
+ALLOWED_SECONDS = 0.05  # [s] processor time of an evaluation that every budget allows
+START_OFFSET = 1e-9  # [m, rad, ...] distance from the start of the evaluation that is timed
+RECORDED_POLICY = "policy, recorded at the model's own step"
 
 
 @quiet()
@@ -49,22 +49,23 @@ def audit(
     engines: Sequence[str] = (),
     begun: Callable[[Audit], None] = lambda audit: None,
 ) -> MotionResult:
-    """How wrong `model`, a path to an MJCF file, a `mujoco.MjModel`, an `MjSpec`, an `MjData`,
-    whose positions and velocities are the start, or a MuJoCo environment of Gymnasium that has been
-    reset, is at its own integrator and step: its continuous motion is certified, and its steps are
-    held against it. It starts from a `keyframe`, or as it stands, with `qpos` and `qvel` in place
-    of those, if given.
+    """Audits a model: how wrong are its steps, with its own integrator and step? The audit
+    certifies the continuous motion of the model, and compares the model's steps with it.
 
-    `control` is "rest", "zero", "sines" or values of shape (periods, actuators), held for `period`
-    [s]; the motion lasts `duration` [s]; the whole takes about `budget` [s] of processor time. With
-    more `jobs` integrators run in as many processes; costs are measured alone. A `policy`, called
-    with time, qpos and qvel at the beginning of each period, by default of one step, takes the
-    control's place: what it gives at the model's own step is replayed by the reference and all
-    steps. That of an environment is called with its observations, and the environment is stepped,
-    so that the rollout is its own; a control is held as it holds an action. A `gradient` certifies
-    derivatives of the end by controls and start, too, in as much time again, and each of `engines`,
-    by name, runs the file, in as much. `begun` gets the audit before that. Raises ParameterError
-    for bad input, and for a model that no reference can be certified for.
+    `model` is a path to an MJCF file, a `mujoco.MjModel`, an `MjSpec`, an `MjData` (its state is
+    the start), or a MuJoCo environment of Gymnasium that has been reset. The motion starts from a
+    `keyframe`, or from the model's state; `qpos` and `qvel` replace positions and velocities. It
+    lasts `duration` [s]. `control` is "rest", "zero", "sines" or values of shape (periods,
+    actuators), each held for `period` [s]. A `policy` replaces `control`: it is called with time,
+    qpos and qvel at the beginning of each period (default: one step) of a run at the model's own
+    step. The reference and all other steps replay its controls. An environment's policy is called
+    with observations, and a control is held as long as the environment holds an action.
+
+    The audit takes about `budget` [s] of processor time, with the integrators in `jobs` processes.
+    If `gradient` is set, derivatives of the final state with respect to controls and start are
+    certified in as much time again. Each of `engines`, by name, runs the file, in as much time.
+    `begun` is called with the audit before anything is computed. Raises ParameterError for bad
+    input, and for a model for which no reference can be certified.
 
     >>> import mujoco
     >>> rod = '''<mujoco><worldbody><body><joint axis="0 1 0"/>
@@ -76,29 +77,48 @@ def audit(
     positive("budget", budget)
     counting("jobs", jobs)
     engines = engines.split(",") if isinstance(engines, str) else engines
-    _known(engines, model)
+    _check_engines(engines, model)
     start = Start(keyframe, qpos, qvel)
-    named = RECORDED if policy is not None else control if isinstance(control, str) else "given"
+    control_name = _control_name(control, policy)
     if hasattr(getattr(model, "unwrapped", None), "frame_skip"):
-        environment = model
-        model, period = start_and_period(environment)
-        if policy is not None:
-            control, policy = rollout(environment, policy, _lasting(duration)), None
-            duration = None
-    user_model, moved = user_motion(model, start, control, policy, duration, period, budget)
+        model, control, duration, period = _environment_motion(model, control, policy, duration)
+        policy = None
+    user_model, motion = user_motion(model, start, control, policy, duration, period, budget)
     with Workers(jobs) as workers:
-        beside = Allowance(budget, executor=workers if jobs > 1 else None, progress=progress)
-        answer = audited(user_model, moved, named, beside, begun)
+        executor = workers if jobs > 1 else None
+        allowance = Allowance(budget, executor=executor, progress=progress)
+        result = audited(user_model, motion, control_name, allowance, begun)
     if gradient:
-        answer = with_gradient(answer, Allowance(budget, progress=progress))
-    return MotionResult(**vars(with_engines(answer, model, engines, budget, progress)))
+        result = with_gradient(result, Allowance(budget, progress=progress))
+    result = with_engines(result, model, engines, budget, progress)
+    return MotionResult(**vars(result))
 
 
-def _known(engines: Sequence[str], model: Any) -> None:
-    """Raises ParameterError for names of no engine, or of some without a file to read."""
+def _environment_motion(
+    environment: Any, control: str | Array, policy: Policy | None, duration: float | None
+) -> tuple[Any, str | Array, float | None, float]:
+    """Returns an environment's model, and the controls, the duration [s] and the control period [s]
+    of its motion. If there is a policy, its rollout gives the controls and the duration."""
+    model, period = start_and_period(environment)
+    if policy is not None:
+        control = rollout(environment, policy, _duration_or_default(duration))
+        duration = None
+    return model, control, duration, period
+
+
+def _control_name(control: str | Array, policy: Policy | None) -> str:
+    """Returns the name of the controls in the audit: a policy's, a named control's, or `given`."""
+    if policy is not None:
+        return RECORDED_POLICY
+    return control if isinstance(control, str) else "given"
+
+
+def _check_engines(engines: Sequence[str], model: Any) -> None:
+    """Raises ParameterError for unknown engines, and for engines without an MJCF file to read."""
     for name in engines:
         find_engine(name)
-    if engines and not (isinstance(model, (str, Path)) and Path(model).suffix == ".xml"):
+    is_file = isinstance(model, (str, Path)) and Path(model).suffix == ".xml"
+    if engines and not is_file:
         raise ParameterError("engines", ",".join(engines), "left out, but with an MJCF file")
 
 
@@ -111,43 +131,49 @@ def user_motion(
     period: float | None = None,
     budget: float = BUDGET,
 ) -> tuple[OwnModel, Script]:
-    """A user's model, and its motion, which a policy records; raises ParameterError, also where the
-    budget [s] is too small."""
-    name = str(model) if isinstance(model, (str, Path)) else "model"
+    """Returns a user's model, and its motion: start, controls and duration. A policy's motion is
+    recorded. Raises ParameterError for a model that has no continuous motion, and if the budget [s]
+    is too small."""
     try:
         user_model = user_models().model(model, start)
         if policy is not None:
             held = user_model.step if period is None else positive("ctrl period", period)
-            control = user_model.recorded(policy, held, _lasting(duration))
+            control = user_model.recorded(policy, held, _duration_or_default(duration))
             period, duration = held, None
-        moved = script(user_model, control, duration, period)
-    except NotCertifiable as why:
-        raise ParameterError(
-            "model", name, f"one that has a continuous motion; {why}"
-        ) from None
-    _affordable(user_model, moved, budget)
-    return user_model, moved
+        motion = script(user_model, control, duration, period)
+    except NotCertifiable as reason:
+        wanted = f"one that has a continuous motion; {reason}"
+        raise ParameterError("model", _model_name(model), wanted) from None
+    _check_budget(user_model, motion, budget)
+    return user_model, motion
 
 
-def _affordable(user_model: OwnModel, moved: Script, budget: float) -> None:
-    """Raises ParameterError if the budget [s] is less than FEWEST evaluations of a model take,
-    which every reference needs. It is looked at first, since an evaluation that has begun cannot be
-    ended. One evaluation is timed beside the start, and not at it, where the solver of constraints
-    may need no iteration."""
-    field = user_model.field()
-    field.hold(moved.controls[0], 0.0, moved.start)
-    beside = moved.start + np.resize((BESIDE, -BESIDE), moved.start.shape)
+def _model_name(model: Any) -> str:
+    """Returns the name of a model in a message: its path, or "model"."""
+    return str(model) if isinstance(model, (str, Path)) else "model"
+
+
+def _check_budget(model: OwnModel, motion: Script, budget: float) -> None:
+    """Raises ParameterError if LEAST_EVALUATIONS of the model take more than the budget [s]: every
+    reference needs as many. The check comes first, since an evaluation cannot be ended once it has
+    begun. One evaluation is timed at a state beside the start. At the start itself, the constraint
+    solver may need no iteration."""
+    field = model.field()
+    field.hold(motion.controls[0], 0.0, motion.start)
+    beside_start = motion.start + np.resize((START_OFFSET, -START_OFFSET), motion.start.shape)
     begin = time.process_time()
-    # If the model fails here, the reference says why, later.
+    # If the model fails here, the reference reports the reason later.
     with suppress(NotCertifiable), np.errstate(all="ignore"):
-        field(0.0, beside)
-    spent = time.process_time() - begin
-    if spent > max(budget / FEWEST, BRIEF):
-        what = f"{FEWEST * spent:.2g} or more: one evaluation of the model takes {spent:.2g} s"
-        raise ParameterError("budget", budget, what)
+        field(0.0, beside_start)
+    seconds = time.process_time() - begin
+    if seconds > max(budget / LEAST_EVALUATIONS, ALLOWED_SECONDS):
+        least = f"{LEAST_EVALUATIONS * seconds:.2g} or more"
+        reason = f"one evaluation of the model takes {seconds:.2g} s"
+        raise ParameterError("budget", budget, f"{least}: {reason}")
 
 
-def _lasting(duration: float | None) -> float:
+def _duration_or_default(duration: float | None) -> float:
+    """Returns the duration [s], or the default one; raises ParameterError if it is not positive."""
     return DURATION if duration is None else positive("duration", duration)
 
 
@@ -160,12 +186,14 @@ def audit_contacts(
     friction: float | None = None,
     keyframe: int | str | None = None,
 ) -> ContactResult:
-    """How far the free body `body` of `model` (the heaviest) slides on its plane from `speed`
-    [m/s], drifts under a push and depends on direction, with the model's own friction settings and
-    those of `plumbob settings`, beside Coulomb's answer. Joints are locked in the posture of the
-    start; `friction` replaces the coefficients of the model. `model` is a path to an MJCF file or a
-    compiled `mujoco.MjModel`. Raises ParameterError for bad input, and for a model that has no such
-    body, with the reason.
+    """Audits the contacts of a free body on its plane: how far it slides from `speed` [m/s], drifts
+    under a push, and depends on direction. The model's own friction settings and those that
+    `plumbob settings` recommends are compared with Coulomb's answer.
+
+    `model` is a path to an MJCF file or a compiled `mujoco.MjModel`. `body` names the body; without
+    a name it is the heaviest free body. Joints are locked in the posture of the start. `friction`
+    replaces the coefficients of the model. Raises ParameterError for bad input, and for a model
+    that has no such body, with the reason.
 
     >>> import mujoco
     >>> box = '''<mujoco><worldbody><geom name="floor" type="plane" size="9 9 1"/>
@@ -178,11 +206,9 @@ def audit_contacts(
     positive("speed", speed)
     if friction is not None:
         positive("friction", friction)
-    name = str(model) if isinstance(model, (str, Path)) else "model"
     try:
-        start = Start(keyframe)
-        standing = user_models().contacts(model, start, body, friction)
+        standing = user_models().contacts(model, Start(keyframe), body, friction)
         return ContactResult(**vars(contacts_audited(standing, speed)))
-    except NotCertifiable as why:
-        what = f"one whose contacts can be audited; {why}"
-        raise ParameterError("model", name, what) from None
+    except NotCertifiable as reason:
+        wanted = f"one whose contacts can be audited; {reason}"
+        raise ParameterError("model", _model_name(model), wanted) from None

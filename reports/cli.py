@@ -19,7 +19,7 @@ from typing import Any, NoReturn
 import plumbob
 from plumbob.models.memory import UNMAPPED
 
-MOST_SHOWN = 300  # characters of a word in a message: the rest is left out
+LONGEST_WORD = 300  # longest word in a message, in characters
 USAGE, INCOMPLETE, DEFECT, INTERRUPTED = 2, 3, 4, 130
 COMMANDS = (
     "list",
@@ -45,88 +45,94 @@ COMMANDS = (
 
 
 class _Parser(argparse.ArgumentParser):
-    """A parser whose complaint is one line."""
+    """An argument parser that reports errors in one line."""
 
     def error(self, message: str) -> NoReturn:
-        self.exit(USAGE, f"{self.prog}: {_line(message)} (see `{self.prog} --help`)\n")
+        """Prints one line and exits with the code for wrong use."""
+        self.exit(USAGE, f"{self.prog}: {_one_line(message)} (see `{self.prog} --help`)\n")
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Run the command line `argv`; returns 0 for all as expected, 1 for a verdict that is not, 2
-    for wrong use, bad input or a stdout that takes no results, 3 for a missing engine or an
-    incomplete study, 4 for a defect of plumbob itself, 130 when interrupted."""
-    with _streams() as closed, _interrupts() as interrupts:
+    """Runs the command line `argv` and returns the exit code: 0 if all is as expected, 1 for an
+    unexpected verdict, 2 for wrong use, bad input or a stdout that takes no results, 3 for a
+    missing engine or an incomplete study, 4 for a defect of plumbob itself, 130 when
+    interrupted."""
+    with _escaping_streams() as closed, _raised_interrupts() as interrupts:
         if closed:
-            return _said(USAGE, "stdout is closed: results have no place to go")
-        return _outcome(argv, interrupts)
+            return _report(USAGE, "stdout is closed: results have no place to go")
+        return _run_with_exit_code(argv, interrupts)
 
 
-def _outcome(argv: Sequence[str] | None, interrupts: Sequence[int]) -> int:
-    """Run the command line; returns its exit code, or that of the error it ends with."""
+def _run_with_exit_code(argv: Sequence[str] | None, interrupts: Sequence[int]) -> int:
+    """Runs the command line; returns its exit code, or the exit code of the error that ends it.
+    `interrupts` are the numbers of the interrupts so far."""
     from plumbob.analytic.parameters import ParameterError
 
     try:
         try:
-            return _command(argv)
+            return _run_command(argv)
         finally:
             sys.stdout.flush()
     except BrokenPipeError:
         return 0
     except KeyboardInterrupt as error:
-        return _said(INTERRUPTED, "interrupted", error)
+        return _report(INTERRUPTED, "interrupted", error)
     except SystemExit:
         raise
     except BaseException as error:
-        # A library that is interrupted while it loads may raise an error of its own.
+        # A library that is interrupted while it loads may raise another error.
         if interrupts:
-            return _said(INTERRUPTED, "interrupted", error)
+            return _report(INTERRUPTED, "interrupted", error)
         if isinstance(error, ParameterError):
-            return _said(USAGE, str(error), error)
+            return _report(USAGE, str(error), error)
         if _lacks_memory(error):
-            return _said(INCOMPLETE, "out of memory", error)
+            return _report(INCOMPLETE, "out of memory", error)
         if isinstance(error, OSError):
-            where = f"{error.filename}: " if error.filename else ""
-            return _said(USAGE, f"{where}{error.strerror or error}", error)
-        return _said(DEFECT, f"a defect of plumbob itself: {_described(error)}", error)
+            file = f"{error.filename}: " if error.filename else ""
+            return _report(USAGE, f"{file}{error.strerror or error}", error)
+        return _report(DEFECT, f"a defect of plumbob itself: {_error_text(error)}", error)
 
 
-def _command(argv: Sequence[str] | None) -> int:
-    """Run the command of a command line; returns its exit code."""
+def _run_command(argv: Sequence[str] | None) -> int:
+    """Runs the command of a command line; returns its exit code."""
     from plumbob.reports.commands.arguments.options import read
 
     words = list(sys.argv[1:] if argv is None else argv)
-    first = [word for word in words[:1] if word in (*COMMANDS, "--version")]
-    chosen = parser(first or COMMANDS).parse_args(words)
-    read(chosen)
-    # Arguments may hold bytes that are no UTF-8.
+    known_first = [word for word in words[:1] if word in (*COMMANDS, "--version")]
+    arguments = parser(known_first or COMMANDS).parse_args(words)
+    read(arguments)
+    # Arguments may hold bytes that are not UTF-8.
     line = shlex.join(["plumbob", *words]).encode("utf-8", "backslashreplace")
-    chosen.line = line.decode()
-    return int(chosen.command(chosen))
+    arguments.line = line.decode()
+    return int(arguments.command(arguments))
 
 
 def _lacks_memory(error: BaseException) -> bool:
-    """Whether memory did not suffice, to load a library for one. Nothing is imported for it."""
+    """Whether an error comes from a lack of memory, for example while a library loads. Imports
+    nothing, as memory may be exhausted."""
     unmapped = isinstance(error, ImportError) and UNMAPPED in str(error)
     refused = isinstance(error, OSError) and error.errno == errno.ENOMEM
     return unmapped or refused or isinstance(error, MemoryError)
 
 
-def _said(code: int, message: str, error: BaseException | None = None) -> int:
-    """Print the message and the notes on the error in one line; returns `code`."""
+def _report(code: int, message: str, error: BaseException | None = None) -> int:
+    """Prints the message and the error's notes in one line; returns `code`."""
     text = "; ".join([message, *getattr(error, "__notes__", ())])
-    print(f"plumbob: {_line(text)}", file=sys.stderr)
+    print(f"plumbob: {_one_line(text)}", file=sys.stderr)
     return code
 
 
-def _line(text: str) -> str:
-    """A text in one line; the ends of words longer than MOST_SHOWN are left out. Nothing is
-    imported, as memory may be exhausted."""
-    words = (w if len(w) <= MOST_SHOWN else f"{w[:MOST_SHOWN]}..." for w in text.split())
+def _one_line(text: str) -> str:
+    """Returns a text as one line; the ends of words longer than LONGEST_WORD are left out. Imports
+    nothing, as memory may be exhausted."""
+    words = []
+    for word in text.split():
+        words.append(word if len(word) <= LONGEST_WORD else f"{word[:LONGEST_WORD]}...")
     return " ".join(words)
 
 
-def _described(error: BaseException) -> str:
-    """The kind of an error, and the file that its traceback is in."""
+def _error_text(error: BaseException) -> str:
+    """Returns the kind of an error, and the file that its traceback is written to."""
     import tempfile
     import traceback
 
@@ -144,9 +150,10 @@ def _described(error: BaseException) -> str:
     return f"{kind} (traceback in {name})"
 
 
-class _Printed:
-    """A stream to print on. If writing fails, all that is still printed is dropped. If the stream
-    has a `name`, the error is raised, with that name; else no exit code depends on it."""
+class _SafeStream:
+    """A stream to print on that survives write errors. After an error it drops everything that is
+    still printed. If the stream has a `name`, the error is raised with that name. A stream without
+    a name raises nothing: no exit code depends on it."""
 
     def __init__(self, stream: Any, name: str = "") -> None:
         self._stream, self._name = stream, name
@@ -155,18 +162,19 @@ class _Printed:
         return getattr(self._stream, name)
 
     def write(self, text: str) -> int:
-        """Write a text."""
+        """Writes a text; returns its length."""
         with self._errors():
             self._stream.write(text)
         return len(text)
 
     def flush(self) -> None:
-        """Write what waits in a buffer."""
+        """Writes the text that waits in a buffer."""
         with self._errors():
             self._stream.flush()
 
     @contextmanager
     def _errors(self) -> Iterator[None]:
+        """Handles an error of the stream: sends further output to the null device."""
         try:
             yield
         except OSError as error:
@@ -177,21 +185,22 @@ class _Printed:
 
 
 @contextmanager
-def _streams() -> Iterator[bool]:
-    """Makes stdout and stderr streams that escape characters which the terminal's encoding lacks;
-    yields whether stdout is closed. The null device takes the place of a closed stream: else the
-    next file that is opened would get what is printed."""
+def _escaping_streams() -> Iterator[bool]:
+    """Makes stdout and stderr escape characters that the terminal's encoding lacks; yields whether
+    stdout is closed. The null device replaces a closed stream. Otherwise the next file that is
+    opened would get the printed text."""
     before: tuple[Any, Any] = sys.stdout, sys.stderr
-    with ExitStack() as opened:
-        out, err = (
-            opened.enter_context(open(os.devnull, "w", encoding="utf-8")) if s is None else s
-            for s in before
-        )
-        for stream in (out, err):
+    with ExitStack() as null_devices:
+        streams: list[Any] = []
+        for stream in before:
+            if stream is None:
+                stream = null_devices.enter_context(open(os.devnull, "w", encoding="utf-8"))
             if isinstance(stream, io.TextIOWrapper):
                 stream.reconfigure(errors="backslashreplace")
-        printed: Any = _Printed(out, "stdout"), _Printed(err)
-        sys.stdout, sys.stderr = printed
+            streams.append(stream)
+        stdout: Any = _SafeStream(streams[0], "stdout")
+        stderr: Any = _SafeStream(streams[1])
+        sys.stdout, sys.stderr = stdout, stderr
         try:
             yield before[0] is None
         finally:
@@ -199,49 +208,56 @@ def _streams() -> Iterator[bool]:
 
 
 @contextmanager
-def _interrupts() -> Iterator[list[int]]:
-    """The interrupts (SIGINT, SIGTERM) that have come in since, each raised as KeyboardInterrupt,
-    too."""
-    signals: list[int] = []
+def _raised_interrupts() -> Iterator[list[int]]:
+    """Raises each interrupt (SIGINT, SIGTERM) as KeyboardInterrupt; yields a list to which each
+    interrupt's number is added."""
+    numbers: list[int] = []
 
     def interrupt(number: int, frame: FrameType | None) -> None:
-        signals.append(number)
+        numbers.append(number)
         raise KeyboardInterrupt
 
     if threading.current_thread() is not threading.main_thread():
-        yield signals
+        yield numbers
         return
-    # A job in the background may be started with interrupts ignored.
-    now = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
-    usual = (signal.default_int_handler, signal.SIG_DFL)
-    before = {number: handler for number, handler in now.items() if handler in usual}
+    # A background job may be started with interrupts ignored: such handlers stay.
+    default_handlers = (signal.default_int_handler, signal.SIG_DFL)
+    before: dict[signal.Signals, Any] = {}
+    for number in (signal.SIGINT, signal.SIGTERM):
+        handler = signal.getsignal(number)
+        if handler in default_handlers:
+            before[number] = handler
     for number in before:
         signal.signal(number, interrupt)
     try:
-        yield signals
+        yield numbers
     finally:
         for number, handler in before.items():
             signal.signal(number, handler)
 
 
-def _version(wanted: Sequence[str]) -> str:
-    """The text that `--version` prints; looking it up takes as long as a short command."""
+def _version_text(wanted: Sequence[str]) -> str:
+    """Returns the text that `--version` prints. It is looked up only if asked for, since this takes
+    as long as a short command."""
     return f"plumbob {plumbob.__version__}" if "--version" in wanted else "plumbob"
 
 
 def parser(wanted: Sequence[str]) -> argparse.ArgumentParser:
-    """The parser of the commands `wanted`, whose modules alone are loaded."""
+    """Returns the parser of the commands `wanted`; only the modules of these commands are
+    loaded."""
     from plumbob.reports.commands.arguments.options import declare
 
     top = _Parser(prog="plumbob", description="Holds physics engines against exact answers.")
-    top.add_argument("--version", action="version", version=_version(wanted))
+    top.add_argument("--version", action="version", version=_version_text(wanted))
     commands = top.add_subparsers(metavar="COMMAND", required=True, parser_class=_Parser)
-    for name in (name for name in wanted if name in COMMANDS):
-        module = importlib.import_module(
-            f"plumbob.reports.commands.{name.replace('-', '_')}{'_' if name == 'list' else ''}"
-        )
-        described = (module.__doc__ or "").partition(": ")[2].strip().rstrip(".")
-        command = commands.add_parser(name, help=described, description=f"{described}.")
+    for name in wanted:
+        if name not in COMMANDS:
+            continue
+        # The module of `list` has another name than the builtin function.
+        module_name = "list_" if name == "list" else name.replace("-", "_")
+        module = importlib.import_module(f"plumbob.reports.commands.{module_name}")
+        description = (module.__doc__ or "").partition(": ")[2].strip().rstrip(".")
+        command = commands.add_parser(name, help=description, description=f"{description}.")
         declare(command, name, module)
         command.set_defaults(command=module.command)
     return top

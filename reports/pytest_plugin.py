@@ -18,8 +18,8 @@ OPTIONS = ("plumbob_scenes", "plumbob_methods", "plumbob_profile")
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
-    """Add what chooses the runs: the same words as `plumbob validate`. With any of them, each
-    chosen pair of a scene and a method is a test."""
+    """Adds the options that choose the runs, named as those of `plumbob validate`. With any of
+    them, each chosen pair of a scene and a method becomes a test."""
     group = parser.getgroup("plumbob", "validation of physics engines (plumbob)")
     group.addoption("--plumbob-scenes", metavar="GLOB", help="validate these scenes: 'cone-*'")
     group.addoption(
@@ -32,18 +32,21 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 @pytest.fixture(scope="session")
 def plumbob_check() -> Callable[..., Judgement]:
-    """`plumbob.check`: plumbob_check("cone-pendulum", "mujoco/rk4", step=1e-3) raises
-    AssertionError where the verdict is not the expected one."""
+    """Returns `plumbob.check`: plumbob_check("cone-pendulum", "mujoco/rk4", step=1e-3) raises
+    AssertionError if the verdict is not the expected one."""
     from plumbob import check
 
     return check
 
 
-@pytest.hookimpl(tryfirst=True)  # before -k and -m choose among the tests
+# This hook runs before pytest's -k and -m choose among the tests.
+@pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(session: pytest.Session, items: list[pytest.Item]) -> None:
-    """Add a test for each pair that the options choose."""
-    scenes, methods, profile = (session.config.getoption(name) for name in OPTIONS)
-    if scenes is methods is profile is None:
+    """Adds a test for each pair that the options choose."""
+    scene_pattern, method_pattern, profile = (
+        session.config.getoption(name) for name in OPTIONS
+    )
+    if scene_pattern is method_pattern is profile is None:
         return
     from plumbob.analytic.parameters import ParameterError
     from plumbob.engines.registry import engine_of, installed
@@ -53,40 +56,43 @@ def pytest_collection_modifyitems(session: pytest.Session, items: list[pytest.It
 
     profile = profile or "quick"
     try:
-        methods_of_plugin = find_methods(methods or "*")
-        chosen = pairs(find_scenes(scenes or "*", profile), methods_of_plugin)
+        methods = find_methods(method_pattern or "*")
+        chosen = pairs(find_scenes(scene_pattern or "*", profile), methods)
     except ParameterError as error:
         raise pytest.UsageError(f"--plumbob-{error}") from None
     for scene, method in chosen:
-        if methods is None and engine_of(method).optional and not installed(engine_of(method)):
+        engine = engine_of(method)
+        if method_pattern is None and engine.optional and not installed(engine):
             continue
         name = f"{scene.name}-{method.name}"
-        items.append(
-            Validation.from_parent(
-                session, name=name, scene=scene, method=method, profile=profile
-            )
+        test = Validation.from_parent(
+            session, name=name, scene=scene, method=method, profile=profile
         )
+        items.append(test)
 
 
 class Validation(pytest.Item):
-    """A scene with a method at all step sizes of a profile."""
+    """A test of a scene with a method at all step sizes of a profile."""
 
     def __init__(self, *, scene: Scene, method: Method, profile: str, **rest: Any) -> None:
         super().__init__(**rest)
         self.scene, self.method, self.profile = scene, method, profile
 
     def runtest(self) -> None:
-        """Fails with one line; skips where the engine is not installed."""
+        """Fails with one line if the verdict is not expected; skips if the engine is not
+        installed."""
         from plumbob.reports.judge.assertion import judged_runs
         from plumbob.reports.judge.expectations import surprise
 
-        judgement = judged_runs(self.scene, self.method, self.profile)[1].whole
+        _, judged = judged_runs(self.scene, self.method, self.profile)
+        judgement = judged.whole
         if judgement.verdict == "missing":
             pytest.skip(judgement.reason)
-        if why := surprise(self.scene, self.method, judgement):
-            why += f" ({judgement.reason})" if judgement.reason else ""
-            pytest.fail(f"{self.scene.name} with {self.method.name}: {why}", pytrace=False)
+        message = surprise(self.scene, self.method, judgement)
+        if message:
+            message += f" ({judgement.reason})" if judgement.reason else ""
+            pytest.fail(f"{self.scene.name} with {self.method.name}: {message}", pytrace=False)
 
     def reportinfo(self) -> tuple[Path, int | None, str]:
-        """Where the test is from, as pytest shows it."""
+        """Returns the test's file, no line, and the test's name, as pytest shows them."""
         return self.path, None, f"plumbob {self.name}"

@@ -148,7 +148,7 @@ def _forget():
                 if hasattr(kept, "cache_clear") and getattr(kept, "__module__", "") == name:
                     kept.cache_clear()
     if registry := sys.modules.get("plumbob.models.registry"):
-        registry._worked_out.cache_clear()
+        registry._cached_case.cache_clear()
 
 
 def pytest_addoption(parser):

@@ -1,1 +1,1 @@
-"""Numerics that exact answers need: elliptic motion, rotors, collocation, 34 digits."""
+"""Numerical methods of exact solutions: elliptic motion, rotors, collocation, 34 digits."""

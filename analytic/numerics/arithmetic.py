@@ -1,4 +1,4 @@
-"""Round-off of doubles: its size, and what it makes of a formula."""
+"""Round-off of doubles: its size, and its effect on the results of a formula."""
 
 from __future__ import annotations
 
@@ -14,11 +14,12 @@ from plumbob.analytic.reference import Array, Signals
 ROUNDOFF = 2.0**-53  # unit round-off: largest relative error of one rounding
 ULP = 2.0**-52  # machine epsilon: distance from 1 to the next double
 
-NEAR = 1e-7  # relative change of a parameter, by which the effect of its rounding is known
+NEAR = 1e-7  # relative change of a parameter that measures the effect of its rounding
 
 
 def _elementwise(of_number: Any, of_array: Any) -> Any:
-    """A function of plain numbers, in a fifth of the time, and of all else as numpy has it."""
+    """Returns a function that calls `of_number` for a float, in a fifth of the time, and numpy's
+    `of_array` for anything else."""
     return lambda x: of_number(x) if isinstance(x, float) else of_array(x)
 
 
@@ -28,17 +29,17 @@ sqrt = _elementwise(math.sqrt, np.sqrt)
 
 
 def varied(given: Any, part: float) -> Iterator[Any]:
-    """A dataclass or an array, `given`, with one of its numbers after the other, but zeros,
-    smaller by this `part` of it."""
+    """Yields copies of a dataclass or array `given`, each with one number reduced by the fraction
+    `part`. Every number except zeros is reduced in turn."""
     if is_dataclass(given) and not isinstance(given, type):
         for field in fields(given):
-            for near in varied(getattr(given, field.name), part):
-                yield replace(given, **{field.name: near})
+            for reduced in varied(getattr(given, field.name), part):
+                yield replace(given, **{field.name: reduced})
     elif getattr(given, "ndim", 0):  # an array of doubles or of 34 digits
         for i in np.flatnonzero(given != 0.0):
-            near = given.copy()
-            near[i] = given[i] * (1.0 - part)
-            yield near
+            reduced = given.copy()
+            reduced[i] = given[i] * (1.0 - part)
+            yield reduced
     elif isinstance(given, float) and given:
         yield given * (1.0 - part)
 
@@ -46,11 +47,14 @@ def varied(given: Any, part: float) -> Iterator[Any]:
 def rounded_inputs(
     problem: Any, observe: Callable[[Any], Signals], roundings: float
 ) -> dict[str, Array]:
-    """Changes of what is observed by so many roundings of each number of a `problem`, a dataclass,
-    and by its own rounding."""
+    """Returns the effect of rounding on each observable of a `problem`, a dataclass.
+
+    Each number of the problem is rounded by as many units in the last place as `roundings` says,
+    and the observable itself by one. The absolute effects are summed.
+    """
     exact = observe(problem)
     doubts = {name: ULP * np.abs(values) for name, values in exact.items()}
-    for near in varied(problem, NEAR):
-        for name, values in observe(near).items():
+    for neighbour in varied(problem, NEAR):
+        for name, values in observe(neighbour).items():
             doubts[name] += roundings * ULP / NEAR * np.abs(values - exact[name])
     return doubts

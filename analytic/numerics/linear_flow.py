@@ -1,4 +1,4 @@
-"""Linear response of any size: w' = A(x) w + q(x) on steps in x, by Gauss collocation."""
+"""Linear differential equations w' = A(x) w + q(x) of any size, by Gauss collocation."""
 
 from __future__ import annotations
 
@@ -25,22 +25,26 @@ class Response:
 
     @property
     def _rule(self) -> Collocation:
+        """Collocation rule of the nodes."""
         return gauss_collocation(self.slopes.shape[1])
 
     @cached_property
     def _lengths(self) -> Array:
+        """Lengths of the steps [s], shape (steps, 1, 1, 1)."""
         return np.diff(self.orbit.breakpoints)[:, None, None, None]
 
     def at(self, times: Array) -> Array:
-        """Values at `times` [s], shape (n,), as shape (n, d, columns). Raises ParameterError."""
+        """Returns w at `times` [s], shape (n,), as shape (n, d, columns). Raises ParameterError
+        for a time outside the grid."""
         step = self.orbit.locate(times)
         length = np.diff(self.orbit.breakpoints)[step]
-        weights = self._rule.integral_to((times - self.orbit.breakpoints[step]) / length)
-        gained = (length[:, None] * weights)[:, None] @ _flat(self.slopes)[step]
-        return self.states[step] + gained.reshape(-1, *self.states.shape[1:])
+        fraction = (times - self.orbit.breakpoints[step]) / length
+        weights = length[:, None] * self._rule.integral_to(fraction)
+        change = weights[:, None] @ _row_per_node(self.slopes)[step]
+        return self.states[step] + change.reshape(-1, *self.states.shape[1:])
 
     def followed_by(self, other: Response) -> Response:
-        """This response and the `other`, which begins where it ends."""
+        """Returns one response that joins this one and the `other`, which begins at its end."""
         return Response(
             TimeGrid(np.append(self.orbit.breakpoints, other.orbit.breakpoints[1:])),
             np.concatenate([self.states, other.states[1:]]),
@@ -48,24 +52,27 @@ class Response:
         )
 
     def at_nodes(self, derivative: int = 0) -> Array:
-        """Values, or time derivatives of the order given, at the nodes of all steps, shape
-        (steps, stages, d, columns)."""
+        """Returns w, or its time derivative of order `derivative`, at the nodes of all steps.
+
+        The shape is (steps, stages, d, columns).
+        """
         if derivative == 0:
-            gained = (self._rule.integral @ _flat(self.slopes)).reshape(self.slopes.shape)
-            return self.states[:-1, None] + self._lengths * gained
-        values = _flat(self.slopes)
+            integrals = self._rule.integral @ _row_per_node(self.slopes)
+            change = self._lengths * integrals.reshape(self.slopes.shape)
+            return self.states[:-1, None] + change
+        values = _row_per_node(self.slopes)
         for _ in range(derivative - 1):
             values = self._rule.derivative @ values / self._lengths[..., 0]
         return values.reshape(self.slopes.shape)
 
 
-def _flat(slopes: Array) -> Array:
-    """The slopes at each node of a step in one row, shape (steps, stages, d columns)."""
+def _row_per_node(slopes: Array) -> Array:
+    """Returns the slopes with one row for each node, shape (steps, stages, d times columns)."""
     return slopes.reshape(*slopes.shape[:2], -1)
 
 
-def together(responses: Sequence[Response]) -> Response:
-    """Responses along one orbit as one, with the columns of all."""
+def join_columns(responses: Sequence[Response]) -> Response:
+    """Returns one response with the columns of all `responses` along the same orbit."""
     return Response(
         responses[0].orbit,
         np.concatenate([response.states for response in responses], axis=-1),
@@ -75,48 +82,57 @@ def together(responses: Sequence[Response]) -> Response:
 
 @dataclass(frozen=True)
 class LinearFlow:
-    """The homogeneous equation on a grid of steps, its matrix at the nodes of each."""
+    """The homogeneous equation w' = A w on a grid of steps."""
 
     grid: TimeGrid
-    matrix: Any  # A, real or complex, shape (steps, stages, d, d)
+    matrix: Any  # A at the nodes, real or complex, shape (steps, stages, d, d)
 
     @cached_property
-    def _free(self) -> Array:
-        """Slopes at the nodes for each component at a step's start, (steps, stages, d, d)."""
-        return self._solved(self.matrix)
+    def _unit_slopes(self) -> Array:
+        """Slopes at the nodes for a unit value of each component at the step's start, shape
+        (steps, stages, d, d)."""
+        return self._slopes_from_zero(self.matrix)
 
     @cached_property
     def transitions(self) -> Array:
-        """Fundamental matrix across each step, shape (steps, d, d)."""
-        return np.eye(self.matrix.shape[-1]) + self._across(self._free)
+        """Fundamental matrix of each step, shape (steps, d, d)."""
+        return np.eye(self.matrix.shape[-1]) + self._integral_over_step(self._unit_slopes)
 
     def respond(self, start: Array, forcing: Array) -> Response:
-        """Response that begins at `start`, shape (d, columns), under `forcing`, the q at the nodes,
-        shape (steps, stages, d, columns)."""
-        forced = self._solved(forcing)
+        """Returns the response from `start`, shape (d, columns), under a forcing.
+
+        `forcing` is q at the nodes, shape (steps, stages, d, columns).
+        """
+        forced_slopes = self._slopes_from_zero(forcing)
+        forced_changes = self._integral_over_step(forced_slopes)
         states = [start]
-        for across, gained in zip(self.transitions, self._across(forced), strict=True):
-            states.append(across @ states[-1] + gained)
-        slopes = forced + self._free @ np.array(states[:-1])[:, None]
+        for transition, change in zip(self.transitions, forced_changes, strict=True):
+            states.append(transition @ states[-1] + change)
+        slopes = forced_slopes + self._unit_slopes @ np.array(states[:-1])[:, None]
         return Response(self.grid, np.array(states), slopes)
 
-    def _across(self, slopes: Array) -> Array:
-        """The sum that a step adds, (steps, d, columns), with these slopes at its nodes."""
+    def _integral_over_step(self, slopes: Array) -> Array:
+        """Returns the integral of the slopes over each step, shape (steps, d, columns)."""
         weights = gauss_collocation(slopes.shape[1]).weights
-        gained = np.einsum("n,snab->sab", weights, slopes)
-        return np.asarray(np.diff(self.grid.breakpoints)[:, None, None] * gained)
+        means = np.einsum("n,snab->sab", weights, slopes)
+        return np.asarray(np.diff(self.grid.breakpoints)[:, None, None] * means)
 
-    def _solved(self, sources: Array) -> Array:
-        """Slopes at the nodes of each step from rest, for `sources` there, the same shape."""
+    def _slopes_from_zero(self, sources: Array) -> Array:
+        """Returns the slopes at the nodes of each step that starts at w = 0.
+
+        `sources` is the forcing at the nodes; the result has its shape.
+        """
         steps, stages, size, _ = self.matrix.shape
-        scaled = (
-            np.diff(self.grid.breakpoints)[:, None, None] * gauss_collocation(stages).integral
-        )
+        unknowns = stages * size
+        lengths = np.diff(self.grid.breakpoints)[:, None, None]
+        integrals = lengths * gauss_collocation(stages).integral
         slopes = np.empty(sources.shape, np.result_type(sources, self.matrix))
-        # Slopes k_i = A_i (w + length sum_j a_ij k_j) + q_i, all nodes of a step together.
-        for block in (slice(k, k + BLOCK) for k in range(0, steps, BLOCK)):
-            system = -np.einsum("sij,siab->siajb", scaled[block], self.matrix[block])
-            flat = system.reshape(-1, stages * size, stages * size) + np.eye(stages * size)
-            right = sources[block].reshape(len(flat), stages * size, -1)
-            slopes[block] = np.linalg.solve(flat, right).reshape(slopes[block].shape)
+        # The slopes k_i = A_i (w + length sum_j a_ij k_j) + q_i are solved for all nodes of a step
+        # together.
+        for first in range(0, steps, BLOCK):
+            block = slice(first, first + BLOCK)
+            coupling = -np.einsum("sij,siab->siajb", integrals[block], self.matrix[block])
+            system = coupling.reshape(-1, unknowns, unknowns) + np.eye(unknowns)
+            right = sources[block].reshape(len(system), unknowns, -1)
+            slopes[block] = np.linalg.solve(system, right).reshape(slopes[block].shape)
         return slopes

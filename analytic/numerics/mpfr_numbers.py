@@ -1,8 +1,8 @@
-"""34-digit numbers by gmpy2's MPFR: scalars and arrays with numpy's functions, each result rounded
-once to 113 bits. gmpy2 has wheels for more platforms than numpy-quaddtype.
+"""34-digit numbers by gmpy2's MPFR: scalars and arrays that work with numpy's functions.
 
-gmpy2's own operators round to the precision of the thread's context, 53 bits unless somebody
-changes it. Therefore no mpfr leaves the class `Mpfr`, whose operators have a context of their own.
+Each result is rounded once to 113 bits. gmpy2 has wheels for more platforms than numpy-quaddtype.
+The operators of gmpy2's type `mpfr` round to the precision of the thread's context, 53 bits by
+default. Therefore every `mpfr` stays inside the class `Mpfr`, whose operators use a fixed context.
 """
 
 from __future__ import annotations
@@ -15,25 +15,25 @@ from typing import Any
 import gmpy2
 import numpy as np
 
-BITS = 113  # the significand's length, as in IEEE 754 binary128
+BITS = 113  # length of the significand, as in IEEE 754 binary128
 _CONTEXT = gmpy2.context(precision=BITS)
 _NUMBER = type(gmpy2.mpfr(0))
-_SCALARS = frozenset(
-    {_NUMBER, float, int, np.float64}
-)  # types that the context's functions take
+# Types that the functions of the context take as arguments.
+_SCALARS = frozenset({_NUMBER, float, int, np.float64})
 
 
 def _raw(value: Any) -> Any:
-    """The mpfr, or the array of mpfr, inside an `Mpfr`; anything else unchanged."""
+    """Returns the mpfr, or the array of mpfr, inside an `Mpfr`; anything else unchanged."""
     if type(value) is Mpfr:
         return value.values
     if isinstance(value, np.ndarray) and value.dtype == object:
-        return quad(value).values  # an array whose elements are `Mpfr`
+        return quad(value).values  # the elements of the array are `Mpfr`
     return value
 
 
 def _of_one(of_number: Callable[[Any], Any]) -> Callable[[Any], Mpfr]:
-    """Makes a function of an mpfr one of an `Mpfr`, elementwise for arrays."""
+    """Returns a function of one `Mpfr`, elementwise for arrays, made from a function of one
+    mpfr."""
     of_array = np.frompyfunc(of_number, 1, 1)
 
     def result(number: Any) -> Mpfr:
@@ -44,8 +44,8 @@ def _of_one(of_number: Callable[[Any], Any]) -> Callable[[Any], Mpfr]:
 
 
 def _of_two(of_numbers: Callable[[Any, Any], Any]) -> Callable[[Any, Any], Mpfr]:
-    """Makes a function of two numbers one of two operands, of which one is an `Mpfr`, elementwise
-    for arrays."""
+    """Returns a function of two operands, elementwise for arrays, made from a function of two
+    numbers. At least one of the operands is an `Mpfr`."""
     of_arrays = np.frompyfunc(of_numbers, 2, 1)
 
     def result(one: Any, other: Any) -> Mpfr:
@@ -59,12 +59,13 @@ def _of_two(of_numbers: Callable[[Any, Any], Any]) -> Callable[[Any, Any], Mpfr]
 
 
 def _compared(of_numbers: Callable[[Any, Any], Any]) -> Callable[[Any, Any], Any]:
-    """Makes a comparison of numbers one of `Mpfr`. Comparisons are exact in any context."""
+    """Returns a comparison of `Mpfr`, made from a comparison of numbers. Comparisons are exact in
+    any context."""
     return lambda one, other: of_numbers(_raw(one), _raw(other))
 
 
 def _signed(size: Any, sign: Any) -> Any:
-    """The magnitude of `size` with the sign of `sign`."""
+    """Returns the magnitude of `size` with the sign of `sign`."""
     size = _CONTEXT.abs(size)
     return _CONTEXT.minus(size) if gmpy2.is_signed(sign) else size
 
@@ -100,7 +101,7 @@ _TWO: Mapping[str, Callable[[Any, Any], Any]] = MappingProxyType(
         "not_equal": _compared(operator.ne),
     }
 )
-# numpy's functions that rearrange numbers and compute nothing
+# These functions of numpy rearrange numbers without computing.
 _MOVES = frozenset(
     {np.append, np.broadcast_arrays, np.concatenate, np.diag, np.ndim, np.ravel, np.roll}
     | {np.shape, np.stack, np.swapaxes, np.where}
@@ -108,13 +109,15 @@ _MOVES = frozenset(
 
 
 class Mpfr:
-    """One 34-digit number, or an array of them, with the operators and the attributes of numpy's
-    arrays that exact solutions use."""
+    """One 34-digit number, or an array of them.
+
+    It has those operators and attributes of numpy's arrays that exact solutions use.
+    """
 
     __slots__ = ("values",)
 
     def __init__(self, values: Any) -> None:
-        self.values = values  # an mpfr, or an array of dtype object of them
+        self.values = values  # an mpfr, or an array of mpfr with dtype object
 
     def __array_ufunc__(self, function: Any, method: str, *operands: Any, **how: Any) -> Any:
         rules: Mapping[str, Any] = _ONE if len(operands) == 1 else _TWO
@@ -142,7 +145,7 @@ class Mpfr:
     __ne__ = _TWO["not_equal"]
     __abs__ = _ONE["absolute"]
     __neg__ = _ONE["negative"]
-    # numpy calls these methods of the elements of an array of dtype object
+    # For an array of dtype object, numpy calls these methods of its elements.
     sqrt = _ONE["sqrt"]
     sin = _ONE["sin"]
     cos = _ONE["cos"]
@@ -180,33 +183,33 @@ class Mpfr:
 
     @property
     def shape(self) -> tuple[int, ...]:
-        """The shape, as of numpy's arrays; () for one number."""
+        """Shape, as for numpy's arrays; () for one number."""
         return np.shape(self.values)
 
     @property
     def ndim(self) -> int:
-        """The number of dimensions, as of numpy's arrays; 0 for one number."""
+        """Number of dimensions, as for numpy's arrays; 0 for one number."""
         return np.ndim(self.values)
 
     @property
     def size(self) -> int:
-        """How many numbers it holds."""
+        """Count of numbers."""
         return np.size(self.values)
 
     def reshape(self, *shape: Any) -> Mpfr:
-        """The numbers in another shape, as of numpy's arrays."""
+        """Returns the numbers in another shape, as numpy's method does."""
         return Mpfr(self.values.reshape(*shape))
 
     def copy(self) -> Mpfr:
-        """A copy: replacing its numbers leaves the original as it is."""
+        """Returns a copy; assigning to its elements leaves the original unchanged."""
         return Mpfr(self.values.copy())
 
     def any(self) -> bool:
-        """Whether a number is not zero."""
+        """Returns whether at least one number is not zero."""
         return bool(np.any(self.values != 0))
 
     def sum(self) -> Mpfr:
-        """The sum of all numbers, at least one."""
+        """Returns the sum of all numbers; there must be at least one."""
         total, *others = np.ravel(self.values)
         for number in others:
             total = _CONTEXT.add(total, number)
@@ -214,12 +217,12 @@ class Mpfr:
 
 
 def _unwrapped(part: Any) -> Any:
-    """An argument with mpfr in place of `Mpfr`, also inside lists and tuples."""
+    """Returns an argument with mpfr in place of `Mpfr`, also inside lists and tuples."""
     return list(map(_unwrapped, part)) if isinstance(part, (list, tuple)) else _raw(part)
 
 
 def _wrapped(result: Any) -> Any:
-    """A result with `Mpfr` in place of mpfr, also inside lists and tuples."""
+    """Returns a result with `Mpfr` in place of mpfr, also inside lists and tuples."""
     if isinstance(result, (list, tuple)):
         return type(result)(map(_wrapped, result))
     inside = isinstance(result, np.ndarray) and result.dtype == object
@@ -227,7 +230,7 @@ def _wrapped(result: Any) -> Any:
 
 
 def _number(value: Any) -> Any:
-    """The mpfr of one number, exactly."""
+    """Returns one number as an mpfr, exactly."""
     return value.values if type(value) is Mpfr else gmpy2.mpfr(value, BITS)
 
 
@@ -236,12 +239,12 @@ PI: Any = Mpfr(_CONTEXT.const_pi())
 
 
 def quad(value: Any) -> Any:
-    """Return numbers as 34-digit numbers of the same shape, exactly."""
+    """Returns numbers as 34-digit numbers of the same shape, exactly."""
     return value if type(value) is Mpfr else Mpfr(_NUMBERS(value))
 
 
 def double(value: Any) -> Any:
-    """Round 34-digit numbers to double: a scalar to a float, an array to an array."""
+    """Returns 34-digit numbers rounded to double: a float for a scalar, else an array."""
     raw = _raw(value)
     if isinstance(raw, (float, _NUMBER)):
         return float(raw)

@@ -1,14 +1,16 @@
 """Impact of a point of a body on a rough floor: it slides, sticks, or reverses its slip.
 
-While the normal impulse P grows, the velocity s along and v off the floor of the point change as
+The point has the velocity s along the floor and v normal to it. While the normal impulse P grows,
+they change as
 
     ds/dP = b + a q,  dv/dP = c + b q
 
-with the friction impulse dQ/dP = q: -f sign(s) in slip; where that has ended -b/a, which holds the
-point, or the nearest that friction has (Routh 1905, Dynamics of a System of Rigid Bodies, 187-193).
-Compression ends where v = 0, and the impact where v is -e times its first value (Newton), P is
-1 + e times that of compression (Poisson), or e^2 of the work of compression is given back (Stronge
-1990, Proc. R. Soc. Lond. A 431, 169).
+where q = dQ/dP and Q is the friction impulse. During slip, q is -f sign(s). After slip has ended, q
+is -b/a, which holds the point; if that exceeds friction, q is the nearest value within -f and f
+(Routh 1905, Dynamics of a System of Rigid Bodies, 187-193). Compression ends at v = 0. The impact
+ends when v is -e times its first value (Newton), when P is 1 + e times the impulse of compression
+(Poisson), or when e^2 of the work of compression is returned (Stronge 1990, Proc. R. Soc. Lond. A
+431, 169).
 """
 
 from __future__ import annotations
@@ -23,15 +25,14 @@ LAWS = ("newton", "poisson", "energetic")
 
 @dataclass(frozen=True)
 class PointImpact:
-    """Inverse masses a, b and c [1/kg], coefficients of `friction` f and `restitution` e, by a law
-    of LAWS, and the velocities before, `slip` s and `speed` v <= 0 [m/s]; raises ParameterError."""
+    """The impact of a point on a floor. Raises ParameterError for values outside their range."""
 
-    weights: tuple[float, float, float]
-    friction: float
-    restitution: float
-    law: str
-    slip: float
-    speed: float
+    weights: tuple[float, float, float]  # [1/kg] inverse masses a, b and c
+    friction: float  # coefficient of friction f
+    restitution: float  # coefficient of restitution e
+    law: str  # meaning of the restitution: one of LAWS
+    slip: float  # [m/s] velocity s along the floor before the impact
+    speed: float  # [m/s] velocity v <= 0 normal to the floor before the impact
 
     def __post_init__(self) -> None:
         non_negative("friction", self.friction)
@@ -42,56 +43,74 @@ class PointImpact:
 
     @property
     def ratios(self) -> tuple[float, float]:
-        """q in the slip of the start, and after it."""
+        """q during the initial slip, and q after that slip has ended."""
         (a, b, _) = self.weights
         f = self.friction
-        after = min(max(-b / a, -f), f)
-        return (-math.copysign(f, self.slip) if self.slip else after), after
+        after_slip = min(max(-b / a, -f), f)
+        if not self.slip:
+            return after_slip, after_slip
+        return -math.copysign(f, self.slip), after_slip
 
     @property
     def jams(self) -> bool:
-        """Whether forces press the point down while it slides."""
+        """Whether the contact forces accelerate the point downwards while it slides."""
         return self.weights[2] + self.weights[1] * self.ratios[0] < 0.0
 
     @property
     def impulses(self) -> tuple[float, float, float]:
-        """P where slip ends and in all, and the friction impulse Q [N s]; by v and its work, which
-        are polynomials of P before and after the end of slip."""
-        (a, b, c) = self.weights
-        (q, after) = self.ratios
-        v = self.speed
-        slows = b + a * q
-        rate = c + b * q
-        later = c + b * after
-        ends = -self.slip / slows if self.slip * slows < 0.0 else math.inf
-        slip = ends if self.slip else 0.0
-        then = v + rate * slip  # v where slip ends
+        """The normal impulse at the end of slip, the whole normal impulse, and the friction impulse
+        [N s].
 
-        def reached(speed: float) -> float:
-            return slip + (speed - then) / later if speed > then else (speed - v) / rate
+        Before and after the end of slip, v is a linear and its work a quadratic function of P.
+        """
+        (a, b, c) = self.weights
+        (q_in_slip, q_after) = self.ratios
+        v = self.speed
+        slip_rate = b + a * q_in_slip
+        rate = c + b * q_in_slip
+        rate_after = c + b * q_after
+        slip_end = 0.0  # normal impulse at which slip ends
+        if self.slip:
+            slip_end = -self.slip / slip_rate if self.slip * slip_rate < 0.0 else math.inf
+        v_at_end = v + rate * slip_end
+
+        def impulse_at(speed: float) -> float:
+            if speed > v_at_end:
+                return slip_end + (speed - v_at_end) / rate_after
+            return (speed - v) / rate
 
         if self.law == "newton":
-            total = reached(-self.restitution * v)
+            total = impulse_at(-self.restitution * v)
         elif self.law == "poisson":
-            total = (1.0 + self.restitution) * reached(0.0)
+            total = (1.0 + self.restitution) * impulse_at(0.0)
         else:
-            pressed = -(v + min(then, 0.0)) * min(reached(0.0), slip)  # twice the work in slip
-            total = reached(self._rebound(pressed, then, rate, later))
-        slid = min(total, slip)
-        return slip, total, q * slid + after * (total - slid)
+            slip_compression = min(impulse_at(0.0), slip_end)
+            twice_work = -(v + min(v_at_end, 0.0)) * slip_compression
+            total = impulse_at(self._rebound(twice_work, v_at_end, rate, rate_after))
+        in_slip = min(total, slip_end)
+        return slip_end, total, q_in_slip * in_slip + q_after * (total - in_slip)
 
-    def _rebound(self, pressed: float, then: float, rate: float, later: float) -> float:
-        """The velocity off the floor [m/s] that gives back e^2 of the work of compression: the
-        impulse times the mean velocity, here twice that."""
-        low = min(then, 0.0)
-        high = max(then, 0.0)
-        back = self.restitution**2 * (pressed + low**2 / later)
-        first = high**2 / rate if high else 0.0
-        return math.sqrt(high**2 + later * (back - first) if back > first else rate * back)
+    def _rebound(
+        self, twice_work: float, v_at_end: float, rate: float, rate_after: float
+    ) -> float:
+        """Returns the velocity off the floor [m/s] after which e^2 of the work of compression is
+        returned.
+
+        `twice_work` is twice the work of compression before slip ends, `v_at_end` the velocity v
+        when slip ends. `rate` and `rate_after` are dv/dP before and after the end of slip. Work is
+        the impulse times the mean velocity.
+        """
+        negative = min(v_at_end, 0.0)
+        positive = max(v_at_end, 0.0)
+        returned = self.restitution**2 * (twice_work + negative**2 / rate_after)
+        returned_in_slip = positive**2 / rate if positive else 0.0
+        if returned > returned_in_slip:
+            return math.sqrt(positive**2 + rate_after * (returned - returned_in_slip))
+        return math.sqrt(rate * returned)
 
     @property
     def outcome(self) -> str:
-        """`slides`, `sticks` or `reverses`."""
+        """Result of the impact: "slides", "sticks" or "reverses"."""
         slip, total, _ = self.impulses
         if total > slip and -self.weights[1] / self.weights[0] == self.ratios[1]:
             return "sticks"

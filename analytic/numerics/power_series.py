@@ -1,4 +1,4 @@
-"""Power series, cut off at one degree, for formulas that are written for numbers."""
+"""Truncated power series, which can be passed to formulas that are written for numbers."""
 
 from __future__ import annotations
 
@@ -12,9 +12,12 @@ from numpy.lib.mixins import NDArrayOperatorsMixin
 
 
 class Series(NDArrayOperatorsMixin):
-    """A power series in one variable. `terms`, from degree 0 on, are numbers or arrays of shapes
-    that broadcast. It takes + - * /, sine and cosine, of other series, numbers and arrays, which
-    are constants; of two degrees the lower one is known."""
+    """A truncated power series in one variable.
+
+    `terms`, from degree 0 on, are numbers or arrays whose shapes broadcast. The operations are + -
+    * /, sine and cosine. The other operand may be a series, or a number or an array, which counts
+    as a constant. If two series have different degrees, the result has the lower degree.
+    """
 
     def __init__(self, terms: Sequence[Any]) -> None:
         self.terms = list(terms)
@@ -22,25 +25,29 @@ class Series(NDArrayOperatorsMixin):
     def __array_ufunc__(self, function: Any, method: str, *values: Any, **options: Any) -> Any:
         if method != "__call__" or options or function.__name__ not in _RULES:
             return NotImplemented
-        degrees = min(len(value.terms) for value in values if isinstance(value, Series))
-        return Series(_RULES[function.__name__](*(_terms(value, degrees) for value in values)))
+        count = min(len(value.terms) for value in values if isinstance(value, Series))
+        operands = [_terms(value, count) for value in values]
+        return Series(_RULES[function.__name__](*operands))
 
 
 def variable(degree: int) -> Series:
-    """The variable itself."""
+    """Returns the variable itself as a series of a `degree`, 1 or more."""
     return Series([0.0, 1.0] + (degree - 1) * [0.0])
 
 
 def constant(value: Any, degree: int) -> Series:
-    """The series of a number or an array."""
+    """Returns the series of a constant, a number or an array."""
     return Series(_terms(value, degree + 1))
 
 
-def flown(
+def flow_series(
     slope: Callable[[Any, Sequence[Any]], Sequence[Any]], start: Sequence[Series]
 ) -> list[Series]:
-    """The solution of z' = `slope`(h, z) after h as series in that, from a `start` of series, each
-    degree by the lower ones."""
+    """Returns the solution z(h) of z' = `slope`(h, z) as power series in h.
+
+    `start` has one series for each part of z, whose constants are z(0). The terms are computed from
+    the lowest degree up.
+    """
     state = [Series(part.terms) for part in start]
     for n in range(1, len(state[0].terms)):
         rates = slope(variable(n - 1), [Series(part.terms[:n]) for part in state])
@@ -49,17 +56,20 @@ def flown(
     return state
 
 
-def _terms(value: Any, degrees: int) -> list[Any]:
+def _terms(value: Any, count: int) -> list[Any]:
+    """Returns the first `count` terms of a series or of a constant."""
     if isinstance(value, Series):
-        return value.terms[:degrees]
-    return [value] + (degrees - 1) * [0.0]
+        return value.terms[:count]
+    return [value] + (count - 1) * [0.0]
 
 
 def _is_zero(term: Any) -> bool:
+    """Returns whether a term is a zero number; an array of zeros counts as not zero."""
     return isinstance(term, float) and term == 0.0
 
 
 def _product(a: list[Any], b: list[Any]) -> list[Any]:
+    """Returns the terms of the product of two series with as many terms."""
     terms: list[Any] = [0.0] * len(a)
     for i, x in enumerate(a):
         if not _is_zero(x):
@@ -70,21 +80,28 @@ def _product(a: list[Any], b: list[Any]) -> list[Any]:
 
 
 def _quotient(a: list[Any], b: list[Any]) -> list[Any]:
+    """Returns the terms of the quotient of two series with as many terms."""
     terms: list[Any] = []
     for n, x in enumerate(a):
-        terms.append((x - sum(b[i] * terms[n - i] for i in range(1, n + 1))) / b[0])
+        lower_terms = sum(b[i] * terms[n - i] for i in range(1, n + 1))
+        terms.append((x - lower_terms) / b[0])
     return terms
 
 
 def _sine_cosine(a: list[Any]) -> tuple[list[Any], list[Any]]:
-    """By (sin u)' = u' cos u and its like."""
+    """Returns the terms of the sine and the cosine of a series, from (sin u)' = u' cos u and
+    (cos u)' = -u' sin u."""
     sine = [np.sin(a[0])]
     cosine = [np.cos(a[0])]
     for n in range(1, len(a)):
-        parts = [(i / n * a[i], n - i) for i in range(1, n + 1) if not _is_zero(a[i])]
-        rising = sum((part * cosine[k] for part, k in parts), 0.0)
-        cosine.append(-sum((part * sine[k] for part, k in parts), 0.0))
-        sine.append(rising)
+        sine_term = cosine_term = 0.0
+        for i in range(1, n + 1):
+            if not _is_zero(a[i]):
+                derivative = i / n * a[i]
+                sine_term = sine_term + derivative * cosine[n - i]
+                cosine_term = cosine_term + derivative * sine[n - i]
+        sine.append(sine_term)
+        cosine.append(-cosine_term)
     return sine, cosine
 
 

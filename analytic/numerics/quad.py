@@ -1,8 +1,9 @@
 """Arithmetic with 34 digits, for the set-up of a reference, and for closed forms that lose digits.
 
-A period that is used 10^10 times, or a barrier that an energy misses by 10^-12, needs more digits
-than a double has. Everything here is elementwise: scalars and arrays alike. numpy-quaddtype, which
-is quicker, computes where it is installed, else gmpy2: both round each result to 113 bits.
+Doubles have too few digits for a period that is multiplied by 10^10, or for an energy that misses a
+barrier by a relative 10^-12. All functions are elementwise, for scalars and arrays alike. If
+numpy-quaddtype is installed, it computes, because it is faster; else gmpy2 does. Both round each
+result to 113 bits.
 """
 
 from __future__ import annotations
@@ -13,12 +14,13 @@ from typing import Any
 
 import numpy as np
 
-# a 34-digit scalar, or an array of them: one elementwise arithmetic
 Quad = Any
+"""A 34-digit scalar, or an array of 34-digit numbers."""
 
 
 def _arithmetic() -> ModuleType:
-    """The module of 34-digit numbers: numpy-quaddtype's if it is installed, else gmpy2's."""
+    """Returns the module of 34-digit numbers: numpy-quaddtype's if it is installed, else
+    gmpy2's."""
     try:
         from plumbob.analytic.numerics import quaddtype_numbers
     except ImportError:
@@ -35,15 +37,15 @@ double = _CHOSEN.double
 
 
 def choose(condition: Any, value: Any, other: Any) -> Any:
-    """Return, elementwise, `value` where the condition holds, else `other`."""
+    """Returns `value` if the condition holds, else `other`, elementwise."""
     if isinstance(condition, (bool, np.bool_)):
         return value if condition else other
     return np.where(condition, value, other)
 
 
-def chosen(condition: Any, value: Callable[[], Any], other: Callable[[], Any]) -> Any:
-    """Return, elementwise, what `value` returns where the condition holds, else what `other` does;
-    one that is chosen nowhere is not called."""
+def choose_lazily(condition: Any, value: Callable[[], Any], other: Callable[[], Any]) -> Any:
+    """Returns the result of `value` if the condition holds, else the result of `other`,
+    elementwise. A function whose result is chosen nowhere is not called."""
     if np.all(condition):
         return value()
     return choose(condition, value(), other()) if np.any(condition) else other()

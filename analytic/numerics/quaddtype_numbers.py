@@ -1,4 +1,4 @@
-"""34-digit numbers by numpy-quaddtype: the quicker arithmetic, where that package is installed."""
+"""34-digit numbers by numpy-quaddtype, which is faster than gmpy2 but has fewer wheels."""
 
 from __future__ import annotations
 
@@ -12,8 +12,10 @@ PI: Any = quaddtype.pi  # QuadPrecision(pi) would round it to double
 
 
 def quad(value: Any) -> Any:
-    """Return numbers as 34-digit numbers of the same shape, exactly. A number without a shape
-    becomes a scalar: arithmetic with it costs a fifth of that with an array."""
+    """Returns numbers as 34-digit numbers of the same shape, exactly.
+
+    A number without a shape becomes a scalar: arithmetic with a scalar takes a fifth of the time.
+    """
     if isinstance(value, quaddtype.QuadPrecision):
         return value
     if isinstance(value, (float, int)):
@@ -24,7 +26,7 @@ def quad(value: Any) -> Any:
 
 
 def double(value: Any) -> Any:
-    """Round 34-digit numbers to double: a scalar to a float, an array to an array."""
+    """Returns 34-digit numbers rounded to double: a float for a scalar, else an array."""
     if isinstance(value, (float, quaddtype.QuadPrecision)):
         return float(value)
     return np.asarray(value).astype(np.float64)

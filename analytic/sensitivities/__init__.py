@@ -1,9 +1,10 @@
 """Exact sensitivities: derivatives of exact motions by parameters and by the initial state.
 
-A parameter's neighbours (`neighbours`) are the same problem with the parameter moved a little.
-Derivatives by the parameter follow from a stencil of order 8: of a smooth motion's equations, start
-and observables, evaluated on the motion itself, or of the neighbours' own motions.
+The neighbours of a problem (`neighbours`) are the same problem with one parameter changed a little.
+Derivatives by the parameter follow from differences of order 8 between the neighbours. For smooth
+motions the differences are between the neighbours' equations, starts and observables, evaluated on
+the motion itself. For other motions they are between the neighbours' own motions.
 
     smooth motions           `smooth_motion`, the variational equation
-    the capsule              `phases`, stencils of the motion in each of its phases
+    the capsule              `phases`, differences of the motion in each of its phases
 """

@@ -1,14 +1,14 @@
-"""A problem with one parameter moved a little, and derivatives by that parameter.
+"""Neighbours of a problem, which differ in one parameter, and derivatives by that parameter.
 
 With values g at the offsets x_k of the neighbours, the derivative at 0 is sum w_k g(x_k), where
 
     sum w_k x_k^m = 1 for m = 1, and 0 for m = 0 and 2 <= m < n                                 (1)
 
-(Fornberg 1988, Math. Comp. 51, 699). Of n = 9 offsets -4 ... 4 the error is O(h^8), and of the
-inner seven O(h^6): a multiple of their difference, with the rounding of g over h, is the
-uncertainty. Where g has errors of its own, unlike from one neighbour to the next, their size shows
-in what no polynomial of degree n - 3 explains: in the two combinations of n values that vanish for
-all of these, of every g together.
+(Fornberg 1988, Math. Comp. 51, 699). With the n = 9 offsets -4 ... 4, the error is O(h^8); with the
+inner seven offsets, O(h^6). The uncertainty is a multiple of the difference of the two results,
+plus the rounding of g over h. If g has errors of its own, which differ from one neighbour to the
+next, no polynomial explains them. Two combinations of the n values vanish for all polynomials of
+degree n - 3. Their values, of all g together, show the size of such errors.
 """
 
 from __future__ import annotations
@@ -27,13 +27,14 @@ from plumbob.analytic.reference import Array, Signals
 CENTRAL = (-4, -3, -2, -1, 0, 1, 2, 3, 4)
 ABOVE = (0, 1, 2, 3, 4, 5, 6, 7, 8)
 BELOW = tuple(-k for k in ABOVE)
-FEWER = 2  # offsets of the stencil of lower order
-SURE = 4.0  # times the difference of the two, which shows roundings larger than one too
-# Standard deviations of an error whose own size is known from few combinations, which time and
-# observables have nearly in common.
+FEWER = 2  # offsets that the stencil of lower order leaves out
+# Uncertainty over the difference of the two stencils, which shows larger roundings of g as well.
+SURE = 4.0
+# Uncertainty over the standard deviation of errors of g. The factor is large because the deviation
+# is estimated from few independent values: times and observables have nearly equal errors.
 DEVIATIONS = 8.0
-USUAL = 0.75  # of the times have no larger ones
-TINY = 1e-300  # where a value is 0 and exact
+USUAL = 0.75  # quantile over the times of the size of these errors that is taken for all times
+TINY = 1e-300  # size of the error of a value that is 0 and exact
 
 T = TypeVar("T")
 S = TypeVar("S")
@@ -45,9 +46,9 @@ Derived = tuple[Array, Array]
 class Sensitivity:
     """Derivatives of observables by one parameter at n times, and their uncertainty, shape (n,).
 
-    NaN where a derivative does not exist, with the reason in `why`; then `below` and `above` hold
-    the one-sided derivatives, for the parameter falling and rising, NaN where these do not exist
-    either. Both are empty where every derivative exists.
+    If a derivative does not exist, it is NaN, and `why` has the reason. Then `below` and `above`
+    hold the one-sided derivatives, for the parameter falling and rising, or NaN if these do not
+    exist either. If every derivative exists, both are empty.
     """
 
     values: Signals
@@ -59,79 +60,85 @@ class Sensitivity:
 
 @dataclass(frozen=True)
 class Neighbours(Generic[T]):
-    """All that a parameter's value determines, at `offsets` from it: `moved`, where the offset 0 is
-    the value itself."""
+    """Results for a parameter at `offsets` from its value; the offset 0 is the value itself."""
 
     moved: tuple[T, ...]
     offsets: Array
 
     @property
     def here(self) -> T:
-        """At the value itself."""
+        """Result at the parameter's own value."""
         return self.moved[list(self.offsets).index(0.0)]
 
     def each(self, change: Callable[[T], S]) -> Neighbours[S]:
-        """The results of `change` at every offset."""
-        return Neighbours(tuple(change(one) for one in self.moved), self.offsets)
+        """Returns the neighbours with `change` applied to the result at every offset."""
+        return Neighbours(tuple(change(result) for result in self.moved), self.offsets)
 
     @cached_property
     def _weights(self) -> tuple[Array, Array]:
-        """Those of eq. 1 and of the stencil of lower order, which has its nearest offsets."""
+        """The weights (eq. 1) of two stencils, shape (n,) each: of all offsets; and, of lower
+        order, without the FEWER farthest offsets, whose weights are 0."""
         nearest = np.argsort(np.abs(self.offsets), kind="stable")[: len(self.offsets) - FEWER]
-        fewer = np.zeros(len(self.offsets))
-        fewer[nearest] = _weights(self.offsets[nearest])
-        return _weights(self.offsets), fewer
+        lower_order = np.zeros(len(self.offsets))
+        lower_order[nearest] = _weights(self.offsets[nearest])
+        return _weights(self.offsets), lower_order
 
     @cached_property
     def _unexplained(self) -> Array:
-        """Combinations of values that vanish for polynomials, orthonormal, shape (FEWER, n)."""
+        """Orthonormal combinations of values that vanish for polynomials, shape (FEWER, n)."""
         count = len(self.offsets) - FEWER
         powers = np.vander(self.offsets / np.abs(self.offsets).max(), count, increasing=True)
         return np.asarray(np.linalg.svd(powers.T)[2][count:])
 
     def slope(self, read: Callable[[T], float]) -> float:
-        """The derivative of a number alone."""
-        values = np.array([read(one) for one in self.moved])
-        return float(self._weights[0] @ (values - values[self.offsets == 0.0]))
+        """Returns the derivative of the number that `read` gives, without its uncertainty."""
+        values = np.array([read(result) for result in self.moved])
+        weights, _ = self._weights
+        return float(weights @ (values - values[self.offsets == 0.0]))
 
     def derivative(self, read: Callable[[T], Any], errors: Array | None = None) -> Derived:
-        """The derivative of what `read` gives, of doubles or of 34 digits, of any shape; `errors`
-        are what its own are proportional to, from one value to another, with times in the last
-        axis."""
-        values = [np.asarray(read(one)) for one in self.moved]
+        """Returns the derivative of the array that `read` gives, and its uncertainty.
+
+        The array has doubles or 34-digit numbers and any shape. If its values have errors of their
+        own, `errors` has the relative sizes of these, with times along the last axis.
+        """
+        values = [np.asarray(read(result)) for result in self.moved]
         base = np.asarray(read(self.here))
-        all_of_them, fewer = self._weights
+        weights, lower_order = self._weights
         differences = np.array([double(value - base) for value in values])
-        found = np.tensordot(all_of_them, differences, 1)
-        uncertain = SURE * np.abs(found - np.tensordot(fewer, differences, 1))
-        rounded = np.zeros(base.shape)
-        if base.dtype == np.float64:  # in 34 digits nothing is left of a rounding
-            rounded = ULP * np.abs(values).max(axis=0)
-            uncertain += rounded * np.abs(all_of_them).sum()
+        derivative = np.tensordot(weights, differences, 1)
+        uncertainty = SURE * np.abs(derivative - np.tensordot(lower_order, differences, 1))
+        rounding = np.zeros(base.shape)
+        if base.dtype == np.float64:  # the rounding of 34-digit numbers is negligible
+            rounding = ULP * np.abs(values).max(axis=0)
+            uncertainty += rounding * np.abs(weights).sum()
         if errors is not None:
-            size = errors + rounded + TINY
-            left = np.tensordot(self._unexplained, differences, 1) / size
-            sizes = np.sqrt(np.mean(left**2, axis=tuple(range(left.ndim - 1))))
-            # A formula that changes in between shows at its time alone.
-            usual = np.quantile(sizes[sizes > 0.0], USUAL) if sizes.any() else 0.0
-            ratio = np.maximum(usual, sizes)
-            uncertain += DEVIATIONS * ratio * size * np.linalg.norm(all_of_them)
-        return found, uncertain
+            scale = errors + rounding + TINY
+            noise = np.tensordot(self._unexplained, differences, 1) / scale
+            deviations = np.sqrt(np.mean(noise**2, axis=tuple(range(noise.ndim - 1))))
+            # If a formula changes between neighbours, only the errors near that time are larger.
+            usual = 0.0
+            if deviations.any():
+                usual = np.quantile(deviations[deviations > 0.0], USUAL)
+            ratio = np.maximum(usual, deviations)
+            uncertainty += DEVIATIONS * ratio * scale * np.linalg.norm(weights)
+        return derivative, uncertainty
 
 
 def in_rows(observed: Signals, names: Sequence[str]) -> Array:
-    """The observables of these names, shape (observables, n)."""
+    """Returns the observables with these `names` as rows, shape (observables, n)."""
     return np.array([observed[name] for name in names])
 
 
 def stacked(derived: Sequence[Derived]) -> Array:
-    """Derivatives by several parameters in the last axis, then all their uncertainties."""
-    values, uncertain = zip(*derived, strict=True)
-    return np.stack([*values, *uncertain], axis=-1)
+    """Returns derivatives by several parameters along the last axis, followed by their
+    uncertainties."""
+    values, uncertainties = zip(*derived, strict=True)
+    return np.stack([*values, *uncertainties], axis=-1)
 
 
 def _weights(offsets: Array) -> Array:
-    """Weights of the values at `offsets`, shape (n,), in their derivative at 0 (eq. 1)."""
+    """Returns the weights of values at `offsets`, shape (n,), in their derivative at 0 (eq. 1)."""
     size = float(np.abs(offsets).max())
     powers = np.vander(offsets / size, increasing=True).T
     right = np.zeros(len(offsets))

@@ -1,12 +1,12 @@
-"""Sensitivities of a motion whose formula changes at known times: stencils phase by phase.
+"""Sensitivities of a motion whose formula changes at known times: differences phase by phase.
 
-In phase k, from T_k to T_k+1, an observable o(t; q) is smooth, and beyond it another formula holds,
-so that a difference at a fixed time mixes two of them next to a switch. At a fixed fraction f of
-the phase it does not. With tau(q) = T_k + f (T_k+1 - T_k),
+In phase k, from T_k to T_k+1, an observable o(t; q) is smooth; after it another formula holds.
+Close to a switch, a difference at a fixed time would mix two formulas. A difference at a fixed
+fraction f of the phase does not. With tau(q) = T_k + f (T_k+1 - T_k),
 
-    do/dq at fixed t = d/dq o(tau(q); q) - (do/dt) dtau/dq:                                     (1)
+    do/dq at fixed t = d/dq o(tau(q); q) - (do/dt) dtau/dq                                      (1)
 
-the saltation of every switch, without its equations.
+This includes the saltation at every switch, without its equations.
 """
 
 from __future__ import annotations
@@ -25,10 +25,11 @@ from plumbob.analytic.sensitivities.neighbours import (
     in_rows,
 )
 
-# of a stencil for do/dt over the length of the phase: near
+# Widths of the stencils for do/dt over the length of the phase. Close to the end of a phase short
+# stencils are needed: a support's direction settles as a power of the time that is left.
 WINDOWS = 0.125 ** np.arange(1.0, 6.0)
-# its end a support's direction settles as a power of the time that is left
-LATEST = 1.0 - 1e-11  # fraction of a phase: at its end round-off decides which formula holds
+# Latest fraction of a phase: at its very end round-off decides which formula holds.
+LATEST = 1.0 - 1e-11
 
 
 @dataclass(frozen=True)
@@ -40,25 +41,29 @@ class Phased:
 
 
 def phased_gradients(motions: Sequence[Neighbours[Phased]], times: Array) -> list[Sensitivity]:
-    """Sensitivities at `times` [s], shape (n,), by each parameter, eq. 1."""
+    """Returns the sensitivities at `times` [s], shape (n,), by each parameter (eq. 1); `motions`
+    has the neighbours by one parameter each."""
     here = motions[0].here
     names = list(here.reference.observe(times))
     phases = np.searchsorted(here.switches, times, side="right") - 1
-    answers = []
-    for one in motions:
-        both = np.empty((2, len(names), times.size))
+    sensitivities = []
+    for neighbours in motions:
+        results = np.empty((2, len(names), times.size))
         for phase in np.unique(phases):
             inside = phases == phase
-            both[..., inside] = _within(one, names, int(phase), times[inside])
-        values, uncertain = (dict(zip(names, part, strict=True)) for part in both)
-        answers.append(Sensitivity(values, uncertain))
-    return answers
+            results[..., inside] = _phase_sensitivities(
+                neighbours, names, int(phase), times[inside]
+            )
+        values, uncertainties = (dict(zip(names, rows, strict=True)) for rows in results)
+        sensitivities.append(Sensitivity(values, uncertainties))
+    return sensitivities
 
 
-def _within(
+def _phase_sensitivities(
     motions: Neighbours[Phased], names: Sequence[str], phase: int, times: Array
 ) -> Derived:
-    """Eq. 1 and its uncertainty at `times` within one phase, shape (observables, n)."""
+    """Returns the sensitivities (eq. 1) and their uncertainties, shape (observables, n), at `times`
+    [s] within one `phase`."""
     here = motions.here
     since = times - here.switches[phase]
     last = phase + 1 == len(here.switches)
@@ -67,40 +72,48 @@ def _within(
 
     def tau(motion: Phased) -> Array:
         begin = motion.switches[phase]
-        return np.asarray(
-            begin + (since if last else fraction * (motion.switches[phase + 1] - begin))
-        )
+        if last:
+            return np.asarray(begin + since)
+        return np.asarray(begin + fraction * (motion.switches[phase + 1] - begin))
 
     def read(motion: Phased) -> Array:
         return in_rows(motion.reference.observe(tau(motion)), names)
 
-    # A motion with a formula has neighbours without: theirs are the larger ones.
-    ends = (motions.moved[0], here, motions.moved[-1])
-    unsure = [in_rows(motion.reference.uncertainty(tau(motion)), names) for motion in ends]
-    values, uncertain = motions.derivative(read, np.max(unsure, axis=0))
-    shift, doubt = motions.derivative(tau)
+    # A motion with a closed form has neighbours without one, whose uncertainties are larger.
+    errors = []
+    for motion in (motions.moved[0], here, motions.moved[-1]):
+        errors.append(in_rows(motion.reference.uncertainty(tau(motion)), names))
+    values, uncertainty = motions.derivative(read, np.max(errors, axis=0))
+    shift, shift_doubt = motions.derivative(tau)
     if not shift.any():
-        return values, uncertain
-    slope, rounding = _slopes(here, names, float(here.switches[phase]), length, times)
-    return values - slope * shift, uncertain + np.abs(slope) * doubt + rounding * np.abs(shift)
+        return values, uncertainty
+    slope, slope_doubt = _slopes(here, names, float(here.switches[phase]), length, times)
+    uncertainty = uncertainty + np.abs(slope) * shift_doubt + slope_doubt * np.abs(shift)
+    return values - slope * shift, uncertainty
 
 
 def _slopes(
     motion: Phased, names: Sequence[str], begin: float, length: float, times: Array
 ) -> Derived:
-    """do/dt within a phase, shape (observables, n), and its uncertainty, the smallest of several
-    windows'; none in the last phase, where everything has come to rest."""
+    """Returns do/dt within a phase and its uncertainty, shape (observables, n) each.
+
+    At each time, the result is taken from the window with the smallest uncertainty. In the last
+    phase everything is at rest: both are zero.
+    """
     shape = len(names), times.size
     if not np.isfinite(length):
         return np.zeros(shape), np.zeros(shape)
     slopes = np.zeros(shape)
-    uncertain = np.full(shape, np.inf)
-    inward = np.where(times - begin < 0.5 * length, 1.0, -1.0)  # from an end of the phase
+    uncertainty = np.full(shape, np.inf)
+    inward = np.where(times - begin < 0.5 * length, 1.0, -1.0)  # away from the nearer end
     for width in length * WINDOWS:
         step = inward * width / ABOVE[-1]
         ahead = tuple(in_rows(motion.reference.observe(times + k * step), names) for k in ABOVE)
-        rate, unsure = Neighbours(ahead, np.array(ABOVE, dtype=float)).derivative(np.asarray)
+        stencil = Neighbours(ahead, np.array(ABOVE, dtype=float))
+        rate, rate_doubt = stencil.derivative(np.asarray)
         rate = rate / step
-        unsure = unsure / np.abs(step)
-        slopes, uncertain = np.where(unsure < uncertain, (rate, unsure), (slopes, uncertain))
-    return slopes, uncertain
+        rate_doubt = rate_doubt / np.abs(step)
+        better = rate_doubt < uncertainty
+        slopes = np.where(better, rate, slopes)
+        uncertainty = np.where(better, rate_doubt, uncertainty)
+    return slopes, uncertainty

@@ -1,4 +1,4 @@
-"""Sensitivities of pendulums and the free body: the equations of their smooth motions."""
+"""Sensitivities of pendulums and the free body, from the equations of their smooth motions."""
 
 from __future__ import annotations
 
@@ -16,7 +16,8 @@ from plumbob.analytic.systems.simple_pendulum import SimplePendulum
 
 
 def cone_pendulum(pendulum: ConePendulum) -> SmoothMotion:
-    """Its state is (theta, theta_dot), with the start in 34 digits."""
+    """Returns the smooth motion of a cone pendulum, with the state (theta, theta_dot) and its start
+    in 34 digits."""
     motion = pendulum.motion
     begin = motion.closed_form
     speed = np.sqrt(2 * begin.kinetic / begin.inertia) * np.copysign(1.0, pendulum.theta_dot)
@@ -28,7 +29,10 @@ def cone_pendulum(pendulum: ConePendulum) -> SmoothMotion:
 
 
 def simple_pendulum(pendulum: SimplePendulum) -> SmoothMotion:
-    """Its state is (theta, theta_dot), the start measured from the top where it is given so."""
+    """Returns the smooth motion of a simple pendulum, with the state (theta, theta_dot).
+
+    If the initial angle is given from the top, the start of the motion is, too.
+    """
     from_top = pendulum.theta_from_top
     angle = pendulum.theta if from_top is None else from_top
     start = np.array([angle, pendulum.theta_dot])

@@ -1,1 +1,1 @@
-"""Exact answers of the mechanical systems, one module or folder each."""
+"""Exact solutions of the mechanical systems, one module or folder each."""

@@ -18,10 +18,11 @@ NORMAL_FORCES = ("normal_force_1", "normal_force_2", "normal_force_3")
 
 CORNERS = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]])  # [m] from C
 
-# Below this height over its longest side a triangle gives support loads to fewer than 7 digits.
-FLATTEST = 1e-9
-# Rounding of a load in units of ROUNDOFF times the weight: the root of the sum of the squares of
-# errors whose sum is 32 at most.
+# Smallest height of a triangle of supports over its longest side: a flatter triangle gives support
+# loads with fewer than 7 digits.
+SMALLEST_HEIGHT = 1e-9
+# Rounding of a load in units of ROUNDOFF times the weight: the root of the sum of squares of errors
+# that add up to at most 32.
 LOAD_ROUNDINGS = 12.0
 
 
@@ -29,9 +30,10 @@ LOAD_ROUNDINGS = 12.0
 class Capsule:
     """Body P with its centre of mass at C, slider Q, and three Coulomb supports A_i.
 
-    body_mass M [kg]; slider_mass m [kg]; inertia J of the body about the vertical through C
-    [kg m^2]; supports A_i relative to C in body axes [m]; friction f (0 allowed); gravity
-    g [m/s^2]. Heights of C and Q are zero. Raises ParameterError. Chernousko 2020, eqs. 1-10.
+    body_mass M [kg]; slider_mass m [kg]; inertia J of the body about the vertical through C [kg
+    m^2]; supports A_i relative to C in body axes [m]; friction coefficient f (may be 0); gravity g
+    [m/s^2]. C and Q have no height above the plane. Raises ParameterError. Chernousko 2020, eqs.
+    1-10.
     """
 
     body_mass: float
@@ -53,19 +55,19 @@ class Capsule:
 
     @property
     def weight(self) -> float:
-        """(M + m) g [N], the sum of the normal forces (Chernousko 2020, eq. 7)."""
+        """Weight (M + m) g [N], the sum of the normal forces (Chernousko 2020, eq. 7)."""
         return (self.body_mass + self.slider_mass) * self.gravity
 
     @property
     def holding_acceleration(self) -> float:
-        """f g/mu [m/s^2], the largest |w| along a line through C that leaves the body at rest
-        (Chernousko 2020, eq. 21)."""
+        """f g/mu [m/s^2], the largest acceleration |w| of the slider along a line through C that
+        leaves the body at rest (Chernousko 2020, eq. 21)."""
         return self.friction * self.weight / self.slider_mass
 
 
 @dataclass(frozen=True)
 class Arc:
-    """Piece of the circle of `radius` [m] about C, from angle `start` to angle `end` [rad]."""
+    """A piece of the circle of `radius` [m] about C, from angle `start` to angle `end` [rad]."""
 
     radius: float
     start: float
@@ -78,24 +80,26 @@ Path = Sequence[Point | Arc]
 
 @dataclass(frozen=True)
 class SourceAssumption:
-    """Whether C, and Q along its whole path, lie inside the triangle, as the source assumes; this
-    is sufficient for positive normal forces, not necessary."""
+    """The source's assumption: C, and Q along its whole path, lie inside the triangle of supports.
+    The two parts are stated apart. It is sufficient for positive normal forces, but not necessary.
+    """
 
     com_inside: bool
     slider_inside: bool
 
 
 def _triangle(name: str, supports: Any) -> tuple[Point, Point, Point]:
+    """Returns the supports as tuples. Raises ParameterError if they are not a triangle."""
     a1, a2, a3 = numbers(name, supports, (3, 2), "three points (x, y)")
     longest = max(math.dist(a1, a2), math.dist(a2, a3), math.dist(a3, a1))
     doubled_area = (a2[0] - a1[0]) * (a3[1] - a1[1]) - (a2[1] - a1[1]) * (a3[0] - a1[0])
-    if not abs(doubled_area) > FLATTEST * longest**2:
+    if not abs(doubled_area) > SMALLEST_HEIGHT * longest**2:
         raise ParameterError(name, supports, "a triangle, not three points on a line")
     return a1, a2, a3
 
 
 def direction_to(capsule: Capsule, support: int) -> float:
-    """Angle [rad] of the line from C to A_1, A_2 or A_3, from the body's x axis.
+    """Returns the angle [rad] of the line from C to A_1, A_2 or A_3, from the body's x axis.
 
     Raises ParameterError if `support` is not 1, 2 or 3, or lies at C.
     """
@@ -108,64 +112,71 @@ def direction_to(capsule: Capsule, support: int) -> float:
 
 
 def load_fractions(capsule: Capsule, centres: Array) -> Array:
-    """Fraction of the weight on each support with the combined centre of mass at `centres` [m],
-    shape (n, 2): barycentric coordinates, shape (n, 3), of either sign, with sum 1."""
+    """Returns the fraction of the weight on each support, shape (n, 3), with the combined centre of
+    mass at `centres` [m], shape (n, 2). The fractions are barycentric coordinates, of either sign,
+    with sum 1."""
     corners = np.asarray(capsule.supports)
-    ends = corners - np.asarray(centres, dtype=np.float64)[..., None, :]
-    after = ends[..., (1, 2, 0), :]
-    last = ends[..., (2, 0, 1), :]
-    areas = after[..., 0] * last[..., 1] - after[..., 1] * last[..., 0]
+    arms = corners - np.asarray(centres, dtype=np.float64)[..., None, :]
+    second = arms[..., (1, 2, 0), :]
+    third = arms[..., (2, 0, 1), :]
+    areas = second[..., 0] * third[..., 1] - second[..., 1] * third[..., 0]
     (ux, uy) = corners[1] - corners[0]
     (vx, vy) = corners[2] - corners[0]
     return np.asarray(areas / (ux * vy - uy * vx))
 
 
 def normal_forces(capsule: Capsule, slider_positions: Array) -> Array:
-    """Static normal forces N_i [N], shape (n, 3), with the slider at `slider_positions` relative
-    to C [m], shape (n, 2): M at C and m at Q weigh as M + m at mu r (Chernousko 2020, eq. 7)."""
+    """Returns the static normal forces N_i [N], shape (n, 3), with the slider at `slider_positions`
+    relative to C [m], shape (n, 2). M at C and m at Q act like M + m at mu r (Chernousko 2020, eq.
+    7)."""
     centres = capsule.mass_ratio * np.asarray(slider_positions, dtype=np.float64)
     return capsule.weight * load_fractions(capsule, centres)
 
 
 def by_support(forces: Array) -> dict[str, Array]:
-    """Normal forces [N], shape (n, 3), as the observables normal_force_1..3, shape (n,) each."""
+    """Returns normal forces [N], shape (n, 3), as observables normal_force_1..3, shape
+    (n,) each."""
     return dict(zip(NORMAL_FORCES, forces.T, strict=True))
 
 
 def load_gradient(capsule: Capsule) -> Array:
-    """Change of the N_i with the slider's place [N/m], along x and y, shape (2, 3)."""
-    here, x, y = normal_forces(capsule, CORNERS)
-    return np.stack([x - here, y - here])
+    """Returns the derivatives of the N_i by the slider's x and y [N/m], shape (2, 3)."""
+    at_c, along_x, along_y = normal_forces(capsule, CORNERS)
+    return np.stack([along_x - at_c, along_y - at_c])
 
 
 def load_slopes(capsule: Capsule, direction: float) -> Array:
-    """Change of the N_i as the slider moves along `direction` [rad, from the body's x axis], [N/m],
-    shape (3,): the same at every place."""
-    return np.asarray([math.cos(direction), math.sin(direction)] @ load_gradient(capsule))
+    """Returns the derivatives of the N_i by the slider's displacement along `direction` [rad, from
+    the body's x axis], [N/m], shape (3,). They do not depend on the slider's place."""
+    unit = [math.cos(direction), math.sin(direction)]
+    return np.asarray(unit @ load_gradient(capsule))
 
 
 def longest_stroke(
     capsule: Capsule, direction: float, least: float = 0.0
 ) -> tuple[float, float]:
-    """Where the slider's line at `direction` [rad] through C leaves the places with every N_i above
-    `least` of what it is with the slider at C, from C [m]: the ends of the longest stroke, which
-    are themselves outside. Raises ParameterError where C is outside the triangle."""
+    """Returns the two ends [m] of the longest stroke on the line at `direction` [rad] through C,
+    signed from C. At an end, the first N_i falls to the part `least` of its value with the slider
+    at C. Raises ParameterError if C is outside the triangle."""
     loads = normal_forces(capsule, np.zeros((1, 2)))[0]
     if not loads.min() > 0.0:
         raise ParameterError("supports", capsule.supports, "a triangle with C inside")
-    falls = -load_slopes(capsule, direction) / ((1.0 - least) * loads)
-    return 1.0 / float(falls.min()), 1.0 / float(falls.max())
+    relative_falls = -load_slopes(capsule, direction) / ((1.0 - least) * loads)
+    return 1.0 / float(relative_falls.min()), 1.0 / float(relative_falls.max())
 
 
 def steepest_load(capsule: Capsule) -> float:
-    """Largest change of any N_i with the slider's place [N/m]."""
+    """Returns the largest derivative of any N_i by the slider's displacement [N/m]."""
     return float(np.hypot(*load_gradient(capsule)).max())
 
 
 def normal_force_uncertainty(capsule: Capsule, reach: float, moved: Any = 0.0) -> Any:
-    """Bound on the error of each N_i [N] from rounded parameters and arithmetic, with the slider
-    within `reach` of C [m], in places that it is `moved` from [m], shape of these: a quotient of
-    areas, which has few digits in a flat triangle. The squares of its rounding errors add."""
+    """Returns a bound on the error of each N_i [N] by rounded parameters and arithmetic. The slider
+    is within `reach` of C [m]; its place has the error `moved` [m], which gives the result's shape.
+
+    A load is a quotient of areas, which has few digits in a flat triangle. The squares of its
+    rounding errors are added.
+    """
     corners = np.asarray(capsule.supports)
     (ux, uy) = corners[1] - corners[0]
     (vx, vy) = corners[2] - corners[0]
@@ -175,60 +186,62 @@ def normal_force_uncertainty(capsule: Capsule, reach: float, moved: Any = 0.0) -
     return rounded + steepest_load(capsule) * moved
 
 
-def _turning_points(capsule: Capsule, piece: Point | Arc) -> Array:
-    """Slider positions, shape (n, 2), among which every support load has its minimum on
-    `piece`: a load is affine in the position, so a cosine of the angle along an arc."""
+def _minimum_candidates(capsule: Capsule, piece: Point | Arc) -> Array:
+    """Returns slider positions, shape (n, 2), among which every support load has its minimum on
+    `piece`. A load is affine in the position, so along an arc it is a cosine of the angle."""
     if not isinstance(piece, Arc):
         return np.array([piece], dtype=np.float64)
     low, high = sorted((piece.start, piece.end))
-    here, x, y = load_fractions(capsule, CORNERS)
-    steepest_fall = np.arctan2(here - y, here - x)
+    at_c, along_x, along_y = load_fractions(capsule, CORNERS)
+    steepest_fall = np.arctan2(at_c - along_y, at_c - along_x)
     inner = low + np.mod(steepest_fall - low, 2 * math.pi)
     angles = np.concatenate([[low, high], inner[inner < high]])
     return piece.radius * np.stack([np.cos(angles), np.sin(angles)], axis=-1)
 
 
-def _lowest(capsule: Capsule, path: Path, reach: float) -> tuple[Array, Array]:
+def _lowest_fractions(capsule: Capsule, path: Path, reach: float) -> tuple[Array, Array]:
+    """Returns the minimum along `path` of each barycentric coordinate of `reach` times the slider's
+    position, shape (3,), and the positions of the minima, shape (3, 2)."""
     if not path:
         raise ParameterError("path", path, "at least one point or Arc")
-    candidates = np.concatenate([_turning_points(capsule, piece) for piece in path])
+    candidates = np.concatenate([_minimum_candidates(capsule, piece) for piece in path])
     fractions = load_fractions(capsule, reach * candidates)
-    where = np.argmin(fractions, axis=0)
-    return np.min(fractions, axis=0), np.asarray(candidates[where])
+    indices = np.argmin(fractions, axis=0)
+    return np.min(fractions, axis=0), np.asarray(candidates[indices])
 
 
 def lowest_normal_forces(capsule: Capsule, path: Path) -> tuple[Array, Array]:
-    """Exact minimum of each N_i along `path` [N], shape (3,), and the slider's positions there
-    relative to C [m], shape (3, 2). Raises ParameterError on an empty path."""
-    fractions, where = _lowest(capsule, path, capsule.mass_ratio)
-    return capsule.weight * fractions, where
+    """Returns the exact minimum of each N_i along `path` [N], shape (3,), and the slider's
+    positions there relative to C [m], shape (3, 2). Raises ParameterError if the path is empty."""
+    fractions, places = _lowest_fractions(capsule, path, capsule.mass_ratio)
+    return capsule.weight * fractions, places
 
 
 def validity(capsule: Capsule, path: Path) -> tuple[ParameterError, ...]:
-    """Violations on `path` of what the equations require, as errors to raise or to print: a normal
-    force above zero at every support along the whole path. Empty when it is valid."""
-    forces, where = lowest_normal_forces(capsule, path)
-    return tuple(
-        ParameterError(
-            NORMAL_FORCES[i],
-            float(forces[i]),
-            "greater than 0 along the slider's whole path"
-            f" (lowest at ({where[i, 0]:.6g}, {where[i, 1]:.6g}) m from C)",
-        )
-        for i in range(3)
-        if not forces[i] > 0.0
-    )
+    """Returns the violations on `path` as errors, to raise or to print. The equations require a
+    positive normal force at every support along the whole path. The result is empty if they hold.
+    """
+    forces, places = lowest_normal_forces(capsule, path)
+    violations = list[ParameterError]()
+    for name, force, (x, y) in zip(NORMAL_FORCES, forces.tolist(), places, strict=True):
+        if not force > 0.0:
+            lowest = f"(lowest at ({x:.6g}, {y:.6g}) m from C)"
+            need = f"greater than 0 along the slider's whole path {lowest}"
+            violations.append(ParameterError(name, force, need))
+    return tuple(violations)
 
 
 def check_loads(capsule: Capsule, path: Path) -> None:
-    """Raise the first violation on `path`, where there is one."""
-    for breach in validity(capsule, path):
-        raise breach
+    """Raises the first violation on `path`, if there is one."""
+    for violation in validity(capsule, path):
+        raise violation
 
 
 def source_assumption(capsule: Capsule, path: Path) -> SourceAssumption:
-    """Whether the source's stronger assumption holds along `path` (Chernousko 2020, section
+    """Returns whether the source's stronger assumption holds along `path` (Chernousko 2020, section
     "Mechanical system")."""
-    slider, _ = _lowest(capsule, path, 1.0)
-    com = load_fractions(capsule, np.zeros(2))
-    return SourceAssumption(bool(np.all(com > 0.0)), bool(np.all(slider > 0.0)))
+    of_slider, _ = _lowest_fractions(capsule, path, 1.0)
+    of_c = load_fractions(capsule, np.zeros(2))
+    return SourceAssumption(
+        com_inside=bool(np.all(of_c > 0.0)), slider_inside=bool(np.all(of_slider > 0.0))
+    )

@@ -1,25 +1,26 @@
 """The cone pendulum on a rotating platform: mass properties, Lagrangian and both Hamiltonians.
 
-Sudakov 2015. theta is measured from hanging down, about the axis; the platform turns at a constant
+Sudakov 2015. theta is the angle about the axis from hanging down; the platform turns at a constant
 rate about the vertical. Eq. 9 of the source is not the Legendre transform of its Lagrangian (7): it
-has T + U, which a prescribed rotation does not conserve. Both are implemented, each under its own
-name.
+is T + U, which a prescribed rotation does not conserve. Both are implemented, under different
+names.
 
-The source adds that the body may lack any symmetry. With the platform's rate w along
-e_y sin theta + e_z cos theta in the body's axes, the body's moments give the Lagrangian
+The source adds that the body need not be symmetric. The platform's rate w is along e_y sin theta +
+e_z cos theta in the body's axes. The body's moments then give the Lagrangian
 
     w^2 (I_y sin^2 theta + 2 I_yz sin theta cos theta + I_z cos^2 theta) / 2
     + w theta' (I_xy sin theta + I_xz cos theta).
 
-The last line is the derivative of a function of theta, like the terms with pivot_x: I_xy and I_xz
-have no effect. I_yz does not vanish, but an angle phi = theta + tilt, measured in the principal
-axes of the moments about y and z, removes it: with a = (I_y - I_z) w^2 / 2 and d = I_yz w^2 / 2,
+The last line is the derivative of a function of theta, like the terms with pivot_x, so I_xy and
+I_xz have no effect. I_yz has an effect. It vanishes for the angle phi = theta + tilt, measured in
+the principal axes of the moments about y and z: with a = (I_y - I_z) w^2 / 2 and d = I_yz w^2 / 2,
 
     tan(2 tilt) = 2 d / a,  a' = +-(a^2 + 4 d^2)^(1/2) with the sign of a,
     b' = b cos(tilt) + c sin(tilt),  c' = c cos(tilt) - b sin(tilt),
 
-and V(theta) = -a' sin^2 phi - b' sin phi - c' cos phi + (a' - a)/2: three terms again, and every
-closed form holds for phi."""
+and V(theta) = -a' sin^2 phi - b' sin phi - c' cos phi + (a' - a)/2. These are three terms again, so
+every closed form holds for phi.
+"""
 
 from __future__ import annotations
 
@@ -43,9 +44,9 @@ from plumbob.analytic.systems.pendulums.pendulum_motion import PendulumMotion
 @dataclass(frozen=True)
 class Body:
     """A rigid body hung on a horizontal axis: mass [kg], distance of its centre of mass from the
-    axis [m], and moments of inertia about the pivot [kg m^2]; inertia_yz, an element of the inertia
-    tensor, is minus the integral of y z over the mass; moment_roundings, the units in the last
-    place by which the moments are uncertain. Raises ParameterError."""
+    axis [m], and moments of inertia about the pivot [kg m^2]. inertia_yz is an element of the
+    inertia tensor: minus the integral of y z over the mass. moment_roundings is the uncertainty of
+    the moments in units in the last place. Raises ParameterError."""
 
     mass: float
     com_distance: float
@@ -60,8 +61,8 @@ class Body:
         least = self.mass * self.com_distance**2
         if min(self.inertia_x, self.inertia_y) < least * (1 - 1e-12):
             name = "inertia_x" if self.inertia_x < least else "inertia_y"
-            wanted = f"at least mass com_distance^2 = {least:.6g}"
-            raise ParameterError(name, getattr(self, name), wanted)
+            need = f"at least mass com_distance^2 = {least:.6g}"
+            raise ParameterError(name, getattr(self, name), need)
         central_x = self.inertia_x - least
         central_y = self.inertia_y - least
         central = sorted((central_x, central_y, self.inertia_z))
@@ -71,39 +72,44 @@ class Body:
                 (self.inertia_x, self.inertia_y, self.inertia_z),
                 "possible: about the centre of mass none may exceed the sum of the other two",
             )
-        # the two principal moments across x may differ by the third at most
-        half = math.sqrt(
-            max(0.0, (central_x / 2) ** 2 - ((central_y - self.inertia_z) / 2) ** 2)
-        )
-        if abs(self.inertia_yz) > half * (1 + 1e-12):
-            wanted = (
-                f"at most {half:.6g} in magnitude, or one principal moment of inertia exceeds "
-            )
-            raise ParameterError(
-                "inertia_yz", self.inertia_yz, wanted + "the sum of the others"
-            )
+        # The two principal moments across x differ by at most the third moment.
+        square = (central_x / 2) ** 2 - ((central_y - self.inertia_z) / 2) ** 2
+        largest = math.sqrt(max(0.0, square))
+        if abs(self.inertia_yz) > largest * (1 + 1e-12):
+            reason = "one principal moment of inertia exceeds the sum of the others"
+            need = f"at most {largest:.6g} in magnitude, or {reason}"
+            raise ParameterError("inertia_yz", self.inertia_yz, need)
 
 
 def cone(density: float, height: float, apex_angle: float) -> Body:
-    """Solid cone hung by its vertex (Sudakov 2015, eq. 1); density [kg/m^3], height [m], full
-    apex angle [rad]. Raises ParameterError."""
-    positive("density", density), positive("height", height)
+    """Returns a solid cone hung by its vertex (Sudakov 2015, eq. 1); density [kg/m^3], height [m],
+    full apex angle [rad]. Raises ParameterError."""
+    positive("density", density)
+    positive("height", height)
     if not 0.0 < finite("apex_angle", apex_angle) < math.pi:
         raise ParameterError("apex_angle", apex_angle, "between 0 and pi radians")
     tan2 = math.tan(apex_angle / 2) ** 2
     mass = math.pi / 3 * density * height**3 * tan2
     across = 0.15 * mass * height**2 * (4 + tan2)
     along = 0.3 * mass * height**2 * tan2
-    # The relative change of tan^2 is 2 apex_angle/sin(apex_angle) times that of the angle; one of
-    # the two terms of inertia_x is tan^2.
-    blunt = 2 * apex_angle / math.sin(apex_angle) * tan2 / (4 + tan2)
-    return Body(mass, 0.75 * height, across, across, along, moment_roundings=max(1.0, blunt))
+    # The relative change of tan^2 is 2 apex_angle/sin(apex_angle) times the relative change of the
+    # angle, and tan^2 is one of the two terms of inertia_x.
+    condition = 2 * apex_angle / math.sin(apex_angle) * tan2 / (4 + tan2)
+    return Body(
+        mass=mass,
+        com_distance=0.75 * height,
+        inertia_x=across,
+        inertia_y=across,
+        inertia_z=along,
+        moment_roundings=max(1.0, condition),
+    )
 
 
 @dataclass(frozen=True)
 class Equilibrium:
-    """An angle [rad] of relative rest, its potential [J], its kind, and the rate of small motion:
-    [rad/s] of the oscillation about a centre, [1/s] of the departure from a saddle."""
+    """An angle [rad] of relative rest, its potential [J], its kind, and the rate of small motions
+    about it. The rate is that of the oscillation about a centre [rad/s], or of the departure from a
+    saddle [1/s]."""
 
     theta: float
     potential: float
@@ -114,9 +120,9 @@ class Equilibrium:
 @dataclass(frozen=True)
 class ConePendulum:
     """A body on an axis at (pivot_x, pivot_y, pivot_z) [m] of a platform that turns at
-    platform_rate [rad/s], under gravity [m/s^2], started at theta [rad] with theta_dot [rad/s], or
-    with `excess` [J] above the highest barrier in the direction of theta_dot; pivot_x and pivot_z
-    have no effect on theta. Raises ParameterError.
+    platform_rate [rad/s], under gravity [m/s^2]. It starts at theta [rad] with theta_dot [rad/s],
+    or with `excess` [J] above the highest barrier in the direction of theta_dot. pivot_x and
+    pivot_z have no effect on theta. Raises ParameterError.
 
     >>> from math import radians
     >>> body = cone(density=1000.0, height=0.3, apex_angle=radians(30.0))
@@ -139,11 +145,13 @@ class ConePendulum:
         check_fields(self, (), ("gravity",), ("body", "excess"))
         if self.excess is not None:
             finite("excess", self.excess)
-            _ = self.motion
+            _ = self.motion  # raises ParameterError for an excess too small to reach theta
 
     @cached_property
-    def _terms(self) -> tuple[TrigonometricPotential, Quad, Quad]:
-        """The three-term potential in phi = theta + tilt, the tilt, and what it lacks of V."""
+    def _potential_terms(self) -> tuple[TrigonometricPotential, Quad, Quad]:
+        """The potential V of theta as a `TrigonometricPotential` of the angle phi = theta + tilt,
+        the tilt [rad], and a constant [J]: V is the sum of that potential and the constant. The
+        tilt turns to axes in which the product of inertia I_yz is zero."""
         body = self.body
         rate2 = quad(self.platform_rate) ** 2
         arm = quad(body.mass) * body.com_distance
@@ -154,37 +162,38 @@ class ConePendulum:
             return TrigonometricPotential(a, b, c), quad(0.0), quad(0.0)
         twice_d = quad(body.inertia_yz) * rate2
         sign = -1.0 if a < 0 else 1.0
-        turned = sign * np.sqrt(a * a + twice_d * twice_d)
+        principal_a = sign * np.sqrt(a * a + twice_d * twice_d)
         tilt = np.arctan2(sign * twice_d, sign * a) / 2
         sine = np.sin(tilt)
         cosine = np.cos(tilt)
-        v = TrigonometricPotential(turned, b * cosine + c * sine, c * cosine - b * sine)
-        return v, tilt, (turned - a) / 2
+        v = TrigonometricPotential(principal_a, b * cosine + c * sine, c * cosine - b * sine)
+        return v, tilt, (principal_a - a) / 2
 
     @property
     def potential(self) -> TrigonometricPotential:
-        """V of H = p^2/(2 I_x) + V, the Legendre transform of Sudakov 2015, eq. 7, in 34 digits, as
-        a function of theta + tilt and less `potential_offset`.
+        """V of H = p^2/(2 I_x) + V, the Legendre transform of Sudakov 2015, eq. 7, with 34 digits,
+        as a function of theta + tilt and without the constant `potential_offset`.
 
-        a = (I_y - I_z) omega^2 / 2: the source's I_x for I_y holds for a symmetric body alone.
+        a = (I_y - I_z) omega^2 / 2: the source has I_x in place of I_y, which holds only for a
+        symmetric body.
         """
-        return self._terms[0]
+        return self._potential_terms[0]
 
     @property
     def tilt(self) -> float:
-        """Angle [rad] to add to theta where the body has a product of inertia: between its own y
-        and z axes and the principal ones, at most pi/4 in magnitude (module docstring)."""
-        return float(double(self._terms[1]))
+        """Angle [rad] from theta to the angle in the principal axes, at most pi/4 in magnitude; 0
+        without a product of inertia (module docstring)."""
+        return float(double(self._potential_terms[1]))
 
     @property
     def potential_offset(self) -> float:
-        """V(theta) less `potential` of theta + tilt [J], a constant."""
-        return float(double(self._terms[2]))
+        """The constant V(theta) - `potential`(theta + tilt) [J]."""
+        return float(double(self._potential_terms[2]))
 
     @property
     def printed_potential(self) -> TrigonometricPotential:
-        """V as printed in Sudakov 2015, eq. 9, which has no product of inertia: the centrifugal
-        terms with the wrong sign."""
+        """V as printed in Sudakov 2015, eq. 9, without a product of inertia: its centrifugal terms
+        have the wrong sign."""
         v = replace(self, body=replace(self.body, inertia_yz=0.0), excess=None).potential
         return TrigonometricPotential(-v.a, -v.b, v.c)
 
@@ -197,33 +206,34 @@ class ConePendulum:
             self.theta + self.tilt,
             self.theta_dot,
             self.excess,
-            cancelled=self._cancelled * self.body.moment_roundings,
+            cancelled=self._cancellation * self.body.moment_roundings,
             inertia_roundings=self.body.moment_roundings,
         )
 
     @property
-    def _cancelled(self) -> float:
-        """Sum of I_y and I_z over their difference: a rounding of either is so many times one of
-        a."""
+    def _cancellation(self) -> float:
+        """Sum of I_y and I_z over their difference: the factor by which a rounding of either is
+        larger in a."""
         body = self.body
-        terms = body.inertia_y + body.inertia_z
-        apart = math.hypot(body.inertia_y - body.inertia_z, 2.0 * body.inertia_yz)
-        return max(terms / apart, 1.0) if apart else 1.0
+        total = body.inertia_y + body.inertia_z
+        difference = math.hypot(body.inertia_y - body.inertia_z, 2.0 * body.inertia_yz)
+        return max(total / difference, 1.0) if difference else 1.0
 
     @property
     def reference(self) -> PendulumMotion:
-        """The exact motion of theta."""
+        """The exact motion with theta as the observed angle."""
         return replace(self.motion, tilt=self.tilt) if self.tilt else self.motion
 
     def printed_motion(self, theta_dot: float | None = None) -> PendulumMotion:
-        """The motion that the printed eqs. 9, 15 and 16 describe, from the same start or from
-        another theta_dot [rad/s]: for the paper's figures and for the finding alone."""
+        """Returns the motion that the printed eqs. 9, 15 and 16 describe, with the same start or
+        with another `theta_dot` [rad/s]. Only the paper's figures and the finding about them use
+        it."""
         speed = self.theta_dot if theta_dot is None else theta_dot
         return PendulumMotion(self.printed_potential, self.body.inertia_x, self.theta, speed)
 
     @property
     def started(self) -> ConePendulum:
-        """The same problem with theta_dot given in place of `excess`, rounded to double."""
+        """This problem with theta_dot, rounded to double, in place of `excess`."""
         if self.excess is None:
             return self
         angle = np.array(self.motion.theta)
@@ -233,21 +243,19 @@ class ConePendulum:
     @property
     def equilibria(self) -> tuple[Equilibrium, ...]:
         """Relative equilibria in (-pi, pi], ascending."""
-        return tuple(
-            sorted(
-                map(self._equilibrium, critical_points(self.potential)), key=lambda e: e.theta
-            )
-        )
+        equilibria = [self._equilibrium(angle) for angle in critical_points(self.potential)]
+        return tuple(sorted(equilibria, key=lambda equilibrium: equilibrium.theta))
 
     def _equilibrium(self, theta: Quad) -> Equilibrium:
-        potential, tilt, lacking = self._terms
+        """Returns the equilibrium at the critical point `theta` [rad] of `potential`."""
+        potential, tilt, offset = self._potential_terms
         stiffness = abs(float(double(potential.curvature(theta))))
-        sort = kind(potential, theta)
-        rate = 0.0 if sort == "degenerate" else math.sqrt(stiffness / self.body.inertia_x)
-        value = float(double(potential.value(theta) + lacking))
+        kind_there = kind(potential, theta)
+        rate = 0.0 if kind_there == "degenerate" else math.sqrt(stiffness / self.body.inertia_x)
+        value = float(double(potential.value(theta) + offset))
         angle = double(theta - tilt)
         angle -= 2 * math.pi * math.ceil(angle / (2 * math.pi) - 0.5)
-        return Equilibrium(float(angle), value, sort, rate)
+        return Equilibrium(float(angle), value, kind_there, rate)
 
     @property
     def printed_barrier(self) -> tuple[float, float]:
@@ -262,17 +270,17 @@ class ConePendulum:
 
     @property
     def pitchfork_rate(self) -> float:
-        """Platform rate [rad/s] at which hanging down stops being stable when pivot_y = 0 and
-        inertia_yz = 0; infinite where it never does."""
+        """Platform rate [rad/s] at which hanging down becomes unstable if pivot_y = 0 and
+        inertia_yz = 0; infinite if it never does."""
         spread = self.body.inertia_y - self.body.inertia_z
         weight = self.body.mass * self.body.com_distance * self.gravity
         return math.sqrt(weight / spread) if spread > 0.0 else math.inf
 
     @property
     def saddle_node_rate(self) -> float:
-        """Platform rate [rad/s] above which there are four equilibria and not two: V' and V'' are
-        zero together where (2 a)^(2/3) = b^(2/3) + c^(2/3), an astroid; at pivot_y = 0 a pitchfork.
-        Infinite where there are never four, NaN with a product of inertia."""
+        """Platform rate [rad/s] above which there are four equilibria in place of two. There V' and
+        V'' are zero together: (2 a)^(2/3) = b^(2/3) + c^(2/3), an astroid; at pivot_y = 0 it is a
+        pitchfork. Infinite if there are never four; NaN with a product of inertia."""
         if self.body.inertia_yz:
             return math.nan
         arm = self.body.mass * self.body.com_distance

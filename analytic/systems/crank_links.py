@@ -1,8 +1,9 @@
-"""Mechanisms of one degree of freedom that a crank turns: their motion, from that of their links.
+"""Mechanisms of one degree of freedom that a crank turns: their motion from the motion of their
+links.
 
-With the crank's angle t, and uniform links of mass m as vectors d(t) at the angles b(t), each from
-the end of the one before, whose middles are at c(t), by Lagrange's equation (Landau and Lifshitz
-1976, Mechanics, 5),
+The crank's angle is t. The links are uniform rods of mass m, the vectors d(t) at the angles b(t).
+Each begins at the end of the one before; its middle is at c(t). By Lagrange's equation (Landau and
+Lifshitz 1976, Mechanics, 5),
 
     J(t) t'' = -J'(t) t'^2/2 - g sum m c_y',   J = sum m (c' c' + d' d'/12)                     (1)
 """
@@ -22,11 +23,12 @@ from plumbob.analytic.numerics.smooth.soft_loop import Gaps, loop_force
 from plumbob.analytic.reference import Array
 
 Pair = tuple[Any, Any]
-Moved = tuple[Any, Sequence[Any], Sequence[Any]]
+LinkDerivatives = tuple[Any, Sequence[Any], Sequence[Any]]
 
 
 class Link(NamedTuple):
-    """A link's mass [kg] and d [m], with b' and b'' of eq. 1."""
+    """A link's mass [kg] and vector d [m], and the derivatives b' (`turn`) and b'' (`turning`) of
+    its angle by the crank's angle."""
 
     mass: Any
     vector: Pair
@@ -34,33 +36,37 @@ class Link(NamedTuple):
     turning: Any = 0.0
 
 
-def _derivatives(links: Sequence[Link], order: int) -> Iterator[Moved]:
-    """Of each link its mass, and x' and y' of c and of d/2, with x'' and y'' where the `order` is
-    2."""
+def _derivatives(links: Sequence[Link], order: int) -> Iterator[LinkDerivatives]:
+    """Yields for each link its mass, and the lists of x' and y' of c and of d/2. If `order` is 2,
+    the lists also hold x'' and y''."""
     end: list[Any] = [0.0] * (2 * order)
     for mass, (x, y), turn, turning in links:
         x = x / 2
         y = y / 2
-        inward = turn * turn
         half = [-turn * y, turn * x]
         if order == 2:
+            inward = turn * turn
             half += [-turning * y - inward * x, turning * x - inward * y]
         middle = list(map(add, end, half))
         yield mass, middle, half
         end = list(map(add, middle, half))
 
 
-def _summed(moved: Iterable[Moved], order: int) -> Any:
-    """Sum of the products of c' and d'/2 with their derivatives of this order, by mass."""
+def _sum_products(derivatives: Iterable[LinkDerivatives], order: int) -> Any:
+    """Returns the sum of m (c'.c^(order) + d'.d^(order)/12), with the derivatives of this
+    `order`."""
 
-    def product(of: Sequence[Any]) -> Any:
-        return of[0] * of[2 * order - 2] + of[1] * of[2 * order - 1]
+    def product(parts: Sequence[Any]) -> Any:
+        return parts[0] * parts[2 * order - 2] + parts[1] * parts[2 * order - 1]
 
-    return sum(mass * (product(middle) + product(half) / 3) for mass, middle, half in moved)
+    return sum(
+        mass * (product(middle) + product(half) / 3) for mass, middle, half in derivatives
+    )
 
 
 def potential(gravity: float, links: Sequence[Link]) -> Any:
-    """Potential energy [J] of `links` under `gravity` [m/s^2], 0 where they are level."""
+    """Returns the potential energy [J] of `links` under `gravity` [m/s^2]; it is 0 if all are
+    level."""
     end, energy = 0.0, 0.0
     for mass, (_, rise), *_ in links:
         energy = energy + gravity * mass * (end + rise / 2)
@@ -69,12 +75,15 @@ def potential(gravity: float, links: Sequence[Link]) -> Any:
 
 
 def reaction(problem: Any, gaps: Gaps, times: Array) -> Array:
-    """Force [N] in the pin that ties a problem's opened chain, along the line and up, at `times`
-    [s], shape (n,), by the multipliers of its `gaps`; shape (2, n)."""
+    """Returns the force [N] in the pin that closes a problem's opened chain, along the line and up,
+    at `times` [s], shape (n,): shape (2, n). It is the multiplier of the constraint `gaps`."""
     states = problem.motion.observe(times)
-    cranks = zip(states["angle"].tolist(), states["angle_dot"].tolist(), strict=True)
-    chains = (replace(problem, angle=t, angular_velocity=v).opened for t, v in cranks)
-    return np.array([loop_force(at, gaps, *np.split(at.start, 2)) for at in chains]).T
+    forces = []
+    for angle, rate in zip(states["angle"], states["angle_dot"], strict=True):
+        changed = replace(problem, angle=float(angle), angular_velocity=float(rate))
+        chain = changed.open_chain
+        forces.append(loop_force(chain, gaps, *np.split(chain.start, 2)))
+    return np.array(forces).T
 
 
 def crank_motion(
@@ -83,26 +92,27 @@ def crank_motion(
     links: Callable[[Any, Any], Sequence[Link]],
     readings: Callable[[Any, Any, Any], Mapping[str, Any]],
 ) -> CertifiedMotion:
-    """The exact motion of `links`, of p and t, from a problem's `angle` [rad] and
-    `angular_velocity` [rad/s]."""
+    """Returns the exact motion of a mechanism from a problem's `angle` [rad] and `angular_velocity`
+    [rad/s]. `links` returns the links from the parameters and the crank's angle."""
 
     def inertia(p: Any, q: Any) -> tuple[tuple[Any]]:
-        return ((_summed(_derivatives(links(p, q[0]), 1), 1),),)
+        derivatives = _derivatives(links(p, q[0]), 1)
+        return ((_sum_products(derivatives, 1),),)
 
     def moment(p: Any, time: Any, q: Any, v: Any) -> tuple[Any]:
-        moved = [*_derivatives(links(p, q[0]), 2)]
-        weight = sum(mass * middle[1] for mass, middle, _ in moved)
-        return (-_summed(moved, 2) * v[0] ** 2 - p.gravity * weight,)
+        derivatives = [*_derivatives(links(p, q[0]), 2)]
+        weight = sum(mass * middle[1] for mass, middle, _ in derivatives)
+        return (-_sum_products(derivatives, 2) * v[0] ** 2 - p.gravity * weight,)
 
     return CertifiedMotion(
         SmoothSystem(
-            ("angle",),
-            ("angle_dot",),
-            inertia,
-            moment,
-            {name: getattr(problem, name) for name in constants},
-            (problem.angle,),
-            (problem.angular_velocity,),
+            coordinates=("angle",),
+            rates=("angle_dot",),
+            mass_matrix=inertia,
+            forces=moment,
+            parameters={name: getattr(problem, name) for name in constants},
+            position=(problem.angle,),
+            rate=(problem.angular_velocity,),
             readings=readings,
         )
     )

@@ -1,14 +1,15 @@
 """The four-bar linkage: a uniform crank, coupler and rocker, and the ground between their axes.
 
-With the links as vectors, U from the crank's axis, V from its end, W from the rocker's axis at D to
-the coupler's end, U + V = D + W, and so for the coupler's angle f and the rocker's r by the crank's
-angle t (Uicker, Pennock and Shigley 2017, Theory of Machines and Mechanisms, 3.8 and 4.8)
+The links are vectors: U from the crank's axis, V from the crank's end, W from the rocker's axis at
+D to the coupler's end, so U + V = D + W. The coupler's angle f and the rocker's angle r are
+functions of the crank's angle t, with the derivatives (Uicker, Pennock and Shigley 2017, Theory of
+Machines and Mechanisms, 3.8 and 4.8)
 
     f' = -U x W/V x W,   r' = -U x V/V x W,   k = -U - f'^2 V + r'^2 W                          (1)
     f'' = -k W/V x W,    r'' = -k V/V x W                                                       (2)
 
-The coupler's end is on the left of the line from the crank's end to D. Where V x W = 0, a crank
-that turns fully has all links on one line, and the rocker can turn on either way: the change point.
+The coupler's end is on the left of the line from the crank's end to D. At a change point, V x W =
+0: a crank that turns fully has all links on one line there, and the rocker can turn either way.
 """
 
 from __future__ import annotations
@@ -37,8 +38,8 @@ CONSTANTS = (*LENGTHS, "crank_mass", "coupler_mass", "rocker_mass", "gravity")
 @dataclass(frozen=True)
 class FourBar:
     """Lengths [m] and masses [kg] of the links under `gravity` [m/s^2], with the crank's `angle`
-    [rad] from the line to the rocker's axis, upward, and its rate [rad/s] at time 0; raises
-    ParameterError.
+    [rad] from the line to the rocker's axis, positive upwards, and its rate [rad/s] at time 0.
+    Raises ParameterError.
 
     >>> bars = FourBar(0.2, 0.5, 0.4, 0.5, 0.5, 1.0, 0.8, 9.81, 1.0, 10.0)
     >>> round(float(bars.motion.observe(np.array([0.5]))["coupler_x"][0]), 6)
@@ -58,40 +59,52 @@ class FourBar:
 
     def __post_init__(self) -> None:
         check_fields(self, CONSTANTS[:-1], CONSTANTS[-1:])
-        a, b, c, d = lengths = [getattr(self, name) for name in LENGTHS]
-        spare = min(abs(d - a) - abs(b - c), b + c - d - a)
+        lengths = [getattr(self, name) for name in LENGTHS]
+        crank, coupler, rocker, ground = lengths
+        margin = min(
+            abs(ground - crank) - abs(coupler - rocker), coupler + rocker - ground - crank
+        )
         rounding = 4 * ULP * sum(lengths)
-        if spare <= rounding:
-            why = "such that the crank turns fully: |ground - crank| > |coupler - rocker|, and \
+        if margin <= rounding:
+            need = (
+                "such that the crank turns fully: |ground - crank| > |coupler - rocker|, and \
                 ground + crank < coupler + rocker"
-            if abs(spare) <= rounding:
-                why += (
+            )
+            if abs(margin) <= rounding:
+                need += (
                     "; where they are equal, the motion beyond the change point is not unique"
                 )
-            raise ParameterError(", ".join(LENGTHS), lengths, why)
+            raise ParameterError(", ".join(LENGTHS), lengths, need)
 
     @cached_property
     def motion(self) -> CertifiedMotion:
         """The exact motion."""
-        return crank_motion(self, CONSTANTS, _links, _coupler)
+        return crank_motion(self, CONSTANTS, _moving_links, _coupler_middle)
 
     @cached_property
     def chain(self) -> NPendulum:
-        """Crank, coupler and rocker as rods that hang one on another, at the same start; the last
-        one's end is at the rocker's axis, and yet to be tied to it."""
-        (_, *links), turns, _ = _closed(self, self.angle)
-        bent = [self.angle, *(math.atan2(y, x) for x, y in links)]
+        """Crank, coupler and rocker as an open chain of hanging rods, with the same start. The end
+        of the rocker is at its axis, but not tied to it."""
+        (_, *links), rates, _ = _link_rates(self, self.angle)
+        coupler_angle, rocker_angle = (math.atan2(y, x) for x, y in links)
         return NPendulum(
-            (self.crank_mass, self.coupler_mass, self.rocker_mass),
-            (self.crank, self.coupler, self.rocker),
-            self.gravity,
-            (bent[0] + math.pi / 2, bent[1] + math.pi / 2, bent[2] - math.pi / 2),
-            tuple(self.angular_velocity * float(turn) for turn in (1.0, *turns)),
+            masses=(self.crank_mass, self.coupler_mass, self.rocker_mass),
+            lengths=(self.crank, self.coupler, self.rocker),
+            gravity=self.gravity,
+            # from hanging down; the chain runs along the rocker from its end to its axis
+            angles=(
+                self.angle + math.pi / 2,
+                coupler_angle + math.pi / 2,
+                rocker_angle - math.pi / 2,
+            ),
+            angular_velocities=tuple(
+                self.angular_velocity * float(rate) for rate in (1.0, *rates)
+            ),
         )
 
     @cached_property
-    def opened(self) -> SmoothSystem:
-        """The chain's equations, with what is observed of the linkage."""
+    def open_chain(self) -> SmoothSystem:
+        """The chain's equations with the linkage's observables."""
         a = self.crank
         half = self.coupler / 2
 
@@ -105,7 +118,9 @@ class FourBar:
 
         return replace(self.chain.motion.system, readings=read)
 
-    def _gaps(self, p: Any, q: Any, v: Any) -> tuple[Any, Any, Any]:
+    def _gap_terms(self, p: Any, q: Any, v: Any) -> tuple[Any, Any, Any]:
+        """Returns the gap between the chain's end and the rocker's axis [m], along the line of the
+        axes and up, its derivatives J by the angles, and J' q'."""
         lengths = np.array(self.chain.lengths)
         along = lengths * sin(q)
         up = -lengths * cos(q)
@@ -114,50 +129,58 @@ class FourBar:
         return gap, (-up, along), (-along @ square, -up @ square)
 
     def soft(self, loop: SoftLoop, step: float) -> SmoothSystem:
-        """The linkage with its rocker tied to the axis by a soft constraint."""
+        """Returns the equations of the linkage with its rocker tied to the axis by a soft
+        constraint. The time constant of the constraint is at least two engine steps of size `step`
+        [s]."""
         lengths = np.array(self.chain.lengths)
-        stretched: Array = np.array(self.opened.mass_matrix(self.opened.values, np.zeros(3)))
-        lever = lengths * (1, 1, 0.5)  # of the rocker's centre, which can move across
-        # the mean of three directions
-        sees = float(lever @ np.linalg.solve(stretched, lever)) / 3
-        return softened(self.opened, self._gaps, loop, step, sees)
+        mass_matrix: Array = np.array(
+            self.open_chain.mass_matrix(self.open_chain.values, np.zeros(3))
+        )
+        lever = lengths * (1, 1, 0.5)  # arms [m] of the rocker's centre in the stretched chain
+        # The inverse mass is a mean over three directions; the stretched chain moves in one.
+        inverse_mass = float(lever @ np.linalg.solve(mass_matrix, lever)) / 3
+        return softened(self.open_chain, self._gap_terms, loop, step, inverse_mass)
 
     def reaction(self, times: Array) -> Array:
-        """Force of its axis on the rocker [N], along the line of the axes and up, at `times` [s],
-        shape (n,); shape (2, n)."""
-        return reaction(self, self._gaps, times)
+        """Returns the force of its axis on the rocker [N], along the line of the axes and up, at
+        `times` [s], shape (n,): shape (2, n)."""
+        return reaction(self, self._gap_terms, times)
 
     @property
     def transmission_angle(self) -> float:
         """The smallest angle [rad] between coupler and rocker, 0 at the change point."""
         b = self.coupler
         c = self.rocker
-        ends = (b**2 + c**2 - (self.ground + sign * self.crank) ** 2 for sign in (-1, 1))
-        return math.acos(max(abs(end) / (2 * b * c) for end in ends))
+        differences = (b**2 + c**2 - (self.ground + sign * self.crank) ** 2 for sign in (-1, 1))
+        largest_cosine = max(abs(difference) / (2 * b * c) for difference in differences)
+        return math.acos(largest_cosine)
 
     @property
     def lift(self) -> Any:
-        """The most energy [J] that the weight of links can have; 0 on the line."""
-        (a, b, c) = self.chain.each("lengths")
+        """A bound on the links' potential energy [J]; it is 0 with all links on the line of the
+        axes."""
+        (crank, coupler, rocker) = self.chain.each("lengths")
         (first, second, third) = self.chain.each("masses")
-        return self.gravity * (first * a + second * (2 * a + b) + third * c) / 2
+        moment = first * crank + second * (2 * crank + coupler) + third * rocker
+        return self.gravity * moment / 2
 
     def potential(self, observed: Signals) -> Any:
-        """Potential energy [J], 0 for links on the line."""
-        return potential(self.gravity, _links(self, observed["angle"]))
+        """Returns the potential energy [J], 0 with all links on the line of the axes."""
+        return potential(self.gravity, _moving_links(self, observed["angle"]))
 
 
 def _vectors(p: Any, t: Any) -> tuple[Any, Any, Any]:
-    """U, V and W of the header."""
+    """Returns U, V and W of the module's docstring at the crank's angle t."""
     b = p.coupler
     c = p.rocker
     u = (p.crank * cos(t), p.crank * sin(t))
-    # from the crank's end to D
+    # the vector from the crank's end to D
     x = p.ground - u[0]
     y = -u[1]
     square = (p.ground - p.crank) ** 2 + 4 * p.ground * p.crank * sin(t / 2) ** 2
     line = sqrt(square)
-    along = (square + (b - c) * (b + c)) / (2 * square)  # of V, and across, by Heron's formula
+    # parts of V along this vector and across it, the latter by Heron's formula
+    along = (square + (b - c) * (b + c)) / (2 * square)
     area = (b + c - line) * (b + c + line) * (line + b - c) * (line - b + c)
     across = sqrt(area) / (2 * square)
     v = along * x - across * y, along * y + across * x
@@ -165,22 +188,25 @@ def _vectors(p: Any, t: Any) -> tuple[Any, Any, Any]:
 
 
 def _cross(a: Any, b: Any) -> Any:
+    """Returns the vertical component of a x b."""
     return a[0] * b[1] - a[1] * b[0]
 
 
-def _closed(p: Any, t: Any) -> tuple[Any, Any, Any]:
-    """U, V and W of the header, f' and r' of eq. 1, f'' and r'' of eq. 2."""
+def _link_rates(p: Any, t: Any) -> tuple[Any, Any, Any]:
+    """Returns (U, V, W), (f', r') of eq. 1 and (f'', r'') of eq. 2 at the crank's angle t."""
     u, v, w = _vectors(p, t)
-    apart = _cross(v, w)
-    turn = -_cross(u, w) / apart
-    swing = -_cross(u, v) / apart
+    v_cross_w = _cross(v, w)
+    turn = -_cross(u, w) / v_cross_w
+    swing = -_cross(u, v) / v_cross_w
     k = [-i - turn**2 * j + swing**2 * m for i, j, m in zip(u, v, w, strict=True)]
-    turnings = (-(k[0] * link[0] + k[1] * link[1]) / apart for link in (w, v))
-    return (u, v, w), (turn, swing), (*turnings,)
+    turning = -(k[0] * w[0] + k[1] * w[1]) / v_cross_w
+    swinging = -(k[0] * v[0] + k[1] * v[1]) / v_cross_w
+    return (u, v, w), (turn, swing), (turning, swinging)
 
 
-def _links(p: Any, t: Any) -> tuple[Link, ...]:
-    (u, v, w), (turn, swing), (turning, swinging) = _closed(p, t)
+def _moving_links(p: Any, t: Any) -> tuple[Link, ...]:
+    """Returns crank, coupler and rocker as links at the crank's angle t."""
+    (u, v, w), (turn, swing), (turning, swinging) = _link_rates(p, t)
     return (
         Link(p.crank_mass, u, 1.0),
         Link(p.coupler_mass, v, turn, turning),
@@ -188,7 +214,7 @@ def _links(p: Any, t: Any) -> tuple[Link, ...]:
     )
 
 
-def _coupler(p: Any, q: Any, rates: Any) -> dict[str, Any]:
-    """Place of the coupler's middle, from the crank's axis [m]."""
+def _coupler_middle(p: Any, q: Any, rates: Any) -> dict[str, Any]:
+    """Returns the position of the coupler's middle, from the crank's axis [m], by observable."""
     u, v, _ = _vectors(p, q[0])
     return {"coupler_x": u[0] + v[0] / 2, "coupler_y": u[1] + v[1] / 2}

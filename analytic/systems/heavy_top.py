@@ -1,8 +1,8 @@
-"""Lagrange's top: a symmetric body under gravity that turns about a point of its axis.
+"""Lagrange's top: a symmetric body under gravity that turns about a fixed point of its axis.
 
-With Euler's angles, the precession f about the vertical, the tilt t from it and the spin s about
-the body's axis, moments A = A_centre + m l^2 across the axis and C about it (Landau and Lifshitz
-1976, Mechanics, 35, problem 1):
+Euler's angles are the precession f about the vertical, the tilt t from the vertical, and the spin s
+about the body's axis. The moments of inertia about the fixed point are A = A_centre + m l^2 across
+the axis and C about it (Landau and Lifshitz 1976, Mechanics, 35, problem 1):
 
     T = A (t'^2 + f'^2 sin^2 t)/2 + C (s' + f' cos t)^2/2,   V = m g l cos t                    (1)
 """
@@ -28,8 +28,9 @@ CONSTANTS = ("mass", "length", "inertia_across", "inertia_axis", "gravity")
 
 @dataclass(frozen=True)
 class HeavyTop:
-    """A top of `mass` [kg] with its centre at `length` [m] from the point, moments of inertia about
-    its centre [kg m^2], its `tilt` [rad] and its rates [rad/s] at time 0; raises ParameterError.
+    """A top of `mass` [kg] with its centre of mass at `length` [m] from the fixed point, moments of
+    inertia about its centre of mass [kg m^2], and the `tilt` [rad] and the rates [rad/s] at time 0.
+    Raises ParameterError.
 
     >>> top = HeavyTop(1.0, 0.1, 2e-3, 1e-3, 9.81, 0.5, 0.0, 1.0, 200.0)
     >>> round(float(top.motion.observe(np.array([1.0]))["precession"][0]), 6)
@@ -49,8 +50,8 @@ class HeavyTop:
     def __post_init__(self) -> None:
         check_fields(self, CONSTANTS[:-1], CONSTANTS[-1:])
         if self.inertia_axis > 2 * self.inertia_across:
-            most = f"at most twice the moment across, {2 * self.inertia_across:g} kg m^2"
-            raise ParameterError("inertia_axis", self.inertia_axis, most)
+            need = f"at most twice the moment across, {2 * self.inertia_across:g} kg m^2"
+            raise ParameterError("inertia_axis", self.inertia_axis, need)
         if not 0.0 < self.tilt < np.pi:
             raise ParameterError(
                 "tilt", self.tilt, "between 0 and pi, where the axis is vertical"
@@ -63,48 +64,59 @@ class HeavyTop:
         rates = self.precession_rate, self.tilt_rate, self.spin_rate
         start = (0.0, self.tilt, 0.0)
         return CertifiedMotion(
-            SmoothSystem(ANGLES, RATES, _masses, _moments, parameters, start, rates)
+            SmoothSystem(
+                coordinates=ANGLES,
+                rates=RATES,
+                mass_matrix=_masses,
+                forces=_moments,
+                parameters=parameters,
+                position=start,
+                rate=rates,
+            )
         )
 
     def conserved(self, observed: Signals) -> Signals:
-        """Energy [J] and the angular momenta about the vertical and the axis [kg m^2/s]."""
+        """Returns the conserved quantities: the energy [J], and the angular momenta about the
+        vertical and about the axis [kg m^2/s]."""
         kinetic = self.motion.system.kinetic_energy(observed)
         tilt = observed["tilt"]
-        around, _, spin = (observed[name] for name in RATES)
-        along = self.inertia_axis * (spin + around * cos(tilt))
-        vertical = _across(self) * around * sin(tilt) ** 2 + along * cos(tilt)
+        precession, _, spin = (observed[name] for name in RATES)
+        axial = self.inertia_axis * (spin + precession * cos(tilt))
+        vertical = _moment_across(self) * precession * sin(tilt) ** 2 + axial * cos(tilt)
         return {
             "energy": kinetic + self.mass * self.gravity * self.length * cos(tilt),
             "vertical_momentum": vertical,
-            "axial_momentum": along,
+            "axial_momentum": axial,
         }
 
 
-def _across(p: Any) -> Any:
-    """A of eq. 1."""
+def _moment_across(p: Any) -> Any:
+    """Returns A of eq. 1 [kg m^2]."""
     return p.inertia_across + p.mass * p.length**2
 
 
 def euler_masses(q: Any, around: Any, across: Any, axis: Any) -> tuple[tuple[Any, ...], ...]:
-    """The matrix of the rates of Euler's angles `q` [rad]: of moments in eq. 1 in place of A where
-    the precession turns the body across its axis, and the tilt, and in place of C."""
+    """Returns the mass matrix for the rates of Euler's angles `q` [rad]. `around` and `across`
+    replace the moment A of eq. 1 for the precession and for the tilt; `axis` replaces C."""
     cosine = cos(q[1])
     turn = around * sin(q[1]) ** 2 + axis * cosine**2
     return (turn, 0.0, axis * cosine), (0.0, across, 0.0), (axis * cosine, 0.0, axis)
 
 
 def _masses(p: Any, q: Any) -> tuple[tuple[Any, ...], ...]:
-    return euler_masses(q, _across(p), _across(p), p.inertia_axis)
+    """Returns the mass matrix of eq. 1 [kg m^2]."""
+    return euler_masses(q, _moment_across(p), _moment_across(p), p.inertia_axis)
 
 
 def _moments(p: Any, time: Any, q: Any, v: Any) -> tuple[Any, Any, Any]:
+    """Returns the right-hand side of Lagrange's equations of eq. 1 [N m]."""
     sine = sin(q[1])
     cosine = cos(q[1])
-    more = (_across(p) - p.inertia_axis) * sine * cosine
+    difference = (_moment_across(p) - p.inertia_axis) * sine * cosine
     axis = p.inertia_axis * sine
     weight = p.mass * p.gravity * p.length * sine
     return (
-        axis * v[1] * v[2] - 2 * more * v[0] * v[1],
-        more * v[0] ** 2 - axis * v[0] * v[2] + weight,
+        axis * v[1] * v[2] - 2 * difference * v[0] * v[1],
+        difference * v[0] ** 2 - axis * v[0] * v[2] + weight,
         axis * v[0] * v[1],
     )

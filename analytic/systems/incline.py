@@ -1,6 +1,6 @@
 """A cube on an inclined plane with Coulomb friction: it rests, slides, stops, or slides back.
 
-Along the slope x'' = g (sin(theta) - f cos(theta) sign(x')); what is at rest stays there where
+Along the slope x'' = g (sin(theta) - f cos(theta) sign(x')). A cube at rest stays there if
 tan(theta) <= f (Coulomb 1785). A cube with f < 1 does not tip.
 """
 
@@ -15,15 +15,15 @@ from plumbob.analytic.numerics.arithmetic import ULP, rounded_inputs
 from plumbob.analytic.parameters import ParameterError, check_fields
 from plumbob.analytic.reference import Array, LinearResponse, Signals
 
-ROUNDINGS = 8.0  # of each parameter
+ROUNDINGS = 8.0  # roundings of each parameter in the uncertainty
 
 
 @dataclass(frozen=True)
 class Incline(LinearResponse):
     """A cube of edge `size` [m] and `mass` [kg] on a plane of inclination `slope` [rad] with a
-    coefficient of `friction` below 1, under `gravity` [m/s^2]; it starts with a `speed` [m/s],
-    positive downhill. Downhill is at the angle `heading` [rad] from the first axis that an engine
-    has in the plane. Raises ParameterError.
+    coefficient of `friction` below 1, under `gravity` [m/s^2]. It starts with a `speed` [m/s],
+    positive downhill. Downhill is at the angle `heading` [rad] from an engine's first axis in the
+    plane. Raises ParameterError.
 
     >>> Incline(0.0, 0.5, 1.0, 0.1, 3.0, 9.0).rest_time
     0.6666666666666666
@@ -46,26 +46,27 @@ class Incline(LinearResponse):
 
     @property
     def pull(self) -> float:
-        """Acceleration by gravity along the slope [m/s^2]."""
+        """Component of gravity along the slope [m/s^2]."""
         return self.gravity * math.sin(self.slope)
 
     @property
     def press(self) -> float:
-        """Acceleration by gravity into the slope [m/s^2]."""
+        """Component of gravity into the slope [m/s^2]."""
         return self.gravity * math.cos(self.slope)
 
     @property
     def holds(self) -> bool:
-        """Whether friction holds it at rest."""
+        """True if friction holds the cube at rest."""
         return math.tan(self.slope) <= self.friction
 
     def acceleration(self, sense: float) -> float:
-        """Acceleration [m/s^2] while it slides downhill, `sense` 1, or uphill, -1."""
+        """Returns the acceleration [m/s^2] of a cube that slides downhill (`sense` 1) or uphill
+        (-1)."""
         return self.pull - sense * self.friction * self.press
 
     @property
     def stop_time(self) -> float:
-        """When it stops for the first time [s]; infinite where it never does."""
+        """Time at which the cube stops for the first time [s]; infinite if it never does."""
         rate = self.acceleration(float(np.sign(self.speed)))
         if not self.speed:
             return 0.0
@@ -73,30 +74,32 @@ class Incline(LinearResponse):
 
     @property
     def rest_time(self) -> float:
-        """From when on it is at rest [s]; infinite where it never is."""
+        """Time from which the cube is at rest [s]; infinite if it never is."""
         return self.stop_time if self.holds else math.inf
 
     @property
     def stop_place(self) -> float:
-        """Where it stops for the first time [m]; no number where it never does."""
+        """Position at which the cube stops for the first time [m]; NaN if it never does."""
         return self.speed * self.stop_time / 2.0 if math.isfinite(self.stop_time) else math.nan
 
     def observe(self, times: Array) -> Signals:
-        """Place x [m], downhill, and speed [m/s] at `times` [s], shape (n,)."""
+        """Exact position x [m], positive downhill, and speed [m/s] at `times` [s], shape (n,)."""
         first = self.acceleration(float(np.sign(self.speed)))
+        second = 0.0 if self.holds else self.acceleration(1.0)
         stop = self.stop_time
-        slid = np.minimum(times, stop)
-        since = np.maximum(times - stop, 0.0)
-        again = 0.0 if self.holds else self.acceleration(1.0)
-        stopped = times >= stop
+        until_stop = np.minimum(times, stop)
+        after_stop = np.maximum(times - stop, 0.0)
+        has_stopped = times >= stop
+        stop_place = np.where(has_stopped, np.nan_to_num(self.stop_place), 0.0)
+        x = until_stop * (self.speed + until_stop * first / 2.0)
+        speed = self.speed + until_stop * first
         return {
-            "x": np.where(stopped, np.nan_to_num(self.stop_place), 0.0)
-            + np.where(stopped, 0.0, slid * (self.speed + slid * first / 2.0))
-            + again * since**2 / 2.0,
-            "speed": np.where(stopped, 0.0, self.speed + slid * first) + again * since,
+            "x": stop_place + np.where(has_stopped, 0.0, x) + second * after_stop**2 / 2.0,
+            "speed": np.where(has_stopped, 0.0, speed) + second * after_stop,
         }
 
     def uncertainty(self, times: Array) -> Signals:
-        """Absolute errors, shape (n,), by the effect of each parameter's rounding and a place's."""
-        doubts = rounded_inputs(self, lambda cube: cube.observe(times), ROUNDINGS)
-        return {**doubts, "x": doubts["x"] + ULP * self.size}
+        """Bound on the error of each observable, shape (n,), by the rounding of each parameter and
+        of a position."""
+        errors = rounded_inputs(self, lambda cube: cube.observe(times), ROUNDINGS)
+        return {**errors, "x": errors["x"] + ULP * self.size}

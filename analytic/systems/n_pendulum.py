@@ -1,8 +1,8 @@
 """A chain of uniform rods that hangs from a fixed axis, by its mass matrix and moments.
 
-With rods i = 1 ... n of mass m_i and length l_i at the angles t_i from the vertical, and the mass
-w_i = m_i/2 + m_(i+1) + ... + m_n that hangs on the axis of the rod i + 1 in its place (Landau and
-Lifshitz 1976, Mechanics, 5, for rods),
+Rod i = 1 ... n has the mass m_i, the length l_i, and the angle t_i from the vertical. In its place,
+the mass w_i = m_i/2 + m_(i+1) + ... + m_n acts at its lower end (Landau and Lifshitz 1976,
+Mechanics, 5, for rods):
 
     sum_j c_ij l_i l_j cos(t_i - t_j) t_j'' = -sum_j c_ij l_i l_j sin(t_i - t_j) t_j'^2
                                               - g l_i w_i sin t_i                               (1)
@@ -25,15 +25,15 @@ from plumbob.analytic.numerics.smooth.smooth_system import SmoothSystem
 from plumbob.analytic.parameters import ParameterError, finite, non_negative, positive
 from plumbob.analytic.reference import Signals
 
-MOST = 20  # rods: a step's work goes as the cube
+MAX_RODS = 20  # largest number of rods: the work of a step grows as the cube
 Numbers = float | Sequence[float]
 
 
 @dataclass(frozen=True)
 class NPendulum:
-    """Rods at `angles` [rad] from the vertical, shape (n,), of `masses` [kg] and `lengths` [m],
-    turning at `angular_velocities` [rad/s], each of shape (n,) or one number for all, under
-    `gravity` [m/s^2]; raises ParameterError.
+    """Rods at `angles` [rad] from the vertical, shape (n,), with `masses` [kg], `lengths` [m] and
+    `angular_velocities` [rad/s], each of shape (n,) or one number for all rods, under `gravity`
+    [m/s^2]. Raises ParameterError.
 
     >>> chain = NPendulum(1.0, (0.5, 0.4), 9.81, (1.5, 2.5))
     >>> round(float(chain.motion.observe(np.array([2.0]))["tip_x"][0]), 6)
@@ -47,8 +47,8 @@ class NPendulum:
     angular_velocities: Numbers = 0.0
 
     def __post_init__(self) -> None:
-        if not isinstance(self.angles, Sequence) or not 1 <= len(self.angles) <= MOST:
-            raise ParameterError("angles", self.angles, f"a list of 1 to {MOST} numbers")
+        if not isinstance(self.angles, Sequence) or not 1 <= len(self.angles) <= MAX_RODS:
+            raise ParameterError("angles", self.angles, f"a list of 1 to {MAX_RODS} numbers")
         non_negative("gravity", self.gravity)
         for name in ("masses", "lengths", "angles", "angular_velocities"):
             check = positive if name in ("masses", "lengths") else finite
@@ -56,7 +56,8 @@ class NPendulum:
                 check(name, value)
 
     def each(self, name: str) -> tuple[Any, ...]:
-        """The numbers of this name, shape (n,); raises ParameterError for another count."""
+        """Returns the numbers of the field `name`, shape (n,). Raises ParameterError if their count
+        is wrong."""
         value: Any = getattr(self, name)
         count = len(self.angles)
         if not isinstance(value, Sequence) or isinstance(value, str):
@@ -70,60 +71,63 @@ class NPendulum:
         """The exact motion."""
         numbers = range(1, len(self.angles) + 1)
         parameters = {"gravity": self.gravity}
-        for name, short in (("masses", "mass"), ("lengths", "length")):
-            parameters |= {
-                f"{short}_{i}": x for i, x in zip(numbers, self.each(name), strict=True)
-            }
+        for i, mass in zip(numbers, self.each("masses"), strict=True):
+            parameters[f"mass_{i}"] = mass
+        for i, length in zip(numbers, self.each("lengths"), strict=True):
+            parameters[f"length_{i}"] = length
         return CertifiedMotion(
             SmoothSystem(
-                tuple(f"angle_{i}" for i in numbers),
-                tuple(f"angle_{i}_dot" for i in numbers),
-                _masses,
-                _moments,
-                parameters,
-                self.each("angles"),
-                self.each("angular_velocities"),
+                coordinates=tuple(f"angle_{i}" for i in numbers),
+                rates=tuple(f"angle_{i}_dot" for i in numbers),
+                mass_matrix=_masses,
+                forces=_moments,
+                parameters=parameters,
+                position=self.each("angles"),
+                rate=self.each("angular_velocities"),
                 readings=_tip,
             )
         )
 
     def potential(self, observed: Signals) -> Any:
-        """Potential energy [J], 0 where all rods hang."""
+        """Returns the potential energy [J], 0 with all rods hanging down."""
         system = self.motion.system
-        chain = zip(_hanging(system.values, len(self.angles)), system.coordinates, strict=True)
-        lifts = (length * w * (1 - np.cos(observed[name])) for (_, length, w), name in chain)
+        rods = _rods(system.values, len(self.angles))
+        lifts = [
+            length * w * (1 - np.cos(observed[name]))
+            for (_, length, w), name in zip(rods, system.coordinates, strict=True)
+        ]
         return self.gravity * sum(lifts)
 
 
-def _hanging(p: Any, count: int) -> list[tuple[Any, Any, Any]]:
-    """m_i, l_i and w_i of each rod."""
-    chain = []
+def _rods(p: Any, count: int) -> list[tuple[Any, Any, Any]]:
+    """Returns m_i, l_i and w_i of each rod."""
+    rods = []
     below = 0.0 * p.gravity
     for i in range(count, 0, -1):
         mass = getattr(p, f"mass_{i}")
-        chain.append((mass, getattr(p, f"length_{i}"), mass / 2 + below))
+        rods.append((mass, getattr(p, f"length_{i}"), mass / 2 + below))
         below = below + mass
-    return chain[::-1]
+    return rods[::-1]
 
 
 def _masses(p: Any, q: Any) -> list[list[Any]]:
-    """The matrix of eq. 1 [kg m^2]."""
-    chain = _hanging(p, len(q))
-    rows = [[(w - m / 6) * length**2 for _ in chain] for m, length, w in chain]
-    for j, (_, outer, w) in enumerate(chain):
-        for i, (_, inner, _) in enumerate(chain[:j]):
+    """Returns the mass matrix of eq. 1 [kg m^2]."""
+    rods = _rods(p, len(q))
+    rows = [[(w - m / 6) * length**2] * len(rods) for m, length, w in rods]
+    for j, (_, outer, w) in enumerate(rods):
+        for i, (_, inner, _) in enumerate(rods[:j]):
             rows[i][j] = rows[j][i] = w * inner * outer * cos(q[i] - q[j])
     return rows
 
 
 def _moments(p: Any, time: Any, q: Any, v: Any) -> list[Any]:
-    """The right-hand side of eq. 1 [N m]."""
-    chain = _hanging(p, len(q))
+    """Returns the right-hand side of eq. 1 [N m]."""
+    rods = _rods(p, len(q))
     moments = [
-        -p.gravity * length * w * sin(t) for (_, length, w), t in zip(chain, q, strict=True)
+        -p.gravity * length * w * sin(t) for (_, length, w), t in zip(rods, q, strict=True)
     ]
-    for j, (_, outer, w) in enumerate(chain):
-        for i, (_, inner, _) in enumerate(chain[:j]):
+    for j, (_, outer, w) in enumerate(rods):
+        for i, (_, inner, _) in enumerate(rods[:j]):
             pull = w * inner * outer * sin(q[i] - q[j])
             moments[i] = moments[i] - pull * v[j] ** 2
             moments[j] = moments[j] + pull * v[i] ** 2
@@ -131,8 +135,8 @@ def _moments(p: Any, time: Any, q: Any, v: Any) -> list[Any]:
 
 
 def _tip(p: Any, q: Any, v: Any) -> Mapping[str, Any]:
-    """Place of the last rod's end, from the axis [m]."""
-    rods = [(length, t) for (_, length, _), t in zip(_hanging(p, len(q)), q, strict=True)]
+    """Returns the position of the last rod's end, from the axis [m]."""
+    rods = [(length, t) for (_, length, _), t in zip(_rods(p, len(q)), q, strict=True)]
     return {
         "tip_x": sum(length * sin(t) for length, t in rods),
         "tip_z": -sum(length * cos(t) for length, t in rods),

@@ -1,7 +1,7 @@
 """A body that friction holds between two fingers: nothing moves.
 
-Each finger presses with N along the normal, and holds half of the load F = |(push, m (g + lift))|,
-across it, in the frame of the hand; friction holds it while F <= 2 f N (Coulomb 1785).
+In the frame of the hand, each finger presses with N along the normal and holds half of the load F =
+|(push, m (g + lift))| across it. Friction holds the load while F <= 2 f N (Coulomb 1785).
 """
 
 from __future__ import annotations
@@ -18,10 +18,10 @@ from plumbob.analytic.reference import Array, LinearResponse, Signals
 
 @dataclass(frozen=True)
 class Pinch(LinearResponse):
-    """A cube of edge `size` [m] and `mass` [kg] between two fingers of `finger_mass` [kg] each that
-    press with `normal_force` [N] and a coefficient of `friction`, under `gravity` [m/s^2] and a
-    horizontal force `push` [N] across the fingers, while the hand accelerates upward by `lift`
-    [m/s^2]. Raises ParameterError, also where friction does not hold it.
+    """A cube of edge `size` [m] and `mass` [kg] between two fingers of `finger_mass` [kg] each,
+    which press with `normal_force` [N] and have a coefficient of `friction`. `gravity` [m/s^2] and
+    a horizontal force `push` [N] across the fingers act on it, and the hand accelerates upward by
+    `lift` [m/s^2]. Raises ParameterError, also if friction does not hold the cube.
 
     >>> Pinch(1.0, 0.05, 0.1, 0.5, 20.0, 10.0).fraction
     0.5
@@ -37,36 +37,36 @@ class Pinch(LinearResponse):
     lift: float = 0.0
 
     def __post_init__(self) -> None:
-        held = "mass", "size", "finger_mass", "friction", "normal_force", "gravity"
-        check_fields(self, held)
+        positives = "mass", "size", "finger_mass", "friction", "normal_force", "gravity"
+        check_fields(self, positives)
         if self.fraction > 1.0:
             least = self.load / (2.0 * self.friction)
-            raise ParameterError(
-                "normal_force", self.normal_force, f"{least:.6g} N or more, or the body slips"
-            )
+            need = f"{least:.6g} N or more, or the body slips"
+            raise ParameterError("normal_force", self.normal_force, need)
 
     @property
     def pull(self) -> Array:
-        """The load that friction holds, down and across [N], shape (2,)."""
+        """The load that friction holds, downward and across [N], shape (2,)."""
         return np.array([self.mass * (self.gravity + self.lift), self.push])
 
     @property
     def load(self) -> float:
-        """Its magnitude [N]."""
+        """Magnitude of the load [N]."""
         return math.hypot(*self.pull)
 
     @property
     def fraction(self) -> float:
-        """Part of the largest friction that it takes."""
+        """The load over the largest friction."""
         return self.load / (2.0 * self.friction * self.normal_force)
 
     def observe(self, times: Array) -> Signals:
-        """Slip [m] along the load and its rate, `speed` [m/s], at `times` [s], shape (n,): none."""
-        still = np.zeros(len(times))
-        return {"slip": still, "speed": still}
+        """Slip [m] along the load and its rate, `speed` [m/s], at `times` [s], shape (n,): both are
+        0."""
+        zeros = np.zeros(len(times))
+        return {"slip": zeros, "speed": zeros}
 
     def uncertainty(self, times: Array) -> Signals:
-        """The last place of its edge [m], and of a speed gained over it, shape (n,); rest is
-        exact."""
-        place = np.full(len(times), ULP * self.size)
-        return {"slip": place, "speed": place * math.sqrt(self.load / self.mass / self.size)}
+        """Scale of the round-off of each observable, shape (n,), though rest is exact: the last
+        place of the edge [m], and of a speed gained over the edge [m/s]."""
+        slip = np.full(len(times), ULP * self.size)
+        return {"slip": slip, "speed": slip * math.sqrt(self.load / self.mass / self.size)}

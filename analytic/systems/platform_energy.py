@@ -1,14 +1,14 @@
-"""Energies of a body on a driven platform (Sudakov 2015, eqs. 2 to 6), and what the drive does.
+"""Energies of a body on a driven platform (Sudakov 2015, eqs. 2 to 6), and the work of the drive.
 
-The source writes T as three parts: of the pivot's translation (3), of the coupling of that with the
-motion about it (4), and of the rotation about the pivot (5). T + U is what it takes for constant in
-(9). It is not: to keep the platform's rate w, the drive gives the body the angular momentum
+The source writes T as three parts: the pivot's translation (3), its coupling with the motion about
+the pivot (4), and the rotation about the pivot (5). Its eq. 9 takes T + U for constant, which it is
+not. To keep the platform's rate w, the drive gives the body the angular momentum
 
     L = w J(theta) + theta_dot M X S cos(theta),
     J = M (X^2 + Y^2) + 2 M Y S sin(theta) + I_y sin^2 + 2 I_yz sin cos + I_z cos^2,
 
-and does the work w (L - L(0)). T + U less that work is constant; T + U - w L is the Jacobi integral
-but for a constant.
+and does the work w (L - L(0)). T + U minus that work is constant. T + U - w L is the Jacobi
+integral up to a constant.
 """
 
 from __future__ import annotations
@@ -24,19 +24,19 @@ from plumbob.analytic.systems.cone_pendulum import ConePendulum
 
 @dataclass(frozen=True)
 class Energies:
-    """Energies [J] along a motion, shape (n,) each; potential energy is zero at the height of the
-    platform's origin."""
+    """Energies [J] along a motion, shape (n,) each. The potential energy is zero at the height of
+    the platform's origin."""
 
     translation: Array  # eq. 3
     coupling: Array  # eq. 4
     rotation: Array  # eq. 5
     gravity: Array  # U
-    angular_momentum: Array  # [kg m^2/s] about the platform's axis
-    work: Array  # of the drive since the first sample
+    angular_momentum: Array  # about the platform's axis [kg m^2/s]
+    work: Array  # work of the drive since the first sample
 
     @property
     def kinetic(self) -> Array:
-        """T of eq. 6."""
+        """Kinetic energy T of eq. 6."""
         return self.translation + self.coupling + self.rotation
 
     @property
@@ -46,7 +46,7 @@ class Energies:
 
 
 def energies(pendulum: ConePendulum, theta: Array, theta_dot: Array) -> Energies:
-    """Energies at the states `theta` [rad], `theta_dot` [rad/s], shape (n,)."""
+    """Returns the energies at the states `theta` [rad], `theta_dot` [rad/s], shape (n,)."""
     body = pendulum.body
     w = pendulum.platform_rate
     x = pendulum.pivot_x
@@ -69,8 +69,12 @@ def energies(pendulum: ConePendulum, theta: Array, theta_dot: Array) -> Energies
 
 
 def drive_torque(pendulum: ConePendulum, theta: Array, theta_dot: Array) -> Array:
-    """Torque [N m] of the drive that keeps the platform's rate, at the states `theta` [rad],
-    `theta_dot` [rad/s], shape (n,): the rate of the angular momentum about the platform's axis."""
-    gained = pendulum.motion.rotor.acceleration(0.0, theta + pendulum.tilt, theta_dot)
-    ahead = theta + 1j * TINY * theta_dot, theta_dot + 1j * TINY * gained
-    return np.asarray(energies(pendulum, *ahead).angular_momentum.imag / TINY)
+    """Returns the torque [N m] with which the drive keeps the platform's rate, at the states
+    `theta` [rad], `theta_dot` [rad/s], shape (n,): the rate of the angular momentum about the
+    platform's axis."""
+    acceleration = pendulum.motion.rotor.acceleration(0.0, theta + pendulum.tilt, theta_dot)
+    # A complex step in time gives the derivative of the angular momentum.
+    next_theta = theta + 1j * TINY * theta_dot
+    next_theta_dot = theta_dot + 1j * TINY * acceleration
+    momentum = energies(pendulum, next_theta, next_theta_dot).angular_momentum
+    return np.asarray(momentum.imag / TINY)

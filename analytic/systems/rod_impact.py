@@ -1,10 +1,10 @@
 """A rod that strikes a rough floor at an angle, with one of its ends.
 
-Of the lower end of a uniform rod at an angle t from the floor, which points forward where t > pi/2,
-the inverse masses along the floor, across and off it are m (a, b, c) = 1 + 3 sin^2 t,
--3 sin t cos t, 1 + 3 cos^2 t (Routh 1905, Dynamics of a System of Rigid Bodies, 187-193). Where
-forces press the sliding end down, a rod that slides without falling has an impact (Genot and
-Brogliato 1999, Eur. J. Mech. A 18, 653).
+A uniform rod is at an angle t from the floor; it points forward if t > pi/2. The inverse masses of
+its lower end along the floor, across and off it are given by m (a, b, c) = 1 + 3 sin^2 t, -3 sin t
+cos t, 1 + 3 cos^2 t (Routh 1905, Dynamics of a System of Rigid Bodies, 187-193). If forces press
+the sliding end down, a rod that slides without falling has an impact (Genot and Brogliato 1999,
+Eur. J. Mech. A 18, 653).
 """
 
 from __future__ import annotations
@@ -20,16 +20,16 @@ from plumbob.analytic.numerics.point_impact import LAWS, PointImpact
 from plumbob.analytic.parameters import ParameterError, check_fields
 from plumbob.analytic.reference import Array, LinearResponse, Signals
 
-ROUNDINGS = 16.0  # of each parameter
-INSTANTS = 2001  # at which the ends are looked at after the impact
+ROUNDINGS = 16.0  # roundings of each parameter in the uncertainty
+INSTANTS = 2001  # times after the impact at which the heights of the ends are examined
 
 
 @dataclass(frozen=True)
 class RodImpact(LinearResponse):
-    """A rod of `length` [m] and `mass` [kg] at an `angle` [rad] from the floor falls from where its
-    lower end is at a `height` [m], under `gravity` [m/s^2], with a `speed` [m/s] along the floor,
-    and strikes it with a coefficient of `friction`, and of `restitution` by a `law` of LAWS; raises
-    ParameterError.
+    """A rod of `length` [m] and `mass` [kg] at an `angle` [rad] from the floor. Its lower end is at
+    first at a `height` [m]; the rod falls under `gravity` [m/s^2] and moves with a `speed` [m/s]
+    along the floor. It strikes the floor with a coefficient of `friction`, and of `restitution` by
+    a `law` of LAWS. Raises ParameterError.
 
     >>> RodImpact(1.0, 1.0, 1.1, 0.5, -2.0, 0.3, 0.5, "newton", 9.81).impact.outcome
     'slides'
@@ -46,33 +46,31 @@ class RodImpact(LinearResponse):
     gravity: float
 
     def __post_init__(self) -> None:
-        of_impact = "friction", "restitution", "law"
-        check_fields(self, ("length", "mass", "angle", "gravity"), ("height",), of_impact)
+        impact_fields = "friction", "restitution", "law"
+        check_fields(self, ("length", "mass", "angle", "gravity"), ("height",), impact_fields)
         if self.angle > 3.1415:
             raise ParameterError("angle", self.angle, "at most 3.1415")
-        jams = self.impact.jams
-        if not self.height and (
-            not jams or self.law == LAWS[0]
-        ):  # gives back to what fell alone
-            raise ParameterError(
-                "height", self.height, "greater than 0, or there is no rebound"
-            )
+        impact_without_fall = self.impact.jams and self.law != LAWS[0]
+        # Newton's law returns a part of the falling speed, which is 0 without a height.
+        if not self.height and not impact_without_fall:
+            need = "greater than 0, or there is no rebound"
+            raise ParameterError("height", self.height, need)
 
     @property
     def weights(self) -> tuple[float, float, float]:
-        """a, b and c [1/kg]."""
+        """Inverse masses a, b and c [1/kg]."""
         sine = math.sin(self.angle)
         cosine = math.cos(self.angle)
-        light = 1.0 / self.mass
+        inverse = 1.0 / self.mass
         return (
-            light * (1 + 3 * sine**2),
-            -3 * light * sine * cosine,
-            light * (1 + 3 * cosine**2),
+            inverse * (1 + 3 * sine**2),
+            -3 * inverse * sine * cosine,
+            inverse * (1 + 3 * cosine**2),
         )
 
     @cached_property
     def impact(self) -> PointImpact:
-        """The impact of its lower end."""
+        """The impact of the rod's lower end."""
         speeds = self.speed, -self.gravity * self.fall
         return PointImpact(self.weights, self.friction, self.restitution, self.law, *speeds)
 
@@ -81,39 +79,42 @@ class RodImpact(LinearResponse):
         """Time of the impact [s]."""
         return math.sqrt(2.0 * self.height / self.gravity)
 
-    def _flown(self, times: Array) -> Signals:
+    def _after_impact(self, times: Array) -> Signals:
+        """Returns the observables at `times` [s], shape (n,), if there is no second impact."""
         _, up, along = self.impact.impulses
         sine = math.sin(self.angle)
         cosine = math.cos(self.angle)
-        since = times - self.fall
-        since = np.maximum(since, 0.0) / self.mass
-        begun = self.height + self.length / 2.0 * sine
+        # time since the impact over the mass: it turns an impulse into a displacement
+        elapsed = np.maximum(times - self.fall, 0.0) / self.mass
+        start = self.height + self.length / 2.0 * sine
         return {
-            "x": self.speed * times + along * since,
-            "z": begun - self.gravity * times**2 / 2.0 + up * since,
-            "angle": self.angle + 6.0 * (along * sine - up * cosine) / self.length * since,
+            "x": self.speed * times + along * elapsed,
+            "z": start - self.gravity * times**2 / 2.0 + up * elapsed,
+            "angle": self.angle + 6.0 * (along * sine - up * cosine) / self.length * elapsed,
         }
 
     @cached_property
     def until(self) -> float:
-        """A time [s] shortly before an end strikes for a second time."""
-        late = self.fall + self.impact.impulses[1] / self.mass / self.gravity
-        # it is in the floor then
-        most = 2.0 * late + math.sqrt(8.0 * self.length / self.gravity)
-        times = np.linspace(self.fall, most, INSTANTS)
-        flown = self._flown(times)
-        above = flown["z"] > self.length / 2.0 * np.abs(np.sin(flown["angle"]))
-        return float(times[int(np.argmin(above[1:]))])
+        """A time [s] shortly before an end of the rod strikes the floor for a second time."""
+        apex = self.fall + self.impact.impulses[1] / self.mass / self.gravity
+        # At the time `latest` the rod would be below the floor.
+        latest = 2.0 * apex + math.sqrt(8.0 * self.length / self.gravity)
+        times = np.linspace(self.fall, latest, INSTANTS)
+        flight = self._after_impact(times)
+        is_above = flight["z"] > self.length / 2.0 * np.abs(np.sin(flight["angle"]))
+        return float(times[int(np.argmin(is_above[1:]))])
 
     def observe(self, times: Array) -> Signals:
-        """Place of the centre x and z [m] and the angle [rad] at `times` [s], shape (n,); raises
-        ParameterError beyond `until`."""
-        if (last := float(np.max(times, initial=0.0))) > self.until:
+        """Exact position of the centre x and z [m] and the angle [rad] at `times` [s], shape (n,).
+        Raises ParameterError for times beyond `until`."""
+        last = float(np.max(times, initial=0.0))
+        if last > self.until:
             raise ParameterError("times", last, f"at most {self.until:.6g} s: it strikes again")
-        return self._flown(times)
+        return self._after_impact(times)
 
     def uncertainty(self, times: Array) -> Signals:
-        """Absolute errors, shape (n,), by the effect of each parameter's rounding."""
-        doubts = rounded_inputs(self, lambda rod: rod._flown(times), ROUNDINGS)
-        moved = ULP * (self.length + abs(self.speed) * times)
-        return {name: doubt + moved for name, doubt in doubts.items()}
+        """Bound on the error of each observable, shape (n,), by the rounding of each parameter and
+        of lengths."""
+        errors = rounded_inputs(self, lambda rod: rod._after_impact(times), ROUNDINGS)
+        rounding = ULP * (self.length + abs(self.speed) * times)
+        return {name: error + rounding for name, error in errors.items()}

@@ -1,14 +1,15 @@
 """A servo on a hinge: a motor holds a link at its target, in closed form.
 
-With x the angle from the target, the gear n and J = inertia + armature, the motor's own behind the
-gear (MuJoCo's documentation, Computation, "Actuation model", of a position actuator),
+Let x be the angle from the target, n the gear ratio, and J = inertia + armature, the armature
+behind the gear (MuJoCo's documentation, Computation, "Actuation model", of a position actuator):
 
     J x'' = n F - c x',   F = -n (kp x + kv x'), at most F_max in magnitude                     (1)
 
-is a linear oscillator, overdamped or not, or at the limit a damped body under a constant force. The
-unlimited F obeys in the first the equation of x, so that its peaks fall from one to the next, and
-turns at most once in the second. F does not jump from piece to piece: what an end is late by moves
-the motion in second order only.
+Below the limit this is a linear oscillator, overdamped or not. At the limit it is a damped body
+under a constant force. Below the limit F obeys the same equation as x, so each of its peaks is
+lower than the one before. At the limit the unlimited F has at most one turning point. F is
+continuous from piece to piece, so an error of a switching time changes the motion in second order
+only.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 from itertools import islice
 from typing import Any
 
@@ -31,15 +32,16 @@ from plumbob.analytic.reference import Array, LinearResponse, Signals
 from plumbob.analytic.schemes import Scheme
 from plumbob.analytic.systems.simple_pendulum import SimplePendulum
 
-STATE = "theta", "theta_dot"
-ROUNDINGS = 12.0  # of each parameter: the median of a hundred random servos uses a fortieth
+OBSERVABLES = "theta", "theta_dot"
+# roundings of each parameter in the uncertainty: 100 random servos need 1/40 of it in the median
+ROUNDINGS = 12.0
 
 
 @dataclass(frozen=True)
 class Servo(LinearResponse):
-    """A link's `inertia` and a motor's `armature` [kg m^2], its `gear`, its gains `kp` [N m/rad]
-    and `kv` [N m s/rad] and its `force_limit` [N m] before the gear, a joint's `damping`
-    [N m s/rad]; `theta` [rad] from the target and its rate at time 0; raises ParameterError.
+    """A link's `inertia` and a motor's `armature` [kg m^2], the `gear` ratio, the gains `kp` [N
+    m/rad] and `kv` [N m s/rad], the `force_limit` [N m] before the gear, and the joint's `damping`
+    [N m s/rad]. `theta` [rad] from the target and its rate are at time 0. Raises ParameterError.
 
     >>> Servo(0.5, 0.1, 10.0, 2.0, 0.1, 0.0, 9.0, -0.4, 0.0).started.damping_rate
     16.666666666666668
@@ -61,92 +63,104 @@ class Servo(LinearResponse):
 
     @cached_property
     def started(self) -> SimplePendulum:
-        """Eq. 1 without a limit as that of a linear pendulum of J at 1 m."""
+        """Eq. 1 without a limit, as a linear pendulum with the mass J at 1 m."""
         total = self.inertia + self.armature
         square = self.gear**2
-        stiffness = square * self.kp / total
-        damping = (square * self.kv + self.damping) / total
-        start = self.theta, self.theta_dot
         return SimplePendulum(
-            1.0, stiffness, damping, 0.0, 0.0, *start, linear=True, mass=total
+            length=1.0,
+            gravity=square * self.kp / total,
+            damping_rate=(square * self.kv + self.damping) / total,
+            forcing_amplitude=0.0,
+            forcing_frequency=0.0,
+            theta=self.theta,
+            theta_dot=self.theta_dot,
+            linear=True,
+            mass=total,
         )
 
     @property
     def joint_part(self) -> float:
-        """The part of all damping that is the joint's, 1 where there is none."""
-        inside = self.gear**2 * self.kv
-        return self.damping / (self.damping + inside) if inside else 1.0
+        """The joint's damping over the total damping; 1 if the motor has none."""
+        motor = self.gear**2 * self.kv
+        return self.damping / (self.damping + motor) if motor else 1.0
 
     @property
     def limit(self) -> float:
-        """The largest torque behind the gear [N m]."""
+        """The largest torque after the gear [N m]."""
         return self.gear * self.force_limit
 
     def unlimited(self, x: float, v: float) -> float:
-        """n F without its limit [N m]."""
+        """Returns the torque n F without its limit [N m] at the angle x [rad] and the rate v
+        [rad/s]."""
         return -(self.gear**2) * (self.kp * x + self.kv * v)
 
     @property
     def system(self) -> SmoothSystem:
-        """Eq. 1 as theory steps it."""
+        """Eq. 1 as a smooth system, for the theory of time stepping."""
         matrix = ((self.started.mass,),)
-        start = (self.theta, self.theta_dot)
 
         def torques(p: Any, time: float, q: Any, v: Any) -> tuple[float]:
             torque = min(max(self.unlimited(*q, *v), -self.limit), self.limit)
             return (torque - self.damping * v[0],)
 
         return SmoothSystem(
-            STATE[:1], STATE[1:], lambda p, q: matrix, torques, {}, start[:1], start[1:]
+            coordinates=OBSERVABLES[:1],
+            rates=OBSERVABLES[1:],
+            mass_matrix=lambda p, q: matrix,
+            forces=torques,
+            parameters={},
+            position=(self.theta,),
+            rate=(self.theta_dot,),
         )
 
     def implicit(self, scheme: Scheme, state: Array) -> tuple[float, float]:
-        """Damping [1/s] and stiffness [1/s^2] that a step takes on the state after it: at the limit
-        the joint's alone."""
+        """Returns the damping [1/s] and the stiffness [1/s^2] that a step of `scheme` from `state`
+        treats implicitly. At the force limit only the joint's damping is left."""
         damping = scheme.implicit_damping * self.started.damping_rate
         if abs(self.unlimited(*state)) >= self.limit:
             return min(damping, self.damping / self.started.mass), 0.0
         return damping, self.started.gravity * scheme.implicit_spring
 
-    def pieces(self) -> Iterator[Piece]:
-        """The parts of the motion, one after another."""
+    def pieces(self) -> Iterator[ServoPiece]:
+        """Yields the pieces of the motion in order."""
         torque = self.unlimited(self.theta, self.theta_dot)
         side = math.copysign(1.0, torque) if abs(torque) > self.limit else 0.0
-        piece: Piece | None = Piece(self, 0.0, self.theta, self.theta_dot, side)
+        piece: ServoPiece | None = ServoPiece(self, 0.0, self.theta, self.theta_dot, side)
         while piece is not None:
             yield piece
             piece = piece.following
 
     @cached_property
     def saturates(self) -> bool:
-        """Whether the motor reaches its limit."""
+        """True if the motor reaches its limit."""
         return any(piece.side for piece in islice(self.pieces(), 2))
 
     @property
     def peak_force(self) -> float:
-        """The largest |F| [N m]: that of the start, of the first peak, or the limit."""
-        first = Piece(self, 0.0, self.theta, self.theta_dot, 0.0)
+        """The largest |F| [N m]: at the start, at the first peak, or at the limit."""
+        first = ServoPiece(self, 0.0, self.theta, self.theta_dot, 0.0)
         torque = max(abs(first.torque(since)) for since in (0.0, first.peak))
         return min(self.force_limit, torque / self.gear)
 
     def observe(self, times: Array) -> Signals:
-        """x [rad] and x' [rad/s] at `times` [s], shape (n,)."""
+        """Exact x [rad] and x' [rad/s] at `times` [s], shape (n,)."""
         states = np.zeros((2, len(times)))
         for piece in self.pieces():
-            if not (later := times >= piece.begin).any():
+            later = times >= piece.begin
+            if not later.any():
                 break
             states[:, later] = piece.states(times[later] - piece.begin)
-        return dict(zip(STATE, states, strict=True))
+        return dict(zip(OBSERVABLES, states, strict=True))
 
     def uncertainty(self, times: Array) -> Signals:
-        """Absolute errors, shape (n,), by the effect of each parameter's rounding."""
+        """Bound on the error of each observable, shape (n,), by the rounding of each parameter."""
         return rounded_inputs(self, lambda servo: servo.observe(times), ROUNDINGS)
 
 
 @dataclass(frozen=True)
-class Piece:
-    """A part of the motion from `begin` [s], x and x' there, and the `side` on which n F is at
-    its limit, 1 or -1, or 0."""
+class ServoPiece:
+    """A piece of the motion from the time `begin` [s], with the angle `x` and the rate `v` at that
+    time. `side` is 1 or -1 if n F is at its limit on that side, else 0."""
 
     servo: Servo
     begin: float
@@ -156,74 +170,86 @@ class Piece:
 
     @cached_property
     def motion(self) -> DrivenRotor:
-        """Its equation, over J."""
+        """The equation of the piece, divided by J."""
         servo = self.servo
-        inertia = self.servo.started.mass
+        inertia = servo.started.mass
         if not self.side:
             return servo.started.rotor
-        constant = math.pi / 2.0  # the phase of a frequency of 0
-        push = self.side * servo.limit / inertia
-        drag = servo.damping / inertia
-        return DrivenRotor(damping_rate=drag, forcing_amplitude=push, forcing_phase=constant)
+        return DrivenRotor(
+            damping_rate=servo.damping / inertia,
+            forcing_amplitude=self.side * servo.limit / inertia,
+            forcing_phase=math.pi / 2.0,  # a constant torque: the sine of a frequency of 0
+        )
 
     def states(self, since: Array | float) -> tuple[Array, Array]:
-        """x and x' so long after its begin [s], shape (n,)."""
+        """Returns x and x' at the times `since` its begin [s], shape (n,)."""
         return linear_motion(self.motion, self.x, self.v, np.asarray(since))
 
     def torque(self, since: float) -> float:
-        """n F without its limit [N m]."""
+        """Returns the torque n F without its limit [N m] at the time `since` its begin [s]."""
         return self.servo.unlimited(*map(float, self.states(since)))
 
     def slope(self, since: float) -> float:
-        """Of that [N m/s]."""
+        """Returns the time derivative of that torque [N m/s] at the time `since` its begin [s]."""
         x, v = map(float, self.states(since))
         return self.servo.unlimited(v, float(self.motion.acceleration(0.0, x, v)))
 
-    @property
+    @cached_property
     def peak(self) -> float:
-        """The first peak of |n F| below the limit [s]; 0 where it falls."""
-        pull = self.motion.stiffness
+        """The time from its begin to the first peak of |n F| below the limit [s]; 0 if |n
+        F| falls."""
+        stiffness = self.motion.stiffness
         damping = self.motion.damping_rate
         torque = self.torque(0.0)
         slope = self.slope(0.0)
-        # of T = n F, T' falls as e^(-damping t/2) (slope c + bend s), c and s/root cosine and sine
-        bend = -pull * torque - damping / 2 * slope
-        root = math.sqrt(abs(pull - damping**2 / 4))
-        late = 0.0
-        if pull > damping**2 / 4:
-            late = math.atan2(-root * slope, bend) % math.pi / root
+        # With T = n F, T' = e^(-damping t/2) (slope c + bend s), c = cos(root t) and
+        # s = sin(root t)/root; if overdamped, these are the hyperbolic functions.
+        bend = -stiffness * torque - damping / 2 * slope
+        root = math.sqrt(abs(stiffness - damping**2 / 4))
+        time = 0.0
+        if stiffness > damping**2 / 4:
+            time = math.atan2(-root * slope, bend) % math.pi / root
         elif root * abs(slope) < abs(bend):
-            late = math.atanh(-root * slope / bend) / root if root else -slope / bend
-        return max(late, 0.0)
+            time = math.atanh(-root * slope / bend) / root if root else -slope / bend
+        return max(time, 0.0)
 
     @property
-    def following(self) -> Piece | None:
-        """The next one; None after the last."""
-        scale = 1.0 / math.sqrt(self.servo.started.gravity)
+    def following(self) -> ServoPiece | None:
+        """The next piece; None after the last one."""
+        end = self._limit_left() if self.side else self._limit_reached()
+        if end is None:
+            return None
+        x, v = map(float, self.states(end))
+        side = 0.0 if self.side else math.copysign(1.0, self.torque(self.peak))
+        return replace(self, begin=self.begin + end, x=x, v=v, side=side)
+
+    def _limit_reached(self) -> float | None:
+        """Returns the time since the begin [s] at which |n F| reaches the limit; None if never."""
+        side = math.copysign(1.0, self.torque(self.peak))
+        excess = partial(self._excess, side)
+        if not self.peak or excess(self.peak) <= 0.0:
+            return None
+        return _root(excess, 0.0, self.peak) if excess(0.0) < 0.0 else 0.0
+
+    def _limit_left(self) -> float:
+        """Returns the time since the begin [s] at which the unlimited |n F| falls to the limit."""
+        excess = partial(self._excess, self.side)
         first = 0.0
-        last = scale if self.side else self.peak
-        side = self.side or math.copysign(1.0, self.torque(last))
+        last = 1.0 / math.sqrt(self.servo.started.gravity)
+        while excess(last) > 0.0:
+            last *= 2.0
+        if self.side * self.slope(0.0) > 0.0:
+            first = _root(self.slope, 0.0, last)
+        return _root(excess, first, last)
 
-        def beyond(since: float) -> float:
-            return side * self.torque(since) - self.servo.limit
-
-        if not self.side:
-            if not last or beyond(last) <= 0.0:
-                return None
-            last = _root(beyond, 0.0, last) if beyond(0.0) < 0.0 else 0.0
-        else:
-            while beyond(last) > 0.0:
-                last *= 2.0
-            if side * self.slope(0.0) > 0.0:
-                first = _root(self.slope, 0.0, last)
-            last = _root(beyond, first, last)
-        x, v = map(float, self.states(last))
-        return replace(self, begin=self.begin + last, x=x, v=v, side=0.0 if self.side else side)
+    def _excess(self, side: float, since: float) -> float:
+        """Returns how far the torque n F on this `side` exceeds its limit [N m]."""
+        return side * self.torque(since) - self.servo.limit
 
 
 def _root(function: Callable[[float], float], low: float, high: float) -> float:
-    """The zero of a function between two places; raises ArithmeticError where rounding leaves no
-    change of sign there."""
+    """Returns the zero of a function between `low` and `high`. Raises ArithmeticError if rounding
+    leaves no change of sign."""
     from scipy.optimize import brentq
 
     if not function(low) * function(high) <= 0.0:

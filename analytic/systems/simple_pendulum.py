@@ -1,12 +1,12 @@
 """The simple pendulum: a point mass on a rigid rod, damped and forced, or its linear companion.
 
-Pendulo Simples, per unit mass as its code has it:
+Pendulo Simples, per unit mass as in its code:
 
     theta'' = A sin(Omega t) - xi theta' - (g/L) sin theta,    T = m L theta'^2 + m g cos theta,
 
-theta from hanging down; in its equations m L theta'' + C L theta' + m g sin theta = F(t), so that
+with theta from hanging down. Its equations have m L theta'' + C L theta' + m g sin theta = F(t), so
 xi = C/m and A = F_0/(m L). The notebook calls xi = C/m a damping ratio; it is a rate, in 1/s. The
-linear companion has theta for sin theta.
+linear companion has theta in place of sin theta.
 """
 
 from __future__ import annotations
@@ -30,9 +30,12 @@ from plumbob.analytic.systems.pendulums.rod_tension import MASS, RodMotion, tens
 class SimplePendulum:
     """A point of `mass` [kg] at `length` [m] under `gravity` [m/s^2], damped at damping_rate [1/s],
     forced with forcing_amplitude [rad/s^2] at forcing_frequency [rad/s], started at theta [rad]
-    with theta_dot [rad/s]; `linear` has theta for sin theta. Next to the top, where theta as a
-    double has few digits of the distance, `theta_from_top` [rad], the start's angle from pi,
-    replaces theta, unless the pendulum is linear, damped or forced. Raises ParameterError.
+    with theta_dot [rad/s]. If `linear`, theta replaces sin theta in the equation. Raises
+    ParameterError.
+
+    Near the top, theta as a double has few digits of the distance from the top. There
+    `theta_from_top` [rad], the initial angle from pi, may replace theta, unless the pendulum is
+    linear, damped or forced.
 
     >>> import math, numpy as np
     >>> pendulum = SimplePendulum(1.0, 9.81, 0.0, 0.0, 0.0, theta=math.pi / 2, theta_dot=0.0)
@@ -58,13 +61,13 @@ class SimplePendulum:
         if self.theta_from_top is not None:
             finite("theta_from_top", self.theta_from_top)
             if self.linear or not self.rotor.conservative or not self.gravity:
-                wanted = "left out, for theta, where it is linear, damped, forced or weightless"
-                raise ParameterError("theta_from_top", self.theta_from_top, wanted)
+                need = "left out, for theta, where it is linear, damped, forced or weightless"
+                raise ParameterError("theta_from_top", self.theta_from_top, need)
 
     @property
     def started(self) -> SimplePendulum:
-        """The same problem with theta in place of `theta_from_top`, rounded to double: where an
-        engine starts."""
+        """This problem with theta rounded to double in place of `theta_from_top`, as an engine
+        starts it."""
         if self.theta_from_top is None:
             return self
         return replace(self, theta=float(double(PI + self.theta_from_top)), theta_from_top=None)
@@ -83,7 +86,7 @@ class SimplePendulum:
 
     @property
     def system(self) -> SmoothSystem:
-        """The same from its start, with the tension of the rod unless linear."""
+        """The equation of motion with its start and, unless linear, the tension of the rod."""
         start = self.started
         system = smooth_system(self.rotor, start.theta, start.theta_dot)
         if self.linear:
@@ -99,8 +102,8 @@ class SimplePendulum:
 
     @property
     def elliptic(self) -> PendulumMotion | None:
-        """The motion of 1 kg by Jacobi functions, which is that of any mass but for its energy and
-        action; None where the equation is linear, damped or forced."""
+        """The motion by Jacobi functions, or None if the equation is linear, damped or forced. It
+        is for 1 kg; only energy and action depend on the mass."""
         if self.linear or not self.rotor.conservative:
             return None
         return PendulumMotion(
@@ -113,9 +116,9 @@ class SimplePendulum:
 
     @cached_property
     def motion(self) -> Reference:
-        """The exact motion; with the tension of the rod unless linear."""
-        rounded = self.started
-        angle: Reference = self.elliptic or DrivenMotion(
-            self.rotor, rounded.theta, rounded.theta_dot
-        )
-        return angle if self.linear else RodMotion(angle, self.system)
+        """The exact motion; unless linear, with the tension of the rod."""
+        start = self.started
+        motion: Reference | None = self.elliptic
+        if motion is None:
+            motion = DrivenMotion(self.rotor, start.theta, start.theta_dot)
+        return motion if self.linear else RodMotion(motion, self.system)

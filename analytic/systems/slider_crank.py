@@ -1,10 +1,10 @@
 """The slider-crank: a uniform crank and rod, and a slider on a line through the crank's axis.
 
 With crank a, rod l, the crank's angle t from the line, and u = sqrt(l^2 - a^2 sin^2 t), the slider
-is at x = a cos t + u, and the rod at the angle b from the line, l sin b = -a sin t, so that by t
-b' = -a cos t/u and b'' = a sin t (1 - b'^2)/u (Uicker, Pennock and Shigley 2017, Theory of Machines
-and Mechanisms, 2.8). Where the rod is as long as the crank, u = 0 at t = pi/2: the slider can leave
-the axis or stay on it.
+is at x = a cos t + u. The rod is at the angle b from the line, l sin b = -a sin t, so its
+derivatives by t are b' = -a cos t/u and b'' = a sin t (1 - b'^2)/u (Uicker, Pennock and Shigley
+2017, Theory of Machines and Mechanisms, 2.8). If the rod is as long as the crank, u = 0 at t =
+pi/2: the slider can then leave the axis or stay on it.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ CONSTANTS = (*LENGTHS, *MASSES, "gravity")
 @dataclass(frozen=True)
 class SliderCrank:
     """Lengths [m] and masses [kg] of the links under `gravity` [m/s^2], with the crank's `angle`
-    [rad] and its rate [rad/s] at time 0; raises ParameterError.
+    [rad] and its rate [rad/s] at time 0. Raises ParameterError.
 
     >>> crank = SliderCrank(0.2, 0.5, 1.0, 1.0, 1.0, 9.81, 1.0, 10.0)
     >>> round(float(crank.motion.observe(np.array([0.5]))["slider"][0]), 6)
@@ -59,15 +59,19 @@ class SliderCrank:
     def motion(self) -> CertifiedMotion:
         """The exact motion."""
         return crank_motion(
-            self, CONSTANTS, _links, lambda p, q, v: {"slider": _slider(p, q[0])}
+            self,
+            CONSTANTS,
+            _moving_links,
+            lambda p, q, v: {"slider": _slider_distance(p, q[0])},
         )
 
     @property
-    def opened(self) -> SmoothSystem:
-        """Crank and rod with their angles, and the slider on its own, at the same start."""
-        _, rod, _ = _links(self, self.angle)
+    def open_chain(self) -> SmoothSystem:
+        """The equations of crank, rod and a separate slider, with the angles of both links, from
+        the same start."""
+        _, rod, _ = _moving_links(self, self.angle)
         angles = self.angle, math.atan2(rod.vector[1], rod.vector[0])
-        by_angle = rod.vector[1] * (1.0 - rod.turn)  # the slider's derivative
+        by_angle = rod.vector[1] * (1.0 - rod.turn)  # [m] derivative of the slider's position
         masses = (self.crank_mass, self.rod_mass)
         lengths = (self.crank, self.rod)
         chain = NPendulum(masses, lengths, self.gravity, angles).motion.system
@@ -81,41 +85,45 @@ class SliderCrank:
             return (*chain.forces(chain.values, time, hanging, v[:2]), 0.0)
 
         return SmoothSystem(
-            ("angle", "rod_angle", "slider"),
-            ("angle_dot", "rod_angle_dot", "slider_dot"),
-            matrix,
-            forces,
-            self.motion.system.parameters,
-            (*angles, _slider(self, self.angle)),
-            tuple(self.angular_velocity * float(turn) for turn in (1.0, rod.turn, by_angle)),
+            coordinates=("angle", "rod_angle", "slider"),
+            rates=("angle_dot", "rod_angle_dot", "slider_dot"),
+            mass_matrix=matrix,
+            forces=forces,
+            parameters=self.motion.system.parameters,
+            position=(*angles, _slider_distance(self, self.angle)),
+            rate=tuple(self.angular_velocity * float(x) for x in (1.0, rod.turn, by_angle)),
         )
 
     def soft(self, loop: SoftLoop, step: float) -> SmoothSystem:
-        """The mechanism with its rod tied to the slider by a soft constraint."""
-        stretched = np.linalg.inv(self.opened.mass_matrix(self, (0.0, 0.0, 0.0)))[:2, :2]
-        # of the rod's centre, which can move across
+        """Returns the equations of the mechanism with its rod tied to the slider by a soft
+        constraint. The time constant of the constraint is at least two engine steps of size `step`
+        [s]."""
+        inverse_matrix = np.linalg.inv(self.open_chain.mass_matrix(self, (0.0, 0.0, 0.0)))[
+            :2, :2
+        ]
+        # arms [m] of the rod's centre in the stretched chain
         lever = np.array([self.crank, self.rod / 2])
-        # the mean of three directions
-        sees = lever @ stretched @ lever / 3 + 1 / self.slider_mass
-        return softened(self.opened, _gaps, loop, step, sees)
+        # The inverse mass is a mean over three directions; the stretched chain moves in one.
+        inverse_mass = lever @ inverse_matrix @ lever / 3 + 1 / self.slider_mass
+        return softened(self.open_chain, _gap_terms, loop, step, inverse_mass)
 
     def reaction(self, times: Array) -> Array:
-        """Force of the slider's pin on the rod [N], along the line and up, at `times` [s], shape
-        (n,); shape (2, n)."""
-        return reaction(self, _gaps, times)
+        """Returns the force of the slider's pin on the rod [N], along the line and up, at `times`
+        [s], shape (n,): shape (2, n)."""
+        return reaction(self, _gap_terms, times)
 
     @property
     def lift(self) -> float:
-        """Energy [J] that takes crank and rod from the line to the top."""
+        """Potential energy [J] of crank and rod with the crank upright; it is 0 on the line."""
         return self.gravity * self.crank * (self.crank_mass + self.rod_mass) / 2
 
     def potential(self, observed: Signals) -> Any:
-        """Potential energy [J], 0 on the line."""
+        """Returns the potential energy [J], 0 on the line."""
         return self.lift * sin(observed["angle"])
 
 
-def _links(p: Any, t: Any) -> tuple[Link, Link, Link]:
-    """Crank, rod, and the slider, which has no length."""
+def _moving_links(p: Any, t: Any) -> tuple[Link, Link, Link]:
+    """Returns crank, rod, and the slider as a link without length, at the crank's angle t."""
     sine = p.crank * sin(t)
     cosine = p.crank * cos(t)
     root = sqrt((p.rod - p.crank) * (p.rod + p.crank) + cosine**2)
@@ -127,14 +135,15 @@ def _links(p: Any, t: Any) -> tuple[Link, Link, Link]:
     )
 
 
-def _slider(p: Any, t: Any) -> Any:
-    """Its distance from the axis."""
-    crank, rod, _ = _links(p, t)
+def _slider_distance(p: Any, t: Any) -> Any:
+    """Returns the slider's distance from the crank's axis [m]."""
+    crank, rod, _ = _moving_links(p, t)
     return crank.vector[0] + rod.vector[0]
 
 
-def _gaps(p: Any, q: Any, v: Any) -> tuple[Any, Any, Any]:
-    """From the slider to the rod's end: along and across the line, with J and J' q'."""
+def _gap_terms(p: Any, q: Any, v: Any) -> tuple[Any, Any, Any]:
+    """Returns the gap from the slider to the rod's end [m], along and across the line, its
+    derivatives J, and J' q'."""
     across = sin(q[:2]) * (p.crank, p.rod)
     along = cos(q[:2]) * (p.crank, p.rod)
     gap = along.sum() - q[2], across.sum()

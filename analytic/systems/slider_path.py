@@ -1,4 +1,5 @@
-"""Prescribed paths of the slider in body axes: r, v and w, piece after piece, with breakpoints."""
+"""Prescribed paths of the slider in body axes: r, v and w in pieces, with breakpoints
+between them."""
 
 from __future__ import annotations
 
@@ -18,22 +19,23 @@ from plumbob.analytic.systems.capsule import Arc, Path, Point
 Kinematics = tuple[Array, Array, Array]
 
 
-def _turns(rate: float, acceleration: float, duration: float) -> Array:
-    """Beginning, end, and the time in between at which it turns round, if it does [s]."""
+def _turning_times(rate: float, acceleration: float, duration: float) -> Array:
+    """Returns three times [s]: the beginning, the time at which the motion turns round, and the
+    end. If it does not turn round, the middle one equals another."""
     turn = -rate / acceleration if acceleration else 0.0
     return np.array([0.0, min(max(turn, 0.0), duration), duration])
 
 
 def _columns(vectors: npt.ArrayLike) -> Array:
-    """Plane vectors x + iy, shape (n,), as shape (n, 2)."""
+    """Returns plane vectors x + iy, shape (n,), as an array of shape (n, 2)."""
     return np.asarray(vectors, dtype=np.complex128).view(np.float64).reshape(-1, 2)
 
 
 @dataclass(frozen=True)
 class StraightPiece:
-    """A part of a path from local time 0 to `duration` [s], with constant `acceleration` [m/s^2]
-    along a line at angle `direction` [rad] through `origin` [m];
-    `position` [m] from `origin` and `speed` [m/s] are those at its start."""
+    """A part of a path from local time 0 to `duration` [s] with constant `acceleration` [m/s^2]
+    along a line at angle `direction` [rad] through `origin` [m]. At its start, the slider is at
+    `position` [m] from `origin` and has `speed` [m/s]."""
 
     duration: float
     origin: Point
@@ -43,8 +45,8 @@ class StraightPiece:
     acceleration: float
 
     def kinematics(self, times: Array) -> Kinematics:
-        """Position r [m], velocity v [m/s] and acceleration w [m/s^2] relative to the body, each
-        of shape (n, 2), at local `times` [s], shape (n,) (Chernousko 2020, eqs. 12, 16)."""
+        """Returns position r [m], velocity v [m/s] and acceleration w [m/s^2] relative to the body,
+        each of shape (n, 2), at local `times` [s], shape (n,) (Chernousko 2020, eqs. 12, 16)."""
         along = complex(math.cos(self.direction), math.sin(self.direction))
         shift = self.position + times * (self.speed + 0.5 * self.acceleration * times)
         return (
@@ -54,15 +56,18 @@ class StraightPiece:
         )
 
     def track(self) -> Path:
-        """The places that it covers."""
-        x, y = self.kinematics(_turns(self.speed, self.acceleration, self.duration))[0].T
+        """Returns the corners of the part of the line that the piece covers."""
+        x, y = self.kinematics(_turning_times(self.speed, self.acceleration, self.duration))[
+            0
+        ].T
         return tuple(zip(x.tolist(), y.tolist(), strict=True))
 
 
 @dataclass(frozen=True)
 class ArcPiece:
-    """Constant angular `acceleration` [rad/s^2] on the circle of `radius` [m] about C; `angle`
-    [rad] and `rate` [rad/s] are those at its start."""
+    """A part of a path with constant angular `acceleration` [rad/s^2] on the circle of `radius` [m]
+    about C. At its start, the slider is at `angle` [rad] and has the angular velocity `rate`
+    [rad/s]."""
 
     duration: float
     radius: float
@@ -71,7 +76,8 @@ class ArcPiece:
     acceleration: float
 
     def kinematics(self, times: Array) -> Kinematics:
-        """As of a StraightPiece (Chernousko 2020, eqs. 26-27)."""
+        """Returns position r [m], velocity v [m/s] and acceleration w [m/s^2] relative to the body,
+        each of shape (n, 2), at local `times` [s], shape (n,) (Chernousko 2020, eqs. 26-27)."""
         rate = self.rate + self.acceleration * times
         outward = self.radius * np.exp(1j * self._angles(times))
         return (
@@ -81,11 +87,12 @@ class ArcPiece:
         )
 
     def track(self) -> Path:
-        """The places that it covers."""
-        angles = self._angles(_turns(self.rate, self.acceleration, self.duration))
+        """Returns the arc that the piece covers."""
+        angles = self._angles(_turning_times(self.rate, self.acceleration, self.duration))
         return (Arc(self.radius, float(angles.min()), float(angles.max())),)
 
     def _angles(self, times: Array) -> Array:
+        """Returns the angle [rad] at local `times` [s], shape (n,)."""
         return self.angle + times * (self.rate + 0.5 * self.acceleration * times)
 
 
@@ -94,9 +101,8 @@ Piece = StraightPiece | ArcPiece
 
 @dataclass(frozen=True)
 class SliderPath:
-    """Pieces one after another, each beginning with the position and velocity that the last one
-    ends with; after the last one the slider, which it leaves at rest, stays where it is. Raises
-    ParameterError."""
+    """Pieces in order. Each begins with the position and velocity at the end of the one before. The
+    path ends with the slider at rest, and the slider stays there. Raises ParameterError."""
 
     pieces: tuple[Piece, ...]
 
@@ -120,54 +126,66 @@ class SliderPath:
 
     @property
     def end(self) -> Point:
-        """Where the slider stops, relative to C [m]."""
+        """The place where the slider stops, relative to C [m]."""
         x, y = self.pieces[-1].kinematics(np.array([self.pieces[-1].duration]))[0][0]
         return float(x), float(y)
 
     def kinematics(self, times: Array) -> Kinematics:
-        """Position, velocity, acceleration relative to the body, each (n, 2), at `times` [s], shape
-        (n,); at a breakpoint those of the piece that begins there."""
+        """Returns position [m], velocity [m/s] and acceleration [m/s^2] relative to the body, each
+        of shape (n, 2), at `times` [s], shape (n,). A breakpoint belongs to the piece that begins
+        there."""
         times = np.asarray(times, dtype=np.float64)
-        which = np.searchsorted(self.breakpoints, times, side="right") - 1
+        numbers = np.searchsorted(self.breakpoints, times, side="right") - 1
         result = tuple(np.zeros((times.size, 2)) for _ in range(3))
         result[0][:] = self.end
-        for number in np.unique(which[which < len(self.pieces)]):
-            here = which == number
-            local = times[here] - self.breakpoints[number]
-            for values, part in zip(result, self.pieces[number].kinematics(local), strict=True):
-                values[here] = part
+        for number in np.unique(numbers[numbers < len(self.pieces)]):
+            selected = numbers == number
+            local = times[selected] - self.breakpoints[number]
+            parts = self.pieces[number].kinematics(local)
+            for values, part in zip(result, parts, strict=True):
+                values[selected] = part
         return result[0], result[1], result[2]
 
     def places(self, times: Array) -> Array:
-        """Place relative to C [m], shape (n, 2), at `times` [s], shape (n,)."""
+        """Returns the position relative to C [m], shape (n, 2), at `times` [s], shape (n,)."""
         return self.kinematics(times)[0]
 
     def velocities(self, times: Array) -> Array:
-        """Velocity in the body [m/s], shape (n, 2), at `times` [s], shape (n,)."""
+        """Returns the velocity in the body [m/s], shape (n, 2), at `times` [s], shape (n,)."""
         return self.kinematics(times)[1]
 
     def track(self) -> Path:
-        """The places that the slider covers, for `capsule.validity`."""
-        return tuple(part for piece in self.pieces for part in piece.track())
+        """Returns the corners and arcs that the slider covers, for `capsule.validity`."""
+        return tuple(itertools.chain.from_iterable(piece.track() for piece in self.pieces))
 
 
 def concatenate(*paths: SliderPath) -> SliderPath:
-    """One path after another, each beginning where the last one ends."""
-    return SliderPath(tuple(piece for path in paths for piece in path.pieces))
+    """Returns the path that follows `paths` in order. Each begins where the one before ends."""
+    return SliderPath(tuple(itertools.chain.from_iterable(path.pieces for path in paths)))
 
 
 def fixed(place: Point, duration: float = 0.0) -> SliderPath:
-    """The slider fixed at `place` relative to C [m] for `duration` [s] (and afterwards)."""
-    return SliderPath((StraightPiece(duration, place, 0.0, 0.0, 0.0, 0.0),))
+    """Returns the path of a slider fixed at `place` relative to C [m] for `duration` [s] (and
+    afterwards)."""
+    piece = StraightPiece(
+        duration=duration,
+        origin=place,
+        direction=0.0,
+        position=0.0,
+        speed=0.0,
+        acceleration=0.0,
+    )
+    return SliderPath((piece,))
 
 
-def _driven(
+def _path_from_rest(
     piece: Callable[..., Piece],
     place: float,
     accelerations: Sequence[float],
     durations: Sequence[float],
 ) -> SliderPath:
-    """From rest at `place`, pieces that are given their duration, place, rate and acceleration."""
+    """Returns a path from rest at `place` with constant `accelerations`, one for each of
+    `durations` [s]. `piece` makes a piece from its duration, place, rate and acceleration."""
     pieces = []
     rate = 0.0
     for w, t in zip(accelerations, durations, strict=True):
@@ -180,35 +198,44 @@ def _driven(
 def straight(
     start: Point, direction: float, accelerations: Sequence[float], durations: Sequence[float]
 ) -> SliderPath:
-    """From rest at `start` [m] along `direction` [rad] under `accelerations` [m/s^2], each for its
-    one of `durations` [s]. Raises ParameterError."""
-    return _driven(
-        lambda t, *now: StraightPiece(t, start, direction, *now), 0.0, accelerations, durations
-    )
+    """Returns a path from rest at `start` [m] along `direction` [rad] with constant `accelerations`
+    [m/s^2], one for each of `durations` [s]. Raises ParameterError."""
+
+    def piece(duration: float, position: float, speed: float, acceleration: float) -> Piece:
+        return StraightPiece(duration, start, direction, position, speed, acceleration)
+
+    return _path_from_rest(piece, 0.0, accelerations, durations)
 
 
 def arc(
     radius: float, start: float, accelerations: Sequence[float], durations: Sequence[float]
 ) -> SliderPath:
-    """From rest at angle `start` [rad] on the circle of `radius` [m] about C under angular
-    `accelerations` [rad/s^2], each for its one of `durations` [s]. Raises ParameterError."""
+    """Returns a path from rest at angle `start` [rad] on the circle of `radius` [m] about C with
+    constant angular `accelerations` [rad/s^2], one for each of `durations` [s]. Raises
+    ParameterError."""
     positive("radius", radius)
-    begin = finite("start", start)
-    return _driven(lambda t, *now: ArcPiece(t, radius, *now), begin, accelerations, durations)
+    first_angle = finite("start", start)
+
+    def piece(duration: float, angle: float, rate: float, acceleration: float) -> Piece:
+        return ArcPiece(duration, radius, angle, rate, acceleration)
+
+    return _path_from_rest(piece, first_angle, accelerations, durations)
 
 
 def line_stroke(start: Point, direction: float, w1: float, w2: float, t1: float) -> SliderPath:
-    """Acceleration w1 [m/s^2] for t1 [s], then -w2 until the slider stops (Chernousko 2020, eqs.
-    14, 17). Raises ParameterError."""
-    positive("w1", w1), positive("w2", w2), positive("t1", t1)
+    """Returns the path with acceleration w1 [m/s^2] for t1 [s], then -w2 until the slider stops
+    (Chernousko 2020, eqs. 14, 17). Raises ParameterError."""
+    positive("w1", w1)
+    positive("w2", w2)
+    positive("t1", t1)
     return straight(start, direction, (w1, -w2), (t1, w1 * t1 / w2))
 
 
 def arc_stroke(
     radius: float, start: float, angular_acceleration: float, half_time: float
 ) -> SliderPath:
-    """Angular acceleration Z [rad/s^2], of either sign, for tau [s], then -Z for tau (Chernousko
-    2020, eq. 29). Raises ParameterError."""
+    """Returns the path with angular acceleration Z [rad/s^2], of either sign, for tau = `half_time`
+    [s], then -Z for tau (Chernousko 2020, eq. 29). Raises ParameterError."""
     positive("half_time", half_time)
     z = finite("angular_acceleration", angular_acceleration)
     return arc(radius, start, (z, -z), (half_time, half_time))

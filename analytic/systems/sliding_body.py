@@ -1,10 +1,10 @@
 """A rigid body that slides on points of a horizontal plane without turning, and stops.
 
-Under Coulomb friction every point that slides along the unit vector e takes -f N_i e, so that the
-resultant is -f W e however the load is distributed over the N_i. The loads balance its moment f W h
-about the horizontal, sum(N_i r_i) = f W h e (r_i from the centre of mass, which is at a height h),
-and so the moment about the vertical, -f sum(N_i r_i) x e, is zero: the body does not turn. That
-requires loads N_i >= 0, which exist where the point f h e is in the convex hull of the r_i.
+Under Coulomb friction every point that slides along the unit vector e has the force -f N_i e, so
+the resultant is -f W e for every distribution of the loads N_i. The loads balance its moment f W h
+about the horizontal, sum(N_i r_i) = f W h e (r_i from the centre of mass, which is at a height h).
+So the moment about the vertical, -f sum(N_i r_i) x e, is zero: the body does not turn. That
+requires loads N_i >= 0, which exist if the point f h e is in the convex hull of the r_i.
 """
 
 from __future__ import annotations
@@ -18,14 +18,15 @@ from plumbob.analytic.reference import Array
 
 @dataclass(frozen=True)
 class Stance:
-    """Points of support, shape (n, 2), relative to the centre of mass, and its height [m]."""
+    """Points of support, shape (n, 2), relative to the centre of mass, and its height,
+    all in [m]."""
 
     points: Array
     height: float
 
     def inside(self, place: Array) -> float:
-        """How far [m] the place, shape (2,), is inside the convex hull of the points; negative
-        outside, minus infinity where they are on one line.
+        """Returns the distance [m] from `place`, shape (2,), to the edge of the convex hull of the
+        points: positive inside, negative outside, minus infinity if the points are on one line.
 
         >>> square = Stance(np.array([[1, 1], [1, -1], [-1, 1], [-1, -1]]), 0.5)
         >>> square.inside(np.array([0.25, 0.0])), square.inside(np.array([2.0, 0.0]))
@@ -35,30 +36,32 @@ class Stance:
 
         try:
             hull = ConvexHull(np.asarray(self.points, dtype=float))
-        except (QhullError, ValueError):  # fewer than three, or on one line
+        except (QhullError, ValueError):  # fewer than three points, or points on one line
             return -np.inf
         return -float((hull.equations[:, :2] @ place + hull.equations[:, 2]).max())
 
     def slides(self, friction: float, heading: float) -> bool:
-        """Whether every load can stay >= 0 while it slides along `heading` [rad]."""
-        ahead = friction * self.height * np.array([np.cos(heading), np.sin(heading)])
-        return self.inside(ahead) >= 0.0
+        """Returns True if every load can stay >= 0 while the body slides along `heading` [rad]."""
+        pressure_centre = friction * self.height * np.array([np.cos(heading), np.sin(heading)])
+        return self.inside(pressure_centre) >= 0.0
 
     def tilt(self, heading: float) -> float:
-        """By how much a tilt on elastic contacts moves the centre of mass along `heading` [rad]
-        under a force there, in multiples of a contact's deflection under that force: h^2 e K^-1 e,
-        K = sum(b_i b_i) of the points measured from their mean.
+        """Returns the displacement of the centre of mass along `heading` [rad] by the tilt on
+        elastic contacts under a force at the centre in that direction. Its unit is the deflection
+        of one contact under that force: h^2 e K^-1 e, K = sum(b_i b_i) with the points b_i measured
+        from their mean.
 
         >>> Stance(np.array([[2, 1], [2, -1], [-2, 1], [-2, -1]]), 2.0).tilt(0.0)
         0.25
         """
         arms = self.points - self.points.mean(axis=0)
-        way = np.array([np.cos(heading), np.sin(heading)])
-        return float(self.height**2 * way @ np.linalg.solve(arms.T @ arms, way))
+        direction = np.array([np.cos(heading), np.sin(heading)])
+        stiffness = arms.T @ arms
+        return float(self.height**2 * direction @ np.linalg.solve(stiffness, direction))
 
 
 def stopping_distance(speed: float, friction: float, gravity: float) -> float:
-    """v^2/(2 f g) [m] of a body that slides without turning.
+    """Returns v^2/(2 f g) [m], the distance in which a body that slides without turning stops.
 
     >>> stopping_distance(0.5, 0.3, 9.81)
     0.04247366632687734

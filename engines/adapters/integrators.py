@@ -147,16 +147,18 @@ def fixed_steps(
     advance = advancing(equation, integrator)
 
     def build() -> Built:
+        """The equation at its start, with functions that advance, read and observe its state."""
         state = equation.start
 
-        def take(first: int, last: int) -> None:
+        def take_steps(first: int, last: int) -> None:
+            """Takes the steps `first` to `last` - 1."""
             nonlocal state
             state = advance(equation, state, first, last, step)
 
         return Built(
-            take,
-            lambda: state,
-            equation.limits,
+            advance=take_steps,
+            read=lambda: state,
+            limits=equation.limits,
             gather=lambda states: (equation.observed(states), {}),
         )
 

@@ -4,6 +4,7 @@ observables at the end of a run."""
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -11,12 +12,14 @@ import numpy as np
 from plumbob.analytic.numerics.smooth.smooth_system import TINY
 from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.reference import Array, Signals
-from plumbob.engines.adapters.stepped_mechanism import model_file
-from plumbob.engines.method import Unsupported
+from plumbob.engines.abilities import OwnDerivative
+from plumbob.engines.adapters.stepped_mechanism import compiled_scene, model_file
+from plumbob.engines.method import Method, Unsupported
 from plumbob.engines.trajectory import ByName
 from plumbob.models.scene import Case
 
 if TYPE_CHECKING:
+    from plumbob.engines.abilities import OfMechanisms
     from plumbob.models.gradient import Number
 
 NUDGE = 1e-6  # relative change of a number, or of a state
@@ -51,12 +54,25 @@ def moved(observe: Callable[..., Signals], *slopes: Array) -> ByName:
     return total
 
 
-def of_end(case: Case, qpos: Array, by_qpos: Array, qvel: Array, by_qvel: Array) -> ByName:
-    """The derivatives of the observables of a case at its end, given the positions and velocities
-    there and their derivatives, for a tree of hinges and slides."""
+def derivative_by_mechanisms(
+    way: str, of_mechanisms: OfMechanisms, precision: float
+) -> OwnDerivative:
+    """The ability of an engine whose way takes mechanisms, for scenes too."""
+    of = partial(by_mechanisms, of_mechanisms)
+    return OwnDerivative(way, of, precision, of_mechanisms=of_mechanisms)
+
+
+def by_mechanisms(way: OfMechanisms, number: Number, method: Method, step: float) -> ByName:
+    """The derivatives of the observables of a case at its end by a way that takes mechanisms;
+    raises Unsupported."""
+    cases, apart = nudged(number)
+    scenes = [compiled_scene(case) for case in cases]
+    case = number.case
+    end = way(scenes, apart, method, step, case.scene.duration)
 
     def observe(place: float, rate: float) -> Signals:
-        state = (qpos + place * by_qpos)[None], (qvel + rate * by_qvel)[None]
-        return model_file(case).observe(case.problem, *state)
+        qpos = (end.qpos + place * end.by_qpos)[None]
+        qvel = (end.qvel + rate * end.by_qvel)[None]
+        return model_file(case).observe(case.problem, qpos, qvel)
 
-    return moved(observe, by_qpos, by_qvel)
+    return moved(observe, end.by_qpos, end.by_qvel)

@@ -13,8 +13,8 @@ POINT = 1e-15  # [kg m^2] moment of inertia of a point mass: engines need one ab
 
 
 def model_error(case: Case, method: Method, step: float) -> ModelError:
-    """Bounds on the errors of each observable, by reason, that come from the moment of inertia of a
-    bob. Empty for systems without point masses."""
+    """{observable: {reason: bound}} of the errors that the moment of inertia of a bob causes; empty
+    for systems without point masses."""
     if case.system.family not in POINTS:
         return {}
     return bob_errors(getattr(case.problem, "started", case.problem), case.scene.duration)

@@ -13,7 +13,7 @@ import numpy as np
 from plumbob.analytic.reference import Array, Signals
 from plumbob.engines.audit.allowance import Allowance
 from plumbob.engines.audit.changes import Moved
-from plumbob.engines.audit.gradient import Gradients, gradients
+from plumbob.engines.audit.gradient import CertifiedGradient, certified_gradient
 from plumbob.engines.audit.reference import RESOLVED, Certificate, certified, uncertain
 from plumbob.engines.audit.stability import LargestSteps, largest_steps
 from plumbob.engines.audit.step_errors import (
@@ -59,7 +59,8 @@ class Audit:
     state_errors: StateErrors | None = None
     stability: LargestSteps | None = None  # the largest steps that hold
     written: tuple[str, Trim] | None = None  # the trimmed file, and what it does, read back
-    gradient: Gradients | str | None = None  # why there is none; None where it is not asked for
+    # why there is none; None where it is not asked for
+    gradient: CertifiedGradient | str | None = None
     # since another audit; None where it is held to none
     changes: tuple[Moved, ...] | None = None
     engines: tuple[EngineError, ...] = ()  # others, that are asked for
@@ -232,9 +233,11 @@ def with_gradient(audit: Audit, allowance: Allowance) -> Audit:
     """An audit with the derivatives of the end, or why there are none."""
     began = time.perf_counter()
     index = audit.found.index if audit.found else 0
-    derivatives: Gradients | str
+    derivatives: CertifiedGradient | str
     try:
-        derivatives = gradients(audit.model, audit.script, audit.reference, index, allowance)
+        derivatives = certified_gradient(
+            audit.model, audit.script, audit.reference, index, allowance
+        )
     except NotCertifiable as why:
         derivatives = str(why)
     return replace(

@@ -1,22 +1,49 @@
-"""The motion of a user's model in another engine that builds it from the records of its mechanism:
-what is wrong there is the engine's step, its contacts and its precision, and no importer's."""
+"""A user's model stepped from any state, by MuJoCo or by another engine that builds it from the
+records of its mechanism: errors of such a run come from the engine's step, its contacts and its
+precision, and from no importer."""
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from contextlib import suppress
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
 
 from plumbob.analytic.reference import Array
 from plumbob.engines.abilities import BuildsMechanisms
+from plumbob.engines.audit.user_models import quiet
+from plumbob.engines.derivative_ways import (
+    NUDGE,
+    TOUCHING,
+    RunDerivatives,
+    derivatives_of_steps,
+    product_by_start_and_controls,
+)
 from plumbob.engines.mechanism import Mechanism
 from plumbob.engines.method import Unsupported
-from plumbob.engines.own_motion import Change, OwnModel, Script, Stepped
-from plumbob.engines.stepper import State, Stepper
+from plumbob.engines.own_motion import (
+    ROUNDING,
+    Change,
+    NotCertifiable,
+    OwnModel,
+    Script,
+    Stepped,
+)
+from plumbob.engines.stepper import (
+    Diverged,
+    SceneMechanism,
+    State,
+    Stepper,
+    TellsStepDerivatives,
+)
+from plumbob.engines.tangent_space import numbers_of, tangent_space
 from plumbob.models.border import border
+
+FOR_PRODUCT = 0.5  # largest fraction of the time for the product of the derivatives of steps
 
 
 @dataclass(frozen=True)
@@ -45,36 +72,94 @@ class BuiltSteppers:
         return replace(self, model=self.model.changed(changes))
 
 
-def built_motion(
-    builds: BuildsMechanisms, model: OwnModel, script: Script, parts: int, seconds: float
-) -> Stepped:
-    """A run with `parts` steps in a control period in an engine that builds the mechanism of a
-    model. Raises Unsupported if the engine cannot express a part of the mechanism, and names that
-    part, or if the run takes more than so many `seconds` of processor time."""
-    step = script.period / parts
-    states = np.full((len(script.controls) + 1, script.start.size), np.nan)
-    states[0] = script.start
-    with border(Unsupported, Unsupported):
-        start = _split(script.start, model)
-        stepper = builds.build(model.mechanism(), start, step)
-        stepper.put(start)
+@dataclass(frozen=True)
+class ScriptRuns:
+    """Runs of a user's model by a stepper, with `parts` steps in a control period, that take
+    `seconds` of processor time at most, all together."""
+
+    model: OwnModel
+    stepper: Stepper
+    parts: int
+    seconds: float = math.inf
+    begin: float = field(default_factory=time.thread_time)
+
+    def run(self, script: Script) -> Stepped:
+        """A run of the motion; raises Unsupported if the time ends before."""
+        step = script.period / self.parts
+        states = np.full((len(script.controls) + 1, script.start.size), np.nan)
+        states[0] = script.start
         why = ""
         begin = time.thread_time()
-        for k, control in enumerate(script.controls):
-            stepper.advance(np.tile(control, (parts, 1)), parts)
-            now = stepper.state()
-            moved = [now.qpos, now.qvel]
-            states[k + 1] = np.concatenate([*moved, script.start[sum(map(len, moved)) :]])
-            at = f"{(k + 1) * script.period:.3g} s"
-            if not np.isfinite(states[k + 1]).all():
-                why = f"it diverges within {at}"
-                break
-            if time.thread_time() - begin > seconds:
-                raise Unsupported(f"{seconds:g} s were enough for {at}")
+        with border(Unsupported, Unsupported):
+            self.stepper.put(_split(script.start, self.model))
+            for k, control in enumerate(script.controls):
+                at = f"{(k + 1) * script.period:.3g} s"
+                why = f"diverged within {at}"
+                with suppress(Diverged):
+                    self.stepper.advance(np.tile(control, (self.parts, 1)), self.parts)
+                    numbers = numbers_of(self.stepper.state())
+                    states[k + 1] = np.concatenate([numbers, script.start[numbers.size :]])
+                if not np.isfinite(states[k + 1]).all():
+                    break
+                why = ""
+                if time.thread_time() - self.begin > self.seconds:
+                    raise Unsupported(f"{self.seconds:g} s were enough for {at}")
         return Stepped(step, states, time.thread_time() - begin, why)
+
+    def product(self, script: Script) -> RunDerivatives:
+        """Derivatives of the positions at the ends of the periods by the state at the start and by
+        constant additions to the controls, multiplied along the run: from the engine's own
+        derivatives of a step if it tells them, else from central differences of steps."""
+        controls = np.repeat(script.controls, self.parts, axis=0)
+        if isinstance(self.stepper, TellsStepDerivatives):
+            name = self.stepper.own_way
+            self.stepper.put(_split(script.start, self.model))
+            steps = self.stepper.own_step_derivatives(controls)
+        else:
+            name = "product"
+            mechanism = self.model.mechanism()
+            steps = derivatives_of_steps(
+                self.stepper,
+                tangent_space(mechanism),
+                script.start,
+                controls,
+                TOUCHING if mechanism.touching else NUDGE,
+                time.process_time() + FOR_PRODUCT * self.seconds,
+            )
+        kinds = self.model.names
+        degrees = len(kinds["position"])
+        size = 2 * degrees + len(kinds["activation"])
+        try:
+            with quiet():
+                along = product_by_start_and_controls(
+                    steps, size, degrees, script.controls, self.parts
+                )
+        except NotCertifiable as reason:
+            return RunDerivatives(name, None, why=str(reason))
+        return RunDerivatives(name, along)
+
+
+def built_runs(
+    builds: BuildsMechanisms, model: OwnModel, script: Script, parts: int, seconds: float
+) -> ScriptRuns:
+    """Runs of a motion by a stepper that an engine has built. Raises Unsupported if the engine
+    cannot express a part of the mechanism, and names that part."""
+    stepper = BuiltSteppers(builds, model).stepper(builds.method, script.period / parts)
+    return ScriptRuns(model, stepper, parts, seconds)
 
 
 def _split(state: Array, model: OwnModel) -> State:
-    """A state of the audit as positions and velocities; a mechanism has no activations."""
+    """A state of the audit as a stepper takes it."""
     velocity = model.layout.velocity
-    return State(state[: velocity.start], state[velocity])
+    return State(state[: velocity.start], state[velocity], state[velocity.stop :])
+
+
+def scene_of(model: OwnModel, script: Script) -> SceneMechanism:
+    """The mechanism of a model with the start and the controls of a motion."""
+
+    def controls(times: Array) -> Array:
+        period = np.floor(times / script.period * (1.0 + ROUNDING)).astype(int)
+        return np.asarray(script.controls[np.minimum(period, len(script.controls) - 1)])
+
+    start = _split(script.start, model)
+    return SceneMechanism(model.mechanism(), start, controls if model.rest.size else None)

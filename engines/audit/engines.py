@@ -16,7 +16,7 @@ import numpy as np
 from plumbob.analytic.reference import Array
 from plumbob.engines.abilities import BuildsMechanisms, RunsFiles
 from plumbob.engines.audit.audit import Audit
-from plumbob.engines.audit.built_mechanism import built_motion
+from plumbob.engines.audit.built_mechanism import built_runs
 from plumbob.engines.audit.reference import Certificate, moved
 from plumbob.engines.audit.step_errors import StateErrors, state_errors
 from plumbob.engines.audit.term_differences import (
@@ -225,7 +225,8 @@ def _built(result: EngineError, engine: Engine, held: Held) -> EngineError:
     if builds is None:
         return replace(result, not_built="plumbob builds no mechanism in it")
     try:
-        run = built_motion(builds, held.model, held.script, held.parts, held.seconds)
+        built = built_runs(builds, held.model, held.script, held.parts, held.seconds)
+        run = built.run(held.script)
     except Unsupported as why:
         return replace(result, not_built=str(why))
     error = math.nan if run.why else float(held.errors(run.states)[-1])

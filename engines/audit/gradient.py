@@ -1,22 +1,19 @@
-"""Derivatives of a model's end by its controls and its start: those of the continuous motion, and
-how far those of the model's own run are from them.
+"""Derivatives of a model's end by its controls and its start: the certified ones of the continuous
+motion, and the errors of those of a run, by MuJoCo or another engine.
 
 Central differences D(eps) of certified motions have an error C eps^2 + O(eps^4), so that
 
     (4 D(eps/2) - D(eps)) / 3                                                                  (1)
 
 has one of O(eps^4). It is computed twice, by another method with another eps; what the two differ
-by, with no discount, is the uncertainty. Of the model's own run the same is predicted for a central
-difference: C eps^2 and, of rounding u in each of N steps, u |x| sqrt(N) growth / eps, which add up
-to the least at
-
-    eps = (u |x| sqrt(N) growth / (2 C))^(1/3).                                                 (2)
+by, with no discount, is the uncertainty. The best eps of a run's central difference is predicted
+with this C and with R = u |x| sqrt(N) growth, of a rounding u in each of N steps.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache, cached_property
 from itertools import groupby, product
@@ -25,29 +22,31 @@ from typing import Any
 import numpy as np
 
 from plumbob.analytic.reference import Array
+from plumbob.engines.abilities import OwnDerivative
 from plumbob.engines.audit.allowance import Allowance
+from plumbob.engines.audit.built_mechanism import ScriptRuns, built_runs, scene_of
 from plumbob.engines.audit.reference import TIGHT, Certificate, computed
+from plumbob.engines.audit.step_of_method import MUJOCO, builder_of, in_own_process
+from plumbob.engines.derivative_ways import (
+    CENTRAL,
+    DIFFERENCES,
+    NUDGE,
+    RunDerivatives,
+    steadiest_difference,
+)
+from plumbob.engines.method import Method, Unsupported
 from plumbob.engines.own_motion import NotCertifiable, OwnModel, Script
+from plumbob.engines.registry import engine_of
+from plumbob.engines.registry import method as find_method
 
 # The two computations of eq. 1, (method, tolerance, eps): with contacts, differences that are ten
 # times smaller show what is left of the tolerance (calibrated in tests/audit/test_audit_gradient),
 # and the error is no power of eps, so that these are far apart (by tests/audit/robots/gradients).
 CERTIFYING = (("DOP853", TIGHT, 1e-3), ("RK45", 10.0 * TIGHT, 3e-3))
 SWEEP = tuple(float(f"1e-{digit}") for digit in range(2, 9))  # eps of the own run's differences
-SIDES = (("central", -1.0), ("forward", 0.0))
 LARGEST = 10  # entries that are listed
 TRUSTED = 0.2  # of the gradient: it is known to that
 LOST = 1.0  # of the gradient: an error as large leaves nothing of it
-
-
-@dataclass(frozen=True)
-class Way:
-    """One way to the derivatives of the model's own run."""
-
-    name: str
-    computed: Array | None  # shape (n, coordinates, numbers), at the ends of the periods
-    eps: float | None = None
-    why: str = ""  # there are none
 
 
 Entry = Mapping[str, Any]
@@ -57,8 +56,8 @@ Entry = Mapping[str, Any]
 
 
 @dataclass(frozen=True)
-class Gradients:
-    """The derivatives of the continuous motion, beside those of the model's own run."""
+class CertifiedGradient:
+    """The derivatives of the continuous motion, beside those of a run."""
 
     of: tuple[str, ...]  # coordinates
     by: tuple[str, ...]  # numbers: of the start, and constant additions to controls
@@ -67,8 +66,8 @@ class Gradients:
     )
     uncertainty: Array  # shape (n, numbers), of the largest entry
     times: Array  # [s], shape (n,)
-    ways: tuple[Way, ...]
-    predicted_eps: float  # of a central difference, by eq. 2
+    ways: tuple[RunDerivatives, ...]
+    predicted_eps: float  # of a central difference
     left_out: tuple[str, ...] = ()  # numbers that it is not known by, and why
 
     @cached_property
@@ -91,13 +90,13 @@ class Gradients:
         """The uncertainty over the gradient, over time, shape (n,)."""
         return self.relative(np.linalg.norm(self.uncertainty[:, self.known], axis=1))
 
-    def errors(self, way: Way) -> Array:
+    def errors(self, way: RunDerivatives) -> Array:
         """Of a way, over the gradient, over time, shape (n,)."""
         assert way.computed is not None
         return self.relative(self.norm(way.computed - self.exact))
 
     @property
-    def along(self) -> Way | None:
+    def along(self) -> RunDerivatives | None:
         """The way whose horizon is stated: the product along the run where there is one."""
         return next((way for way in self.ways if way.computed is not None), None)
 
@@ -144,7 +143,7 @@ class Gradients:
         sizes = np.linalg.norm(values[:, :, :count][..., self.known[:count]], axis=(1, 2))
         return float(sizes.max() / sizes[0]) if self.known[:count].any() else None
 
-    def worst(self, way: Way) -> Entry:
+    def worst(self, way: RunDerivatives) -> Entry:
         """The entry with the largest error of a way."""
         assert way.computed is not None
         off = np.nan_to_num(np.abs(way.computed[-1] - self.exact[-1]))
@@ -164,7 +163,7 @@ class Gradients:
     def _entries(self, places: Sequence[int | None]) -> tuple[Entry, ...]:
         return tuple(self._entry(way, place) for place in places for way in self.ways)
 
-    def _entry(self, way: Way, place: int | None) -> Entry:
+    def _entry(self, way: RunDerivatives, place: int | None) -> Entry:
         """That of a number of the matrix, by row; None: the norm of all."""
         row, column = divmod(place or 0, len(self.by))
 
@@ -172,31 +171,35 @@ class Gradients:
             return float(self.norm(matrix) if place is None else matrix[row, column])
 
         exact = value(self.exact[-1])
-        there = way.computed
+        computed = off = None
+        if way.computed is not None and math.isfinite(value(way.computed[-1])):
+            computed = value(way.computed[-1])
+            off = value(way.computed[-1] - self.exact[-1])
         known = self.certificate[-1] * exact if place is None else self.uncertainty[-1, column]
-        off = None if there is None else value(there[-1] - self.exact[-1])
         return {
             "of": "all" if place is None else self.of[row],
             "by": "all" if place is None else self.by[column],
             "way": way.name,
             "exact": exact,
             "uncertainty": float(known),
-            "computed": None if there is None else value(there[-1]),
+            "computed": computed,
             "relative_error": off / exact if off is not None and exact else None,
             "eps": way.eps,
         }
 
 
-def gradients(
+def certified_gradient(
     model: OwnModel,
     script: Script,
     reference: Certificate,
     index: int,
     allowance: Allowance,
-) -> Gradients:
+    method: Method | None = None,
+) -> CertifiedGradient:
     """The derivatives at the end of the period `index`, up to which the motion is certified, by as
-    many numbers as time allows, controls first; raises NotCertifiable where there are none, with
-    the reason."""
+    many numbers as time allows, controls first, beside those of the run of a `method`, or of the
+    model's own integrator. Raises NotCertifiable if there are none, with the reason, and
+    Unsupported if the engine of the method cannot express a part of the model."""
     if not index:
         raise NotCertifiable(f"there is no reference: {reference.why}")
     if reference.widths:
@@ -208,18 +211,24 @@ def gradients(
     if not known.any():
         raise NotCertifiable(left_out[0])
     allowance.progress("derivatives of its own run")
+    method = method or find_method(f"{MUJOCO}/{model.integrator}")
+    asked = (method, model, script, known, allowance.seconds)
+    if method.engine == MUJOCO:
+        ways = own_ways(*asked)
+    else:
+        ways = in_own_process(own_ways, asked, 2.0 * allowance.seconds)
     # A model at rest is as large as what it is moved by.
     size = max(SWEEP[0], float(np.abs(reference.course.states[: index + 1]).max()))
     rounding = np.finfo(float).eps * size * math.sqrt(script.duration / model.step)
     rounding *= max(1.0, float(np.abs(exact[..., known]).max()))
-    return Gradients(
+    return CertifiedGradient(
         model.names["position"],
         numbers_of(model),
         exact,
         uncertainty,
         script.times,
-        (_product(model, script), *_differences(model, script, exact.shape, known)),
-        float((rounding / (2.0 * max(curvature, rounding))) ** (1 / 3)),
+        ways,
+        CENTRAL.best_eps(max(curvature, rounding), rounding),
         left_out,
     )
 
@@ -233,7 +242,8 @@ def numbers_of(model: OwnModel) -> tuple[str, ...]:
 def _certified(
     model: OwnModel, script: Script, allowance: Allowance
 ) -> tuple[Array, Array, float, tuple[str, ...]]:
-    """The derivatives and uncertainty of `Gradients`, the largest C, and what is left out."""
+    """The derivatives and uncertainty of `CertifiedGradient`, the largest C of eq. 1, and the
+    numbers that are left out, each with the reason."""
     by = numbers_of(model)
     count = len(model.names["position"])
     exact = np.full((len(script.times), count, len(by)), np.nan)
@@ -291,44 +301,69 @@ def _refined(
         return motion.states
 
     wide, narrow = (
-        model.coordinates(course(size), course(-size)) / (2.0 * size)
-        for size in (eps, eps / 2.0)
+        CENTRAL.derivative(course, size, model.coordinates) for size in (eps, eps / 2.0)
     )
     curvature = float(np.abs(wide - narrow).max() * 4.0 / 3.0 / eps**2)
     return (4.0 * narrow - wide) / 3.0, curvature
 
 
-def _product(model: OwnModel, script: Script) -> Way:
-    try:
-        return Way("transition", model.product(script))
-    except NotCertifiable as why:
-        return Way("transition", None, why=str(why))
-
-
-def _differences(
-    model: OwnModel, script: Script, shape: tuple[int, ...], known: Array
-) -> Iterator[Way]:
-    """Central and forward differences of the own run, each at the eps that changes it least
-    when it becomes the next smaller."""
+def own_ways(
+    method: Method, model: OwnModel, script: Script, known: Array, seconds: float
+) -> tuple[RunDerivatives, ...]:
+    """Derivatives of the run of a method at the model's own step by the numbers that are `known`:
+    multiplied along the run, by the engine's own way if it has one for mechanisms, and by central
+    and forward differences with the eps that changes each of them least when it becomes the next
+    smaller one. Of MuJoCo's methods the integrator is that of the model. Raises Unsupported if
+    another engine cannot express a part of the model, and names that part."""
     parts = round(script.period / model.step)
-    numbers = np.flatnonzero(known).tolist()
+    if method.engine == MUJOCO:
+        stepper = model.stepper(model.integrator, script.period / parts)
+        runs = ScriptRuns(model, stepper, parts)
+    else:
+        runs = built_runs(builder_of(method), model, script, parts, seconds)
 
     @cache
-    def run(number: int, by: float) -> Array:
-        stepped = model.stepped(_moved(model, script, number, by), model.integrator, parts)
+    def states(number: int, by: float) -> Array:
+        stepped = runs.run(_moved(model, script, number, by))
         if stepped.why:
             raise NotCertifiable(f"its run {stepped.why}")
         return stepped.states
 
-    for name, low in SIDES:
-        sweep = np.zeros((len(SWEEP), *shape))
+    numbers = np.flatnonzero(known).tolist()
+    shape = len(script.times), len(model.names["position"]), known.size
+    engines_own = (
+        _by_mechanisms(own, method, model, script, known)
+        for own in engine_of(method).abilities_of(OwnDerivative)
+        if own.of_mechanisms is not None
+    )
+    differences = (
+        steadiest_difference(way, states, numbers, model.coordinates, SWEEP, shape)
+        for way in DIFFERENCES.values()
+    )
+    return (runs.product(script), *engines_own, *differences)
+
+
+def _by_mechanisms(
+    own: OwnDerivative, method: Method, model: OwnModel, script: Script, known: Array
+) -> RunDerivatives:
+    """Derivatives at the end by a way of the engine's own, which is given the mechanism in states
+    beside its start and under controls beside its controls."""
+    assert own.of_mechanisms is not None
+    names = numbers_of(model)
+    degrees = len(model.names["position"])
+    computed = np.full((len(script.times), degrees, known.size), np.nan)
+    reasons = dict[str, str]()
+    for number in np.flatnonzero(known).tolist():
+        scenes = [
+            scene_of(model, _moved(model, script, number, by)) for by in (-NUDGE, 0.0, NUDGE)
+        ]
         try:
-            for (k, eps), n in product(enumerate(SWEEP), numbers):
-                pair = run(n, eps), run(n, low * eps)
-                sweep[k, ..., n] = model.coordinates(*pair) / ((1.0 - low) * eps)
-        except NotCertifiable as why:
-            yield Way(name, None, why=str(why))
-            continue
-        changes = np.linalg.norm(np.diff(sweep[:, -1], axis=0), axis=(1, 2))
-        best = int(np.argmin(changes))
-        yield Way(name, sweep[best], SWEEP[best])
+            computed[-1, :, number] = own.of_mechanisms(
+                scenes, 2.0 * NUDGE, method, model.step, script.duration
+            ).by_qpos
+        except Unsupported as reason:
+            reasons[names[number]] = str(reason)
+    if not np.isfinite(computed[-1]).any():
+        return RunDerivatives(own.way, None, why=next(iter(reasons.values())))
+    why = "; ".join(f"by {name}: {text}" for name, text in reasons.items())
+    return RunDerivatives(own.way, computed, why=why)

@@ -11,7 +11,7 @@ from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.reference import Array
 from plumbob.engines.abilities import BuildsMechanisms
 from plumbob.engines.audit.allowance import Allowance
-from plumbob.engines.audit.built_mechanism import BuiltSteppers, built_motion
+from plumbob.engines.audit.built_mechanism import BuiltSteppers, built_runs
 from plumbob.engines.audit.controls import MOST
 from plumbob.engines.audit.reference import Certificate
 from plumbob.engines.audit.stability import (
@@ -103,20 +103,34 @@ def method_error(
             model, script, reference, [held(model, script, reference, integrator, parts)]
         )[0]
     arguments = (method, model, script, reference, parts, seconds)
-    answer = _in_own_process(_built_error, arguments, 2.0 * seconds)
-    if isinstance(answer, StepError):
-        return answer
-    raise Unsupported(answer)
+    error: StepError = in_own_process(_built_error, arguments, 2.0 * seconds)
+    return error
 
 
-def _in_own_process(do: Callable[..., Any], arguments: tuple[Any, ...], seconds: float) -> Any:
-    """The result of a function in a process of its own, which it may end; raises Unsupported if
-    the process ends or takes far more than so many `seconds` of processor time."""
+def in_own_process(work: Callable[..., Any], arguments: tuple[Any, ...], seconds: float) -> Any:
+    """The answer of some `work` with another engine, in a process of its own, which the engine may
+    end; its output is dropped. Raises Unsupported if the work does, if the process ends, or if it
+    takes far more than so many `seconds` of processor time."""
     with Workers(1) as workers:
-        ((_, answer),) = workers.results([Task("", do, arguments, HANGS + seconds)])
+        ((_, answer),) = workers.results(
+            [Task("", _quietly, (work, arguments), HANGS + seconds)]
+        )
     if isinstance(answer, Lost):
         raise Unsupported(answer.why)
     return answer
+
+
+def _quietly(work: Callable[..., Any], arguments: tuple[Any, ...]) -> Any:
+    """The answer of some work, whose output is dropped."""
+    with captured():
+        return work(*arguments)
+
+
+def builder_of(method: Method) -> BuildsMechanisms:
+    """What builds mechanisms for a method of an engine other than MuJoCo."""
+    builds = engine_of(method).ability(BuildsMechanisms)
+    assert builds is not None
+    return builds
 
 
 def _affordable(
@@ -137,16 +151,10 @@ def _built_error(
     reference: Certificate,
     parts: int,
     seconds: float,
-) -> StepError | str:
-    """The error of another engine, whose output is dropped, or why there is none."""
-    builds = engine_of(method).ability(BuildsMechanisms)
-    assert builds is not None
-    try:
-        with captured():
-            run = built_motion(builds, model, script, parts, seconds)
-    except Unsupported as why:
-        return str(why)
-    return errors_of(run, model, reference, method.name, parts)
+) -> StepError:
+    """The error of another engine; raises Unsupported."""
+    built = built_runs(builder_of(method), model, script, parts, seconds)
+    return errors_of(built.run(script), model, reference, method.name, parts)
 
 
 def method_steps(
@@ -172,7 +180,7 @@ def method_steps(
         seconds = allowance.seconds
         arguments = (named[name], model, script, states, seconds)
         try:
-            groups.append(_in_own_process(_built_steps, arguments, PATIENCE * seconds))
+            groups.append(in_own_process(_built_steps, arguments, PATIENCE * seconds))
         except Unsupported as why:
             unknown = Limit(name, None, why=str(why))
             groups.append(LargestSteps((unknown,), (), model.step))
@@ -184,9 +192,6 @@ def method_steps(
 def _built_steps(
     method: Method, model: OwnModel, script: Script, states: Array, seconds: float
 ) -> LargestSteps:
-    """The largest step of another engine, whose output is dropped; raises Unsupported."""
-    builds = engine_of(method).ability(BuildsMechanisms)
-    assert builds is not None
-    with captured():
-        steppers = BuiltSteppers(builds, model)
-        return largest_steps(model, script, states, Allowance(seconds), steppers)
+    """The largest step of another engine; raises Unsupported."""
+    steppers = BuiltSteppers(builder_of(method), model)
+    return largest_steps(model, script, states, Allowance(seconds), steppers)

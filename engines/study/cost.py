@@ -46,7 +46,7 @@ class TimedSteps:
 
     simulation: Timed
     fraction: float
-    least: int = 1  # smallest number of steps or evaluations that represents the scene
+    least: int = 1  # smallest number of steps or evaluations that a timing must have
 
     def stepped(self) -> Stepping:
         """Takes the steps of that fraction and returns their number and time."""

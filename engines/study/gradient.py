@@ -13,10 +13,9 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from itertools import chain
-from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -28,6 +27,7 @@ from plumbob.analytic.reference import Array
 from plumbob.analytic.schemes import ADAPTIVE
 from plumbob.analytic.theory import reaches
 from plumbob.engines.abilities import OwnDerivative, SecondRun
+from plumbob.engines.derivative_ways import CENTRAL, DIFFERENCES, LEAST, DifferenceWay
 from plumbob.engines.method import Engine, Method, Unsupported
 from plumbob.engines.registry import engine_of, engines
 from plumbob.engines.study.measurement import ObservedError, confirming, measure, scheme_of
@@ -40,7 +40,6 @@ if TYPE_CHECKING:  # loading a stored derivative loads no exact motion
     from plumbob.engines.abilities import Derivatives
     from plumbob.models.gradient import Number
 
-SIDES = MappingProxyType({"central": np.array([-1.0, 1.0]), "forward": np.array([0.0, 1.0])})
 SWEEP = tuple(float(f"1e-{digit}") for digit in range(2, 11))
 """Of a parameter, or of its unit where that is 0: the differences that are tried."""
 NEAR = 1e-5  # likewise: the difference that the derivative of a predicted error is taken by
@@ -57,7 +56,6 @@ JUMP = 5e-3
 # times at which derivatives' growth is read, and a relative one of nothing
 COURSE, LOST = 65, 1e6
 SHORTEST = 1e-6  # [s] of a run, whose time a cost is relative to
-LEAST = 4  # differences that show a best one
 
 
 @dataclass(frozen=True)
@@ -263,7 +261,7 @@ class _Runs:
         """That of the predicted error, or of another number of the ends, one for all differences:
         where a theory takes the run's own steps, it has their rounding, too; NaN where there is
         none on both sides."""
-        low, high = self.beside(what, name, NEAR * SIDES["central"])
+        low, high = self.beside(what, name, NEAR * np.array(CENTRAL.values(0.0, 1.0)))
         return float(high - low) / (2.0 * NEAR * self.number.size)
 
     def noise(self, name: str) -> float:
@@ -308,14 +306,9 @@ def _rounding(error: ObservedError, steps: int) -> float:
 
 
 def ways() -> tuple[str, ...]:
-    """The names of all ways: differences of runs, and those of engines' own."""
-    own = chain.from_iterable(own_ways(engine) for engine in engines().values())
-    return (*SIDES, *sorted({ability.way for ability in own}))
-
-
-def own_ways(engine: Engine) -> list[OwnDerivative]:
-    """The ways of an engine's own."""
-    return [ability for ability in engine.abilities if isinstance(ability, OwnDerivative)]
+    """The names of all ways: differences of runs, and the engines' own ways."""
+    own = chain.from_iterable(e.abilities_of(OwnDerivative) for e in engines().values())
+    return (*DIFFERENCES, *sorted({ability.way for ability in own}))
 
 
 def usual_step(case: Case, method: Method) -> float:
@@ -333,7 +326,10 @@ def _of_number(
 
     engine = engine_of(method)
     value = number.value
-    wanted = search.ways or (*SIDES, *(own.way for own in own_ways(engine)))
+    wanted = search.ways or (
+        *DIFFERENCES,
+        *(own.way for own in engine.abilities_of(OwnDerivative)),
+    )
     blank = [
         Gradient(name, number.name, way, step=step) for name in search.of for way in wanted
     ]
@@ -355,8 +351,8 @@ def _of_number(
             continue
         here = _with_exact(replace(record, at=end), exact)
         try:
-            if here.way in SIDES:
-                yield _by_differences(runs, here, search.eps)
+            if here.way in DIFFERENCES:
+                yield _by_differences(runs, here, DIFFERENCES[here.way], search.eps)
             else:
                 yield _by_own(runs, here, engine)
         except (ParameterError, Unsupported) as why_not:
@@ -376,23 +372,23 @@ def _with_exact(record: Gradient, exact: Sensitivity) -> Gradient:
     )
 
 
-def _by_differences(runs: _Runs, record: Gradient, asked: tuple[float, ...]) -> Gradient:
+def _by_differences(
+    runs: _Runs, record: Gradient, way: DifferenceWay, asked: tuple[float, ...]
+) -> Gradient:
     """A record with its differences; raises Unsupported where no value beside the number's is
     possible."""
     tried = list[Difference]()
     why = ""
     for eps in sorted(asked or (part * runs.number.size for part in SWEEP), reverse=True):
         try:
-            tried.append(_difference(runs, record, eps))
+            tried.append(_difference(runs, record, way, eps))
         except (ParameterError, Unsupported) as error:
             why = str(error)
     if not tried:
         raise Unsupported(why)
-    low, high = SIDES[record.way]
-    order = 2 if low else 1
     epses = [d.eps or 0.0 for d in tried]
     if len(tried) >= LEAST:
-        apart = math.sqrt(2.0) * runs.noise(record.of) / (high - low)
+        apart = math.sqrt(2.0) * runs.noise(record.of) / (1.0 - way.low)
         tried = [replace(d, noise=apart / eps) for d, eps in zip(tried, epses, strict=True)]
     slope, control = (runs.slope(what, record.of) for what in ("error", "control"))
     # The error of a run is curved, too.
@@ -401,18 +397,18 @@ def _by_differences(runs: _Runs, record: Gradient, asked: tuple[float, ...]) -> 
     return replace(
         record,
         tried=tuple(tried),
-        predicted_best=best_eps(epses, predicted, order) if runs.steady(record.of) else None,
-        measured_best=best_eps(epses, measured, order),
+        predicted_best=way.best_of_sweep(epses, predicted) if runs.steady(record.of) else None,
+        measured_best=way.best_of_sweep(epses, measured),
         cost=2.0,
     )
 
 
-def _difference(runs: _Runs, record: Gradient, eps: float) -> Difference:
+def _difference(runs: _Runs, record: Gradient, way: DifferenceWay, eps: float) -> Difference:
     """That of a way with one eps, with all that its contacts leave open; raises ParameterError and
     Unsupported."""
     number = runs.number
     name = record.of
-    low, high = (number.value + eps * SIDES[record.way]).tolist()
+    low, high = way.values(number.value, eps)
     difference = runs.difference(name, (low, high), record.reference)
     near = (NEAR, *([eps / number.size] if low == number.value else []))
     left = max(runs.corner(name, each) for each in near)
@@ -420,29 +416,12 @@ def _difference(runs: _Runs, record: Gradient, eps: float) -> Difference:
     return replace(difference, eps=eps, remainder=difference.remainder + left)
 
 
-def best_eps(eps: Sequence[float], errors: Sequence[float], order: int) -> float | None:
-    """The eps at which C eps^order and R/eps add up to the least, where `errors` are of falling
-    `eps`: C by the largest, R by the mean square of those that C does not explain, each a draw of
-    the rounding, small by chance at times; None where too few were tried, or the largest is best,
-    as of what is linear."""
-    sizes = np.array(errors)
-    parts = np.array(eps)
-    if len(sizes) < LEAST or not np.isfinite(sizes).all() or not np.argmin(sizes):
-        return None
-    truncation = float(np.median((sizes / parts**order)[:2]))
-    rounded = sizes > 2.0 * truncation * parts**order
-    if not rounded.any() or not truncation:
-        return float(parts[np.argmin(sizes)])
-    rounding = math.sqrt(float(np.mean((sizes * parts)[rounded] ** 2)))
-    return float((rounding / (order * truncation)) ** (1.0 / (order + 1)))
-
-
 def _by_own(runs: _Runs, record: Gradient, engine: Engine) -> Gradient:
     """A record of a way of the engine's own; raises Unsupported."""
     number = runs.number
     method = runs.method
     step = runs.step
-    own = next((w for w in own_ways(engine) if w.way == record.way), None)
+    own = next((w for w in engine.abilities_of(OwnDerivative) if w.way == record.way), None)
     if own is None:
         raise Unsupported(f"{engine.name} has no way called {record.way}")
     computed, cost = _timed(own.of, engine, runs, record)

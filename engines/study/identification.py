@@ -139,16 +139,8 @@ def identify(
         run = complete_run(true if at is None else box.case(at), method, step)
         return _difference(true, run, times, wanted) - added
 
-    if way == "search":  # the true values among its first places where the box has them
-        truth = [side.fraction(_true(true, side.name)) for side in box.sides]
-        searched = lowest(
-            lambda at: min(_size(residuals(at)), FAILED),
-            len(box.sides),
-            budget,
-            FAILED,
-            lambda made, cost: progress(made, budget, cost),
-            [truth] if all(0.0 <= x <= 1.0 for x in truth) else [],
-        )
+    if way == "search":
+        searched = _search(box, true, residuals, budget, progress)
     else:
         searched = _by_own(method, way, residuals, len(box.sides))
     if searched.place is None or searched.cost >= FAILED:
@@ -164,6 +156,26 @@ def identify(
         _size(residuals(None)),
         searched.runs,
         way,
+    )
+
+
+def _search(
+    box: Box,
+    true: Case,
+    residuals: Residuals,
+    budget: int,
+    progress: Callable[[int, int, float], None],
+) -> Searched:
+    """The result of a search for the smallest residuals. The true values are tried first if they
+    lie in the box."""
+    truth = [side.fraction(_true(true, side.name)) for side in box.sides]
+    return lowest(
+        lambda place: min(_size(residuals(place)), FAILED),
+        len(box.sides),
+        budget,
+        FAILED,
+        lambda made, cost: progress(made, budget, cost),
+        [truth] if all(0.0 <= fraction <= 1.0 for fraction in truth) else [],
     )
 
 

@@ -14,7 +14,7 @@ from types import MappingProxyType
 
 from plumbob.engines.method import Engine, Method
 from plumbob.engines.registry import engine_of
-from plumbob.models.entry_points import versions as added_versions
+from plumbob.models.entry_points import plugin_versions as added_versions
 
 DIGITS = ("numpy-quaddtype", "gmpy2")  # packages for 34 digits, of which one is used
 PACKAGES = ("numpy", "scipy", *DIGITS, "mujoco", "pymunk", "heyoka", "plotly")

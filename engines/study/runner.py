@@ -62,16 +62,16 @@ def run_study(
 ) -> Study:
     """Measures every method on every scene, answers the `requests`, and returns the study.
 
-    - `jobs`: number of processes, or the workers to use; with one job this process does the work.
+    - `jobs`: number of processes, or workers; with one job this process does the work.
     - `executor`: does the tasks that are not timed in place of the workers, such as Dask's.
     - `progress`: called with the description of a task, the number of tasks done, and of all tasks.
     - `timed`: whether costs are measured. Timings are made after the rest, one at a time.
     - `command`: the command that repeats the study.
     - `kept`: stores each result at once; results that it holds are not measured again.
     - `seed`: draws one more step for each pair.
-    - `analyse`: computes the numbers of findings, which are stored with the study.
+    - `analyse`: computes the numbers of findings.
 
-    Tasks that crash or time out twice have the status "missing"."""
+    Tasks that crash or time out twice are "missing"."""
     plan = StudyPlan(profile, tuple(scenes), tuple(methods))
     chosen = pairs(scenes, methods)
     opened = measured_into(None) if kept is None else nullcontext(kept)
@@ -92,16 +92,13 @@ def run_study(
         here = workers if elsewhere or min(workers.count, len(errors)) > 1 else None
         found = worked_out(errors, kept, executor or here, progress, workers.count)
         ran = [of.answer for of in found.values() if isinstance(of.answer, ConvergenceStudy)]
-        for task in (*trims, *(_cost_tasks(ran, plan) if timed else ())):
+        timings = [*trims, *_cost_tasks(ran, plan)] if timed else trims
+        for task in timings:
             found |= worked_out([task], kept, here, progress)
-        study = Study(
-            profile,
-            plan.scenes,
-            plan.methods,
-            reference_step=_reference_step(found.values()),
-            provenance=provenance(command),
-            seed=seed,
+        head = Study(
+            profile, plan.scenes, plan.methods, provenance=provenance(command), seed=seed
         )
+        study = replace(head, reference_step=_reference_step(found.values()))
         study = assembled(study.described(), found.values())
         progress("analyses", 0, 0)
         study = replace(study, analyses=analyse(study, workers))

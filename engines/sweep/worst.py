@@ -40,9 +40,7 @@ class Found:
     method: str
     step: float  # [s], or relative tolerance
     parameters: Mapping[str, Any]  # varied parameters at the worst point
-    score: (
-        float  # value there that was searched for: the relative error, unless another is asked
-    )
+    score: float  # quantity that the search maximised: the relative error by default
     error: float  # relative error of the run there; infinite if it diverged
     runs: int  # number of runs made
     without: int  # number of runs without an error: no exact answer, or an unsupported scene

@@ -1,4 +1,4 @@
-"""A ball that is dropped and bounces: bouncing-ball."""
+"""bouncing-ball: a ball that is dropped and bounces."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ from plumbob.models.scene import Observable, Quantity, scene_of, step_sizes
 
 
 def facts(ball: BouncingBall) -> Mapping[str, Any]:
-    """Times of the first impacts and heights of the flights after them; when it is at rest, none
-    where it never is."""
+    """Returns the times [s] of the first five impacts, the heights [m] of the flights after them,
+    and the time of rest [s], None if the ball never rests."""
     times, heights = ball.impacts(np.arange(1.0, 6.0))
     resting = ball.zeno_time if ball.restitution < 1.0 else None
     return {
@@ -60,6 +60,7 @@ SYSTEMS = (
         ),
         default="half",
         facts=facts,
-        interest=lambda case: (Quantity("z", case.problem.height),),  # of the start
+        # The scale is the height of the start.
+        interest=lambda case: (Quantity("z", case.problem.height),),
     ),
 )

@@ -1,4 +1,5 @@
-"""The cone pendulum on a rotating platform: its scenes as data, their invariants and scales."""
+"""The cone pendulum on a rotating platform: its scenes as data, its invariants, facts and
+quantities."""
 
 from __future__ import annotations
 
@@ -19,7 +20,7 @@ from plumbob.analytic.stability import StabilityTheory
 from plumbob.analytic.systems.cone_pendulum import Body, ConePendulum, cone
 from plumbob.analytic.systems.pendulums.pendulum_motion import PendulumMotion
 from plumbob.models.cone_pendulum.answers import over_angle, over_time
-from plumbob.models.quantities import RADIAN, swing
+from plumbob.models.quantities import RADIAN, swing_quantities
 from plumbob.models.scene import (
     ONE_SMOOTH,
     Case,
@@ -41,9 +42,9 @@ SOURCE = (
 )
 _CONE = ("density", "height", "apex_angle")
 _BODY = ("mass", "com_distance", "inertia_x", "inertia_y", "inertia_z")
-_PRODUCT = "inertia_yz"  # may be left out
+_PRODUCT = "inertia_yz"  # parameter that may be left out
 _REST = ("pivot_x", "pivot_y", "platform_rate", "gravity", "theta", "theta_dot")
-_MORE = ("excess", "pivot_z")  # may be left out
+_MORE = ("excess", "pivot_z")  # parameters that may be left out
 _STEEL: Parameters = MappingProxyType(
     {
         "density": 8000.0,
@@ -57,38 +58,42 @@ _STEEL: Parameters = MappingProxyType(
         "theta_dot": 37.0,
     }
 )
-_PITCHFORK = 6.4482287920129893  # [rad/s], omega^2 = c / (I_x - I_z), physics of the steel cone
+_PITCHFORK = 6.4482287920129893  # [rad/s] omega^2 = c / (I_x - I_z), for the steel cone
 
 
 def problem(parameters: Parameters) -> ConePendulum:
-    """The cone pendulum that parameters describe; raises ParameterError."""
-    general = "mass" in parameters
-    shaping = (*_BODY, _PRODUCT) if general else _CONE
-    known(parameters, (*shaping, *_REST, *_MORE))
+    """Returns the cone pendulum that parameters describe; raises ParameterError."""
+    is_general = "mass" in parameters
+    shape_names = (*_BODY, _PRODUCT) if is_general else _CONE
+    known(parameters, (*shape_names, *_REST, *_MORE))
     values = dict(parameters)
-    shape = [values.pop(name) for name in shaping if name in values or name != _PRODUCT]
-    body = Body(*shape) if general else cone(*shape)
+    shape = [values.pop(name) for name in shape_names if name in values or name != _PRODUCT]
+    body = Body(*shape) if is_general else cone(*shape)
     return ConePendulum(body=body, **values)
 
 
 def change(parameters: Parameters, changes: Parameters) -> Parameters:
-    """Parameters with some values changed; those of a general body replace the cone's three."""
-    if "mass" not in parameters and not {*_BODY, _PRODUCT}.isdisjoint(changes):
-        kept = {name: parameters[name] for name in parameters if name not in _CONE}
-        return {**_mass_properties(problem(parameters).body), **kept, **changes}
-    if "theta_dot" in changes and "excess" in parameters and "excess" not in changes:
+    """Returns parameters with some values changed. If a parameter of a general body is changed, the
+    parameters of such a body replace the cone's three. A change of theta_dot removes the excess of
+    energy."""
+    changes_body = not {*_BODY, _PRODUCT}.isdisjoint(changes)
+    if changes_body and "mass" not in parameters:
+        others = {name: parameters[name] for name in parameters if name not in _CONE}
+        return {**_mass_properties(problem(parameters).body), **others, **changes}
+    if "theta_dot" in changes and "excess" not in changes:
         parameters = {name: parameters[name] for name in parameters if name != "excess"}
     return replaced(parameters, changes)
 
 
 def _mass_properties(body: Body) -> dict[str, float]:
-    """The parameters that give a body of any shape."""
+    """Returns the parameters that describe a body of any shape."""
     return {name: getattr(body, name) for name in (*_BODY, _PRODUCT)}
 
 
 def invariants(problem: ConePendulum, observed: Signals) -> Signals:
-    """Drift of the Jacobi integral [J] over the spread of the potential; and of the action over its
-    own start, where a motion repeats: dI = dH/Omega, Sudakov 2015, eq. 12, to first order in dH."""
+    """Returns the drift of the Jacobi integral [J], relative to the spread of the potential. A
+    motion that repeats also has the drift of the action, relative to the action at the start: dI =
+    dH/Omega, Sudakov 2015, eq. 12, to first order in dH."""
     motion = problem.motion
     inertia = problem.body.inertia_x
     rates = observed["theta_dot"]
@@ -102,37 +107,43 @@ def invariants(problem: ConePendulum, observed: Signals) -> Signals:
 
 
 def facts(problem: ConePendulum) -> Mapping[str, Any]:
-    """Mass properties, barrier, equilibria, period and action; the printed Hamiltonian's apart."""
+    """Returns mass properties, barrier, equilibria, period and action; those of the printed
+    Hamiltonian stand apart."""
     motion = problem.motion
     offset = problem.potential_offset
-    barrier, at = problem.printed_barrier
+    barrier = None
+    if motion.barriers.size:
+        barrier = float(double(motion.barriers[0])) + offset
+    printed_motion = problem.printed_motion()
+    printed_barrier, printed_barrier_theta = problem.printed_barrier
     return {
-        **_about(motion),
+        **_motion_facts(motion),
         "jacobi_integral": float(double(motion.energy)) + offset,
-        "barrier": float(double(motion.barriers[0])) + offset if motion.barriers.size else None,
+        "barrier": barrier,
         "body": _mass_properties(problem.body),
-        "equilibria": [asdict(e) for e in problem.equilibria],
+        "equilibria": [asdict(equilibrium) for equilibrium in problem.equilibria],
         "pitchfork_rate": problem.pitchfork_rate,
         "saddle_node_rate": problem.saddle_node_rate,
         "printed_hamiltonian": {
-            **_about(problem.printed_motion()),
-            "energy": float(double(problem.printed_motion().energy)),
-            "barrier": barrier,
-            "barrier_theta": at,
+            **_motion_facts(printed_motion),
+            "energy": float(double(printed_motion.energy)),
+            "barrier": printed_barrier,
+            "barrier_theta": printed_barrier_theta,
             "note": "eq. 9 as printed, T + U: not conserved; kept for the paper's figures alone",
         },
     }
 
 
 def interest(case: Case) -> tuple[Quantity, ...]:
-    """The angle, with the amplitude of a libration, or one radian, as its scale."""
+    """Returns the angle; its scale is the amplitude of a libration, otherwise one radian."""
     motion: PendulumMotion = case.problem.motion
     if motion.regime != "libration":
         return (Quantity("theta", RADIAN),)
-    return swing(case, motion.period)
+    return swing_quantities(case, motion.period)
 
 
-def _about(motion: PendulumMotion) -> Mapping[str, Any]:
+def _motion_facts(motion: PendulumMotion) -> Mapping[str, Any]:
+    """Returns the facts on a motion."""
     return {
         "kind": motion.regime,
         "well": motion.well,
@@ -144,10 +155,11 @@ def _about(motion: PendulumMotion) -> Mapping[str, Any]:
 
 
 def stability(problem: ConePendulum) -> StabilityTheory:
-    """Theory of the largest steps on the motion."""
+    """Returns the theory of the largest steps on the motion."""
     motion = problem.motion
     theta, theta_dot = (float(part[0]) for part in motion.closed_form.state(np.zeros(1)))
-    theory: StabilityTheory = from_analytic("errors.stability.pendulums.pendulum_stability")(
+    pendulum_stability = from_analytic("errors.stability.pendulums.pendulum_stability")
+    theory: StabilityTheory = pendulum_stability(
         motion.rotor, (theta, theta_dot), motion, motion.period, problem.tilt
     )
     return theory
@@ -179,21 +191,38 @@ _equal = partial(
 )
 
 
-def _near(side: str, k: int, theta_dot: float) -> Scene:
-    """Energy a relative 10^-k off the barrier, over two passages of the saddle."""
-    return _scene(
-        f"{side}-barrier-1e-{k}",
-        f"energy {side} the barrier by 10^-{k} of it",
-        1.5,
-        hard=f"errors grow as e^(24.7 t) at the saddle; period grows as ln(10^{k})",
-        theta_dot=theta_dot,
-        profile="quick" if (side, k) == ("above", 6) else "full",
-        steps=step_sizes(1e-3, 1e-5),
+def _near_barrier(k: int, above: float, below: float) -> tuple[Scene, Scene]:
+    """Returns the scenes whose energy is a relative 10^-k above and below the barrier, over two
+    passages of the saddle. `above` and `below` are the rates theta_dot [rad/s] of the start."""
+
+    def scene(side: str, theta_dot: float, profile: str) -> Scene:
+        return _scene(
+            f"{side}-barrier-1e-{k}",
+            f"energy {side} the barrier by 10^-{k} of it",
+            1.5,
+            hard=f"errors grow as e^(24.7 t) at the saddle; period grows as ln(10^{k})",
+            theta_dot=theta_dot,
+            profile=profile,
+            steps=step_sizes(1e-3, 1e-5),
+        )
+
+    return (
+        scene("above", above, "quick" if k == 6 else "full"),
+        scene("below", below, "full"),
     )
 
 
-# Rates [rad/s] above and below the barrier, by k, as `started` has them for the excess of energy: a
-# test works them out. Here they are numbers, since a list of scenes needs no elliptic functions.
+def _barrier_scenes() -> tuple[Scene, ...]:
+    """Returns the scenes near the barrier, for each k the one above it first."""
+    scenes: list[Scene] = []
+    for k, above, below in _RATES:
+        scenes += _near_barrier(k, above, below)
+    return tuple(scenes)
+
+
+# For each k, the rates [rad/s] with which the energy is 10^-k above and below the barrier. A test
+# computes them from the excess of energy. They are numbers here: listing scenes should not evaluate
+# elliptic functions.
 _RATES = (
     (3, 15.81226596825229, 15.801534486539067),
     (4, 15.807437703058957, 15.806364554948845),
@@ -237,11 +266,7 @@ SCENES = (
         0.5,
         inertia_yz=0.029,
     ),
-    *(
-        _near(side, k, rate)
-        for k, *rates in _RATES
-        for side, rate in zip(("above", "below"), rates, strict=True)
-    ),
+    *_barrier_scenes(),
     _pitchfork(
         "pitchfork",
         "hanging at the rate where it stops being stable",

@@ -1,4 +1,5 @@
-"""Exact answers of a cone pendulum: phase and energies over time, and time over the angle."""
+"""Exact answers of a cone pendulum: phase and energies as functions of time, and time as a function
+of the angle."""
 
 from __future__ import annotations
 
@@ -27,8 +28,8 @@ ENERGIES = MappingProxyType(
 
 
 def over_time(problem: ConePendulum, times: Array) -> Mapping[Observable, Array]:
-    """Phase (Sudakov 2015, eqs. 11 and 13), momentum (8), the three parts of T (3-5), U, T + U and
-    the work of the drive since the start, at `times` [s], shape (n,)."""
+    """Returns phase (Sudakov 2015, eqs. 11 and 13), momentum (8), the three parts of T (3-5), U, T
+    + U, and the work of the drive since the start, at `times` [s], shape (n,)."""
     observed = problem.reference.observe(np.append(0.0, times))
     along = energies(problem.started, observed["theta"], observed["theta_dot"])
     return {
@@ -39,14 +40,14 @@ def over_time(problem: ConePendulum, times: Array) -> Mapping[Observable, Array]
 
 
 def over_angle(problem: ConePendulum, theta: Array) -> Mapping[Observable, Array]:
-    """The source's own form, with `theta` [rad], shape (n,), as the parameter: the time at which
-    the motion first reaches it (16), momentum (15), rate and phase (13) then; NaN where it never
-    does."""
+    """Returns the motion as the source writes it, as functions of the angle `theta` [rad], shape
+    (n,): the time at which the motion first reaches the angle (16), and the momentum (15), the rate
+    and the phase (13) at this time. All are NaN if the motion never reaches the angle."""
     reference = problem.reference
     times = reference.time_at(theta)
     reached = np.isfinite(times)
     rate = reference.state(np.where(reached, times, 0.0))[1]
-    # at a turning point rounding may leave a square below zero
+    # At a turning point, rounding may make a square negative.
     size = np.nan_to_num(np.abs(reference.momentum(theta)))
     momentum = np.where(reached, np.copysign(size, rate), np.nan)
     return {

@@ -1,4 +1,4 @@
-"""The numbers of a cone pendulum in cone_pendulum.xml, and its idealisation."""
+"""The relation of a cone pendulum to cone_pendulum.xml."""
 
 from __future__ import annotations
 
@@ -11,16 +11,16 @@ from plumbob.analytic.parameters import finite
 from plumbob.analytic.reference import Array, Signals
 from plumbob.analytic.systems.cone_pendulum import Body, ConePendulum
 from plumbob.models.idealisations import Idealisations
-from plumbob.models.largest import rates_of_a_pendulum
+from plumbob.models.largest import largest_pendulum_rates
 from plumbob.models.model_file import ModelFile
-from plumbob.models.simple_pendulum.model import of_hinge
+from plumbob.models.simple_pendulum.model import hinge_angle
 
-PLATFORM_RATIO = 1e15  # the platform's moment of inertia over its load's
+PLATFORM_RATIO = 1e15  # ratio of the platform's moment of inertia to its load's
 
 
 def fill(spec: Any, problem: ConePendulum) -> None:
-    """Write the numbers of a cone pendulum into an MjSpec of cone_pendulum.xml, whose platform gets
-    an armature large enough to keep its rate to the last bit."""
+    """Writes the numbers of a cone pendulum into an MjSpec of cone_pendulum.xml. The platform gets
+    an armature that is large enough to keep its rate to the last bit."""
     pendulum = problem.started
     body = pendulum.body
     cone = spec.body("cone")
@@ -32,7 +32,9 @@ def fill(spec: Any, problem: ConePendulum) -> None:
     cone.mass = body.mass
     cone.ipos = [0.0, 0.0, -body.com_distance]
     cone.inertia = np.diag(moments)
-    if product := moments[1, 2]:  # MuJoCo then works out the principal axes
+    # With `fullinertia` MuJoCo computes the principal axes.
+    product = moments[1, 2]
+    if product:
         cone.inertia = [0.0, 0.0, 0.0]
         cone.fullinertia = [*np.diag(moments), 0.0, 0.0, product]
     start.qpos = [0.0, finite("theta", pendulum.theta)]
@@ -40,8 +42,8 @@ def fill(spec: Any, problem: ConePendulum) -> None:
 
 
 def moments_about_centre(body: Body) -> Array:
-    """Moments of inertia about the centre of mass [kg m^2], shape (3, 3); those of `body` are about
-    the pivot."""
+    """Returns the moments of inertia about the centre of mass [kg m^2], shape (3, 3). The moments
+    of `body` are about the pivot."""
     offset = body.mass * body.com_distance**2
     moments = np.diag([body.inertia_x - offset, body.inertia_y - offset, body.inertia_z])
     moments[1, 2] = moments[2, 1] = body.inertia_yz
@@ -49,8 +51,9 @@ def moments_about_centre(body: Body) -> Array:
 
 
 def holding_inertia(pendulum: ConePendulum) -> float:
-    """Moment of inertia [kg m^2] of a platform that keeps its rate to the last bit under its load.
-    It is a power of ten, from a bound on the body's moment of inertia about the platform's axis."""
+    """Returns the moment of inertia [kg m^2] with which a platform keeps its rate to the last bit
+    under its load. It is a power of ten, from a bound on the body's moment of inertia about the
+    platform's axis."""
     body = pendulum.body
     reach = abs(pendulum.pivot_y) + body.com_distance
     spread = float(np.trace(moments_about_centre(body)))
@@ -59,16 +62,16 @@ def holding_inertia(pendulum: ConePendulum) -> float:
 
 
 def ideal(problem: ConePendulum) -> Idealisations:
-    """The platform turns at a prescribed rate."""
+    """Returns the idealisation: the platform turns at a prescribed rate."""
     rate = problem.platform_rate
     return Idealisations(velocities={"platform": lambda times: np.full(len(times), rate)})
 
 
 def observe(problem: ConePendulum, qpos: Array, qvel: Array) -> Signals:
-    """The cone's angle and its rate."""
-    return of_hinge(qpos, qvel)
+    """Returns the cone's angle and its rate."""
+    return hinge_angle(qpos, qvel)
 
 
 MODEL = ModelFile(
-    fill, observe, ideal, largest=lambda problem: rates_of_a_pendulum(problem.started)
+    fill, observe, ideal, largest=lambda problem: largest_pendulum_rates(problem.started)
 )

@@ -1,4 +1,4 @@
-"""The four-bar linkage: scenes as data, and the scales of its motion."""
+"""The four-bar linkage: its scenes as data, its facts and quantities."""
 
 from __future__ import annotations
 
@@ -14,12 +14,14 @@ REACTION = tuple(Observable(f"rocker_axis_{x}", "N") for x in "xy")
 
 
 def facts(bars: FourBar) -> Mapping[str, Any]:
-    """The energy [J], 0 at rest with its links on the line, and the transmission angle [rad]."""
+    """Returns the energy [J], 0 at rest with all links on the line, and the transmission angle
+    [rad]."""
     return {"energy": energy_at_start(bars), "transmission_angle": bars.transmission_angle}
 
 
 def interest(case: Case) -> tuple[Quantity, ...]:
-    """The crank's angle, with one radian as its scale, and the coupler, with the crank's length."""
+    """Returns the crank's angle, with one radian as its scale, and the coupler's place, with the
+    crank's length."""
     return Quantity("angle", 1.0), *(Quantity(f"coupler_{x}", case.problem.crank) for x in "xy")
 
 

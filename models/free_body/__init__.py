@@ -1,4 +1,4 @@
-"""The free rigid body (Euler-Poinsot): scenes as data, their invariants and scales."""
+"""The free rigid body (Euler-Poinsot): its scenes as data, its facts and quantities."""
 
 from __future__ import annotations
 
@@ -23,12 +23,13 @@ from plumbob.models.scene import (
     step_sizes,
 )
 
-HALF = 0.5  # an error of 1 rad of the attitude is one of 0.5 of its quaternion
+HALF = 0.5  # error of the quaternion for an error of 1 rad of the attitude
 
 
 def facts(body: FreeBody) -> Mapping[str, Any]:
-    """Kind of motion; half the period of the angular velocity [s], none where that stays or never
-    comes back; energy [J] and angular momentum [kg m^2/s] in the world."""
+    """Returns the kind of motion; half the period of the angular velocity [s], None if the angular
+    velocity is constant or never returns; energy [J]; and angular momentum [kg m^2/s] in the
+    world."""
     moments = body.inertia
     rates = body.angular_velocity
     return {
@@ -40,7 +41,8 @@ def facts(body: FreeBody) -> Mapping[str, Any]:
 
 
 def interest(case: Case) -> tuple[Quantity, ...]:
-    """The attitude, with one radian as its scale, and the angular velocity, with its magnitude."""
+    """Returns the attitude, with one radian as its scale, and the angular velocity, with its
+    magnitude."""
     size = case.problem.speed or 1.0
     return (
         *(Quantity(name, HALF) for name in ATTITUDE),
@@ -59,6 +61,7 @@ _scene = partial(
 
 
 def _near_separatrix(k: int) -> Scene:
+    """Returns the scene that starts a relative 10^-k off the separatrix."""
     return _scene(
         f"separatrix-1e-{k}",
         f"10^-{k} off the separatrix, relatively, and over to the other side",

@@ -1,4 +1,4 @@
-"""Lagrange's top: scenes as data, what it conserves, and the scales of its motion."""
+"""Lagrange's top: its scenes as data, its invariants, facts and quantities."""
 
 from __future__ import annotations
 
@@ -13,19 +13,20 @@ from plumbob.models.scene import Case, Observable, Quantity, scene_of, step_size
 
 
 def invariants(top: HeavyTop, observed: Signals) -> Signals:
-    """Drifts of the energy and of two angular momenta, relative to their sizes at the start."""
+    """Returns the drifts of the energy and of two angular momenta, relative to their values at the
+    start."""
     conserved = top.conserved(observed)
     return {name: (x - x[0]) / (abs(x[0]) or 1.0) for name, x in conserved.items()}
 
 
 def facts(top: HeavyTop) -> Mapping[str, Any]:
-    """Energy [J], 0 where the axis is level, and the angular momenta [kg m^2/s]."""
+    """Returns the energy [J], 0 with a level axis, and the angular momenta [kg m^2/s]."""
     start = top.motion.system.observed(top.motion.system.start[:, None])
     return {name: float(value[0]) for name, value in top.conserved(start).items()}
 
 
 def interest(case: Case) -> tuple[Quantity, ...]:
-    """The angles, with one radian as their scale."""
+    """Returns the angles, with one radian as their scale."""
     return tuple(Quantity(name, 1.0) for name in ANGLES)
 
 

@@ -1,4 +1,4 @@
-"""The numbers of a heavy top in heavy_top.xml."""
+"""The relation of a heavy top to heavy_top.xml."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from plumbob.models.model_file import ModelFile
 
 
 def fill(spec: Any, top: HeavyTop) -> None:
-    """Write the numbers of a top into an MjSpec of heavy_top.xml."""
+    """Writes the numbers of a top into an MjSpec of heavy_top.xml."""
     across = top.inertia_across
     body = spec.body("top")
     start = spec.key("start")
@@ -25,7 +25,7 @@ def fill(spec: Any, top: HeavyTop) -> None:
 
 
 def observe(top: HeavyTop, qpos: Array, qvel: Array) -> Signals:
-    """Euler's angles, their rates and what follows from them."""
+    """Returns Euler's angles, their rates, and the observables that follow from them."""
     return top.motion.system.observed(np.concatenate([qpos, qvel], axis=1).T)
 
 

@@ -1,4 +1,4 @@
-"""A cube on an inclined plane, at rest or sliding: incline."""
+"""incline: a cube on an inclined plane, at rest or sliding."""
 
 from __future__ import annotations
 
@@ -16,8 +16,9 @@ FRICTION = 0.4
 
 
 def facts(cube: Incline) -> Mapping[str, Any]:
-    """The slope [rad] that friction just holds, the acceleration [m/s^2] of what slides downhill,
-    and time [s] and place [m] of the first stop; none where it never stops."""
+    """Returns the slope [rad] up to which friction holds the cube, the acceleration [m/s^2] of
+    downhill sliding, time [s] and place [m] of the first stop, None without a stop, and whether the
+    cube stays at rest."""
     stops = math.isfinite(cube.stop_time)
     return {
         "threshold": math.atan(cube.friction),
@@ -29,7 +30,7 @@ def facts(cube: Incline) -> Mapping[str, Any]:
 
 
 def interest(case: Case) -> tuple[Quantity, ...]:
-    """The place, relative to the longest way, or where it rests to the edge."""
+    """Returns the place; its scale is the largest distance, or the edge if the cube rests."""
     times = np.linspace(0.0, case.scene.duration, 101)
     way = float(np.abs(case.reference.observe(times)["x"]).max())
     return (Quantity("x", way or case.problem.size),)
@@ -38,6 +39,8 @@ def interest(case: Case) -> tuple[Quantity, ...]:
 def _scene(
     case: str, summary: str, part: float, speed: float, heading: float = 0.0, **more: Any
 ) -> Scene:
+    """Returns a scene at the slope `part` times the friction's, with the initial `speed` [m/s] and
+    the `heading` [rad] of the cube."""
     return scene_of(
         case,
         summary,

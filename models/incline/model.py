@@ -1,4 +1,4 @@
-"""The numbers of a cube on an incline in incline.xml."""
+"""The relation of a cube on an incline to incline.xml."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from plumbob.models.model_file import ModelFile
 
 
 def fill(spec: Any, problem: Incline) -> None:
-    """Write the numbers of a cube into an MjSpec of incline.xml. The plane is level and gravity is
+    """Writes the numbers of a cube into an MjSpec of incline.xml. The plane is level; gravity is
     inclined, along the heading."""
     half = problem.size / 2.0
     heading = problem.heading
@@ -30,7 +30,7 @@ def fill(spec: Any, problem: Incline) -> None:
 
 
 def observe(problem: Incline, qpos: Array, qvel: Array) -> Signals:
-    """The way down the plane and the speed."""
+    """Returns the place down the plane, and the speed."""
     return {"x": qpos[:, 0], "speed": qvel[:, 0]}
 
 

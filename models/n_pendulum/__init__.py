@@ -1,4 +1,4 @@
-"""A chain of uniform rods: scenes as data, and the scales of its motion."""
+"""A chain of uniform rods: its scenes as data, and its quantities of interest."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from plumbob.models.scene import Case, Observable, Quantity, scene_of, step_size
 
 
 def interest(case: Case) -> tuple[Quantity, ...]:
-    """The place of the last rod's end, with the length of the chain as its scale."""
+    """Returns the place of the last rod's end; its scale is the length of the chain."""
     length = sum(case.problem.each("lengths"))
     return Quantity("tip_x", length), Quantity("tip_z", length)
 
@@ -66,7 +66,7 @@ SYSTEMS = (
             ),
         ),
         default="triple",
-        facts=lambda chain: {"energy": energy_at_start(chain)},  # [J] above that of rest
+        facts=lambda chain: {"energy": energy_at_start(chain)},  # [J] energy above rest
         interest=interest,
         start=("angles", "angular_velocities"),
         weight=2.0,

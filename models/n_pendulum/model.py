@@ -1,4 +1,4 @@
-"""The numbers of a chain of rods in n_pendulum.xml."""
+"""The relation of a chain of rods to n_pendulum.xml."""
 
 from __future__ import annotations
 
@@ -13,29 +13,31 @@ from plumbob.models.model_file import ModelFile
 
 
 def fill(spec: Any, chain: NPendulum) -> None:
-    """Write the numbers of a chain into an MjSpec of n_pendulum.xml, which gets as many rods as the
-    chain has."""
+    """Writes the numbers of a chain into an MjSpec of n_pendulum.xml, and gives it as many rods as
+    the chain has."""
     spec.option.gravity = [0.0, 0.0, -chain.gravity]
     above = None
-    end = 0.0
+    length_above = 0.0
     rods = zip(chain.each("masses"), chain.each("lengths"), strict=True)
     for number, (mass, length) in enumerate(rods, start=1):
-        rod = spec.body(f"rod_{number}") or _added(above, number)
-        rod.pos = [0.0, 0.0, -end]
+        rod = spec.body(f"rod_{number}") or _add_rod(above, number)
+        rod.pos = [0.0, 0.0, -length_above]
         rod.mass = mass
         rod.ipos = [0.0, 0.0, -length / 2]
         rod.inertia = [mass * length**2 / 12] * 3
         rod.first_geom().fromto = [0.0, 0.0, 0.0, 0.0, 0.0, -length]
-        above, end = rod, length
-    if (further := spec.body(f"rod_{len(chain.angles) + 1}")) is not None:
-        spec.delete(further)
+        above = rod
+        length_above = length
+    superfluous = spec.body(f"rod_{len(chain.angles) + 1}")
+    if superfluous is not None:
+        spec.delete(superfluous)
     start = spec.key("start")
     start.qpos = np.diff(chain.each("angles"), prepend=0.0)
     start.qvel = np.diff(chain.each("angular_velocities"), prepend=0.0)
 
 
-def _added(above: Any, number: int) -> Any:
-    """One more rod on the rod `above`, with a geom of the same type."""
+def _add_rod(above: Any, number: int) -> Any:
+    """Adds one more rod to the rod `above`, with a geom of the same type; returns the rod."""
     rod = above.add_body(name=f"rod_{number}")
     rod.add_joint(name=f"hinge_{number}", axis=[0.0, -1.0, 0.0])
     rod.add_geom(type=above.first_geom().type, size=[0.015, 0.0, 0.0], mass=0.0)
@@ -44,13 +46,13 @@ def _added(above: Any, number: int) -> Any:
 
 
 def observe(chain: NPendulum, qpos: Array, qvel: Array) -> Signals:
-    """The angles of the rods from the vertical, their rates and the tip's place."""
-    return of_chain(chain.motion.system, qpos, qvel)
+    """Returns the angles of the rods from the vertical, their rates, and the tip's place."""
+    return chain_observables(chain.motion.system, qpos, qvel)
 
 
-def of_chain(system: SmoothSystem, qpos: Array, qvel: Array) -> Signals:
-    """The observables of a chain. Each hinge of the file has the angle from the rod above, and each
-    coordinate of the system the angle from the vertical."""
+def chain_observables(system: SmoothSystem, qpos: Array, qvel: Array) -> Signals:
+    """Returns the observables of a chain. A hinge of the file has the angle from the rod above; a
+    coordinate of the system has the angle from the vertical."""
     states = np.concatenate([np.cumsum(qpos, axis=1), np.cumsum(qvel, axis=1)], axis=1)
     return system.observed(states.T)
 

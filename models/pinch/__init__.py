@@ -1,4 +1,4 @@
-"""A cube that friction holds between two fingers: pinch."""
+"""pinch: a cube that friction holds between two fingers."""
 
 from __future__ import annotations
 
@@ -14,7 +14,8 @@ MASS, FRICTION, GRAVITY = 0.2, 0.6, 9.81
 
 
 def facts(pinch: Pinch) -> Mapping[str, Any]:
-    """The load on friction [N], its part of the largest, and the least normal force [N]."""
+    """Returns the load on friction [N], its fraction of the largest load, and the least normal
+    force [N]."""
     least = pinch.load / (2.0 * pinch.friction)
     return {"load": pinch.load, "fraction": pinch.fraction, "least_normal_force": least}
 
@@ -22,8 +23,8 @@ def facts(pinch: Pinch) -> Mapping[str, Any]:
 def _scene(
     case: str, summary: str, fraction: float, push: float = 0.0, lift: float = 0.0, **more: Any
 ) -> Scene:
-    """A scene whose two contacts carry the load at a `fraction` of the largest friction, with a
-    `push` to the side [N] and the hand's acceleration upward, `lift` [m/s^2]."""
+    """Returns a scene whose two contacts carry the load at a `fraction` of the largest friction.
+    `push` is a force to the side [N], `lift` the hand's acceleration upward [m/s^2]."""
     load = math.hypot(MASS * (GRAVITY + lift), push)
     normal_force = load / (2.0 * FRICTION * fraction)
     return scene_of(
@@ -64,6 +65,7 @@ SYSTEMS = (
         ),
         default="0.9",
         facts=facts,
-        interest=lambda case: (Quantity("slip", case.problem.size),),  # an edge
+        # The scale is an edge of the cube.
+        interest=lambda case: (Quantity("slip", case.problem.size),),
     ),
 )

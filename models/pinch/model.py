@@ -1,4 +1,4 @@
-"""The numbers of a cube between two fingers in pinch.xml."""
+"""The relation of a cube between two fingers to pinch.xml."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ TIPS = ("left", "right")
 
 
 def fill(spec: Any, problem: Pinch) -> None:
-    """Write the numbers of a pinched cube into an MjSpec of pinch.xml. The frame is the hand's: the
-    hand's acceleration is part of gravity."""
+    """Writes the numbers of a pinched cube into an MjSpec of pinch.xml. The frame is the hand's:
+    the hand's acceleration is part of gravity."""
     from plumbob.analytic.errors.contact_models.held_bodies import TIP
 
     half = problem.size / 2.0
@@ -35,7 +35,7 @@ def fill(spec: Any, problem: Pinch) -> None:
 
 
 def observe(problem: Pinch, qpos: Array, qvel: Array) -> Signals:
-    """The slip of the cube along the load, and the slip's rate."""
+    """Returns the slip of the cube along the load, and its rate."""
     down, across = problem.pull / problem.load
     return {
         "slip": across * qpos[:, 0] - down * qpos[:, 2],
@@ -44,7 +44,7 @@ def observe(problem: Pinch, qpos: Array, qvel: Array) -> Signals:
 
 
 def controls(problem: Pinch) -> Controls:
-    """The forces of the fingers [N]."""
+    """Returns the forces of the fingers [N]."""
     return lambda times: np.full((len(times), 2), float(problem.normal_force))
 
 

@@ -1,4 +1,4 @@
-"""A body that is thrown or dropped: scenes as data, and the scales of its motion."""
+"""A body that is thrown or dropped: its scenes as data, and its quantities of interest."""
 
 from __future__ import annotations
 
@@ -10,7 +10,8 @@ from plumbob.models.scene import Case, Observable, Quantity, scene_of, step_size
 
 
 def interest(case: Case) -> tuple[Quantity, ...]:
-    """The place, with the way thrown or fallen as its scale, and the angle, with one radian."""
+    """Returns the place, with the distance thrown or fallen as its scale, and the angle, with one
+    radian."""
     body = case.problem
     time = case.scene.duration
     way = max(body.speed * time, body.gravity * time**2 / 2) or 1.0
@@ -36,8 +37,8 @@ SYSTEMS = (
             _scene("dropped", "free fall from rest", 1.0, speed=0.0, elevation=0.0, spin=0.0),
         ),
         default="thrown",
-        facts=lambda body: {"apex": body.apex},  # [m]
-        stability=None,  # no force depends on the state: any step holds
+        facts=lambda body: {"apex": body.apex},  # [m] height
+        stability=None,  # no force depends on the state: every step is stable
         interest=interest,
     ),
 )

@@ -1,4 +1,4 @@
-"""The numbers of a projectile in projectile.xml."""
+"""The relation of a projectile to projectile.xml."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from plumbob.models.model_file import ModelFile
 
 
 def fill(spec: Any, projectile: Projectile) -> None:
-    """Write the numbers of a projectile into an MjSpec of projectile.xml."""
+    """Writes the numbers of a projectile into an MjSpec of projectile.xml."""
     spec.option.gravity = [0.0, 0.0, -projectile.gravity]
     spec.key("start").qvel = projectile.motion.system.rate
 
 
 def observe(projectile: Projectile, qpos: Array, qvel: Array) -> Signals:
-    """The place, the angle and their rates."""
+    """Returns the place, the angle, and their rates."""
     return projectile.motion.system.observed(np.concatenate([qpos, qvel], axis=1).T)
 
 

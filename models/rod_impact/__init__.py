@@ -1,4 +1,4 @@
-"""A rod that falls at an angle onto a rough floor: rod-impact."""
+"""rod-impact: a rod that falls at an angle onto a rough floor."""
 
 from __future__ import annotations
 
@@ -15,8 +15,9 @@ NEWTON, POISSON, ENERGETIC = LAWS
 
 
 def facts(rod: RodImpact) -> Mapping[str, Any]:
-    """Time of the impact [s], its outcome, whether the rod is Painleve's, normal and friction
-    impulse [N s], and when an end strikes again [s]."""
+    """Returns the time of the impact [s], its outcome, whether the rod jams as in Painlevé's
+    paradox, the normal and the friction impulse [N s], and the time at which an end strikes again
+    [s]."""
     _, normal, along = rod.impact.impulses
     return {
         "impact_time": rod.fall,
@@ -29,7 +30,7 @@ def facts(rod: RodImpact) -> Mapping[str, Any]:
 
 
 def interest(case: Case) -> tuple[Quantity, ...]:
-    """The place of the centre, relative to the rod's length, and the angle in radians."""
+    """Returns the place of the centre, relative to the rod's length, and the angle in radians."""
     size = case.problem.length
     return Quantity("z", size), Quantity("x", size), Quantity("angle", 1.0)
 

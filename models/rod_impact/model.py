@@ -1,4 +1,4 @@
-"""The numbers of a falling rod in rod_impact.xml, and its idealisation."""
+"""The relation of a falling rod to rod_impact.xml."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ from plumbob.models.model_file import ModelFile
 
 
 def fill(spec: Any, problem: RodImpact) -> None:
-    """Write the numbers of a rod into an MjSpec of rod_impact.xml, all but the springs and dampers
-    of its contacts, which go with the step."""
+    """Writes the numbers of a rod into an MjSpec of rod_impact.xml, but not the springs and dampers
+    of its contacts: these depend on the step."""
     half = problem.length / 2.0
     rod = spec.body("rod")
     start = spec.key("start")
@@ -32,12 +32,12 @@ def fill(spec: Any, problem: RodImpact) -> None:
 
 
 def ideal(problem: RodImpact) -> Idealisations:
-    """Both ends bounce."""
+    """Returns the idealisation: both ends bounce."""
     return Idealisations(restitution={"low": problem.restitution, "high": problem.restitution})
 
 
 def observe(problem: RodImpact, qpos: Array, qvel: Array) -> Signals:
-    """The place of the centre and the angle."""
+    """Returns the place of the centre, and the angle."""
     return dict(zip(("x", "z", "angle"), qpos.T, strict=True))
 
 

@@ -1,4 +1,4 @@
-"""A ball that slides until it rolls: rolling-ball."""
+"""rolling-ball: a ball that slides until it rolls."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ from plumbob.models.scene import Observable, scene_of, step_sizes
 
 
 def facts(ball: RollingBall) -> Mapping[str, Any]:
-    """Time [s], place [m] and speed [m/s] where rolling begins, and the time of rest and the place;
-    none where it never does."""
+    """Returns time [s], place [m] and speed [m/s] at which rolling begins, and time and place of
+    rest. A value is None if the ball never rolls, or never rests."""
     rolls = ball.rolling_begins
     stops = ball.rest_time if math.isfinite(ball.rest_time) else None
     return {

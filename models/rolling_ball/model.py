@@ -1,4 +1,4 @@
-"""The numbers of a rolling ball in rolling_ball.xml."""
+"""The relation of a rolling ball to rolling_ball.xml."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from plumbob.models.model_file import ModelFile
 
 
 def fill(spec: Any, problem: RollingBall) -> None:
-    """Write the numbers of a ball into an MjSpec of rolling_ball.xml."""
+    """Writes the numbers of a ball into an MjSpec of rolling_ball.xml."""
     radius = problem.radius
     ball = spec.body("ball")
     pair = spec.pair("contact")
@@ -22,7 +22,7 @@ def fill(spec: Any, problem: RollingBall) -> None:
     turned = problem.torsional_friction
     rolled = problem.rolling_friction
     pair.friction = [problem.friction, problem.friction, turned, rolled, rolled]
-    # MuJoCo lifts a coefficient that acts to 1e-5 at least: dimensions with no friction are left
+    # MuJoCo raises an active coefficient to at least 1e-5, so dimensions without friction are left
     # out.
     pair.condim = 4 if turned else 3
     if rolled:
@@ -33,7 +33,7 @@ def fill(spec: Any, problem: RollingBall) -> None:
 
 
 def observe(problem: RollingBall, qpos: Array, qvel: Array) -> Signals:
-    """The way, the speed and the spin."""
+    """Returns the place, the speed and the spin."""
     return {"x": qpos[:, 0], "speed": qvel[:, 0], "spin": qvel[:, 2]}
 
 

@@ -1,4 +1,4 @@
-"""A thin disc that rolls without slipping: rolling-disc."""
+"""rolling-disc: a thin disc that rolls without slipping."""
 
 from __future__ import annotations
 
@@ -15,8 +15,9 @@ from plumbob.models.scene import Observable, from_analytic, scene_of, step_sizes
 
 
 def facts(disc: RollingDisc) -> Mapping[str, Any]:
-    """The spin rate [rad/s] and the radius [m] of a steady circle with this tilt and precession,
-    and the rate [rad/s] of small wobbles upright with this spin; none where there is none."""
+    """Returns the spin rate [rad/s] and the radius [m] of a steady circle with this tilt and
+    precession, and the rate [rad/s] of small wobbles of an upright disc with this spin. A value is
+    None if there is no such circle or wobble."""
     turn = disc.precession_rate
     spin = disc.steady_spin if disc.precession_rate else None
     return {

@@ -1,4 +1,4 @@
-"""The numbers of a rolling disc in rolling_disc.xml."""
+"""The relation of a rolling disc to rolling_disc.xml."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ from plumbob.models.model_file import ModelFile
 
 
 def fill(spec: Any, problem: RollingDisc) -> None:
-    """Write the numbers of a disc of mass 1 into an MjSpec of rolling_disc.xml. It starts where it
-    rolls: the velocity of its centre follows from its angles' rates."""
-    from plumbob.analytic.errors.contact_models.disc_steps import rolling
+    """Writes the numbers of a disc of mass 1 into an MjSpec of rolling_disc.xml. The disc rolls at
+    the start: the rates of its angles determine the velocity of its centre."""
+    from plumbob.analytic.errors.contact_models.disc_steps import contact_jacobian
 
     radius = problem.radius
     system = problem.motion.system
@@ -24,13 +24,13 @@ def fill(spec: Any, problem: RollingDisc) -> None:
     spec.geom("rim").size = [radius, radius, 1e-6 * radius]
     spec.geom("disc").size[:2] = [radius, 0.02 * radius]
     start.qpos = [0.0, 0.0, radius * np.sin(problem.tilt), *system.position]
-    held = rolling(problem, np.array(system.position))[:, 3:] @ system.rate
-    start.qvel = [*-held, *system.rate]
+    contact_velocity = contact_jacobian(problem, np.array(system.position))[:, 3:] @ system.rate
+    start.qvel = [*-contact_velocity, *system.rate]
 
 
 def observe(problem: RollingDisc, qpos: Array, qvel: Array) -> Signals:
-    """Euler's angles, their rates and what follows from them; three slides come before the
-    hinges."""
+    """Returns Euler's angles, their rates, and the observables that follow from them. The file has
+    three slides before the hinges."""
     states = np.concatenate([qpos[:, 3:], qvel[:, 3:]], axis=1)
     return problem.motion.system.observed(states.T)
 

@@ -1,4 +1,4 @@
-"""A position servo on a hinge: scenes as data; its theory is that of a linear pendulum."""
+"""A position servo on a hinge: its scenes as data; its theory is the linear pendulum's."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from plumbob.analytic.systems.servo import Servo
 from plumbob.analytic.theory import ErrorTheory
 from plumbob.models import simple_pendulum as linear
 from plumbob.models.field_systems import field_system, field_values
-from plumbob.models.quantities import swing
+from plumbob.models.quantities import swing_quantities
 from plumbob.models.scene import ONE_SMOOTH, Observable, from_analytic, scene_of, step_sizes
 
 
 def facts(servo: Servo) -> Mapping[str, Any]:
-    """Natural frequency [rad/s] and damping ratio while the force is below its limit; the largest
-    force before the gear [N m]; the first six times [s] at which the motor reaches or leaves its
+    """Returns natural frequency [rad/s] and damping ratio below the force limit, the largest force
+    before the gear [N m], and the first six times [s] at which the motor reaches or leaves its
     limit."""
     # A servo is a linear pendulum of length 1, whose gravity is the stiffness over the inertia.
     natural = math.sqrt(servo.started.gravity)
@@ -31,7 +31,7 @@ def facts(servo: Servo) -> Mapping[str, Any]:
 
 
 def errors(servo: Servo) -> ErrorTheory:
-    """Theory of the errors of fixed steps on the motion."""
+    """Returns the theory of the errors of fixed steps on the motion."""
     if not servo.saturates:
         theory: ErrorTheory = linear.errors(servo.started)
     else:
@@ -119,6 +119,6 @@ SYSTEMS = (
         facts=facts,
         kind=ONE_SMOOTH,
         start=("theta", "theta_dot"),
-        interest=swing,
+        interest=swing_quantities,
     ),
 )

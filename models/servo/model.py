@@ -1,4 +1,4 @@
-"""The numbers of a servo in servo.xml."""
+"""The relation of a servo to servo.xml."""
 
 from __future__ import annotations
 
@@ -6,13 +6,13 @@ from typing import Any
 
 from plumbob.analytic.reference import Array, Signals
 from plumbob.analytic.systems.servo import Servo
-from plumbob.models.largest import rates_of_a_pendulum
+from plumbob.models.largest import largest_pendulum_rates
 from plumbob.models.model_file import ModelFile
-from plumbob.models.simple_pendulum.model import first_coefficient, of_hinge
+from plumbob.models.simple_pendulum.model import first_coefficient, hinge_angle
 
 
 def fill(spec: Any, servo: Servo) -> None:
-    """Write the numbers of a servo into an MjSpec of servo.xml."""
+    """Writes the numbers of a servo into an MjSpec of servo.xml."""
     joint = spec.joint("theta")
     motor = spec.actuator("motor")
     start = spec.key("start")
@@ -31,8 +31,8 @@ def fill(spec: Any, servo: Servo) -> None:
 
 
 def observe(servo: Servo, qpos: Array, qvel: Array) -> Signals:
-    """The angle from the target, and the angle's rate."""
-    return of_hinge(qpos, qvel)
+    """Returns the angle from the target, and its rate."""
+    return hinge_angle(qpos, qvel)
 
 
-MODEL = ModelFile(fill, observe, largest=lambda servo: rates_of_a_pendulum(servo.started))
+MODEL = ModelFile(fill, observe, largest=lambda servo: largest_pendulum_rates(servo.started))

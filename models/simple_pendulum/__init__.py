@@ -1,4 +1,5 @@
-"""The simple pendulum and its linear companion: scenes as data, their invariants and scales."""
+"""The simple pendulum and the linear pendulum: their scenes as data, their invariants, facts and
+quantities."""
 
 from __future__ import annotations
 
@@ -15,7 +16,7 @@ from plumbob.analytic.reference import Signals
 from plumbob.analytic.stability import StabilityTheory
 from plumbob.analytic.systems.pendulums.rod_tension import MASS
 from plumbob.analytic.systems.simple_pendulum import SimplePendulum
-from plumbob.models.quantities import swing
+from plumbob.models.quantities import swing_quantities
 from plumbob.models.scene import (
     ONE_SMOOTH,
     Observable,
@@ -32,8 +33,9 @@ SOURCE = (
     "Pêndulo Simples, course notebook: the simple pendulum, linear and non-linear, free, damped "
     "and forced, by RK4"
 )
-FROM_TOP = "theta_from_top"  # in place of theta
-# The notebook's own C [kg/s] and F_0 [N], of F(t) = F_0 sin(Omega t), in place of the rates.
+FROM_TOP = "theta_from_top"  # parameter that replaces theta
+# {parameter in the notebook's form: parameter that it replaces}: C [kg/s], and F_0 [N] of the force
+# F(t) = F_0 sin(Omega t)
 OWN_FORM = MappingProxyType({"damping": "damping_rate", "force": "forcing_amplitude"})
 _REST: Parameters = MappingProxyType(
     {
@@ -51,20 +53,21 @@ _DEGREE = math.pi / 180
 
 
 def problem(parameters: Parameters, linear: bool = False) -> SimplePendulum:
-    """The pendulum that parameters describe; raises ParameterError."""
+    """Returns the pendulum that parameters describe; raises ParameterError."""
     known(parameters, PARAMETERS if linear else (*PARAMETERS, FROM_TOP))
     if FROM_TOP in parameters:
-        finite(FROM_TOP, parameters[FROM_TOP])
+        from_top = parameters[FROM_TOP]
+        finite(FROM_TOP, from_top)
         if "theta" in parameters:
-            raise ParameterError(
-                FROM_TOP, parameters[FROM_TOP], "left out where theta is given"
-            )
-        parameters = {**parameters, "theta": math.pi}  # which only says near which turn
+            raise ParameterError(FROM_TOP, from_top, "left out where theta is given")
+        # Here theta selects the turn that theta_from_top is measured from.
+        parameters = {**parameters, "theta": math.pi}
     return SimplePendulum(**per_unit_mass(parameters), linear=linear)
 
 
 def per_unit_mass(parameters: Parameters) -> dict[str, Any]:
-    """Parameters with xi = C/m and A = F_0/(m L) in place of C and F_0; raises ParameterError."""
+    """Returns parameters with xi = C/m and A = F_0/(m L) in place of C and F_0; raises
+    ParameterError if both forms are given."""
     values = dict(parameters)
     for name, rate in OWN_FORM.items():
         if name not in values:
@@ -80,17 +83,18 @@ def per_unit_mass(parameters: Parameters) -> dict[str, Any]:
 
 
 def change(parameters: Parameters, changes: Parameters) -> Parameters:
-    """Parameters with some values changed; of theta and theta_from_top one takes the other's
-    place, and so do C and its rate, F_0 and its amplitude."""
+    """Returns parameters with some values changed. A change of theta_from_top replaces theta, and
+    the reverse. In the same way C and its rate, and F_0 and its amplitude, replace each other."""
     for pair in (*OWN_FORM.items(), ("theta", FROM_TOP)):
-        if chosen := set(pair).intersection(changes):
-            parameters = {n: v for n, v in parameters.items() if n not in pair or n in chosen}
+        chosen = set(pair).intersection(changes)
+        replaced_names = set(pair) - chosen if chosen else set()
+        parameters = {n: v for n, v in parameters.items() if n not in replaced_names}
     return replaced(parameters, changes)
 
 
 def invariants(problem: SimplePendulum, observed: Signals) -> Signals:
-    """Drift of the energy over the energy needed to reach the top, where the energy is
-    conserved."""
+    """Returns the drift of the energy, relative to the energy needed to reach the top; empty if the
+    energy is not conserved."""
     rotor = problem.rotor
     if not rotor.conservative:
         return {}
@@ -101,47 +105,49 @@ def invariants(problem: SimplePendulum, observed: Signals) -> Signals:
 
 
 def stability(problem: SimplePendulum) -> StabilityTheory:
-    """Theory of the largest steps on the motion."""
+    """Returns the theory of the largest steps on the motion."""
     start = problem.started
     elliptic = problem.elliptic
     period = math.inf if elliptic is None else elliptic.period
-    begun = start.theta, start.theta_dot
-    theory: StabilityTheory = from_analytic("errors.stability.pendulums.pendulum_stability")(
-        problem.rotor, begun, problem.motion, period
-    )
+    state = start.theta, start.theta_dot
+    pendulum_stability = from_analytic("errors.stability.pendulums.pendulum_stability")
+    theory: StabilityTheory = pendulum_stability(problem.rotor, state, problem.motion, period)
     return theory
 
 
 errors = from_analytic("errors.smooth_motion.rotor_errors.simple_pendulum_errors")
-"""Theory of the errors of fixed steps on the motion of a problem."""
+"""Returns the theory of the errors of fixed steps on the motion of a problem."""
 
 
 def facts(problem: SimplePendulum) -> Mapping[str, Any]:
-    """Kind of motion; period, action and barrier of an undamped one; natural frequency and damping
-    ratio."""
+    """Returns the kind of motion, the natural frequency [rad/s] and the damping ratio. An undamped
+    motion also has period [s], action and barrier."""
     natural = math.sqrt(problem.gravity / problem.length)
-    about: dict[str, Any] = {
+    facts: dict[str, Any] = {
         "kind": _kind(problem),
         "natural_frequency": natural,
         "damping_ratio": problem.damping_rate / (2 * natural) if natural else None,
     }
-    if (motion := problem.elliptic) is not None:
-        about |= {
+    motion = problem.elliptic
+    if motion is not None:
+        barrier = None
+        if motion.barriers.size:
+            barrier = problem.mass * float(double(motion.barriers[0]))
+        facts |= {
             "period": motion.period,
             "period_condition": motion.period_condition,
             "action": problem.mass * motion.action,
             "mean_rate": motion.mean_rate,
             "energy": problem.mass * float(double(motion.energy)),
-            "barrier": problem.mass * float(double(motion.barriers[0]))
-            if motion.barriers.size
-            else None,
+            "barrier": barrier,
         }
     elif problem.linear and problem.rotor.conservative and natural:
-        about["period"] = 2 * math.pi / natural
-    return about
+        facts["period"] = 2 * math.pi / natural
+    return facts
 
 
 def _kind(problem: SimplePendulum) -> str:
+    """Returns the kind of motion in words."""
     if problem.elliptic is not None:
         return problem.elliptic.regime
     damping = problem.damping_rate
@@ -155,14 +161,14 @@ def _kind(problem: SimplePendulum) -> str:
 _scene = partial(
     scene_of,
     duration=50.0,
-    steps=step_sizes(1e-1, 1e-5),  # the notebook's 0.05 s among them
+    steps=step_sizes(1e-1, 1e-5),  # includes the notebook's 0.05 s
     base=_REST,
     source=SOURCE,
     change=change,
 )
 
 
-def _both(
+def _scene_pair(
     case: str,
     summary: str,
     linear: str,
@@ -171,7 +177,8 @@ def _both(
     hard: str = "",
     **values: Any,
 ) -> tuple[Scene, Scene]:
-    """A scene of the simple pendulum, and the same start of the linear one."""
+    """Returns a scene of the simple pendulum, and a scene of the linear pendulum with the same
+    start."""
     fewer = {"steps": step_sizes(1e-1, 1e-4), **values}
     return (
         _scene(case, summary, system="simple-pendulum", profile=profile, hard=hard, **values),
@@ -180,6 +187,7 @@ def _both(
 
 
 def _near_top(k: int) -> Scene:
+    """Returns the scene that starts from rest 10^-k rad off the top."""
     return _scene(
         f"near-top-1e-{k}",
         f"from rest 10^-{k} off the top, through the bottom and up the other side",
@@ -198,21 +206,21 @@ _KP, _KV, _SLOW = 1e6, 2e3, 2.0  # a critically damped servo [1/s^2, 1/s], its s
 _FOLLOWED = _KP / complex(_KP - _SLOW**2, _KV * _SLOW)  # theta = Im(... e^(i Omega t)) [rad]
 _SPIN = "an error of the speed becomes one of the angle that grows with time"
 _SCENES = (
-    *_both(
+    *_scene_pair(
         "free-small",
         "case 1: a small swing",
         "case 1, linear: hardly different",
         theta=-10 * _DEGREE,
         profile="quick",
     ),
-    *_both(
+    *_scene_pair(
         "free-large",
         "case 2: a large swing",
         "case 2, linear: the wrong period",
         theta=_LARGE,
         profile="quick",
     ),
-    *_both(
+    *_scene_pair(
         "rotating-slow",
         "case 3: over the top, 11.5 % faster than it takes",
         "case 3, linear: swings where the pendulum rotates",
@@ -221,7 +229,7 @@ _SCENES = (
         profile="quick",
         hard=f"near the separatrix: {_SPIN}",
     ),
-    *_both(
+    *_scene_pair(
         "rotating-fast",
         "case 4: rotates fast",
         "case 4, linear: swings by 200 degrees",
@@ -229,21 +237,21 @@ _SCENES = (
         theta_dot=500 * _DEGREE,
         hard=f"73 turns: {_SPIN}",
     ),
-    *_both(
+    *_scene_pair(
         "damped-small",
         "case 5: a small swing dies away",
         "case 5, linear: hardly different",
         theta=-10 * _DEGREE,
         damping_rate=0.08,
     ),
-    *_both(
+    *_scene_pair(
         "damped-large",
         "case 6: a large swing dies away",
         "case 6, linear",
         theta=_LARGE,
         damping_rate=0.08,
     ),
-    *_both(
+    *_scene_pair(
         "damped-rotating",
         "case 7: turns over, is caught, and settles",
         "case 7, linear",
@@ -253,7 +261,7 @@ _SCENES = (
         profile="quick",
         hard="passes the separatrix: how near decides when it is caught",
     ),
-    *_both(
+    *_scene_pair(
         "forced-small",
         "pushed gently near resonance, from rest",
         "pushed gently near resonance, linear",
@@ -261,7 +269,7 @@ _SCENES = (
         forcing_frequency=3.0,
         damping_rate=0.08,
     ),
-    *_both(
+    *_scene_pair(
         "forced-large",
         "pushed hard near resonance, from rest",
         "pushed hard near resonance, linear",
@@ -270,7 +278,7 @@ _SCENES = (
         damping_rate=0.2,
         profile="quick",
     ),
-    *_both(
+    *_scene_pair(
         "forced-chaotic",
         "pushed slowly and hard, g = L: chaos, followed for 50 s, well within "
         "the 156 s for which double precision tells its future to 1e-6 rad",
@@ -292,7 +300,7 @@ _SCENES = (
         hard="10^6 steps of 5e-4 s: energy bounded, or drifting at a rate",
     ),
     *(_near_top(k) for k in range(1, 13)),
-    *_both(
+    *_scene_pair(
         "overdamped",
         "damped at 10/s, more than 2 sqrt(g/L): returns without a swing",
         "damped at 10/s, more than critically, linear",
@@ -338,7 +346,7 @@ _SCENES = (
         steps=step_sizes(2e-4, 2e-6),
         hard="omega = 1000 rad/s under a motion of 2 rad/s: a ratio of 500",
     ),
-    *_both(
+    *_scene_pair(
         "step-too-large",
         "the large swing, from steps far beyond what any method takes",
         "linear: unstable above 2 sqrt(L/g) = 0.64 s, RK4 above 0.90 s",
@@ -351,6 +359,7 @@ _SCENES = (
 
 
 def _system(name: str, title: str, observables: tuple[Observable, ...], linear: bool) -> System:
+    """Returns the system of the simple or the linear pendulum."""
     return System(
         name=name,
         title=title,
@@ -370,7 +379,7 @@ def _system(name: str, title: str, observables: tuple[Observable, ...], linear: 
         family="simple_pendulum",
         kind=ONE_SMOOTH,
         change=change,
-        interest=swing,
+        interest=swing_quantities,
         sensitivity=from_analytic("sensitivities.smooth_systems.simple_pendulum_gradients"),
         left_out={"mass": MASS},
     )

@@ -1,4 +1,4 @@
-"""The numbers of a simple or linear pendulum in simple_pendulum.xml, and its idealisation."""
+"""The relation of a simple or linear pendulum to simple_pendulum.xml."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ import numpy as np
 from plumbob.analytic.reference import Array, Signals
 from plumbob.analytic.systems.simple_pendulum import SimplePendulum
 from plumbob.models.idealisations import Idealisations
-from plumbob.models.largest import rates_of_a_pendulum
+from plumbob.models.largest import largest_pendulum_rates
 from plumbob.models.model_file import Controls, ModelFile
 
 
 def fill(spec: Any, problem: SimplePendulum) -> None:
-    """Write the numbers of a pendulum into an MjSpec of simple_pendulum.xml. A linear pendulum has
+    """Writes the numbers of a pendulum into an MjSpec of simple_pendulum.xml. A linear pendulum has
     the same hinge, with a spring in place of gravity."""
     pendulum = problem.started
     length = pendulum.length
@@ -28,7 +28,7 @@ def fill(spec: Any, problem: SimplePendulum) -> None:
     if pendulum.linear:
         stiffness = pendulum.mass * pendulum.gravity * length
         joint.stiffness = first_coefficient(joint.stiffness, stiffness)
-    # the control is an angular acceleration [rad/s^2]
+    # The control is an angular acceleration [rad/s^2].
     spec.actuator("forcing").gear[0] = moment
     spec.geom("rod").fromto = [0.0, 0.0, -length, 0.0, 0.0, 0.0]
     spec.geom("bob").pos = [0.0, 0.0, -length]
@@ -38,30 +38,30 @@ def fill(spec: Any, problem: SimplePendulum) -> None:
 
 
 def first_coefficient(template: Any, value: float) -> Any:
-    """`value` in the shape of a joint's damping or stiffness: a number, or since MuJoCo 3.17 the
-    coefficients of a polynomial, constant first."""
+    """Returns `value` in the shape of a joint's damping or stiffness. This is a number, or since
+    MuJoCo 3.17 the coefficients of a polynomial, constant first."""
     if np.ndim(template) == 0:
         return value
     return [value, *[0.0] * (len(template) - 1)]
 
 
 def ideal(problem: SimplePendulum) -> Idealisations:
-    """The bob is a point."""
+    """Returns the pendulum's idealisation: its bob is a point."""
     return Idealisations(points=("bob",))
 
 
 def observe(problem: SimplePendulum, qpos: Array, qvel: Array) -> Signals:
-    """The angle and its rate."""
-    return of_hinge(qpos, qvel)
+    """Returns the angle and its rate."""
+    return hinge_angle(qpos, qvel)
 
 
-def of_hinge(qpos: Array, qvel: Array) -> Signals:
-    """The angle of a model's last joint, a hinge, and the angle's rate."""
+def hinge_angle(qpos: Array, qvel: Array) -> Signals:
+    """Returns the angle and the rate of a model's last joint, a hinge."""
     return {"theta": qpos[:, -1], "theta_dot": qvel[:, -1]}
 
 
 def controls(problem: SimplePendulum) -> Controls | None:
-    """The angular acceleration by the forcing [rad/s^2]."""
+    """Returns the angular acceleration by the forcing [rad/s^2]; None without forcing."""
     if problem.forcing_amplitude == 0.0:
         return None
     return lambda times: problem.started.rotor.forcing(times)[:, None]
@@ -70,8 +70,8 @@ def controls(problem: SimplePendulum) -> Controls | None:
 def forces(
     problem: SimplePendulum, qpos: Array, qvel: Array, joints: Array, touching: Array
 ) -> Signals:
-    """The tension of the rod, with which the hinge pulls the bob; at the start that of a rigid
-    rod."""
+    """Returns the tension of the rod: the force by which the hinge pulls the bob. At the start it
+    is the tension of a rigid rod."""
     if problem.linear:
         return {}
     theta = qpos[:, 0]
@@ -82,10 +82,10 @@ def forces(
 
 
 MODEL = ModelFile(
-    fill,
-    observe,
-    ideal,
-    controls,
-    lambda problem: rates_of_a_pendulum(problem.started),
-    forces,
+    fill=fill,
+    observe=observe,
+    ideal=ideal,
+    controls=controls,
+    largest=lambda problem: largest_pendulum_rates(problem.started),
+    forces=forces,
 )

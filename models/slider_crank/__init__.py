@@ -1,4 +1,4 @@
-"""The slider-crank: scenes as data, and the scales of its motion."""
+"""The slider-crank: its scenes as data, its facts and quantities."""
 
 from __future__ import annotations
 
@@ -14,13 +14,15 @@ REACTION = tuple(Observable(f"rod_pin_{x}", "N") for x in "xy")
 
 
 def facts(crank: SliderCrank) -> Mapping[str, Any]:
-    """The energy [J], 0 at rest on the line, and whether the crank turns over."""
+    """Returns the energy [J], 0 at rest with all links on the line, and whether the crank turns
+    over."""
     energy = energy_at_start(crank)
     return {"energy": energy, "turns over": energy > crank.lift}
 
 
 def interest(case: Case) -> tuple[Quantity, ...]:
-    """The crank's angle, with one radian as its scale, and the slider, with the crank's length."""
+    """Returns the crank's angle, with one radian as its scale, and the slider's place, with the
+    crank's length."""
     return Quantity("angle", 1.0), Quantity("slider", case.problem.crank)
 
 

@@ -1,4 +1,4 @@
-"""The numbers of a slider-crank in slider_crank.xml, and its idealisation."""
+"""The relation of a slider-crank to slider_crank.xml."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from plumbob.models.model_file import ModelFile
 
 
 def fill(spec: Any, mechanism: SliderCrank) -> None:
-    """Write the numbers of a slider-crank into an MjSpec of slider_crank.xml."""
+    """Writes the numbers of a slider-crank into an MjSpec of slider_crank.xml."""
     spec.option.gravity = [0.0, 0.0, -mechanism.gravity]
     stretched = mechanism.crank + mechanism.rod
     _set_link(spec, "crank", mechanism.crank, mechanism.crank_mass)
@@ -22,14 +22,14 @@ def fill(spec: Any, mechanism: SliderCrank) -> None:
     pin = spec.equality("pin")
     pin.data = [mechanism.rod, 0.0, 0.0, *pin.data[3:]]
     start = spec.key("start")
-    crank, rod, slider = mechanism.opened.position
+    crank, rod, slider = mechanism.open_chain.position
     start.qpos = [crank, rod - crank, slider - stretched]
-    crank, rod, slider = mechanism.opened.rate
+    crank, rod, slider = mechanism.open_chain.rate
     start.qvel = [crank, rod - crank, slider]
 
 
 def _set_link(spec: Any, name: str, length: float, mass: float) -> None:
-    """Make a link a uniform thin rod."""
+    """Makes a link a uniform thin rod."""
     link = spec.body(name)
     link.mass = mass
     link.ipos = [length / 2, 0.0, 0.0]
@@ -38,12 +38,12 @@ def _set_link(spec: Any, name: str, length: float, mass: float) -> None:
 
 
 def ideal(mechanism: SliderCrank) -> Idealisations:
-    """The pin between rod and slider is rigid."""
+    """Returns the idealisation: the pin between rod and slider is rigid."""
     return Idealisations(rigid_loops=("pin",))
 
 
 def observe(mechanism: SliderCrank, qpos: Array, qvel: Array) -> Signals:
-    """The crank's angle and rate and the slider's place from the crank's axis."""
+    """Returns the crank's angle and rate, and the slider's distance from the crank's axis."""
     stretched = mechanism.crank + mechanism.rod
     return {"angle": qpos[:, 0], "angle_dot": qvel[:, 0], "slider": stretched + qpos[:, 2]}
 

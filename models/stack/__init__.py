@@ -1,4 +1,4 @@
-"""Cubes one on another: stack."""
+"""stack: cubes one on another."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from plumbob.models.scene import Observable, Quantity, scene_of, step_sizes
 
 
 def facts(stack: Stack) -> Mapping[str, Any]:
-    """Masses [kg] and normal forces [N], from the lowest cube to the top one, and the slope [rad]
-    on which it tips."""
+    """Returns masses [kg] and normal forces [N], from the lowest cube to the top cube, and the
+    slope [rad] at which the stack topples."""
     forces = stack.normal_forces.tolist()
     return {"masses": stack.masses.tolist(), "normal_forces": forces, "topples": stack.topples}
 
@@ -49,6 +49,7 @@ SYSTEMS = (
         ),
         default="equal",
         facts=facts,
-        interest=lambda case: (Quantity("top", case.problem.size),),  # an edge
+        # The scale is an edge of a cube.
+        interest=lambda case: (Quantity("top", case.problem.size),),
     ),
 )

@@ -1,4 +1,4 @@
-"""The numbers of a stack of cubes in stack.xml."""
+"""The relation of a stack of cubes to stack.xml."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from plumbob.models.model_file import ModelFile
 
 
 def fill(spec: Any, stack: Stack) -> None:
-    """Write the numbers of a stack into an MjSpec of stack.xml. The model gets as many cubes as the
-    stack has, each on a slide along z."""
+    """Writes the numbers of a stack into an MjSpec of stack.xml. The model gets as many cubes as
+    the stack has, each on a slide along z."""
     half = stack.size / 2.0
     spec.option.gravity = [0.0, 0.0, -stack.gravity]
     slide, box = spec.joint("z_0").type, spec.geom("cube_0").type
-    # pairs first: MuJoCo deletes those of a body with it
+    # Pairs are deleted before bodies: MuJoCo deletes the pairs of a body together with the body.
     for part in (*spec.keys, *spec.pairs, *spec.bodies[1:]):
         spec.delete(part)
     below = "ground"
@@ -35,7 +35,7 @@ def fill(spec: Any, stack: Stack) -> None:
 
 
 def observe(stack: Stack, qpos: Array, qvel: Array) -> Signals:
-    """The height of the top cube over where the file draws it."""
+    """Returns the rise of the top cube above the place where the file draws it."""
     return {"top": qpos[:, -1]}
 
 

@@ -1,4 +1,5 @@
-"""The capsule on three supports with a moving mass inside: its systems, their scenes as data."""
+"""The capsule on three supports with a moving mass inside: its systems, with their scenes as
+data."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The slider fixed, the body coasting to rest, in closed form or not: capsule-coast."""
+"""capsule-coast: the slider is fixed, and the body coasts to rest."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from plumbob.analytic.systems.manoeuvres.residual_motion import coasting
 from plumbob.analytic.systems.slider_path import fixed
 from plumbob.analytic.systems.three_points.friction import Start, three_point_motion
 from plumbob.analytic.systems.three_points.reference import PlaneReference
-from plumbob.models.quantities import pose
+from plumbob.models.quantities import pose_quantities
 from plumbob.models.scene import Observable, Parameters, scene_of, step_sizes
 from plumbob.models.tripod_capsule.parameters import (
     BODY,
@@ -28,7 +28,7 @@ from plumbob.models.tripod_capsule.parameters import (
     capsule,
     capsule_system,
     heading,
-    place,
+    slider_place,
 )
 
 NAMES = (*BODY, "slider", "velocity_x", "velocity_y", "heading_rate", "heading")
@@ -46,51 +46,62 @@ _ROUND = tuple((_ARM * math.cos(a), _ARM * math.sin(a)) for a in (0.3, 2.2, 4.6)
 
 
 def problem(parameters: Parameters) -> CapsuleProblem:
-    """Residual motion that parameters describe, by its formula where it has one; raises
-    ParameterError."""
+    """Returns the problem of the residual motion that parameters describe, by its formula if it has
+    one; raises ParameterError."""
     known(parameters, NAMES)
     body = capsule(parameters)
-    slider = place(parameters)
-    turned = heading(parameters)
+    slider = slider_place(parameters)
+    heading_at_start = heading(parameters)
     vx, vy = (finite(name, parameters[name]) for name in ("velocity_x", "velocity_y"))
     rate = finite("heading_rate", parameters["heading_rate"])
-    line = math.atan2(vy, vx)
     setup = CapsuleSetup(
-        body, slider, line, turned, (vx, vy), rate, press=body.gravity, in_plane=True
+        body,
+        slider,
+        direction=math.atan2(vy, vx),
+        heading=heading_at_start,
+        velocity=(vx, vy),
+        heading_rate=rate,
+        press=body.gravity,
+        in_plane=True,
     )
-    closed = coasting(body, slider, (vx, vy), rate)
-    if closed is not None:
-        return CapsuleProblem(closed, closed, setup)
+    closed_form = coasting(body, slider, (vx, vy), rate)
+    if closed_form is not None:
+        return CapsuleProblem(closed_form, closed_form, setup)
     motion = three_point_motion(body, fixed(slider), Start((vx, vy), rate))
     return CapsuleProblem(motion, PlaneReference(motion), setup)
 
 
 def invariants(problem: CapsuleProblem, observed: Signals) -> Signals:
-    """How much the kinetic energy rises from one sample to the next, over that at the start."""
+    """Returns the rise of the kinetic energy from one sample to the next, relative to the energy at
+    the start."""
     body = problem.setup.capsule
-    still = np.zeros_like(observed["velocity_x"])
-    # a model that has no turn is still
-    rate, turn = (observed.get(name, still) for name in ("heading_rate", "heading"))
+    # A model without a turn has a heading of zero.
+    zero = np.zeros_like(observed["velocity_x"])
+    rate = observed.get("heading_rate", zero)
+    turn = observed.get("heading", zero)
     velocity = observed["velocity_x"] + 1j * observed["velocity_y"]
-    slider = velocity + 1j * rate * np.exp(1j * turn) * complex(*problem.setup.slider)
-    squares = body.body_mass * np.abs(velocity) ** 2 + body.slider_mass * np.abs(slider) ** 2
-    energy = squares + body.inertia * rate**2
-    return {"energy_gained": np.maximum(np.diff(energy), 0.0) / energy[0]}
+    slider_place = complex(*problem.setup.slider)
+    slider_velocity = velocity + 1j * rate * np.exp(1j * turn) * slider_place
+    body_term = body.body_mass * np.abs(velocity) ** 2
+    slider_term = body.slider_mass * np.abs(slider_velocity) ** 2
+    twice_energy = body_term + slider_term + body.inertia * rate**2
+    return {"energy_gained": np.maximum(np.diff(twice_energy), 0.0) / twice_energy[0]}
 
 
 def facts(problem: CapsuleProblem) -> Mapping[str, Any]:
-    """How far and how long the body coasts."""
+    """Returns how far and how long the body coasts."""
     motion = problem.motion
-    about = dict[str, Any]()
+    end = problem.in_world.observe(np.array([motion.sliding_time]))
+    rest_pose = {name: float(end[name][0]) for name in ("x", "y", "heading")}
+    facts: dict[str, Any] = {"t_rest": motion.sliding_time, "rest": rest_pose}
     if motion.kind == "plane":
-        about["events"] = [
-            {"t": e.time, "mode": e.mode, "support": e.support + 1} for e in motion.events
+        facts["events"] = [
+            {"t": event.time, "mode": event.mode, "support": event.support + 1}
+            for event in motion.events
         ]
     else:
-        about |= {"distance": motion.distance, "deceleration": motion.deceleration}
-    end = problem.in_world.observe(np.array([motion.sliding_time]))
-    pose = {name: float(end[name][0]) for name in ("x", "y", "heading")}
-    return {"t_rest": motion.sliding_time, "rest": pose, **about}
+        facts |= {"distance": motion.distance, "deceleration": motion.deceleration}
+    return facts
 
 
 _scene = partial(
@@ -160,6 +171,6 @@ SYSTEM = capsule_system(
     problem=problem,
     invariants=invariants,
     facts=facts,
-    interest=pose,
+    interest=pose_quantities,
     start=("velocity_x", "velocity_y", "heading_rate", "heading"),
 )

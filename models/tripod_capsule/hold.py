@@ -1,4 +1,4 @@
-"""A body held by friction, under tilted gravity or with a slowly moving slider: capsule-hold."""
+"""capsule-hold: a body held by friction, under tilted gravity or with a slowly moving slider."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ from plumbob.models.tripod_capsule.parameters import (
     CHECK,
     SOURCE,
     UNLOADING,
-    along,
     capsule,
     capsule_system,
     change_line,
     heading,
-    on_line,
-    place,
+    line_angle,
+    line_problem,
+    slider_place,
 )
 
 NAMES = (*BODY, "fraction", "direction", "support", "slider", "length", "start", "heading")
@@ -32,86 +32,87 @@ _TILTED: Parameters = MappingProxyType({**CHECK, "direction": 0.7, "slider": (0.
 
 
 def problem(parameters: Parameters) -> CapsuleProblem:
-    """Body under tilted gravity, or if a `length` is given in a slow motion; raises
-    ParameterError."""
+    """Returns the problem of a body under tilted gravity, or, if a `length` is given, of a slow
+    stroke; raises ParameterError."""
     known(parameters, NAMES)
     if "length" in parameters:
-        return _stroke(parameters)
+        return _stroke_problem(parameters)
     body = capsule(parameters)
-    turned = heading(parameters)
-    slider = place(parameters)
-    line = along(parameters, body)
+    heading_at_start = heading(parameters)
+    slider = slider_place(parameters)
+    line = line_angle(parameters, body)
     hold = TiltedHold(body, finite("fraction", parameters["fraction"]), line, slider)
-    angle = tilt_angle(body, hold.fraction)
-    pull = body.gravity * math.sin(angle)
-    press = body.gravity * math.cos(angle)
-    return CapsuleProblem(
-        hold, hold, CapsuleSetup(body, slider, line, turned, pull=pull, press=press)
-    )
+    tilt = tilt_angle(body, hold.fraction)
+    pull = body.gravity * math.sin(tilt)
+    press = body.gravity * math.cos(tilt)
+    setup = CapsuleSetup(body, slider, line, heading_at_start, pull=pull, press=press)
+    return CapsuleProblem(hold, hold, setup)
 
 
-def _stroke(parameters: Parameters) -> CapsuleProblem:
+def _stroke_problem(parameters: Parameters) -> CapsuleProblem:
+    """Returns the problem of a slow stroke of the slider, out and back; raises ParameterError."""
     body = capsule(parameters)
-    length = parameters["length"]
-    fraction = parameters["fraction"]
+    line = line_angle(parameters, body)
     start = parameters.get("start", 0.0)
-    return on_line(
-        SlowStroke(body, length, fraction, along(parameters, body), start), parameters
-    )
+    stroke = SlowStroke(body, parameters["length"], parameters["fraction"], line, start)
+    return line_problem(stroke, parameters)
 
 
 def facts(problem: CapsuleProblem) -> Mapping[str, Any]:
-    """The load on friction, and the friction limit."""
+    """Returns the load on friction, and the friction limit."""
     body = problem.setup.capsule
     hold = problem.motion
-    about: dict[str, Any] = {
+    facts: dict[str, Any] = {
         "displacement": 0.0,
         "fraction": hold.fraction,
         "holding_acceleration": body.holding_acceleration,
     }
     if hold.kind == "stroke":
-        return {**about, "stroke": hold.length, "t_rest": hold.duration} | demand(
-            hold, hold.duration
-        ).facts()
+        actuator_demand = demand(hold, hold.duration).facts()
+        return {**facts, "stroke": hold.length, "t_rest": hold.duration, **actuator_demand}
+    tilt = tilt_angle(body, hold.fraction)
     return {
-        **about,
-        "tilt_angle": tilt_angle(body, hold.fraction),
-        "force": body.weight * math.sin(tilt_angle(body, hold.fraction)),
+        **facts,
+        "tilt_angle": tilt,
+        "force": body.weight * math.sin(tilt),
         "note": "fraction of the largest tilt: tan(angle) = fraction f, wherever Q is fixed",
     }
 
 
+def _tilted_scene(fraction: float) -> Scene:
+    """Returns the scene at a fraction of the largest tilt that friction holds."""
+    hard = ""
+    if fraction >= 0.999:
+        hard = f"friction used up but for {1 - fraction:.0e} of it"
+    return Scene(
+        name=f"capsule-hold/{fraction}",
+        summary=f"10 s at {fraction} of the tilt that friction holds",
+        parameters={**_TILTED, "fraction": fraction},
+        duration=10.0,
+        steps=step_sizes(5e-3, 1e-4),
+        source=SOURCE,
+        profile="quick" if fraction == 0.999 else "full",
+        hard=hard,
+    )
+
+
 SCENES = (
-    *(
-        Scene(
-            f"capsule-hold/{fraction}",
-            f"10 s at {fraction} of the tilt that friction holds",
-            {**_TILTED, "fraction": fraction},
-            10.0,
-            step_sizes(5e-3, 1e-4),
-            SOURCE,
-            profile="quick" if fraction == 0.999 else "full",
-            hard=f"friction used up but for {1 - fraction:.0e} of it"
-            if fraction >= 0.999
-            else "",
-        )
-        for fraction in (0.5, 0.9, 0.99, 0.999, 0.999999)
+    *(_tilted_scene(fraction) for fraction in (0.5, 0.9, 0.99, 0.999, 0.999999)),
+    Scene(
+        name="capsule-hold/slow-motion",
+        summary="the slider out and back at 0.999 of f g/mu",
+        parameters={**CHECK, "direction": 0.7, "length": 0.08, "fraction": 0.999},
+        duration=0.4,
+        steps=step_sizes(1e-3, 1e-5),
+        source=SOURCE,
     ),
     Scene(
-        "capsule-hold/slow-motion",
-        "the slider out and back at 0.999 of f g/mu",
-        {**CHECK, "direction": 0.7, "length": 0.08, "fraction": 0.999},
-        0.4,
-        step_sizes(1e-3, 1e-5),
-        SOURCE,
-    ),
-    Scene(
-        "capsule-hold/unloading",
-        "out until A1 carries 1/300 of the weight, and back",
-        {**CHECK, "direction": math.pi, "length": UNLOADING, "fraction": 0.999},
-        0.8,
-        step_sizes(1e-3, 1e-5),
-        SOURCE,
+        name="capsule-hold/unloading",
+        summary="out until A1 carries 1/300 of the weight, and back",
+        parameters={**CHECK, "direction": math.pi, "length": UNLOADING, "fraction": 0.999},
+        duration=0.8,
+        steps=step_sizes(1e-3, 1e-5),
+        source=SOURCE,
         hard="N_1 -> 0",
     ),
 )

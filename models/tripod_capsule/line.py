@@ -1,4 +1,4 @@
-"""One push and one brake of the slider along a line through C: capsule-line."""
+"""capsule-line: one push and one brake of the slider along a line through C."""
 
 from __future__ import annotations
 
@@ -28,13 +28,13 @@ from plumbob.models.tripod_capsule.parameters import (
     SOURCE,
     capsule_system,
     change_line,
+    holding_acceleration,
+    line_problem,
     manoeuvre,
-    on_line,
-    threshold,
 )
 
 NAMES = (*BODY, *LINE, "heading")
-_HOLDING = threshold({})
+_HOLDING = holding_acceleration({})
 _LINE: Parameters = MappingProxyType(
     {
         **CHECK,
@@ -47,29 +47,31 @@ _LINE: Parameters = MappingProxyType(
 
 
 def problem(parameters: Parameters) -> CapsuleProblem:
-    """The line manoeuvre that parameters describe; raises ParameterError."""
+    """Returns the problem of the line manoeuvre that parameters describe; raises ParameterError."""
     known(parameters, NAMES)
-    return on_line(manoeuvre(parameters), parameters)
+    return line_problem(manoeuvre(parameters), parameters)
 
 
 def invariants(problem: CapsuleProblem, observed: Signals) -> Signals:
-    """Friction is f (M + m) g at most: its relative excess. Without friction the common centre of
-    mass stays at rest: its displacement relative to the body's."""
+    """Returns by how much the friction force exceeds its largest value f (M + m) g, as a fraction.
+    Without friction the common centre of mass stays at rest: returns its displacement relative to
+    the body's."""
     body = problem.setup.capsule
     if body.friction == 0.0:
-        shift = observed["displacement"] + body.mass_ratio * observed["stroke"]
-        return {
-            "centre_of_mass": shift / (float(np.abs(observed["displacement"]).max()) or 1.0)
-        }
+        displacement = observed["displacement"]
+        centre_of_mass = displacement + body.mass_ratio * observed["stroke"]
+        scale = float(np.abs(displacement).max()) or 1.0
+        return {"centre_of_mass": centre_of_mass / scale}
     if "friction_force" not in observed:
         return {}
-    most = body.friction * body.weight
-    return {"friction_beyond": np.maximum(np.abs(observed["friction_force"]) / most - 1.0, 0.0)}
+    friction_limit = body.friction * body.weight
+    excess = np.abs(observed["friction_force"]) / friction_limit - 1.0
+    return {"friction_beyond": np.maximum(excess, 0.0)}
 
 
 def facts(problem: CapsuleProblem) -> Mapping[str, Any]:
-    """Displacement, stroke and times of the manoeuvre; its demand on the actuator until t2; loads;
-    and the source's misprints."""
+    """Returns displacement, stroke and times of the manoeuvre, its demand on the actuator until t2,
+    the loads, and the source's misprints."""
     line = problem.motion
     lowest, _ = lowest_normal_forces(line.capsule, line.ends)
     late = np.array([line.t_star])
@@ -107,9 +109,12 @@ _scene = partial(
 )
 
 
-def _mass_ratio(case: str, slider_mass: float, summary: str, t1: float, **values: Any) -> Scene:
-    """A slider of another mass, its accelerations the same multiples of f g/mu."""
-    holding = threshold({"slider_mass": slider_mass})
+def _mass_ratio_scene(
+    case: str, slider_mass: float, summary: str, t1: float, **values: Any
+) -> Scene:
+    """Returns a scene with a slider of another mass; its accelerations are the same multiples of f
+    g/mu."""
+    holding = holding_acceleration({"slider_mass": slider_mass})
     return _scene(
         case,
         summary,
@@ -122,8 +127,8 @@ def _mass_ratio(case: str, slider_mass: float, summary: str, t1: float, **values
     )
 
 
-def _start(reach: float) -> float:
-    """Where the slider starts [m], for the combined centre to end at `reach` [m] from C."""
+def _slider_start(reach: float) -> float:
+    """Returns the slider's start [m] with which the combined centre ends at `reach` [m] from C."""
     line = manoeuvre(_LINE)
     return reach / line.capsule.mass_ratio - line.stroke
 
@@ -181,11 +186,11 @@ SCENES = (
         steps=step_sizes(1e-3, 1e-4),
         hard="w1 = f g/mu (1 + 1e-6): a motion of 1e-9 m, of condition 1e6",
     ),
-    _mass_ratio(
+    _mass_ratio_scene(
         "light-slider", 1e-3, "m/M = 1e-3", 0.002, duration=0.01, steps=step_sizes(5e-5, 5e-7)
     ),
-    _mass_ratio("heavy-slider", 1e3, "m/M = 1e3", 0.03),
-    _mass_ratio(
+    _mass_ratio_scene("heavy-slider", 1e3, "m/M = 1e3", 0.03),
+    _mass_ratio_scene(
         "lightest-slider",
         1e-6,
         "m/M = 1e-6",
@@ -198,13 +203,13 @@ SCENES = (
         "the combined centre ends 0.1 mm inside an edge",
         hard="N_1 -> 0",
         direction=math.pi,
-        start=_start(0.0999),
+        start=_slider_start(0.0999),
     ),
     _scene(
         "near-vertex",
         "the combined centre ends 0.1 mm inside a vertex",
         hard="N_2 and N_3 -> 0",
-        start=_start(0.1999),
+        start=_slider_start(0.1999),
     ),
     _scene(
         "off-grid",

@@ -13,54 +13,60 @@ import numpy as np
 from plumbob.analytic.reference import Array, Signals
 from plumbob.analytic.systems.capsule_setup import CapsuleProblem, CapsuleSetup
 
-FAR = 1e3  # of the capsule's own size: no body that only slides gets there
+UNREACHED_RATIO = 1e3  # ratio of a distance to the capsule's size that no sliding body reaches
 
 
 @dataclass(frozen=True)
 class Pose:
-    """Where a chain is: the place of its first body and that one's heading in the world, and their
-    rates, and the place and rate of its last joint, from its start; numbers, or shape (n,) each.
-    Places and velocities are x + iy."""
+    """The pose of a chain of bodies, and its rates: place and heading of the first body in the
+    world, and the coordinate of the last joint from its start. The values are numbers, or have
+    shape (n,) each. Places and velocities are x + iy."""
 
     place: Any  # [m]
     velocity: Any  # [m/s]
-    heading: Any  # [rad], of any turn
+    heading: Any  # [rad], whole turns included
     heading_rate: Any  # [rad/s]
     joint: Any = 0.0  # [m] or [rad]
     joint_rate: Any = 0.0  # [m/s] or [rad/s]
 
 
 def start_velocity(setup: CapsuleSetup) -> tuple[float, float]:
-    """Of C, in the world [m/s]."""
+    """Returns the velocity of C at the start, in the world [m/s]."""
     velocity = complex(*setup.velocity) * cmath.rect(1.0, setup.heading)
     return velocity.real, velocity.imag
 
 
-def limits(setup: CapsuleSetup) -> Mapping[str, float]:
-    """Magnitudes of observables that only a diverged run exceeds."""
+def largest_magnitudes(setup: CapsuleSetup) -> Mapping[str, float]:
+    """Returns magnitudes of observables that only a diverged run exceeds."""
     size = float(np.abs(setup.capsule.supports).max())
-    return dict.fromkeys(("displacement", "x", "y"), FAR * size)
+    return dict.fromkeys(("displacement", "x", "y"), UNREACHED_RATIO * size)
 
 
 def observe(problem: CapsuleProblem, qpos: Array, qvel: Array) -> Signals:
-    """The observables that coordinates of a free body and of its slider show: the place and the
-    way of C, and the slider's way where it keeps to a line."""
+    """Returns the observables that the coordinates of a free body and of its slider show: the place
+    and velocity of C, and the slider's stroke if it keeps to a line."""
     setup = problem.setup
-    slid = np.zeros((2, len(qpos)))
+    slid = np.zeros(len(qpos))
+    slid_rate = np.zeros(len(qpos))
     if setup.relative_velocity is not None:
-        slid[:] = qpos[:, -1], qvel[:, -1]
-    place, velocity = (plane[:, :2] @ np.array([1.0, 1.0j]) for plane in (qpos, qvel))
-    angles = np.unwrap(heading(qpos[:, 3:7]))  # an attitude has them up to whole turns
-    facing = angles + (nearest_turn(angles[0], setup.heading) - angles[0])
-    return observed(setup, Pose(place, velocity, facing, qvel[:, 5], *slid))
+        slid[:] = qpos[:, -1]
+        slid_rate[:] = qvel[:, -1]
+    as_complex = np.array([1.0, 1.0j])
+    place = qpos[:, :2] @ as_complex
+    velocity = qvel[:, :2] @ as_complex
+    # An attitude gives the angle up to whole turns.
+    angles = np.unwrap(heading(qpos[:, 3:7]))
+    turns = nearest_turn(angles[0], setup.heading) - angles[0]
+    pose = Pose(place, velocity, angles + turns, qvel[:, 5], slid, slid_rate)
+    return pose_observables(setup, pose)
 
 
-def observed(setup: CapsuleSetup, pose: Pose) -> dict[str, Any]:
-    """The observables that the pose shows: all but the forces."""
+def pose_observables(setup: CapsuleSetup, pose: Pose) -> dict[str, Any]:
+    """Returns the observables that a pose shows: all but the forces."""
     axis = setup.heading + (0.0 if setup.in_plane else setup.direction)
-    back = cmath.rect(1.0, -axis)
-    place = pose.place * back
-    velocity = pose.velocity * back
+    to_axis = cmath.rect(1.0, -axis)
+    place = pose.place * to_axis
+    velocity = pose.velocity * to_axis
     if setup.in_plane:
         return {
             "x": place.real,
@@ -84,8 +90,9 @@ def observed(setup: CapsuleSetup, pose: Pose) -> dict[str, Any]:
 def observed_on_a_line(
     setup: CapsuleSetup, place: Any, velocity: Any, slid: Any, slid_rate: Any
 ) -> dict[str, Any]:
-    """The same of a model that keeps to the line, by the place of C on it [m], its velocity [m/s],
-    and those of the slider from its start: heading and way across are the model's own."""
+    """Returns the observables of a model that keeps to the line. `place` is the place of C on the
+    line [m], `velocity` its velocity [m/s]; `slid` and `slid_rate` are the slider's, from its
+    start. The model itself fixes the heading and the distance across the line."""
     if not setup.in_plane:
         names = ("displacement", "velocity", "stroke", "stroke_rate")
         return dict(zip(names, (place, velocity, slid, slid_rate), strict=True))
@@ -96,11 +103,12 @@ def observed_on_a_line(
 
 
 def heading(attitude: Array) -> Array:
-    """Angle about the vertical [rad] of quaternions, shape (..., 4): shape (...)."""
+    """Returns the angle about the vertical [rad], shape (...), of quaternions, shape (..., 4)."""
     w, x, y, z = np.moveaxis(np.asarray(attitude, dtype=np.float64), -1, 0)
     return np.asarray(np.arctan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z)))
 
 
 def nearest_turn(angle: float, before: float) -> float:
-    """The angle [rad], which is known to a whole turn, that is nearest to `before` [rad]."""
+    """Returns the angle [rad] nearest to `before` [rad] that differs from `angle` by whole
+    turns."""
     return angle + 2.0 * math.pi * float(np.rint((before - angle) / (2.0 * math.pi)))

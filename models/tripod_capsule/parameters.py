@@ -1,4 +1,5 @@
-"""Model, parameters as in `--set`, and observables shared by the capsule's systems."""
+"""The model, the parameters (by the names of `--set`) and the observables that the capsule's
+systems share."""
 
 from __future__ import annotations
 
@@ -14,7 +15,7 @@ from plumbob.analytic.systems.capsule import Capsule, Point, direction_to
 from plumbob.analytic.systems.capsule_setup import CapsuleProblem, CapsuleSetup
 from plumbob.analytic.systems.manoeuvres.line_manoeuvre import LineManoeuvre
 from plumbob.analytic.systems.three_points.reference import PlaneReference
-from plumbob.models.quantities import displaced
+from plumbob.models.quantities import displacement_quantities
 from plumbob.models.scene import (
     ON_SUPPORTS,
     Observable,
@@ -30,7 +31,7 @@ SOURCE = (
     "https://danphysras.ru"
 )
 MJCF = Path(__file__).parent / "tripod_capsule.xml"
-CONTACTS = 4.0  # cost of a step in steps of a pendulum: three contacts, three forces to read
+STEP_COST = 4.0  # cost of a step, in steps of a pendulum: three contacts, three forces to read
 BODY = ("body_mass", "slider_mass", "inertia", "supports", "friction", "gravity")
 LINE = ("w1", "w2", "t1", "support", "direction", "start")
 CHECK: Parameters = MappingProxyType(
@@ -57,7 +58,7 @@ ALONG = (
 )
 
 
-# A line turned about stays a line: a model of one need not run every heading.
+# Scenes for models of a line alone: such a model need not run every heading of a line.
 ONE_LINE = (
     *("capsule-line/[!h]*", "capsule-line/heavy-slider", "capsule-hold", "capsule-train"),
     "capsule-coast/translation",
@@ -67,64 +68,66 @@ capsule_system = partial(
     System,
     reference=lambda problem: problem.in_world,
     observables=ALONG,
-    invariants=lambda problem, observed: {},  # friction and the actuator do work
+    # Friction and the actuator do work: no energy is conserved.
+    invariants=lambda problem, observed: {},
     errors=from_analytic("errors.sliding_motion.sliding_errors.capsule_errors"),
     start=("heading",),
     model_module="plumbob.models.tripod_capsule.model",
     mjcf=MJCF,
     family="capsule",
     kind=ON_SUPPORTS,
-    weight=CONTACTS,
-    interest=displaced,
+    weight=STEP_COST,
+    interest=displacement_quantities,
     sensitivity=from_analytic("sensitivities.capsule.capsule_gradients"),
     alike=from_analytic("sensitivities.capsule.alike"),
 )
-"""A system that has the capsule's model and family; the arguments as in `System`."""
+"""Returns a system with the capsule's model and family; the arguments are those of `System`."""
 
 
 def capsule(parameters: Parameters) -> Capsule:
-    """The capsule that parameters describe; raises ParameterError."""
+    """Returns the capsule that parameters describe; raises ParameterError."""
     return Capsule(**{name: parameters[name] for name in BODY})
 
 
 UNLOADING = 0.099 / capsule(CHECK).mass_ratio
-"""Distance of the slider from C, away from A1, where A1 carries 1/300 of the weight [m]."""
+"""[m] distance of the slider from C, away from A1, with which A1 carries 1/300 of the weight."""
 
 
-def threshold(changes: Parameters) -> float:
-    """f g/mu [m/s^2] of the body with some of CHECK's parameters changed."""
+def holding_acceleration(changes: Parameters) -> float:
+    """Returns f g/mu [m/s^2] of the body with some of CHECK's parameters changed."""
     return capsule({**CHECK, **changes}).holding_acceleration
 
 
-def along(parameters: Parameters, body: Capsule) -> float:
-    """Angle [rad] of the slider's line, `direction` or that to `support`; raises ParameterError."""
+def line_angle(parameters: Parameters, body: Capsule) -> float:
+    """Returns the angle [rad] of the slider's line: `direction`, or the direction to `support`;
+    raises ParameterError."""
     if "support" in parameters:
         return direction_to(body, parameters["support"])
     return finite("direction", parameters.get("direction", 0.0))
 
 
 def manoeuvre(parameters: Parameters) -> LineManoeuvre:
-    """The line manoeuvre that parameters describe; raises ParameterError."""
+    """Returns the line manoeuvre that parameters describe; raises ParameterError."""
     body = capsule(parameters)
     return LineManoeuvre(
         body,
         parameters["w1"],
         parameters["w2"],
         parameters["t1"],
-        along(parameters, body),
+        line_angle(parameters, body),
         parameters.get("start", 0.0),
     )
 
 
-def on_line(motion: Any, parameters: Parameters) -> CapsuleProblem:
-    """The problem of a `motion` whose slider stays on a line; raises ParameterError."""
-    once = motion.single
-    (x, y) = once.ends[0]
-    body = once.capsule
+def line_problem(motion: Any, parameters: Parameters) -> CapsuleProblem:
+    """Returns the problem of a `motion` whose slider stays on a line; raises ParameterError."""
+    single = motion.single
+    x, y = single.ends[0]
+    body = single.capsule
     setup = CapsuleSetup(
         body,
         (x, y),
-        once.direction,
+        single.direction,
         heading(parameters),
         press=body.gravity,
         relative_velocity=motion.relative_velocity,
@@ -133,8 +136,8 @@ def on_line(motion: Any, parameters: Parameters) -> CapsuleProblem:
 
 
 def plane_problem(motion: Any, exact: Any, facing: float) -> CapsuleProblem:
-    """The problem of a `motion` that begins at rest and whose slider goes round C, of which `exact`
-    gives the poses, with the body's heading `facing` [rad] in the world."""
+    """Returns the problem of a `motion` that begins at rest and whose slider goes round C. `exact`
+    gives the poses. `facing` is the body's heading [rad] in the world."""
     capsule = motion.capsule
     path = motion.path
     x, y = path.places(np.zeros(1))[0].tolist()
@@ -151,25 +154,24 @@ def plane_problem(motion: Any, exact: Any, facing: float) -> CapsuleProblem:
 
 
 def heading(parameters: Parameters) -> float:
-    """Heading of the body in the world [rad]; raises ParameterError."""
+    """Returns the heading of the body in the world [rad]; raises ParameterError."""
     return finite("heading", parameters.get("heading", 0.0))
 
 
 def change_line(parameters: Parameters, changes: Parameters) -> Parameters:
-    """Parameters with some values changed; `support` replaces `direction`, and the reverse."""
+    """Returns parameters with some values changed. A change of `support` replaces `direction`, and
+    the reverse."""
     if "support" in changes and "direction" in changes:
-        raise ParameterError(
-            "direction", changes["direction"], "left out where support is given"
-        )
+        direction = changes["direction"]
+        raise ParameterError("direction", direction, "left out where support is given")
     for chosen, other in (("support", "direction"), ("direction", "support")):
         if chosen in changes:
             parameters = {name: value for name, value in parameters.items() if name != other}
     return replaced(parameters, changes)
 
 
-def place(parameters: Parameters) -> Point:
-    """Position of the fixed slider relative to C [m]; raises ParameterError."""
-    slider: Point = numbers(
-        "slider", parameters.get("slider", (0.0, 0.0)), (2,), "a point (x, y)"
-    )
+def slider_place(parameters: Parameters) -> Point:
+    """Returns the position of the fixed slider relative to C [m]; raises ParameterError."""
+    value = parameters.get("slider", (0.0, 0.0))
+    slider: Point = numbers("slider", value, (2,), "a point (x, y)")
     return slider

@@ -1,4 +1,4 @@
-"""A plan that brings the capsule from one rest pose to another: capsule-plan."""
+"""capsule-plan: a plan that brings the capsule from one rest pose to another."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from plumbob.analytic.systems.capsule import Capsule
 from plumbob.analytic.systems.capsule_setup import CapsuleProblem
 from plumbob.analytic.systems.planner.problem import POSES, Limits, RestPose
 from plumbob.analytic.systems.three_points.forces import plane_demand
-from plumbob.models.quantities import pose
+from plumbob.models.quantities import pose_quantities
 from plumbob.models.scene import Observable, Parameters, Scene, scene_of, step_sizes
 from plumbob.models.tripod_capsule.parameters import (
     BODY,
@@ -34,12 +34,13 @@ if TYPE_CHECKING:
     from plumbob.analytic.systems.planner.tracks import ArcName, Pair
 
 LIMITS = tuple(field.name for field in fields(Limits))
-CURVE = ("legs", "segments", "arc")  # of the slider, where it is not free
+CURVE = ("legs", "segments", "arc")  # parameters of the slider's curve, if it is not free
 NAMES = (*BODY, *LIMITS, "to", "track", "start", "slider", "slider_at_end", *CURVE)
 _POSE = "a pose [x, y, psi]"
 STEPS = (1e-3, 5e-4, 2e-4, 1e-4, 5e-5)
-LONG = 10.0  # [s]: a plan that takes more is not run at the finest step
-# Whole steps of every size, a little after the last manoeuvre has ended.
+LONGEST_FINE = 10.0  # [s] longest plan that is run at the finest step
+# Durations [s] of the plans on a free plane and on the curve: a little longer than the plans, and
+# whole numbers of steps of every size.
 _LASTING: Mapping[str, tuple[float, float]] = MappingProxyType(
     {
         "near": (1.65, 6.95),
@@ -49,10 +50,10 @@ _LASTING: Mapping[str, tuple[float, float]] = MappingProxyType(
         "ahead": (3.65, 6.95),
     }
 )
-TURNED = 0.65  # [s]: the plan to BESIDE on a free plane, and a little more
-BESIDE = RestPose(0.01, 0.01, 0.1)  # near enough that the curve's plans cost little
+TURNED_DURATION = 0.65  # [s] duration: a little longer than the plan to BESIDE on a free plane
+BESIDE = RestPose(0.01, 0.01, 0.1)  # goal so near that plans on the curve cost little
 POSE = (BESIDE.x, BESIDE.y, BESIDE.heading)
-# Name, supports and arc of the curve, duration of the plan to BESIDE [s], and the profile.
+# For each curve: name, supports, arc, duration of the plan to BESIDE [s], and profile.
 CURVES: tuple[tuple[str, Pair, ArcName, float, Literal["quick", "full"]], ...] = (
     ("12", (1, 2), "shorter", 1.75, "full"),
     ("23-longer", (2, 3), "longer", 1.55, "quick"),
@@ -61,7 +62,7 @@ CURVES: tuple[tuple[str, Pair, ArcName, float, Literal["quick", "full"]], ...] =
 
 
 @cache
-def _planned(
+def _cached_plan(
     body: Capsule,
     goal: RestPose,
     limits: Limits,
@@ -69,21 +70,20 @@ def _planned(
     start: RestPose,
     **curve: Any,
 ) -> Plan:
+    """Returns a plan, computed once for the same arguments."""
     from plumbob.analytic.systems.planner.construction import plan
 
     return plan(body, goal, limits, track, start, **curve)
 
 
-def planned(parameters: Parameters) -> Plan:
-    """The plan that parameters ask for, found once; raises ParameterError."""
+def requested_plan(parameters: Parameters) -> Plan:
+    """Returns the plan that parameters ask for, computed once; raises ParameterError."""
     from plumbob.analytic.systems.planner.tracks import checked_curve
 
     known(parameters, NAMES)
     slider = parameters.get("slider", (0.0, 0.0))
-    x, y, psi = numbers("start", parameters.get("start", (0.0, 0.0, 0.0)), (3,), _POSE)
-    start = RestPose(x, y, psi, slider)
-    x, y, psi = numbers("to", parameters.get("to"), (3,), _POSE)
-    goal = RestPose(x, y, psi, parameters.get("slider_at_end", slider))
+    start = _rest_pose("start", parameters.get("start", (0.0, 0.0, 0.0)), slider)
+    goal = _rest_pose("to", parameters.get("to"), parameters.get("slider_at_end", slider))
     limits = Limits(**{name: parameters[name] for name in LIMITS if name in parameters})
     track = parameters.get("track", "free")
     if track not in _TRACKS:
@@ -93,18 +93,26 @@ def planned(parameters: Parameters) -> Plan:
         name = next(iter(curve))
         raise ParameterError(name, parameters[name], "left out where the track is free")
     legs, arc, segments = checked_curve(**curve)
-    at = {"legs": legs, "arc": arc, "segments": segments}
-    return _planned(capsule(parameters), goal, limits, track, start, **at)
+    return _cached_plan(
+        capsule(parameters), goal, limits, track, start, legs=legs, arc=arc, segments=segments
+    )
+
+
+def _rest_pose(name: str, value: Any, slider: Any) -> RestPose:
+    """Returns the pose of the parameter `name`, with the slider's place; raises ParameterError."""
+    x, y, heading = numbers(name, value, (3,), _POSE)
+    return RestPose(x, y, heading, slider)
 
 
 def problem(parameters: Parameters) -> CapsuleProblem:
-    """The plan as a motion in the axes of its start; raises ParameterError."""
-    plan = planned(parameters)
+    """Returns the plan as a motion in the axes of its start; raises ParameterError."""
+    plan = requested_plan(parameters)
     return plane_problem(plan, plan.motion, plan.start.heading)
 
 
 def facts(problem: CapsuleProblem) -> Mapping[str, Any]:
-    """Its manoeuvres, how long it takes, and how far from the goal the exact motion ends."""
+    """Returns the plan's manoeuvres, its duration, and the distance of the exact motion's end from
+    the goal."""
     plan = problem.motion
     distance, angle = plan.error
     return {
@@ -120,27 +128,28 @@ def facts(problem: CapsuleProblem) -> Mapping[str, Any]:
 
 
 def structure(problem: CapsuleProblem) -> tuple[str, ...]:
-    """The kinds of its manoeuvres, in order, and of the slider's paths in them."""
+    """Returns the kinds of the plan's manoeuvres, in order, with the number of pieces of the
+    slider's path in each."""
     manoeuvres = problem.motion.manoeuvres
-    pieces = (f"{m.kind} {len(m.path.pieces)}" for m in manoeuvres)
-    return tuple(pieces)
+    return tuple(f"{each.kind} {len(each.path.pieces)}" for each in manoeuvres)
 
 
 _scene = partial(scene_of, system="capsule-plan", steps=STEPS, base=CHECK, source=SOURCE)
 
 
-def _to_pose(case: str, goal: RestPose, track: TrackName) -> Scene:
-    to = (goal.x, goal.y, goal.heading)
-    lasting = _LASTING[case][track == "curve"]
-    where = "on a free plane" if track == "free" else "along the source's single curve"
-    half = " (half a turn)" if abs(abs(goal.heading) - math.pi) < 1e-9 else ""
+def _pose_scene(case: str, goal: RestPose, track: TrackName) -> Scene:
+    """Returns the scene of the plan to a pose on a track."""
+    free_duration, curve_duration = _LASTING[case]
+    duration = free_duration if track == "free" else curve_duration
+    slider = "on a free plane" if track == "free" else "along the source's single curve"
+    half_turn = " (half a turn)" if abs(abs(goal.heading) - math.pi) < 1e-9 else ""
     return _scene(
         f"{case}-{track}",
-        f"to {goal.x:g}, {goal.y:g} m and {goal.heading:.4g} rad{half}, the slider {where}",
-        lasting,
-        to=to,
+        f"to {goal.x:g}, {goal.y:g} m and {goal.heading:.4g} rad{half_turn}, the slider {slider}",
+        duration,
+        to=(goal.x, goal.y, goal.heading),
         track=track,
-        steps=STEPS if lasting <= LONG else STEPS[:-1],
+        steps=STEPS if duration <= LONGEST_FINE else STEPS[:-1],
         profile="quick" if (case, track) == ("near", "free") else "full",
     )
 
@@ -148,23 +157,23 @@ def _to_pose(case: str, goal: RestPose, track: TrackName) -> Scene:
 _BESIDE = f"to {BESIDE.x:g}, {BESIDE.y:g} m and {BESIDE.heading:g} rad"
 
 
-def _turned(angle: float) -> Scene:
-    """The plan to BESIDE, where all of it is turned by `angle` [degrees]."""
-    turn = math.radians(angle)
-    to = BESIDE.place * cmath.rect(1.0, turn)
+def _turned_scene(angle: float) -> Scene:
+    """Returns the scene of the plan to BESIDE with start and goal turned by `angle` [degrees]."""
+    radians = math.radians(angle)
+    goal = BESIDE.place * cmath.rect(1.0, radians)
     return _scene(
         f"heading-{angle:03.0f}",
         f"{_BESIDE} on a free plane, all of it turned by {angle:g} degrees",
-        TURNED,
-        start=(0.0, 0.0, turn),
-        to=(to.real, to.imag, turn + BESIDE.heading),
+        TURNED_DURATION,
+        start=(0.0, 0.0, radians),
+        to=(goal.real, goal.imag, radians + BESIDE.heading),
     )
 
 
 _TRACKS: tuple[TrackName, ...] = ("free", "curve")
 _ALL_OR_NOTHING = "mu is nearly 0 or 1: the actuator's reaction is all or nothing"
 SCENES = (
-    *(_to_pose(case, goal, track) for case, goal in POSES for track in _TRACKS),
+    *(_pose_scene(case, goal, track) for case, goal in POSES for track in _TRACKS),
     *(
         _scene(
             f"beside-curve-{case}",
@@ -178,7 +187,7 @@ SCENES = (
         )
         for case, legs, arc, lasting, profile in CURVES
     ),
-    *(_turned(angle) for angle in (30.0, 45.0)),
+    *(_turned_scene(angle) for angle in (30.0, 45.0)),
     _scene(
         "light-slider",
         "m/M = 1e-3: to 0.01, 0.01 mm and 0.1 mrad",
@@ -203,14 +212,14 @@ SCENES = (
 SYSTEM = capsule_system(
     name="capsule-plan",
     title="Capsule brought to a pose",
-    # A place first: a plan of lines alone keeps its heading.
+    # A place is the leading observable: a plan of lines alone keeps its heading.
     observables=(*OBSERVED[:2], Observable("heading", "rad"), *OBSERVED[2:]),
     parameters=NAMES,
     scenes=SCENES,
     default="near-free",
     problem=problem,
     facts=facts,
-    interest=pose,
+    interest=pose_quantities,
     start=(),
     structure=structure,
     left_out=asdict(Limits()),

@@ -1,4 +1,4 @@
-"""Repeated line manoeuvres, each with a slow return of the slider: capsule-train."""
+"""capsule-train: repeated line manoeuvres, each with a slow return of the slider."""
 
 from __future__ import annotations
 
@@ -20,18 +20,18 @@ from plumbob.models.tripod_capsule.parameters import (
     SOURCE,
     capsule_system,
     change_line,
+    holding_acceleration,
+    line_problem,
     manoeuvre,
-    on_line,
-    threshold,
 )
 
 NAMES = (*line.NAMES, "count", "fraction", "pause")
-_PERIOD = 0.32  # [s], a whole number of steps of every size
+_PERIOD = 0.32  # [s] period of a manoeuvre: a whole number of steps of every size
 _LINE: Parameters = MappingProxyType(
     {
         **CHECK,
-        "w1": 3 * threshold({}),
-        "w2": 0.8 * threshold({}),
+        "w1": 3 * holding_acceleration({}),
+        "w2": 0.8 * holding_acceleration({}),
         "t1": 0.03,
         "support": 1,
         "fraction": 0.9,
@@ -40,17 +40,21 @@ _LINE: Parameters = MappingProxyType(
 
 
 def _repeated(parameters: Parameters, count: int, pause: float) -> RepeatedLine:
+    """Returns `count` manoeuvres, each with a slow return and a pause [s]."""
     return RepeatedLine(manoeuvre(parameters), count, parameters["fraction"], pause)
 
 
 def problem(parameters: Parameters) -> CapsuleProblem:
-    """The repeated manoeuvres that parameters describe; raises ParameterError."""
+    """Returns the problem of the repeated manoeuvres that parameters describe; raises
+    ParameterError."""
     known(parameters, NAMES)
-    return on_line(_repeated(parameters, parameters["count"], parameters["pause"]), parameters)
+    manoeuvres = _repeated(parameters, parameters["count"], parameters["pause"])
+    return line_problem(manoeuvres, parameters)
 
 
 def facts(problem: CapsuleProblem) -> Mapping[str, Any]:
-    """Displacement and time of all manoeuvres, and of one; a period's demand on the actuator."""
+    """Returns displacement and time of all manoeuvres, and of one, with the demand of one period on
+    the actuator."""
     repeated = problem.motion
     once = replace(repeated, count=1)
     return {
@@ -61,28 +65,30 @@ def facts(problem: CapsuleProblem) -> Mapping[str, Any]:
         "one_displacement": repeated.manoeuvre.displacement,
         "stroke": repeated.manoeuvre.stroke,
         "mean_speed": repeated.mean_speed,
-        **_fastest(once.manoeuvre),
+        **_mean_speed_bound(once.manoeuvre),
         **demand(once, once.period).facts(),
     }
 
 
-def _fastest(manoeuvre: LineManoeuvre) -> dict[str, float]:
-    """The mean speed [m/s] that no manoeuvre of this stroke exceeds; none without friction."""
+def _mean_speed_bound(manoeuvre: LineManoeuvre) -> dict[str, float]:
+    """Returns the mean speed [m/s] that no manoeuvre of this stroke exceeds; empty without
+    friction."""
     if manoeuvre.capsule.friction == 0.0:
         return {}
     return {"mean_speed_bound": fastest_speed(manoeuvre.capsule, manoeuvre.stroke)}
 
 
 def _scene(case: str, count: int, profile: Any, steps: tuple[float, ...]) -> Scene:
+    """Returns a scene of `count` manoeuvres."""
     pause = _PERIOD - _repeated(_LINE, 1, 0.0).period
     return Scene(
-        f"capsule-train/{case}",
-        f"{count} manoeuvres, each with a slow return and a pause",
-        {**_LINE, "count": count, "pause": pause},
-        count * _PERIOD,
-        steps,
-        SOURCE,
-        profile,
+        name=f"capsule-train/{case}",
+        summary=f"{count} manoeuvres, each with a slow return and a pause",
+        parameters={**_LINE, "count": count, "pause": pause},
+        duration=count * _PERIOD,
+        steps=steps,
+        source=SOURCE,
+        profile=profile,
     )
 
 

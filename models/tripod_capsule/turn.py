@@ -1,4 +1,4 @@
-"""The slider round a circle, the body turning the other way: capsule-turn."""
+"""capsule-turn: the slider goes round a circle, and the body turns the other way."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from plumbob.analytic.systems.capsule_setup import CapsuleProblem
 from plumbob.analytic.systems.manoeuvres.repeated_turn import RepeatedTurn
 from plumbob.analytic.systems.manoeuvres.turn_manoeuvre import TurnManoeuvre, turn_of
 from plumbob.analytic.systems.three_points.forces import plane_demand
-from plumbob.models.quantities import turned
+from plumbob.models.quantities import turn_quantities
 from plumbob.models.scene import Observable, Parameters, Scene
 from plumbob.models.tripod_capsule.parameters import (
     BODY,
@@ -32,8 +32,9 @@ from plumbob.models.tripod_capsule.parameters import (
 TURN = ("radius", "angular_acceleration", "half_time", "start", "count", "pause")
 NAMES = (*BODY, *TURN, "heading")
 EPSILONS = (0.3, 0.1, 0.03, 0.01, 0.003, 0.001)
-LASTING = 5.0  # half times: a residual motion ends by 4.2 of them
-PARTS = (50, 100, 200, 400, 800, 1600, 3200)  # steps in a half time; samples fall on 2 tau
+DURATION = 5.0  # duration in half times: the residual motion ends by 4.2
+# Numbers of steps in a half time: samples fall on 2 tau.
+STEPS_IN_HALF = (50, 100, 200, 400, 800, 1600, 3200)
 OBSERVED = (
     Observable("x", "m"),
     Observable("y", "m"),
@@ -45,7 +46,8 @@ OBSERVED = (
 
 
 def problem(parameters: Parameters) -> CapsuleProblem:
-    """The turn manoeuvre, or a repeated one, that parameters describe; raises ParameterError."""
+    """Returns the problem of the turn manoeuvre, once or repeated, that parameters describe; raises
+    ParameterError."""
     known(parameters, NAMES)
     turn = TurnManoeuvre(
         capsule(parameters),
@@ -54,51 +56,60 @@ def problem(parameters: Parameters) -> CapsuleProblem:
         parameters["half_time"],
         parameters.get("start", 0.0),
     )
-    turns = _repeated(turn, parameters.get("count", 1), parameters.get("pause", 0.0))
+    count = parameters.get("count", 1)
+    pause = parameters.get("pause", 0.0)
+    turns = _repeated(turn, count, pause)
     return plane_problem(turns, turns, heading(parameters))
 
 
-@lru_cache(maxsize=8)  # the same for every method and step of a scene
+@lru_cache(maxsize=8)  # every method and step of a scene has the same motion
 def _repeated(turn: TurnManoeuvre, count: int, pause: float) -> RepeatedTurn:
+    """Returns `count` turns with pauses [s] between them."""
     return RepeatedTurn(turn, count, pause)
 
 
 def invariants(problem: CapsuleProblem, observed: Signals) -> Signals:
-    """Without friction the common centre of mass stays where it is (over the body's way)."""
-    if problem.setup.capsule.friction > 0.0:
+    """Returns the displacement of the common centre of mass relative to the body's way: without
+    friction it stays where it is. Empty with friction."""
+    body = problem.setup.capsule
+    if body.friction > 0.0:
         return {}
-    begin = complex(*problem.setup.slider)
-    mu = problem.setup.capsule.mass_ratio
-    path = problem.motion.path.places(
-        np.linspace(0.0, problem.motion.period, len(observed["x"]))
-    )
-    arm = mu * (path @ [1.0, 1j]) * np.exp(1j * observed["body_angle"])
-    shift = observed["x"] + 1j * observed["y"] + arm - mu * begin
+    mass_ratio = body.mass_ratio
+    slider_at_start = complex(*problem.setup.slider)
+    times = np.linspace(0.0, problem.motion.period, len(observed["x"]))
+    slider_in_body = problem.motion.path.places(times) @ [1.0, 1j]
+    arm = mass_ratio * slider_in_body * np.exp(1j * observed["body_angle"])
+    place = observed["x"] + 1j * observed["y"]
+    shift = place + arm - mass_ratio * slider_at_start
     return {"centre_of_mass": np.abs(shift) / (float(np.abs(arm).max()) or 1.0)}
 
 
 def facts(problem: CapsuleProblem) -> Mapping[str, Any]:
-    """Angle at 2 tau and at rest, exact and by the formulas; sizes; loads."""
+    """Returns the body's angle at 2 tau and at rest, exact and by the formulas, with rates, sizes,
+    loads and events."""
     turns = problem.motion
+    single = turns.single
     turn = turns.manoeuvre
-    stop = np.array([2.0 * turns.manoeuvre.half_time])
-    events = [(e.time, e.mode, e.support + 1) for e in turns.single.events]
-    lowest, _ = lowest_normal_forces(turn.capsule, turn.path.track())
-    left = turns.single.at(stop)
-    formula = turn.rates_at_stop
+    stop = np.array([2.0 * turn.half_time])
+    rest = np.array([single.rest_time])
+    at_stop = single.at(stop)
+    rates_by_formula = turn.rates_at_stop
+    lowest_forces, _ = lowest_normal_forces(turn.capsule, turn.path.track())
+    events = [
+        {"t": event.time, "mode": event.mode, "support": event.support + 1}
+        for event in single.events
+    ]
     return {
-        "body_angle": float(turns.single.at(stop).heading[0]),
-        "body_angle_at_rest": float(
-            turns.single.at(np.array([turns.single.rest_time])).heading[0]
-        ),
+        "body_angle": float(at_stop.heading[0]),
+        "body_angle_at_rest": float(single.at(rest).heading[0]),
         "body_angle_formula": turn.body_angle,
         "body_angle_corrected": float(turn.corrected_pose[2]),
         "body_angle_corrected_at_rest": float(turn.corrected_pose_at_rest[2]),
         "stop_time": float(stop[0]),
-        "angular_velocity_at_stop": float(left.angular_velocity[0]),
-        "angular_velocity_at_stop_formula": float(formula[2]),
-        "speed_at_stop": math.hypot(*left.velocity[0]),
-        "speed_at_stop_formula": math.hypot(*formula[:2]),
+        "angular_velocity_at_stop": float(at_stop.angular_velocity[0]),
+        "angular_velocity_at_stop_formula": float(rates_by_formula[2]),
+        "speed_at_stop": math.hypot(*at_stop.velocity[0]),
+        "speed_at_stop_formula": math.hypot(*rates_by_formula[:2]),
         "rest_time": turns.duration,
         "epsilon": turn.epsilon,
         "slider_angle": turn.slider_angle,
@@ -106,14 +117,15 @@ def facts(problem: CapsuleProblem) -> Mapping[str, Any]:
         "friction_bound": turn.friction_bound,
         "drive_ratio": turn.drive_ratio,
         "count": turns.count,
-        **plane_demand(turns.single).facts(),
-        "lowest_normal_forces": [float(force) for force in lowest],
-        "events": [{"t": t, "mode": mode, "support": support} for t, mode, support in events],
+        **plane_demand(single).facts(),
+        "lowest_normal_forces": [float(force) for force in lowest_forces],
+        "events": events,
     }
 
 
 def _parameters(epsilon: float, body_angle: float, **values: Any) -> dict[str, Any]:
-    """A turn with tau = epsilon T through `body_angle` [rad] to leading order."""
+    """Returns the parameters of a turn with tau = epsilon T that turns the body by `body_angle`
+    [rad] to leading order."""
     parameters: dict[str, Any] = {**CHECK, "radius": 0.12, "start": 0.0, **values}
     turn = turn_of(
         capsule(parameters), parameters["radius"], epsilon, body_angle, parameters["start"]
@@ -126,34 +138,46 @@ def _scene(
     case: str,
     summary: str,
     parameters: Parameters,
-    parts: tuple[int, ...] = PARTS,
-    lasting: float = LASTING,
+    parts: tuple[int, ...] = STEPS_IN_HALF,
+    lasting: float = DURATION,
     **more: Any,
 ) -> Scene:
-    name = f"capsule-turn/{case}"
-    tau = parameters["half_time"]
-    steps = tuple(tau / part for part in parts)
-    return Scene(name, summary, parameters, lasting * tau, steps, SOURCE, **more)
-
-
-def _epsilon(epsilon: float, *, stop: bool) -> Scene:
-    hard = (
-        "" if epsilon >= 0.03 else "centripetal forces of up to 1e5 N, and slips of micrometres"
+    """Returns a scene whose duration is `lasting` half times. `parts` are the numbers of steps in a
+    half time."""
+    half_time = parameters["half_time"]
+    return Scene(
+        name=f"capsule-turn/{case}",
+        summary=summary,
+        parameters=parameters,
+        duration=lasting * half_time,
+        steps=tuple(half_time / part for part in parts),
+        source=SOURCE,
+        **more,
     )
+
+
+def _epsilon_scene(epsilon: float, *, stop: bool) -> Scene:
+    """Returns the scene with this epsilon. It ends when the slider stops if `stop`, and otherwise
+    when the body is at rest."""
+    suffix = "-stop" if stop else ""
+    end = "the slider stops, at 2 tau" if stop else "all is at rest"
+    hard = ""
+    if epsilon < 0.03:
+        hard = "centripetal forces of up to 1e5 N, and slips of micrometres"
     return _scene(
-        f"{epsilon}{'-stop' if stop else ''}",
-        f"epsilon {epsilon}, until {'the slider stops, at 2 tau' if stop else 'all is at rest'}",
+        f"{epsilon}{suffix}",
+        f"epsilon {epsilon}, until {end}",
         _parameters(epsilon, -1.0),
         hard=hard,
-        lasting=2.0 if stop else LASTING,
+        lasting=2.0 if stop else DURATION,
         profile="quick" if epsilon in (0.3, 0.03) and not stop else "full",
     )
 
 
-def _hard(
+def _hard_scenes(
     case: str, summary: str, parameters: Parameters, hard: str, lasting: float
 ) -> tuple[Scene, Scene]:
-    """A hard scene, and the same until `lasting` tau in four steps."""
+    """Returns a hard scene, and the same scene until `lasting` half times with four step sizes."""
     return (
         _scene(case, summary, parameters, hard=hard),
         _scene(
@@ -168,43 +192,44 @@ def _hard(
     )
 
 
-def _circle(slider_mass: float) -> float:
-    """The body's turn [rad], to leading order, while a slider of this mass goes round a circle."""
+def _body_turn_of_circle(slider_mass: float) -> float:
+    """Returns the body's turn [rad], to leading order, while a slider of this mass goes round a
+    circle."""
     body = capsule({**CHECK, "slider_mass": slider_mass})
     return 2.0 * math.pi * turn_of(body, 0.12, 1.0).inertia_ratio
 
 
-def _circles(count: int) -> dict[str, Any]:
-    """Turns for which the slider goes round one whole circle."""
-    parameters = _parameters(0.1, -_circle(CHECK["slider_mass"]))
-    return {**parameters, "count": count, "pause": (LASTING - 2.0) * parameters["half_time"]}
+def _repeated_circles(count: int) -> dict[str, Any]:
+    """Returns the parameters of `count` turns; in each the slider goes round one whole circle."""
+    parameters = _parameters(0.1, -_body_turn_of_circle(CHECK["slider_mass"]))
+    return {**parameters, "count": count, "pause": (DURATION - 2.0) * parameters["half_time"]}
 
 
 SCENES = (
-    *(_epsilon(epsilon, stop=stop) for epsilon in EPSILONS for stop in (False, True)),
+    *(_epsilon_scene(epsilon, stop=stop) for epsilon in EPSILONS for stop in (False, True)),
     _scene(
         "thousand",
         "1000 turns by whole circles, the residual motion waited out after each",
-        _circles(1000),
+        _repeated_circles(1000),
         hard="1000 turns in a row",
-        lasting=1000 * LASTING,
+        lasting=1000 * DURATION,
         parts=(20, 25, 50, 100),
     ),
-    *_hard(
+    *_hard_scenes(
         "pivot",
         "a gentle drive: the body pivots about A2 and slides, three times over",
         _parameters(0.8, -0.3, radius=0.2, start=5.0),
         "one support comes to rest, holds while the body pivots about it, and gives way",
         3.0,
     ),
-    *_hard(
+    *_hard_scenes(
         "held",
         "a drive that friction all but holds: the body rests, and slides late",
         _parameters(3.0, -1.0),
         "friction used up by a load that grows",
         2.0,
     ),
-    *_hard(
+    *_hard_scenes(
         "unloaded",
         "the common centre of mass within 0.1 % of an edge of the triangle",
         _parameters(0.1, -1.0, radius=0.999 * 0.03 / math.hypot(0.3, 0.15) / (0.3 / 1.3)),
@@ -224,7 +249,7 @@ SCENES = (
     _scene(
         "light-slider",
         "m/M = 1e-3: one circle, of which friction leaves the body 0.1 mrad",
-        _parameters(0.1, -_circle(1e-3), slider_mass=1e-3),
+        _parameters(0.1, -_body_turn_of_circle(1e-3), slider_mass=1e-3),
         hard="mu is nearly 0: friction holds the body for most of the circle",
     ),
     _scene(
@@ -246,5 +271,5 @@ SYSTEM = capsule_system(
     problem=problem,
     invariants=invariants,
     facts=facts,
-    interest=partial(turned, observable="body_angle"),
+    interest=partial(turn_quantities, observable="body_angle"),
 )

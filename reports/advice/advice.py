@@ -1,55 +1,62 @@
 """The cheapest method and step for a scene, or for the hardest of a family of scenes.
 
-The answer is made from a study of the scenes, whose runs every method is judged by, and from runs
-at steps between and beyond its own. The tables of a page are the answers from its study alone.
+A study of the scenes judges every method. The answer uses the runs of the study, and more runs at
+steps between and below the study's. The tables of a page use the study alone.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from itertools import product
 
 from plumbob.analytic.parameters import positive
 from plumbob.engines.method import Method
 from plumbob.engines.study.measurement import Measurement
 from plumbob.engines.study.results import Quantities, Study
+from plumbob.engines.study.stability import SmallestLimit
 from plumbob.models.scene import Quantity, Scene
 from plumbob.reports.advice.recommend import (
+    CLOSED_FORM,
     DEFAULT_METHOD,
     DEFAULT_STEP,
-    EXACT,
     Choice,
     Recommendation,
-    trusted,
+    may_recommend,
 )
-from plumbob.reports.advice.step_search import Evidence, searched
+from plumbob.reports.advice.step_search import Evidence, cheapest_choices
 from plumbob.reports.judge.study_verdicts import Judgements, judge_study
 
-SECONDS = 45.0  # [s] of computing, roughly, that the search for steps may take
-PER_SCENE = 5.0  # [s] more for each further scene of a family
-Run = Callable[[Scene, Method, float], Measurement]
+SEARCH_SECONDS = 45.0  # [s] computing time, roughly, of the search for steps
+SECONDS_PER_SCENE = 5.0  # [s] computing time that each further scene of a family adds
+MakeRun = Callable[[Scene, Method, float], Measurement]
 
 
 @dataclass(frozen=True)
 class Question:
-    """A question: scenes by one name or pattern, and the error that is wanted."""
+    """A question for the cheapest method: the scenes, the methods, and the wanted error."""
 
     name: str
     scenes: tuple[Scene, ...]
     methods: tuple[Method, ...]
     error: float  # relative, or in the unit of the observable
     absolute: bool = False
-    observable: str | None = None  # the one whose absolute error is meant; None: the first
+    # Name of the observable whose absolute error is meant; None: the first quantity of interest.
+    observable: str | None = None
 
     def quantities(self, study: Study, scene: str) -> Quantities:
-        """The quantities of a scene whose errors count: those that it is about, or one observable,
-        at its end if the scene is about that."""
-        about = study.quantities(scene)
+        """Returns the quantities of a scene whose errors count. For a relative error they are the
+        scene's quantities of interest. For an absolute error it is one observable with the scale 1;
+        if the scene's quantity of interest is that observable at the end, the error at the end
+        counts."""
+        of_interest = study.quantities(scene)
         if not self.absolute:
-            return about
-        wanted = self.observable or about[0].observable
-        of_interest = (q for q in about if q.observable == wanted)
-        return (replace(next(of_interest, Quantity(wanted, 1.0)), scale=1.0),)
+            return of_interest
+        observable = self.observable or of_interest[0].observable
+        for quantity in of_interest:
+            if quantity.observable == observable:
+                return (replace(quantity, scale=1.0),)
+        return (Quantity(observable, 1.0),)
 
 
 @dataclass(frozen=True)
@@ -62,109 +69,160 @@ class Answer:
 
 
 def advise(
-    asked: Question, study: Study, run: Run | None = None, judged: Judgements | None = None
+    asked: Question,
+    study: Study,
+    run: MakeRun | None = None,
+    judged: Judgements | None = None,
 ) -> Answer:
-    """The cheapest method and step that reach an error on every scene asked about, from a `study`
-    of these and from more runs; without `run`, for these, what was measured counts alone. Raises
-    ParameterError for an error that is not positive."""
-    evidence = _evidence(asked, study)
-    evidence.run, evidence.seconds = run, SECONDS + PER_SCENE * (len(asked.scenes) - 1)
-    every = _trusted(asked, study, evidence, judged)
-    full = [m for m in every if not m.surrogate]
-    within = searched(evidence, full, asked.error)
-    choice = within[0] if within else None
-    by_engine = {c.method.partition("/")[0]: c for c in reversed(within)}
-    surrogate: Choice | None = None
-    if choice:
-        surrogates = [m for m in every if m.surrogate]
-        cheaper = searched(evidence, surrogates, asked.error, choice.ns_per_second)
-        surrogate = next((c for c in cheaper if c.ns_per_second < choice.ns_per_second), None)
-    observable = evidence.quantities[asked.scenes[0].name][0].observable
-    units = {o.name: o.unit for o in study.observables(asked.scenes[0].name)}
-    everything = [] if choice else _choices(evidence, full)
+    """Returns the cheapest method and step that reach an error on every scene asked about. `study`
+    is a study of the scenes; `run` makes more runs. Without `run`, the measured runs alone count.
+    `judged` are the study's verdicts, if they are known already. Raises ParameterError for an error
+    that is not positive."""
+    evidence = _study_evidence(asked, study)
+    evidence.run = run
+    evidence.seconds = SEARCH_SECONDS + SECONDS_PER_SCENE * (len(asked.scenes) - 1)
+    methods = _trusted_methods(asked, study, evidence, judged)
+    full_models = [method for method in methods if not method.surrogate]
+    choices = cheapest_choices(evidence, full_models, asked.error)
+    choice = choices[0] if choices else None
+    best = None
+    if choice is None:
+        measured = _allowed_choices(evidence, full_models)
+        best = min(measured, key=lambda c: (c.error, c.ns_per_second), default=None)
+    surrogate = None
+    if choice is not None:
+        surrogates = [method for method in methods if method.surrogate]
+        surrogate = _cheaper_surrogate(evidence, surrogates, asked.error, choice)
+    first_scene = asked.scenes[0].name
+    observable = evidence.quantities[first_scene][0].observable
+    units = {o.name: o.unit for o in study.observables(first_scene)}
     recommendation = Recommendation(
-        asked.name,
-        observable,
-        units[observable],
-        asked.error,
-        asked.error * evidence.scale,
-        choice,
-        within[1] if len(within) > 1 else None,
-        tuple(c for c in within if c in by_engine.values()),
-        min(everything, key=lambda c: (c.error, c.ns_per_second), default=None),
-        tuple(_defaults(asked, evidence, choice)),
-        surrogate,
+        scene=asked.name,
+        observable=observable,
+        unit=units[observable],
+        error=asked.error,
+        absolute=asked.error * evidence.scale,
+        choice=choice,
+        runner_up=choices[1] if len(choices) > 1 else None,
+        by_engine=_cheapest_by_engine(choices),
+        best=best,
+        defaults=tuple(_default_choices(asked, evidence, choice)),
+        surrogate=surrogate,
     )
     return Answer(recommendation, evidence, evidence.seconds <= 0.0)
 
 
-def from_study(
+def _cheaper_surrogate(
+    evidence: Evidence, surrogates: Sequence[Method], error: float, choice: Choice
+) -> Choice | None:
+    """Returns the cheapest surrogate that reaches the error; None if none is cheaper than
+    `choice`."""
+    cheapest = cheapest_choices(evidence, surrogates, error, choice.ns_per_second)
+    if cheapest and cheapest[0].ns_per_second < choice.ns_per_second:
+        return cheapest[0]
+    return None
+
+
+def _cheapest_by_engine(choices: Sequence[Choice]) -> tuple[Choice, ...]:
+    """Returns the first choice of each engine; `choices` are sorted by cost."""
+    by_engine: dict[str, Choice] = {}
+    for choice in choices:
+        by_engine.setdefault(choice.method.partition("/")[0], choice)
+    return tuple(by_engine.values())
+
+
+def study_recommendation(
     study: Study, scene: Scene, error: float, judged: Judgements | None = None
 ) -> Recommendation:
-    """The answer from one study of a scene, for a relative error; raises ParameterError."""
+    """Returns the recommendation for one scene and a relative error, from the runs of a study
+    alone; raises ParameterError for an error that is not positive."""
     asked = Question(scene.name, (scene,), study.methods, error)
     return advise(asked, study, judged=judged).recommendation
 
 
-def every_choice(asked: Question, study: Study, judged: Judgements) -> list[Choice]:
-    """Every run of a full model, on all scenes asked about, that may be named."""
-    evidence = _evidence(asked, study)
-    every = _trusted(asked, study, evidence, judged)
-    return _choices(evidence, [m for m in every if not m.surrogate])
+def full_model_choices(asked: Question, study: Study, judged: Judgements) -> list[Choice]:
+    """Returns every run of a full model, made on all scenes asked about, that may be
+    recommended."""
+    evidence = _study_evidence(asked, study)
+    methods = _trusted_methods(asked, study, evidence, judged)
+    return _allowed_choices(evidence, [method for method in methods if not method.surrogate])
 
 
-def _choices(evidence: Evidence, methods: Sequence[Method]) -> list[Choice]:
-    return [c for m in methods for c in evidence.choices(m, evidence.allowed(m))]
+def _allowed_choices(evidence: Evidence, methods: Sequence[Method]) -> list[Choice]:
+    """Returns the runs of these methods at steps that the limits of stability allow."""
+    choices: list[Choice] = []
+    for method in methods:
+        choices += evidence.choices(method, evidence.step_bound(method))
+    return choices
 
 
-def _defaults(asked: Question, evidence: Evidence, choice: Choice | None) -> list[Choice]:
-    """MuJoCo's default settings and the chosen method at its default step, where that was run."""
-    named = (DEFAULT_METHOD, choice.method if choice else DEFAULT_METHOD)
-    usual = [m for name in dict.fromkeys(named) for m in asked.methods if m.name == name]
-    fixed = [m for m in usual if m.control == "step" and _timed(m, evidence)]
-    return [c for m in fixed for c in evidence.choices(m) if c.step == DEFAULT_STEP]
+def _default_choices(
+    asked: Question, evidence: Evidence, choice: Choice | None
+) -> list[Choice]:
+    """Returns the runs with MuJoCo's default settings, and with the chosen method at MuJoCo's
+    default step, if these runs were made."""
+    names = [DEFAULT_METHOD]
+    if choice is not None and choice.method != DEFAULT_METHOD:
+        names.append(choice.method)
+    defaults: list[Choice] = []
+    for name in names:
+        for method in asked.methods:
+            if method.name != name or method.control != "step":
+                continue
+            if _is_timed_simulation(method, evidence):
+                choices = evidence.choices(method)
+                defaults += [choice for choice in choices if choice.step == DEFAULT_STEP]
+    return defaults
 
 
-def _evidence(asked: Question, study: Study) -> Evidence:
-    """Every run, cost and limit that a study has of the scenes; raises ParameterError."""
+def _study_evidence(asked: Question, study: Study) -> Evidence:
+    """Returns the runs, costs and limits that a study has of the scenes; raises ParameterError for
+    an error that is not positive."""
     positive("absolute" if asked.absolute else "error", asked.error)
-    keys = [(scene.name, method.name) for scene in asked.scenes for method in asked.methods]
-    runs: dict[tuple[str, str], dict[float, Measurement]] = {key: {} for key in keys}
-    for c in study.convergence:
-        if (c.scene, c.method) in runs:
-            done = [m for m in c.measurements if m.status in ("done", "diverged")]
-            runs[c.scene, c.method] = {m.step: m for m in done}
+    pairs = [
+        (scene.name, method.name) for scene, method in product(asked.scenes, asked.methods)
+    ]
+    runs: dict[tuple[str, str], dict[float, Measurement]] = {pair: {} for pair in pairs}
+    for series in study.convergence:
+        if (series.scene, series.method) in runs:
+            ended = [run for run in series.measurements if run.status in ("done", "diverged")]
+            runs[series.scene, series.method] = {run.step: run for run in ended}
+    limits: dict[tuple[str, str], SmallestLimit] = {}
+    for pair in pairs:
+        limit = study.step_limit(*pair)
+        if limit:
+            limits[pair] = limit
     return Evidence(
-        asked.scenes,
-        {scene.name: asked.quantities(study, scene.name) for scene in asked.scenes},
-        {key: cost.ns_per_step for key, cost in study.costs.items()},
-        runs,
-        limits={key: limit for key in keys if (limit := study.step_limit(*key))},
+        scenes=asked.scenes,
+        quantities={scene.name: asked.quantities(study, scene.name) for scene in asked.scenes},
+        costs={pair: cost.ns_per_step for pair, cost in study.costs.items()},
+        runs=runs,
+        limits=limits,
     )
 
 
-def _timed(method: Method, evidence: Evidence) -> bool:
-    """Whether a method simulates all scenes, and was timed on them."""
-    exact = method.scheme.integrator == EXACT
-    return not exact and all((s.name, method.name) in evidence.costs for s in evidence.scenes)
+def _is_timed_simulation(method: Method, evidence: Evidence) -> bool:
+    """Whether a method simulates all scenes, rather than evaluate a closed form, and was timed on
+    them."""
+    if method.scheme.integrator == CLOSED_FORM:
+        return False
+    return all((scene.name, method.name) in evidence.costs for scene in evidence.scenes)
 
 
-def _trusted(
+def _trusted_methods(
     asked: Question, study: Study, evidence: Evidence, judged: Judgements | None
 ) -> list[Method]:
-    """The methods that may be named: nothing is known against them on any scene."""
+    """Returns the methods that may be recommended: no scene shows a reason against them."""
     verdicts = judge_study(study) if judged is None else judged
-    return [
-        m
-        for m in asked.methods
-        if _timed(m, evidence)
-        and evidence.allowed(m) > 0.0
-        and all(
-            trusted(
-                verdicts.get((scene.name, m.name)),
-                list(evidence.runs[scene.name, m.name].values()),
-                study.quantities(scene.name),
-            )
-            for scene in asked.scenes
-        )
-    ]
+
+    def recommended_on(scene: Scene, method: Method) -> bool:
+        pair = scene.name, method.name
+        runs = list(evidence.runs[pair].values())
+        return may_recommend(verdicts.get(pair), runs, study.quantities(scene.name))
+
+    trusted = []
+    for method in asked.methods:
+        stable = _is_timed_simulation(method, evidence) and evidence.step_bound(method) > 0.0
+        if stable and all(recommended_on(scene, method) for scene in asked.scenes):
+            trusted.append(method)
+    return trusted

@@ -1,4 +1,4 @@
-"""Runs as JSON records, for other programs."""
+"""JSON records of runs, for other programs."""
 
 from __future__ import annotations
 
@@ -18,76 +18,87 @@ from plumbob.reports.judge.study_verdicts import Judgements
 from plumbob.reports.judge.verdict import Judgement
 
 
-def record(
+def run_record(
     method: Method,
     run: Measurement,
     judgement: Judgement,
     order: Order | None,
     cost: Cost | None,
 ) -> dict[str, Any]:
-    """One run: its errors by observable (SI), their bounds, verdict and cost."""
-    per_step = (
-        cost.ns_per_step if cost else (1e9 * run.seconds / run.steps if run.steps else None)
-    )
-    wanted = None if method.name == USER_METHOD else expected(run.scene, method.name).verdict
-    wall = per_step * 1e-9 * run.steps if per_step else None
+    """Returns the record of one run: its errors by observable (SI), their bounds, verdict and
+    cost."""
+    ns_per_step = None
+    if cost:
+        ns_per_step = cost.ns_per_step
+    elif run.steps:
+        ns_per_step = 1e9 * run.seconds / run.steps
+    wanted = None
+    if method.name != USER_METHOD:
+        wanted = expected(run.scene, method.name).verdict
+    wall_seconds = ns_per_step * 1e-9 * run.steps if ns_per_step else None
+    errors = run.errors
+    tolerances = judgement.tolerances
+    budget = {}
+    for name, bound in tolerances.items():
+        budget[name] = {term.name: term.value for term in bound.terms}
     return {
         "scene": run.scene,
         "method": run.method,
         "step": run.step,
         "relative_error": judgement.errors.get(run.step),
-        "errors": {name: error.largest for name, error in run.errors.items()},
-        "errors_at_end": {name: error.end for name, error in run.errors.items()},
-        "predicted": {n: e.predicted.end for n, e in run.errors.items() if e.predicted},
-        "tolerances": {name: bound.bound for name, bound in judgement.tolerances.items()},
-        "budget": {
-            name: {term.name: term.value for term in bound.terms}
-            for name, bound in judgement.tolerances.items()
-        },
+        "errors": {name: error.largest for name, error in errors.items()},
+        "errors_at_end": {name: error.end for name, error in errors.items()},
+        "predicted": {n: e.predicted.end for n, e in errors.items() if e.predicted},
+        "tolerances": {name: bound.bound for name, bound in tolerances.items()},
+        "budget": budget,
         "invariants": run.invariants,
         "verdict": judgement.verdict,
         "expected": wanted,
         "reason": judgement.reason,
         "order": order and {"slope": order.slope, "low": order.low, "high": order.high},
         "steps": run.steps,
-        "ns_per_step": per_step,
-        "real_time_factor": run.duration / wall if wall else None,
+        "ns_per_step": ns_per_step,
+        "real_time_factor": run.duration / wall_seconds if wall_seconds else None,
         "compile_seconds": run.compile_seconds,
         "warnings": run.warnings,
     }
 
 
-def records(
+def study_records(
     study: Study, judged: Judgements, results: Sequence[UserResult] = ()
 ) -> list[dict[str, Any]]:
-    """One record a run, that at the step that was drawn too; that of the user's own settings at
-    their own step says what would be better."""
-    better = {result.scene: result for result in results}
-    by_method = {method.name: method for method in study.methods}
-    rows = []
-    for c in study.convergence:
-        both = judged[c.scene, c.method]
-        cost = study.costs.get((c.scene, c.method))
-        runs = list(zip(c.measurements, both.runs, strict=True))
-        if c.drawn is not None and both.whole.drawn is not None:
-            runs.append((c.drawn, both.whole.drawn))
-        for m, judgement in runs:
-            row = record(by_method[c.method], m, judgement, c.order, cost)
-            rows.append(row | {"drawn": m is c.drawn})
-            of = better.get(c.scene) if c.method == USER_METHOD else None
-            if of and of.step == m.step:
-                rows[-1]["at_equal_accuracy"] = of.at_equal_accuracy
-                rows[-1]["at_no_greater_cost"] = of.better
-    return rows
+    """Returns one record a run, including the runs at drawn steps. If the user's own settings were
+    run, the record at their own step also has the recommended replacements."""
+    user_results = {result.scene: result for result in results}
+    methods = {method.name: method for method in study.methods}
+    records = []
+    for series in study.convergence:
+        verdicts = judged[series.scene, series.method]
+        cost = study.costs.get((series.scene, series.method))
+        runs = list(zip(series.measurements, verdicts.runs, strict=True))
+        if series.drawn is not None and verdicts.whole.drawn is not None:
+            runs.append((series.drawn, verdicts.whole.drawn))
+        for run, judgement in runs:
+            record = run_record(methods[series.method], run, judgement, series.order, cost)
+            record["drawn"] = run is series.drawn
+            result = None
+            if series.method == USER_METHOD:
+                result = user_results.get(series.scene)
+            if result and result.step == run.step:
+                record["at_equal_accuracy"] = result.at_equal_accuracy
+                record["at_no_greater_cost"] = result.better
+            records.append(record)
+    return records
 
 
 def plain(value: Any) -> Any:
-    """`value` as JSON knows it: arrays as lists, dataclasses by their fields, numbers that are not
-    finite as null."""
+    """Returns `value` as plain JSON data: arrays as lists, dataclasses by their fields, numbers
+    that are not finite as null."""
 
-    def known(of: Any) -> Any:
-        if is_dataclass(of):
-            return {field.name: getattr(of, field.name) for field in fields(of)}
-        return of.tolist() if hasattr(of, "tolist") else dict(of)
+    def plain_object(part: Any) -> Any:
+        if is_dataclass(part):
+            return {field.name: getattr(part, field.name) for field in fields(part)}
+        return part.tolist() if hasattr(part, "tolist") else dict(part)
 
-    return json.loads(json.dumps(value, default=known), parse_constant=lambda _: None)
+    text = json.dumps(value, default=plain_object)
+    return json.loads(text, parse_constant=lambda _: None)

@@ -1,11 +1,13 @@
-"""Which method, and which step: an answer, and what may be named in it.
+"""Records of a recommendation, and the rule that decides which methods may be recommended.
 
-The error of a run is relative: the worst of the scene's quantities of interest over their scales.
-Only steps that were run are named, none above one that misses the error, so that a zero of a
-sawtooth is no recommendation, and none near a limit of stability. A closed form is no simulation:
-it is left out. So is a method whose error on the scene does not converge, or is off what theory
-says: that one of its runs came near the exact answer says nothing of the next. A surrogate, whose
-model is not the full body, is named beside a full model alone.
+The error of a run is relative: the worst error of the scene's quantities of interest over their
+scales. Only steps that were run are recommended. No step above a step that misses the error is
+recommended: the error at one step may be near zero by chance. No step near a limit of stability is
+recommended.
+
+Three kinds of methods are left out. A closed form is no simulation. If a method's error does not
+converge on the scene, or is not the predicted one, one run near the exact answer says nothing about
+the next. A surrogate, whose model is not the full body, is named beside a full model only.
 """
 
 from __future__ import annotations
@@ -17,35 +19,33 @@ from plumbob.engines.study.convergence import DEFAULT
 from plumbob.engines.study.measurement import Measurement
 from plumbob.engines.study.results import Quantities
 from plumbob.engines.study.stability import SmallestLimit
-from plumbob.reports.advice.work_precision import converging, error_of
-from plumbob.reports.judge.verdict import Judged
+from plumbob.reports.advice.work_precision import error_or_infinity, errors_converge
+from plumbob.reports.judge.verdict import JudgedMethod
 
 DEFAULT_METHOD, DEFAULT_STEP = DEFAULT
-UNTRUSTED = (
-    "off-prediction",
-    "inaccurate",
-    "not-converging",
-    "diverged",
-    "cut-short",
-)  # verdicts that rule a method out
-UNJUDGED = "pre-asymptotic"  # the verdict that leaves it to the curve of errors
-EXACT = "closed-form"  # the scheme of what is no simulation, and is not recommended as one
+# Verdicts that rule a method out.
+UNTRUSTED = ("off-prediction", "inaccurate", "not-converging", "diverged", "cut-short")
+UNJUDGED = "pre-asymptotic"  # verdict with which the errors of the runs decide
+# Integrator of methods that are no simulation, and are not recommended.
+CLOSED_FORM = "closed-form"
 
 
 @dataclass(frozen=True)
 class Choice:
-    """A method at a step: the error it stays within and what it costs."""
+    """A method at a step, with a bound on its error and its cost."""
 
     method: str
-    control: str  # "step" or "tolerance": what the step is
-    step: float  # [s], or the relative tolerance
+    control: str  # "step" or "tolerance": the meaning of `step`
+    step: float  # step size [s], or relative tolerance
     error: float  # bound on the relative error
-    absolute: float  # what that allows the observable's error to be, in its unit
-    ns_per_second: float  # [ns] of wall time per simulated second
-    measured: bool = True  # this very step was run
-    surrogate: str = ""  # why its model is not the full body, where it is not
-    limit: SmallestLimit | None = None  # the smallest of its steps, on the scenes asked about
-    margin: float | None = None  # that over this step
+    absolute: float  # the same bound on the observable's error, in the observable's unit
+    ns_per_second: float  # [ns] wall time per simulated second
+    measured: bool = True  # whether this very step was run
+    surrogate: str = ""  # reason why the model is not the full body; empty for a full model
+    limit: SmallestLimit | None = (
+        None  # the smallest limit of the step on the scenes asked about
+    )
+    margin: float | None = None  # ratio of the limit to this step
     limited: bool = False  # a larger step may reach the error, but is too near the limit
 
 
@@ -56,22 +56,26 @@ class Recommendation:
     scene: str
     observable: str  # the first quantity of interest
     unit: str
-    error: float  # wanted, relative
-    absolute: float  # the same of the observable, in its unit
-    choice: Choice | None  # the cheapest that reaches it
-    runner_up: Choice | None  # the cheapest of another method
-    by_engine: tuple[Choice, ...]  # the cheapest in each engine that reaches it, cheapest first
-    best: Choice | None  # the most accurate of all that was measured
-    defaults: tuple[Choice, ...]  # MuJoCo's default settings, and the chosen method at its step
-    surrogate: Choice | None = None  # the cheapest, if cheaper than the full model
+    error: float  # wanted relative error
+    absolute: float  # the wanted error of the observable, in its unit
+    choice: Choice | None  # the cheapest choice that reaches the error
+    runner_up: Choice | None  # the cheapest choice with another method
+    by_engine: tuple[Choice, ...]  # the cheapest choice in each engine, cheapest first
+    best: Choice | None  # the most accurate run, if no choice reaches the error
+    # Runs with MuJoCo's default settings, and with the chosen method at the default step.
+    defaults: tuple[Choice, ...]
+    surrogate: Choice | None = None  # the cheapest surrogate, if cheaper than `choice`
 
 
-def trusted(judged: Judged | None, runs: Sequence[Measurement], about: Quantities) -> bool:
-    """Whether nothing is known against a method on a scene, and where there is no theory of it, the
-    errors of its runs converge."""
+def may_recommend(
+    judged: JudgedMethod | None, runs: Sequence[Measurement], quantities: Quantities
+) -> bool:
+    """Whether a method may be recommended on a scene by its verdict. If the verdict is
+    `pre-asymptotic`, the errors of its `runs` have to converge. Without a verdict it may be
+    recommended."""
     if judged is None:
         return True
     verdict = judged.whole.verdict
     if verdict != UNJUDGED:
         return verdict not in UNTRUSTED
-    return converging([(m.step, error_of(m, about)) for m in runs])
+    return errors_converge([(run.step, error_or_infinity(run, quantities)) for run in runs])

@@ -1,7 +1,7 @@
-"""Error against cost: the points of a study, and those that no other beats in both.
+"""Errors against costs: the points of a study, and its Pareto front.
 
-An error is that of quantities of interest, relative to their scales; in a quantity of scale 1 it is
-in the observable's own unit.
+An error is the largest error of the quantities of interest relative to their scales. The error of a
+quantity of scale 1 is in the observable's own unit.
 """
 
 from __future__ import annotations
@@ -15,19 +15,19 @@ from plumbob.engines.study.measurement import Measurement, relative_error
 from plumbob.engines.study.results import Quantities, Study
 
 T = TypeVar("T")
-# that a curve has at least, to show that it falls
-_RUNS = 5
-_OCTAVES = 2.0**4
+# A curve needs this many runs, and this ratio of steps, to show that it falls.
+_LEAST_RUNS = 5
+_LEAST_STEP_RATIO = 2.0**4
 
 
 @dataclass(frozen=True)
 class Point:
-    """One run: its error and its cost."""
+    """The error and the cost of one run."""
 
     method: str
-    step: float  # [s], or the relative tolerance
-    error: float  # relative to the scales; infinite for a run that diverged
-    ns_per_second: float  # [ns] of wall time per simulated second
+    step: float  # step size [s], or relative tolerance
+    error: float  # error relative to the scales; infinite if the run diverged
+    ns_per_second: float  # [ns] wall time per simulated second
 
     @property
     def speed(self) -> float:
@@ -35,53 +35,57 @@ class Point:
         return 1e9 / self.ns_per_second if self.ns_per_second else math.inf
 
 
-def points(study: Study, scene: str) -> tuple[Point, ...]:
-    """Every run of `scene` whose cost is known, by method, coarse to fine, with the
-    error of what the scene is about; runs that diverged at the end of the curve
-    they belong to, with an infinite error and cost."""
-    about = study.quantities(scene)
-    return tuple(
-        Point(
-            m.method,
-            m.step,
-            error_of(m, about),
-            m.steps * cost.ns_per_step / m.duration
-            if m.status == "done" and m.duration
-            else math.inf,
-        )
-        for convergence_study in study.convergence
-        if convergence_study.scene == scene
-        and (cost := study.costs.get((scene, convergence_study.method)))
-        for m in convergence_study.measurements
-        if m.status in ("done", "diverged")
-    )
+def work_precision_points(study: Study, scene: str) -> tuple[Point, ...]:
+    """Returns the error and cost of every run of `scene` whose cost is known, method by method,
+    coarse to fine. A run that diverged has an infinite error and an infinite cost."""
+    quantities = study.quantities(scene)
+    points = []
+    for series in study.convergence:
+        cost = study.costs.get((scene, series.method))
+        if series.scene != scene or cost is None:
+            continue
+        for run in series.measurements:
+            if run.status in ("done", "diverged"):
+                ns_per_second = math.inf
+                if run.status == "done" and run.duration:
+                    ns_per_second = run.steps * cost.ns_per_step / run.duration
+                error = error_or_infinity(run, quantities)
+                points.append(Point(run.method, run.step, error, ns_per_second))
+    return tuple(points)
 
 
-def front(
+def pareto_front(
     runs: Iterable[T], cost_and_error: Callable[[T], tuple[float, float]]
 ) -> tuple[T, ...]:
-    """The Pareto front: the runs with no other that is both cheaper and more accurate, from cheap
-    to accurate."""
-    best = math.inf
-    kept = []
+    """Returns the Pareto front, from cheap to accurate: the runs that no other run beats in cost
+    and in error."""
+    smallest_error = math.inf
+    front = []
     for run in sorted(runs, key=cost_and_error):
-        if (error := cost_and_error(run)[1]) < best:
-            best = error
-            kept.append(run)
-    return tuple(kept)
+        _, error = cost_and_error(run)
+        if error < smallest_error:
+            smallest_error = error
+            front.append(run)
+    return tuple(front)
 
 
-def error_of(run: Measurement, quantities: Quantities) -> float:
-    """The relative error of a run; infinite where it leaves a quantity out too."""
+def error_or_infinity(run: Measurement, quantities: Quantities) -> float:
+    """Returns the relative error of a run; infinite if the run lacks one of the quantities."""
     error = relative_error(run, quantities)
     return math.inf if math.isnan(error) else error
 
 
-def converging(curve: Iterable[tuple[float, float]]) -> bool:
-    """Whether the largest error at a step or below, of steps and errors, falls over at least four
-    octaves, no slower than the square root of the step."""
-    done = sorted((step, error) for step, error in curve if math.isfinite(error))
-    if len(done) < _RUNS or done[-1][0] < _OCTAVES * done[0][0]:
+def errors_converge(curve: Iterable[tuple[float, float]]) -> bool:
+    """Whether errors converge. `curve` are pairs of step and error. They must be _LEAST_RUNS or
+    more and span four octaves or more. The largest error must be larger than the error at the
+    smallest step by the square root of the ratio of the steps, or more."""
+    finite = sorted((step, error) for step, error in curve if math.isfinite(error))
+    if len(finite) < _LEAST_RUNS:
         return False
-    fall = max(error for _, error in done) / max(done[0][1], 5e-324)
-    return fall >= math.sqrt(done[-1][0] / done[0][0])
+    smallest_step, finest_error = finite[0]
+    largest_step, _ = finite[-1]
+    if largest_step < _LEAST_STEP_RATIO * smallest_step:
+        return False
+    # The smallest positive number replaces an error of zero.
+    error_ratio = max(error for _, error in finite) / max(finest_error, 5e-324)
+    return error_ratio >= math.sqrt(largest_step / smallest_step)

@@ -1,4 +1,4 @@
-"""An analysis: runs that it needs, numbers of a study, checks of them, and a template."""
+"""An analysis: the runs that it needs, the numbers that it computes, their checks, a template."""
 
 from __future__ import annotations
 
@@ -12,24 +12,24 @@ import numpy as np
 from plumbob.engines.study.extra_runs import Requests, StudyPlan
 from plumbob.engines.study.request import Request
 from plumbob.engines.study.results import Analysed, Study
-from plumbob.reports.judge.study_verdicts import Judgements, unexpected
+from plumbob.reports.judge.study_verdicts import Judgements, unexpected_pairs
 from plumbob.reports.view.content import Claim
 
 Record = SimpleNamespace
-"""Numbers, texts, arrays, and records, sequences and mappings of them, by the names that a template
-reads."""
+"""Numbers, texts, arrays and further records, by the names that a template reads."""
 Numbers = Any
-"""A record; None where a study lacks what the analysis is about."""
+"""A record; None if the study lacks the scenes or runs of the analysis."""
 
 
 @dataclass(frozen=True)
 class Analysis:
     """An analysis of a study, with the template that holds all its words, tables and figures."""
 
-    template: str  # "cone_pendulum/equilibria" of reports/templates
+    template: str  # name in reports/templates, as "cone_pendulum/equilibria"
     numbers: Callable[[Study], Numbers]
-    requests: Requests = lambda plan: ()  # runs beside the study's own
-    claims: Callable[[Numbers], Sequence[Claim]] = lambda numbers: ()  # that its words rest on
+    requests: Requests = lambda plan: ()  # runs needed in addition to the study's own
+    # checks that the numbers support the text of the template
+    claims: Callable[[Numbers], Sequence[Claim]] = lambda numbers: ()
 
 
 @dataclass(frozen=True)
@@ -37,45 +37,54 @@ class Section:
     """The analyses of one system, by their places on its pages."""
 
     findings: tuple[Analysis, ...]
-    galleries: tuple[Analysis, ...] = ()  # a heading and its figures
+    galleries: tuple[Analysis, ...] = ()  # each one is a heading with figures
 
     def requests(self, plan: StudyPlan) -> Sequence[Request[Any]]:
-        """The runs that all of them need beside the study's own."""
-        every = (*self.findings, *self.galleries)
-        return tuple(request for analysis in every for request in analysis.requests(plan))
+        """Returns the runs that the analyses need in addition to the study's own."""
+        requested = list[Request[Any]]()
+        for analysis in (*self.findings, *self.galleries):
+            requested += analysis.requests(plan)
+        return tuple(requested)
 
 
-def analysed(
+def analyse_section(
     study: Study, section: Section, system: str, judged: Judgements
 ) -> tuple[Analysed, ...]:
-    """The numbers of all analyses of a section, of a `system` or of "engines"; one that fails is
-    left out where verdicts of the study are unexpected, and a defect where none is."""
+    """Returns the numbers of all analyses of the section of a `system`, or of "engines".
+
+    If an analysis fails and the study has unexpected verdicts, the analysis is left out, with these
+    verdicts as its failed claims. If it fails without any unexpected verdict, its error is raised:
+    it is a defect of plumbob."""
     results = list[Analysed]()
     for analysis in (*section.findings, *section.galleries):
         place = "finding" if analysis in section.findings else "gallery"
         left_out = Analysed(analysis.template, place, system, "", None)
         try:
-            if (numbers := analysis.numbers(study)) is None:
+            numbers = analysis.numbers(study)
+            if numbers is None:
                 continue
             claims = tuple(
                 (claim.text, bool(claim.holds)) for claim in analysis.claims(numbers)
             )
             results.append(replace(left_out, numbers=plain(numbers), claims=claims))
         except Exception:
-            if not (pairs := unexpected(study, judged)):
+            pairs = unexpected_pairs(study, judged)
+            if not pairs:
                 raise
             results.append(replace(left_out, claims=tuple((pair, False) for pair in pairs)))
     return tuple(results)
 
 
 def plain(value: Any) -> Any:
-    """Numbers as a store and a template have them: records as mappings, dataclasses with their
-    public properties, arrays as tuples."""
+    """Returns a value as plain data for the store and the templates: a record or dataclass becomes
+    a mapping (a dataclass with its properties), an array becomes nested tuples."""
     if isinstance(value, Record):
         value = vars(value)
     if is_dataclass(value) and not isinstance(value, type):
         names = [field.name for field in fields(value)]
-        names += [name for name, of in vars(type(value)).items() if isinstance(of, property)]
+        names += [
+            name for name, item in vars(type(value)).items() if isinstance(item, property)
+        ]
         return {name: plain(getattr(value, name)) for name in names}
     if isinstance(value, Mapping):
         return {str(name): plain(entry) for name, entry in value.items()}

@@ -1,4 +1,4 @@
-"""Which contact gives a ball half of its speed back, and how wrong it is at a step of 1 ms."""
+"""Contact settings that give a ball half of its speed back, and their error at a step of 1 ms."""
 
 from __future__ import annotations
 
@@ -21,34 +21,34 @@ RUNS = tuple(ExtraRun("bouncing-ball/half", method, STEP, duration=0.9) for meth
 
 
 def requests(plan: StudyPlan) -> Sequence[ExtraRun]:
-    """A run past the first rebound with each method of the study."""
+    """Returns a run past the first rebound for each of METHODS in the plan."""
     return [run for run in RUNS if plan.has(run.scene, run.method)]
 
 
 def numbers(study: Study) -> Record | None:
-    """The rebounds; None where none was run."""
+    """Returns the coefficients of restitution that the methods reach, and the contact settings for
+    other coefficients; None if no method was run."""
     measured = {}
     ball = case_of(scene(RUNS[0].scene)).problem
-    for of, run in recordings(study, requests(plan_of(study))).items():
+    for request, run in recordings(study, requests(plan_of(study))).items():
         top = run.observables["z"][run.times > ball.fall].max()
-        measured[of.method] = math.sqrt(float(top) / ball.height)
+        measured[request.method] = math.sqrt(float(top) / ball.height)
+    if not measured:
+        return None
     contacts = [(e, damping_ratio(e), *soft_impact(e, STEP).solref) for e in RESTITUTIONS]
-    return (
-        Record(
-            restitution=ball.restitution,
-            step=STEP,  # [s]
-            measured=measured,
-            contacts=contacts,  # e, damping ratio, solref
-            # what half a step of the damper does to e
-            late=ball.restitution * soft_impact(ball.restitution, STEP).damping * STEP / 2.0,
-        )
-        if measured
-        else None
+    return Record(
+        restitution=ball.restitution,
+        step=STEP,  # [s]
+        measured=measured,
+        contacts=contacts,  # e, damping ratio, solref
+        # change of e if the damper acts half a step late
+        late=ball.restitution * soft_impact(ball.restitution, STEP).damping * STEP / 2.0,
     )
 
 
 def claims(rebounds: Record) -> Sequence[Claim]:
-    """No rebound differs by more than half a step of the damper."""
+    """Returns the checks that the error of each restitution is at most the effect of half a
+    step."""
     return [
         at_most(f"the error of e with {name}", abs(e - rebounds.restitution), rebounds.late)
         for name, e in rebounds.measured.items()

@@ -1,4 +1,4 @@
-"""Checks that figures of the stored study support a finding's text."""
+"""Checks that numbers of the stored study support the text of a finding."""
 
 from __future__ import annotations
 
@@ -8,37 +8,39 @@ from collections.abc import Iterable, Sequence
 from plumbob.reports.view.content import Claim
 from plumbob.reports.view.notation import number
 
-Claims = Sequence[Claim]  # that a finding's words rest on
-CLEAR = 10.0  # a difference that words speak of is this many times what it is compared with
-AGREES = 1e-3  # of a figure: what formula and engine may differ by
+Claims = Sequence[Claim]  # checks that support the text of a finding
+CLEAR = 10.0  # smallest ratio of two numbers whose difference a text may mention
+AGREES = 1e-3  # largest relative difference between a formula and an engine that agree
 
 
 def at_most(what: str, measured: float, bound: float, unit: str = "") -> Claim:
-    """That a figure, magnitude and all, is no larger than `bound`."""
-    text = f"{what} is {_with(measured, unit)} and not at most {_with(bound, unit)}"
+    """Returns the check that the magnitude of `measured` is at most `bound`; `what` names it."""
+    text = f"{what} is {_with_unit(measured, unit)} and not at most {_with_unit(bound, unit)}"
     return Claim(text, abs(measured) <= bound)
 
 
 def clear(what: str, large: float, small: float, unit: str = "") -> Claim:
-    """That `large` is at least CLEAR times `small`, both as magnitudes."""
+    """Returns the check that |large| is at least CLEAR times |small|; `what` names both."""
     text = (
-        f"{what}: {_with(abs(large), unit)} beside {_with(abs(small), unit)}, less than "
+        f"{what}: {_with_unit(abs(large), unit)} beside {_with_unit(abs(small), unit)}, less than "
         f"{CLEAR:g} times as much"
     )
     return Claim(text, abs(large) >= CLEAR * abs(small) and large != 0.0)
 
 
 def between(what: str, measured: float, low: float, high: float, unit: str = "") -> Claim:
-    """That a figure lies in a range."""
-    text = f"{what} is {_with(measured, unit)} and not {number(low)} to {_with(high, unit)}"
+    """Returns the check that `measured` lies between `low` and `high`; `what` names it."""
+    bounds = f"{number(low)} to {_with_unit(high, unit)}"
+    text = f"{what} is {_with_unit(measured, unit)} and not {bounds}"
     return Claim(text, low <= measured <= high)
 
 
 def as_expected(surprises: Iterable[str]) -> Claims:
-    """That nothing is unexpected."""
+    """Returns one failed check for each unexpected verdict; none if all verdicts are expected."""
     return tuple(Claim(text, False) for text in surprises)
 
 
-def _with(value: float, unit: str) -> str:
+def _with_unit(value: float, unit: str) -> str:
+    """Returns a number with its unit as text; "no number" if it is not finite."""
     amount = number(value) if math.isfinite(value) else "no number"
     return f"{amount} {unit}".strip()

@@ -1,4 +1,4 @@
-"""How fast repeated manoeuvres can go: the optimum in closed form."""
+"""The largest mean speed of repeated manoeuvres, in closed form."""
 
 from __future__ import annotations
 
@@ -10,26 +10,27 @@ from plumbob.models.tripod_capsule.parameters import CHECK, capsule
 from plumbob.reports.analyses.analysis import Analysis, Record
 from plumbob.reports.analyses.measurements import covers
 
-SCENES = ("capsule-train/thousand", "capsule-train/ten")  # the longer one, where it was run
-STROKE, PUSH = 0.2, 10.0  # [m], and w1 over f g/mu
-CHECKED = 0.0817786125  # [m]: the stroke of the check manoeuvre
+SCENES = ("capsule-train/thousand", "capsule-train/ten")  # the first one that was run is used
+STROKE, PUSH = 0.2, 10.0  # [m]; ratio of w1 to f g/mu
+CHECKED = 0.0817786125  # [m] stroke of the check manoeuvre
 
 
 def numbers(study: Study) -> Record | None:
-    """The optimum and its limits; None where the study repeats nothing."""
+    """Returns the mean speed [m/s] of the check manoeuvre and the largest mean speeds under several
+    bounds; None if the study has no repeated manoeuvre."""
     if not any(covers(study, name) for name in SCENES):
         return None
     body = capsule(CHECK)
     holding = body.holding_acceleration
     low, high = longest_stroke(body, 0.0)
-    pushed = mean_speed.fastest(body, PUSH * holding, STROKE)
+    pushed = mean_speed.fastest_manoeuvre(body, PUSH * holding, STROKE)
     return Record(
-        # of the check manoeuvre
+        # mean speed of the check manoeuvre
         checked=mean_speed.mean_speed(body, 3 * holding, 0.8 * holding, CHECKED, 0.9),
-        pushed=RepeatedLine(pushed, 1).mean_speed,  # with w1 of `push`
-        limit=mean_speed.fastest_speed(body, STROKE),  # with w1 without bound
-        most=mean_speed.fastest_speed(body, high - low),  # and the stroke too
-        longest=high - low,  # [m]: the longest stroke
+        pushed=RepeatedLine(pushed, 1).mean_speed,  # largest for this stroke, with w1 of `push`
+        limit=mean_speed.fastest_speed(body, STROKE),  # largest for this stroke, w1 unbounded
+        most=mean_speed.fastest_speed(body, high - low),  # largest for the longest stroke
+        longest=high - low,  # [m] longest stroke
         stroke=STROKE,  # [m]
         check_stroke=CHECKED,  # [m]
         push=PUSH,

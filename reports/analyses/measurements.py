@@ -1,4 +1,4 @@
-"""Look-ups of findings: a scene's exact answer, and a study's measurements and recordings of it."""
+"""Look-ups for findings: a scene's exact answer, and a study's measurements and recordings."""
 
 from __future__ import annotations
 
@@ -24,52 +24,58 @@ from plumbob.models.registry import scene as find_scene
 from plumbob.models.scene import Case
 
 TURN = 2 * np.pi
-# of a run whose period is measured: two whole ones between crossings, and some more
+# number of periods in a run whose period is measured: two whole periods between crossings, and a
+# margin
 PERIODS = 3.1
 
-LINE = "capsule-line/ca1"  # the check manoeuvre of the source
+LINE = "capsule-line/ca1"  # scene of the source's check manoeuvre
 
 
 @cache
 def case(name: str) -> Case:
-    """The problem of a scene and its exact motion, worked out once for all findings."""
+    """Returns the problem of a scene and its exact motion; cached for all findings."""
     return case_of(find_scene(name))
 
 
 def problem(name: str) -> CapsuleProblem:
-    """The problem of a capsule's scene."""
+    """Returns the problem of a capsule's scene."""
     posed = case(name).problem
     assert isinstance(posed, CapsuleProblem)
     return posed
 
 
 def scheme(method: str) -> Scheme:
-    """The scheme of a method, as the theory of errors knows it."""
+    """Returns the scheme of a method, which the theory of errors predicts from."""
     return find_method(method).scheme
 
 
-def runs(
+def extra_runs(
     scenes: Iterable[str],
     methods: Iterable[str],
     steps: Iterable[float],
     duration: float | None = None,
 ) -> tuple[ExtraRun, ...]:
-    """Each scene with each method at each step [s], for `duration` [s] where that is given."""
+    """Returns a run of each scene with each method at each step [s]; `duration` [s] is by default
+    the scene's."""
     return tuple(ExtraRun(*parts, duration) for parts in product(scenes, methods, steps))
 
 
 def plan_of(study: Study) -> StudyPlan:
-    """The plan of a study."""
+    """Returns the plan of a study: its profile, scenes and methods."""
     return StudyPlan(study.profile, study.scenes, study.methods)
 
 
 def convergence_of(study: Study, scene: str, method: str) -> ConvergenceStudy | None:
-    """The convergence study of a scene with a method, or None."""
-    return next((c for c in study.convergence if (c.scene, c.method) == (scene, method)), None)
+    """Returns the convergence study of a scene with a method; None if there is none."""
+    for series in study.convergence:
+        if (series.scene, series.method) == (scene, method):
+            return series
+    return None
 
 
-def measured(study: Study, scene: str, method: str, step: float) -> Measurement | None:
-    """The measurement of a scene with a method at a step [s], or None."""
+def find_measurement(study: Study, scene: str, method: str, step: float) -> Measurement | None:
+    """Returns the measurement of a scene with a method at a step [s]; None if that run did not
+    reach its end."""
     series = convergence_of(study, scene, method)
     for run in series.measurements if series else ():
         if run.status == "done" and np.isclose(run.step, step, rtol=1e-9):
@@ -78,73 +84,80 @@ def measured(study: Study, scene: str, method: str, step: float) -> Measurement 
 
 
 def recordings(study: Study, requests: Iterable[ExtraRun]) -> Mapping[ExtraRun, Trajectory]:
-    """The recordings of those requested runs that were made."""
-    every = {request: study.answer(request) for request in requests}
-    return {request: run for request, run in every.items() if run}
+    """Returns the recordings of the requested runs, by request; a run that was not made is left
+    out."""
+    answers = {request: study.answer(request) for request in requests}
+    return {request: run for request, run in answers.items() if run}
 
 
 def end_error(scene: str, run: Trajectory) -> float:
-    """Relative error of the displacement at the end of a recording of a scene."""
+    """Returns the relative error of the final displacement in a recording of a scene."""
     reached = float(run.observables["displacement"][-1])
     return reached / float(problem(scene).motion.displacement) - 1.0
 
 
 def displacement_error(study: Study, scene: str, method: str, step: float) -> float | None:
-    """The same of a recorded run, or None where there is no such run."""
+    """Returns the relative error of the final displacement of a recorded run; None if the study
+    does not hold the run."""
     run = study.answer(ExtraRun(scene, method, step))
     return None if run is None else end_error(scene, run)
 
 
 def measured_error(study: Study, scene: str, method: str, step: float) -> float | None:
-    """Relative error of the displacement at the end of a measured run, or None."""
-    run = measured(study, scene, method, step)
+    """Returns the relative error of the final displacement of a measured run; None if the study
+    does not hold the run."""
+    run = find_measurement(study, scene, method, step)
     exact = float(problem(scene).motion.displacement)
     return None if run is None else run.errors["displacement"].end / exact
 
 
-def names(study: Study, engines: Iterable[str] = ("mujoco", "pymunk")) -> tuple[str, ...]:
-    """Methods of a study by name, of these engines."""
+def method_names(
+    study: Study, engines: Iterable[str] = ("mujoco", "pymunk")
+) -> tuple[str, ...]:
+    """Returns the names of a study's methods that run in one of `engines`."""
     return tuple(method.name for method in study.methods if method.engine in engines)
 
 
 def covers(plan: Study | StudyPlan, *scenes: str) -> bool:
-    """Whether a study, or its plan, has all of these scenes."""
+    """Returns whether a study, or a plan, has all of these scenes."""
     return set(scenes) <= {scene.name for scene in plan.scenes}
 
 
 def energy(potential: TrigonometricPotential, inertia: float, run: Trajectory) -> Array:
-    """inertia theta_dot^2 / 2 + `potential` [J] along a run, shape (n,)."""
+    """Returns the energy inertia theta_dot^2 / 2 + `potential` [J] along a run, shape (n,)."""
     theta = run.observables["theta"]
     rate = run.observables["theta_dot"]
     return np.asarray(inertia * rate**2 / 2 + in_double(potential).value(theta))
 
 
 def in_double(potential: TrigonometricPotential) -> TrigonometricPotential:
-    """The potential with coefficients in double precision."""
-    return TrigonometricPotential(
-        *(float(double(v)) for v in (potential.a, potential.b, potential.c))
-    )
+    """Returns the potential with coefficients in double precision."""
+    coefficients = (potential.a, potential.b, potential.c)
+    return TrigonometricPotential(*(float(double(value)) for value in coefficients))
 
 
 def period(run: Trajectory | None, centre: float) -> float | None:
-    """Mean period [s] of a run: of whole turns, or else of swings about an angle `centre` [rad],
-    between the first and the last time that it goes up through it, by the cubic through angles and
-    rates at the samples. None where there is none."""
+    """Returns the mean period [s] of a pendulum's run; None if the run holds no whole period.
+
+    If the pendulum rotates, the period is the mean over the whole turns. Otherwise, it is the mean
+    time between upward passages of the angle `centre` [rad]. Between the samples, the angle is the
+    cubic through the angles and rates at the samples."""
     if run is None:
         return None
     from scipy.interpolate import CubicHermiteSpline
 
     theta = run.observables["theta"]
-    course = CubicHermiteSpline(run.times, theta, run.observables["theta_dot"])
-    gone = float(theta[-1] - theta[0])
-    if turns := int(abs(gone) // TURN):
-        ends = course.solve(
-            float(theta[0]) + np.copysign(turns * TURN, gone), extrapolate=False
-        )
+    angle_at = CubicHermiteSpline(run.times, theta, run.observables["theta_dot"])
+    rotated = float(theta[-1] - theta[0])
+    turns = int(abs(rotated) // TURN)
+    if turns:
+        end_angle = float(theta[0]) + np.copysign(turns * TURN, rotated)
+        ends = angle_at.solve(end_angle, extrapolate=False)
         return float(ends[0] - run.times[0]) / turns if len(ends) else None
-    # a start exactly at the centre may be found just outside the first interval, or not at all
-    places = course.solve(centre, extrapolate=False)
-    upward = [t for t in places if np.isfinite(t) and course(t, 1) > 0.0]
+    # Rounding may put a start at the centre just outside the first interval, so that the passage is
+    # found twice or not at all.
+    passages = angle_at.solve(centre, extrapolate=False)
+    upward = [t for t in passages if np.isfinite(t) and angle_at(t, 1) > 0.0]
     distinct = [t for i, t in enumerate(upward) if i == 0 or t - upward[i - 1] > 1e-9]
     count = len(distinct) - 1
     return float((distinct[-1] - distinct[0]) / count) if count > 0 else None

@@ -1,4 +1,4 @@
-"""Records of a study for its pages: verdicts, exact motions and advice."""
+"""The records of a study for its pages: verdicts, exact motions and recommendations."""
 
 from __future__ import annotations
 
@@ -17,13 +17,14 @@ from plumbob.engines.study.measurement import REFERENCE_STEP, Measurement
 from plumbob.engines.study.results import Study
 from plumbob.models.registry import case_of, system_of, systems_of
 from plumbob.models.scene import Case, Scene, System
-from plumbob.reports.advice.advice import from_study
+from plumbob.reports.advice.advice import study_recommendation
+from plumbob.reports.advice.recommend import Recommendation
 from plumbob.reports.advice.user_settings import user_results
 from plumbob.reports.analyses.replay import replay
 from plumbob.reports.judge.expectations import expected, standing, surprise
 from plumbob.reports.judge.study_verdicts import Judgements
-from plumbob.reports.judge.tolerance import exceeded
-from plumbob.reports.judge.verdict import Judged, Judgement
+from plumbob.reports.judge.tolerance import tolerance_excess
+from plumbob.reports.judge.verdict import JudgedMethod, Judgement
 from plumbob.reports.view.records import (
     Budget,
     ExactRecord,
@@ -37,131 +38,156 @@ from plumbob.reports.view.records import (
 from plumbob.reports.view.settings import SHOWN
 from plumbob.reports.view.top_tables import ERRORS
 
-PERIODS = 15  # of a motion that a plot can show
-SAMPLES = 240  # of it
-FRICTION = 0.3  # coefficient in settings, as `plumbob settings` has it by default
+PERIODS = 15  # most periods of a motion that a plot shows
+SAMPLES = 240  # samples of a motion in a plot
+FRICTION = 0.3  # friction coefficient in settings, the default of `plumbob settings`
 
 
 def study_record(study: Study, judged: Judgements) -> StudyRecord:
-    """The record of a study, apart from its scenes."""
+    """Returns the records of a study that belong to no single scene."""
     names = dict.fromkeys(scene.system for scene in study.scenes)
-    there = systems_of(*names)
-    systems = [there[name] for name in names if name in there]
+    known_systems = systems_of(*names)
+    systems = [known_systems[name] for name in names if name in known_systems]
+    pictures = [file for file in map(_picture, systems) if file]
     return StudyRecord(
-        tuple(map(_system, systems)),
-        {file.name: _base64(file) for system in systems if (file := _picture(system))},
-        _settings({method.engine for method in study.methods}),
-        user_results(study, judged),
+        systems=tuple(map(_system_record, systems)),
+        pictures={file.name: _base64(file) for file in pictures},
+        settings=_settings({method.engine for method in study.methods}),
+        user=user_results(study, judged),
     )
 
 
 def scene_record(study: Study, judged: Judgements, scene: Scene) -> SceneRecord:
-    """The record of a scene of a study."""
-    series = [c for c in study.convergence if c.scene == scene.name]
-    held = any(m.status == "done" for c in series for m in c.measurements)
+    """Returns the record of a scene: verdicts, recommendations and the exact motion."""
+    of_scene = [series for series in study.convergence if series.scene == scene.name]
+    runs = [run for series in of_scene for run in series.measurements]
+    is_checked = any(run.status == "done" for run in runs)
+    recommendations: tuple[Recommendation, ...] = ()
+    if study.costs:
+        recommendations = tuple(
+            study_recommendation(study, scene, e, judged) for e, _ in ERRORS
+        )
+    has_exact = is_checked or not system_of(scene).distribution
     return SceneRecord(
-        {c.method: verdict_on(study, c, judged) for c in series},
-        tuple(from_study(study, scene, e, judged) for e, _ in ERRORS) if study.costs else (),
-        _exact(study, scene) if held or not system_of(scene).distribution else None,
+        verdicts={series.method: verdict_on(study, series, judged) for series in of_scene},
+        recommendations=recommendations,
+        exact=_exact_record(study, scene) if has_exact else None,
     )
 
 
-def _exact(study: Study, scene: Scene) -> ExactRecord:
+def _exact_record(study: Study, scene: Scene) -> ExactRecord:
+    """Returns the exact motion of a scene, its facts that are numbers or texts, and its replay."""
     case = case_of(scene)
     facts = case.system.facts(case.problem)
     return ExactRecord(
-        _motion(case, facts.get("period") or np.inf),
-        {n: v for n, v in facts.items() if isinstance(v, (int, float, str)) and v != ""},
-        replay(study, scene),
+        motion=_motion(case, facts.get("period") or np.inf),
+        facts={n: v for n, v in facts.items() if isinstance(v, (int, float, str)) and v != ""},
+        replay=replay(study, scene),
     )
 
 
 def verdict_on(study: Study, series: ConvergenceStudy, judged: Judgements) -> PairVerdict:
-    """The verdict on a method on a scene, as pages take it."""
-    both = judged[series.scene, series.method]
+    """Returns the verdict on one method on one scene, for the pages."""
+    pair = judged[series.scene, series.method]
     scene = next(scene for scene in study.scenes if scene.name == series.scene)
     method = next(method for method in study.methods if method.name == series.method)
-    wanted = expected(scene.name, method.name)
-    step, budgets = _budgets(study, series, both)
+    declared = expected(scene.name, method.name)
+    leading = study.observables(scene.name)[0].name
+    step, budgets = _budgets(study, series, pair)
     return PairVerdict(
-        both.whole.verdict,
-        both.whole.reason,
-        standing(scene, method, both.whole),
-        wanted.verdict,
-        wanted.reason,
-        tuple(_run(run, study.observables(scene.name)[0].name) for run in both.runs),
-        both.whole.unjudged,
-        surprise(scene, method, both.whole),
-        step,
-        budgets,
+        verdict=pair.whole.verdict,
+        reason=pair.whole.reason,
+        standing=standing(scene, method, pair.whole),
+        expected=declared.verdict,
+        declared=declared.reason,
+        runs=tuple(_run_verdict(run, leading) for run in pair.runs),
+        unjudged=pair.whole.unjudged,
+        surprise=surprise(scene, method, pair.whole),
+        budget_step=step,
+        budgets=budgets,
     )
 
 
-def _run(run: Judgement, leading: str) -> RunVerdict:
-    held = run.tolerances.get(leading)
-    return RunVerdict(run.verdict, run.reason, held.bound if held else None)
+def _run_verdict(run: Judgement, leading: str) -> RunVerdict:
+    """Returns the verdict on a run, with its bound on the error of the observable `leading`."""
+    tolerance = run.tolerances.get(leading)
+    return RunVerdict(run.verdict, run.reason, tolerance.bound if tolerance else None)
 
 
 def _budgets(
-    study: Study, series: ConvergenceStudy, judged: Judged
+    study: Study, series: ConvergenceStudy, judged: JudgedMethod
 ) -> tuple[float, tuple[Budget, ...]]:
-    """The step, and the tolerances that are shown, of the first run that fails, of all observables,
-    or else of the finest that is judged, of the leading one."""
-    runs = zip(series.measurements, judged.runs, strict=True)
-    held = [(m, run) for m, run in runs if run.tolerances]
-    if not held:
+    """Returns the step of the run whose error budgets are shown, and the budgets.
+
+    If a run is off its prediction, the budgets are those of the first such run, for all
+    observables. Otherwise they are those of the finest judged run, for the leading observable. If
+    no run was judged, there are none, and the step is 0."""
+    pairs = zip(series.measurements, judged.runs, strict=True)
+    with_tolerances = [(run, judgement) for run, judgement in pairs if judgement.tolerances]
+    if not with_tolerances:
         return 0.0, ()
-    m, run = next((pair for pair in held if pair[1].verdict == "off-prediction"), held[-1])
     units = {o.name: o.unit for o in study.observables(series.scene)}
-    shown = [next(iter(units))] if run.verdict != "off-prediction" else list(units)
-    return m.step, tuple(
-        _budget(m, run, name, units) for name in run.tolerances if name in shown
-    )
+    off = [pair for pair in with_tolerances if pair[1].verdict == "off-prediction"]
+    run, judgement = off[0] if off else with_tolerances[-1]
+    shown = list(units) if off else list(units)[:1]
+    names = [name for name in judgement.tolerances if name in shown]
+    return run.step, tuple(_budget(run, judgement, name, units) for name in names)
 
 
 def _budget(run: Measurement, judged: Judgement, name: str, units: Mapping[str, str]) -> Budget:
-    held = judged.tolerances[name]
-    why = exceeded(run, name, held, units) or ""
-    return Budget(name, run.errors[name].largest, held, why)
+    """Returns the error budget of one observable in one run."""
+    tolerance = judged.tolerances[name]
+    reason = tolerance_excess(run, name, tolerance, units) or ""
+    return Budget(name, run.errors[name].largest, tolerance, reason)
 
 
 def _motion(case: Case, period: float) -> Motion:
+    """Returns samples of the exact motion of a case, over at most PERIODS periods [s]."""
     duration = case.scene.duration
-    most = PERIODS * period
-    times = np.linspace(0.0, min(duration, most), SAMPLES)
+    longest = PERIODS * period
+    times = np.linspace(0.0, min(duration, longest), SAMPLES)
     observed = case.reference.observe(times)
-    channels = [observed[o.name].tolist() for o in case.system.observables[:2]]
+    shown = [observed[observable.name].tolist() for observable in case.system.observables[:2]]
     return Motion(
-        tuple(times.tolist()), tuple(map(tuple, channels)), PERIODS * (most < duration)
+        times=tuple(times.tolist()),
+        channels=tuple(map(tuple, shown)),
+        periods=PERIODS if longest < duration else 0,
     )
 
 
-def _system(system: System) -> SystemRecord:
+def _system_record(system: System) -> SystemRecord:
+    """Returns the names and the picture of a system for its page."""
     file = _picture(system)
-    added = bool(system.distribution)
     return SystemRecord(
-        system.name, system.title, system.default, file.name if file else "", added
+        name=system.name,
+        title=system.title,
+        default=system.default,
+        picture=file.name if file else "",
+        added=bool(system.distribution),
     )
 
 
 def _picture(system: System) -> Path | None:
-    """The picture of a system's model, where there is one."""
+    """Returns the picture file of a system's model; None if there is none."""
     file = system.mjcf.parent / f"{system.mjcf.parent.name}.png"
     return file if file.is_file() else None
 
 
 def _base64(file: Path) -> str:
+    """Returns the content of a file in base64."""
     return base64.b64encode(file.read_bytes()).decode()
 
 
 def _settings(engines: set[str]) -> Mapping[str, Settings]:
-    """The settings to copy of methods of these engines."""
+    """Returns the settings to copy, by method, for the shown methods of these engines."""
     methods = [find_method(name) for name, _ in SHOWN]
-    return {
-        m.name: written for m in methods if m.engine in engines and (written := _written(m))
+    written = {
+        method.name: _settings_of(method) for method in methods if method.engine in engines
     }
+    return {name: settings for name, settings in written.items() if settings}
 
 
-def _written(method: Method) -> Settings | None:
-    settings = engine_of(method).ability(SettingsToPaste)
-    return None if settings is None else settings.write(method, REFERENCE_STEP, None, FRICTION)
+def _settings_of(method: Method) -> Settings | None:
+    """Returns the settings to copy for a method; None if its engine has none."""
+    writer = engine_of(method).ability(SettingsToPaste)
+    return writer.write(method, REFERENCE_STEP, None, FRICTION) if writer else None

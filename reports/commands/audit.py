@@ -25,18 +25,18 @@ from plumbob.engines.audit.environments import environment
 from plumbob.engines.audit.trims import tried
 from plumbob.engines.audit.user_models import quiet, user_models
 from plumbob.engines.own_motion import AS_IT_STANDS, Policy, Start
-from plumbob.models.border import must_be, regular
+from plumbob.models.border import must_be, regular_file
 from plumbob.models.entry_points import on_stderr
 from plumbob.reports.audit_from_python import BUDGET, audit, audit_contacts
 from plumbob.reports.commands import several_audits
 from plumbob.reports.commands.arguments import values
 from plumbob.reports.commands.own_file import controls_of
 from plumbob.reports.commands.several_audits import Row, model_files, page_names, refused
-from plumbob.reports.view.audit.page import answered, lines, page, rows
+from plumbob.reports.view.audit.page import answer_lines, answer_rows, audit_answer, page
 from plumbob.reports.view.audit.records import record
 from plumbob.reports.view.content import Finding
-from plumbob.reports.view.own_files import replaceable
-from plumbob.reports.view.page import written
+from plumbob.reports.view.own_files import check_replaceable
+from plumbob.reports.view.page import write_file
 
 MISSING = 3
 LARGEST_OLD = 100_000_000  # [bytes] of audits that --against reads
@@ -117,7 +117,7 @@ def _pages(chosen: argparse.Namespace, models: Sequence[Path]) -> dict[str, str]
     several = [] if chosen.alone else [several_audits.PAGE]
     _writable(chosen, models, [*pages.values(), *several])
     if chosen.alone and not chosen.gym:
-        regular("model", models[0], math.inf)
+        regular_file("model", models[0], math.inf)
     return pages
 
 
@@ -131,7 +131,7 @@ def _note_skipped(others: Sequence[Path]) -> None:
 
 def _first_line(audit: Audit, chosen: argparse.Namespace) -> None:
     """Print what is audited before the audit begins, also into a pipe or a file."""
-    print(lines(answered(_called(audit, chosen)))[0], flush=True)
+    print(answer_lines(audit_answer(_called(audit, chosen)))[0], flush=True)
 
 
 def _called(audit: Audit, chosen: argparse.Namespace) -> Audit:
@@ -204,7 +204,7 @@ def _writable(
     taken = {Path(os.path.realpath(path)) for path in models}
     for name in ("junitxml", "badge"):
         if file := getattr(chosen, name):
-            target = replaceable(name, Path(file))
+            target = check_replaceable(name, Path(file))
             if target in taken:
                 raise ParameterError(name, file, "neither a model nor another file asked for")
             taken.add(target)
@@ -212,7 +212,7 @@ def _writable(
     if chosen.out is not None:
         out = Path(chosen.out)
         for page_name in pages:
-            replaceable("out", out / page_name)
+            check_replaceable("out", out / page_name)
         writable_folder(
             "out", next(folder for folder in (out, *out.parents) if folder.exists())
         )
@@ -230,7 +230,7 @@ def _audited(
     path = chosen.gym or str(model)
     try:
         result = _result(model, path, chosen, jobs, **shown)
-        answer = answered(result)
+        answer = audit_answer(result)
         missed = "; ".join(_missed(result, chosen))
         name = "" if chosen.out is None else _written(answer, result, pages[path], chosen)
     except ParameterError as why:
@@ -240,12 +240,12 @@ def _audited(
         path,
         None if math.isnan(error) else error,
         result.step,
-        dict(rows(answer)).get("to do", ""),
+        dict(answer_rows(answer)).get("to do", ""),
         MISSED if missed else 0,
         record(result),
         name,
         missed,
-        tuple(lines(answer)),
+        tuple(answer_lines(answer)),
         result.seconds,
     )
 
@@ -257,11 +257,11 @@ def _written(
     chosen: argparse.Namespace,
 ) -> str:
     """The name of the page of an audit, written; raises ParameterError where it cannot be."""
-    from plumbob.reports.analyses.replay.geoms import audited
+    from plumbob.reports.analyses.replay.geoms import audit_replay
 
-    shown = audited(result) if isinstance(result, Audit) else None
+    shown = audit_replay(result) if isinstance(result, Audit) else None
     try:
-        written(page(answer, result, chosen.line, shown), Path(chosen.out), name)
+        write_file(page(answer, result, chosen.line, shown), Path(chosen.out), name)
     except OSError as error:
         what = f"a folder to write into ({error})"
         raise ParameterError("out", chosen.out, what) from None
@@ -327,7 +327,7 @@ def _missed(result: Audit | ContactAudit, chosen: argparse.Namespace) -> Iterato
 def stored_audits(file: Path) -> list[Any]:
     """The audits of motions in a file, as --json printed them; raises ParameterError."""
     what = "a file that this `plumbob audit --json` has printed"
-    regular("against", file, LARGEST_OLD)
+    regular_file("against", file, LARGEST_OLD)
     with must_be(what, "against", str(file)):
         content = json.loads(file.read_text("utf-8"), parse_int=float)
         stored: list[Any] = content if isinstance(content, list) else [content]

@@ -11,7 +11,7 @@ from plumbob.engines.registry import engine_of, installed
 from plumbob.engines.registry import methods as find_methods
 from plumbob.models.registry import scenes as find_scenes
 from plumbob.reports.commands.arguments import values
-from plumbob.reports.judge.engine_check import Checked, check_engine
+from plumbob.reports.judge.engine_check import CheckOutcome, check_engine
 
 MISSING = 3
 
@@ -27,7 +27,7 @@ def command(chosen: argparse.Namespace) -> int:
             return MISSING
     if not any(meant(method, scene) for method in methods for scene in scenes):
         raise ParameterError("scenes", chosen.scenes, f"some that {chosen.name} is meant for")
-    done: list[Checked] = []
+    done: list[CheckOutcome] = []
     for checked in check_engine(methods, scenes):
         done.append(checked)
         if not chosen.json:

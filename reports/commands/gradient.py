@@ -5,12 +5,13 @@ from __future__ import annotations
 import argparse
 import math
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from itertools import product
+from typing import TYPE_CHECKING
 
 from plumbob.analytic.parameters import ParameterError, nearest
-from plumbob.engines.method import Method, meant
+from plumbob.engines.method import Method, Unsupported, meant
 from plumbob.engines.registry import engine_of, installed
 from plumbob.engines.registry import method as find_method
 from plumbob.engines.study.codec import hashable
@@ -23,12 +24,17 @@ from plumbob.reports.commands.budget import certify
 from plumbob.reports.commands.own_file import described, is_file, motion
 from plumbob.reports.commands.stability import measured
 from plumbob.reports.judge.gradients import study_gradients
-from plumbob.reports.judge.searches import unexpected
+from plumbob.reports.judge.searches import unexpected_searches
 from plumbob.reports.view.tables import table
 from plumbob.reports.view.terminal import aligned
 
+if TYPE_CHECKING:
+    from plumbob.engines.audit.gradient import CertifiedGradient
+    from plumbob.engines.audit.reference import Certificate
+    from plumbob.engines.own_motion import OwnModel, Script
+
 INCOMPLETE = 3
-OF_SCENES = ("method", "way", "step", "eps", "at", "jobs", "changes")  # options no file has
+OF_SCENES = ("way", "step", "eps", "at", "jobs", "changes")  # options no file has
 
 
 def command(chosen: argparse.Namespace) -> int:
@@ -47,7 +53,7 @@ def command(chosen: argparse.Namespace) -> int:
     records = [of.record() for of in judged]
     shown = aligned(table("gradients", records=records))
     values.show(chosen, records, "gradient", rows=shown, judged=judged)
-    if unexpected(judged):
+    if unexpected_searches(judged):
         return 1
     missing = dict.fromkeys(e.package for m in methods if not installed(e := engine_of(m)))
     for package in missing:
@@ -57,42 +63,88 @@ def command(chosen: argparse.Namespace) -> int:
 
 def _of_file(chosen: argparse.Namespace) -> int:
     """Print derivatives of joint coordinates at the end of the motion of a model file, by its start
-    and controls: 3 where none of those that are asked for is certified."""
-    from plumbob.engines.audit.allowance import Allowance
-    from plumbob.engines.audit.audit import REFERENCE
-    from plumbob.engines.audit.gradient import gradients, numbers_of
-    from plumbob.engines.audit.reference import certified
+    and controls. Returns 3 if the method's engine is missing or cannot express the file, or if none
+    of the derivatives that are asked for is both certified and given by a way."""
+    from plumbob.engines.audit.gradient import numbers_of
     from plumbob.engines.audit.user_models import quiet
-    from plumbob.engines.own_motion import NotCertifiable
+    from plumbob.engines.study.provenance import version_of
     from plumbob.reports.commands.arguments.console import note, progress
-    from plumbob.reports.view.audit.page import versions
+    from plumbob.reports.view.audit.page import package_versions
     from plumbob.reports.view.audit.records import gradient_record
 
     with quiet(), progress() as show:
         model, script = motion(chosen)
-        numbers = numbers_of(model)
+        method, model = _method_of_file(chosen, model)
         of = _matching("of", chosen.of, model.names["position"])
-        by = _matching("by", chosen.by, numbers)
-        allowance = Allowance(chosen.budget, progress=lambda what: show(what, 0, 0))
-        reference = certified(model, script, allowance.part(REFERENCE))
+        by = _matching("by", chosen.by, numbers_of(model))
         try:
-            more = Allowance(chosen.budget, progress=allowance.progress)
-            known = gradients(model, script, reference, reference.known, more)
-        except NotCertifiable as why:
-            note(f"{chosen.scene} has no derivatives that are certified: {why}")
+            reference, gradient = _gradient_of_file(
+                chosen, method, model, script, lambda part: show(part, 0, 0)
+            )
+        except Unsupported as reason:
+            note(str(reason))
             return INCOMPLETE
-    asked = {"gradient": known.between(of, by)} if chosen.of or chosen.by else {}
+    asked = {"gradient": gradient.between(of, by)} if chosen.of or chosen.by else {}
+    engine = engine_of(method)
     answer = {
         **described(chosen, script, reference, reference.known),
+        "method": method.name,
         "step": model.step,
-        **gradient_record(known),
+        **gradient_record(gradient),
         **asked,
-        "versions": versions(),
+        "versions": {**package_versions(), engine.name: version_of(engine)},
     }
     shown = aligned(table("file_gradients", entries=answer["gradient"]))
-    values.show(chosen, answer, "gradient_file", rows=shown, known=known, **answer)
-    there = any(math.isfinite(entry["exact"]) for entry in answer["gradient"])
-    return 0 if there else INCOMPLETE
+    values.show(chosen, answer, "gradient_file", rows=shown, known=gradient, **answer)
+    compared = (
+        math.isfinite(entry["exact"]) and entry["computed"] is not None
+        for entry in answer["gradient"]
+    )
+    return 0 if any(compared) else INCOMPLETE
+
+
+def _gradient_of_file(
+    chosen: argparse.Namespace,
+    method: Method,
+    model: OwnModel,
+    script: Script,
+    show: Callable[[str], None],
+) -> tuple[Certificate, CertifiedGradient]:
+    """The certified motion of a model file and the derivatives of its end, certified and by a
+    method. Raises Unsupported if there are none, with the whole sentence that says why."""
+    from plumbob.engines.audit.allowance import Allowance
+    from plumbob.engines.audit.audit import REFERENCE
+    from plumbob.engines.audit.gradient import certified_gradient
+    from plumbob.engines.audit.reference import certified
+    from plumbob.engines.own_motion import NotCertifiable
+
+    engine = engine_of(method)
+    if not installed(engine):
+        raise Unsupported(f"{engine.package} is not installed")
+    allowance = Allowance(chosen.budget, progress=show)
+    reference = certified(model, script, allowance.part(REFERENCE))
+    try:
+        more = Allowance(chosen.budget, progress=show)
+        gradient = certified_gradient(model, script, reference, reference.known, more, method)
+    except NotCertifiable as why:
+        what = f"{chosen.scene} has no derivatives that are certified"
+        raise Unsupported(f"{what}: {why}") from None
+    except Unsupported as why:
+        raise Unsupported(f"{method.name} does not run {chosen.scene}: {why}") from None
+    return reference, gradient
+
+
+def _method_of_file(chosen: argparse.Namespace, model: OwnModel) -> tuple[Method, OwnModel]:
+    """The method that a command line names for a model file, and the model with the integrator of a
+    method of MuJoCo's; the model's own integrator if none is named. Raises ParameterError."""
+    from plumbob.engines.audit.step_of_method import DISCRETE, runs_of
+
+    names = chosen.method or [f"mujoco/{model.integrator}"]
+    if len(names) > 1:
+        raise ParameterError("method", names, "one method, with a model file")
+    method = find_method(names[0])
+    run = runs_of(method, (*model.steppable, DISCRETE))
+    return method, model if run == method.name else replace(model, integrator=run)
 
 
 def _matching(option: str, text: str | None, names: Sequence[str]) -> list[str]:

@@ -15,7 +15,7 @@ from plumbob.engines.registry import find_engine
 from plumbob.engines.study.model_reading import every_field
 from plumbob.models.registry import systems
 from plumbob.reports.commands.arguments import values
-from plumbob.reports.judge.model_readers import read_by
+from plumbob.reports.judge.model_readers import file_readings
 
 MODELS = Path(models.__file__).parent
 ABOUT = (MODELS / "README.md", MODELS.parent / "LICENSE", MODELS.parent / "CITATION.cff")
@@ -30,7 +30,7 @@ def command(chosen: argparse.Namespace) -> int:
             raise ParameterError(name, value, f"given with `plumbob models {action}`")
     if chosen.action == "check":
         with nullcontext(Path(chosen.path)) if chosen.path else every_field() as file:
-            readers = read_by(file)
+            readers = file_readings(file)
         values.show(chosen, readers, "models", readers=readers)
         return 0
     folders = sorted({s.mjcf.parent for s in systems().values() if s.mjcf.is_file()})

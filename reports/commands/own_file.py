@@ -15,7 +15,7 @@ import numpy as np
 
 from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.reference import Array
-from plumbob.models.border import must_be, regular
+from plumbob.models.border import must_be, regular_file
 from plumbob.reports.commands.arguments import values
 
 if TYPE_CHECKING:
@@ -84,7 +84,7 @@ def controls_of(file: Path) -> Array:
     what = f"{', '.join(KINDS)}, or a .csv or .npz file of controls"
     if file.suffix not in (".csv", ".npz"):
         raise ParameterError("ctrl", str(file), what)
-    regular("ctrl", file, LARGEST_CONTROLS)
+    regular_file("ctrl", file, LARGEST_CONTROLS)
     with must_be(what, "ctrl", str(file)), warnings.catch_warnings():
         warnings.simplefilter("ignore")  # no rows, which the shape tells; names twice
         if file.suffix == ".csv":

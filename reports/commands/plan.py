@@ -20,10 +20,10 @@ from plumbob.models.registry import case_of
 from plumbob.models.registry import scene as find_scene
 from plumbob.models.scene import Scene
 from plumbob.models.tripod_capsule.parameters import BODY, CHECK, capsule
-from plumbob.models.tripod_capsule.plan import CURVE, LIMITS, planned
+from plumbob.models.tripod_capsule.plan import CURVE, LIMITS, requested_plan
 from plumbob.reports.analyses.capsule_plan.pose_errors import (
-    by_kind,
-    named,
+    error_by_name,
+    errors_by_kind,
     pose_errors,
     run_duration,
 )
@@ -64,7 +64,7 @@ def command(chosen: argparse.Namespace) -> int:
         raise ParameterError("step", chosen.step, "given with --method, and only with it")
     measured = None
     with values.representable(changes or {"to": chosen.to}):
-        found = planned({**CHECK, **parameters})
+        found = requested_plan({**CHECK, **parameters})
         answer = described(found)
         if chosen.method:
             scene = find_scene(SYSTEM, parameters)
@@ -89,7 +89,7 @@ def described(found: Plan) -> dict[str, Any]:
         "legs": found.legs if found.track == "curve" and not found.segments else None,
         "segments": found.segments,
         "arc": found.arc if found.track == "curve" else None,
-        "one_curve": found.rails.joined,
+        "one_curve": found.rails.is_curve,
         "limits": found.limits,
         "parameters": found.capsule,
         "total_time": found.duration,
@@ -146,6 +146,8 @@ def measured_data(plan: Plan, run: PlanRun) -> dict[str, Any]:
             if error.predicted
         },
         "allowed": {name: error.left_open for name, error in measured.errors.items()},
-        "off_after": [None if np.isnan(off).any() else named(off) for off in run.after],
-        "arising": {kind: named(off) for kind, off in by_kind(plan, run.after).items()},
+        "off_after": [None if np.isnan(off).any() else error_by_name(off) for off in run.after],
+        "arising": {
+            kind: error_by_name(off) for kind, off in errors_by_kind(plan, run.after).items()
+        },
     }

@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from plumbob.engines.study.checkpoint import Checkpoint
     from plumbob.engines.study.measurement import Measurement
     from plumbob.engines.study.scheduler import Progress
-    from plumbob.reports.advice.advice import Answer, Run
+    from plumbob.reports.advice.advice import Answer, MakeRun
     from plumbob.reports.advice.user_settings import UserResult
 
 SAMPLES = 100  # of the exact motion, to see how large it is
@@ -143,7 +143,7 @@ def _file_choice(
     """The cheapest integrator and step for an error of `target` [m] as plain data, the model's own
     and the one with the smallest error beside it."""
     from plumbob.engines.audit.step_errors import TRUSTED, cheapest
-    from plumbob.reports.view.audit.page import versions
+    from plumbob.reports.view.audit.page import package_versions
     from plumbob.reports.view.audit.records import spread
 
     index = steps.index
@@ -173,7 +173,7 @@ def _file_choice(
         "nearest": plain(min(steps.steps, key=lambda step: step.at(index))),
         "clamped": model.clamped,
         "notes": [*model.notes, *steps.own.remarks],
-        "versions": versions(),
+        "versions": package_versions(),
     }
 
 
@@ -216,7 +216,7 @@ def _reachable(chosen: argparse.Namespace, scene: Scene) -> None:
 @contextmanager
 def _stored(
     chosen: argparse.Namespace, scenes: Sequence[Scene]
-) -> Iterator[tuple[Study, Run | None]]:
+) -> Iterator[tuple[Study, MakeRun | None]]:
     """The newest stored study of these scenes, or without any of the one that is named, and nothing
     to run; raises ParameterError."""
     by_name = {scene.name: scene for scene in scenes}
@@ -238,7 +238,9 @@ def _stored(
 
 
 @contextmanager
-def _run(chosen: argparse.Namespace, scenes: Sequence[Scene]) -> Iterator[tuple[Study, Run]]:
+def _run(
+    chosen: argparse.Namespace, scenes: Sequence[Scene]
+) -> Iterator[tuple[Study, MakeRun]]:
     """The study of these scenes with every method that is installed, with predicted limits of the
     step, and what runs one more; what is stored of both is taken, the rest is stored."""
     from plumbob.engines.study.checkpoint import shared_results
@@ -284,7 +286,7 @@ def _within(seconds: float, show: Progress) -> Progress:
     return within
 
 
-def _one_more(kept: Checkpoint, show: Progress) -> Run:
+def _one_more(kept: Checkpoint, show: Progress) -> MakeRun:
     """A run of a scene with a method at a step, taken where it is kept, and else kept."""
     from plumbob.engines.study.checkpoint import key_of
     from plumbob.engines.study.measurement import Measurement, measure

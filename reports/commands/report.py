@@ -24,10 +24,10 @@ def command(chosen: argparse.Namespace) -> int:
         public = new_folder(chosen.publish, Path(chosen.out))
     if single and public:
         raise ParameterError("publish", chosen.publish, "left out where --single is given")
-    from plumbob.reports.view.site.writing import own_site
+    from plumbob.reports.view.site.writing import check_site_replaceable
 
     if not single and not public:
-        own_site("OUT", Path(chosen.out))
+        check_site_replaceable("OUT", Path(chosen.out))
     study = store.load(Path(chosen.out) / store.FILE, chosen.study)
     if study is None and chosen.study is None:
         raise ParameterError("OUT", chosen.out, "where `plumbob validate` has stored a study")
@@ -53,18 +53,18 @@ def command(chosen: argparse.Namespace) -> int:
 def _drawn(study: Study, out: Path, single: Path | None, public: Path | None) -> Path:
     """Write the pages of a study into `out`, into the file `single`, or to publish into `public`;
     returns the path of the first page."""
-    from plumbob.reports.view.page import written
-    from plumbob.reports.view.site.writing import content, one_file, write_page
+    from plumbob.reports.view.page import write_file
+    from plumbob.reports.view.site.writing import site_content, site_in_one_file, write_page
 
     if single:
-        return written(one_file(content(study)), single.parent, single.name)
+        return write_file(site_in_one_file(site_content(study)), single.parent, single.name)
     if not public:
         return write_page(study, out)
     command_line = without_folders(study.provenance.command)
     page = write_page(
         replace(study, provenance=replace(study.provenance, command=command_line)), public
     )
-    written("", public, ".nojekyll")  # GitHub Pages then serves the files as they are
+    write_file("", public, ".nojekyll")  # GitHub Pages then serves the files as they are
     return page
 
 

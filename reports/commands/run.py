@@ -17,7 +17,7 @@ from plumbob.engines.workers import Lost, Task, Workers
 from plumbob.models.registry import case_of
 from plumbob.models.registry import scene as find_scene
 from plumbob.models.scene import Scene
-from plumbob.reports.advice.json_records import record
+from plumbob.reports.advice.json_records import run_record
 from plumbob.reports.commands.arguments import values
 from plumbob.reports.commands.arguments.console import note, progress
 from plumbob.reports.commands.arguments.like import own_method
@@ -60,7 +60,7 @@ def command(chosen: argparse.Namespace) -> int:
             certified = _certified_record(chosen, scene, method, run)
         judgement = judge(run, case.system, method, about)
         worlds = batch_costs(case, method, step, chosen.worlds or [])
-        records.append(record(method, run, judgement, None, cost))
+        records.append(run_record(method, run, judgement, None, cost))
         if worlds:
             records[-1]["worlds"] = worlds
         codes.append(_code(scene, method, run, judgement))
@@ -167,7 +167,7 @@ def _file_record(
     """A run of a model file as plain data."""
     from plumbob.engines.audit.reference import RESOLVED
     from plumbob.engines.study.provenance import version_of
-    from plumbob.reports.view.audit.page import versions
+    from plumbob.reports.view.audit.page import package_versions
 
     index = reference.known
     error = run.at(index)
@@ -184,7 +184,7 @@ def _file_record(
         "ended": run.why,
         "notes": [*model.notes, *run.remarks],
         "softened": method.engine == "mujoco" and model.softened(run.step),
-        "versions": {**versions(), method.engine: version_of(engine_of(method))},
+        "versions": {**package_versions(), method.engine: version_of(engine_of(method))},
     }
 
 

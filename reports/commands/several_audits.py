@@ -18,12 +18,12 @@ from xml.etree import ElementTree
 
 from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.workers import Lost, Task, Workers
-from plumbob.models.border import must_be, regular
-from plumbob.reports.view.audit.page import page_of
+from plumbob.models.border import must_be, regular_file
+from plumbob.reports.view.audit.page import page_of_finding
 from plumbob.reports.view.content import Finding
-from plumbob.reports.view.finding_text import written as worded
-from plumbob.reports.view.page import written
-from plumbob.reports.view.tables import lines as worded_lines
+from plumbob.reports.view.finding_text import read_findings as worded
+from plumbob.reports.view.page import write_file
+from plumbob.reports.view.tables import terminal_lines as worded_lines
 from plumbob.reports.view.terminal import aligned
 
 INCLUDED = re.compile(r"<(?:include|model)\b[^>]*\bfile\s*=\s*[\"']([^\"'\0]+)[\"']")
@@ -122,7 +122,7 @@ def _models_in(folder: Path) -> tuple[list[Path], list[Path]]:
 def _text(path: Path) -> str | None:
     """The text of a file; None if the file is not regular, too large for a model or unreadable."""
     try:
-        regular("model", path)
+        regular_file("model", path)
         with must_be("a file that can be read", "model", str(path)):
             return path.read_text("utf-8", "replace")
     except ParameterError:
@@ -217,12 +217,12 @@ def workflow_commands(row: Row) -> Iterator[str]:
 
 def write_page(rows: Sequence[Row], folder: Path, command: str, seconds: float) -> Path:
     """Write the page of the table into `folder`, whole or not at all. Raises OSError."""
-    text = page_of(table(rows), command, seconds)
+    text = page_of_finding(table(rows), command, seconds)
 
     def link(found: re.Match[str]) -> str:
         return f'href="{quote(unescape(found[1]), errors="surrogateescape")}"'
 
-    return written(OWN_PAGE.sub(link, text), folder, PAGE)
+    return write_file(OWN_PAGE.sub(link, text), folder, PAGE)
 
 
 def write_badge(file: Path, rows: Sequence[Row], bounded: bool) -> None:
@@ -240,14 +240,14 @@ def write_badge(file: Path, rows: Sequence[Row], bounded: bool) -> None:
         "message": message,
         "color": colour,
     }
-    written(json.dumps(badge), file.parent, file.name)
+    write_file(json.dumps(badge), file.parent, file.name)
 
 
 def write_junit(file: Path, rows: Sequence[Row], began: float) -> None:
     """Write a test case for each model that was audited from the time `began` [s] on: a failure
     where what is asked for is missed, an error where there is no audit, skipped where there is no
     reference."""
-    from plumbob.reports.view.junit import Case, write_cases
+    from plumbob.reports.view.junit import JunitCase, write_cases
 
     cases = []
     for name, row in named(rows):
@@ -259,6 +259,6 @@ def write_junit(file: Path, rows: Sequence[Row], began: float) -> None:
             outcome = ("failure", row.missed) if row.missed else ("error", row.says)
         elif row.error is None:
             outcome = "skipped", f"no reference: {row.data.get('why', row.says)}"
-        cases.append(Case("plumbob.audit", name, row.seconds, known, *outcome))
+        cases.append(JunitCase("plumbob.audit", name, row.seconds, known, *outcome))
     date = datetime.fromtimestamp(began, UTC).strftime("%Y-%m-%dT%H:%M:%S")
     write_cases(file, cases, sum(row.seconds for row in rows), date)

@@ -18,8 +18,8 @@ from plumbob.reports.commands.arguments import values
 from plumbob.reports.commands.own_file import OF_FILES, described, is_file, motion
 from plumbob.reports.judge.long_runs import JudgedLongRun, judged_long_run
 from plumbob.reports.judge.stability import JudgedLimit, study_limits
-from plumbob.reports.view.own_files import replaceable
-from plumbob.reports.view.stability import NAME, table, write_page
+from plumbob.reports.view.own_files import check_replaceable
+from plumbob.reports.view.stability import NAME, table, write_stability_page
 from plumbob.reports.view.terminal import aligned
 
 if TYPE_CHECKING:
@@ -41,12 +41,12 @@ def command(chosen: argparse.Namespace) -> int:
     scenes = values.scenes(chosen.scene, {})
     methods = find_methods(",".join(chosen.method) or "*")
     if chosen.out:
-        replaceable("out", Path(chosen.out) / NAME)
+        check_replaceable("out", Path(chosen.out) / NAME)
     if not chosen.method:
         methods = tuple(m for m in methods if installed(engine_of(m)))
     study = _measured(chosen, scenes, methods)
     judged = list(_judged(study))
-    page = chosen.out and write_page(judged, study.provenance, Path(chosen.out))
+    page = chosen.out and write_stability_page(judged, study.provenance, Path(chosen.out))
     records = [of.record() for of in judged]
     shown = aligned(table(judged))
     surprises = [
@@ -70,7 +70,7 @@ def _of_file(chosen: argparse.Namespace) -> int:
     from plumbob.engines.audit.user_models import quiet
     from plumbob.engines.study.provenance import version_of
     from plumbob.reports.commands.arguments.console import note, progress
-    from plumbob.reports.view.audit.page import versions
+    from plumbob.reports.view.audit.page import package_versions
     from plumbob.reports.view.audit.records import stability_record
 
     chosen.budget = chosen.budget or BUDGET
@@ -94,7 +94,7 @@ def _of_file(chosen: argparse.Namespace) -> int:
         **described(chosen, script, reference, reference.known),
         "step": model.step,
         **stability_record(limits),
-        "versions": versions() | {name: version_of(engines[name]) for name in engines},
+        "versions": package_versions() | {name: version_of(engines[name]) for name in engines},
     }
     values.show(chosen, answer, "stability_file", limits=limits, **answer)
     if not reference.known or not (limits.own.confirmed or limits.own.holds_to):

@@ -23,9 +23,9 @@ def command(chosen: argparse.Namespace) -> int:
     from plumbob.engines.sweep import store
     from plumbob.engines.sweep.sweep import sweep, sweep_of
     from plumbob.reports.commands.arguments.console import progress
-    from plumbob.reports.view.own_files import replaceable
+    from plumbob.reports.view.own_files import check_replaceable
     from plumbob.reports.view.sweep.page import page_name, write_sweep_page
-    from plumbob.reports.view.sweep.text import words
+    from plumbob.reports.view.sweep.text import terminal_values
 
     sides, counts = zip(*chosen.vary, strict=True)
     methods = [find_method(name) for name in dict.fromkeys(chosen.method)]
@@ -35,7 +35,7 @@ def command(chosen: argparse.Namespace) -> int:
     asked = sweep_of(around, counts, methods, steps)
     out = Path(chosen.out)
     key = store.key_of_sweep(asked)
-    replaceable("out", out / page_name(asked, key))
+    check_replaceable("out", out / page_name(asked, key))
     with (
         values.workers(chosen) as (executor, jobs),
         progress() as show,
@@ -50,7 +50,7 @@ def command(chosen: argparse.Namespace) -> int:
             f"plumbob: points from {number * asked.chunk} on are missing: {why}",
             file=sys.stderr,
         )
-    texts = words(swept)
+    texts = terminal_values(swept)
     record = {
         "scene": texts["scene"],
         "points": asked.points,

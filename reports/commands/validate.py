@@ -15,22 +15,22 @@ from plumbob.engines.study import store
 from plumbob.engines.study.checkpoint import measured_into
 from plumbob.engines.study.convergence import SEED
 from plumbob.engines.study.results import Analysed, Study
-from plumbob.engines.study.runner import run_study
+from plumbob.engines.study.runner import pairs, run_study
 from plumbob.engines.workers import Workers
 from plumbob.models.registry import scenes as find_scenes
 from plumbob.models.scene import Scene
-from plumbob.reports.advice.json_records import records
+from plumbob.reports.advice.json_records import study_records
 from plumbob.reports.advice.user_settings import user_results
 from plumbob.reports.commands.arguments import values
 from plumbob.reports.commands.arguments.console import note, progress, writable_folder
 from plumbob.reports.commands.arguments.like import METHODS as LIKE_METHODS
 from plumbob.reports.commands.arguments.like import SCENES as LIKE_SCENES
 from plumbob.reports.commands.arguments.like import beside, own_method
-from plumbob.reports.judge.searches import judged_searches, unexpected
+from plumbob.reports.judge.searches import judged_searches, unexpected_searches
 from plumbob.reports.judge.study_verdicts import Judgements, judge_study
 from plumbob.reports.view.junit import write_junit
 from plumbob.reports.view.method_results import Results, results_of
-from plumbob.reports.view.own_files import replaceable
+from plumbob.reports.view.own_files import check_replaceable
 from plumbob.reports.view.records import records_of
 
 if TYPE_CHECKING:
@@ -46,6 +46,8 @@ def command(chosen: argparse.Namespace) -> int:
     methods = _methods(chosen.methods, chosen.like)
     if chosen.like:
         scenes = tuple(beside(scene, methods[0]) for scene in scenes)
+    if not pairs(scenes, methods):
+        note(_reason_of_no_runs(scenes, methods))
     with values.workers(chosen) as (executor, jobs):
         return _validated(chosen, scenes, methods, executor, jobs)
 
@@ -61,7 +63,7 @@ def _validated(
     and report; returns the exit code."""
     from plumbob.reports.analyses import analyses_of, requests
     from plumbob.reports.analyses.engines.gradients import with_each_pair
-    from plumbob.reports.view.site.writing import own_site
+    from plumbob.reports.view.site.writing import check_site_replaceable
 
     judged: list[Judgements] = []  # once, for the analyses and for what is printed
 
@@ -69,8 +71,8 @@ def _validated(
         judged.append(judge_study(study, chosen.within))
         return analyses_of(study, workers, judged[0])
 
-    junit = replaceable("junitxml", Path(chosen.junitxml)) if chosen.junitxml else None
-    own_site("out", Path(chosen.out))
+    junit = check_replaceable("junitxml", Path(chosen.junitxml)) if chosen.junitxml else None
+    check_site_replaceable("out", Path(chosen.out))
     out = writable_folder("out", Path(chosen.out))
     if junit:
         writable_folder("junitxml", junit.parent)
@@ -128,7 +130,7 @@ def _report(
         write_junit(junit, study, every)
     values.show(
         chosen,
-        records(study, judged, results),
+        study_records(study, judged, results),
         "study",
         **study_values(study, every, chosen.verbose),
         page=page,
@@ -149,10 +151,19 @@ def _methods(pattern: str | None, like: str | None) -> tuple[Method, ...]:
     return (own_method(like), *methods) if like else methods
 
 
+def _reason_of_no_runs(scenes: Sequence[Scene], methods: Sequence[Method]) -> str:
+    """One line that says why a study of these scenes and methods has no runs."""
+    patterns = ",".join(f"{engine}/*" for engine in dict.fromkeys(m.engine for m in methods))
+    others = dict.fromkeys(method.name for _, method in pairs(scenes, find_methods(patterns)))
+    names = ", ".join(method.name for method in methods)
+    meant = f"; meant for them: {', '.join(others)}" if others else ""
+    return f"no runs: none of the methods {names} is meant for one of these scenes{meant}"
+
+
 def exit_code(study: Study, every: Results) -> int:
     """1 when a verdict is not as expected, else 3 when an engine is missing or the user's own
     settings ran nothing, else 0."""
-    if unexpected(judged_searches(study)) or "unexpected" in {
+    if unexpected_searches(judged_searches(study)) or "unexpected" in {
         of.meaning for of in every.values()
     }:
         return 1

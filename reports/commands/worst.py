@@ -26,7 +26,7 @@ def command(chosen: argparse.Namespace) -> int:
     from plumbob.engines.sweep.sweep import run_error, runnable
     from plumbob.engines.sweep.worst import search
     from plumbob.reports.commands.arguments.console import progress
-    from plumbob.reports.view.sweep.text import place, size
+    from plumbob.reports.view.sweep.text import error_text, point_text
 
     method = find_method(chosen.method)
     with values.representable(chosen.changes):
@@ -53,8 +53,8 @@ def command(chosen: argparse.Namespace) -> int:
         by=chosen.by,
         held=answer.certificate,
         command=record["command"],
-        size=size,
-        place=place,
+        size=error_text,
+        place=point_text,
     )
     return 0
 
@@ -63,18 +63,20 @@ def of_tolerance(case: Case, method: Method, step: float) -> float:
     """The most of its tolerance that an observable's error uses up in a run: above 1 its verdict is
     `off-prediction`; 0 where nothing is judged, infinite where the run diverged or is cut short."""
     from plumbob.engines.study.measurement import measure
-    from plumbob.reports.judge.tolerance import used
+    from plumbob.reports.judge.tolerance import used_fraction
     from plumbob.reports.judge.verdict import judge
 
     run, _ = measure(case, method, step)
     if run.status != "done":
         return math.inf if run.status in ("diverged", "cut-short") else 0.0
     allowed = judge(run, case.system, method, case.system.quantities(case)).tolerances
-    return max((used(run.errors[n], bound) for n, bound in allowed.items()), default=0.0)
+    return max(
+        (used_fraction(run.errors[n], bound) for n, bound in allowed.items()), default=0.0
+    )
 
 
 def _record(worst: Found) -> dict[str, Any]:
-    from plumbob.reports.view.sweep.text import command as repeated
+    from plumbob.reports.view.sweep.text import repeat_command as repeated
 
     parameters = {**dict(worst.box.changes), **worst.parameters}
     return {

@@ -1,1 +1,1 @@
-"""Is it within tolerance: tolerances, verdicts, expectations."""
+"""Verdicts on measured runs: tolerances, verdicts, and the verdicts that are expected."""

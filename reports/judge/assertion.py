@@ -1,4 +1,4 @@
-"""A run, or a convergence study, as an assertion for a user's test."""
+"""Assertions for a user's tests: on one run, or on a convergence study."""
 
 from __future__ import annotations
 
@@ -16,12 +16,13 @@ from plumbob.models.registry import scene as find_scene
 from plumbob.models.scene import Scene
 from plumbob.reports.judge.expectations import (
     INACCURATE,
-    accurate,
+    Expectation,
     expected,
+    require_accuracy,
     run_surprise,
     surprise,
 )
-from plumbob.reports.judge.verdict import Judged, Judgement, judge, judged
+from plumbob.reports.judge.verdict import JudgedMethod, Judgement, judge, judge_method
 
 
 def check(
@@ -33,67 +34,78 @@ def check(
     within: float | None = None,
     expect: str | None = None,
 ) -> Judgement:
-    """Run `scene` with `method` at `step` [s] (or relative tolerance), or without one at the step
-    sizes of the quick profile, as `plumbob validate` does, and return the judgement. Raises
-    AssertionError with the table when the verdict is not as declared, or not `expect` where that is
-    given, or the relative error, at `step` or the finest, exceeds `within`; and ParameterError for
-    a name or number that does not fit. At one step, a known limit's error lies within a factor of
-    two of what its convergence study spans.
+    """Judges `scene` with `method` and returns the judgement; raises AssertionError if the verdict
+    is not the declared one. With `step` [s] (or relative tolerance) it judges one run; without, it
+    runs the convergence study of the quick profile, as `plumbob validate` does. If `expect` is
+    given, it replaces the declared verdict. If `within` is given, the relative error at `step`, or
+    at the finest step, must not exceed it. `changes` replaces parameters of the scene. At one step,
+    a known limit's error must lie within a factor of two of the range that its convergence study
+    spans. The error's text has the errors and the terms of their tolerances. Raises ParameterError
+    for an unknown name or a number out of range.
 
     >>> check("cone-pendulum/rotating-base", "ode/rk4", step=1e-3).verdict
     'predicted'
     """
     if within is not None:
         positive("within", within)
-    chosen = find_scene(scene, changes)
-    how = find_method(method)
+    chosen_scene = find_scene(scene, changes)
+    chosen_method = find_method(method)
     if step is None:
-        runs, both = judged_runs(chosen, how, "quick")
-        judgement = both.whole
-        rows = tuple(zip(runs.measurements, both.runs, strict=True))
-        why = surprise(chosen, how, judgement)
+        study, judged = judged_runs(chosen_scene, chosen_method, "quick")
+        judgement = judged.whole
+        rows = tuple(zip(study.measurements, judged.runs, strict=True))
+        mismatch = surprise(chosen_scene, chosen_method, judgement)
     else:
-        case = case_of(chosen)
-        run, _ = measure(case, how, step)
-        judgement = judge(run, case.system, how, case.system.quantities(case))
+        case = case_of(chosen_scene)
+        run, _ = measure(case, chosen_method, step)
+        judgement = judge(run, case.system, chosen_method, case.system.quantities(case))
         rows = ((run, judgement),)
-        why = run_surprise(chosen, how, judgement)
+        mismatch = run_surprise(chosen_scene, chosen_method, judgement)
     if within is not None:
-        judgement = accurate(judgement, within)
-        why = INACCURATE if judgement.verdict == "inaccurate" else why
-    wanted = expected(chosen.name, how.name)
-    # A test that a step outside the asymptotic range, or a missing engine, cannot fail would claim
-    # nothing.
-    nothing = judgement.verdict in ("pre-asymptotic", "missing")
-    met = within is not None and bool(judgement.errors)
-    if nothing and not met and not wanted.allows(judgement):
-        why = f"{judgement.verdict}, expected {wanted.verdict}"
+        judgement = require_accuracy(judgement, within)
+        mismatch = INACCURATE if judgement.verdict == "inaccurate" else mismatch
+    expectation = expected(chosen_scene.name, chosen_method.name)
+    accuracy_met = within is not None and bool(judgement.errors)
+    if not accuracy_met and _claims_nothing(judgement, expectation):
+        mismatch = f"{judgement.verdict}, expected {expectation.verdict}"
     if expect is not None:
-        why = f"{judgement.verdict}, expected {expect}"
-        why = "" if judgement.verdict == present(expect) else why
-    if not why:
+        met = judgement.verdict == present(expect)
+        mismatch = "" if met else f"{judgement.verdict}, expected {expect}"
+    if not mismatch:
         return judgement
-    reason = judgement.reason or wanted.reason or "within tolerance"
-    at = "" if step is None else f" at {step:g}"
-    lines = [f"{chosen.name} with {how.name}{at}: {why} ({reason})"]
-    for measured, verdict in rows:
-        lines += _lines(measured, verdict)
+    reason = judgement.reason or expectation.reason or "within tolerance"
+    at_step = "" if step is None else f" at {step:g}"
+    pair = f"{chosen_scene.name} with {chosen_method.name}"
+    lines = [f"{pair}{at_step}: {mismatch} ({reason})"]
+    for run, run_judgement in rows:
+        lines += _run_lines(run, run_judgement)
     raise AssertionError("\n".join(lines))
 
 
-def judged_runs(scene: Scene, method: Method, profile: str) -> tuple[ConvergenceStudy, Judged]:
-    """A scene with a method at all step sizes of a profile, as `plumbob validate` runs and judges
-    it."""
-    runs = convergence_study(scene, method, most_steps(scene, profile), seed=SEED)
+def _claims_nothing(judgement: Judgement, expectation: Expectation) -> bool:
+    """Whether a verdict claims nothing, and is not expected. A step outside the asymptotic range
+    and a missing engine claim nothing: a test that they cannot fail would claim nothing either."""
+    nothing = judgement.verdict in ("pre-asymptotic", "missing")
+    return nothing and not expectation.allows(judgement)
+
+
+def judged_runs(
+    scene: Scene, method: Method, profile: str
+) -> tuple[ConvergenceStudy, JudgedMethod]:
+    """Runs a scene with a method at all step sizes of a profile, as `plumbob validate` does;
+    returns the study and its verdicts."""
+    study = convergence_study(scene, method, most_steps(scene, profile), seed=SEED)
     case = case_of(scene)
-    return runs, judged(runs, case.system, method, case.system.quantities(case))
+    return study, judge_method(study, case.system, method, case.system.quantities(case))
 
 
-def _lines(run: Measurement, judgement: Judgement) -> Iterator[str]:
-    """Errors of a run, with the terms of their tolerances."""
+def _run_lines(run: Measurement, judgement: Judgement) -> Iterator[str]:
+    """Yields the errors of a run as lines of text, with the terms of their tolerances."""
     yield f"  at {run.step:g}: {judgement.verdict}"
     for name, error in run.errors.items():
         yield f"  {name}: error {error.largest:.3e}"
-        if bound := judgement.tolerances.get(name):
-            for term in bound.terms:
-                yield f"    {term.value:.3e} {bound.unit}  {term.name}: {term.reason}"
+        bound = judgement.tolerances.get(name)
+        if bound is None:
+            continue
+        for term in bound.terms:
+            yield f"    {term.value:.3e} {bound.unit}  {term.name}: {term.reason}"

@@ -1,6 +1,9 @@
-"""Does the error of a method that no theory covers go to zero with the step? Its envelope, the
-largest error of each octave of steps, has to fall, and what is smooth has to lead to the exact
-answer. Rules of judgement, chosen and not derived, are constants here."""
+"""Convergence of methods that no theory covers: does the error go to zero with the step?
+
+The errors' envelope is the largest error in each octave of steps. The envelope has to fall. If the
+error is smooth in the step, its extrapolation to a step of zero has to be zero. The constants are
+rules of judgement, chosen and not derived.
+"""
 
 from __future__ import annotations
 
@@ -18,105 +21,128 @@ from plumbob.engines.study.order import fit_order
 from plumbob.models.scene import Quantity
 
 PER_OCTAVE = 3  # least runs in an octave of steps: fewer may all be accurate by chance
-OCTAVES = 4  # over which the envelope has to fall
-SLOWEST = 0.5  # the slope's confidence interval lies above
-ROUND_OFFS = 10.0  # an error within so many round-offs has reached the floor
-STALLED = 0.7  # two octaves of finer steps that leave this much of an error have not helped
-SMOOTH = 0.05  # of the errors fitted: what a series in the step may leave of smooth ones
-LEFT = 0.5  # of the smallest error: what a smooth one may extrapolate to
+LEAST_OCTAVES = 4  # octaves over which the envelope has to fall
+LEAST_SLOPE = 0.5  # lower bound on the confidence interval of the envelope's slope
+ROUND_OFFS = 10.0  # multiple of the round-off level: an error below it is not resolved
+STALLED_RATIO = 0.7  # ratio of errors, two octaves apart, from which smaller steps do not help
+# Largest residual of the series in the step, relative to the smallest error.
+SMOOTH_RESIDUAL = 0.05
+EXTRAPOLATED_RATIO = 0.5  # largest extrapolated error relative to the smallest measured error
 
 
 @dataclass(frozen=True)
 class Convergence:
-    """The verdict of the envelope: `converges`, `not-converging`, or neither, and why."""
+    """The verdict by the envelope, with the reason: `converges`, `not-converging` or None."""
 
     verdict: Literal["converges", "not-converging"] | None
     reason: str
 
 
 def convergence(runs: Sequence[Measurement], quantities: Sequence[Quantity]) -> Convergence:
-    """Judge the runs of a method without theory, coarse to fine, by their relative errors."""
-    rows = [row for m in runs if m.status == "done" and (row := _row(m, quantities))]
-    steps, errors, floors, ends = np.reshape(rows, (-1, 4)).T
-    resolved = errors > ROUND_OFFS * floors
-    octaves = _octaves(steps, errors)
-    above = octaves[resolved[octaves]]
-    if len(octaves) < OCTAVES:
-        if len(steps) >= PER_OCTAVE and not resolved.any():  # which ends a study early
+    """Returns the verdict on the runs of a method without theory, coarse to fine, by their relative
+    errors."""
+    rows = [_run_row(run, quantities) for run in runs if run.status == "done"]
+    complete = [row for row in rows if row]
+    steps, errors, round_offs, ends = np.reshape(complete, (-1, 4)).T
+    resolved = errors > ROUND_OFFS * round_offs
+    maxima = _octave_maxima(steps, errors)
+    resolved_maxima = maxima[resolved[maxima]]
+    if len(maxima) < LEAST_OCTAVES:
+        # A study ends early once its errors reach round-off.
+        if len(steps) >= PER_OCTAVE and not resolved.any():
             return Convergence("converges", f"within {ROUND_OFFS:g} round-offs at every step")
-        return Convergence(None, f"{len(octaves)} octaves of steps, and {OCTAVES} are needed")
-    least = f"the smallest error resolved is {errors[octaves].min():.2g}, relative"
-    if not len(above):
         return Convergence(
-            "converges", f"within {ROUND_OFFS:g} round-offs at every step; {least}"
+            None, f"{len(maxima)} octaves of steps, and {LEAST_OCTAVES} are needed"
         )
-    last = octaves[-1]
-    if resolved[last] and errors[last] >= STALLED * errors[octaves[-3]]:
-        why = f"the relative error stays at {errors[last]:.3g}, "
-        times = f"{errors[last] / floors[last]:.2g} times the round-off level"
-        return Convergence("not-converging", why + times)
-    if len(above) < OCTAVES:
-        return Convergence(None, f"{len(above)} octaves above the round-off level; {least}")
-    slope = _slope(steps[above].tolist(), errors[above].tolist())
+    smallest = f"the smallest error resolved is {errors[maxima].min():.2g}, relative"
+    if not len(resolved_maxima):
+        reason = f"within {ROUND_OFFS:g} round-offs at every step; {smallest}"
+        return Convergence("converges", reason)
+    finest = maxima[-1]
+    if resolved[finest] and errors[finest] >= STALLED_RATIO * errors[maxima[-3]]:
+        times = f"{errors[finest] / round_offs[finest]:.2g} times the round-off level"
+        reason = f"the relative error stays at {errors[finest]:.3g}, {times}"
+        return Convergence("not-converging", reason)
+    if len(resolved_maxima) < LEAST_OCTAVES:
+        reason = f"{len(resolved_maxima)} octaves above the round-off level; {smallest}"
+        return Convergence(None, reason)
+    slope = _envelope_slope(steps[resolved_maxima].tolist(), errors[resolved_maxima].tolist())
     if slope is None:
-        return Convergence(None, f"the error does not fall as a power of the step; {least}")
-    return _falling(steps[resolved], errors[resolved], ends[resolved], slope, least)
+        reason = f"the error does not fall as a power of the step; {smallest}"
+        return Convergence(None, reason)
+    return _falling_verdict(steps[resolved], errors[resolved], ends[resolved], slope, smallest)
 
 
-def _falling(
-    steps: Array, errors: Array, ends: Array, slope: tuple[float, float, float], least: str
+def _falling_verdict(
+    steps: Array,
+    errors: Array,
+    ends: Array,
+    slope: tuple[float, float, float],
+    smallest: str,
 ) -> Convergence:
-    """Whether errors above round-off that fall do so to zero."""
-    fine = slice(-3 * PER_OCTAVE, None)
-    left = _extrapolated(steps[fine], ends[fine], max(1, round(slope[0])))
-    if left > LEFT * errors[-1]:
-        why = f"the error is smooth in the step, and leads to {left:.2g} and not to zero"
-        return Convergence("not-converging", f"{why}; {least}")
+    """Returns the verdict on errors above round-off whose envelope falls. If they are smooth in the
+    step and extrapolate to an error far from zero, they do not converge. `slope` is the envelope's
+    slope with its confidence interval; `smallest` is a phrase on the smallest error."""
+    finest = slice(-3 * PER_OCTAVE, None)
+    limit = _extrapolated_error(steps[finest], ends[finest], max(1, round(slope[0])))
+    if limit > EXTRAPOLATED_RATIO * errors[-1]:
+        reason = f"the error is smooth in the step, and leads to {limit:.2g} and not to zero"
+        return Convergence("not-converging", f"{reason}; {smallest}")
     order = "of order {:.2f} ({:.2f} to {:.2f})".format(*slope)
-    return Convergence("converges", f"{order}; {least}")
+    return Convergence("converges", f"{order}; {smallest}")
 
 
-def _row(run: Measurement, quantities: Sequence[Quantity]) -> tuple[float, ...]:
-    """A run's step [s]; relative to the quantity's scale its error, its round-off level, and its
-    error at the end, signed. Empty where it leaves the quantity out."""
-    quantity, relative = worst(run, quantities)
-    if math.isnan(relative):
+def _run_row(run: Measurement, quantities: Sequence[Quantity]) -> tuple[float, ...]:
+    """Returns four numbers of a run: its step [s], its error, its round-off level, and its signed
+    error at the end, all three relative to the scale of the worst quantity. Empty if the run lacks
+    a quantity."""
+    quantity, relative_error = worst(run, quantities)
+    if math.isnan(relative_error):
         return ()
     error = run.errors[quantity.observable]
-    scale = quantity.scale
-    return run.step, relative, rounding(error, run.steps) / scale, error.end / scale
+    round_off = rounding(error, run.steps) / quantity.scale
+    return run.step, relative_error, round_off, error.end / quantity.scale
 
 
-def _octaves(steps: Array, errors: Array) -> npt.NDArray[np.intp]:
-    """Places of the runs with the largest error of each octave of steps, below the coarsest, that
-    has enough of them; coarse to fine."""
-    octave = np.floor(np.log2(steps / steps.min(initial=np.inf)) + 1e-9)
-    groups = [np.flatnonzero(octave == k) for k in np.unique(octave)[::-1]]
-    full = [group[errors[group].argmax()] for group in groups if len(group) >= PER_OCTAVE]
-    return np.array(full, dtype=np.intp)
+def _octave_maxima(steps: Array, errors: Array) -> npt.NDArray[np.intp]:
+    """Returns the indices of the runs with the largest error in each octave of steps, coarse to
+    fine. An octave counts if it has PER_OCTAVE runs or more."""
+    octaves = np.floor(np.log2(steps / steps.min(initial=np.inf)) + 1e-9)
+    coarse_to_fine = np.unique(octaves)[::-1]
+    groups = [np.flatnonzero(octaves == octave) for octave in coarse_to_fine]
+    full = [group for group in groups if len(group) >= PER_OCTAVE]
+    return np.array([group[errors[group].argmax()] for group in full], dtype=np.intp)
 
 
-def _slope(steps: list[float], errors: list[float]) -> tuple[float, float, float] | None:
-    """Slope of the envelope with its 95 % confidence interval, over the finest octaves, four or
-    more, over which the interval lies above the slowest; the finest four have to fall as fast."""
-    none = [0.0] * len(steps)
-    for most in range(OCTAVES, len(steps) + 1):
-        fit = fit_order(steps, errors, none, most)
-        if fit is None or (most == OCTAVES and not fit.slope > SLOWEST):
+def _envelope_slope(
+    steps: list[float], errors: list[float]
+) -> tuple[float, float, float] | None:
+    """Returns the slope of the envelope and the ends of its 95 % confidence interval, over the
+    finest octaves. Their number is the smallest, four or more, with which the interval lies above
+    LEAST_SLOPE. Returns None if there is no such number, or if the slope over the finest four is
+    LEAST_SLOPE or less."""
+    no_round_off = [0.0] * len(steps)
+    for most in range(LEAST_OCTAVES, len(steps) + 1):
+        fit = fit_order(steps, errors, no_round_off, most)
+        if fit is None:
             return None
-        if fit.low > SLOWEST:
+        if most == LEAST_OCTAVES and not fit.slope > LEAST_SLOPE:
+            return None
+        if fit.low > LEAST_SLOPE:
             return fit.slope, fit.low, fit.high
     return None
 
 
-def _extrapolated(steps: Array, ends: Array, order: int) -> float:
-    """The magnitude of the error at the end, extrapolated to a step of zero by a series that begins
-    with this order; 0 where the error is not smooth in the step."""
+def _extrapolated_error(steps: Array, ends: Array, order: int) -> float:
+    """Returns the magnitude of the error at the end, extrapolated to a step of zero by a series in
+    the step that begins with the power `order`. Returns 0 if the error is not smooth in the
+    step."""
     x = steps / steps[0]
-    terms = np.stack([np.ones_like(x), x**order, x ** (order + 1)], axis=1)
+    powers = np.stack([np.ones_like(x), x**order, x ** (order + 1)], axis=1)
     weights = 1.0 / np.abs(x**order)
-    coefficients = np.linalg.lstsq(terms * weights[:, None], ends * weights, rcond=None)[0]
-    left = np.abs(terms @ coefficients - ends) * weights
-    if left.max() > SMOOTH * float(np.abs(ends * weights).min()):
+    weighted_ends = ends * weights
+    coefficients = np.linalg.lstsq(powers * weights[:, None], weighted_ends, rcond=None)[0]
+    residuals = np.abs(powers @ coefficients - ends) * weights
+    if residuals.max() > SMOOTH_RESIDUAL * float(np.abs(weighted_ends).min()):
         return 0.0
     return float(abs(coefficients[0]))

@@ -1,5 +1,6 @@
-"""Checks of an engine's adapter, by running it: that it builds its scenes, repeats itself, samples
-at its steps, writes nothing, reports a failed run, counts its steps, and converges at its order."""
+"""Checks of an engine's adapter, by running it: that the adapter builds its scenes, repeats its
+results, samples at its steps, writes nothing, reports a failed run, counts its steps, and converges
+at its declared order."""
 
 from __future__ import annotations
 
@@ -25,298 +26,340 @@ from plumbob.models.entry_points import captured
 from plumbob.models.registry import case_of, system_of
 from plumbob.models.scene import Case, Scene
 from plumbob.reports.judge.expectations import expected
-from plumbob.reports.judge.verdict import judged
+from plumbob.reports.judge.verdict import judge_method
 
-# steps: of a method that converges the first sample is late by less and less of a step
-LATE = 0.25
-SAME = 1e-3  # of a step's motion: by what runs of different lengths may differ at the same time
-BELOW = 0.3  # by how much an observed order may be lower than the declared one
-ORDERS, TRIED = 3, 9  # scenes that the order is to be seen on, and how many are tried for it
-STEPS = 1201  # of a run whose samples are looked at: one sample every three steps
-COARSE = 8  # steps in a run that is to diverge, if it can
+# Largest delay of the first sample, in steps. The delay of a method that converges tends to zero.
+LARGEST_DELAY = 0.25
+# Largest difference of two runs at the same time, relative to one step's motion.
+SAME_TIME_ERROR = 1e-3
+ORDER_MARGIN = 0.3  # largest amount by which an observed order may be below the declared order
+# Scenes that must show an order, and scenes that are tried for it.
+ORDER_SCENES, TRIED_SCENES = 3, 9
+MOST_STEPS = 1201  # most steps of a run whose samples are checked: one sample every three steps
+COARSE_STEPS = 8  # steps in a run that should diverge
 
 Status = Literal["pass", "fail", "not checked"]
 
 
 class NotChecked(Exception):
-    """Why something cannot be checked for a method."""
+    """The reason why something cannot be checked for a method."""
 
 
 @dataclass(frozen=True)
-class Checked:
+class CheckOutcome:
     """The outcome of one check for all methods of an engine."""
 
     name: str
     status: Status
-    detail: str  # what was seen, or the method that fails and why
+    detail: str  # the result, or the method that fails and the reason
 
 
 @dataclass(frozen=True)
-class Subject:
-    """A method under check, and the scenes that it is meant for, those of fewest steps first."""
+class CheckedMethod:
+    """A method under check, with the scenes that it is meant for, fewest steps first."""
 
     engine: Engine
     method: Method
     scenes: tuple[Scene, ...]
 
-    def prepared(self, case: Case, step: float) -> Simulation:
-        """The case in the engine itself, whose errors are raised."""
+    def simulation(self, case: Case, step: float) -> Simulation:
+        """Returns the case built by the engine itself; the engine's errors are raised."""
         return self.engine.prepare(case, self.method, step)
 
-    def step(self, scene: Scene) -> float:
-        """The step [s] that a scene is looked at with, or the tightest tolerance."""
+    def checked_step(self, scene: Scene) -> float:
+        """Returns the step [s] at which a scene is checked: the middle one of the quick profile's
+        step sizes. For a solver with a tolerance it returns the tightest tolerance."""
         sizes = chosen_step_sizes(scene, self.method, most_steps(scene, "quick"))
         return sizes[len(sizes) // 2] if self.method.control == "step" else sizes[-1]
 
     @property
-    def short(self) -> tuple[Case, float]:
-        """The case of fewest steps that the engine builds, no longer than the steps that are looked
-        at, and its step; raises NotChecked where there is none."""
+    def short_case(self) -> tuple[Case, float]:
+        """Returns the first case that the engine builds, cut to at most MOST_STEPS steps, and its
+        step; raises NotChecked if the engine builds none."""
         for scene in self.scenes:
             case = case_of(scene)
-            step = self.step(scene)
+            step = self.checked_step(scene)
             if self.method.control == "step":
-                case = case.lasting(min(STEPS, round(scene.duration / step)) * step)
+                steps = min(MOST_STEPS, round(scene.duration / step))
+                case = case.lasting(steps * step)
             with suppress(Unsupported):
-                self.prepared(case, step)
+                self.simulation(case, step)
                 return case, step
         raise NotChecked("it builds no scene")
 
     def run(self, case: Case, step: float) -> Trajectory:
-        """A run, with the samples, the end and the count of steps that were asked for."""
-        run = self.prepared(case, step).run()
-        why = not_a_trajectory(run) or not_asked_for(case, self.method, step, run)
-        _hold(not why, f"a run of {case.scene.name}: {why}")
+        """Runs a case and returns the trajectory; raises AssertionError if the samples, the end or
+        the count of steps are not as asked for."""
+        run = self.simulation(case, step).run()
+        fault = not_a_trajectory(run) or not_asked_for(case, self.method, step, run)
+        _require(not fault, f"a run of {case.scene.name}: {fault}")
         return run
 
 
-Look = Callable[[Subject], str]  # what was seen; raises AssertionError and NotChecked
+# A check: returns its result in words; raises AssertionError and NotChecked.
+Check = Callable[[CheckedMethod], str]
 
 
-def check_engine(methods: Sequence[Method], scenes: Sequence[Scene]) -> Iterator[Checked]:
-    """The checks of an engine's methods on those of `scenes` that they are meant for, one after the
-    other."""
-    subjects = [
-        Subject(unguarded(method.engine), method, _ordered(method, scenes))
+def check_engine(methods: Sequence[Method], scenes: Sequence[Scene]) -> Iterator[CheckOutcome]:
+    """Yields the outcome of each check over an engine's methods. Each method is checked on those of
+    `scenes` that it is meant for."""
+    checked_methods = [
+        CheckedMethod(unguarded(method.engine), method, _sorted_scenes(method, scenes))
         for method in methods
     ]
-    for name, look in CHECKS.items():
-        yield _outcome(name, look, subjects)
+    for name, check in CHECKS.items():
+        yield _check_outcome(name, check, checked_methods)
 
 
-def _ordered(method: Method, scenes: Sequence[Scene]) -> tuple[Scene, ...]:
-    """The scenes that a method is meant for, hard ones last, those of fewest steps first."""
+def _sorted_scenes(method: Method, scenes: Sequence[Scene]) -> tuple[Scene, ...]:
+    """Returns the scenes that a method is meant for: hard ones last, otherwise fewest steps
+    first."""
 
-    def steps(scene: Scene) -> float:
-        return scene.duration / min(scene.steps) * system_of(scene).weight
+    def sort_key(scene: Scene) -> tuple[bool, float, str]:
+        steps = scene.duration / min(scene.steps) * system_of(scene).weight
+        return bool(scene.hard), steps, scene.name
 
     chosen = [scene for scene in scenes if meant(method, scene)]
-    return tuple(sorted(chosen, key=lambda scene: (bool(scene.hard), steps(scene), scene.name)))
+    return tuple(sorted(chosen, key=sort_key))
 
 
-def _outcome(name: str, look: Look, subjects: Sequence[Subject]) -> Checked:
-    """A check's outcome over all methods: the first failure, or the first result."""
+def _check_outcome(name: str, check: Check, methods: Sequence[CheckedMethod]) -> CheckOutcome:
+    """Returns a check's outcome over all methods: the first failure, else the first pass."""
     outcomes: dict[Status, list[str]] = {"fail": [], "pass": [], "not checked": []}
-    for subject in subjects:
-        status: Status = "fail"
-        try:
-            # What it prints and leaves in an empty folder is a check of its own.
-            with TemporaryDirectory() as folder, chdir(folder), captured():
-                what = look(subject)
-            status = "pass"
-        except NotChecked as why:
-            status = "not checked"
-            what = str(why)
-        except AssertionError as why:
-            what = str(why)
-        except Exception as error:
-            what = f"{type(error).__name__}: {error}"
-        outcomes[status].append(f"{subject.method.name}: {what}")
-    status = next((name for name, shown in outcomes.items() if shown), "not checked")
-    first, *others = outcomes[status] or ["no method"]
-    more = f" (and {len(others)} more)" if others else ""
-    return Checked(name, status, " ".join((first + more).split()))
+    for checked in methods:
+        status, detail = _method_outcome(check, checked)
+        outcomes[status].append(f"{checked.method.name}: {detail}")
+    for status, details in outcomes.items():
+        if details:
+            more = f" (and {len(details) - 1} more)" if len(details) > 1 else ""
+            return CheckOutcome(name, status, " ".join((details[0] + more).split()))
+    return CheckOutcome(name, "not checked", "no method")
 
 
-def _hold(holds: object, why: str) -> None:
-    """Raise AssertionError with a reason, whatever the interpreter's options."""
+def _method_outcome(check: Check, checked: CheckedMethod) -> tuple[Status, str]:
+    """Returns a check's outcome for one method, with its detail."""
+    try:
+        # Output and files of the engine are caught: `check_output` checks for them.
+        with TemporaryDirectory() as folder, chdir(folder), captured():
+            return "pass", check(checked)
+    except NotChecked as reason:
+        return "not checked", str(reason)
+    except AssertionError as reason:
+        return "fail", str(reason)
+    except Exception as error:
+        return "fail", f"{type(error).__name__}: {error}"
+
+
+def _require(holds: object, why: str) -> None:
+    """Raises AssertionError with a reason if a condition is false, under `python -O` too."""
     if not holds:
         raise AssertionError(why)
 
 
-def builds(subject: Subject) -> str:
-    """Every scene that the method is meant for is built, or declared as unsupported."""
+def check_builds(checked: CheckedMethod) -> str:
+    """Checks that every scene that the method is meant for is built, or declared as unsupported."""
     built = 0
-    for scene in subject.scenes:
+    for scene in checked.scenes:
         try:
-            simulation = subject.prepared(case_of(scene), subject.step(scene))
-        except Unsupported as why:
-            declared = expected(scene.name, subject.method.name).verdict == "unsupported"
-            _hold(declared, f"it is meant for {scene.name}, and says: {why}")
+            simulation = checked.simulation(case_of(scene), checked.checked_step(scene))
+        except Unsupported as reason:
+            verdict = expected(scene.name, checked.method.name).verdict
+            message = f"it is meant for {scene.name}, and refuses it: {reason}"
+            _require(verdict == "unsupported", message)
             continue
         for part in ("run", "stepped"):
-            _hold(callable(getattr(simulation, part, None)), f"a simulation has no {part}()")
+            is_method = callable(getattr(simulation, part, None))
+            _require(is_method, f"a simulation has no {part}()")
         built += 1
     if not built:
         raise NotChecked("it is meant for none of the scenes")
     return f"{built} scenes"
 
 
-def repeats(subject: Subject) -> str:
-    """Two runs of one simulation, and a run of another, agree to the last bit."""
-    case, step = subject.short
-    simulation = subject.prepared(case, step)
-    first, *others = simulation.run(), simulation.run(), subject.prepared(case, step).run()
-    for number, run in enumerate(others, 2):
+def check_repeats(checked: CheckedMethod) -> str:
+    """Checks that two runs of one simulation, and a run of a second one, agree to the last bit."""
+    case, step = checked.short_case
+    simulation = checked.simulation(case, step)
+    first = simulation.run()
+    second = simulation.run()
+    third = checked.simulation(case, step).run()
+    for number, run in ((2, second), (3, third)):
         for name, values in first.observables.items():
             same = np.array_equal(values, run.observables[name])
-            _hold(same, f"{name} of run {number} of {case.scene.name} is not that of run 1")
+            pair = f"run {number} of {case.scene.name} and run 1"
+            _require(same, f"{name} differs between {pair}")
     return f"3 runs of {case.scene.name}, the same bits"
 
 
-def samples(subject: Subject) -> str:
-    """Samples stand at times of whole steps, from the start to the end, and hold what the engine
-    has reached by then: not a step later, nor earlier."""
-    case, step = subject.short
-    run = subject.run(case, step)
-    solver = subject.method.control == "tolerance"
+def check_samples(checked: CheckedMethod) -> str:
+    """Checks that samples stand at times of whole steps, from the start to the end, and that each
+    sample holds the state at its time, not the state one step earlier or later."""
+    case, step = checked.short_case
+    run = checked.run(case, step)
+    solver = checked.method.control == "tolerance"
     exact = case.reference.observe(run.times)
-    doubt = case.reference.uncertainty(run.times[:1])
-    for name in _states(case, run):
+    uncertainty = case.reference.uncertainty(run.times[:1])
+    for name in _state_names(case, run):
         error = run.observables[name] - exact[name]
-        allowed = 10.0 * doubt[name][0] + 1e-9 * (np.abs(exact[name]).max() or 1.0)
-        off = f"{name} starts {error[0]:.3g} off the start of {case.scene.name}"
-        _hold(abs(error[0]) <= allowed, off)
-        late = not solver or np.abs(error).max() <= LATE * np.abs(np.diff(exact[name])).max()
-        _hold(late, f"{name} is late by much of a sample")
+        size = np.abs(exact[name]).max() or 1.0
+        allowed = 10.0 * uncertainty[name][0] + 1e-9 * size
+        wrong_start = f"{name} starts {error[0]:.3g} from the start of {case.scene.name}"
+        _require(abs(error[0]) <= allowed, wrong_start)
+        if solver:
+            largest_change = np.abs(np.diff(exact[name])).max()
+            on_time = np.abs(error).max() <= LARGEST_DELAY * largest_change
+            late = f"more than {LARGEST_DELAY:g} of a sample"
+            _require(on_time, f"{name} is late by {late}")
     if not solver:
-        _not_late(case, subject.run(case.lasting(step), step), step)
+        _check_first_step(case, checked.run(case.lasting(step), step), step)
         for sample in {1, len(run.times) // 2}:
-            _agree(run, subject.run(case.lasting(float(run.times[sample])), step), sample)
+            shorter_case = case.lasting(float(run.times[sample]))
+            _check_shorter_run(run, checked.run(shorter_case, step), sample)
     return f"{len(run.times)} samples of {case.scene.name}"
 
 
-def _not_late(case: Case, run: Trajectory, step: float) -> None:
-    """After one step, what changes evenly at the start has changed by the exact amount, within part
-    of it: a step's own error is smaller by an order of the step, a sample's that is a step late is
-    as large as the change."""
+def _check_first_step(case: Case, run: Trajectory, step: float) -> None:
+    """Checks that an observable that changes evenly at the start changes by the exact amount in the
+    first step, to LARGEST_DELAY of it. Its change is even if the change over two steps is twice the
+    change over one, within 10 %. A method's own error is smaller by an order of the step. A sample
+    that is one step late is wrong by the whole change."""
     times = np.array([0.0, step, 2.0 * step])
     exact = case.reference.observe(times)
-    doubt = case.reference.uncertainty(times)
-    for name in _states(case, run):
-        change, twice = exact[name][1:] - exact[name][0]
-        if abs(change) > 1e3 * doubt[name].max() and abs(twice / change - 2.0) < 0.1:
-            late = float(run.observables[name][-1] - exact[name][1]) / float(change)
-            _hold(
-                abs(late) <= LATE, f"after one step {name} is {late:+.2f} steps ahead of time"
-            )
+    uncertainty = case.reference.uncertainty(times)
+    for name in _state_names(case, run):
+        first_change, both_changes = exact[name][1:] - exact[name][0]
+        known = abs(first_change) > 1e3 * uncertainty[name].max()
+        if known and abs(both_changes / first_change - 2.0) < 0.1:
+            error = float(run.observables[name][-1] - exact[name][1])
+            steps_ahead = error / float(first_change)
+            message = f"after one step {name} is {steps_ahead:+.2f} steps ahead of time"
+            _require(abs(steps_ahead) <= LARGEST_DELAY, message)
 
 
-def _agree(run: Trajectory, part: Trajectory, sample: int) -> None:
-    """A run that ends at a sample of a longer one ends with what that holds."""
+def _check_shorter_run(run: Trajectory, shorter: Trajectory, sample: int) -> None:
+    """Checks that a shorter run ends with the values that a longer run holds at that sample."""
     for name, values in run.observables.items():
-        moved = np.abs(np.diff(values[max(sample - 1, 0) : sample + 2])).max(initial=0.0)
-        apart = abs(values[sample] - part.observables[name][-1])
-        same = apart <= SAME * moved + 1e-9 * np.abs(values).max(initial=0.0)
-        _hold(same, f"{name} at step {part.steps} is not that of a run of {part.steps} steps")
+        nearby = values[max(sample - 1, 0) : sample + 2]
+        step_motion = np.abs(np.diff(nearby)).max(initial=0.0)
+        size = np.abs(values).max(initial=0.0)
+        difference = abs(values[sample] - shorter.observables[name][-1])
+        same = difference <= SAME_TIME_ERROR * step_motion + 1e-9 * size
+        steps = shorter.steps
+        message = f"{name} at step {steps} differs from the end of a run of {steps} steps"
+        _require(same, message)
 
 
-def _states(case: Case, run: Trajectory) -> list[str]:
-    """Observables that are coordinates and rates, which steps change; forces are read off."""
-    return [
-        o.name for o in case.system.observables if not o.force and o.name in run.observables
-    ]
+def _state_names(case: Case, run: Trajectory) -> list[str]:
+    """Names of the observables that a run gives and that are coordinates or rates. Forces are left
+    out: steps do not change them."""
+    states = [o.name for o in case.system.observables if not o.force]
+    return [name for name in states if name in run.observables]
 
 
-def writes_nothing(subject: Subject) -> str:
-    """Building and running leaves no file and writes nothing to stdout or stderr."""
-    case, step = subject.short
+def check_output(checked: CheckedMethod) -> str:
+    """Checks that building and running leaves no file and prints nothing."""
+    case, step = checked.short_case
     with captured() as output:
-        simulation = subject.prepared(case, step)
+        simulation = checked.simulation(case, step)
         simulation.run()
         simulation.stepped(0.5)
-    left = sorted(os.listdir())
-    _hold(not left, f"it leaves {', '.join(left[:3])}")
-    _hold(not output[0].strip(), f"it prints: {output[0].strip()[:80]}")
+    files = sorted(os.listdir())
+    _require(not files, f"it leaves files: {', '.join(files[:3])}")
+    _require(not output[0].strip(), f"it prints: {output[0].strip()[:80]}")
     return "no output, no file"
 
 
-def divergence(subject: Subject) -> str:
-    """At steps far too large a run ends with finite samples, or with the time at which it was lost;
-    it raises nothing."""
-    if subject.method.control == "tolerance":
+def check_divergence(checked: CheckedMethod) -> str:
+    """Checks that a run at far too large steps ends with finite samples, or with the time at which
+    the run diverged, and that it raises nothing."""
+    if checked.method.control == "tolerance":
         raise NotChecked("it chooses its steps")
-    lost = 0
-    kept = {scene.system: scene for scene in reversed(subject.scenes)}  # one scene a system
-    for scene in kept.values():
-        step = scene.duration / COARSE
+    diverged = 0
+    # The scene with the fewest steps of each system.
+    scenes = {scene.system: scene for scene in reversed(checked.scenes)}
+    for scene in scenes.values():
+        step = scene.duration / COARSE_STEPS
         with suppress(Unsupported):
-            run = subject.prepared(case_of(scene), step).run()
-            why = not_a_trajectory(run)
-            _hold(not why, f"{scene.name} at a step of {step:g} s: {why}")
-            lost += run.diverged_at is not None
-    return f"{lost} of {len(kept)} systems lost at {COARSE} steps in all, and said so"
+            run = checked.simulation(case_of(scene), step).run()
+            fault = not_a_trajectory(run)
+            _require(not fault, f"{scene.name} at a step of {step:g} s: {fault}")
+            diverged += run.diverged_at is not None
+    return (
+        f"{diverged} of {len(scenes)} systems diverged in runs of {COARSE_STEPS} steps, and "
+        "reported it"
+    )
 
 
-def cost(subject: Subject) -> str:
-    """A run counts its steps, and the steps that are timed alone are those of the fraction asked
-    for, and cost what steps of a run do."""
-    case, step = subject.short
-    run = subject.run(case, step)
-    simulation = subject.prepared(case, step)
+def check_cost(checked: CheckedMethod) -> str:
+    """Checks that a run counts its steps, that `stepped` takes the fraction of the steps asked for,
+    and that timed steps cost what steps of a run cost."""
+    case, step = checked.short_case
+    run = checked.run(case, step)
+    simulation = checked.simulation(case, step)
     full = simulation.stepped(1.0)
     half = simulation.stepped(0.5)
-    _hold(simulation.compile_seconds >= 0.0, "compile_seconds is negative")
-    for what, of in (("a run", run), ("stepped(1)", full), ("stepped(0.5)", half)):
-        _hold(of.steps > 0, f"{what} counts no steps")
-        _hold(of.seconds > 0.0, f"{what} takes no time")
-    if subject.method.control == "step":
+    _require(simulation.compile_seconds >= 0.0, "compile_seconds is negative")
+    for name, timed in (("a run", run), ("stepped(1)", full), ("stepped(0.5)", half)):
+        _require(timed.steps > 0, f"{name} counts no steps")
+        _require(timed.seconds > 0.0, f"{name} takes no time")
+    if checked.method.control == "step":
         count = step_count(case.scene.duration, step)
-        for part, of in ((1.0, full), (0.5, half)):
-            near = abs(of.steps - part * count) <= 2.0 * (1.0 - part)
-            _hold(near, f"stepped({part:g}) counts {of.steps} steps of {count}")
-    (scene,) = (scene for scene in subject.scenes if scene.name == case.scene.name)
-    why = false_cost(case_of(scene), subject.method, step)
-    _hold(not why, f"{case.scene.name}: {why}")
+        for fraction, timed in ((1.0, full), (0.5, half)):
+            difference = abs(timed.steps - fraction * count)
+            message = f"stepped({fraction:g}) counts {timed.steps} steps of {count}"
+            _require(difference <= 2.0 * (1.0 - fraction), message)
+    (scene,) = (scene for scene in checked.scenes if scene.name == case.scene.name)
+    fault = false_cost(case_of(scene), checked.method, step)
+    _require(not fault, f"{case.scene.name}: {fault}")
     return f"{run.steps} steps of {case.scene.name}"
 
 
-def order(subject: Subject) -> str:
-    """The error falls at the declared order, or at the one that theory predicts for the scene, and
-    is what theory says of it, on three scenes."""
-    method = subject.method
+def check_order(checked: CheckedMethod) -> str:
+    """Checks, on three scenes, that the error falls at the declared order or at the order that
+    theory predicts for the scene, and that the verdict shows no fault."""
+    method = checked.method
     if method.order is None:
         raise NotChecked("it chooses its steps: no order")
     slopes: dict[str, float] = {}
-    good = [s for s in subject.scenes if expected(s.name, method.name).verdict == "predicted"]
-    for scene in good[:TRIED]:
+    for scene in _scenes_without_limit(checked)[:TRIED_SCENES]:
         study = convergence_study(scene, method, most_steps(scene, "quick"))
         case = case_of(scene)
-        judgement = judged(study, case.system, method, case.system.quantities(case)).whole
-        right = judgement.verdict in ("predicted", "converges", "pre-asymptotic")
-        _hold(right, f"{scene.name}: {judgement.verdict}, {judgement.reason}")
+        quantities = case.system.quantities(case)
+        judgement = judge_method(study, case.system, method, quantities).whole
+        accepted = judgement.verdict in ("predicted", "converges", "pre-asymptotic")
+        _require(accepted, f"{scene.name}: {judgement.verdict}, {judgement.reason}")
         if study.order is None or judgement.verdict == "pre-asymptotic":
             continue
-        wanted = method.order
-        least = min(wanted, study.predicted_order.slope) if study.predicted_order else wanted
-        low = f"{scene.name}: order {study.order.slope:.2f}, declared {wanted}"
-        _hold(study.order.slope >= least - BELOW, low)
-        slopes[scene.name] = study.order.slope
-        if len(slopes) == ORDERS:
+        least = float(method.order)
+        if study.predicted_order:
+            least = min(least, study.predicted_order.slope)
+        slope = study.order.slope
+        message = f"{scene.name}: order {slope:.2f}, declared {method.order}"
+        _require(slope >= least - ORDER_MARGIN, message)
+        slopes[scene.name] = slope
+        if len(slopes) == ORDER_SCENES:
             break
     if not slopes:
         raise NotChecked("no scene shows an order")
     return ", ".join(f"{slope:.2f} on {scene}" for scene, slope in slopes.items())
 
 
-CHECKS: Mapping[str, Look] = MappingProxyType(
+def _scenes_without_limit(checked: CheckedMethod) -> list[Scene]:
+    """Returns the scenes on which the method's verdict should be `predicted`."""
+    name = checked.method.name
+    return [
+        scene for scene in checked.scenes if expected(scene.name, name).verdict == "predicted"
+    ]
+
+
+CHECKS: Mapping[str, Check] = MappingProxyType(
     {
-        "builds": builds,
-        "repeats itself": repeats,
-        "samples at its steps": samples,
-        "writes nothing": writes_nothing,
-        "reports divergence": divergence,
-        "counts its cost": cost,
-        "shows its order": order,
+        "builds": check_builds,
+        "repeats itself": check_repeats,
+        "samples at its steps": check_samples,
+        "writes nothing": check_output,
+        "reports divergence": check_divergence,
+        "counts its cost": check_cost,
+        "shows its order": check_order,
     }
 )

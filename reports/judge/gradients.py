@@ -1,4 +1,4 @@
-"""Is the error of a derivative the one that is predicted of it?"""
+"""Verdicts on derivatives: is the error of a derivative the predicted one?"""
 
 from __future__ import annotations
 
@@ -16,70 +16,81 @@ from plumbob.reports.judge.expectations import expected
 
 GradientVerdict = Literal["predicted", "off-prediction", "pre-asymptotic", "unsupported"]
 
-RESOLVED = 10.0  # uncertainties of the exact derivative, below which an error shows no order
+RESOLVED = 10.0  # multiple of the exact derivative's uncertainty: smaller errors show no order
 
 
 @dataclass(frozen=True)
 class JudgedGradient:
-    """A derivative with one eps, or without, and its verdict."""
+    """A derivative with its verdict, at one eps if it is a finite difference."""
 
     scene: str
     method: str
     gradient: Gradient
-    tried: Difference | None  # None: the way is unsupported
+    tried: Difference | None  # the computed derivative; None: the way is unsupported
     verdict: GradientVerdict
     why: str = ""
     surprise: str = ""  # why the verdict is not as expected
     known: str = ""  # the reason of a known limit
-    order: float | None = None  # of its error beside those at other steps, where there are any
+    order: float | None = None  # order of the error over several steps, if there are several
 
     @property
     def about(self) -> str:
-        """Which derivative it is."""
+        """Name of the derivative: the way, the quantity and the parameter."""
         return f"{self.gradient.way}, {self.gradient.of} by {self.gradient.by}"
 
     @property
     def relative_error(self) -> float | None:
-        """Signed; None where there is no exact derivative, or it is 0."""
-        return None if self.tried is None else self._relative(self.tried.computed, -1.0)
+        """The signed relative error; None if there is no exact derivative, or if it is zero within
+        its uncertainty."""
+        if self.tried is None:
+            return None
+        ratio = self._relative(self.tried.computed)
+        return None if ratio is None else ratio - 1.0
 
     @property
     def predicted_error(self) -> float | None:
-        """The predicted one, relative and signed; None without theory."""
+        """The predicted relative error, signed; None without theory."""
         if self.tried is None or self.tried.predicted is None:
             return None
         return self._relative(self.tried.predicted)
 
-    def _relative(self, value: float, more: float = 0.0) -> float | None:
+    def _relative(self, value: float) -> float | None:
+        """Returns `value` divided by the exact derivative; None if there is no exact derivative, or
+        if it is zero within its uncertainty."""
         exact = self.gradient.exact
-        resolved = math.isfinite(exact) and abs(exact) > self.gradient.uncertainty
-        return value / exact + more if resolved else None
+        if not math.isfinite(exact) or abs(exact) <= self.gradient.uncertainty:
+            return None
+        # Adding zero turns -0.0 into 0.0.
+        return value / exact + 0.0
 
     def record(self) -> dict[str, Any]:
         """The record that `plumbob gradient --json` prints."""
-        of = self.gradient
+        gradient = self.gradient
         tried = self.tried
-        below, above = of.one_sided or (None, None)
+        below, above = gradient.one_sided or (None, None)
+        left_open = None
+        if tried is not None:
+            left_open = self._relative(math.copysign(tried.left_open, gradient.exact))
         return {
             "scene": self.scene,
             "method": self.method,
-            "step": of.step,
-            "at": of.at,
-            "of": of.of,
-            "by": of.by,
-            "way": of.way,
-            "exact": of.exact,
+            "step": gradient.step,
+            "at": gradient.at,
+            "of": gradient.of,
+            "by": gradient.by,
+            "way": gradient.way,
+            "exact": gradient.exact,
             "below": below,
             "above": above,
             "computed": tried and tried.computed,
             "relative_error": self.relative_error,
             "predicted_error": self.predicted_error,
-            "left_open": tried and self._relative(math.copysign(tried.left_open, of.exact)),
+            "left_open": left_open,
             "eps": tried and tried.eps,
-            "predicted_best_eps": of.predicted_best,
-            "measured_best_eps": of.measured_best,
+            "predicted_best_eps": gradient.predicted_best,
+            "measured_best_eps": gradient.measured_best,
             "order": self.order,
-            "cost": of.cost,
+            "cost": gradient.cost,
             "verdict": self.verdict,
             "why": self.why,
             "expected": not self.surprise,
@@ -87,88 +98,108 @@ class JudgedGradient:
         }
 
 
-def judged_gradients(search: GradientSearch, found: Gradients) -> Iterator[JudgedGradient]:
-    """The derivatives of a search, judged: with the best eps of a sweep, or each that was asked
-    for."""
-    for gradient in found.records:
-        sweep = gradient.tried and not search.eps
-        tried = (gradient.best,) if sweep else gradient.tried
-        for difference in tried or (None,):
-            yield _judged(search, gradient, difference)
+def judged_gradients(search: GradientSearch, gradients: Gradients) -> Iterator[JudgedGradient]:
+    """Yields the judged derivatives of a search. If the user asked for values of eps, a finite
+    difference is judged at each of them; otherwise it is judged at its best eps. A derivative that
+    is no finite difference is judged once."""
+    for gradient in gradients.records:
+        only_best = gradient.tried and not search.eps
+        differences = (gradient.best,) if only_best else gradient.tried
+        for difference in differences or (None,):
+            yield _judged_gradient(search, gradient, difference)
 
 
-def _judged(search: GradientSearch, of: Gradient, tried: Difference | None) -> JudgedGradient:
-    verdict, why = _verdict(of, tried)
+def _judged_gradient(
+    search: GradientSearch, gradient: Gradient, tried: Difference | None
+) -> JudgedGradient:
+    """Returns a derivative with its verdict, compared with the known limits of the method."""
     pair = search.scene, search.method
-    known = None if search.changes else limits_of(search.method).gradient(pair, of.by, of.way)
-    run = expected(*pair)  # of a run whose error is not the predicted one its derivative is not
-    off = verdict == "off-prediction"
-    reason = ""
-    judged = JudgedGradient(*pair, of, tried, verdict, why)
+    verdict, why = _gradient_verdict(gradient, tried)
+    judged = JudgedGradient(*pair, gradient, tried, verdict, why)
+    off_prediction = verdict == "off-prediction"
+    known = None
+    if not search.changes:
+        known = limits_of(search.method).gradient(pair, gradient.by, gradient.way)
     if known is None:
-        reason = run.reason if run.limit and off else ""
-        return replace(judged, surprise=why if off and not reason else "", known=reason)
-    surprise = "predicted, expected off-prediction" if verdict == "predicted" else ""
+        if not off_prediction:
+            return judged
+        # If the error of the run is a known limit, the error of the derivative is one too.
+        run_expectation = expected(*pair)
+        reason = run_expectation.reason if run_expectation.limit else ""
+        return replace(judged, surprise="" if reason else why, known=reason)
+    surprise = ""
     error = abs(judged.relative_error or 0.0)
     factor = known.factor
-    if off and not known.size / factor <= error <= known.size * factor:
+    if verdict == "predicted":
+        surprise = "predicted, expected off-prediction"
+    elif off_prediction and not known.size / factor <= error <= known.size * factor:
         within = f"within a factor of {factor:g}"
         surprise = f"its error is {error:.3g}, and known to be {known.size:g}, {within}"
     reason = known.reason if verdict != "unsupported" else ""
     return replace(judged, surprise=surprise, known=reason)
 
 
-def _verdict(of: Gradient, tried: Difference | None) -> tuple[GradientVerdict, str]:
-    """Two-sided: by no more than is left open may the error differ from the predicted one."""
+def _gradient_verdict(
+    gradient: Gradient, tried: Difference | None
+) -> tuple[GradientVerdict, str]:
+    """Returns the verdict on a derivative, and its reason. The error may differ from the predicted
+    error, to either side, by no more than theory leaves open."""
     if tried is None:
-        return "unsupported", of.why
-    if of.no_exact:
-        return "pre-asymptotic", f"there is no derivative: {of.no_exact}"
+        return "unsupported", gradient.why
+    if gradient.no_exact:
+        return "pre-asymptotic", f"there is no derivative: {gradient.no_exact}"
     if tried.predicted is None:
         return "pre-asymptotic", "there is no theory of its error"
-    off = abs(tried.computed - of.exact - tried.predicted)
-    allowed = tried.left_open + of.uncertainty
-    if tried.left_open > abs(of.exact) > of.uncertainty:
-        return "pre-asymptotic", f"{tried.left_open:.3g} is left open, more than the derivative"
-    if off <= allowed:
+    if tried.left_open > abs(gradient.exact) > gradient.uncertainty:
+        reason = f"theory leaves {tried.left_open:.3g} open, more than the derivative itself"
+        return "pre-asymptotic", reason
+    difference = abs(tried.computed - gradient.exact - tried.predicted)
+    allowed = tried.left_open + gradient.uncertainty
+    if difference <= allowed:
         return "predicted", ""
-    return "off-prediction", f"{off:.3g} off its prediction, allowed {allowed:.3g}"
+    return "off-prediction", f"{difference:.3g} from its prediction, allowed {allowed:.3g}"
 
 
 def study_gradients(study: Study) -> Iterator[JudgedGradient]:
-    """The derivatives that a study holds, those at several steps with their order; none of a search
-    whose engine is missing, or whose process was lost."""
-    judged = [
-        of
-        for request in study.extras
-        if isinstance(request, GradientSearch) and (found := study.answer(request))
-        for of in judged_gradients(request, found)
-    ]
+    """Yields the judged derivatives of a study; those at several steps have their order. A search
+    whose engine is missing, or whose process was lost, has none."""
+    judged: list[JudgedGradient] = []
+    for request in study.extras:
+        if not isinstance(request, GradientSearch):
+            continue
+        gradients = study.answer(request)
+        if gradients:
+            judged += judged_gradients(request, gradients)
     errors: dict[tuple[str, ...], dict[float, float]] = {}
-    for of in judged:
-        errors.setdefault(_pair(of), {}).setdefault(of.gradient.step, _of_runs(of))
-    return (replace(of, order=_order(errors[_pair(of)])) for of in judged)
+    for derivative in judged:
+        errors_by_step = errors.setdefault(_derivative_key(derivative), {})
+        errors_by_step.setdefault(derivative.gradient.step, _run_error(derivative))
+    for derivative in judged:
+        order = _error_order(errors[_derivative_key(derivative)])
+        yield replace(derivative, order=order)
 
 
-def _pair(of: JudgedGradient) -> tuple[str, ...]:
-    return of.scene, of.method, of.about
+def _derivative_key(derivative: JudgedGradient) -> tuple[str, ...]:
+    """The key of a derivative without its step: scene, method and derivative."""
+    return derivative.scene, derivative.method, derivative.about
 
 
-def _of_runs(of: JudgedGradient) -> float:
-    """The error that the runs give a derivative, without that of the difference; NaN where it is
-    not known."""
-    tried = of.tried
-    known = of.gradient
+def _run_error(derivative: JudgedGradient) -> float:
+    """Returns the magnitude of the part of a derivative's error that the runs cause, without the
+    truncation of the finite difference. NaN if it is not known."""
+    tried = derivative.tried
+    gradient = derivative.gradient
     if tried is None:
         return math.nan
-    error = abs(tried.computed - known.exact - tried.truncation)
-    return error if error > RESOLVED * known.uncertainty else math.nan
+    error = abs(tried.computed - gradient.exact - tried.truncation)
+    return error if error > RESOLVED * gradient.uncertainty else math.nan
 
 
-def _order(errors: Mapping[float, float]) -> float | None:
-    """The slope of log error against log step; None of one step."""
-    steps = np.log(list(errors))
-    sizes = np.log(list(errors.values()))
-    if len(steps) < 2 or not np.isfinite(sizes).all():
+def _error_order(errors: Mapping[float, float]) -> float | None:
+    """Returns the slope of log error against log step; None at a single step, or if an error is not
+    known."""
+    log_steps = np.log(list(errors))
+    log_errors = np.log(list(errors.values()))
+    if len(log_steps) < 2 or not np.isfinite(log_errors).all():
         return None
-    return float(np.polyfit(steps, sizes, 1)[0])
+    return float(np.polyfit(log_steps, log_errors, 1)[0])

@@ -1,4 +1,4 @@
-"""Is the time after which a method is wrong the one that theory predicts?"""
+"""Verdicts on long runs: is the time until an error reaches a level the predicted time?"""
 
 from __future__ import annotations
 
@@ -11,15 +11,19 @@ from plumbob.analytic.stability import LEVELS
 from plumbob.engines.study.long_runs import LongRunSearch, MeasuredLongRun
 from plumbob.reports.judge.stability import LimitVerdict
 
-# Calibrated (tests/study/test_long_runs.py, from both sides): samples of a run meet an error that
-# is at its largest once a period that much later. The last level is far beyond what is linear.
+# The measured time may differ from the predicted time by WITHIN times the predicted time plus
+# PERIODS periods. A run notices the crossing of a level only at the next peak of the error, which
+# comes once a period. Both numbers are calibrated: tests/study/test_long_runs.py fails with smaller
+# and with larger ones.
 WITHIN, PERIODS = 0.1, 2.0
-JUDGED = LEVELS[:2]
+JUDGED_LEVELS = LEVELS[
+    :2
+]  # levels that are judged: the last level is far beyond the linear range
 
 
 @dataclass(frozen=True)
 class JudgedLongRun:
-    """A long run with its verdict: `measured` where no theory predicts it."""
+    """A long run with its verdict: `measured` if no theory predicts its times."""
 
     search: LongRunSearch
     found: MeasuredLongRun
@@ -56,24 +60,27 @@ class JudgedLongRun:
 
 
 def judged_long_run(search: LongRunSearch, measured: MeasuredLongRun) -> JudgedLongRun:
-    """A long run, judged."""
+    """Returns a measured long run with its verdict."""
     if measured.predicted is None:
         return JudgedLongRun(search, measured, "measured")
-    wrong = "; ".join(_wrong(measured))
-    return JudgedLongRun(search, measured, "off-prediction" if wrong else "predicted", wrong)
+    mismatch = "; ".join(_time_mismatches(measured))
+    verdict: LimitVerdict = "off-prediction" if mismatch else "predicted"
+    return JudgedLongRun(search, measured, verdict, mismatch)
 
 
-def _wrong(run: MeasuredLongRun) -> Iterator[str]:
-    """Each time that is not as predicted."""
+def _time_mismatches(run: MeasuredLongRun) -> Iterator[str]:
+    """Yields a message for each level whose time is not the predicted one."""
     assert run.predicted is not None
-    slack = PERIODS * run.period
-    for level in JUDGED:
-        wanted = run.predicted.times[level]
+    margin = PERIODS * run.period
+    for level in JUDGED_LEVELS:
+        predicted = run.predicted.times[level]
         measured = run.times.get(level)
-        least = (1.0 - WITHIN) * wanted - slack
-        most = (1.0 + WITHIN) * wanted + slack
-        if measured is None and most < run.followed:
-            yield f"no error of {level:.0%} in {run.followed:.4g} s, predicted at {wanted:.4g} s"
-        elif measured is not None and not least <= measured <= most:
-            later = "never" if math.isinf(wanted) else f"at {wanted:.4g} s"
-            yield f"an error of {level:.0%} at {measured:.4g} s, predicted {later}"
+        earliest = (1.0 - WITHIN) * predicted - margin
+        latest = (1.0 + WITHIN) * predicted + margin
+        if measured is None and latest < run.followed:
+            yield (
+                f"no error of {level:.0%} in {run.followed:.4g} s, predicted at {predicted:.4g} s"
+            )
+        elif measured is not None and not earliest <= measured <= latest:
+            wanted = "never" if math.isinf(predicted) else f"at {predicted:.4g} s"
+            yield f"an error of {level:.0%} at {measured:.4g} s, predicted {wanted}"

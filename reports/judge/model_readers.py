@@ -1,5 +1,5 @@
-"""Which numbers of a model file (MJCF) engines' own readers take over, and which they drop, held to
-what MuJoCo reads of it."""
+"""Comparison of engines' own readers of model files (MJCF) with MuJoCo's: which numbers of a file a
+reader takes over, and which it drops."""
 
 from __future__ import annotations
 
@@ -20,21 +20,23 @@ from plumbob.engines.study.model_reading import (
 )
 from plumbob.engines.workers import Workers
 
-RULE = "mujoco"  # the reader whose format it is
-# that a reader may seem to read where its default is the same
+REFERENCE_READER = "mujoco"  # engine whose reader defines the format
+# Options that a reader may ignore unnoticed if its default is the file's value.
 OPTIONS = ("gravity", "timestep")
 
 
 @dataclass(frozen=True)
-class Reader:
+class FileReading:
     """The fields that an engine's reader takes from a file."""
 
     engine: str
-    refuses: str = ""  # why it reads nothing, one line
-    read: tuple[str, ...] = ()  # fields that it takes over, of everything in the file
-    dropped: Mapping[str, str] | None = None  # {field: what is there instead}
+    refuses: str = ""  # reason why the reader reads nothing, one line
+    read: tuple[str, ...] = ()  # fields of the file that the reader takes over
+    # {field that the reader drops: the value that it has instead}
+    dropped: Mapping[str, str] | None = None
 
     def __str__(self) -> str:
+        """One line of text: the fields that are read, and the fields that are not."""
         if self.refuses:
             return f"refuses the file: {self.refuses}"
         text = f"reads {', '.join(self.read) or 'nothing'}"
@@ -44,53 +46,68 @@ class Reader:
         return f"{text}; not {', '.join(lost)}"
 
 
-def read_by(file: Path) -> tuple[Reader, ...]:
-    """The readings of `file` by MuJoCo and every other installed engine with a reader, each in a
-    process of its own, since some crash on what they do not know. Raises ParameterError."""
-    rule, wanted = fields_of(find_engine(RULE), file)
-    if rule:
-        raise ParameterError("FILE", str(file), f"a MuJoCo model file ({rule})")
-    readers = [Reader(RULE, read=fields_stated(wanted))]
+def file_readings(file: Path) -> tuple[FileReading, ...]:
+    """Returns what each installed engine's reader takes from `file`, MuJoCo's first. Each other
+    reader runs in a process of its own, since some readers crash on elements that they do not know.
+    Raises ParameterError if MuJoCo refuses the file."""
+    refusal, reference = fields_of(find_engine(REFERENCE_READER), file)
+    if refusal:
+        raise ParameterError("FILE", str(file), f"a MuJoCo model file ({refusal})")
+    readings = [FileReading(REFERENCE_READER, read=fields_stated(reference))]
     for engine in engines().values():
-        if engine.name == RULE or engine.ability(ModelReader) is None or not installed(engine):
-            continue
-        try:
-            with Workers(1) as workers:
-                refuses, read, never = workers.submit(_seen, engine.name, str(file)).result()
-        except BrokenExecutor:
-            refuses = "its process ends"
-            read = {}
-            never = ()
-        readers.append(
-            Reader(engine.name, refuses)
-            if refuses
-            else compared(engine.name, wanted, read, never)
-        )
-    return tuple(readers)
+        has_reader = engine.ability(ModelReader) is not None
+        if engine.name != REFERENCE_READER and has_reader and installed(engine):
+            readings.append(_isolated_reading(engine.name, file, reference))
+    return tuple(readings)
 
 
-def compared(
-    engine: str, wanted: ModelFields, fields: ModelFields, ignored: Collection[str] = ()
-) -> Reader:
-    """Which of the numbers that a file states, as MuJoCo reads it, are among those that another
-    reader gives, who has fields of its own in place of those `ignored`."""
-    lost = dict.fromkeys(ignored, "its default is the same") | dropped(wanted, fields)
-    stated = fields_stated(wanted)
+def _isolated_reading(engine: str, file: Path, reference: ModelFields) -> FileReading:
+    """Returns the reading of a file by an engine in a process of its own. `reference` are the
+    fields as MuJoCo reads them."""
+    try:
+        with Workers(1) as workers:
+            task = workers.submit(_engine_reading, engine, str(file))
+            refusal, fields, ignored = task.result()
+    except BrokenExecutor:
+        return FileReading(engine, "its process crashes")
+    if refusal:
+        return FileReading(engine, refusal)
+    return compared_reading(engine, reference, fields, ignored)
+
+
+def compared_reading(
+    engine: str,
+    reference: ModelFields,
+    fields: ModelFields,
+    ignored: Collection[str] = (),
+) -> FileReading:
+    """Returns the fields that a reader takes from a file, and those it drops. `reference` are the
+    fields as MuJoCo reads them, `fields` those of the other reader. The fields in `ignored` count
+    as dropped: the reader does not read them, and its default happens to equal the file's value."""
+    lost = dict.fromkeys(ignored, "its default is the same") | dropped(reference, fields)
+    stated = fields_stated(reference)
     read = tuple(field for field in stated if field not in lost)
-    return Reader(engine, "", read, {field: lost[field] for field in stated if field in lost})
+    stated_and_lost = {field: lost[field] for field in stated if field in lost}
+    return FileReading(engine, "", read, stated_and_lost)
 
 
-def ignored(wanted: ModelFields, fields: ModelFields) -> tuple[str, ...]:
-    """The options that a reader takes from no file, seen by a model with uncommon ones, as MuJoCo
-    reads it and as that reader does."""
-    return tuple(f for f in OPTIONS if not equal(wanted[f, ""], fields.get((f, ""))))
+def ignored_options(reference: ModelFields, fields: ModelFields) -> tuple[str, ...]:
+    """Returns the options that a reader takes from no file. `reference` and `fields` are a model
+    with uncommon options, as MuJoCo and as that reader read it."""
+    return tuple(
+        option
+        for option in OPTIONS
+        if not equal(reference[option, ""], fields.get((option, "")))
+    )
 
 
-def _seen(engine: str, file: str) -> tuple[str, ModelFields, tuple[str, ...]]:
-    """Why a reader refuses a file, the fields it takes from it, and those it always ignores."""
-    refuses, read = fields_of(find_engine(engine), Path(file))
-    if refuses:
-        return refuses, read, ()
+def _engine_reading(engine: str, file: str) -> tuple[str, ModelFields, tuple[str, ...]]:
+    """Returns three things of one engine: the reason why its reader refuses a file, the fields that
+    it reads, and the options that it always ignores."""
+    refusal, fields = fields_of(find_engine(engine), Path(file))
+    if refusal:
+        return refusal, fields, ()
     with every_field() as model:
-        both = (fields_of(find_engine(name), model)[1] for name in (RULE, engine))
-        return "", read, ignored(*both)
+        _, reference = fields_of(find_engine(REFERENCE_READER), model)
+        _, uncommon = fields_of(find_engine(engine), model)
+    return "", fields, ignored_options(reference, uncommon)

@@ -1,5 +1,5 @@
-"""Observables that an engine is declared not to give: one that drops another fails, and so does one
-that gives one of these after all."""
+"""Observables that an engine is declared not to give. A run that lacks any other observable fails.
+A run that does give a declared one fails too."""
 
 from __future__ import annotations
 
@@ -10,8 +10,10 @@ from plumbob.models.registry import find_system
 
 
 def not_read(scene: str, method: str) -> Mapping[str, str]:
-    """The observables of a scene that a method is declared not to give, each with the reason."""
-    if not (reasons := limits_of(method).unread(scene, method)):
+    """Returns {observable: reason} for the observables of a scene that a method is declared not to
+    give."""
+    reasons = limits_of(method).unread(scene, method)
+    if not reasons:
         return {}
     names = {o.name for o in find_system(scene.partition("/")[0]).observables}
-    return {name: why for name, why in reasons.items() if name in names}
+    return {name: reason for name, reason in reasons.items() if name in names}

@@ -1,4 +1,5 @@
-"""Judgements of a study that are on no run of its own: largest steps, and derivatives."""
+"""Judged searches of a study, apart from its convergence studies: largest steps, and
+derivatives."""
 
 from __future__ import annotations
 
@@ -8,14 +9,14 @@ from plumbob.engines.study.results import Study
 from plumbob.reports.judge.gradients import JudgedGradient, study_gradients
 from plumbob.reports.judge.stability import JudgedLimit, study_limits
 
-Judged = JudgedLimit | JudgedGradient
+JudgedSearch = JudgedLimit | JudgedGradient
 
 
-def judged_searches(study: Study) -> Sequence[Judged]:
-    """All that a study holds."""
+def judged_searches(study: Study) -> Sequence[JudgedSearch]:
+    """Returns all judged searches that a study holds."""
     return (*study_limits(study), *study_gradients(study))
 
 
-def unexpected(judged: Iterable[Judged]) -> Sequence[Judged]:
-    """Those whose verdict is not as expected."""
-    return [of for of in judged if of.surprise]
+def unexpected_searches(judged: Iterable[JudgedSearch]) -> Sequence[JudgedSearch]:
+    """Returns the judged searches whose verdict is not as expected."""
+    return [search for search in judged if search.surprise]

@@ -1,4 +1,4 @@
-"""Is the largest step of a method that holds the one that theory predicts?"""
+"""Verdicts on largest steps: is the largest step at which a method holds the predicted one?"""
 
 from __future__ import annotations
 
@@ -11,22 +11,23 @@ from plumbob.engines.registry import limits_of
 from plumbob.engines.study.results import Study
 from plumbob.engines.study.stability import MeasuredLimit, SceneLimits, StabilitySearch
 
-# Chosen, relative, between the prediction and the nearer end of a bracket of 1 %: eigenvalues set
-# the limit at an equilibrium; elsewhere where chaos begins depends on the start, too.
+# Chosen relative distances of the prediction from the nearer end of a bracket that is 1 % wide. At
+# an equilibrium eigenvalues set the limit. Elsewhere the limit is the step at which chaos begins,
+# and depends on the start too.
 AT_EQUILIBRIUM, ELSEWHERE = 0.02, 0.1
-KNOWN = 0.02  # of a known limit, about its ratio
+KNOWN_RATIO = 0.02  # largest relative difference from the ratio of a known limit
 LimitVerdict = Literal["predicted", "off-prediction", "measured"]
 
 
 @dataclass(frozen=True)
 class JudgedLimit:
-    """A limit with its verdict: `measured` where no theory predicts it, or not of this motion."""
+    """A limit of the step with its verdict: `measured` if no theory predicts it for this motion."""
 
     scene: str
     method: str
-    limit: MeasuredLimit | None  # None: there is none
+    limit: MeasuredLimit | None  # None: the method has no limit on this scene
     verdict: LimitVerdict
-    why: str  # there is no limit, or what fails beyond it
+    why: str  # the reason why there is no limit, or the failure beyond the limit
     surprise: str = ""  # why the verdict is not as expected
     known: str = ""  # the reason of a known limit
     about = "largest step"
@@ -49,57 +50,87 @@ class JudgedLimit:
         }
 
 
-def judged_limits(search: StabilitySearch, found: SceneLimits) -> Iterator[JudgedLimit]:
-    """The limits of a scene with a method, judged; one without a limit where there is none."""
-    names = search.scene, search.method
-    if not found.limits:
-        yield JudgedLimit(*names, None, "measured", found.why)
-    for limit in found.limits:
-        allowed = AT_EQUILIBRIUM if found.equilibrium else ELSEWHERE
-        ratio = None if _of_another(limit, found) else off_by(limit)
-        off = ratio is not None and abs(ratio - 1.0) > allowed
-        verdict: LimitVerdict = "off-prediction" if off else "predicted"
-        if ratio is None:
-            verdict = "measured"
-        known = limits_of(search.method).step_limit(*names, limit.kind)
-        expected = 1.0 if known is None else known.ratio
-        surprise = ""
-        if off and known is None:
-            surprise = f"{ratio:.3g} of the step that is predicted"
-        elif known is not None and (ratio is None or abs(ratio - expected) > KNOWN * expected):
-            measured = "without a prediction" if ratio is None else f"{ratio:.3g} of it"
-            surprise = f"known as {expected:g} of the step that is predicted, now {measured}"
-        reason = "" if known is None else known.reason
-        yield JudgedLimit(*names, limit, verdict, limit.why, surprise, reason)
+def judged_limits(search: StabilitySearch, measured: SceneLimits) -> Iterator[JudgedLimit]:
+    """Yields the judged limits of a scene with a method. If there is no limit, it yields one record
+    without a limit, with the reason."""
+    if not measured.limits:
+        yield JudgedLimit(search.scene, search.method, None, "measured", measured.why)
+    for limit in measured.limits:
+        yield _judged_limit(search, measured, limit)
 
 
-def _of_another(limit: MeasuredLimit, found: SceneLimits) -> bool:
-    """Whether a limit is one of another motion than the exact one, away from an equilibrium: the
-    motion is of another kind at clearly smaller steps. How long that lasts theory need not know."""
-    if found.equilibrium or limit.kind != "unstable":
+def _judged_limit(
+    search: StabilitySearch, measured: SceneLimits, limit: MeasuredLimit
+) -> JudgedLimit:
+    """Returns one of the measured limits with its verdict, compared with the known limits of the
+    method."""
+    ratio = None
+    if not _belongs_to_changed_motion(limit, measured):
+        ratio = limit_ratio(limit)
+    allowed = AT_EQUILIBRIUM if measured.equilibrium else ELSEWHERE
+    verdict: LimitVerdict = "predicted"
+    if ratio is None:
+        verdict = "measured"
+    elif abs(ratio - 1.0) > allowed:
+        verdict = "off-prediction"
+    known = limits_of(search.method).step_limit(search.scene, search.method, limit.kind)
+    surprise = ""
+    if known is not None:
+        surprise = _known_ratio_mismatch(ratio, known.ratio)
+    elif verdict == "off-prediction":
+        surprise = f"{ratio:.3g} of the predicted step"
+    return JudgedLimit(
+        scene=search.scene,
+        method=search.method,
+        limit=limit,
+        verdict=verdict,
+        why=limit.why,
+        surprise=surprise,
+        known="" if known is None else known.reason,
+    )
+
+
+def _known_ratio_mismatch(ratio: float | None, known: float) -> str:
+    """Message if the ratio of a limit to its prediction differs from the known ratio, or if there
+    is no prediction; empty if it does not."""
+    if ratio is None:
+        now = "without a prediction"
+    elif abs(ratio - known) > KNOWN_RATIO * known:
+        now = f"{ratio:.3g} of it"
+    else:
+        return ""
+    return f"known as {known:g} of the predicted step, now {now}"
+
+
+def _belongs_to_changed_motion(limit: MeasuredLimit, measured: SceneLimits) -> bool:
+    """Whether a limit belongs to another motion than the exact one. This happens away from an
+    equilibrium if the motion changes its kind at clearly smaller steps. Theory does not predict how
+    long the changed motion lasts."""
+    if measured.equilibrium or limit.kind != "unstable":
         return False
-    changed = (other.fails for other in found.limits if other.kind == "changes-kind")
-    return any(f is not None and f < (1.0 - ELSEWHERE) * (limit.holds or 0.0) for f in changed)
+    clearly_smaller = (1.0 - ELSEWHERE) * (limit.holds or 0.0)
+    changes = [other.fails for other in measured.limits if other.kind == "changes-kind"]
+    return any(fails is not None and fails < clearly_smaller for fails in changes)
 
 
-def off_by(limit: MeasuredLimit) -> float | None:
-    """The measured limit over the predicted one: of the bracket the nearer end, 1 inside; None
-    without a prediction."""
-    if limit.predicted is None:
+def limit_ratio(limit: MeasuredLimit) -> float | None:
+    """Returns the ratio of the measured limit to the predicted one. The measured limit is the end
+    of the bracket that is nearer to the prediction; the ratio is 1 if the prediction is inside the
+    bracket. None without a prediction."""
+    predicted = limit.predicted
+    if predicted is None:
         return None
-    if limit.fails is not None and limit.fails < limit.predicted:
-        return limit.fails / limit.predicted
-    if limit.holds is not None and limit.holds > limit.predicted and limit.fails is not None:
-        return limit.holds / limit.predicted
-    beyond = limit.fails is None and limit.holds is not None and limit.predicted < limit.holds
-    return math.inf if beyond else 1.0
+    if limit.fails is not None and limit.fails < predicted:
+        return limit.fails / predicted
+    if limit.holds is None or limit.holds <= predicted:
+        return 1.0
+    return math.inf if limit.fails is None else limit.holds / predicted
 
 
 def study_limits(study: Study) -> Iterator[JudgedLimit]:
-    """The limits that a study holds; of a search whose engine is missing, or whose process was
-    lost, why there is none."""
+    """Yields the judged limits that a study holds. A search whose engine is missing, or whose
+    process was lost, gives one record with that reason."""
+    lost = SceneLimits((), why="its engine is missing, or its process was lost")
     for request in study.extras:
-        if not (isinstance(request, StabilitySearch) and request.by_runs):
-            continue
-        why = "its engine is missing, or its process was lost"
-        yield from judged_limits(request, study.answer(request) or SceneLimits((), why=why))
+        if isinstance(request, StabilitySearch) and request.by_runs:
+            yield from judged_limits(request, study.answer(request) or lost)

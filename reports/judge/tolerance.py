@@ -1,5 +1,5 @@
-"""The tolerance of a run: a budget of named terms, each with its reason; never a number that
-merely passes."""
+"""Tolerances of runs. Each is a sum of named terms, each with its reason; none is a number that was
+chosen because the runs pass it."""
 
 from __future__ import annotations
 
@@ -16,27 +16,30 @@ from plumbob.engines.study.measurement import Measurement, ObservedError, floor,
 from plumbob.models.scene import Quantity
 
 STARTS_OFF = "the run does not start where the scene does"
-START = 1e-6  # of an observable's size: an engine in single precision rounds it by 6e-8
-# of its unit: a small angle is read off an attitude, whose numbers are near one
-ROUNDED = 1e-15
+# Largest error at the start, relative to an observable's size. An engine in single precision rounds
+# by 6e-8.
+START_ERROR = 1e-6
+# Largest error at the start, in the observable's unit: a small angle is read off an attitude, whose
+# numbers are near one.
+START_ROUNDING = 1e-15
 TOO_WIDE = "the model-error bound"
-MODEL_PART = 2.5e-3
-"""Of a quantity of interest: the most that an engine's own bound on its model's error may be at the
-finest step. A hundredth of friction, or of a mass, moves a capsule by four times as much."""
+MODEL_FRACTION = 2.5e-3
+"""Largest model-error bound of an engine at the finest step, relative to a quantity of interest.
+One per cent of friction, or of a mass, moves a capsule by four times as much."""
 
-AT_STEP = "discretisation"  # the term that is predicted to the last digit, where one is
+AT_STEP = "discretisation"  # name of the term that theory predicts to the last digit
 
 
-# Scenes, and the part of the motion, other than the usual one, that a model-error bound may be.
-MODEL_PARTS = (
+# Patterns of scene names, with a fraction that replaces MODEL_FRACTION.
+MODEL_FRACTIONS = (
     ("*-pendulum/*", 1e-8),  # a joint: the bob's inertia adds less than rounding does
     ("free-body/*", 1e-8),  # one body that nothing touches: the model adds nothing
     ("capsule-line/w1-threshold*", 0.5),  # the body moves by 1.3 nm in all
     ("capsule-turn/held*", 0.2),  # friction holds the body for most of the turn
     ("capsule-turn/pivot*", 5e-3),  # a support sticks while the body pivots about it
     ("capsule-turn/thousand", 0.3),  # bounds of a thousand turns add up, over one radian
-    # Many short manoeuvres, at the coarse steps that a profile leaves of them; a body that weighs
-    # a thousandth of its slider.
+    # Plans have many short manoeuvres, and a profile runs them at coarse steps alone. The body of
+    # heavy-slider weighs a thousandth of its slider.
     ("capsule-plan/near-free", 0.015),
     ("capsule-plan/heavy-slider", 0.5),
     ("capsule-plan/*", 0.2),
@@ -45,7 +48,7 @@ MODEL_PARTS = (
 
 @dataclass(frozen=True)
 class Term:
-    """One part of a tolerance."""
+    """One term of a tolerance."""
 
     name: str
     value: float
@@ -66,154 +69,179 @@ class Tolerance:
 
 
 def tolerance(run: Measurement, method: Method, observable: str, unit: str) -> Tolerance | None:
-    """The tolerance of one observable in one run; None where theory does not reach the step (the
-    expansion's last two terms are more than a tenth of it, or the response is nonlinear), or an
-    adaptive solver has no second run to be held to."""
+    """Returns the tolerance of one observable in one run; None if theory does not reach the step.
+    Theory does not reach a step if the last two terms of the expansion are more than a tenth of it,
+    if the response is nonlinear, or if an adaptive solver has no second run for comparison."""
     error = run.errors[observable]
     if method.control == "tolerance":
-        step_terms: tuple[Term, ...] | None = _adaptive(error, method)
+        step_terms: tuple[Term, ...] | None = _adaptive_terms(error, method)
     else:
-        step_terms = _expansion(error, run.step)
+        step_terms = _prediction_terms(error, run.step)
     if step_terms is None:
         return None
-    model = tuple(
+    model_terms = tuple(
         Term(f"regularisation: {name}", value, "the model differs from the equations by this")
         for name, value in error.model.items()
     )
-    return Tolerance(unit, (*step_terms, *model, *_double_precision(error, run.steps)))
+    return Tolerance(unit, (*step_terms, *model_terms, *_rounding_terms(error, run.steps)))
 
 
-def used(error: ObservedError, allowed: Tolerance) -> float:
-    """How much of what theory leaves open an error uses up: above 1 where it fails for it. Of a
-    predicted error it is the difference from the prediction, of another the error itself."""
-    if error.controlled is not None and error.controlled.beyond > 0.0:
-        return 1.0 + error.controlled.beyond / max(error.largest, error.controlled.largest)
+def used_fraction(error: ObservedError, allowed: Tolerance) -> float:
+    """Returns the fraction of its tolerance that an error uses; above 1 if the error fails. If the
+    error is predicted, the fraction refers to the difference from the prediction; otherwise to the
+    error itself."""
+    controlled = error.controlled
+    if controlled is not None and controlled.beyond > 0.0:
+        return 1.0 + controlled.beyond / max(error.largest, controlled.largest)
     predicted = error.predicted
-    left = error.left_open
-    if predicted is None or not left:
+    left_open = error.left_open
+    if predicted is None or not left_open:
         return error.largest / allowed.bound if allowed.bound else float(error.largest > 0.0)
-    further = predicted.beyond - error.model_error
-    return 1.0 + further / left if further > 0.0 else min(predicted.difference / left, 1.0)
+    excess = predicted.beyond - error.model_error
+    if excess > 0.0:
+        return 1.0 + excess / left_open
+    return min(predicted.difference / left_open, 1.0)
 
 
-def missed(error: ObservedError) -> str | None:
-    """Why an error is not the predicted one, or None: at no sample may it differ from the
-    prediction, with its sign, by more than theory leaves open there (a series' remainder, rounding)
-    and the bound of the model's error."""
-    if error.controlled is not None and error.controlled.beyond > 0.0:
-        beside = "from those of a run with a much smaller tolerance"
-        return f"{error.controlled.beyond:.3g} further off than {beside} follows"
+def prediction_mismatch(error: ObservedError, unit: str) -> str | None:
+    """Message if an error is not the predicted one; None if it is. At every sample the signed error
+    may differ from the prediction by the bound of the model error and by what theory leaves open
+    there: the remainder of the series, and rounding. The error of an adaptive solver must stay
+    within its distance from a run with a much smaller tolerance."""
+    controlled = error.controlled
+    if controlled is not None and controlled.beyond > 0.0:
+        bound = "the bound by a run with a much smaller tolerance"
+        return f"{controlled.beyond:.3g} {unit} above {bound}"
     predicted = error.predicted
     if predicted is None or predicted.beyond <= error.model_error:
         return None
-    return f"{predicted.difference:.3g} off its prediction, allowed {error.left_open:.3g}"
+    difference = f"{predicted.difference:.3g} {unit} from its prediction"
+    return f"{difference}, allowed {error.left_open:.3g}"
 
 
-def starts_off(run: Measurement) -> str:
-    """Why the first sample is not the start of the scene; empty where it is. An observable that is
-    zero throughout has no size, and is judged by its tolerance alone."""
+def start_mismatch(run: Measurement) -> str:
+    """Message if the first sample is not the start of the scene; empty if it is. An observable that
+    is zero throughout has no size: its tolerance alone judges it."""
     for name, error in run.errors.items():
-        allowed = START * error.scale + error.uncertainty + ROUNDED
+        allowed = START_ERROR * error.scale + error.uncertainty + START_ROUNDING
         if error.scale > 0.0 and error.start > allowed:
-            return f"{STARTS_OFF}: {name} is {error.start:.3g} off, allowed {allowed:.3g}"
+            return f"{STARTS_OFF}: {name} differs by {error.start:.3g}, allowed {allowed:.3g}"
     return ""
 
 
-def too_wide(run: Measurement, quantities: Sequence[Quantity]) -> str:
-    """Why what an engine says itself of its model's error is more than a declared part of the
-    motion, and would hide other errors; empty where it is not, or rounding hides as much."""
-    part = model_part(run.scene)
+def wide_model_bound(run: Measurement, quantities: Sequence[Quantity]) -> str:
+    """Message if an engine's own model-error bound exceeds the scene's allowed fraction of the
+    motion: so wide a bound hides other errors. Empty if it does not, or if rounding hides as
+    much."""
+    allowed = model_fraction(run.scene)
     for quantity in quantities:
         error = run.errors.get(quantity.observable)
         if error is None or error.model_error <= rounding(error, run.steps):
             continue
-        if (wide := error.model_error / quantity.scale) > part:
-            of = f"{TOO_WIDE} of {quantity.observable}"
+        fraction = error.model_error / quantity.scale
+        if fraction > allowed:
             return (
-                f"{of} is {wide:.3g} of its scale at the finest step, declared {part:g} at most"
+                f"{TOO_WIDE} of {quantity.observable} is {fraction:.3g} of its scale at the "
+                f"finest step, allowed {allowed:g}"
             )
     return ""
 
 
-def model_part(scene: str) -> float:
-    """The part of a quantity of interest that is declared for the scenes of this name."""
-    parts = (part for scenes, part in MODEL_PARTS if fnmatchcase(scene, scenes))
-    return next(parts, MODEL_PART)
+def model_fraction(scene: str) -> float:
+    """Returns the largest model-error bound allowed for a scene, as a fraction of a quantity of
+    interest. `scene` is the scene's name."""
+    for pattern, fraction in MODEL_FRACTIONS:
+        if fnmatchcase(scene, pattern):
+            return fraction
+    return MODEL_FRACTION
 
 
-def exceeded(
+def tolerance_excess(
     run: Measurement, name: str, allowed: Tolerance, units: Mapping[str, str]
 ) -> str | None:
-    """Why the error of an observable is not within its tolerance, or None. One that is exactly zero
-    throughout, as the heading on a line, may be what rounding makes of it."""
+    """Message if the error of an observable is not within its tolerance; None if it is. An
+    observable that is exactly zero throughout, as the heading on a line, may differ from zero by
+    rounding."""
     error = run.errors[name]
     if error.scale == 0.0 and error.largest <= round_off(run, name, units):
         return None
     if not error.largest <= allowed.bound:
         return f"{error.largest:.3g} {allowed.unit}, allowed {allowed.bound:.3g}"
-    return None if (why := missed(error)) is None else f"{why} {allowed.unit}"
+    return prediction_mismatch(error, allowed.unit)
 
 
 def round_off(run: Measurement, name: str, units: Mapping[str, str]) -> float:
-    """The round-off level of an error; an observable has that of the largest one of its unit, and
-    where it stays zero that of the largest of all."""
+    """Returns the round-off level of an error, in the unit of the observable. The level scales with
+    the largest observable of the same unit. If the observable stays zero, it scales with the
+    largest of all observables."""
     error = run.errors[name]
-    every = run.errors
-    alike = max(e.scale for n, e in every.items() if units.get(n) == units.get(name))
-    scale = alike if error.scale else max(e.scale for e in every.values())
-    doubt = max(error.uncertainty, float_info.epsilon * scale)
-    return floor(replace(error, model={}, uncertainty=doubt), run.steps)
+    if error.scale:
+        same_unit = [other for other in run.errors if units.get(other) == units.get(name)]
+        scale = max(run.errors[other].scale for other in same_unit)
+    else:
+        scale = max(other.scale for other in run.errors.values())
+    uncertainty = max(error.uncertainty, float_info.epsilon * scale)
+    return floor(replace(error, model={}, uncertainty=uncertainty), run.steps)
 
 
-def _expansion(error: ObservedError, step: float) -> tuple[Term, ...] | None:
+def _prediction_terms(error: ObservedError, step: float) -> tuple[Term, ...] | None:
+    """Returns the terms of a predicted error; None without a prediction, or if the series does not
+    reach this step."""
     predicted = error.predicted
     if predicted is None:
         return None
     if predicted.for_this_step:
-        reason = f"what the scheme does to this motion at this step, h = {step:g} s"
+        reason = f"error of the scheme on this motion at this step, h = {step:g} s"
         return (Term(AT_STEP, predicted.largest, reason),)
-    if not reaches(predicted.terms, predicted.largest, predicted.nonlinearity):
+    terms = predicted.terms
+    if not reaches(terms, predicted.largest, predicted.nonlinearity):
         return None
-    last = sum(predicted.terms[p] for p in sorted(predicted.terms)[-2:])
-    nonlinear = nonlinear_part(predicted.terms, predicted.nonlinearity) * predicted.largest
-    powers = " + ".join(f"C{p} h^{p}" for p in sorted(predicted.terms))
-    return (
-        Term(
-            "discretisation",
-            predicted.largest,
-            f"{powers} of the scheme on this motion, h = {step:g} s",
-        ),
-        Term(
-            "discretisation: remainder",
-            last + nonlinear,
-            "what follows in the series is less than its last two terms and the first "
-            "nonlinear term that the series leaves out",
-        ),
+    powers = sorted(terms)
+    last_two = sum(terms[power] for power in powers[-2:])
+    nonlinear = nonlinear_part(terms, predicted.nonlinearity) * predicted.largest
+    series = " + ".join(f"C{power} h^{power}" for power in powers)
+    discretisation = Term(
+        "discretisation",
+        predicted.largest,
+        f"{series} of the scheme on this motion, h = {step:g} s",
     )
+    remainder = Term(
+        "discretisation: remainder",
+        last_two + nonlinear,
+        "the rest of the series is smaller than its last two terms and the first nonlinear "
+        "term that the series leaves out",
+    )
+    return discretisation, remainder
 
 
-def _adaptive(error: ObservedError, method: Method) -> tuple[Term, ...] | None:
-    if (may := error.controlled) is None:  # a closed form takes no steps
+def _adaptive_terms(error: ObservedError, method: Method) -> tuple[Term, ...] | None:
+    """Returns the term of a solver that controls its local error; none for a closed form; None if
+    the solver has no second run for comparison."""
+    controlled = error.controlled
+    if controlled is None:
+        # A closed form takes no steps, and needs no term.
         return None if method.scheme.integrator == ADAPTIVE else ()
     reason = "twice its distance from a run on the same equations with a much smaller tolerance"
-    return (Term("local error control", may.largest, reason),)
+    return (Term("local error control", controlled.largest, reason),)
 
 
-def _double_precision(error: ObservedError, steps: int) -> tuple[Term, ...]:
-    moved = error.uncertainty
-    what = "exact answer"
-    if (predicted := error.predicted) and predicted.uncertainty is not None:
-        moved = predicted.uncertainty
-        what = "answer of this step"
-    return (
-        Term(
-            "conditioning",
-            moved,
-            f"one unit in the last place of every input moves the {what} by this",
-        ),
-        Term(
-            "round-off",
-            2.0 * steps**0.5 * moved,
-            "each step's rounding, half an ulp, in a random walk: four standard deviations",
-        ),
+def _rounding_terms(error: ObservedError, steps: int) -> tuple[Term, ...]:
+    """Returns the terms for the rounding of the inputs and of each of the `steps` steps."""
+    predicted = error.predicted
+    if predicted is not None and predicted.uncertainty is not None:
+        uncertainty = predicted.uncertainty
+        answer = "answer of this step"
+    else:
+        uncertainty = error.uncertainty
+        answer = "exact answer"
+    conditioning = Term(
+        "conditioning",
+        uncertainty,
+        f"one unit in the last place of every input moves the {answer} by this",
     )
+    random_walk = Term(
+        "round-off",
+        2.0 * steps**0.5 * uncertainty,
+        "each step's rounding, half an ulp, in a random walk: four standard deviations",
+    )
+    return conditioning, random_walk

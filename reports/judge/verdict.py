@@ -1,6 +1,6 @@
-"""Is a run within its tolerance, and what does a whole convergence study say of its method?
+"""Verdicts on single runs and on convergence studies.
 
-Both questions are answered by rules in order: the first that applies gives the verdict.
+Each verdict is decided by rules in order: the first rule that applies gives the verdict.
 """
 
 from __future__ import annotations
@@ -23,11 +23,11 @@ from plumbob.reports.judge.converging import convergence
 from plumbob.reports.judge.not_read import not_read
 from plumbob.reports.judge.tolerance import (
     Tolerance,
-    exceeded,
     round_off,
-    starts_off,
+    start_mismatch,
     tolerance,
-    too_wide,
+    tolerance_excess,
+    wide_model_bound,
 )
 
 Verdict = Literal[
@@ -43,35 +43,38 @@ Verdict = Literal[
     "missing",
 ]
 NO_STEP_FITS = "no step of the scene's step sizes fits"
-# Rules of judgement, chosen and not derived:
-ELSEWHERE = 0.5  # of the motion itself: a linear bound along the exact motion does not apply
-UNBOUNDED = 10.0  # times the motion: a predicted error beyond it is one of an unstable step
-FLAT = 0.7  # three finer steps that leave this much of an error have not helped
+# The next four rules are chosen, not derived.
+# Largest predicted error relative to the motion: above it a bound that is linearised along the
+# exact motion does not apply.
+LINEAR_RANGE = 0.5
+# Predicted error relative to the motion, from which a step counts as unstable.
+UNSTABLE_RATIO = 10.0
+PLATEAU_RATIO = 0.7  # ratio of errors, three steps apart, from which smaller steps do not help
 LEAVES_OUT = "the run leaves out"
-THEORY = "theory of its error"
-# multiples of the round-off level: an error within them may be resolved no further
-FLOORS = 100.0
+ERROR_THEORY = "theory of its error"
+# Error relative to the round-off level, below which smaller steps need not reduce the error.
+PLATEAU_ROUND_OFFS = 100.0
 
 
 @dataclass(frozen=True)
 class Judgement:
-    """A run's verdict, the tolerance of each observable it was compared with, and the reason."""
+    """The verdict on one run or on one convergence study, with the tolerances and the reason."""
 
     verdict: Verdict
     tolerances: Mapping[str, Tolerance]
     reason: str
-    cut: bool = False  # finer steps of the convergence study were left out, by the profile
+    cut: bool = False  # whether the profile left out finer steps of the convergence study
     unjudged: Mapping[str, str] = field(default_factory=dict)
-    """Observables that no tolerance is held to though others have one, and why."""
+    """{observable without a tolerance: reason}; empty if no observable has a tolerance."""
     errors: Mapping[float, float] = field(default_factory=dict)
-    """Relative errors of the runs that were made, by step [s], of the quantities of interest."""
-    drawn: Judgement | None = None  # of the run at a step that nobody listed
+    """{step [s] or tolerance: relative error of the quantities of interest} of the runs."""
+    drawn: Judgement | None = None  # the verdict on the run at a randomly drawn step
     versions: Mapping[str, str] | None = None
-    """Of the packages that it was measured with; None: those that are installed."""
+    """{package: version} at the time of measurement; None: the installed versions."""
 
 
 @dataclass(frozen=True)
-class Judged:
+class JudgedMethod:
     """The verdict on a method on a scene, and on each of its runs, coarse to fine."""
 
     whole: Judgement
@@ -80,7 +83,7 @@ class Judged:
 
 @dataclass(frozen=True)
 class StoredObservables:
-    """The observables of a scene as a study keeps them, the leading one first."""
+    """The observables of a scene as a stored study names them, the leading one first."""
 
     observables: tuple[Observable, ...]
 
@@ -88,230 +91,330 @@ class StoredObservables:
 Observed = System | StoredObservables
 
 
-def judged(
-    series: ConvergenceStudy, system: Observed, method: Method, about: Sequence[Quantity]
-) -> Judged:
-    """The verdict on a method on a scene, from those on its runs; `about` are the scene's
-    quantities of interest."""
-    every = [(m, judge(m, system, method, about)) for m in series.measurements]
-    listed = [pair for pair in every if pair[0].step not in series.beside] or every
-    beside = [run for m, run in every if m.step in series.beside]
+def judge_method(
+    study: ConvergenceStudy, system: Observed, method: Method, quantities: Sequence[Quantity]
+) -> JudgedMethod:
+    """Returns the verdict on a method on a scene, with the verdicts on its runs. `quantities` are
+    the scene's quantities of interest."""
+    judged_runs = [(run, judge(run, system, method, quantities)) for run in study.measurements]
+    # Runs beside the listed step sizes show no order and no plateau.
+    listed = [pair for pair in judged_runs if pair[0].step not in study.beside] or judged_runs
+    beside = [judgement for run, judgement in judged_runs if run.step in study.beside]
     units = {o.name: o.unit for o in system.observables}
-    unjudged = _never_judged([run for _, run in listed])
-    result = _of_runs(listed, beside, units, method, about, unjudged)
-    errors = {step: error for _, run in listed for step, error in run.errors.items()}
-    drawn = None if series.drawn is None else judge(series.drawn, system, method, about)
-    result = replace(result, cut=series.cut, unjudged=unjudged, errors=errors, drawn=drawn)
-    return Judged(result, tuple(run for _, run in every))
+    unjudged = _never_judged([judgement for _, judgement in listed])
+    verdict = _method_verdict(listed, beside, units, method, quantities, unjudged)
+    errors: dict[float, float] = {}
+    for _, judgement in listed:
+        errors.update(judgement.errors)
+    drawn = None
+    if study.drawn is not None:
+        drawn = judge(study.drawn, system, method, quantities)
+    whole = replace(verdict, cut=study.cut, unjudged=unjudged, errors=errors, drawn=drawn)
+    return JudgedMethod(whole, tuple(judgement for _, judgement in judged_runs))
 
 
 def judge(
-    measurement: Measurement, system: Observed, method: Method, about: Sequence[Quantity] = ()
+    run: Measurement, system: Observed, method: Method, quantities: Sequence[Quantity] = ()
 ) -> Judgement:
-    """Compare one run with its tolerances; `pre-asymptotic` where no theory reaches it. `about` are
-    the scene's quantities of interest, for the relative error."""
+    """Returns the verdict on one run: its errors compared with their tolerances. If no theory
+    reaches the run's step, the verdict is `pre-asymptotic`. `quantities` are the scene's quantities
+    of interest: the relative error refers to them."""
     units = {o.name: o.unit for o in system.observables}
-    bounds = {
-        name: tolerance(measurement, method, name, units[name]) for name in measurement.errors
-    }
-    held = {name: bound for name, bound in bounds.items() if bound}
-    verdict = _of_a_run(measurement, units, held)
-    error = relative_error(measurement, about) if about else math.nan
-    errors = {measurement.step: error} if math.isfinite(error) else {}
-    return replace(verdict, unjudged=_unjudged(measurement, units, held), errors=errors)
+    tolerances: dict[str, Tolerance] = {}
+    for name in run.errors:
+        bound = tolerance(run, method, name, units[name])
+        if bound is not None:
+            tolerances[name] = bound
+    verdict = _run_verdict(run, units, tolerances)
+    error = relative_error(run, quantities) if quantities else math.nan
+    errors = {run.step: error} if math.isfinite(error) else {}
+    unjudged = _unjudged_observables(run, units, tolerances)
+    return replace(verdict, unjudged=unjudged, errors=errors)
 
 
-def _of_a_run(
-    run: Measurement, units: Mapping[str, str], held: Mapping[str, Tolerance]
+def _run_verdict(
+    run: Measurement, units: Mapping[str, str], tolerances: Mapping[str, Tolerance]
 ) -> Judgement:
-    """The verdict on a run by the tolerances of observables that theory says something of."""
+    """Returns the verdict on a run. `tolerances` has the observables that theory covers; `units`
+    has the units of all observables, the leading observable first."""
     if run.status != "done":
         return Judgement(run.status, {}, run.reason)
-    if dropped := _dropped(run, tuple(units)):
-        return replace(dropped, tolerances=held)
+    failure = _content_failure(run, tuple(units))
+    if failure:
+        return replace(failure, tolerances=tolerances)
     leading = next(iter(units))
+    verdict = (
+        _beyond_linear_range(run, leading)
+        or _tolerance_failure(run, units, tolerances)
+        or _loose_tolerance(run, leading, units[leading], tolerances)
+    )
+    if verdict:
+        return verdict
+    if tolerances:
+        return Judgement("predicted", tolerances, "")
+    if any(error.predicted or error.controlled for error in run.errors.values()):
+        reason = f"the step is too large for the {ERROR_THEORY}"
+    else:
+        reason = f"there is no {ERROR_THEORY}"
+    return Judgement("pre-asymptotic", {}, run.note or reason)
+
+
+def _beyond_linear_range(run: Measurement, leading: str) -> Judgement | None:
+    """Returns `pre-asymptotic` if the predicted error of the leading observable is too large for
+    the bound of the model error: the bound is linearised along the exact motion. Otherwise returns
+    None."""
     error = run.errors.get(leading)
-    predicted = error.predicted if error else None
-    exactly = predicted is not None and predicted.for_this_step
-    stepped = predicted is not None and predicted.uncertainty is not None  # the motion itself
-    bounded = predicted if exactly and not stepped else None
-    if error and bounded and bounded.largest > ELSEWHERE * error.scale > 0.0:
-        # Bounds of the model's error are linearised along the exact motion.
-        far = (
-            f"the predicted error of {leading} at this step exceeds half the motion, where the "
-        )
-        return Judgement("pre-asymptotic", {}, f"{far}bound of the model's error is not known")
-    off = {
-        name: why for name, bound in held.items() if (why := exceeded(run, name, bound, units))
-    }
-    for name, why in off.items():
-        if not _unbounded(run.errors[name]):
-            return Judgement("off-prediction", held, f"the error of {name} is {why}")
-    if off:
-        why = (
-            f"the predicted error of {', '.join(off)} at this step has no bounds, as an engine"
-        )
-        return Judgement(
-            "pre-asymptotic", {}, f"{why} may have that holds rates below some limit"
-        )
-    if error and leading in held:  # a tolerance as large as the motion itself tests nothing
-        allowed = error.model_error if exactly else held[leading].bound
-        if predicted and stepped:
-            allowed = held[leading].bound - predicted.largest
-        if 0.0 < error.scale <= allowed:
-            why = f"{leading} may be {allowed:.3g} {units[leading]} beside what is predicted of it"
-            return Judgement("pre-asymptotic", held, f"{why}, and is {error.scale:.3g} in all")
-    if not held:
-        theory = any(e.predicted or e.controlled for e in run.errors.values())
-        why = f"{'the step is too large for the' if theory else 'there is no'} {THEORY}"
-        return Judgement("pre-asymptotic", {}, run.note or why)
-    return Judgement("predicted", held, "")
+    if error is None or error.predicted is None:
+        return None
+    predicted = error.predicted
+    # A prediction with an uncertainty steps the motion itself, and needs no linearised bound.
+    if not predicted.for_this_step or predicted.uncertainty is not None:
+        return None
+    if not predicted.largest > LINEAR_RANGE * error.scale > 0.0:
+        return None
+    reason = (
+        f"the predicted error of {leading} at this step exceeds half the motion: the bound of "
+        "the model error is not known there"
+    )
+    return Judgement("pre-asymptotic", {}, reason)
 
 
-def _unbounded(error: ObservedError) -> bool:
-    """Whether an error stays below one that is predicted to grow far beyond the motion: where a
-    step is unstable, an engine may limit what the equations do not."""
+def _tolerance_failure(
+    run: Measurement, units: Mapping[str, str], tolerances: Mapping[str, Tolerance]
+) -> Judgement | None:
+    """Returns `off-prediction` if an error exceeds its tolerance; None if no error does. If the
+    prediction of every such error grows far beyond the motion, returns `pre-asymptotic`."""
+    excesses: dict[str, str] = {}
+    for name, bound in tolerances.items():
+        excess = tolerance_excess(run, name, bound, units)
+        if excess:
+            excesses[name] = excess
+    for name, excess in excesses.items():
+        if not _prediction_unbounded(run.errors[name]):
+            reason = f"the error of {name} is {excess}"
+            return Judgement("off-prediction", tolerances, reason)
+    if not excesses:
+        return None
+    reason = (
+        f"the predicted error of {', '.join(excesses)} grows without bound at this step, and "
+        "the measured one does not: the engine may limit rates that the equations do not limit"
+    )
+    return Judgement("pre-asymptotic", {}, reason)
+
+
+def _loose_tolerance(
+    run: Measurement, leading: str, unit: str, tolerances: Mapping[str, Tolerance]
+) -> Judgement | None:
+    """Returns `pre-asymptotic` if the tolerance of the leading observable is as large as its
+    motion: such a tolerance tests nothing. Otherwise None."""
+    error = run.errors.get(leading)
+    if error is None or leading not in tolerances:
+        return None
+    predicted = error.predicted
+    if predicted is not None and predicted.uncertainty is not None:
+        allowed = tolerances[leading].bound - predicted.largest
+    elif predicted is not None and predicted.for_this_step:
+        allowed = error.model_error
+    else:
+        allowed = tolerances[leading].bound
+    if not 0.0 < error.scale <= allowed:
+        return None
+    reason = (
+        f"the tolerance of {leading}, {allowed:.3g} {unit}, is as large as its motion, "
+        f"{error.scale:.3g} {unit}"
+    )
+    return Judgement("pre-asymptotic", tolerances, reason)
+
+
+def _prediction_unbounded(error: ObservedError) -> bool:
+    """Whether the prediction grows far beyond the motion and the error stays below the prediction.
+    At an unstable step this happens if an engine limits rates that the equations do not limit."""
     predicted = error.predicted.largest if error.predicted else 0.0
-    return max(error.largest, UNBOUNDED * error.scale) < predicted
+    return max(error.largest, UNSTABLE_RATIO * error.scale) < predicted
 
 
-def _dropped(run: Measurement, observables: Sequence[str]) -> Judgement | None:
-    """An observable that the run does not give, and that is not declared so, fails; and one that
-    does not begin as in the scene."""
-    declared = not_read(run.scene, run.method)
-    names = [name for name in observables if name not in run.errors and name not in declared]
+def _content_failure(run: Measurement, observables: Sequence[str]) -> Judgement | None:
+    """Returns `off-prediction` if a run lacks an observable that is not declared as missing, or if
+    the run does not start where the scene starts; otherwise None."""
     if run.status != "done":
         return None
-    why = f"{LEAVES_OUT} {', '.join(names)}" if names else starts_off(run)
-    return Judgement("off-prediction", {}, why) if why else None
+    declared = not_read(run.scene, run.method)
+    expected_names = [name for name in observables if name not in declared]
+    missing = [name for name in expected_names if name not in run.errors]
+    reason = f"{LEAVES_OUT} {', '.join(missing)}" if missing else start_mismatch(run)
+    return Judgement("off-prediction", {}, reason) if reason else None
 
 
-def _unjudged(
-    run: Measurement, names: Iterable[str], held: Mapping[str, Tolerance]
+def _unjudged_observables(
+    run: Measurement, names: Iterable[str], tolerances: Mapping[str, Tolerance]
 ) -> Mapping[str, str]:
-    """Observables without a tolerance where others have one, each with the reason."""
-    if run.status != "done" or not held:
+    """Observables without a tolerance, each with the reason; empty if no observable has a
+    tolerance."""
+    if run.status != "done" or not tolerances:
         return {}
-    known = not_read(run.scene, run.method)
-    return {name: known.get(name) or _silent(run, name) for name in names if name not in held}
+    declared = not_read(run.scene, run.method)
+    unjudged = [name for name in names if name not in tolerances]
+    return {name: declared.get(name) or _unjudged_reason(run, name) for name in unjudged}
 
 
-def _silent(run: Measurement, name: str) -> str:
+def _unjudged_reason(run: Measurement, name: str) -> str:
+    """The reason why an observable has no tolerance in a run."""
     if name not in run.errors:
         return "the run does not give it"
-    reached = run.errors[name].predicted or run.errors[name].controlled
-    return f"the step is too large for the {THEORY}" if reached else f"there is no {THEORY}"
+    error = run.errors[name]
+    if error.predicted or error.controlled:
+        return f"the step is too large for the {ERROR_THEORY}"
+    return f"there is no {ERROR_THEORY}"
 
 
-def _never_judged(runs: Sequence[Judgement]) -> Mapping[str, str]:
-    """Observables that no run has a tolerance for, though runs have one for others; the reason is
-    that of the finest of them."""
-    held = [run.unjudged for run in runs if run.tolerances]
-    finest = held[-1] if held else {}
-    return {name: why for name, why in finest.items() if all(name in of for of in held)}
+def _never_judged(judgements: Sequence[Judgement]) -> Mapping[str, str]:
+    """Observables that have a tolerance in no run, each with the reason in the finest run. Runs
+    without any tolerance do not count."""
+    unjudged = [judgement.unjudged for judgement in judgements if judgement.tolerances]
+    if not unjudged:
+        return {}
+    finest = unjudged[-1]
+    in_every_run = set.intersection(*(set(names) for names in unjudged))
+    return {name: reason for name, reason in finest.items() if name in in_every_run}
 
 
-def _of_runs(
+def _method_verdict(
     listed: Sequence[tuple[Measurement, Judgement]],
     beside: Sequence[Judgement],
     units: Mapping[str, str],
     method: Method,
-    about: Sequence[Quantity],
+    quantities: Sequence[Quantity],
     unjudged: Mapping[str, str],
 ) -> Judgement:
-    """The verdict on a method from its runs on a scene, coarse to fine; those `beside` its step
-    sizes tell of no order and no plateau, and are judged each by itself. `units` are those of the
-    observables, the leading one first."""
-    found = [m for m, _ in listed]
-    names = tuple(units)
-    runs = [run for _, run in listed]
-
-    def first(*verdicts: Verdict) -> Judgement | None:
-        every = (
-            run for verdict in verdicts for run in (*runs, *beside) if run.verdict == verdict
-        )
-        return next(every, None)
-
-    if not_run := first("unsupported", "missing", "cut-short"):
+    """Returns the verdict on a method from its runs on a scene, coarse to fine. The runs `beside`
+    the listed step sizes are judged one by one, and show no order and no plateau. `units` are the
+    units of the observables, the leading observable first."""
+    runs = [run for run, _ in listed]
+    judgements = [judgement for _, judgement in listed]
+    every = (*judgements, *beside)
+    not_run = _first_with(every, "unsupported", "missing", "cut-short")
+    if not_run:
         return not_run
-    # An observable that an engine leaves out is no known limit.
-    if dropped := next(filter(None, (_dropped(m, names) for m in found)), None):
-        return dropped
-    if unpredicted(found, method):  # only the envelope of its errors is judged
-        result = convergence(found, about)
-        diverged = first("diverged") if result.verdict is None else None
-        return diverged or Judgement(result.verdict or "pre-asymptotic", {}, result.reason)
-    failed = first("off-prediction")
-    flat = _flat(found, units, names[0])
-    # Steps too large for theory show nothing about finer ones.
-    if flat and (failed or runs[-1].verdict not in ("predicted", "pre-asymptotic")):
-        return Judgement("not-converging", failed.tolerances if failed else {}, flat)
+    # A known limit does not excuse a missing observable: this rule stands before them.
+    for run in runs:
+        failure = _content_failure(run, tuple(units))
+        if failure:
+            return failure
+    # Without theory, the envelope of the errors alone is judged.
+    if unpredicted(runs, method):
+        return _envelope_verdict(runs, quantities, every)
+    failed = _first_with(every, "off-prediction")
+    plateau = _plateau(runs, units, next(iter(units)))
+    # If only steps that are too large for theory pass, they show nothing about finer steps.
+    if plateau and (failed or judgements[-1].verdict not in ("predicted", "pre-asymptotic")):
+        return Judgement("not-converging", failed.tolerances if failed else {}, plateau)
     if failed:
         return failed
-    if not runs:
+    if not judgements:
         return Judgement("unsupported", {}, NO_STEP_FITS)
-    passed = _finest(listed, names, about, unjudged) or runs[-1]
-    return (_unexplained(found, units) if passed.verdict == "predicted" else None) or passed
+    finest = _finest_verdict(listed, tuple(units), quantities, unjudged) or judgements[-1]
+    if finest.verdict != "predicted":
+        return finest
+    return _unexplained_plateau(runs, units) or finest
 
 
-def _finest(
+def _first_with(judgements: Sequence[Judgement], *verdicts: Verdict) -> Judgement | None:
+    """Returns a judgement that has one of these verdicts; an earlier verdict goes before a later
+    one. None if no judgement has one."""
+    for verdict in verdicts:
+        for judgement in judgements:
+            if judgement.verdict == verdict:
+                return judgement
+    return None
+
+
+def _envelope_verdict(
+    runs: Sequence[Measurement], quantities: Sequence[Quantity], judgements: Sequence[Judgement]
+) -> Judgement:
+    """Returns the verdict on a method without theory. If the envelope of the errors decides
+    nothing, a run that diverged does; `judgements` are the verdicts on the runs."""
+    result = convergence(runs, quantities)
+    if result.verdict is not None:
+        return Judgement(result.verdict, {}, result.reason)
+    diverged = _first_with(judgements, "diverged")
+    return diverged or Judgement("pre-asymptotic", {}, result.reason)
+
+
+def _finest_verdict(
     listed: Sequence[tuple[Measurement, Judgement]],
     names: Sequence[str],
     quantities: Sequence[Quantity],
     unjudged: Mapping[str, str],
 ) -> Judgement | None:
-    """The finest run that passes, which stands for all, or why it may not; None where none does."""
-    for finest, run in reversed(listed):
-        if run.verdict == "predicted":
-            too_much = _claims_too_much([m for m, _ in listed], names, unjudged)
-            why = too_much or too_wide(finest, quantities)
-            return Judgement("off-prediction", run.tolerances, why) if why else run
+    """Returns the finest run's verdict `predicted`, which stands for the method; None if no run is
+    `predicted`. If the method leaves an observable unjudged, or its model-error bound is too wide,
+    the verdict is `off-prediction` instead."""
+    for run, judgement in reversed(listed):
+        if judgement.verdict == "predicted":
+            runs = [measurement for measurement, _ in listed]
+            mismatch = _observables_mismatch(runs, names, unjudged)
+            reason = mismatch or wide_model_bound(run, quantities)
+            if reason:
+                return Judgement("off-prediction", judgement.tolerances, reason)
+            return judgement
     return None
 
 
-def _flat(found: Sequence[Measurement], units: Mapping[str, str], name: str) -> str:
-    """Why the error of an observable stays far above round-off; empty while smaller steps still
-    help, and if theory derives that what is left is the same at every step."""
-    done = [m for m in found if m.status == "done" and name in m.errors][-4:]
-    if len(done) < 4:
+def _plateau(runs: Sequence[Measurement], units: Mapping[str, str], name: str) -> str:
+    """Message if the error of an observable stays far above round-off over the four finest runs;
+    empty if smaller steps still reduce the error. The part of the error that theory derives as the
+    same at every step does not count."""
+    finest_four = [run for run in runs if run.status == "done" and name in run.errors][-4:]
+    if len(finest_four) < 4:
         return ""
-    last = done[-1].errors[name]
-    least = round_off(done[-1], name, units)
-    helped = last.falling < FLAT * done[0].errors[name].falling
-    if helped or last.falling <= last.model_error + FLOORS * least:
+    coarse_error = finest_four[0].errors[name]
+    fine_error = finest_four[-1].errors[name]
+    level = round_off(finest_four[-1], name, units)
+    falls = fine_error.falling < PLATEAU_RATIO * coarse_error.falling
+    at_round_off = fine_error.falling <= fine_error.model_error + PLATEAU_ROUND_OFFS * level
+    if falls or at_round_off:
         return ""
-    times = f", {last.largest / least:.2g} times the round-off level" if least else ""
-    return f"the error of {name} stays at {last.largest:.3g}{times}"
+    times = f", {fine_error.largest / level:.2g} times the round-off level" if level else ""
+    return f"the error of {name} stays at {fine_error.largest:.3g}{times}"
 
 
-def _unexplained(found: Sequence[Measurement], units: Mapping[str, str]) -> Judgement | None:
-    """The verdict on runs that are as predicted, but whose error stays although theory does not
-    derive that; None if there is no such error. The measured error and a prediction that steps the
-    model are both differences from the same exact motion: if that is wrong, only an error that does
-    not fall with the step shows it. An error as large as the motion shows nothing yet."""
-    flat = {name: why for name in units if (why := _flat(found, units, name))}
-    if not flat:
+def _unexplained_plateau(
+    runs: Sequence[Measurement], units: Mapping[str, str]
+) -> Judgement | None:
+    """Returns the verdict if every run is as predicted and yet an error stays that theory does not
+    derive; None if there is no such error. The exact motion is part of the measured error and of a
+    prediction that steps the model. If the exact motion is wrong, only an error that does not fall
+    with the step shows it. An error as large as the motion does not show it."""
+    plateaus: dict[str, str] = {}
+    for name in units:
+        plateau = _plateau(runs, units, name)
+        if plateau:
+            plateaus[name] = plateau
+    if not plateaus:
         return None
-    last = [m for m in found if m.status == "done"][-1].errors
-    lost = all(last[name].largest > ELSEWHERE * last[name].scale > 0.0 for name in flat)
-    because = (
-        "as large as the motion: no step that was run shows whether it falls"
-        if lost
-        else "and theory derives no error that is the same at every step"
-    )
-    why = f"{next(iter(flat.values()))}, {because}"
-    return Judgement("pre-asymptotic" if lost else "not-converging", {}, why)
+    finest = [run for run in runs if run.status == "done"][-1]
+    errors = [finest.errors[name] for name in plateaus]
+    plateau = next(iter(plateaus.values()))
+    if all(error.largest > LINEAR_RANGE * error.scale > 0.0 for error in errors):
+        reason = "as large as the motion: no step that was run shows whether it falls"
+        return Judgement("pre-asymptotic", {}, f"{plateau}, {reason}")
+    reason = "and theory derives no error that is the same at every step"
+    return Judgement("not-converging", {}, f"{plateau}, {reason}")
 
 
-def _claims_too_much(
-    found: Sequence[Measurement], names: Sequence[str], unjudged: Mapping[str, str]
+def _observables_mismatch(
+    runs: Sequence[Measurement], names: Sequence[str], unjudged: Mapping[str, str]
 ) -> str:
-    """Why a method that passes does not: every observable that the engine gives is to be judged in
-    some run, and none that it is declared not to give."""
-    given = [name for name in names if any(name in m.errors for m in found)]
-    if silent := [name for name in given if name in unjudged]:
+    """Message if a method that passes leaves an observable unjudged in every run, or is judged by
+    an observable that its engine is declared not to give; otherwise empty."""
+    given: set[str] = set()
+    for run in runs:
+        given.update(run.errors)
+    silent = [name for name in names if name in given and name in unjudged]
+    if silent:
         return f"{', '.join(silent)}: not judged, {unjudged[silent[0]]}"
-    declared = not_read(found[0].scene, found[0].method)
-    if judged := [name for name in declared if name not in unjudged]:
-        return f"{', '.join(judged)}: judged, and declared to be not"
+    declared = not_read(runs[0].scene, runs[0].method)
+    judged = [name for name in declared if name not in unjudged]
+    if judged:
+        return f"{', '.join(judged)}: judged, although the engine is declared not to give it"
     return ""

@@ -1,1 +1,1 @@
-"""Tables, plots and pages."""
+"""Tables, figures and pages of a report."""

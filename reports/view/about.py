@@ -1,21 +1,22 @@
-"""Descriptions of the systems for the reader of a page: parts, symbols, equation, source."""
+"""Descriptions of the systems for the readers of their pages: sentences, equations and symbols."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from plumbob.reports.view.finding_text import keys_of
-from plumbob.reports.view.tables import TEMPLATES, Parts, filled_text
+from plumbob.reports.view.finding_text import read_keys
+from plumbob.reports.view.tables import TEMPLATES, Parts, fill_text
 
 Description = Mapping[str, Sequence[Sequence[str]]]
-"""Lines by what they are, each as its parts: `sentence`; `equation`, in Unicode; `explained`, what
-the equations say, and from where; `symbol`, with its meaning and SI unit; of the model's picture,
-480 by 360, `label` with its place, `line`, an SVG path and its class, `picture` in words."""
+"""Lines of a description by their kind; each line is the sequence of its parts. The kinds are
+`sentence`; `equation`, in Unicode; `explained`, the meaning of the equations and their source; and
+`symbol`, with its meaning and SI unit. The model's picture, 480 by 360, has the kinds `label`, with
+its position; `line`, an SVG path and its class; and `picture`, the picture in words."""
 
 
-def described(system: str) -> Description | None:
-    """The description of a system by its name; None where there is none."""
+def read_description(system: str) -> Description | None:
+    """Returns the description of a system by its name; None if it has none."""
     if not (TEMPLATES / "about" / f"{system}.md").is_file():
         return None
-    lines = keys_of(filled_text(f"about/{system}", Parts(), {}), system)
+    lines = read_keys(fill_text(f"about/{system}", Parts(), {}), system)
     return {kind: [text.split(" | ") for text in texts] for kind, texts in lines.items()}

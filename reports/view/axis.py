@@ -1,4 +1,4 @@
-"""An axis of a drawing: places of values, and ticks at round ones."""
+"""An axis of a drawing: pixel positions of values, and ticks at round values."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ from plumbob.analytic.reference import Array
 
 SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 Ticks = Sequence[tuple[float, str]]
-"""Places of a few round values, and the values as text."""
+"""(position [px], text) of each tick."""
 
 
 @dataclass(frozen=True)
 class Axis:
-    """Where values lie between two ends of a picture; of a logarithmic one `low` and `high` are
-    powers of ten."""
+    """A linear or logarithmic axis that maps the values from `low` to `high` to the pixels from
+    `start` to `end`. If the axis is logarithmic, `low` and `high` are exponents of ten."""
 
     low: float
     high: float
@@ -29,37 +29,40 @@ class Axis:
 
     @property
     def scale(self) -> float:
-        """Units to a pixel, negative where they fall."""
+        """Units per pixel; negative if the pixel positions fall as the values rise."""
         return (self.high - self.low) / (self.end - self.start)
 
     def scaled(self, scale: float) -> Axis:
-        """An axis about the same middle with so many units to a pixel."""
+        """Returns an axis with the same middle and pixels, and `scale` units per pixel."""
         middle = (self.low + self.high) / 2
         half = abs(self.end - self.start) * scale / 2
         return replace(self, low=middle - half, high=middle + half)
 
     def along(self, values: npt.ArrayLike) -> Array:
-        """Places of values; NaN where one has none."""
+        """Returns the positions of values [px]; NaN for a value that has no logarithm."""
         numbers = np.asarray(values, dtype=float)
         if self.logarithmic:
-            nowhere = np.full_like(numbers, np.nan)
-            numbers = np.log10(numbers, out=nowhere, where=numbers > 0.0)
+            all_nan = np.full_like(numbers, np.nan)
+            numbers = np.log10(numbers, out=all_nan, where=numbers > 0.0)
         return self.start + (numbers - self.low) / self.scale
 
     def ticks(self, most: int) -> Ticks:
-        """At most so many, of a long logarithmic axis at powers of ten."""
+        """Returns at most about `most` ticks at round values. A logarithmic axis that holds two
+        powers of ten or more has its ticks at powers of ten."""
         low = self.low
         high = self.high
         if self.logarithmic:
             first = math.ceil(low - 1e-9)
             last = math.floor(high + 1e-9)
             if last > first:
-                powers = np.arange(first, last + 1, -(-(last - first + 1) // most))
-                texts = [f"10{str(p).translate(SUPERSCRIPTS)}" for p in powers]
+                decades_per_tick = -(-(last - first + 1) // most)
+                powers = np.arange(first, last + 1, decades_per_tick)
+                texts = [f"10{str(power).translate(SUPERSCRIPTS)}" for power in powers]
                 return list(zip(self.along(10.0**powers).tolist(), texts, strict=True))
             low = 10.0**low
             high = 10.0**high
         unit = 10.0 ** math.floor(math.log10((high - low) / most))
         step = next(unit * k for k in (1, 2, 5, 10) if high - low <= most * unit * k)
         values = step * np.arange(math.ceil(low / step), math.floor(high / step) + 1)
-        return list(zip(self.along(values).tolist(), (f"{v:g}" for v in values), strict=True))
+        texts = [f"{value:g}" for value in values]
+        return list(zip(self.along(values).tolist(), texts, strict=True))

@@ -1,4 +1,4 @@
-"""The parts of a page: tables, figures, findings, and the section of one system."""
+"""The parts of a page: cells, tables, figures, statements, claims and findings."""
 
 from __future__ import annotations
 
@@ -8,36 +8,36 @@ from typing import Any, Literal, NamedTuple
 
 from plumbob.reports.view.notation import number
 
-Trace = Mapping[str, Any]  # a curve, bars or a map, as plotly takes it
-Layout = Mapping[str, Any]  # of a figure, or of one of its axes
+Trace = Mapping[str, Any]  # a curve, bars or a map in plotly's format
+Layout = Mapping[str, Any]  # properties of a figure, or of one axis, in plotly's format
 StatementVerdict = Literal["holds", "corrected", "refuted", "extended"]
 
 
 class Cell(NamedTuple):
-    """A place in a table: its text, its looks, and what a hover shows."""
+    """A cell of a table."""
 
     text: str
-    kind: str = ""  # a verdict, or "number", "method": how it looks
-    hint: str = ""  # shown on hover
-    link: str = ""  # the id of the place it leads to
-    span: int = 1  # columns
+    kind: str = ""  # style of the cell: a verdict, "number", "method", …
+    hint: str = ""  # text shown on hover
+    link: str = ""  # id that the cell links to
+    span: int = 1  # number of columns
 
 
 @dataclass(frozen=True)
 class Table:
-    """A table: a caption, the heads of its columns, and rows of cells."""
+    """A table with a caption, the heads of its columns, rows of cells and a note below."""
 
     caption: str
     heads: tuple[str, ...]
     rows: tuple[tuple[Cell, ...], ...]
     note: str = ""
-    folded: bool = False  # shown on a click
-    filtered: bool = False  # its rows and columns are chosen by a filter above the tables
+    folded: bool = False  # whether the table is hidden until a click
+    filtered: bool = False  # whether the filter above the tables chooses its rows and columns
 
 
 @dataclass(frozen=True)
 class Figure:
-    """A plot as plotly takes it: traces and a layout, with a title and a caption of its own."""
+    """A figure: traces and a layout in plotly's format, with a title and a caption."""
 
     title: str
     caption: str
@@ -49,22 +49,22 @@ class Figure:
 
 @dataclass(frozen=True)
 class Statement:
-    """A source's statement and the result for it; a row of the page's table of the sources."""
+    """A statement of a source and the result for it; a row in the page's table of sources."""
 
-    source: str  # its key in the citations: an author and a year
-    place: str  # in the source: an equation, a figure, a section
+    source: str  # key of the source in the citations: an author and a year
+    place: str  # equation, figure or section of the source
     text: str
-    said: str  # the source's value, formula or word
-    ours: str  # computed or measured
+    said: str  # value, formula or word in the source
+    ours: str  # computed or measured value
     verdict: StatementVerdict
-    why: str = ""
-    finding: str = ""  # that shows it, where it is another than the one that has the statement
+    why: str = ""  # reason of the verdict
+    finding: str = ""  # name of the finding that shows the result, if another finding shows it
 
 
 @dataclass(frozen=True)
 class Claim:
-    """A check that a measured figure supports a finding's text: its words say why that would not
-    hold, and whether it does."""
+    """A check that a measured number supports the text of a finding. `text` states the failure, and
+    is shown if `holds` is false."""
 
     text: str
     holds: bool
@@ -72,9 +72,10 @@ class Claim:
 
 @dataclass(frozen=True)
 class Finding:
-    """Something that measuring showed: in a sentence, in full, and the commands that repeat it."""
+    """A result of the measurements: a summary, the full text, tables, figures, and the commands
+    that repeat it."""
 
-    name: str  # unique within the page: what links lead to
+    name: str  # id for links, unique within the page
     title: str
     judgement: str  # a word or two: "refuted", "confirmed"
     summary: str  # one sentence
@@ -82,10 +83,10 @@ class Finding:
     tables: tuple[Table, ...] = ()
     figures: tuple[Figure, ...] = ()
     commands: tuple[str, ...] = ()
-    statements: tuple[Statement, ...] = ()  # of the sources that this finding judges
-    claims: tuple[Claim, ...] = ()  # what its words rest on, of the stored study
+    statements: tuple[Statement, ...] = ()  # statements of sources that the finding judges
+    claims: tuple[Claim, ...] = ()  # checks that the stored numbers support the text
 
 
 def value(amount: float | None, digits: int = 3) -> Cell:
-    """A cell with a number of so many significant digits; a dash where there is none."""
+    """Returns a cell with a number of `digits` significant digits; a dash for None."""
     return Cell("–" if amount is None else number(amount, digits), "number")

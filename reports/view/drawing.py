@@ -1,4 +1,4 @@
-"""A figure as its SVG template draws it: curves and maps on axes, at places of a picture."""
+"""Geometry of a figure for its SVG template: curves, maps, ticks and names in pixels."""
 
 from __future__ import annotations
 
@@ -13,15 +13,15 @@ from plumbob.analytic.reference import Array
 from plumbob.reports.view.axis import Axis, Ticks
 from plumbob.reports.view.content import Figure, Layout, Trace
 from plumbob.reports.view.plotly_figure import FRONT
-from plumbob.reports.view.point_names import named
+from plumbob.reports.view.point_names import placed_names
 
 WIDTH, WIDE, SQUARE = 560, 860, 400  # [px]
-# margins [px], with a map's scale in place
+# margins [px]; SCALE is the right margin of a map, which holds its colour scale
 LEFT, RIGHT, SCALE, TOP, BOTTOM = 64, 18, 68, 10, 40
-LETTER, LARGE_LETTER = 7.4, 10.0  # [px] at most, and where a picture is shown smaller
+LETTER, LARGE_LETTER = 7.4, 10.0  # [px] widest letter at full size, and in a shrunken picture
 MOST_TICKS, SHADES = 6, 16
-# Marks by plotly's names, in tenths of a pixel from their middles; a disc is the round end of a
-# line without length.
+# SVG paths of marks by plotly's names, in tenths of a pixel from the middle of the mark. A disc is
+# the round end of a line of zero length.
 GLYPHS = MappingProxyType(
     {
         "circle": "h0",
@@ -40,7 +40,7 @@ DASHES = MappingProxyType({"dash": "6 4", "dot": "2 3", "dashdot": "6 3 2 3"})
 
 @dataclass(frozen=True)
 class Path:
-    """A path of a picture, in tenths of a pixel, and how it is drawn."""
+    """An SVG path in tenths of a pixel, with its colours, line width and dashes."""
 
     d: str
     fill: str = ""
@@ -51,14 +51,15 @@ class Path:
 
 
 Drawing = SimpleNamespace
-"""A picture of a size [px] with its axes, their ticks, paths in tenths of a pixel, names of points,
-the shades of a map with ticks beside them, and the names, colours and dashes of its curves."""
+"""The values of the SVG template: size [px], axes and their ticks, paths in tenths of a pixel,
+names of points, the shades of a map with the ticks of its scale, and the legend: name, colour and
+dashes of each curve."""
 
 
 def drawing(figure: Figure, chosen: Sequence[str] = ()) -> Drawing | None:
-    """A figure, of curves that belong to methods with those of the `chosen` ones, if there are any;
-    None where nothing has a place on its axes."""
-    traces = shown(figure, chosen)
+    """Returns the drawing of a figure, restricted to the curves of the `chosen` methods if the
+    figure has any of these; None if no value has a place on one of the axes."""
+    traces = drawn_traces(figure, chosen)
     layout = figure.layout
     width = WIDE if figure.wide else WIDTH
     square = "scaleanchor" in layout["yaxis"]
@@ -71,11 +72,8 @@ def drawing(figure: Figure, chosen: Sequence[str] = ()) -> Drawing | None:
     if x is None or y is None:
         return None
     if square:
-        x, y = (a.scaled(max(abs(b.scale) for b in (x, y))) for a in (x, y))
-    in_legend = layout.get("showlegend") or any("meta" in t for t in traces)
-    legend = {
-        t["name"]: t for t in traces if in_legend and t["name"] and t.get("showlegend", True)
-    }
+        scale = max(abs(x.scale), abs(y.scale))
+        x, y = x.scaled(scale), y.scaled(scale)
     drawn = Drawing(
         width=width,
         height=height,
@@ -84,100 +82,133 @@ def drawing(figure: Figure, chosen: Sequence[str] = ()) -> Drawing | None:
         y=y,
         across=_ticks(layout["xaxis"], x),
         up=_ticks(layout["yaxis"], y),
-        paths=[p for t in traces for p in (_map if "z" in t else _marks)(t, x, y)],
-        point_names=named([p for t in traces for p in _named_points(t, x, y)], x, y),
+        paths=list(_paths(traces, x, y)),
+        point_names=placed_names(_points_with_names(traces, x, y), x, y),
         shades=[],
         scale=[],
-        names=[(name, t["line"]["color"], dashes(t)) for name, t in legend.items()],
+        names=_legend(layout, traces),
     )
     if first:
-        scale = Axis(first["zmin"], first["zmax"], y.start, y.end, False)
-        drawn.scale = _ticks(first["colorbar"], scale)
+        scale_axis = Axis(first["zmin"], first["zmax"], y.start, y.end, False)
+        drawn.scale = _ticks(first["colorbar"], scale_axis)
         drawn.shades = [_shade(first, (k + 0.5) / SHADES) for k in range(SHADES)]
     return drawn
 
 
-def shown(figure: Figure, chosen: Sequence[str]) -> Sequence[Trace]:
-    """The traces of a figure that a picture has: of the `chosen` methods, where one has any."""
-    kept = [t for t in figure.traces if t.get("meta", FRONT) in (*chosen, FRONT)]
-    return kept if any(t.get("meta") != FRONT for t in kept) else figure.traces
+def _paths(traces: Sequence[Trace], x: Axis, y: Axis) -> Iterator[Path]:
+    """Yields the paths of all traces: the cells of a map, the line and the marks of a curve."""
+    for trace in traces:
+        yield from _map(trace, x, y) if "z" in trace else _marks(trace, x, y)
+
+
+def _legend(layout: Layout, traces: Sequence[Trace]) -> list[tuple[str, str, str]]:
+    """Returns the name, the colour and the dashes of each curve in the legend; none if the layout
+    shows no legend and no curve belongs to a method."""
+    if not layout.get("showlegend") and not any("meta" in trace for trace in traces):
+        return []
+    named_traces = [t for t in traces if t["name"] and t.get("showlegend", True)]
+    by_name = {trace["name"]: trace for trace in named_traces}
+    return [(name, t["line"]["color"], dashes(t)) for name, t in by_name.items()]
+
+
+def drawn_traces(figure: Figure, chosen: Sequence[str]) -> Sequence[Trace]:
+    """Returns the traces of a figure that its picture shows: the traces of the `chosen` methods and
+    of the Pareto front; all traces if the figure has none of the `chosen` methods."""
+    chosen_traces = [t for t in figure.traces if t.get("meta", FRONT) in (*chosen, FRONT)]
+    only_front = all(trace.get("meta") == FRONT for trace in chosen_traces)
+    return figure.traces if only_front else chosen_traces
 
 
 def _axis(
     layout: Layout, traces: Sequence[Trace], key: str, start: float, end: float
 ) -> Axis | None:
-    """An axis with the values of all traces, or of a declared range; None without any."""
+    """Returns the axis from pixel `start` to pixel `end`, over the range that `layout` declares or,
+    by default, over the values `key` ("x" or "y") of all traces; None if there are no values."""
     logarithmic = layout.get("type") == "log"
-    values = [v for trace in traces for v in trace[key] if v is not None]
-    places = [math.log10(v) for v in values if v > 0.0] if logarithmic else values
-    if not places:
+    values = [value for trace in traces for value in trace[key] if value is not None]
+    if logarithmic:
+        values = [math.log10(value) for value in values if value > 0.0]
+    if not values:
         return None
-    low, high = layout.get("range") or (min(places), max(places))
-    free = "range" not in layout and "tickvals" not in layout
-    margin = (0.04 * (high - low) or 0.5 * abs(high) or 0.5) if free or high <= low else 0.0
+    low, high = layout.get("range") or (min(values), max(values))
+    margin = 0.0
+    if ("range" not in layout and "tickvals" not in layout) or high <= low:
+        margin = 0.04 * (high - low) or 0.5 * abs(high) or 0.5
     return Axis(low - margin, high + margin, start, end, logarithmic)
 
 
 def _ticks(layout: Layout, axis: Axis) -> Ticks:
+    """Returns the ticks that `layout` declares, or ticks at round values; on a horizontal axis,
+    only those whose texts do not touch."""
     if "ticktext" not in layout:
         ticks = axis.ticks(MOST_TICKS)
-        return apart(ticks) if axis.end > axis.start else ticks
+        return separated_ticks(ticks) if axis.end > axis.start else ticks
     return list(zip(axis.along(layout["tickvals"]).tolist(), layout["ticktext"], strict=True))
 
 
-def apart(ticks: Ticks) -> Ticks:
-    """The ticks of an axis from left to right without those that would touch one before where
-    letters are largest, on a telephone."""
-    kept: list[tuple[float, str]] = []
+def separated_ticks(ticks: Ticks) -> Ticks:
+    """Returns the ticks of a horizontal axis without each tick whose text would touch the text
+    before it. Letters are taken as large as on a telephone, where they are the largest."""
+    separated: list[tuple[float, str]] = []
     for place, text in ticks:
-        letters = len(text) + len(kept[-1][1]) if kept else 0
-        if not kept or place - kept[-1][0] >= LARGE_LETTER * letters / 2.0:
-            kept.append((place, text))
-    return kept
+        if separated:
+            place_before, text_before = separated[-1]
+            letters = len(text) + len(text_before)
+            if place - place_before < LARGE_LETTER * letters / 2.0:
+                continue
+        separated.append((place, text))
+    return separated
 
 
 def _marks(trace: Trace, x: Axis, y: Axis) -> Iterator[Path]:
-    """The line of a trace and its marks."""
+    """Yields the path of a trace's line and the path of its marks, as far as the trace has them."""
     places = 10.0 * np.column_stack([x.along(trace["x"]), y.along(trace["y"])])
-    there = np.isfinite(places.sum(axis=1))
+    finite = np.isfinite(places.sum(axis=1))
     colour = trace["line"]["color"]
-    points = places[there].tolist()
+    points = places[finite].tolist()
     if "lines" in trace["mode"]:
-        follows = np.append(False, there[:-1])[there]
-        lines = zip(follows, points, strict=True)
+        # a line goes on from the point before, unless that point is a gap
+        continues = np.append(False, finite[:-1])[finite]
+        lines = zip(continues, points, strict=True)
         yield Path(
-            "".join(f"{' ' if after else 'M'}{a:.0f} {b:.0f}" for after, (a, b) in lines),
-            "",
-            colour,
-            10.0 * trace["line"]["width"],
-            " ".join(f"{n}0" for n in dashes(trace).split()),
-            trace.get("opacity"),
+            d="".join(f"{' ' if goes_on else 'M'}{a:.0f} {b:.0f}" for goes_on, (a, b) in lines),
+            stroke=colour,
+            width=10.0 * trace["line"]["width"],
+            dashes=" ".join(f"{length}0" for length in dashes(trace).split()),
+            opacity=trace.get("opacity"),
         )
     if "markers" in trace["mode"]:
         size = trace["marker"]["size"]
         name = trace["marker"].get("symbol", "circle")
         shape = GLYPHS[name.removesuffix("-open")]
-        dots = "".join(f"M{a:.0f} {b:.0f}{shape}" for a, b in points)
+        marks = "".join(f"M{a:.0f} {b:.0f}{shape}" for a, b in points)
         if name == "circle":
-            yield Path(dots, "", colour, 10.0 * size)
+            yield Path(marks, stroke=colour, width=10.0 * size)
         elif name == "x" or name.endswith("-open"):
-            yield Path(dots, "", colour, 13.0)
+            yield Path(marks, stroke=colour, width=13.0)
         else:
-            yield Path(dots, colour, colour, 5.0 * size - 24.0)
+            yield Path(marks, fill=colour, stroke=colour, width=5.0 * size - 24.0)
 
 
-def _named_points(trace: Trace, x: Axis, y: Axis) -> Iterator[tuple[float, float, str]]:
-    """The points [px] of a trace whose texts stand beside them."""
-    if "text" in trace.get("mode", ""):
-        places = zip(x.along(trace["x"]), y.along(trace["y"]), trace["text"], strict=True)
-        yield from ((float(a), float(b), text) for a, b, text in places)
+def _points_with_names(
+    traces: Sequence[Trace], x: Axis, y: Axis
+) -> list[tuple[float, float, str]]:
+    """Returns (x [px], y [px], text) of each point in the traces whose texts are shown."""
+    points = []
+    for trace in traces:
+        if "text" in trace.get("mode", ""):
+            places = zip(x.along(trace["x"]), y.along(trace["y"]), trace["text"], strict=True)
+            points += [(float(a), float(b), text) for a, b, text in places]
+    return points
 
 
 def _map(trace: Trace, x: Axis, y: Axis) -> Iterator[Path]:
-    """The cells of a map, those of one shade as one path."""
-    xs, ys = (10.0 * _edges(axis.along(trace[key])) for key, axis in (("x", x), ("y", y)))
-    part = np.array(trace["z"], dtype=float) - trace["zmin"]
-    shades = np.rint(SHADES * np.clip(part / (trace["zmax"] - trace["zmin"]), 0.0, 1.0))
+    """Yields the cells of a map, as one path for each shade."""
+    xs = 10.0 * _edges(x.along(trace["x"]))
+    ys = 10.0 * _edges(y.along(trace["y"]))
+    above_low = np.array(trace["z"], dtype=float) - trace["zmin"]
+    fractions = np.clip(above_low / (trace["zmax"] - trace["zmin"]), 0.0, 1.0)
+    shades = np.rint(SHADES * fractions)
     for shade in np.unique(shades[np.isfinite(shades)]):
         cells = (
             f"M{xs[j]:.0f} {ys[i]:.0f}H{xs[j + 1]:.0f}V{ys[i + 1]:.0f}H{xs[j]:.0f}z"
@@ -187,17 +218,19 @@ def _map(trace: Trace, x: Axis, y: Axis) -> Iterator[Path]:
 
 
 def _edges(places: Array) -> Array:
-    """The edges of cells about their middles."""
+    """Returns the n + 1 edges of n cells whose middles are `places`; the outer edges are the
+    middles of the outer cells."""
     return np.concatenate([places[:1], (places[1:] + places[:-1]) / 2, places[-1:]])
 
 
-def _shade(trace: Trace, part: float) -> str:
-    """The colour of a map at a part of its scale."""
-    places, colours = zip(*trace["colorscale"], strict=True)
-    channels = np.array([list(bytes.fromhex(c[1:])) for c in colours]).T
-    return "#" + "".join(f"{round(float(np.interp(part, places, c))):02x}" for c in channels)
+def _shade(trace: Trace, fraction: float) -> str:
+    """Returns the colour of a map at a fraction of its colour scale, as "#rrggbb"."""
+    fractions, colours = zip(*trace["colorscale"], strict=True)
+    channels = np.array([list(bytes.fromhex(colour[1:])) for colour in colours]).T
+    levels = [round(float(np.interp(fraction, fractions, channel))) for channel in channels]
+    return "#" + "".join(f"{level:02x}" for level in levels)
 
 
 def dashes(trace: Trace) -> str:
-    """The dashes of a trace, empty for a solid line."""
+    """Returns the SVG dash pattern of a trace [px]; empty for a solid line."""
     return DASHES.get(trace["line"]["dash"], "")

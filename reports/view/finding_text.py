@@ -1,7 +1,7 @@
-"""Findings and galleries as their templates write them: words, tables, figures, statements.
+"""Findings and galleries read from the text of their templates: words, tables, figures, statements.
 
-A template of reports/templates is filled with stored numbers, by their names, and its text read in
-blocks, which an empty line separates:
+A template of reports/templates is filled with stored numbers, by their names. Its text is read in
+blocks that are separated by empty lines:
 
     judgement: confirmed             the head: lines of `name: value`, a `command` for each command
     command: plumbob solve {{ scene }}
@@ -22,9 +22,8 @@ blocks, which an empty line separates:
 
     {{ figure("Title", "Caption.", [curve(times, errors, name="...")], linear("t"), linear("e")) }}
 
-Tables, filters and functions are those of `plumbob.reports.view.tables`; a macro of another file
-gets all numbers as `numbers`.
-"""
+`plumbob.reports.view.tables` defines the tables, filters and functions. A macro in another file
+gets all numbers as `numbers`."""
 
 from __future__ import annotations
 
@@ -43,7 +42,7 @@ from plumbob.reports.view.content import (
     Table,
 )
 from plumbob.reports.view.sources import SOURCES
-from plumbob.reports.view.tables import Parts, filled_text, table, table_of
+from plumbob.reports.view.tables import Parts, fill_text, read_table, table
 
 KEY = re.compile(r"([a-z][a-z ]*): ?")
 TABLES = ("table: ", "folded table: ", "filtered table: ")
@@ -54,49 +53,59 @@ class TextError(ValueError):
 
 
 def findings_of(analysis: Analysed) -> tuple[Finding, ...]:
-    """The finding, the galleries, or the figures and tables of a hard scene, that a template writes
-    of stored numbers; raises jinja2.UndefinedError where the template needs numbers that are not
-    stored, and TextError."""
+    """Returns the finding, the galleries, or the figures and tables of a hard scene, that the
+    template of an analysis writes from its stored numbers.
+
+    Raises jinja2.UndefinedError if the template needs a number that is not stored, and TextError if
+    its text cannot be read."""
     claims = tuple(Claim(text, holds) for text, holds in analysis.claims)
-    return written(analysis.template, analysis.numbers, claims)
+    return read_findings(analysis.template, analysis.numbers, claims)
 
 
-def written(
+def read_findings(
     template: str, numbers: Mapping[str, Any], claims: tuple[Claim, ...] = ()
 ) -> tuple[Finding, ...]:
-    """The same of a template by its name, and numbers: one for each title in its text."""
+    """Returns the findings that a template writes from `numbers`, one for each title in its text;
+    each finding has all the `claims`. Raises the errors of `findings_of`."""
     parts = Parts()
-    whole = filled_text(template, parts, {"numbers": numbers} | dict(numbers))
-    head, *sections = re.split(r"^# ", whole.strip(), flags=re.MULTILINE)
-    keys = keys_of(head, template)
-    name = keys.get("name", [template.rpartition("/")[2].replace("_", "-")])[0]
-    judgement = keys.get("judgement", [""])[0]
-    commands = tuple(keys.get("command", ()))
-    empty = Finding(name, "", judgement, "", commands=commands, claims=claims)
-    return tuple(_filled(empty, section, template, parts) for section in sections)
+    text = fill_text(template, parts, {"numbers": numbers} | dict(numbers))
+    head, *sections = re.split(r"^# ", text.strip(), flags=re.MULTILINE)
+    keys = read_keys(head, template)
+    default_name = template.rpartition("/")[2].replace("_", "-")
+    untitled = Finding(
+        name=keys.get("name", [default_name])[0],
+        title="",
+        judgement=keys.get("judgement", [""])[0],
+        summary="",
+        commands=tuple(keys.get("command", ())),
+        claims=claims,
+    )
+    return tuple(_read_section(untitled, section, template, parts) for section in sections)
 
 
-def _filled(empty: Finding, section: str, template: str, parts: Parts) -> Finding:
-    """A finding with the title, the paragraphs and the parts of a section of text."""
+def _read_section(untitled: Finding, section: str, template: str, parts: Parts) -> Finding:
+    """Returns the finding `untitled` with the title, paragraphs, tables, figures and statements of
+    one section of a template's text."""
     title, *texts = re.split(r"\n(?:[ \t]*\n)+", section.strip())
     blocks = [parts.made.get(block, block) for block in map(str.strip, texts) if block]
-    statements = [
-        block if isinstance(block, Statement) else _statement(str(block), template)
-        for block in blocks
-        if isinstance(block, Statement) or str(block).startswith("statement: ")
-    ]
+    statements = list[Statement]()
+    for block in blocks:
+        if isinstance(block, Statement):
+            statements.append(block)
+        elif str(block).startswith("statement: "):
+            statements.append(_read_statement(str(block), template))
     tables = list[Table]()
     paragraphs = list[str]()
     for block in blocks:
         if block == "statements as a table":
             tables.append(table("statements", statements=statements))
         elif isinstance(block, str) and block.startswith(TABLES):
-            tables.append(table_of(block, parts))
+            tables.append(read_table(block, parts))
         elif isinstance(block, str) and not block.startswith("statement: "):
-            paragraphs.append(_line(block))
+            paragraphs.append(_as_line(block))
     return replace(
-        empty,
-        title=_line(title),
+        untitled,
+        title=_as_line(title),
         summary=paragraphs[0] if paragraphs else "",
         paragraphs=tuple(paragraphs[1:]),
         tables=tuple(tables),
@@ -105,17 +114,19 @@ def _filled(empty: Finding, section: str, template: str, parts: Parts) -> Findin
     )
 
 
-def _line(block: str) -> str:
-    """A block as one line."""
+def _as_line(block: str) -> str:
+    """Returns a block of text as one line."""
     return " ".join(block.split())
 
 
-def keys_of(block: str, template: str) -> dict[str, list[str]]:
-    """The values of a block of lines `name: value`, by name; a line without one goes on."""
+def read_keys(block: str, template: str) -> dict[str, list[str]]:
+    """Returns the values in a block of lines `name: value`, by name. A line without a name
+    continues the value before it. Raises TextError if the first line has no name."""
     values: dict[str, list[str]] = {}
     key = ""
     for line in filter(str.strip, block.splitlines()):
-        if match := KEY.match(line):
+        match = KEY.match(line)
+        if match:
             key = match[1]
             values.setdefault(key, []).append(line[match.end() :].strip())
         elif key:
@@ -125,19 +136,20 @@ def keys_of(block: str, template: str) -> dict[str, list[str]]:
     return values
 
 
-def _statement(block: str, template: str) -> Statement:
-    """A source's statement and the result for it."""
-    keys = {name: " ".join(lines) for name, lines in keys_of(block, template).items()}
+def _read_statement(block: str, template: str) -> Statement:
+    """Reads a source's statement and the result for it from a block of lines; raises TextError if
+    the block names none of the sources."""
+    keys = {name: " ".join(lines) for name, lines in read_keys(block, template).items()}
     source = next((name for name in SOURCES if keys["statement"].startswith(f"{name}, ")), None)
     if source is None:
         raise TextError(f"{template}: {keys['statement']!r} names none of {', '.join(SOURCES)}")
     return Statement(
-        source,
-        keys["statement"][len(source) + 2 :],
-        keys["says"],
-        keys["value"],
-        keys["ours"],
-        cast(StatementVerdict, keys["verdict"]),
-        keys.get("why", ""),
-        keys.get("shown by", ""),
+        source=source,
+        place=keys["statement"][len(source) + 2 :],
+        text=keys["says"],
+        said=keys["value"],
+        ours=keys["ours"],
+        verdict=cast(StatementVerdict, keys["verdict"]),
+        why=keys.get("why", ""),
+        finding=keys.get("shown by", ""),
     )

@@ -1,4 +1,4 @@
-"""The table of hard cases: digits that motions lose, and what methods lose beside them."""
+"""The table of hard cases: digits lost by the motion itself, and further digits lost by methods."""
 
 from __future__ import annotations
 
@@ -9,37 +9,45 @@ from plumbob.reports.view.content import Table
 from plumbob.reports.view.method_results import MethodResult
 from plumbob.reports.view.tables import table_or_none
 
-ROUNDING = 2.0**-53  # relative
+ROUNDING = 2.0**-53  # relative rounding error of a double
 
 
 def digits_lost(relative: float) -> float:
-    """Decimal digits of a double that an error of this relative size leaves without a meaning: at
-    most all that it has."""
+    """Returns the number of decimal digits of a double that a relative error makes meaningless; at
+    most all of its digits (16)."""
     return math.log10(max(min(relative, 1.0) / ROUNDING, 1.0))
 
 
 def lost_by_motion(results: Sequence[MethodResult]) -> float | None:
-    """Digits that roundings of a scene's inputs cost its exact answer, of what the scene is about;
-    None where no run of it is stored."""
-    doubts = [
-        run.errors[quantity.observable].uncertainty / quantity.scale
-        for of in results
-        for run in of.done
-        for quantity in of.quantities
-        if quantity.observable in run.errors and quantity.scale
-    ]
-    return digits_lost(max(doubts)) if doubts else None
+    """Returns the decimal digits that the exact answer of a scene loses to rounding of the scene's
+    inputs, the most over its quantities of interest; None if no run is stored."""
+    uncertainties = list[float]()  # relative
+    for result in results:
+        for run in result.done:
+            uncertainties += [
+                run.errors[quantity.observable].uncertainty / quantity.scale
+                for quantity in result.quantities
+                if quantity.observable in run.errors and quantity.scale
+            ]
+    return digits_lost(max(uncertainties)) if uncertainties else None
 
 
 def table(scenes: Sequence[Sequence[MethodResult]]) -> Table | None:
-    """Methods on scenes, with what makes each hard and the digits that its motion loses: their
-    largest steps, who is limited by which, the smallest error, and the digits that it loses more
-    than the motion; None where no run is stored. With one scene, that scene is named nowhere."""
+    """Returns the table of hard cases, with a row for each scene and method; None if no run is
+    stored.
+
+    A row has the reason that the scene is hard, the digits that its motion loses, the largest steps
+    of the method and what limits them, its smallest error, and the digits that the method loses
+    beyond the motion. If there is only one scene, the table does not name it."""
     rows = []
     for results in scenes:
-        motion = lost_by_motion(results)
-        for of in results:
-            if (error := min(of.errors.values(), default=math.inf)) < math.inf:
-                more = None if motion is None else max(digits_lost(error) - motion, 0.0)
-                rows.append((of.scene, motion, of, error, more))
+        by_motion = lost_by_motion(results)
+        for result in results:
+            smallest_error = min(result.errors.values(), default=math.inf)
+            if math.isinf(smallest_error):
+                continue
+            by_method = None
+            if by_motion is not None:
+                by_method = max(digits_lost(smallest_error) - by_motion, 0.0)
+            rows.append((result.scene, by_motion, result, smallest_error, by_method))
     return table_or_none("hard", rows=rows, several=len(scenes) > 1)

@@ -1,4 +1,4 @@
-"""JUnit XML: a case for each scene and method, or for each of other things that were judged."""
+"""JUnit XML of a study, with a test case for each scene and method, and for each failed search."""
 
 from __future__ import annotations
 
@@ -9,19 +9,19 @@ from pathlib import Path
 from typing import NamedTuple
 
 from plumbob.engines.study.results import Study
-from plumbob.reports.judge.searches import judged_searches, unexpected
+from plumbob.reports.judge.searches import judged_searches, unexpected_searches
 from plumbob.reports.view.method_results import MethodResult, Results
-from plumbob.reports.view.page import TEMPLATES, written
-from plumbob.reports.view.tables import environment
+from plumbob.reports.view.page import TEMPLATES, write_file
+from plumbob.reports.view.tables import template_environment
 
-# characters that XML does not have, not even escaped: most control characters, half of a pair
+# characters that XML forbids even when escaped: most control characters and single surrogates
 NO_XML = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 
 
-class Case(NamedTuple):
-    """A test case: what it is of, and how it ends."""
+class JunitCase(NamedTuple):
+    """A test case and its outcome."""
 
-    of: str
+    of: str  # scene, written as the class of the test case
     name: str
     seconds: float
     properties: Mapping[str, str]
@@ -29,31 +29,39 @@ class Case(NamedTuple):
     message: str = ""
 
 
-def write_junit(file: Path, study: Study, every: Results) -> None:
-    """Write one test case for each scene and method: a failure where the verdict is unexpected,
-    skipped with the reason where it is a known limit or claims nothing; and a failure for each
-    largest step and each derivative that is unexpected."""
+def write_junit(file: Path, study: Study, results: Results) -> None:
+    """Writes the JUnit file of a study, with a test case for each scene and method.
+
+    An unexpected verdict is a failure. A known limit, and a verdict that claims nothing, is
+    skipped, with its reason. Each unexpected largest step or derivative adds a failure."""
     searches = [
-        Case(
-            of.scene, f"{of.method}, {of.about}", 0.0, {}, "failure", f"{of.surprise}: {of.why}"
+        JunitCase(
+            of=search.scene,
+            name=f"{search.method}, {search.about}",
+            seconds=0.0,
+            properties={},
+            outcome="failure",
+            message=f"{search.surprise}: {search.why}",
         )
-        for of in unexpected(judged_searches(study))
+        for search in unexpected_searches(judged_searches(study))
     ]
     date = study.provenance.date.removesuffix(" UTC").replace(" ", "T")
-    cases = [*map(_case, every.values()), *searches]
+    cases = [*map(_case, results.values()), *searches]
     write_cases(file, cases, sum(case.seconds for case in cases), date)
 
 
-def _case(of: MethodResult) -> Case:
-    """A pair, with its verdict and order, the relative error at the reference step [s] (or the
-    tightest tolerance), of which quantity of interest it is, and the step."""
-    judged = of.judged
-    order = of.series.order
+def _case(result: MethodResult) -> JunitCase:
+    """Returns the test case of a scene and a method. Its properties are the verdict, the order, the
+    largest relative error at the reference step (or the tightest tolerance), the quantity with that
+    error, and the step."""
+    judged = result.judged
+    order = result.series.order
     properties: dict[str, str] = {"verdict": judged.verdict}
     if order:
         properties["order"] = f"{order.slope:.3f}"
-    if run := of.reference:
-        quantity, error = of.worst(run)
+    run = result.reference
+    if run:
+        quantity, error = result.worst(run)
         properties |= {"relative_error": f"{error:.6g}", "quantity": quantity.observable}
         properties["step"] = f"{run.step:.6g}"
     outcomes = {
@@ -62,15 +70,21 @@ def _case(of: MethodResult) -> Case:
         "pre-asymptotic": ("skipped", f"pre-asymptotic, nothing is claimed: {judged.reason}"),
         "not run": ("skipped", f"{judged.verdict}: {judged.reason}"),
     }
-    seconds = sum(m.seconds for m in of.series.measurements)
-    outcome = outcomes.get(judged.standing, ("", ""))
-    return Case(of.scene.name, of.name, seconds, properties, *outcome)
+    outcome, message = outcomes.get(judged.standing, ("", ""))
+    return JunitCase(
+        of=result.scene.name,
+        name=result.name,
+        seconds=sum(run.seconds for run in result.series.measurements),
+        properties=properties,
+        outcome=outcome,
+        message=message,
+    )
 
 
-def write_cases(file: Path, cases: Sequence[Case], seconds: float, date: str) -> None:
-    """Write a suite of test cases that took so many `seconds` and began at a `date`."""
-    template = environment(TEMPLATES, autoescape=True).get_template("junit.xml.jinja")
+def write_cases(file: Path, cases: Sequence[JunitCase], seconds: float, date: str) -> None:
+    """Writes a suite of test cases that took `seconds` in all and began at `date`."""
+    template = template_environment(TEMPLATES, autoescape=True).get_template("junit.xml.jinja")
     counts = Counter(case.outcome for case in cases)
     text = template.render(cases=cases, counts=counts, seconds=seconds, date=date)
     text = NO_XML.sub(lambda held: repr(held[0])[1:-1], text)
-    written(text, file.parent, file.name)
+    write_file(text, file.parent, file.name)

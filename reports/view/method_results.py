@@ -1,4 +1,5 @@
-"""Methods on scenes as pages show them: errors by step, what they mean, and the largest steps."""
+"""Results of methods on scenes as pages show them: errors by step, their meaning and the largest
+accurate and stable steps."""
 
 from __future__ import annotations
 
@@ -42,15 +43,14 @@ SIGNS: Mapping[Meaning, tuple[str, str, str]] = MappingProxyType(
         "unexpected": ("✗", "unexpected", "not what theory or a declared limit says"),
     }
 )
-# default settings: MuJoCo's step [s], scipy's tolerance
-LARGEST_STEP = DEFAULT[1]
-LOOSEST = 1e-3
-PERCENT = 0.01  # relative: the error that the largest step is shown for
+LARGEST_STEP = DEFAULT[1]  # [s] MuJoCo's default step
+LOOSEST = 1e-3  # scipy's default relative tolerance
+PERCENT = 0.01  # largest relative error of an accurate step
 
 
 @dataclass(frozen=True)
-class Shown:
-    """The error of a method on a scene beside the step that it was measured at."""
+class ShownError:
+    """The error of a method on a scene, with the step at which it was measured."""
 
     error: float  # relative; infinite where the run diverged
     step: float  # [s], or the relative tolerance
@@ -59,25 +59,28 @@ class Shown:
 
     @property
     def text(self) -> str:
-        """The error, with its step where that is not the reference step."""
+        """The error as text, followed by its step unless that is the reference step."""
         at = self._beside(REFERENCE_STEP)
         return f"{self._size} at {at}" if at else self._size
 
     def cell(self, column: float | None) -> str:
-        """The sign and the error, with the step where that is not the column's [s]."""
+        """Returns the sign of the meaning and the error as text, followed by the step unless that
+        is the step of the column [s]."""
         at = self._beside(column)
         return f"{SIGNS[self.meaning][0]} {self._size}" + (f"\n{at}" if at else "")
 
     @property
     def look(self) -> str:
-        """The classes of its cell: the decade of its error, and what stands out."""
+        """The CSS classes of a table cell: the decade of the error, and `unexpected` if it is."""
         return size_class(self.error) + " unexpected" * (self.meaning == "unexpected")
 
     @property
     def _size(self) -> str:
+        """The error as text; "diverged" if it is infinite."""
         return "diverged" if math.isinf(self.error) else notation.relative(self.error)
 
     def _beside(self, column: float | None) -> str:
+        """Returns the step as text; empty if it is the step of the column [s]."""
         if self.control == "step" and column and math.isclose(self.step, column, rel_tol=1e-9):
             return ""
         return notation.step(self.step, self.control)
@@ -85,14 +88,14 @@ class Shown:
 
 @dataclass(frozen=True)
 class MethodResult:
-    """A method on a scene: its runs, its verdict, the cost of a step, and the largest one that is
-    stable, of a method that is given one."""
+    """The result of one method on one scene: its runs, its verdict, the cost of a step and, for a
+    method with a fixed step, its largest stable step."""
 
     scene: Scene
     method: Method
     series: ConvergenceStudy
     judged: PairVerdict
-    quantities: Quantities  # of interest
+    quantities: Quantities  # quantities of interest of the scene
     cost: Cost | None = None
     limit: SmallestLimit | None = None
 
@@ -108,7 +111,7 @@ class MethodResult:
 
     @cached_property
     def errors(self) -> Mapping[float, float]:
-        """Relative errors by step, infinite where a run diverged."""
+        """Relative error of each run by its step; infinite if the run diverged."""
         runs = [m for m in self.series.measurements if m.status in ("done", "diverged")]
         return {run.step: relative_error(run, self.quantities) for run in runs}
 
@@ -128,17 +131,20 @@ class MethodResult:
 
     @property
     def reference(self) -> Measurement | None:
-        """The run that stands for the method, whose step is nearest to the reference step."""
+        """The run whose step is nearest to the reference step."""
         return reference_run(self.series.measurements, self.method)
 
     def worst(self, run: Measurement) -> tuple[Quantity, float]:
-        """The quantity of interest whose error is the largest in a run, and that error."""
+        """Returns the quantity of interest with the largest relative error in `run`, and that
+        error."""
         return worst(run, self.quantities)
 
     @cached_property
-    def at_reference(self) -> Shown | None:
-        """The error at the reference step; where that was not run, at the step nearest to it, or at
-        the tightest tolerance. None where nothing was run."""
+    def at_reference(self) -> ShownError | None:
+        """The error at the reference step; None if nothing was run.
+
+        If the reference step was not run, this is the error at the nearest step, or at the tightest
+        tolerance."""
         run = self.reference
         step = run.step if run else next(reversed(self.errors), None)
         if self.method.control == "step" and REFERENCE_STEP in self.errors:
@@ -148,101 +154,105 @@ class MethodResult:
         return self._at(step)
 
     @property
-    def at_default(self) -> Shown:
-        """The error at the step that is nearest to that of default settings."""
-        usual = LARGEST_STEP if self.method.control == "step" else LOOSEST
-        return self._at(min(self.errors, key=lambda step: abs(math.log(step / usual))))
+    def at_default(self) -> ShownError:
+        """The error at the step, or tolerance, nearest to that of the default settings."""
+        default = LARGEST_STEP if self.method.control == "step" else LOOSEST
+        nearest = min(self.errors, key=lambda step: abs(math.log(step / default)))
+        return self._at(nearest)
 
     @property
-    def at_largest(self) -> Shown | None:
+    def at_largest(self) -> ShownError | None:
         """The error at the largest accurate step."""
         return self._at(self.accurate) if self.accurate else None
 
     @property
-    def finest(self) -> Shown | None:
+    def finest(self) -> ShownError | None:
         """The error at the smallest step that reached the end."""
         return self._at(self.done[-1].step) if self.done else None
 
-    def _at(self, step: float) -> Shown:
+    def _at(self, step: float) -> ShownError:
+        """Returns the error at a step. Its meaning is "unclaimed" if the verdict on the method is
+        as predicted, but this step is too large for the theory."""
         runs = zip(self.series.measurements, self.judged.runs, strict=False)
-        verdicts = {m.step: run.verdict for m, run in runs}
-        large = verdicts.get(step) in ("pre-asymptotic", "diverged")
-        means = "unclaimed" if large and self.meaning == "predicted" else self.meaning
-        return Shown(self.errors[step], step, self.method.control, means)
+        verdicts = {run.step: judged.verdict for run, judged in runs}
+        too_large = verdicts.get(step) in ("pre-asymptotic", "diverged")
+        meaning: Meaning = self.meaning
+        if too_large and meaning == "predicted":
+            meaning = "unclaimed"
+        return ShownError(self.errors[step], step, self.method.control, meaning)
 
     @cached_property
     def accurate(self) -> float | None:
-        """The largest step [s] that was run, or tolerance, that is within 1 % with all smaller
-        ones."""
+        """The largest step [s], or tolerance, whose error and the errors of all smaller steps are
+        at most 1 %; None if the smallest step is less accurate."""
         within = [*takewhile(lambda step: self.errors[step] <= PERCENT, sorted(self.errors))]
         return within[-1] if within else None
 
     @property
     def margin(self) -> float | None:
-        """The largest stable step over the largest accurate one; None where there is no limit."""
+        """The ratio of the largest stable step to the largest accurate step; None if either is
+        unknown or stability sets no limit."""
         if self.limit is None or not self.accurate or math.isinf(self.limit.step):
             return None
         return self.limit.step / self.accurate
 
     @property
     def limited_by(self) -> str:
-        """Whether steps above the accurate ones are inaccurate, or lost; empty where none is
-        known."""
+        """The reason that the largest accurate step is not larger: `stability` if the next step run
+        is unstable, else `accuracy`; empty if that is not known."""
         larger = [step for step in self.errors if step > (self.accurate or 0.0)]
         if self.limit is None or not larger:
             return ""
-        lost = self.accurate is not None and min(larger) > self.limit.step
-        return "stability" if lost or not self.limit.step else "accuracy"
+        next_unstable = self.accurate is not None and min(larger) > self.limit.step
+        return "stability" if next_unstable or not self.limit.step else "accuracy"
 
     def ns_per_second(self, step: float) -> float | None:
-        """Computing time [ns] of a simulated second at a step of a run that reached its end."""
-        runs = [m for m in self.done if m.step == step and m.duration]
-        return (
-            runs[0].steps * self.cost.ns_per_step / runs[0].duration
-            if runs and self.cost
-            else None
-        )
+        """Returns the computing time [ns] of a simulated second at `step`; None if no run with this
+        step reached its end, or nothing was timed."""
+        runs = [run for run in self.done if run.step == step and run.duration]
+        if not runs or not self.cost:
+            return None
+        return runs[0].steps * self.cost.ns_per_step / runs[0].duration
 
     @property
     def timed(self) -> Measurement | None:
-        """The run at whose step the cost was measured."""
+        """The run whose step is the one at which the cost was measured."""
         return timed_run(self.series, self.method)
 
     @property
     def in_reach(self) -> bool:
-        """Whether the errors that the order was fitted to are small enough for a series."""
+        """Whether the error expansion is valid (nonlinearity below 1) for every error that the
+        order was fitted to."""
         steps = self.series.order.steps if self.series.order else ()
-        predicted = [
-            e.predicted for m in self.done if m.step in steps for e in m.errors.values()
-        ]
-        return all(f is not None and f.nonlinearity < 1.0 for f in predicted)
+        fitted = [run for run in self.done if run.step in steps]
+        predicted = [error.predicted for run in fitted for error in run.errors.values()]
+        return all(p is not None and p.nonlinearity < 1.0 for p in predicted)
 
 
-Results = Mapping[tuple[str, str], MethodResult]  # by scene and method
+Results = Mapping[tuple[str, str], MethodResult]  # by the names of scene and method
 
 
 def results_of(study: Study, records: Records) -> Results:
-    """Every method on every scene of a study."""
+    """Returns the results of every method on every scene of `study`."""
     methods = {m.name: m for m in study.methods}
     scenes = {s.name: s for s in study.scenes}
     results = {}
-    for c in study.convergence:
-        pair = (c.scene, c.method)
-        stepped = methods[c.method].control == "step"
+    for series in study.convergence:
+        pair = (series.scene, series.method)
+        method = methods[series.method]
         results[pair] = MethodResult(
-            scenes[c.scene],
-            methods[c.method],
-            c,
-            records.scenes[c.scene].verdicts[c.method],
-            study.quantities(c.scene),
-            study.costs.get(pair),
-            study.step_limit(*pair) if stepped else None,
+            scene=scenes[series.scene],
+            method=method,
+            series=series,
+            judged=records.scenes[series.scene].verdicts[series.method],
+            quantities=study.quantities(series.scene),
+            cost=study.costs.get(pair),
+            limit=study.step_limit(*pair) if method.control == "step" else None,
         )
     return results
 
 
 def finite_limits(results: Sequence[MethodResult]) -> dict[str, float]:
-    """The largest stable step [s] of each method that has one and a next that is not."""
-    return {
-        of.name: of.limit.step for of in results if of.limit and 0.0 < of.limit.step < math.inf
-    }
+    """Returns the largest stable step [s] of each method whose limit is positive and finite."""
+    limits = {result.name: result.limit.step for result in results if result.limit}
+    return {name: step for name, step in limits.items() if 0.0 < step < math.inf}

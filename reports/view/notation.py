@@ -1,4 +1,4 @@
-"""How numbers, steps and costs are written on the page."""
+"""Numbers, steps, times and costs as text."""
 
 from __future__ import annotations
 
@@ -6,7 +6,8 @@ import math
 
 
 def number(value: float, digits: int = 3) -> str:
-    """A number with `digits` significant digits: 0.0123, 1.23e-7, and so on."""
+    """Returns a number with `digits` significant digits: 0.0123, 1.23e-7; a dash if it is not
+    finite."""
     if not math.isfinite(value):
         return "–"
     if value == 0.0:
@@ -19,8 +20,8 @@ def number(value: float, digits: int = 3) -> str:
 
 
 def relative(value: float, digits: int = 2) -> str:
-    """A relative error: 2.5 %, 0.011 %, 107× from ten times the motion's own size on, and 4.7e-8
-    where a percentage would have many zeros."""
+    """Returns a relative error as a percentage: 2.5 %, 0.011 %. An error of 10 or more is a
+    multiple of the motion's size: 107×. An error below 1e-5 is a plain number: 4.7e-8."""
     percent = 100.0 * value
     if not math.isfinite(percent) or percent == 0.0:
         return number(percent)
@@ -30,12 +31,13 @@ def relative(value: float, digits: int = 2) -> str:
 
 
 def percent(part: float) -> str:
-    """A part in whole percents: 43 %."""
+    """Returns a fraction as a whole percentage: 43 %."""
     return f"{100.0 * part:.0f} %"
 
 
 def short(value: float) -> str:
-    """A step or a tolerance, with as few digits as it needs, at most four: 1e-4, 2.5e-6, 0.02."""
+    """Returns a step or a tolerance with as few digits as it needs, at most four: 1e-4, 2.5e-6,
+    0.02."""
     text = f"{value:.4g}"
     if "e" not in text and len(text) <= 5:
         return text
@@ -44,12 +46,12 @@ def short(value: float) -> str:
 
 
 def step(value: float, control: str) -> str:
-    """A step with its unit, or a relative tolerance."""
+    """Returns a step with its unit, or a relative tolerance: 1e-4 s, rtol 1e-9."""
     return f"{short(value)} s" if control == "step" else f"rtol {short(value)}"
 
 
 def seconds(value: float) -> str:
-    """A time in s, ms, µs or ns, whichever suits it."""
+    """Returns a time [s] in the unit that suits its size: s, ms, µs or ns."""
     for unit, size in (("s", 1.0), ("ms", 1e-3), ("µs", 1e-6)):
         if abs(value) >= size:
             return f"{number(value / size)} {unit}"
@@ -57,7 +59,8 @@ def seconds(value: float) -> str:
 
 
 def metres(value: float) -> str:
-    """A length [m] with two digits, in the unit that suits it."""
+    """Returns a length [m] with two digits in the unit that suits its size, from m to nm;
+    "diverged" if it is not finite."""
     if not math.isfinite(value):
         return "diverged"
     for unit, size in (("m", 1.0), ("cm", 1e-2), ("mm", 1e-3), ("µm", 1e-6), ("nm", 1e-9)):
@@ -67,15 +70,17 @@ def metres(value: float) -> str:
 
 
 def real_time_factor(ns_per_second: float) -> str:
-    """Simulated time over wall time, of a cost [ns per simulated second]."""
+    """Returns the ratio of simulated time to computing time for a cost [ns per simulated second]:
+    12.3; a dash if the cost is zero."""
     return number(1e9 / ns_per_second) if ns_per_second > 0 else "–"
 
 
 def times_real(ns_per_second: float) -> str:
-    """The same where nothing beside it says what it is: 12.3×."""
+    """Returns the real-time factor for a cost [ns per simulated second] with a multiplication sign:
+    12.3×."""
     return f"{real_time_factor(ns_per_second)}×" if ns_per_second > 0 else "–"
 
 
 def plural(count: int, word: str) -> str:
-    """A count with its word."""
+    """Returns a count with a noun, to which an s is added unless the count is 1: 3 methods."""
     return f"{count} {word}{'' if count == 1 else 's'}"

@@ -1,4 +1,5 @@
-"""A page filled with its content: one file with everything, or one of several that share files."""
+"""HTML pages from templates: either one file with everything, or pages of a site that share
+files."""
 
 from __future__ import annotations
 
@@ -19,8 +20,8 @@ from urllib.parse import quote
 from plumbob.reports.view import notation
 from plumbob.reports.view.content import Figure
 from plumbob.reports.view.drawing import Drawing, drawing
-from plumbob.reports.view.own_files import replaceable
-from plumbob.reports.view.tables import environment
+from plumbob.reports.view.own_files import check_replaceable
+from plumbob.reports.view.tables import template_environment
 
 if TYPE_CHECKING:
     from jinja2 import Environment
@@ -31,30 +32,35 @@ NAME = "index.html"
 UNITS = re.compile(
     r"(?<=\d) (?=(?:%|m?s|[nµmck]?m|rad|N|J|W|°)(?![\w]))"
 )  # no line ends before one
-INDENT = re.compile(r"^ +(?:// .*\n)?", re.MULTILINE)  # of a script, with its remarks
+INDENT = re.compile(r"^ +(?:// .*\n)?", re.MULTILINE)  # indents and comments of a script
 CODE = re.compile("`([^`]+)`")
 EXPONENT = re.compile(r"-?\d[\d.]*e-\d+")  # a line may end after a hyphen
-PLAIN = " =/:;,.()'-{}!*"  # what an address of data may hold as it is
+URL_CHARACTERS = " =/:;,.()'-{}!*"  # characters that need no escape in a data URL
 STYLE, SCRIPT, PLOTLY, ICON = "page.css", "page.js", "plotly.js", "icon.svg"
 
 
 @dataclass(frozen=True)
 class Plots:
-    """The parts of one page that its script shows when they are wanted, as it is filled: pictures,
-    the data that plotly draws, folded tables and what a replay moves."""
+    """The parts of one page that its script shows on demand, collected while the template is
+    filled: pictures, the data of plotly's figures, folded tables and the data of a replay."""
 
-    folder: str | None = None  # where the page finds their files; None: inside the page
-    page: str = ""  # its name
-    # a figure each, as plotly takes it
+    folder: str | None = (
+        None  # path from the page to the files; None: everything is in the page
+    )
+    page: str = ""  # name of the page
+    # data and layout of each figure in plotly's format
     data: list[Mapping[str, Any]] = field(default_factory=list)
-    tables: list[str] = field(default_factory=list)  # HTML, a table each
-    files: dict[str, str] = field(default_factory=dict)  # by name
+    tables: list[str] = field(default_factory=list)  # HTML of each folded table
+    files: dict[str, str] = field(default_factory=dict)  # texts by file name
 
     def picture(
         self, figure: Figure, chosen: Sequence[str], still: bool = False
     ) -> tuple[str, Drawing | None]:
-        """The address and size of a figure's picture, of the `chosen` methods if it has some, which
-        plotly draws anew where it is pressed; a `still` one cannot be, and stands in a column."""
+        """Returns the address and the drawing of a figure's picture; "" and None if nothing can be
+        drawn. The picture shows the `chosen` methods if the figure has any of them.
+
+        A click on the picture lets plotly draw the figure anew. A `still` picture has no such data,
+        and is never wide, because it stands in a column."""
         if not still:
             self.data.append({"data": figure.traces, "layout": figure.layout})
         drawn = drawing(replace(figure, wide=figure.wide and not still), chosen)
@@ -62,48 +68,51 @@ class Plots:
             return "", None
         svg = _environment().get_template("figure.svg.jinja").render(of=drawn)
         if self.folder is None:
-            return f"data:image/svg+xml,{quote(svg, safe=PLAIN)}", drawn
+            return f"data:image/svg+xml,{quote(svg, safe=URL_CHARACTERS)}", drawn
         name = f"{hashlib.sha256(svg.encode('utf-8')).hexdigest()[:12]}.svg"
         self.files[name] = svg
         return f"{self.folder}{name}", drawn
 
     def script(self) -> str:
-        """The data compressed: its text, or the address of the script that will have it."""
-        return packed(self.text()) if self.folder is None else f"{self.folder}{self.page}.js"
+        """Returns the compressed data of figures and tables or, for a page of a site, the address
+        of the script that will hold them."""
+        return compress(self.text()) if self.folder is None else f"{self.folder}{self.page}.js"
 
     def text(self) -> str:
-        """The data as JSON."""
+        """Returns the data of figures and tables as JSON."""
         return _json({"figures": self.data, "tables": self.tables})
 
     def beside(self, name: str, text: str) -> str:
-        """A text compressed, or the address of the script of a name that has it."""
+        """Returns the compressed text or, for a page of a site, stores it as the script `NAME.js`
+        and returns the address of that script."""
         if self.folder is None:
-            return packed(text)
-        self.files[f"{name}.js"] = carried(text)
+            return compress(text)
+        self.files[f"{name}.js"] = carrier_script(text)
         return f"{self.folder}{name}.js"
 
 
-def packed(text: str) -> str:
-    """A text compressed, in base64, which our script unpacks when it is wanted."""
+def compress(text: str) -> str:
+    """Returns a text compressed, in base64; the page's script unpacks it on demand."""
     return base64.b64encode(gzip.compress(text.encode("utf-8"), 4, mtime=0)).decode("ascii")
 
 
-def carried(text: str) -> str:
-    """A script whose element holds a text compressed after it ran: a page in a folder can load no
-    other."""
-    return f'document.currentScript.textContent="{packed(text)}"'
+def carrier_script(text: str) -> str:
+    """Returns a script that writes the compressed text into its own element. A page opened from a
+    folder can load scripts, but no other data."""
+    return f'document.currentScript.textContent="{compress(text)}"'
 
 
-def filled(
+def fill_page(
     template: str, *, shared: str | None = None, plots: Plots | None = None, **content: Any
 ) -> str:
-    """A template of a page filled with its content. With `shared`, the path to the folder of a
-    site, the page loads the files of `shared_files` from there; without, it holds them. Files of
-    its `plots` are added to these."""
+    """Returns the HTML of a page: the template filled with `content`.
+
+    `shared` is the path from the page to the folder with `shared_files`; if it is None, the page
+    holds these files itself. The files and data of the page's figures are added to `plots`."""
     from markupsafe import Markup
 
-    held = shared_files(packed) if shared is None else {}
-    inside = {name: Markup(text) for name, text in held.items()}
+    files = shared_files(compress) if shared is None else {}
+    inside = {name: Markup(text) for name, text in files.items()}
     defaults: dict[str, Any] = {
         "styles": {},
         "frame": "frame.html.jinja",
@@ -112,69 +121,72 @@ def filled(
         "search": None,
         "plots": plots or Plots(),
     }
-    return (
-        _environment()
-        .get_template(template)
-        .render({**defaults, **content, "shared": shared, "inside": inside})
-    )
+    values = {**defaults, **content, "shared": shared, "inside": inside}
+    return _environment().get_template(template).render(values)
 
 
 @cache
 def _environment() -> Environment:
-    """The environment that reads the templates and caches them."""
-    pages = environment(TEMPLATES, autoescape=True)
-    pages.filters["kept"] = _kept
+    """Returns the environment of the page templates; it caches them."""
+    pages = template_environment(TEMPLATES, autoescape=True)
+    pages.filters["kept"] = _unbroken
     pages.filters["numbers"] = lambda values: _json(dict(values))
     for write in (notation.number, notation.short, notation.seconds, notation.plural):
         pages.globals[write.__name__] = write
     return pages
 
 
-def _kept(text: str) -> Markup:
-    """A text in which no line ends inside a number, or before its unit, with its `code` as such."""
+def _unbroken(text: str) -> Markup:
+    """Returns a text as HTML in which no line breaks inside a number or between a number and its
+    unit; text between backquotes becomes code."""
     from markupsafe import Markup, escape
 
     escaped = str(escape(UNITS.sub("\u00a0", text)))
-    whole = EXPONENT.sub(r"<span class=nowrap>\g<0></span>", escaped)
-    return Markup(CODE.sub(r"<code class=inline>\1</code>", whole))
+    unbroken = EXPONENT.sub(r"<span class=nowrap>\g<0></span>", escaped)
+    return Markup(CODE.sub(r"<code class=inline>\1</code>", unbroken))
 
 
 @cache
-def shared_files(hold: Callable[[str], str] = carried) -> Mapping[str, str]:
-    """The style sheet, our script, plotly as `hold` has it and the icon, by name: what all pages of
-    a site load, or one page holds."""
+def shared_files(hold: Callable[[str], str] = carrier_script) -> Mapping[str, str]:
+    """Returns the files that all pages share, by name: the style sheet, the script, plotly wrapped
+    by `hold`, and the icon."""
     from plotly.offline import get_plotlyjs
 
-    styles, scripts = (
-        "\n".join(
-            INDENT.sub("", path.read_text("utf-8"))
-            for path in sorted(TEMPLATES.glob(f"*.{kind}"))
-        )
-        for kind in ("css", "js")
-    )
-    icon = (TEMPLATES / ICON).read_text("utf-8")
-    return {STYLE: styles, SCRIPT: scripts, PLOTLY: hold(get_plotlyjs()), ICON: icon}
+    return {
+        STYLE: _joined_files("css"),
+        SCRIPT: _joined_files("js"),
+        PLOTLY: hold(get_plotlyjs()),
+        ICON: (TEMPLATES / ICON).read_text("utf-8"),
+    }
 
 
-def written(text: str | bytes, folder: Path, name: str) -> Path:
-    """Write a page, or another file, into `folder` under `name`, whole or not at all, and return
-    its path; raises OSError where the folder cannot be written, and ParameterError where it would
-    replace a file that is not plumbob's."""
-    replaceable("out", folder / name)
+def _joined_files(suffix: str) -> str:
+    """Returns the text of all templates with a suffix, without indents and comment lines."""
+    paths = sorted(TEMPLATES.glob(f"*.{suffix}"))
+    return "\n".join(INDENT.sub("", path.read_text("utf-8")) for path in paths)
+
+
+def write_file(text: str | bytes, folder: Path, name: str) -> Path:
+    """Writes a file into `folder` under `name`, whole or not at all, and returns its path. Raises
+    OSError if the folder cannot be written, and ParameterError if the file would replace one that
+    plumbob did not write."""
+    check_replaceable("out", folder / name)
     folder.mkdir(parents=True, exist_ok=True)
-    # A file in a folder has the permissions that the user's umask leaves, unlike a temporary file.
+    # A file in a temporary folder gets the permissions of the user's umask; a temporary file does
+    # not.
     with tempfile.TemporaryDirectory(prefix=".plumbob-", dir=folder) as scratch:
         part = Path(scratch) / name
-        part.write_bytes(encoded(text))
+        part.write_bytes(to_bytes(text))
         os.replace(part, folder / name)
     return folder / name
 
 
-def encoded(text: str | bytes) -> bytes:
-    """A file's content as bytes. Names of files may hold bytes that are no characters: these are
-    escaped."""
+def to_bytes(text: str | bytes) -> bytes:
+    """Returns the content of a file as UTF-8 bytes. Names of files in the text may hold bytes that
+    are no characters: these are escaped."""
     return text.encode("utf-8", "backslashreplace") if isinstance(text, str) else text
 
 
 def _json(values: Any) -> str:
+    """Returns values as compact JSON; raises ValueError for a number that is not finite."""
     return json.dumps(values, ensure_ascii=False, allow_nan=False, separators=(",", ":"))

@@ -1,9 +1,9 @@
-"""One colour and one marker for each method, wherever it appears.
+"""One colour and one marker for each method, the same in all figures.
 
-The colour stands for the integrator, or a contact model, and the marker for the engine, so that an
-integrator has the same colour in two engines; default settings are red and recommended ones blue,
-as in replays. The colours are distinct under every kind of colour vision (after Okabe
-and Ito), on a light and on a dark background.
+The colour stands for the integrator or the contact model, and the marker for the engine, so an
+integrator has the same colour in two engines. Default settings are red and recommended settings
+blue, as in replays. The colours are distinct under every kind of colour vision (after Okabe and
+Ito), on a light and on a dark background.
 """
 
 from __future__ import annotations
@@ -18,10 +18,11 @@ from plumbob.engines.method import USER_METHOD
 BLUE, RED, GREEN, ORANGE = "#0072b2", "#d55e00", "#009e73", "#e69f00"
 SKY, PINK, GREY = "#56b4e9", "#cc79a7", "#808080"
 PLUM, OLIVE, PERIWINKLE = "#b05a8c", "#6b8e23", "#5a78d2"
-# for curves that have no colour of their own, in this order
+# colours for curves without a fixed colour, in this order
 COLOURS = (BLUE, ORANGE, GREEN, PINK, SKY, RED, OLIVE, PERIWINKLE, GREY)
 
-# Fixed places, so that two pages agree whatever was measured; what is not here takes what is left.
+# The colours are fixed so that two pages agree, whatever was measured. An integrator that is not
+# listed takes one of `OTHERS`.
 INTEGRATORS = (
     ("euler", RED),
     ("rk4", BLUE),
@@ -49,8 +50,7 @@ OF_METHODS = MappingProxyType(
         "pymunk/side": GREEN,
     }
 )
-"""Colours of methods with a contact model of their own, of which the integrator says little; the
-exact answer is grey."""
+"""Colours of methods that differ by their contact model rather than by their integrator."""
 ENGINES = (
     ("mujoco", "circle"),
     ("ode", "square"),
@@ -59,27 +59,29 @@ ENGINES = (
     ("exact", "star"),
 )
 SHAPES = ("triangle-down", "pentagon", "hexagon")
-DECADES = 6  # below 1 that have a colour of their own: errors of 1e-6 and less have the first
+DECADES = 6  # number of coloured decades below 1: all errors up to 1e-6 have the first colour
 DASHES = ("solid", "dot", "dash", "dashdot")
 
 
 @dataclass(frozen=True)
 class Style:
-    """How a method is drawn: colour, plotly's name of its marker, size [px], dashes of its line."""
+    """The drawing style of a method."""
 
     colour: str
-    marker: str
-    size: float
-    dash: str
+    marker: str  # plotly's name of the marker
+    size: float  # [px] size of the marker
+    dash: str  # plotly's name of the line's dashes
 
 
 def styles(names: Iterable[str]) -> Mapping[str, Style]:
-    """The style of each method by name; earlier ones get larger markers, so that curves that
-    coincide are seen as rings."""
+    """Returns the style of each method by name. Earlier methods have larger markers, so that the
+    marks of coinciding curves show as rings."""
     colours = dict(INTEGRATORS)
     shapes = dict(ENGINES)
     by_method: dict[str, Style] = {}
-    dashes: dict[str, int] = {}  # by colour, so that the two tell methods apart
+    earlier_by_colour: dict[
+        str, int
+    ] = {}  # methods so far: each has other dashes than the others
     for rank, name in enumerate(names):
         engine, _, variant = name.partition("/")
         integrator = variant.partition("+")[0]
@@ -88,19 +90,20 @@ def styles(names: Iterable[str]) -> Mapping[str, Style]:
         if engine not in shapes:
             shapes[engine] = SHAPES[(len(shapes) - len(ENGINES)) % len(SHAPES)]
         colour = OF_METHODS.get(name, colours[integrator])
-        dashes[colour] = dashes.get(colour, -1) + 1
+        earlier = earlier_by_colour.get(colour, 0)
+        earlier_by_colour[colour] = earlier + 1
         by_method[name] = Style(
-            colour,
-            shapes[engine] + ("-open" if dashes[colour] % 2 else ""),
-            max(5.0, 11.0 - 0.5 * rank),
-            DASHES[dashes[colour] % len(DASHES)],
+            colour=colour,
+            marker=shapes[engine] + ("-open" if earlier % 2 else ""),
+            size=max(5.0, 11.0 - 0.5 * rank),
+            dash=DASHES[earlier % len(DASHES)],
         )
     return by_method
 
 
 def size_class(error: float) -> str:
-    """The CSS class of a table's cell by the decade of its relative error: size-a for the smallest,
-    size-h for each error above 1, infinite ones included."""
+    """Returns the CSS class of a table cell for the decade of its relative error: size-a for the
+    smallest errors, size-h for every error above 1, also if it is infinite."""
     decade = math.ceil(math.log10(max(error, 1e-99)) - 1e-9) if error < 1.0 else 0
-    place = DECADES + 1 if error > 1.0 else max(DECADES + decade, 0)
-    return f"size-{'abcdefgh'[place]}"
+    rank = DECADES + 1 if error > 1.0 else max(DECADES + decade, 0)
+    return f"size-{'abcdefgh'[rank]}"

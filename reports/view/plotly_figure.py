@@ -13,10 +13,10 @@ from plumbob.analytic.reference import Array
 from plumbob.reports.view.content import Figure, Layout, Trace
 from plumbob.reports.view.palette import BLUE, GREY, RED, Style
 
-MOST = 240  # points of a curve: a screen shows no more
-ZERO = 1e-17  # where an error of exactly zero is drawn on a logarithmic axis
-SEEN = "{:.4g}".format  # with as many digits as can be seen
-FRONT = "front"  # stands as a method's name for the Pareto front of the methods shown
+MAX_CURVE_POINTS = 240  # points of a curve: a screen shows no more
+ZERO = 1e-17  # value at which an error of exactly zero is drawn on a logarithmic axis
+FOUR_DIGITS = "{:.4g}".format  # four significant digits: more cannot be seen in a figure
+FRONT = "front"  # takes the place of a method's name in the trace of the Pareto front
 DIVERGING = ((0.0, BLUE), (0.5, "#ffffff"), (1.0, RED))
 PLAIN = Style(GREY, "circle", 6.0, "solid")
 
@@ -40,29 +40,36 @@ def curve(
     labels: bool = False,
     **more: Any,
 ) -> Trace:
-    """A curve, or points: those of `method` follow its style and its place in the legend; `hint`
-    is shown on hover, with a point's %{x}, %{y} and %{text}, its entry of `hints`, in it; with
-    `labels` the hints stand beside the points; `more` as plotly takes it."""
+    """Returns a scatter trace in plotly's format: a curve, points, or both, thinned to `MOST`
+    points.
+
+    `colour`, `dash`, `symbol` and `size` replace parts of `style`. If `method` is given, the page's
+    legend switches the trace on and off with that method. `hint` is plotly's template of the text
+    on hover, with %{x}, %{y} and %{text}, the point's entry of `hints`. With `labels`, the hints
+    stand beside the points. `more` are further properties of plotly's trace."""
     xs = np.ravel(x)
     ys = np.ravel(y)
-    kept = np.linspace(0, len(xs) - 1, min(len(xs), MOST)).astype(int)
+    indices = np.linspace(0, len(xs) - 1, min(len(xs), MAX_CURVE_POINTS)).astype(int)
     colour = colour or style.colour
-    parts = ("lines", lines), ("markers", marks), ("text", labels)
+    modes = ("lines", lines), ("markers", marks), ("text", labels)
     trace: dict[str, Any] = {
         "type": "scatter",
-        "mode": "+".join(word for word, on in parts if on),
-        "x": rounded(xs[kept]),
-        "y": rounded(ys[kept]),
+        "mode": "+".join(mode for mode, shown in modes if shown),
+        "x": rounded(xs[indices]),
+        "y": rounded(ys[indices]),
         "name": name or method,
         "line": {"color": colour, "width": width, "dash": dash or style.dash},
     }
     if marks:
-        look = {"size": size or style.size, "symbol": symbol or style.marker}
-        trace["marker"] = {"color": colour, **look}
+        trace["marker"] = {
+            "color": colour,
+            "size": size or style.size,
+            "symbol": symbol or style.marker,
+        }
     if method:
-        trace["meta"] = method  # what the page's legend switches off and on
+        trace["meta"] = method  # the page's legend finds the traces of a method by this entry
     if hints:
-        trace["text"] = [hints[i] for i in kept]
+        trace["text"] = [hints[i] for i in indices]
     if labels:
         trace["textposition"] = "top center"
     if hint:
@@ -81,7 +88,7 @@ def figure(
     height: int = 340,
     wide: bool = False,
 ) -> Figure:
-    """A figure with one pair of axes; `legend` names the traces below it."""
+    """Returns a figure with one pair of axes; with `legend`, the traces are named below it."""
     layout = {"xaxis": x, "yaxis": y, "showlegend": legend}
     return Figure(title, caption, tuple(traces), layout, height, wide)
 
@@ -89,12 +96,12 @@ def figure(
 def over_time(
     title: str, caption: str, traces: Sequence[Trace], y: Layout, **more: Any
 ) -> Figure:
-    """A figure over time [s] with a legend; `more` as `figure` takes it."""
+    """Returns a figure over time [s] with a legend; `more` are further arguments of `figure`."""
     return figure(title, caption, traces, linear("time [s]"), y, legend=True, **more)
 
 
 def marks(x: npt.ArrayLike, y: npt.ArrayLike, colour: str, name: str, size: float = 6) -> Trace:
-    """Marks without a line: samples of a run."""
+    """Returns a trace of marks without a line, for the samples of a run."""
     return curve(x, y, colour=colour, marks=True, lines=False, name=name, size=size)
 
 
@@ -107,8 +114,9 @@ def heat(
     colours: Sequence[tuple[float, str]] = DIVERGING,
     **more: Any,
 ) -> Trace:
-    """A map of values, shape (y, x), from `low` in blue to `high` in red, or in other colours;
-    beyond them the colour says enough; `more` as plotly takes it."""
+    """Returns a heat map of the values `rows`, shape (y, x), coloured from `low` to `high`, by
+    default from blue to red. Values outside are clipped. `more` are further properties of plotly's
+    trace."""
     return {
         "type": "heatmap",
         "x": rounded(x),
@@ -123,19 +131,20 @@ def heat(
 
 
 def linear(title: str, **more: Any) -> Layout:
-    """A linear axis."""
+    """Returns a linear axis; `more` are further properties of plotly's axis."""
     return {"title": {"text": title}, **more}
 
 
 def logarithmic(title: str, **more: Any) -> Layout:
-    """A logarithmic axis, labelled at powers of ten where it is long."""
+    """Returns a logarithmic axis with labels as powers of ten; `more` are further properties of
+    plotly's axis."""
     look = {"type": "log", "exponentformat": "power", "nticks": 6, "tickfont": {"size": 10.5}}
     return linear(title, **look, **more)
 
 
 def spacious(title: str, values: npt.ArrayLike) -> Layout:
-    """A logarithmic axis for positive values, at least 2.2 decades long, with margins for names
-    beside the outermost points. Values that are powers of ten do not lie on its ends."""
+    """Returns a logarithmic axis for positive values, at least 2.2 decades long, with margins for
+    the names beside the outermost points. Values that are powers of ten are not at its ends."""
     powers = np.log10(np.asarray(values, dtype=float))
     middle = 0.5 * float(powers.max() + powers.min())
     half = max(1.1, 0.65 * float(np.ptp(powers)))
@@ -143,11 +152,12 @@ def spacious(title: str, values: npt.ArrayLike) -> Layout:
 
 
 def positive(values: npt.ArrayLike) -> Array:
-    """Magnitudes as a logarithmic axis takes them: zero is drawn at its bottom."""
+    """Returns the magnitudes for a logarithmic axis; zero becomes `ZERO`, at the bottom."""
     return np.asarray(np.maximum(np.abs(np.asarray(values, dtype=float)), ZERO))
 
 
 def rounded(values: npt.ArrayLike) -> list[float | None]:
-    """Values with as many digits as can be seen; what is not finite leaves a gap."""
-    numbers = np.ravel(values).astype(float).tolist()
-    return [v if math.isfinite(v) else None for v in map(float, map(SEEN, numbers))]
+    """Returns values rounded to the digits that can be seen; None, a gap, for each that is not
+    finite."""
+    numbers = [float(FOUR_DIGITS(number)) for number in np.ravel(values).astype(float).tolist()]
+    return [number if math.isfinite(number) else None for number in numbers]

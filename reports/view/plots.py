@@ -1,4 +1,4 @@
-"""The plots that every scene has: the motion, and the error over time, step and cost."""
+"""The figures of a scene's page: the motion, and the errors over time, step and cost."""
 
 from __future__ import annotations
 
@@ -6,10 +6,12 @@ from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
+from plumbob.analytic.reference import Array
 from plumbob.engines.method import Method
+from plumbob.engines.study.convergence import Trace as ErrorTrace
 from plumbob.engines.study.results import Observables
-from plumbob.reports.advice.recommend import EXACT
-from plumbob.reports.advice.work_precision import Point, front
+from plumbob.reports.advice.recommend import CLOSED_FORM
+from plumbob.reports.advice.work_precision import Point, pareto_front
 from plumbob.reports.view.content import Figure
 from plumbob.reports.view.method_results import MethodResult, finite_limits
 from plumbob.reports.view.palette import Style
@@ -21,11 +23,11 @@ GREEK = (
     ("theta_dot", "dθ/dt"),
     ("psi", "ψ"),
     ("phi", "φ"),
-)  # as formulas have them
+)  # names of observables with their symbols in formulas
 
 
 def symbol(name: str) -> str:
-    """An observable's name as a plot shows it."""
+    """Returns the name of an observable as a plot shows it."""
     return dict(GREEK).get(name, name.replace("_", " "))
 
 
@@ -37,61 +39,76 @@ def scene_figures(
     points: Sequence[Point],
     chosen: Sequence[str],
 ) -> tuple[Figure, ...]:
-    """All figures of one scene by the results of its methods, of which the `chosen` ones are drawn
-    first, that of errors against cost before others; what was not measured leaves its figure out.
-    """
-    stepped = [of for of in results if of.method.control == "step"]
+    """Returns the figures of a scene's page, the figure of errors against cost first. A figure
+    without any measurement is left out.
+
+    `results` are the results of all methods, `styles` their drawing styles, `points` their timed
+    runs, and `chosen` the names of the methods whose Pareto front is drawn."""
+    stepped = [result for result in results if result.method.control == "step"]
     limits = finite_limits(results)
-    written = figures(
+    longest_bar = 2.0 * max(limits.values(), default=0.0)  # [s] for a method without a limit
+    bars = [
+        (result.name, result.accurate, min(result.limit.step, longest_bar))
+        for result in results
+        if limits and result.limit
+    ]
+    scene_plots = figures(
         "scene",
         leading=observables[0],
         symbol=symbol,
         styles=styles,
         motion=motion,
         channels=list(zip(observables, motion.channels, strict=False)),
-        against_step=list(_errors(stepped, observables[0].name)),
-        over_time=[
-            (of, trace, np.where(np.abs(trace.errors) > 0.0, np.abs(trace.errors), np.nan))
-            for of in results
-            if (trace := of.series.trace) and any(trace.errors)
-        ],
+        against_step=list(_errors_by_step(stepped, observables[0].name)),
+        over_time=list(_errors_over_time(results)),
         drifts=_drifts(stepped),
-        bars=[
-            (of.name, of.accurate, min(of.limit.step, 2.0 * max(limits.values())))
-            for of in results
-            if limits and of.limit
-        ],
+        bars=bars,
     )
-    methods = {of.name: of.method for of in results}
-    speed = error_against_cost(points, methods, styles, limits, chosen)
-    return tuple(f for f in (speed, *written) if f.traces)
+    methods = {result.name: result.method for result in results}
+    work_precision = error_against_cost(points, methods, styles, limits, chosen)
+    return tuple(figure for figure in (work_precision, *scene_plots) if figure.traces)
 
 
-def _errors(
+def _errors_over_time(
+    results: Sequence[MethodResult],
+) -> Iterator[tuple[MethodResult, ErrorTrace, Array]]:
+    """Yields each result that has a trace of errors over time, that trace, and the magnitudes of
+    its errors; NaN for an error of zero, which a logarithmic axis cannot show."""
+    for result in results:
+        trace = result.series.trace
+        if trace and any(trace.errors):
+            magnitudes = np.abs(trace.errors)
+            yield result, trace, np.where(magnitudes > 0.0, magnitudes, np.nan)
+
+
+def _errors_by_step(
     stepped: Sequence[MethodResult], leading: str
 ) -> Iterator[tuple[str, Mapping[float, float], Mapping[float, float]]]:
-    """Of each method the largest errors by step [s], and those predicted."""
-    for of in stepped:
-        errors = {m.step: m.errors[leading] for m in of.done if leading in m.errors}
+    """Yields, for each method, its name, the largest errors of the observable `leading` by step
+    [s], and the predicted largest errors by step."""
+    for result in stepped:
+        errors = {run.step: run.errors[leading] for run in result.done if leading in run.errors}
+        largest = {step: error.largest for step, error in errors.items()}
         predicted = {
-            step: e.predicted.largest
-            for step, e in errors.items()
-            if e.predicted and e.predicted.nonlinearity < 1.0
+            step: error.predicted.largest
+            for step, error in errors.items()
+            if error.predicted and error.predicted.nonlinearity < 1.0
         }
         if errors:
-            yield of.name, {step: e.largest for step, e in errors.items()}, predicted
+            yield result.name, largest, predicted
 
 
 def _drifts(
     stepped: Sequence[MethodResult],
 ) -> Mapping[str, Mapping[str, Mapping[float, float]]]:
-    """By invariant and method the largest relative drifts by step [s]."""
-    rows: dict[str, dict[str, dict[float, float]]] = {}
-    for of in stepped:
-        for m in of.done:
-            for name, drift in m.invariants.items():
-                rows.setdefault(name, {}).setdefault(of.name, {})[m.step] = drift
-    return rows
+    """Returns the largest relative drift by invariant, method and step [s]."""
+    drifts: dict[str, dict[str, dict[float, float]]] = {}
+    for result in stepped:
+        for run in result.done:
+            for invariant, drift in run.invariants.items():
+                by_method = drifts.setdefault(invariant, {})
+                by_method.setdefault(result.name, {})[run.step] = drift
+    return drifts
 
 
 def error_against_cost(
@@ -101,29 +118,36 @@ def error_against_cost(
     limits: Mapping[str, float],
     chosen: Sequence[str],
 ) -> Figure:
-    """Relative error against speed, with the Pareto front of the `chosen` methods, or of all where
-    none of these was timed; `limits` are the largest steps [s] before a method is lost: its speed
-    there is marked at the error of its largest step that is stable. A closed form, which simulates
-    nothing, is left out."""
+    """Returns the figure of relative error against speed, with the Pareto front of the `chosen`
+    methods, or of all methods if none of the chosen was timed.
+
+    `limits` are the largest stable steps [s]. The figure marks the speed at such a step, at the
+    error of the largest stable step that was run. A closed form simulates nothing and is left
+    out."""
     lines: dict[str, list[Point]] = {}
-    for p in points:
-        if np.isfinite(p.error) and methods[p.method].scheme.integrator != EXACT:
-            lines.setdefault(p.method, []).append(p)
+    for point in points:
+        if np.isfinite(point.error) and methods[point.method].scheme.integrator != CLOSED_FORM:
+            lines.setdefault(point.method, []).append(point)
     ends = []
     for name, limit in limits.items():
-        if stable := [p for p in lines.get(name, ()) if p.step <= limit]:
-            last = max(stable, key=lambda p: p.step)
+        stable = [point for point in lines.get(name, ()) if point.step <= limit]
+        if stable:
+            last = max(stable, key=lambda point: point.step)
             ends.append((limit, last, last.speed * limit / last.step))
-    every = [p for of in lines.values() for p in of]
-    band = [p for p in every if p.method in chosen] or every
-    best, shown = (front(of, lambda p: (-p.speed, p.error)) for of in (every, band))
-    (drawn,) = figures(
+    drawn_points = [point for line in lines.values() for point in line]
+    chosen_points = [point for point in drawn_points if point.method in chosen]
+    (figure,) = figures(
         "work_precision",
         methods=methods,
         styles=styles,
         lines=lines,
-        front=best,
-        band=shown,
+        front=_pareto_front(drawn_points),
+        band=_pareto_front(chosen_points or drawn_points),
         ends=ends,
     )
-    return drawn
+    return figure
+
+
+def _pareto_front(points: Sequence[Point]) -> Sequence[Point]:
+    """Returns the points that no other point beats in both speed and error."""
+    return pareto_front(points, lambda point: (-point.speed, point.error))

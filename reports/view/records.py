@@ -1,5 +1,5 @@
-"""Records of a study that its pages show beside measurements: verdicts, and numbers of exact
-motions, of theory and of advice, worked out when the study is made and stored with it."""
+"""Records that the pages of a study show beside its measurements: verdicts, exact motions, theory
+and recommendations. They are computed when the study is made and stored with it."""
 
 from __future__ import annotations
 
@@ -22,10 +22,10 @@ SCENE, STUDY = "page of a scene", "pages"  # places of analyses
 
 @dataclass(frozen=True)
 class Layer:
-    """One body of a replay: how it is drawn, its name, what the legend adds, its largest error over
-    the replay, and the one at its end."""
+    """One moving body of a replay: its drawing style, its name and words in the legend, its largest
+    error over the replay and its error at the end."""
 
-    slot: str  # how it is drawn: exact, first or second
+    slot: str  # drawing style: exact, first or second
     name: str
     words: str
     largest: str = ""
@@ -34,23 +34,23 @@ class Layer:
 
 @dataclass(frozen=True)
 class Replay:
-    """A scene's replay as the page's template takes it."""
+    """The values of a scene's replay in the page's template."""
 
     scene: str
-    kind: str  # of picture
+    kind: str  # kind of picture
     seconds: float
     whole: float  # duration of the scene [s]
     layers: tuple[Layer, ...]
     lacking: tuple[str, ...]  # runs that did not reach their end
-    factors: tuple[int, ...]  # that errors are drawn by
-    magnified: int  # how many times as large the page of an audit draws errors at first
-    data: str  # JSON for the script, which no HTML parser takes for a tag
+    factors: tuple[int, ...]  # magnifications of errors that a reader may choose
+    magnified: int  # magnification of errors that the page of an audit starts with
+    data: str  # JSON for the script, without any text that an HTML parser takes for a tag
 
 
 @dataclass(frozen=True)
 class Budget:
-    """The tolerance of one observable in one run, with its error; `exceeded` says why it is not
-    within."""
+    """The error and the tolerance of one observable in one run; `exceeded` is the reason if the
+    error exceeds the tolerance, else empty."""
 
     observable: str
     error: float
@@ -60,7 +60,7 @@ class Budget:
 
 @dataclass(frozen=True)
 class RunVerdict:
-    """The verdict on one run, and the bound on its error of the leading observable."""
+    """The verdict on one run, its reason, and the bound on the error of the leading observable."""
 
     verdict: Verdict
     reason: str
@@ -69,71 +69,75 @@ class RunVerdict:
 
 @dataclass(frozen=True)
 class PairVerdict:
-    """The verdict on a method on a scene, and on its runs, coarse to fine."""
+    """The verdict on a method on a scene, with the verdicts on its runs, coarse to fine."""
 
     verdict: Verdict
     reason: str
     standing: Standing
     expected: Verdict
-    declared: str  # the reason of what is expected
+    declared: str  # the declared reason of the expected verdict
     runs: tuple[RunVerdict, ...] = ()
     unjudged: Mapping[str, str] = field(default_factory=dict)  # {observable: why}
     surprise: str = ""  # why the verdict is not the expected one
-    budget_step: float = 0.0  # of the run whose tolerance is shown: [s], or relative tolerance
+    budget_step: float = 0.0  # step [s], or tolerance, of the run whose budgets are shown
     budgets: tuple[Budget, ...] = ()
 
     @property
     def mark(self) -> str:
-        """The mark beside a verdict: `known`, `unexpected`, or nothing."""
+        """The mark beside the verdict: `known` for a known limit, `unexpected`, or empty."""
         return {"unexpected": "unexpected", "known limit": "known"}.get(self.standing, "")
 
 
 @dataclass(frozen=True)
 class Motion:
-    """Samples of a scene's exact motion: the leading observable, and the second one, if any."""
+    """Samples of a scene's exact motion: the leading observable and, if there is one, the
+    second."""
 
     times: tuple[float, ...]  # [s]
-    channels: tuple[tuple[float, ...], ...]
-    periods: int = 0  # that are shown; 0: all of the scene
+    channels: tuple[tuple[float, ...], ...]  # values of one observable per channel
+    periods: int = 0  # number of periods shown; 0: the whole scene
 
 
 @dataclass(frozen=True)
 class ExactRecord:
-    """The exact motion of a scene, and what is computed from it."""
+    """The exact motion of a scene, with the facts and the replay that are computed from it."""
 
     motion: Motion
-    facts: Mapping[str, Any]  # exactly known: numbers and texts
-    replay: Replay | None  # of a system with a picture
+    facts: Mapping[str, Any]  # exactly known numbers and texts, by name
+    replay: Replay | None  # None for a system without a picture
 
 
 @dataclass(frozen=True)
 class SceneRecord:
-    """The record of a scene."""
+    """The verdicts, recommendations and exact motion of one scene."""
 
     verdicts: Mapping[str, PairVerdict]  # by method
-    recommendations: tuple[Recommendation, ...]  # one an error; none where nothing was timed
+    recommendations: tuple[
+        Recommendation, ...
+    ]  # one per wanted error; empty if nothing was timed
     exact: ExactRecord | None
-    """None of a system of another package where no run was held to it: it may be a defect."""
+    """None if another package supplies the system and no run was compared with the exact motion:
+    the motion may be defective."""
 
 
 @dataclass(frozen=True)
 class SystemRecord:
-    """A system as its page names it."""
+    """The names and the picture of a system on its page."""
 
     name: str
     title: str
-    default: str  # the case that stands for it
-    picture: str  # a file's name, or ""
-    added: bool  # by another package
+    default: str  # case that stands for the system
+    picture: str  # file name of the picture, or ""
+    added: bool  # whether another package supplies the system
 
 
 @dataclass(frozen=True)
 class StudyRecord:
-    """The record of a study, apart from its scenes."""
+    """The records of a study that belong to no single scene."""
 
     systems: tuple[SystemRecord, ...]
-    pictures: Mapping[str, str]  # PNG in base64 by the file's name
-    settings: Mapping[str, Settings]  # to copy, by method
+    pictures: Mapping[str, str]  # PNG in base64, by file name
+    settings: Mapping[str, Settings]  # settings to copy, by method
     user: tuple[UserResult, ...]
 
 
@@ -146,16 +150,17 @@ class Records:
 
 
 def records_of(study: Study) -> Records:
-    """The records that are stored with a study; raises ParameterError where they are not there, or
-    are those of another version."""
+    """Returns the records that are stored with a study; raises ParameterError if they are missing
+    or were stored by another version."""
     try:
-        (about,) = (a.numbers for a in study.analyses if a.place == STUDY)
-        pages = {a.scene: a.numbers for a in study.analyses if a.place == SCENE}
-        scenes = {s.name: restored(pages[s.name], SceneRecord) for s in study.scenes}
-        judged = {(name, method) for name, of in scenes.items() for method in of.verdicts}
-        if judged != {(c.scene, c.method) for c in study.convergence}:
+        (of_study,) = (a.numbers for a in study.analyses if a.place == STUDY)
+        by_scene = {a.scene: a.numbers for a in study.analyses if a.place == SCENE}
+        scenes = {s.name: restored(by_scene[s.name], SceneRecord) for s in study.scenes}
+        judged = {(name, method) for name in scenes for method in scenes[name].verdicts}
+        measured = {(series.scene, series.method) for series in study.convergence}
+        if judged != measured:
             raise ValueError("other pairs are judged than were measured")
-        return Records(restored(about, StudyRecord), scenes)
+        return Records(restored(of_study, StudyRecord), scenes)
     except (KeyError, ValueError):
         raise ParameterError(
             "study",

@@ -1,4 +1,4 @@
-"""Settings to copy, as the page shows them: text of an adapter, which runs no engine for it."""
+"""Settings of methods that a reader may copy from the page."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from plumbob.engines.abilities import Settings
 from plumbob.reports.advice.recommend import DEFAULT_METHOD
 
-SHOWN = (  # methods, and what for
+SHOWN = (  # methods, each with the title of its settings
     ("mujoco/euler+coulomb", "A robot with contacts in MuJoCo"),
     ("mujoco/rk4", "A robot without contacts in MuJoCo"),
     ("pymunk/feet", "A body that slides in pymunk, seen from above"),
@@ -16,25 +16,28 @@ SHOWN = (  # methods, and what for
 
 
 @dataclass(frozen=True)
-class Pasted:
-    """Settings of one method, under a title."""
+class TitledSettings:
+    """The settings of one method with a title."""
 
     title: str
     settings: Settings
 
 
-def pasted(settings: Mapping[str, Settings]) -> tuple[Pasted, ...]:
-    """The settings to show of those that a study has, by method."""
-    return tuple(to_copy(settings[name], title) for name, title in SHOWN if name in settings)
+def shown_settings(settings: Mapping[str, Settings]) -> tuple[TitledSettings, ...]:
+    """Returns the settings that a study's page shows; `settings` are all settings of the study, by
+    method."""
+    return tuple(
+        titled_settings(settings[name], title) for name, title in SHOWN if name in settings
+    )
 
 
-def to_copy(settings: Settings, title: str, cost: str = "") -> Pasted:
-    """Settings under a title; a study's own `cost` of a step, in steps of MuJoCo's default method,
-    takes the place of the usual one."""
+def titled_settings(settings: Settings, title: str, cost: str = "") -> TitledSettings:
+    """Returns settings with a title. If the study measured the `cost` of a step, in multiples of a
+    step of MuJoCo's default method, that cost replaces the usual one in the text."""
     if cost:
         words = (
             f"{cost} times a step of {DEFAULT_METHOD}, the median over the scenes of this study"
         )
         snippets = tuple(replace(snippet, cost=words) for snippet in settings.snippets)
         settings = replace(settings, snippets=snippets)
-    return Pasted(title, settings)
+    return TitledSettings(title, settings)

@@ -1,5 +1,4 @@
-"""The three sources: their statements in order, and what a printed number or a judged statement
-looks like."""
+"""The three sources and their statements, and the judgement of a printed number."""
 
 from __future__ import annotations
 
@@ -18,38 +17,41 @@ SUDAKOV, CHERNOUSKO, NOTEBOOK = SOURCES
 
 
 @dataclass(frozen=True)
-class Listed:
-    """A statement of a source: the finding that computes it, empty where it can't be computed, the
-    second method that this is held to, or the reason, and the test of that."""
+class ListedStatement:
+    """A statement of a source, and how the product computes it."""
 
     source: str
-    place: str
+    place: str  # equation, figure or section of the source
     text: str
-    finding: str
-    beside: str
-    test: str
+    finding: str  # name of the finding that computes it; empty if it cannot be computed
+    beside: str  # independent method that confirms it, or the reason that it cannot be computed
+    test: str  # test of the independent method
 
 
 @cache
-def listed() -> tuple[Listed, ...]:
-    """Every statement of the sources, in the order of their texts."""
-    sources = tomllib.loads(LIST.read_text("utf-8"))
-    return tuple(Listed(source, *row) for source, rows in sources.items() for row in rows)
+def listed_statements() -> tuple[ListedStatement, ...]:
+    """Returns all statements of the sources, in the order of the sources' texts."""
+    rows_by_source = tomllib.loads(LIST.read_text("utf-8"))
+    statements = list[ListedStatement]()
+    for source, rows in rows_by_source.items():
+        statements += [ListedStatement(source, *row) for row in rows]
+    return tuple(statements)
 
 
 def as_printed(
     source: str, place: str, text: str, printed: str, ours: float, unit: str
 ) -> Statement:
-    """A number that a source prints, such as "35.809", beside ours: it holds where ours rounds
-    to it, to half a unit of its last digit."""
-    last = Decimal(1).scaleb(int(Decimal(printed).as_tuple().exponent))
-    holds = abs(Decimal(float(ours)) - Decimal(printed)) <= last / 2
+    """Returns the statement that compares a printed number, such as "35.809", with the computed
+    number `ours`. The statement holds if they differ by at most half a unit of the last printed
+    digit; otherwise it is corrected."""
+    last_digit = Decimal(1).scaleb(int(Decimal(printed).as_tuple().exponent))
+    holds = abs(Decimal(float(ours)) - Decimal(printed)) <= last_digit / 2
     digits = len(printed.partition(".")[2]) + 3
     return Statement(
-        source,
-        place,
-        text,
-        f"{printed} {unit}",
-        f"{ours:.{digits}f} {unit}",
-        "holds" if holds else "corrected",
+        source=source,
+        place=place,
+        text=text,
+        said=f"{printed} {unit}",
+        ours=f"{ours:.{digits}f} {unit}",
+        verdict="holds" if holds else "corrected",
     )

@@ -1,4 +1,4 @@
-"""The largest steps that hold, or the times of long runs, as a table and as a page."""
+"""The largest stable steps, or the results of long runs, as a table and as a page."""
 
 from __future__ import annotations
 
@@ -9,27 +9,33 @@ from plumbob.engines.study.provenance import Provenance
 from plumbob.reports.judge.long_runs import JudgedLongRun
 from plumbob.reports.judge.stability import JudgedLimit
 from plumbob.reports.view.content import Table
-from plumbob.reports.view.page import filled, written
+from plumbob.reports.view.page import fill_page, write_file
 from plumbob.reports.view.tables import table as table_of
 
 NAME = "stability.html"
 Judged = Sequence[JudgedLimit | JudgedLongRun]
 
 
-def write_page(judged: Judged, provenance: Provenance, folder: Path) -> Path:
-    """Write `stability.html` into `folder` and return its path; raises OSError."""
-    long = _long(judged)
-    shown = table(judged)
-    page = filled("stability.html.jinja", table=shown, long=long, made=provenance)
-    return written(page, folder, NAME)
+def write_stability_page(judged: Judged, provenance: Provenance, folder: Path) -> Path:
+    """Writes `stability.html` into `folder` and returns its path; raises OSError if the folder
+    cannot be written."""
+    page = fill_page(
+        "stability.html.jinja",
+        table=table(judged),
+        long=_has_long_runs(judged),
+        made=provenance,
+    )
+    return write_file(page, folder, NAME)
 
 
 def table(judged: Judged) -> Table:
-    """A row a limit, or a long run."""
-    if _long(judged):
+    """Returns the table with a row for each largest step, or for each long run."""
+    if _has_long_runs(judged):
         return table_of("long_runs", judged=judged)
-    return table_of("largest_steps", limits=[of.record() for of in judged], folded=False)
+    limits = [limit.record() for limit in judged]
+    return table_of("largest_steps", limits=limits, folded=False)
 
 
-def _long(judged: Judged) -> bool:
-    return any(isinstance(one, JudgedLongRun) for one in judged)
+def _has_long_runs(judged: Judged) -> bool:
+    """Returns whether the results are long runs, and not largest steps."""
+    return any(isinstance(result, JudgedLongRun) for result in judged)

@@ -1,5 +1,5 @@
-"""Tables, and lines for a terminal, as templates of reports/templates write them, with what every
-template may use: filters, and functions that make cells, figures and statements.
+"""Tables, figures, paragraphs and terminal lines written by the templates in reports/templates, and
+the filters and functions that these templates may use. The text of a table reads:
 
     table: The caption               or `folded table`, which is shown on a click, or
                                      `filtered table`, whose rows and columns readers choose
@@ -35,85 +35,105 @@ UNITS = MappingProxyType(
 
 @dataclass(frozen=True)
 class Parts:
-    """Cells, figures and statements that a text being filled has made, which it has places of."""
+    """The cells, figures and statements that a template makes. The template's text holds a
+    placeholder for each."""
 
-    made: dict[str, Cell | Figure | Statement] = field(default_factory=dict)  # by their places
+    made: dict[str, Cell | Figure | Statement] = field(default_factory=dict)  # by placeholder
 
-    def held(self, part: Cell | Figure | Statement) -> str:
-        """The place of a part, as text."""
-        place = f"\x02{len(self.made)}\x03"
-        self.made[place] = part
-        return place
+    def store(self, part: Cell | Figure | Statement) -> str:
+        """Stores a part and returns its placeholder in the text."""
+        placeholder = f"\x02{len(self.made)}\x03"
+        self.made[placeholder] = part
+        return placeholder
 
 
 def table(template: str, **values: Any) -> Table:
-    """The table that a template writes of values."""
+    """Returns the table that the template `tables/TEMPLATE.md` writes from `values`."""
     parts = Parts()
-    return table_of(filled_text(f"tables/{template}", parts, values).strip(), parts)
+    return read_table(fill_text(f"tables/{template}", parts, values).strip(), parts)
 
 
 def table_or_none(template: str, **values: Any) -> Table | None:
-    """The same; None where it has no rows."""
-    written = table(template, **values)
-    return written if written.rows else None
+    """Returns the table that the template writes from `values`; None if the table has no rows."""
+    filled_table = table(template, **values)
+    return filled_table if filled_table.rows else None
 
 
 def figures(template: str, **values: Any) -> tuple[Figure, ...]:
-    """The figures that a template makes of values; the template's text is dropped."""
+    """Returns the figures that the template `figures/TEMPLATE.md` makes from `values`; the text of
+    the template is dropped."""
     parts = Parts()
-    filled_text(f"figures/{template}", parts, values)
+    fill_text(f"figures/{template}", parts, values)
     return tuple(part for part in parts.made.values() if isinstance(part, Figure))
 
 
-def lines(template: str, **values: Any) -> list[str]:
-    """The lines for a terminal that a template writes of values."""
-    text = filled_text(f"terminal/{template}", Parts(), values).rstrip("\n")
+def terminal_lines(template: str, **values: Any) -> list[str]:
+    """Returns the lines that the template `terminal/TEMPLATE.md` writes from `values`."""
+    text = fill_text(f"terminal/{template}", Parts(), values).rstrip("\n")
     return [line.rstrip() for line in text.split("\n")] if text else []
 
 
-def filled_text(template: str, parts: Parts, values: dict[str, Any]) -> str:
-    """A template's text, filled with values, and with the places of `parts` that it makes."""
+def fill_text(template: str, parts: Parts, values: dict[str, Any]) -> str:
+    """Returns the text of a template filled with `values`. Each cell, figure or statement that the
+    template makes is stored in `parts`, and the text holds its placeholder."""
     return _texts().get_template(f"{template}.md").render(_functions(parts) | values)
 
 
 def paragraphs(template: str, **values: Any) -> tuple[str, ...]:
-    """The paragraphs of a page that a template writes of values."""
-    blocks = filled_text(f"pages/{template}", Parts(), values).split("\n\n")
+    """Returns the paragraphs that the template `pages/TEMPLATE.md` writes from `values`, each as
+    one line."""
+    blocks = fill_text(f"pages/{template}", Parts(), values).split("\n\n")
     return tuple(" ".join(block.split()) for block in blocks if block.strip())
 
 
-def table_of(block: str, parts: Parts) -> Table:
-    """A table of a text: its caption, heads, rows and note."""
-    lines: list[str] = []
+def read_table(block: str, parts: Parts) -> Table:
+    """Returns the table that a block of text describes:
+
+        folded table: Caption, which may go on in the next line
+        | head | head |
+        | cell | cell |
+        note: A note.
+
+    The first word is optional. `parts` holds cells that stand in the text as placeholders."""
+    joined: list[str] = []
     for line in map(str.strip, block.splitlines()):
-        if line.startswith(("|", "note: ")) or not lines:
-            lines.append(line)
+        if line.startswith(("|", "note: ")) or not joined:
+            joined.append(line)
         else:
-            lines[-1] += f" {line}"
-    note = lines.pop()[6:] if lines[-1].startswith("note: ") else ""
-    caption = lines[0].partition(": ")[2]
-    heads, *rows = [_cells(line, parts.made) for line in lines[1:]]
-    kind = lines[0].partition("table: ")[0].strip()
-    texts = tuple(cell.text for cell in heads)
-    return Table(caption, texts, tuple(rows), note, kind == "folded", kind == "filtered")
-
-
-def _cells(line: str, made: Mapping[str, Cell | Figure | Statement]) -> tuple[Cell, ...]:
-    """The cells between the bars of a line; what is text becomes a cell of text."""
-    texts = BAR.split(line) if "\\|" in line else line.split("|")
-    return tuple(
-        cell if isinstance(cell := made.get(text), Cell) else Cell(text.replace("\\|", "|"))
-        for text in map(str.strip, texts[1:-1])
+            joined[-1] += f" {line}"
+    note = joined.pop().removeprefix("note: ") if joined[-1].startswith("note: ") else ""
+    heads, *rows = [_cells(line, parts.made) for line in joined[1:]]
+    kind = joined[0].partition("table: ")[0].strip()
+    return Table(
+        caption=joined[0].partition(": ")[2],
+        heads=tuple(cell.text for cell in heads),
+        rows=tuple(rows),
+        note=note,
+        folded=kind == "folded",
+        filtered=kind == "filtered",
     )
 
 
-def environment(templates: Path, **options: Any) -> Environment:
-    """An environment that reads the templates of a folder, with further options of jinja2's."""
+def _cells(line: str, made: Mapping[str, Cell | Figure | Statement]) -> tuple[Cell, ...]:
+    """Returns the cells between the bars of a line. A placeholder becomes the cell in `made`; any
+    other text becomes a plain cell."""
+    texts = BAR.split(line) if "\\|" in line else line.split("|")
+    cells = list[Cell]()
+    for text in map(str.strip, texts[1:-1]):
+        part = made.get(text)
+        cells.append(part if isinstance(part, Cell) else Cell(text.replace("\\|", "|")))
+    return tuple(cells)
+
+
+def template_environment(templates: Path, **options: Any) -> Environment:
+    """Returns a jinja2 environment that reads the templates of a folder; `options` are further
+    options of jinja2."""
     import jinja2
 
     return jinja2.Environment(
         loader=jinja2.FileSystemLoader(templates),
-        # kept between processes, apart by the options: half a second of a report
+        # Compiled templates are kept between processes, one cache for each set of options: this
+        # saves half a second of a report.
         bytecode_cache=jinja2.FileSystemBytecodeCache(pattern=f"plumbob-{options}-%s"),
         undefined=jinja2.StrictUndefined,
         optimized=False,  # folding constants takes longer than it saves
@@ -127,8 +147,8 @@ def environment(templates: Path, **options: Any) -> Environment:
 
 @cache
 def _texts() -> Environment:
-    """The environment of the texts, with the filters for numbers and names."""
-    texts = environment(TEMPLATES)
+    """Returns the environment of the text templates, with filters for numbers and names."""
+    texts = template_environment(TEMPLATES)
     texts.filters |= {
         "number": notation.number,  # 0.0123
         "relative": notation.relative,  # 1.23 %
@@ -139,7 +159,7 @@ def _texts() -> Environment:
         "metres": notation.metres,  # 1.2 mm, two digits
         "real_time_factor": notation.real_time_factor,  # 123, of ns for a simulated second
         "times_real": notation.times_real,  # 123×
-        "in_cell": lambda text: BAR.sub(r"\\|", text),  # whose bars end no cell
+        "in_cell": lambda text: BAR.sub(r"\\|", text),  # bars escaped, so that they end no cell
         "plural": notation.plural,  # 3 feet
         "unit": in_unit,  # 12 µm
         "scene": lambda name: name.partition("/")[2],
@@ -150,12 +170,13 @@ def _texts() -> Environment:
 
 
 def in_unit(amount: float, unit: str, digits: int = 3) -> str:
-    """An amount in SI units, or relative, in a smaller unit."""
+    """Returns an amount, given in SI units or as a fraction, as text in another unit of `UNITS`."""
     return f"{notation.number(UNITS[unit] * amount, digits)} {unit}"
 
 
 def verdict_cell(judged: PairVerdict, link: str = "") -> Cell:
-    """A verdict, coloured, and marked as known limit or as unexpected."""
+    """Returns the cell of a verdict, coloured by the verdict and marked as known limit or
+    unexpected. A hover shows the reason."""
     text = judged.verdict.replace("-", " ")
     hint = judged.reason or "as predicted, or within its bound"
     if judged.mark:
@@ -167,23 +188,24 @@ def verdict_cell(judged: PairVerdict, link: str = "") -> Cell:
 
 
 def _functions(parts: Parts) -> dict[str, Any]:
-    """The functions that make parts of a text: cells, figures and statements, each with its
-    place."""
+    """Returns the functions that a template may call, by name. A function that makes a cell, a
+    figure or a statement stores it in `parts` and returns its placeholder."""
 
-    def held(make: Callable[..., Cell | Figure | Statement]) -> Callable[..., str]:
-        return lambda *values, **named: parts.held(make(*values, **named))
+    def stored(make: Callable[..., Cell | Figure | Statement]) -> Callable[..., str]:
+        """Returns a function that stores what `make` returns, and returns its placeholder."""
+        return lambda *values, **named: parts.store(make(*values, **named))
 
     return {
-        "cell": held(Cell),
-        "made": parts.held,  # a part that is made already
-        "value": held(value),
-        "right": held(lambda text: Cell(text, "number")),
-        "verdict": held(verdict_cell),
-        "method": held(lambda name: Cell(name, "method")),
-        "plain_method": held(lambda name: Cell(name, "name")),
-        "figure": held(plotly_figure.figure),
-        "over_time": held(plotly_figure.over_time),
-        "as_printed": held(as_printed),
+        "cell": stored(Cell),
+        "made": parts.store,  # stores a part that is made already
+        "value": stored(value),
+        "right": stored(lambda text: Cell(text, "number")),
+        "verdict": stored(verdict_cell),
+        "method": stored(lambda name: Cell(name, "method")),
+        "plain_method": stored(lambda name: Cell(name, "name")),
+        "figure": stored(plotly_figure.figure),
+        "over_time": stored(plotly_figure.over_time),
+        "as_printed": stored(as_printed),
         "curve": plotly_figure.curve,
         "marks": plotly_figure.marks,
         "heat": plotly_figure.heat,

@@ -1,4 +1,4 @@
-"""The tables at the top of the page: every verdict, and the cheapest way to each error."""
+"""Tables of recommended methods, and tables of the sources' statements."""
 
 from __future__ import annotations
 
@@ -8,22 +8,23 @@ from collections.abc import Mapping, Sequence
 from plumbob.engines.study.results import Study
 from plumbob.reports.advice.recommend import DEFAULT_METHOD, Recommendation
 from plumbob.reports.view.content import Finding, Table
-from plumbob.reports.view.sources import listed
+from plumbob.reports.view.sources import listed_statements
 from plumbob.reports.view.tables import table, table_or_none
 
-# Relative, and as they are written.
+# relative errors, each with its text on the page
 ERRORS = ((0.1, "10 %"), (1e-2, "1 %"), (1e-3, "0.1 %"), (1e-4, "1e-4"), (1e-6, "1e-6"))
 
-Advice = Sequence[Recommendation]  # for each of these errors; empty where nothing was timed
+Advice = Sequence[Recommendation]  # one for each of `ERRORS`; empty if nothing was timed
 
 
 def anchor(scene: str) -> str:
-    """The id of a scene's place on the page."""
+    """Returns the id of a scene in the pages."""
     return scene.replace("/", "-")
 
 
 def recommendations(study: Study, by_scene: Mapping[str, Advice]) -> Table | None:
-    """The cheapest method for each wanted error, a row a scene; None where nothing was timed."""
+    """Returns the table of the cheapest method for each error of `ERRORS`, with a row for each
+    scene; None if nothing was timed."""
     if not study.costs:
         return None
     rows = [(scene, by_scene[scene.name]) for scene in study.scenes]
@@ -31,7 +32,8 @@ def recommendations(study: Study, by_scene: Mapping[str, Advice]) -> Table | Non
 
 
 def scene_recommendations(advice: Advice) -> Table | None:
-    """The same for one scene, with runner-up, and what MuJoCo's default step gives."""
+    """Returns the table of the cheapest method of one scene for each error of `ERRORS`, with the
+    runner-up and the error of MuJoCo's default step; None if nothing was timed."""
     if not advice:
         return None
     answers = [(name, answer) for (_, name), answer in zip(ERRORS, advice, strict=True)]
@@ -39,23 +41,26 @@ def scene_recommendations(advice: Advice) -> Table | None:
 
 
 def sources(findings: Sequence[Finding]) -> Table | None:
-    """Every statement of the sources that these findings judge, in the order of their texts, each
-    with a link to the finding that shows it; None where they judge none."""
+    """Returns the table of the sources' statements that `findings` judge, in the order of the
+    sources' texts, each with a link to the finding that shows it; None if no statement is
+    judged."""
     titles = {finding.name: finding.title for finding in findings}
-    order = dict.fromkeys((entry.source, entry.place) for entry in listed())
-    rank = {both: number for number, both in enumerate(order)}  # one not listed comes last
-    rows = [
-        (of, of.finding if of.finding in titles else finding.name)
-        for finding in findings
-        for of in finding.statements
-    ]
+    order = dict.fromkeys((entry.source, entry.place) for entry in listed_statements())
+    rank = {
+        place: number for number, place in enumerate(order)
+    }  # unlisted statements come last
+    rows = []  # statement, name of the finding that shows its result
+    for finding in findings:
+        for statement in finding.statements:
+            shown_by = statement.finding if statement.finding in titles else finding.name
+            rows.append((statement, shown_by))
     rows.sort(key=lambda row: rank.get((row[0].source, row[0].place), len(rank)))
-    counted = Counter(of.verdict for of, _ in rows)
+    counted = Counter(statement.verdict for statement, _ in rows)
     return table_or_none("sources", rows=rows, titles=titles, counted=counted)
 
 
 def every_statement(findings: Sequence[Finding]) -> Table:
-    """Every statement of the sources' texts, and by which finding and second method it is computed,
-    or why it cannot be."""
+    """Returns the table of all statements of the sources. A row names the finding and the
+    independent method that compute the statement, or the reason that it cannot be computed."""
     titles = {finding.name: finding.title for finding in findings}
-    return table("every_statement", rows=listed(), titles=titles)
+    return table("every_statement", rows=listed_statements(), titles=titles)

@@ -24,7 +24,7 @@ from plumbob.engines.audit.step_errors import (
 from plumbob.engines.method import Stepping
 from plumbob.engines.study import cost as cost_module
 from plumbob.engines.study.cost import Cost
-from plumbob.reports.view.audit.page import answered, rows
+from plumbob.reports.view.audit.page import answer_rows, audit_answer
 from plumbob.tests.audit.scenes_as_models import (
     PENDULUM,
     ball,
@@ -42,7 +42,7 @@ def _found():
 
 
 def to_do(found):
-    return dict(rows(answered(found)))["to do"]
+    return dict(answer_rows(audit_answer(found)))["to do"]
 
 
 def choosing(found, *chosen):
@@ -196,8 +196,8 @@ def test_halving_says_what_the_reference_tells(found, errors, said):
     known = replace(found.reference, uncertainty=np.array([0.0, 0.7e-3]))
     short = replace(found.found, own=steps[0], steps=steps, index=1, order=None)
     motion = replace(found.script, controls=found.script.controls[:1])
-    answer = answered(replace(found, script=motion, reference=known, found=short))
-    assert dict(rows(answer))["halving"] == said
+    answer = audit_answer(replace(found, script=motion, reference=known, found=short))
+    assert dict(answer_rows(answer))["halving"] == said
 
 
 def test_an_order_is_that_of_errors_that_the_reference_resolves(found):

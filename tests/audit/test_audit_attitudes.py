@@ -24,7 +24,7 @@ from plumbob.engines.audit.reference import certified, telling
 from plumbob.engines.audit.step_errors import held, state_errors
 from plumbob.engines.own_motion import Start
 from plumbob.reports.cli import main
-from plumbob.reports.view.audit.page import answered, lines
+from plumbob.reports.view.audit.page import answer_lines, audit_answer
 from plumbob.tests.audit.scenes_as_models import audit_of, compiled
 from plumbob.tests.support.exact_rotation import attitudes
 
@@ -247,14 +247,16 @@ def test_an_activation_that_changes_is_no_stillness():
     own = own_model(compiled(FILTER), "filter")
     rest = audit_of(own, "zero", duration=0.1)
     assert rest.still
-    assert "nothing moves" in "".join(lines(answered(rest)))
+    assert "nothing moves" in "".join(answer_lines(audit_answer(rest)))
     found = audit_of(own, np.ones((5, 1)), duration=0.1)
     assert (found.error, found.still) == (0.0, False)
     steps = np.array([2, 4, 6, 8, 10])
     left = np.abs((1.0 - 0.1) ** steps - np.exp(-0.1 * steps)).max()
     assert found.state_errors.activations == pytest.approx(left, abs=1e-8)
     assert found.state_errors.attitude == found.state_errors.coordinates == 0.0
-    assert "nothing moves" not in "".join(lines(answered(replace(found, control="ones"))))
+    assert "nothing moves" not in "".join(
+        answer_lines(audit_answer(replace(found, control="ones")))
+    )
 
 
 @pytest.mark.usefixtures("few_steps")

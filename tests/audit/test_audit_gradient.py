@@ -12,8 +12,9 @@ from plumbob.engines.adapters.mujoco.own_model.model import own_model
 from plumbob.engines.audit import gradient as gradient_module
 from plumbob.engines.audit.allowance import Allowance
 from plumbob.engines.audit.controls import script
-from plumbob.engines.audit.gradient import Gradients, Way, gradients
+from plumbob.engines.audit.gradient import CertifiedGradient, certified_gradient
 from plumbob.engines.audit.reference import certified
+from plumbob.engines.derivative_ways import RunDerivatives
 from plumbob.engines.own_motion import NotCertifiable
 from plumbob.reports.cli import main
 from plumbob.tests.audit.scenes_as_models import PENDULUM, compiled, pendulum
@@ -34,7 +35,7 @@ def found_of(model, control="zero", duration=DURATION):
     own = own_model(model, "model")
     motion = script(own, control, duration)
     reference = certified(own, motion, Allowance(60.0))
-    return gradients(own, motion, reference, len(motion.controls), Allowance(600.0))
+    return certified_gradient(own, motion, reference, len(motion.controls), Allowance(600.0))
 
 
 def oscillator(integrator="Euler", limits=""):
@@ -73,7 +74,7 @@ def test_a_pendulum_is_confirmed_by_small_steps_and_another_eps(integrator):
     own = own_model(pendulum(integrator), "rod")
     motion = script(own, "sines", 0.5)
     reference = certified(own, motion, Allowance(60.0))
-    found = gradients(own, motion, reference, len(motion.controls), Allowance(600.0))
+    found = certified_gradient(own, motion, reference, len(motion.controls), Allowance(600.0))
     for number in range(3):
         runs = [
             own.stepped(gradient_module._moved(own, motion, number, by), "rk4", 64).states
@@ -114,10 +115,10 @@ def test_a_horizon_is_a_time_from_which_on_the_error_stays_as_large(
 ):
     """Of a gradient of 1, at five times."""
     exact = np.ones((5, 1, 1))
-    way = Way("central", exact + np.reshape(errors, (5, 1, 1)))
+    way = RunDerivatives("central", exact + np.reshape(errors, (5, 1, 1)))
     uncertainty = np.array([[0.0]] * 4 + [[doubt]])
     times = np.array([0.0, 0.1, 0.2, 0.3, 0.4])
-    found = Gradients(("x",), ("v",), exact, uncertainty, times, (way,), 1e-3)
+    found = CertifiedGradient(("x",), ("v",), exact, uncertainty, times, (way,), 1e-3)
     assert found.horizon == horizon
     assert found.lost == lost
     assert said in found.why
@@ -132,11 +133,13 @@ def test_what_has_no_derivative_is_left_out_with_its_reason():
     motion = script(own, "zero", DURATION)
     reference = certified(own, motion, Allowance(60.0))
     with pytest.raises(NotCertifiable, match="layers"):
-        gradients(own, motion, replace(reference, widths=(1e-5, 1e-6)), 3, Allowance(600.0))
+        certified_gradient(
+            own, motion, replace(reference, widths=(1e-5, 1e-6)), 3, Allowance(600.0)
+        )
     with pytest.raises(NotCertifiable, match="no reference"):
-        gradients(own, motion, reference, 0, Allowance(600.0))
+        certified_gradient(own, motion, reference, 0, Allowance(600.0))
     with pytest.raises(NotCertifiable, match="the time given for it ended"):
-        gradients(own, motion, reference, 3, Allowance(-1.0))
+        certified_gradient(own, motion, reference, 3, Allowance(-1.0))
 
 
 @pytest.mark.long

@@ -9,7 +9,7 @@ from xml.etree import ElementTree
 import pytest
 
 from plumbob.reports.cli import main
-from plumbob.reports.view.audit.page import answered, card, page, rows
+from plumbob.reports.view.audit.page import answer_rows, audit_answer, card_lines, page
 from plumbob.reports.view.notation import metres
 from plumbob.tests.audit.scenes_as_models import PENDULUM, audit_of, ball
 
@@ -22,8 +22,8 @@ def _found():
 @pytest.mark.long
 def test_the_card_says_the_error_the_choice_and_the_certificate(found):
     """Its lines are MJCF that sets what the row of what to do says."""
-    said, *change = card(found)
-    lines = dict(rows(answered(found)))
+    said, *change = card_lines(found)
+    lines = dict(answer_rows(audit_answer(found)))
     error, choice, known = said.split(" · ")
     assert error == f"{lines['your error'].partition(' (')[0]} wrong after 0.2 s"
     assert known == f"certified to ±{metres(found.uncertainty)}"
@@ -32,7 +32,7 @@ def test_the_card_says_the_error_the_choice_and_the_certificate(found):
     for name, value in options.items():
         assert f"{name} {value}" in choice
         assert f'{name}="{value}" in place of ' in lines["to do"]
-    shown = unescape(re.sub("<[^>]+>", "", page(answered(found), found, "")))
+    shown = unescape(re.sub("<[^>]+>", "", page(audit_answer(found), found, "")))
     assert said in shown.replace("\u00a0", " ")
 
 

@@ -17,7 +17,7 @@ from plumbob.engines.audit.allowance import Allowance
 from plumbob.engines.audit.controls import script
 from plumbob.engines.audit.reference import certified, computed
 from plumbob.engines.own_motion import Start
-from plumbob.reports.view.audit.page import answered, rows
+from plumbob.reports.view.audit.page import answer_rows, audit_answer
 from plumbob.reports.view.audit.records import record
 from plumbob.tests.audit.fast_bodies import DURATION, audited, first_touch, scene
 from plumbob.tests.audit.scenes_as_models import audit_of, compiled
@@ -228,4 +228,4 @@ def test_what_cannot_be_measured_is_said():
     audit = audit_of(compiled(PAIRS.format(more=hill)), duration=0.002, period=0.002)
     assert record(audit)["unchecked"] == ["height fields"]
     said = "not checked for contacts between two steps of the reference: height fields"
-    assert said in dict(rows(answered(audit)))["model"]
+    assert said in dict(answer_rows(audit_answer(audit)))["model"]

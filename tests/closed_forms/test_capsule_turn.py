@@ -28,8 +28,8 @@ def exact(case):
     """The exact answer to a scene, in the axes of its start."""
     found = system_of(case).reference(system_of(case).problem(case.parameters))
     assert isinstance(found, InWorld)
-    assert isinstance(found.own, PlaneReference)
-    return found.own
+    assert isinstance(found.in_start_axes, PlaneReference)
+    return found.in_start_axes
 
 
 @pytest.mark.parametrize("epsilon", EPSILONS)

@@ -130,7 +130,7 @@ def test_friction_stays_below_its_bound(radius, angle, sense):
     assert abs(force[0]) <= CHECK.friction * CHECK.weight * (1 + 1e-14)
 
 
-def left_at_stop(turn):
+def rate_coefficients(turn):
     """(v_x, v_y, omega) of the exact motion at 2 tau over tau, shape (3,)."""
     at = three_point_motion(turn.capsule, turn.path).at(np.array([2 * turn.half_time]))
     rates = np.append(at.velocity[0], at.angular_velocity[0])
@@ -145,14 +145,14 @@ def test_the_velocities_left_at_the_stop(number):
     errors = []
     for epsilon in EPSILONS:
         turn = TURNS[number](epsilon)
-        formula = turn.correction.left_at_stop
-        errors.append(np.abs(left_at_stop(turn) - formula).max() / np.abs(formula).max())
+        formula = turn.correction.rate_coefficients
+        errors.append(np.abs(rate_coefficients(turn) - formula).max() / np.abs(formula).max())
     assert 1.5 < np.polyfit(np.log(EPSILONS), np.log(errors), 1)[0] < 2.05
     assert errors[-1] < 1e-3
     # friction off by 1 % would be seen
     turn = TURNS[number](EPSILONS[-1])
     worse = replace(turn, capsule=replace(turn.capsule, friction=turn.capsule.friction * 1.01))
-    wrong = worse.correction.left_at_stop[2] / turn.correction.left_at_stop[2] - 1.0
+    wrong = worse.correction.rate_coefficients[2] / turn.correction.rate_coefficients[2] - 1.0
     assert abs(wrong) > 5 * errors[-1]
 
 

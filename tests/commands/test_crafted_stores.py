@@ -221,7 +221,7 @@ def test_a_template_that_fails_on_the_right_numbers_is_a_defect(
 
     monkeypatch.chdir(stored)
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
-    monkeypatch.setattr("plumbob.reports.view.site.views.formed", planted)
+    monkeypatch.setattr("plumbob.reports.view.site.views.findings_about", planted)
     assert main(("report", "stored")) == 4
     assert "a defect of plumbob itself" in capsys.readouterr().err
 

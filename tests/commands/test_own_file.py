@@ -138,6 +138,31 @@ def test_derivatives_are_differences_of_mujocos_own_runs(tmp_path, capsys):
             assert row["computed"] == pytest.approx(difference, rel=APART)
 
 
+@pytest.mark.long(keep=1)
+@pytest.mark.parametrize("method", [name for name in SAME_SCHEME])
+def test_derivatives_in_an_engine_that_builds_the_file_are_those_of_mujocos_scheme(
+    method, tmp_path, capsys
+):
+    if not installed(find_engine(method.partition("/")[0])):
+        pytest.skip("the engine is not installed")
+    other, flag = SAME_SCHEME[method]
+    file = model(tmp_path, f"{OPTION}/>", f"{OPTION}>{flag}</option>")
+    words = ["--of", OF, "--duration", "0.04", "--ctrl", "sines", "--json"]
+    answers = []
+    for name in (method, other):
+        assert main(["gradient", file, name, *words]) == 0
+        answers.append(json.loads(capsys.readouterr().out))
+    built, same = ({row["by"]: row for row in a["gradient"][::-1]} for a in answers)
+    assert answers[0]["method"] == method
+    assert {*answers[0]["gradient_ways"]} >= {"product", "central", "forward"}
+    assert {*built} == {*same}
+    for by, row in built.items():
+        assert row["exact"] == same[by]["exact"]
+        assert row["computed"] == pytest.approx(same[by]["computed"], rel=APART)
+        relative_error = row["computed"] / row["exact"] - 1.0
+        assert row["relative_error"] == pytest.approx(relative_error, abs=1e-12)  # rounding
+
+
 def ended(file, number, by):
     """The elbow's angle [rad] after 200 steps of MuJoCo's, with one number of a control and two
     velocities moved by so much."""
@@ -166,6 +191,7 @@ def test_text_says_what_to_paste(tmp_path, capsys):
         ("recommend --error 1e-15", 3, "not decided"),
         ("recommend --error 1e-6", 1, "no integrator and step"),
         ("run drake/default", 3, "pydrake is not installed"),
+        ("gradient drake/default", 3, "pydrake is not installed"),
         ("run mujoco/euler --step 4e-3", 1, "no error: diverged within"),
         ("stability mujoco/euler drake/default", 3, "pydrake is not installed"),
         ("stability mujoco/rk4", 0, "along this motion (your 1 ms: "),
@@ -175,10 +201,9 @@ def test_text_says_what_to_paste(tmp_path, capsys):
 def test_exit_codes(words, code, says, tmp_path, capsys, monkeypatch):
     """An error that cannot be decided or is missed, an engine that is not there, and a step that is
     too large for the frequency of a spring."""
-    for name in ("run", "stability"):
-        monkeypatch.setattr(
-            f"plumbob.reports.commands.{name}.installed", lambda e: e.name != "drake"
-        )
+    for name in ("run", "gradient", "stability"):
+        where = f"plumbob.reports.commands.{name}.installed"
+        monkeypatch.setattr(where, lambda engine: engine.name != "drake")
     monkeypatch.setattr(f"{MODEL}.OFFERED", ("euler",))
     command, *more = words.split()
     stiffness = 2.0 if code != 1 else 3e5 if command == "stability" else 2e4

@@ -9,9 +9,9 @@ from plumbob.analytic.parameters import ParameterError
 from plumbob.reports.cli import main
 from plumbob.reports.commands.several_audits import refused, write_badge
 from plumbob.reports.view import own_files
-from plumbob.reports.view.junit import Case, write_cases
-from plumbob.reports.view.own_files import replaceable, replaceable_folder
-from plumbob.reports.view.page import TEMPLATES, filled
+from plumbob.reports.view.junit import JunitCase, write_cases
+from plumbob.reports.view.own_files import check_replaceable, check_replaceable_folder
+from plumbob.reports.view.page import TEMPLATES, fill_page
 from plumbob.reports.view.site.writing import write_page
 from plumbob.tests.support.studies import quick
 
@@ -65,12 +65,12 @@ def test_a_site_is_replaced_with_or_without_its_list(tmp_path):
     there = {path.name for path in pages.iterdir()}
     assert {*(pages / own_files.LIST).read_text().splitlines(), own_files.LIST} == there
     (pages / own_files.LIST).unlink()
-    replaceable_folder("out", pages)
+    check_replaceable_folder("out", pages)
     for name in ("foreign.svg", "foreign.html", "folder"):
         file = pages / name
         file.mkdir() if name == "folder" else file.write_text(FOREIGN)
         with pytest.raises(ParameterError, match=name):
-            replaceable_folder("out", pages)
+            check_replaceable_folder("out", pages)
         file.rmdir() if name == "folder" else file.unlink()
     write_page(quick(), tmp_path)
     (pages / "foreign.svg").write_text(FOREIGN)
@@ -80,7 +80,7 @@ def test_a_site_is_replaced_with_or_without_its_list(tmp_path):
 
 
 def _junit(file):
-    write_cases(file, [Case("a", "b", 0.0, {})], 0.0, "")
+    write_cases(file, [JunitCase("a", "b", 0.0, {})], 0.0, "")
 
 
 def _badge(file):
@@ -88,7 +88,7 @@ def _badge(file):
 
 
 def _page(file):
-    file.write_text(filled("frame.html.jinja"), "utf-8")
+    file.write_text(fill_page("frame.html.jinja"), "utf-8")
 
 
 @pytest.mark.parametrize("write", [_junit, _badge, _page, Path.touch])
@@ -96,10 +96,10 @@ def test_what_plumbob_wrote_bears_its_mark(write, tmp_path):
     """An empty file holds nothing that could be lost."""
     file = tmp_path / "file"
     write(file)
-    assert replaceable("file", file) == file
+    assert check_replaceable("file", file) == file
     file.write_bytes(b" " * own_files.HEAD + file.read_bytes())
     with pytest.raises(ParameterError, match="one that plumbob wrote"):
-        replaceable("file", file)
+        check_replaceable("file", file)
 
 
 def test_every_page_has_the_mark_in_its_title():
@@ -118,7 +118,7 @@ def test_what_is_no_file_stays(kind, tmp_path):
     else:
         place.symlink_to(tmp_path / "nothing" if kind == "dangling link" else tmp_path)
     with pytest.raises(ParameterError, match="place"):
-        replaceable("out", place)
+        check_replaceable("out", place)
     if kind != "folder":
         with pytest.raises(ParameterError, match="place"):
-            replaceable_folder("out", place)
+            check_replaceable_folder("out", place)

@@ -10,7 +10,7 @@ from plumbob.reports.cli import main
 from plumbob.reports.commands import recommend
 
 FEW = "mujoco/rk4,ode/rk4,mujoco/euler,mujoco/euler+coulomb,mujoco/euler+reduced"
-CONE = "cone-pendulum/rotating-base"
+CONE, BALL = "cone-pendulum/rotating-base", "rolling-ball/slide-to-roll"
 
 
 @pytest.fixture
@@ -55,6 +55,17 @@ def test_what_is_not_stored_is_run_once(tmp_path, capsys):
     slow = choice("--set", "platform_rate=0")
     assert slow["step"] != first["step"]
     assert (choice(), choice("--set", "platform_rate=0")) == (first, slow)
+
+
+@pytest.mark.usefixtures("few")
+def test_json_has_the_settings_of_a_file_beside_the_answer(tmp_path, capsys):
+    """The schema of the command allows them: tests/conftest.py holds what is printed to it."""
+    file = tmp_path / "my.xml"
+    file.write_text('<mujoco><option timestep="0.005"/></mujoco>', "utf-8")
+    found = answer(capsys, tmp_path, BALL, "--error", "1e-3", "--like", str(file))
+    (settings,) = found["user_settings"]
+    assert (settings["scene"], settings["step"]) == (BALL, 0.005)
+    assert settings["error"] > 0.0
 
 
 @pytest.mark.usefixtures("few")

@@ -25,7 +25,10 @@ def test_json_stands_alone_with_a_record_a_limit(capsys):
 def test_a_sabotaged_engine_is_exit_code_1(capsys, monkeypatch):
     monkeypatch.setattr(integrators, "semi_implicit_euler", integrators.rk4)
     assert main(["stability", OVERDAMPED, "ode/euler"]) == 1
-    assert f"UNEXPECTED {OVERDAMPED} ode/euler: 1.7 of the step" in capsys.readouterr().out
+    assert (
+        f"UNEXPECTED {OVERDAMPED} ode/euler: 1.7 of the predicted step"
+        in capsys.readouterr().out
+    )
 
 
 @pytest.mark.long

@@ -140,6 +140,22 @@ def test_the_table_and_the_last_lines(validate):
     assert limits == "1 known limit, 0 unexpected"
 
 
+@pytest.mark.parametrize(
+    ("scene", "methods", "others"),
+    [
+        ("projectile/thrown", "mujoco/euler+coulomb", "; meant for them: mujoco/euler, "),
+        ("pinch/0.5", "heyoka/*", ""),
+    ],
+)
+def test_a_study_without_runs_says_why(capsys, monkeypatch, tmp_path, scene, methods, others):
+    without_pages(monkeypatch)
+    words = ["validate", "--scenes", scene, "--methods", methods, "--jobs", "1"]
+    assert main([*words, "--out", str(tmp_path)]) == 0
+    (line,) = capsys.readouterr().err.splitlines()
+    assert re.match("plumbob: no runs: none of the methods .* is meant for one of these", line)
+    assert others in line
+
+
 def test_verbose_adds_reasons_intervals_and_costs(validate):
     plain, verbose = (validate(LINE, "mujoco/euler", v) for v in ((), ("-v",)))
     assert " ns" not in plain.out
@@ -250,7 +266,7 @@ def test_a_known_limit_without_a_size_is_unexpected(monkeypatch):
     )
     found = Judgement("not-converging", {}, "", errors={1e-4: 0.1})
     how = registry.method("mujoco/euler")
-    assert surprise(find_scene(LINE), how, found).endswith("no size of it is known")
+    assert surprise(find_scene(LINE), how, found).endswith("its size is not known")
 
 
 def test_every_known_limit_of_the_quick_profile_has_a_size():
@@ -274,5 +290,5 @@ def test_an_accuracy_of_ones_own(validate, within, code):
     assert found.failure(CONE, "ode/rk4") == ""
     failure = found.failure(CONE, "mujoco/euler")
     assert failure.startswith(
-        "inaccurate, off the accuracy asked for: the relative error"
+        "inaccurate, misses the accuracy asked for: the relative error"
     ) == bool(code)

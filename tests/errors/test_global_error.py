@@ -8,7 +8,7 @@ import pytest
 from scipy.special import ellipk
 
 from plumbob.analytic.errors.smooth_motion.rotor_errors import RotorErrors
-from plumbob.analytic.errors.smooth_motion.stepped_rotor import orders
+from plumbob.analytic.errors.smooth_motion.stepped_rotor import error_orders
 from plumbob.analytic.schemes import EULER, LEAPFROG, RK4, Scheme
 from plumbob.analytic.systems.pendulums.driven_motion import DrivenMotion
 from plumbob.tests.support.fixed_step import run
@@ -70,7 +70,7 @@ def remainders(case, scheme, steps, rotor, terms=2):
 def test_the_coefficients_make_up_the_error(name, scheme):
     case = replace(CASES[name], duration=0.5 if name == "cone" else 5.0)
     # the error far above round-off
-    steps = 2000 if orders(scheme, case.rotor, 1)[0] == 1 else 200
+    steps = 2000 if error_orders(scheme, case.rotor, 1)[0] == 1 else 200
     error, _, second, _, fourth = remainders(case, scheme, steps, case.rotor, terms=4)
     assert np.all(second < 0.02 * error)  # two orders predict the error to 2 %
     # and the remainder consists of the next two orders: no term is missing or counted twice

@@ -16,7 +16,7 @@ from plumbob.tests.support.random_capsules import CHECK, LIMIT, LINE
 
 LIMITING = CHECK.friction * CHECK.gravity
 REPEATED = RepeatedLine(
-    LINE, 3, 0.9, pause=0.32 - LINE.t2 - RepeatedLine(LINE, 1, 0.9).returning.duration
+    LINE, 3, 0.9, pause=0.32 - LINE.t2 - RepeatedLine(LINE, 1, 0.9).return_motion.duration
 )
 ROUNDING = 1e-11  # of forces of 4 N from differences over a step; places keep 1e-14 m
 OFF_GRID = replace(LINE, t1=0.0317)

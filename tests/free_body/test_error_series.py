@@ -15,8 +15,8 @@ from plumbob.analytic.schemes import (
     RK4_ADDED_RATES,
     Scheme,
 )
-from plumbob.analytic.systems.free_body.problem import FreeBody, turned
-from plumbob.analytic.systems.free_body.rotation import ATTITUDE, RATES, composed
+from plumbob.analytic.systems.free_body.problem import FreeBody, vectors_in_world
+from plumbob.analytic.systems.free_body.rotation import ATTITUDE, RATES, compose_quaternions
 from plumbob.engines.registry import engine_of, method
 from plumbob.engines.study.measurement import measure, scheme_of
 from plumbob.models.registry import case_of, scene
@@ -59,7 +59,12 @@ def along_tangent(step):
     inertia, w, q = np.array(BODY.inertia), np.array(BODY.angular_velocity), np.eye(4)[0]
     for _ in range(round(2.0 / step)):
         faster = w + step * np.cross(inertia * w, w) / inertia
-        q = q + step / 2 * composed(q[:, None], np.array([0.0, *faster])[:, None])[:, 0]
+        q = (
+            q
+            + step
+            / 2
+            * compose_quaternions(q[:, None], np.array([0.0, *faster])[:, None])[:, 0]
+        )
         w = faster  # a turn about the angular velocity keeps it
     exact = case().reference.observe(np.array([2.0]))
     end = [*w, *(q / np.linalg.norm(q))]
@@ -110,9 +115,9 @@ def test_why_mujoco_s_rk4_is_of_second_order():
     rates, attitude = np.split(BODY.rotation.state(times), [3])
     inertia = np.array(BODY.inertia)[:, None]
     acceleration = np.cross(inertia * rates, rates, axis=0) / inertia
-    behind = turned(attitude, np.cross(rates, acceleration, axis=0)) @ weights / 12
+    behind = vectors_in_world(attitude, np.cross(rates, acceleration, axis=0)) @ weights / 12
     exact = BODY.rotation.state(np.array([2.0]))[3:]
-    predicted = composed(np.concatenate([[0.0], -behind / 2])[:, None], exact)[:, 0]
+    predicted = compose_quaternions(np.concatenate([[0.0], -behind / 2])[:, None], exact)[:, 0]
     found = coefficients(Scheme(RK4_ADDED_RATES))
     np.testing.assert_allclose(found[2][3:], predicted, 0, 1e-10)
     assert not found[2][:3].any()

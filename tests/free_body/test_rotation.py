@@ -9,7 +9,7 @@ from plumbob.analytic.numerics.arithmetic import ULP
 from plumbob.analytic.numerics.elliptic.reciprocal_integral import ReciprocalIntegral
 from plumbob.analytic.numerics.quad import double, quad
 from plumbob.analytic.systems.free_body.problem import FreeBody
-from plumbob.analytic.systems.free_body.rotation import ATTITUDE, RATES, composed
+from plumbob.analytic.systems.free_body.rotation import ATTITUDE, RATES, compose_quaternions
 from plumbob.tests.support.extrapolation import recorded
 
 CASES = recorded(Path(__file__).with_name("recorded.json"))
@@ -72,7 +72,9 @@ def test_on_the_separatrix_it_never_turns_over():
     later = 4000.0 + np.array([0.0, np.pi / abs(last[1])])
     before, after = seen(body, later)[3:].T
     half = np.array([[0.0], [0.0], [np.sign(last[1])], [0.0]])
-    np.testing.assert_allclose(composed(before[:, None], half)[:, 0], after, 0, 2e-12)
+    np.testing.assert_allclose(
+        compose_quaternions(before[:, None], half)[:, 0], after, 0, 2e-12
+    )
 
 
 def test_the_third_kind_over_a_half_turn_is_that_over_its_quarters():

@@ -6,6 +6,7 @@ from dataclasses import replace
 import pytest
 
 from plumbob.engines.adapters import integrators
+from plumbob.engines.derivative_ways import FORWARD
 from plumbob.engines.registry import method
 from plumbob.engines.study import gradient as measuring
 from plumbob.engines.study.gradient import GradientSearch
@@ -91,7 +92,7 @@ def test_no_best_difference_is_predicted_where_steps_change_beside_it(how):
 @pytest.mark.parametrize("curved", [0.0, 1e-9])
 def test_what_is_linear_in_a_parameter_has_no_best_difference(curved):
     errors = [curved * eps + 1e-15 / eps for eps in measuring.SWEEP]
-    best = measuring.best_eps(measuring.SWEEP, errors, 1)
+    best = FORWARD.best_of_sweep(measuring.SWEEP, errors)
     assert (best is None) == (curved == 0.0)
     assert best is None or 3e-4 < best < 3e-3
 

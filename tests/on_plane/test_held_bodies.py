@@ -145,7 +145,7 @@ def test_drift_depth_and_softness(cone, ratio, part, heading):
     np.testing.assert_allclose(data.qvel[:2], measured, 1e-5, 1e-7 * np.hypot(*drifted))
     assert -down == pytest.approx(held.depth(point, 2e-3), rel=1e-5)
     d = soft_friction.impedance(point, -down)
-    soft = held.edge(point) if point.pyramidal else 1.0 / ratio
+    soft = held.edge_softness(point) if point.pyramidal else 1.0 / ratio
     row = 0 if point.pyramidal else 1
     assert data.efc_R[row] == pytest.approx((1 - d) / d * soft * held.weight, rel=1e-6)
 

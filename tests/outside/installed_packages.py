@@ -68,11 +68,11 @@ def seen(site):
 
 def _forget(site):
     for kept in (
-        entry_points.points,
+        entry_points.entry_points_by_name,
         entry_points.additions,
         engines.engines,
         models.systems,
-        models._worked_out,
+        models._cached_case,
     ):
         kept.cache_clear()
     for name in [n for n, m in sys.modules.items() if _inside(m, site)]:

@@ -26,7 +26,7 @@ def test_a_run(plumbob_check):
     assert plumbob_check("cone-pendulum", "ode/rk4", step=1e-3).verdict == "predicted"
 
 def test_a_run_that_is_off(plumbob_check):
-    with pytest.raises(AssertionError, match="off the accuracy"):
+    with pytest.raises(AssertionError, match="misses the accuracy"):
         plumbob_check("cone-pendulum", "ode/euler", step=1e-3, within=1e-9)
 """
 

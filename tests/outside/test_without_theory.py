@@ -8,7 +8,7 @@ from plumbob.engines.study.convergence import convergence_study
 from plumbob.engines.study.runner import most_steps
 from plumbob.models.registry import case_of
 from plumbob.models.registry import scene as find_scene
-from plumbob.reports.judge.verdict import judged
+from plumbob.reports.judge.verdict import judge_method
 from plumbob.tests.commands.outcomes import misread, without_theory
 
 SWING, LINE = "simple-pendulum/free-large", "capsule-line/heading-030"
@@ -35,5 +35,5 @@ def test_an_engine_without_theory(scene, method, factors, converges, monkeypatch
         misread(monkeypatch, "mujoco", factors)
     case = case_of(chosen)
     found = convergence_study(chosen, how, most_steps(chosen, "quick"))
-    verdict = judged(found, case.system, how, case.system.quantities(case)).whole.verdict
+    verdict = judge_method(found, case.system, how, case.system.quantities(case)).whole.verdict
     assert (verdict == "converges") == converges, verdict

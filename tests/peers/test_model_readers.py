@@ -13,7 +13,7 @@ from plumbob.engines.study.runner import run_study
 from plumbob.models.registry import scenes as find_scenes
 from plumbob.reports.analyses.engines.readers import KNOWN, READERS, requests
 from plumbob.reports.cli import main
-from plumbob.reports.judge.model_readers import compared
+from plumbob.reports.judge.model_readers import compared_reading
 from plumbob.tests.support.declared import finding
 from plumbob.tests.support.stored import save
 
@@ -50,13 +50,13 @@ STATED = {
 
 def test_what_is_dropped_is_said_with_what_is_there_instead():
     given = {("gravity", ""): (0.0, 0.0, -9.81), ("mass", "arm"): (1.70004,)}
-    found = compared("other", STATED, given)
+    found = compared_reading("other", STATED, given)
     assert found.read == ("gravity",)
     assert found.dropped == {"mass": "arm: 1.7 for 1.7", "friction": ""}
     by_body = {**STATED, ("friction", "arm"): (0.6,)}
     del by_body["friction", "bob"]
-    assert compared("other", STATED, by_body).dropped == {}
-    assert compared("other", STATED, STATED, ("gravity",)).read == ("mass", "friction")
+    assert compared_reading("other", STATED, by_body).dropped == {}
+    assert compared_reading("other", STATED, STATED, ("gravity",)).read == ("mass", "friction")
 
 
 @pytest.fixture(scope="module")

@@ -30,7 +30,11 @@ import pytest
 from plumbob.analytic.errors.contact_models.added_inertia import drive_error
 from plumbob.analytic.numerics.elliptic.trigonometric_potential import TrigonometricPotential
 from plumbob.analytic.systems.cone_pendulum import ConePendulum, cone
-from plumbob.analytic.systems.pendulums.harmonics import coefficients, needed, scale
+from plumbob.analytic.systems.pendulums.harmonics import (
+    angle_scale,
+    harmonic_amplitudes,
+    harmonics_needed,
+)
 from plumbob.analytic.systems.pendulums.pendulum_motion import PendulumMotion
 
 STEEL = cone(8000.0, 0.3, math.radians(30.0))
@@ -101,7 +105,7 @@ def test_coefficients_of_the_simple_pendulum():
         return math.pi / (2 * a)
 
     nome = math.exp(-math.pi * quarter(math.sqrt(1 - k * k)) / quarter(k))
-    found = coefficients(motion)
+    found = harmonic_amplitudes(motion)
     for n in (1, 3, 5, 7):
         assert found[n - 1] == pytest.approx(
             8 * nome ** (n / 2) / (n * (1 + nome**n)), rel=1e-11
@@ -115,12 +119,12 @@ def test_so_many_harmonics_are_enough_and_one_less_is_not(speed):
     times = motion.period * np.linspace(0.0, 1.0, 800, endpoint=False)
     theta = motion.state(times)[0] - motion.mean_rate * times
     series = np.fft.rfft(theta) / len(times)
-    sizes = coefficients(motion)
+    sizes = harmonic_amplitudes(motion)
     for accuracy, count in zip(
-        (1e-3, 1e-6, 1e-9), needed(motion, (1e-3, 1e-6, 1e-9)), strict=True
+        (1e-3, 1e-6, 1e-9), harmonics_needed(motion, (1e-3, 1e-6, 1e-9)), strict=True
     ):
         kept = np.where(np.arange(len(series)) <= count, series, 0.0)
         left = np.abs(np.fft.irfft(kept, len(times)) * len(times) - theta).max()
-        assert left <= accuracy * scale(motion)
+        assert left <= accuracy * angle_scale(motion)
         assert sizes[count - 1 :].sum() > accuracy
-    assert needed(motion, (1e-12,))[0] > needed(motion, (1e-3,))[0]
+    assert harmonics_needed(motion, (1e-12,))[0] > harmonics_needed(motion, (1e-3,))[0]

@@ -11,7 +11,7 @@ import pytest
 from plumbob.analytic.systems.cone_pendulum import ConePendulum, cone
 from plumbob.analytic.systems.pendulums import uniformity
 from plumbob.reports.analyses.cone_pendulum import source_text
-from plumbob.reports.analyses.cone_pendulum.hamiltonian import ROTATING, forms
+from plumbob.reports.analyses.cone_pendulum.hamiltonian import ROTATING, closed_forms
 from plumbob.tests.support.high_precision import orbit_of
 
 STEEL = cone(8000.0, 0.3, math.radians(30.0))
@@ -39,7 +39,7 @@ def test_deviation_against_40_digits(point):
     mean = turn / period
     square = turn * action / (STEEL.inertia_x * period)
     deviation = gmpy2.sqrt(square - mean * mean) / mean
-    found = uniformity.of_motion(pendulum.motion).deviation
+    found = uniformity.uniformity_of_motion(pendulum.motion).deviation
     # two numbers of size 1 that are each exact to some 1e-15 are subtracted
     assert float(found) == pytest.approx(float(deviation), abs=4e-15 / float(deviation))
 
@@ -48,8 +48,8 @@ def test_deviation_against_40_digits(point):
 def test_maps_have_the_closed_form_s_period(axis):
     """By S, where the inertia about the pivot follows it, and by Y; and which cells rotate."""
     name, values = source_text.AXES[axis]
-    fig_3 = forms(ROTATING).problem
-    drawn = source_text.over_rates(fig_3, name, values)
+    fig_3 = closed_forms(ROTATING).problem
+    drawn = source_text.period_map(fig_3, name, values)
     for row, column in ((3, 5), (20, 8), (30, 30), (12, 40), (35, 2)):
         value = float(values[row])
         body = fig_3.body

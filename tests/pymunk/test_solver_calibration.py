@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import pytest
 
-from plumbob.analytic.errors.contact_models.model_error import sampled
+from plumbob.analytic.errors.contact_models.model_error import sample_motion
 from plumbob.analytic.errors.contact_models.sequential_impulse_bounds import (
     STALLED,
     USED_UP,
@@ -32,7 +32,7 @@ def residual(name, step, iterations, **changes):
     feet = replace(feet, settings={**feet.settings, "iterations": iterations})
     solver = described(case.problem, feet, step)
     assert solver.iterations == iterations
-    jump = demand(case.problem, sampled(case.problem, changed.duration)).jump
+    jump = demand(case.problem, sample_motion(case.problem, changed.duration)).jump
     velocity = measure(case, feet, step)[0].errors["velocity"]
     return beyond(velocity) / (jump * step), solver.one_foot_residual
 
@@ -55,7 +55,10 @@ def test_forces_change_at_once_as_often_as_the_motion_says(name, changes):
     """As a body begins to slide and stops, and its slider stops; in repeated manoeuvres also as it
     begins to return, turns round, and stops again."""
     case = case_of(scene(name))
-    assert demand(case.problem, sampled(case.problem, case.scene.duration)).changes == changes
+    assert (
+        demand(case.problem, sample_motion(case.problem, case.scene.duration)).changes
+        == changes
+    )
 
 
 @pytest.mark.parametrize("iterations", [100, 200])

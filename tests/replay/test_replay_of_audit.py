@@ -6,7 +6,7 @@ from functools import cache
 import numpy as np
 import pytest
 
-from plumbob.reports.analyses.replay.geoms import audited
+from plumbob.reports.analyses.replay.geoms import audit_replay
 from plumbob.reports.view.notation import metres
 from plumbob.tests.audit.scenes_as_models import audit_of
 from plumbob.tests.replay.all_replays import decoded
@@ -32,7 +32,7 @@ def audit():
 @cache
 def shown():
     """Its replay."""
-    replay = audited(audit())
+    replay = audit_replay(audit())
     assert replay is not None
     return replay
 

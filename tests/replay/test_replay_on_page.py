@@ -2,7 +2,7 @@
 
 import pytest
 
-from plumbob.reports.view.site.writing import one_file, site
+from plumbob.reports.view.site.writing import site_in_one_file, write_site
 from plumbob.reports.view.top_tables import anchor
 from plumbob.tests.replay.in_browser import found, opened, set_time
 from plumbob.tests.site.whole_profile import small
@@ -13,9 +13,9 @@ from plumbob.tests.support.studies import SCENE, quick
 @pytest.mark.long
 def test_each_scene_of_a_site_has_its_replay(browser, tmp_path):
     whole = small()
-    pages = {page.stem: page for page in site_files(site(whole, tmp_path))}
+    pages = {page.stem: page for page in site_files(write_site(whole, tmp_path))}
     single = tmp_path / "one.html"
-    single.write_text(one_file(whole), "utf-8")
+    single.write_text(site_in_one_file(whole), "utf-8")
     assert all(
         pages[anchor(scene.name)].read_text("utf-8").count('<figure class="replay"') == 1
         for scene in quick().scenes

@@ -12,7 +12,7 @@ from plumbob.models.registry import case_of, system_of
 from plumbob.models.registry import scene as find_scene
 from plumbob.reports.analyses.replay import PICTURES
 from plumbob.reports.analyses.replay.picture import AZIMUTH, ELEVATION
-from plumbob.reports.analyses.replay.samples import coded
+from plumbob.reports.analyses.replay.samples import encode_samples
 from plumbob.tests.replay.all_replays import decoded, plan, replay_of, write
 from plumbob.tests.replay.in_browser import FRACTION, opened, stopped
 
@@ -70,7 +70,7 @@ def _shifted(shown):
         if name in layer["channels"]:
             values = decoded(layer["channels"][name], layer["count"])
             size = data["size"] if name in ("x", "y") else float(np.ptp(values))
-            layer["channels"][name] = coded(values + 0.01 * size)
+            layer["channels"][name] = encode_samples(values + 0.01 * size)
     return replace(shown, data=json.dumps(data))
 
 

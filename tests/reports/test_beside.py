@@ -5,7 +5,7 @@ from plumbob.engines.study.convergence import ConvergenceStudy
 from plumbob.engines.study.measurement import Measurement, ObservedError, Prediction
 from plumbob.models.registry import case_of
 from plumbob.models.registry import scene as find_scene
-from plumbob.reports.judge.verdict import judged
+from plumbob.reports.judge.verdict import judge_method
 
 SCENE, METHOD = "cone-pendulum/rotating-base", "ode/rk4"
 STEPS = (8e-3, 4e-3, 2e-3, 1.5e-3)
@@ -35,7 +35,7 @@ def study(error, predicted, beside=(BESIDE,)):
     runs = (*(run(h, h, h) for h in STEPS), run(BESIDE, error, predicted))
     found = ConvergenceStudy(SCENE, METHOD, runs, beside=beside)
     case = case_of(find_scene(SCENE))
-    return judged(found, case.system, find_method(METHOD), case.system.quantities(case))
+    return judge_method(found, case.system, find_method(METHOD), case.system.quantities(case))
 
 
 def test_an_error_that_is_not_the_predicted_one_fails_beside_the_step_sizes_too():

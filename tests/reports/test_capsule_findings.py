@@ -19,7 +19,7 @@ from plumbob.reports.analyses.capsule_line import (
     tipping,
 )
 from plumbob.reports.analyses.measurements import LINE, problem
-from plumbob.reports.view.finding_text import written
+from plumbob.reports.view.finding_text import read_findings
 from plumbob.tests.support.declared import (
     declared,
     finding,
@@ -40,7 +40,7 @@ def study(scene, *steps):
 
 def test_figure_of_the_source():
     check = numbers_of(source.FIGURE_2)
-    (gallery,) = written(source.FIGURE_2.template, plain(check))
+    (gallery,) = read_findings(source.FIGURE_2.template, plain(check))
     # exact, and two engines
     assert [len(panel.traces) for panel in gallery.figures] == [3, 3, 3]
     v, v_c, x = (check.exact[name] for name in source.DRAWN)
@@ -97,8 +97,8 @@ def test_what_else_the_source_says_of_lines():
     assert "2.5 % with default contacts" in ours["(1)"]
     assert ours["(17), (20), Fig. 2"] == "0.03, 0.0633333, 0.1425 s"
     line = problem(LINE).motion
-    assert source_text.slope(line) == pytest.approx((2.0, 2.0), abs=1e-12)
-    assert source_text.balance(line) < 1e-11
+    assert source_text.time_exponents(line) == pytest.approx((2.0, 2.0), abs=1e-12)
+    assert source_text.balance_residual(line) < 1e-11
 
     class Rough(LineManoeuvre):
         """A friction that is not that of the motion."""
@@ -107,7 +107,7 @@ def test_what_else_the_source_says_of_lines():
             return super().friction_force(times) * (1 + 1e-6)
 
     given = {field.name: getattr(line, field.name) for field in fields(line)}
-    assert source_text.balance(Rough(**given)) > 1e-8
+    assert source_text.balance_residual(Rough(**given)) > 1e-8
 
 
 def findings_of(system, given):

@@ -19,8 +19,8 @@ from plumbob.reports.analyses.cone_pendulum import (
     symmetry,
     uniformity,
 )
-from plumbob.reports.analyses.cone_pendulum.hamiltonian import ROTATING, cone, forms
-from plumbob.reports.view.finding_text import findings_of, written
+from plumbob.reports.analyses.cone_pendulum.hamiltonian import ROTATING, closed_forms, cone
+from plumbob.reports.view.finding_text import findings_of, read_findings
 from plumbob.tests.support.declared import declared, finding, nothing, numbers_of
 from plumbob.tests.support.studies import quick
 
@@ -46,9 +46,9 @@ def test_finding_printed_hamiltonian():
 
 def test_figures_of_the_source_begin_at_the_start():
     numbers = numbers_of(source_figures.GALLERIES)
-    _, turning = written(source_figures.TEMPLATE, plain(numbers))
+    _, turning = read_findings(source_figures.TEMPLATE, plain(numbers))
     (*_, momentum, speed) = turning.figures
-    problem = forms(ROTATING).problem
+    problem = closed_forms(ROTATING).problem
     assert speed.traces[0]["y"][0] == pytest.approx(problem.theta_dot, rel=1e-3)
     moment = problem.body.inertia_x * problem.theta_dot
     assert momentum.traces[0]["y"][0] == pytest.approx(moment, rel=1e-3)
@@ -70,7 +70,7 @@ def test_finding_symmetry():
 
 
 def test_claims_in_numbers():
-    turning = forms(ROTATING)
+    turning = closed_forms(ROTATING)
     right = source_text.rotation(turning.correct)
     printed = source_text.rotation(turning.printed)
     assert (right.lowest, right.highest) == pytest.approx((33.45358, 49.40424), abs=1e-4)
@@ -155,8 +155,8 @@ def test_what_else_the_source_says():
 
 
 def test_the_vectors_of_equation_4_point_the_other_way():
-    problem = forms(ROTATING).problem
-    given = source_text.vectors(problem)
+    problem = closed_forms(ROTATING).problem
+    given = source_text.triple_products(problem)
     assert given.as_written == pytest.approx(-215.879309840209, rel=1e-13)
     assert given.opposite == pytest.approx(given.formula, rel=1e-15)
     # by components: M ω S (Y ω sin θ + X θ' cos θ), M S of (1)
@@ -166,7 +166,7 @@ def test_the_vectors_of_equation_4_point_the_other_way():
 
 
 def test_a_period_is_one_mean_and_few_points():
-    turning = forms(ROTATING)
+    turning = closed_forms(ROTATING)
     mean = source_text.period_by_means(turning.correct)
     assert mean == pytest.approx(0.16006944027755794, rel=1e-14)  # 40 digits
     assert source_text.period_by_means(turning.printed) == pytest.approx(

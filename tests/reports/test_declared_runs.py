@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from plumbob.reports.analyses import requests
-from plumbob.reports.view.site.writing import one_file
+from plumbob.reports.view.site.writing import site_in_one_file
 from plumbob.tests.site.whole_profile import shown, small
 from plumbob.tests.support.declared import plan_of
 from plumbob.tests.support.page_document import resolve
@@ -15,7 +15,7 @@ from plumbob.tests.support.studies import no_engine, quick
 def test_the_page_of_a_small_study_runs_no_engine_and_asks_for_what_was_declared():
     pages = small()
     with no_engine():
-        page = one_file(pages)
+        page = site_in_one_file(pages)
     assert "printed-hamiltonian" in page
     assert pages.common["study"].extras.looked_up == set(requests(plan_of(quick())))
 

@@ -10,7 +10,7 @@ from plumbob.engines.method import Method
 from plumbob.models.registry import scene as find_scene
 from plumbob.reports.analyses.analysis import plain
 from plumbob.reports.analyses.engines.errors_and_costs import ERRORS_AND_COSTS, numbers
-from plumbob.reports.view.finding_text import written
+from plumbob.reports.view.finding_text import read_findings
 from plumbob.tests.support.studies import NS, SCENE, made_up, remeasured
 
 STEPS = (2e-3, 1e-3, 5e-4)
@@ -28,7 +28,7 @@ def study(*curves):
 
 def finding(of_study):
     """The finding that a study's numbers are written as."""
-    (one,) = written(ERRORS_AND_COSTS.template, plain(numbers(of_study)))
+    (one,) = read_findings(ERRORS_AND_COSTS.template, plain(numbers(of_study)))
     return one
 
 

@@ -23,7 +23,7 @@ from plumbob.reports.analyses.simple_pendulum import (
     notebook,
     orders,
 )
-from plumbob.reports.view.finding_text import written
+from plumbob.reports.view.finding_text import read_findings
 from plumbob.tests.support.declared import declared, finding, measured, nothing
 
 ROOT = Path(__file__).parents[2]
@@ -91,7 +91,7 @@ def test_errors_are_the_largest_of_all_steps(label, name):
         error = float(np.abs(_by_rk4(name, linear) - exact.observe(times)["theta"]).max())
         assert float(shown) == pytest.approx(error, rel=5e-3)  # half of its last digit
         kind = notebook.LINEAR if linear else notebook.SIMPLE
-        found, predicted = notebook.error(study(), kind + name)
+        found, predicted = notebook.rk4_error(study(), kind + name)
         # the cubic between every second step leaves (2 h)^4/384 of a fourth derivative, the most in
         # case 3, where the error oscillates at twice the rate of its rotation: 1.2e-4 of it
         assert found == pytest.approx(error, rel=2e-4)
@@ -121,7 +121,7 @@ def test_turns_are_counted_from_the_start(name, rate, turns):
 @pytest.mark.long
 def test_every_case_has_its_plots():
     motions = plain(notebook.cases(study()))
-    galleries = written(notebook.CASE_MOTIONS.template, motions)
+    galleries = read_findings(notebook.CASE_MOTIONS.template, motions)
     assert [gallery.title.split(":")[0] for gallery in galleries] == [
         f"Case {n} of the notebook" for n in range(1, 8)
     ]
@@ -154,7 +154,7 @@ def test_a_held_control_costs_orders():
 @pytest.mark.long
 def test_the_notebooks_statements():
     numbers = claims.numbers(nothing())
-    (found,) = written(claims.CLAIMS.template, plain(numbers))
+    (found,) = read_findings(claims.CLAIMS.template, plain(numbers))
     assert len(found.tables[0].rows) == 15
     ours = {line[0].text: line[2].text for line in found.tables[0].rows}
     assert "solved exactly" in ours["equation of motion: mLθ̈ + CLθ̇ + mg sin θ = F(t)"]

@@ -6,8 +6,12 @@ import pytest
 
 from plumbob.engines.registry import method
 from plumbob.models.registry import scene
-from plumbob.models.tripod_capsule.plan import planned
-from plumbob.reports.analyses.capsule_plan.pose_errors import POSE, by_kind, named
+from plumbob.models.tripod_capsule.plan import requested_plan
+from plumbob.reports.analyses.capsule_plan.pose_errors import (
+    POSE,
+    error_by_name,
+    errors_by_kind,
+)
 from plumbob.reports.cli import main
 from plumbob.reports.commands.plan import run_plan
 
@@ -18,18 +22,18 @@ FEET = method("pymunk/feet")
 @pytest.mark.long
 def test_the_errors_of_all_manoeuvres_add_up_to_the_error_at_the_end():
     short = scene("capsule-plan", {"to": TO})
-    found = planned(short.parameters)
+    found = requested_plan(short.parameters)
     run = run_plan(found, short, FEET, 2e-4)
     assert {"turn", "line", "slow"} <= (kinds := {m.kind for m in found.manoeuvres})
     last = run.after[-1]
-    parts = by_kind(found, run.after)
+    parts = errors_by_kind(found, run.after)
     # a sum of some ten roundings of 1e-4
     assert sum(parts.values()) == pytest.approx(last, abs=1e-15)
     ends = [run.found.errors[name].end for name in POSE]
     assert ends == pytest.approx(last, abs=1e-13)
     assert set(parts) <= kinds
     # While the body sticks, the only error is the residual of the solver's iterations.
-    assert named(parts["slow"])["distance"] < 1e-3 * named(last)["distance"]
+    assert error_by_name(parts["slow"])["distance"] < 1e-3 * error_by_name(last)["distance"]
     assert abs(last[2]) < 1e-3
 
 

@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from plumbob.reports.view.axis import Axis
-from plumbob.reports.view.point_names import named
+from plumbob.reports.view.point_names import placed_names
 
 X, Y = Axis(0.0, 4.0, 64.0, 542.0, True), Axis(-6.0, 0.0, 240.0, 10.0, True)
 ENGINES = ("dart", "drake", "exudyn", "heyoka", "mjwarp", "mjx", "mujoco", "newton", "ode")
@@ -35,7 +35,7 @@ def overlaps(names):
 @pytest.mark.parametrize("apart", [0.0, 3.0, 15.0, 30.0])
 def test_names_of_all_engines_with_one_error_are_apart(apart):
     points = [(150.0 + apart * i, 125.0, name) for i, name in enumerate(ALL)]
-    names = named(points, X, Y)
+    names = placed_names(points, X, Y)
     assert sorted(name.text for name in names) == sorted(ALL)
     assert overlaps(names) == []
     moved = [name._replace(x=names[0].x, y=names[0].y) for name in names]
@@ -45,7 +45,7 @@ def test_names_of_all_engines_with_one_error_are_apart(apart):
 @given(st.lists(PLACES, min_size=1, max_size=len(ALL)))
 def test_every_point_has_its_name_inside_the_axes_and_apart(places):
     points = [(a, b, name) for (a, b), name in zip(places, ALL, strict=False)]
-    names = named(points, X, Y)
+    names = placed_names(points, X, Y)
     assert len(names) == len(points)
     assert overlaps(names) == []
     for name in names:
@@ -57,7 +57,7 @@ def test_every_point_has_its_name_inside_the_axes_and_apart(places):
 
 
 def test_a_name_far_from_its_point_has_a_line_to_it():
-    names = named([(300.0, 125.0, name) for name in ALL], X, Y)
+    names = placed_names([(300.0, 125.0, name) for name in ALL], X, Y)
     assert names[0].line is None
     far = [name for name in names if abs(name.y - 4.0 - 125.0) > 20.0]
     assert far

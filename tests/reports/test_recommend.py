@@ -16,8 +16,8 @@ from plumbob.engines.study.stability import (
     StabilitySearch,
 )
 from plumbob.models.scene import step_sizes
-from plumbob.reports.advice.advice import from_study
-from plumbob.reports.judge.verdict import Judged, Judgement
+from plumbob.reports.advice.advice import study_recommendation
+from plumbob.reports.judge.verdict import JudgedMethod, Judgement
 from plumbob.reports.view.top_tables import ERRORS
 from plumbob.tests.site import whole_profile
 from plumbob.tests.support.studies import SCENE, made_up
@@ -34,7 +34,7 @@ def one(method, error):
 
 def cheapest(study, error, judged=None):
     """The answer from a study of one scene, by default with nothing known against any method."""
-    return from_study(study, study.scenes[0], error, judged or {})
+    return study_recommendation(study, study.scenes[0], error, judged or {})
 
 
 @given(c4=positive, c5=positive, wanted=st.floats(-12, -1).map(lambda x: 10.0**x))
@@ -74,7 +74,7 @@ def test_cheapest_first_then_another_method():
 def test_a_method_that_does_not_converge_is_never_recommended(verdict):
     study = made_up([(FIRST, STEPS, lambda h: 1e-9), (FOURTH, STEPS, lambda h: 1e8 * h**4)])
     verdicts = {
-        (SCENE, name): Judged(Judgement(found, {}, ""), ())
+        (SCENE, name): JudgedMethod(Judgement(found, {}, ""), ())
         for name, found in ((FIRST.name, verdict), (FOURTH.name, "predicted"))
     }
     open_to_all = cheapest(study, 1e-3)
@@ -86,7 +86,7 @@ def test_a_method_that_does_not_converge_is_never_recommended(verdict):
 
 
 def test_without_theory_the_errors_themselves_have_to_converge():
-    verdicts = {(SCENE, FIRST.name): Judged(Judgement("pre-asymptotic", {}, ""), ())}
+    verdicts = {(SCENE, FIRST.name): JudgedMethod(Judgement("pre-asymptotic", {}, ""), ())}
     assert cheapest(one(FIRST, lambda h: h), 1e-3, verdicts).choice is not None
     for error in (lambda h: 1e-4 + 0.01 * h, lambda h: 1e-4 * (h / 1e-5) ** 0.4):
         assert cheapest(one(FIRST, error), 1e-3, verdicts).choice is None

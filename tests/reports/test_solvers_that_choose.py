@@ -12,7 +12,7 @@ from plumbob.engines.study.runner import run_study
 from plumbob.models.registry import scenes
 from plumbob.reports.analyses.analysis import Record
 from plumbob.reports.analyses.engines import largest_steps
-from plumbob.reports.analyses.engines.largest_steps import SOLVERS, claims, paid
+from plumbob.reports.analyses.engines.largest_steps import SOLVERS, claims, evaluation_rates
 
 
 def test_dop853_pays_what_stability_asks_and_implicit_solvers_next_to_nothing():
@@ -20,7 +20,7 @@ def test_dop853_pays_what_stability_asks_and_implicit_solvers_next_to_nothing():
     (scene,) = scenes(largest_steps.EQUILIBRIUM)
     short = replace(scene, steps=scene.steps[:1])
     study = run_study((short,), solvers, timed=False, requests=largest_steps.solver_runs)
-    found = Record(surprises=(), paid=paid(study))
+    found = Record(surprises=(), paid=evaluation_rates(study))
     assert len(found.paid) == 4
     for damping, of in found.paid.items():
         assert of["ode/dop853"] == pytest.approx(of["predicted"], rel=0.02)

@@ -11,7 +11,7 @@ from plumbob.engines.method import Method
 from plumbob.engines.study.measurement import Measurement, ObservedError
 from plumbob.models.registry import scene as find_scene
 from plumbob.models.scene import Quantity, step_sizes
-from plumbob.reports.advice.step_search import RESOLVED, Evidence, searched
+from plumbob.reports.advice.step_search import RESOLVED_RATIO, Evidence, cheapest_choices
 from plumbob.tests.support.studies import SCENE
 
 STEPS = step_sizes(5e-3, 1e-4)
@@ -60,7 +60,7 @@ def evidence(
 
 
 def best(found, wanted, *methods):
-    chosen = searched(found, methods or (SAWTOOTH,), wanted)
+    chosen = cheapest_choices(found, methods or (SAWTOOTH,), wanted)
     return chosen[0] if chosen else None
 
 
@@ -71,7 +71,7 @@ def test_a_smooth_error_is_reached_at_nearly_the_largest_step(slope, at):
     choice = best(found, 0.01)
     assert choice.step <= largest
     # Beyond a step that holds one more is tried, 1.8 times as large, up to an eighth of the scene.
-    assert choice.step >= min(largest / RESOLVED / 1.01, ONE.duration / 8 / 1.81)
+    assert choice.step >= min(largest / RESOLVED_RATIO / 1.01, ONE.duration / 8 / 1.81)
     assert choice.error <= 0.01
     assert choice.absolute == found.scale * choice.error
     assert sum(map(len, found.runs.values())) <= 60 + len(STEPS)

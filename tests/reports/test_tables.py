@@ -17,8 +17,8 @@ from plumbob.models.registry import scene as find_scene
 from plumbob.reports.analyses import section
 from plumbob.reports.analyses.cone_pendulum import source_claims
 from plumbob.reports.analyses.page_numbers import verdict_on
-from plumbob.reports.judge.tolerance import exceeded, round_off, tolerance
-from plumbob.reports.judge.verdict import Judged, judge
+from plumbob.reports.judge.tolerance import round_off, tolerance, tolerance_excess
+from plumbob.reports.judge.verdict import JudgedMethod, judge
 from plumbob.reports.view import notation, sources, tables, top_tables
 from plumbob.reports.view.content import StatementVerdict
 from plumbob.reports.view.method_results import MethodResult
@@ -95,12 +95,12 @@ def test_a_rounding_of_zero_is_no_failure():
     assert allowed
     level = round_off(found, "heading", units)
     assert 0.0 < heading.largest < level < 1e-13
-    assert exceeded(found, "heading", allowed, units) is None
+    assert tolerance_excess(found, "heading", allowed, units) is None
     shown = judge(found, system, how)
     assert shown.verdict == "off-prediction"  # of the displacement
     c = ConvergenceStudy(scene.name, how.name, (found,))
     study = replace(nothing(), scenes=(scene,), methods=(how,), convergence=(c,))
-    both = verdict_on(study, c, {(scene.name, how.name): Judged(shown, (shown,))})
+    both = verdict_on(study, c, {(scene.name, how.name): JudgedMethod(shown, (shown,))})
     of = MethodResult(scene, how, c, both, ())
     cells = texts(tables.table("budgets", rows=[of], units=units))
     rows = zip(cells["observable"], cells["reason"], strict=True)
@@ -109,7 +109,7 @@ def test_a_rounding_of_zero_is_no_failure():
     assert said["displacement"] == "the sum: EXCEEDED"
     more = replace(heading, largest=1.01 * level)  # and no more than rounding
     wrong = replace(found, errors={**found.errors, "heading": more})
-    assert exceeded(wrong, "heading", allowed, units) is not None
+    assert tolerance_excess(wrong, "heading", allowed, units) is not None
 
 
 # Every number that a source prints as a result of its own.
@@ -137,7 +137,7 @@ def test_every_statement_of_the_sources_has_value_verdict_and_finding(
             assert number in said.text
     assert list(dict.fromkeys(line[0].text for line in table.rows)) == [*sources.SOURCES]
     shown = [(line[0].text, line[1].text) for line in table.rows]
-    order = list(dict.fromkeys((of.source, of.place) for of in sources.listed()))
+    order = list(dict.fromkeys((of.source, of.place) for of in sources.listed_statements()))
     assert set(shown) <= set(
         order
     )  # list a new statement in statements.toml, where its text has it
@@ -156,7 +156,7 @@ def test_every_statement_of_the_texts_is_computed_twice_or_cannot_be(
     findings,
 ):
     """By a finding of the page and by a test of its own; and every judged statement is listed."""
-    every = sources.listed()
+    every = sources.listed_statements()
     names = {finding.name for finding in findings}
     galleries = [of for name in systems() if (shown := section(name)) for of in shown.galleries]
     names |= {of.template.rpartition("/")[2].replace("_", "-") for of in galleries}
@@ -189,8 +189,8 @@ def test_printed_numbers_of_the_source_hold():
     assert [said for said, verdict in found.items() if verdict != "holds"] == []
     assert len(found) == 7
     top = 514.19980544461671  # J, with 40 digits
-    assert source_claims.sampled_top() == pytest.approx(514.1970344, abs=1e-7)
-    assert top - source_claims.sampled_top() > 2e-3  # which rounds to 514.200
+    assert source_claims.largest_sampled_potential() == pytest.approx(514.1970344, abs=1e-7)
+    assert top - source_claims.largest_sampled_potential() > 2e-3  # which rounds to 514.200
     with pytest.MonkeyPatch.context() as patched:
         patched.setattr(source_claims, "ANGLES", 260)
-        assert round(source_claims.sampled_top(), 3) != 514.197
+        assert round(source_claims.largest_sampled_potential(), 3) != 514.197

@@ -68,7 +68,7 @@ def test_what_else_the_source_says_of_turns():
     assert numbers.integral == pytest.approx(left, rel=1e-12)
     assert 0.5 < numbers.friction < 1.0
     # another friction does not give this motion
-    other = source_text.friction_turning(turn(0.1), motion)
+    other = source_text.friction_effects(turn(0.1), motion)
     assert abs(other[1] / left - 1.0) > 1e-3
     # psi goes with tau^2 but for friction, R/(mu_1 Z), of which there is 1e-3 at the larger epsilon
     assert numbers.shorter == pytest.approx(numbers.usual / 100, rel=2e-4)

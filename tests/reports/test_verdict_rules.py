@@ -19,7 +19,7 @@ from plumbob.models.registry import scene as find_scene
 from plumbob.models.scene import Quantity
 from plumbob.reports.judge import expectations
 from plumbob.reports.judge.tolerance import tolerance
-from plumbob.reports.judge.verdict import judge, judged
+from plumbob.reports.judge.verdict import judge, judge_method
 
 SCENE, STEP = "cone-pendulum/rotating-base", 1e-5  # [s] where a series tells the error
 EULER = find_method("ode/euler")
@@ -117,7 +117,9 @@ def test_three_finer_steps_have_to_leave_less_than_seven_tenths(left, verdict):
         runs.append(run_with(step, error, predicted))
     found = ConvergenceStudy(SCENE, EULER.name, tuple(runs))
     about = (Quantity("theta", 1.0),)
-    assert judged(found, system_of(find_scene(SCENE)), EULER, about).whole.verdict == verdict
+    assert (
+        judge_method(found, system_of(find_scene(SCENE)), EULER, about).whole.verdict == verdict
+    )
 
 
 @pytest.mark.parametrize(
@@ -149,7 +151,9 @@ def test_an_error_that_stays_is_predicted_where_its_size_is_derived(
         runs.append(replace(run, errors=errors))
     found = ConvergenceStudy(SCENE, EULER.name, tuple(runs))
     about = (Quantity("theta", 1.0),)
-    assert judged(found, system_of(find_scene(SCENE)), EULER, about).whole.verdict == verdict
+    assert (
+        judge_method(found, system_of(find_scene(SCENE)), EULER, about).whole.verdict == verdict
+    )
 
 
 @pytest.mark.parametrize(

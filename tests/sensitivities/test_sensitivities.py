@@ -8,7 +8,7 @@ import mpmath
 import numpy as np
 import pytest
 
-from plumbob.analytic.sensitivities.capsule import phased
+from plumbob.analytic.sensitivities.capsule import phased_motion
 from plumbob.models.gradient import exact_gradient
 from plumbob.models.registry import case_of, scene, systems
 from plumbob.tests.support.derivatives import scaled
@@ -132,7 +132,7 @@ def test_line_derivatives(number):
     """A line manoeuvre by every parameter, in each of its phases, against 40 digits."""
     parameters = drawn_line(number)
     case = case_of(replace(scene("capsule-line"), parameters=parameters))
-    switches = phased(case.problem).switches
+    switches = phased_motion(case.problem).switches
     times = np.concatenate([(switches[1:] + switches[:-1]) / 2, [switches[-1] * 1.1]])
     by = [name for name in parameters if name not in ("inertia", "heading")]
     found = exact_gradient(case, [*by, "inertia", "heading"], times)

@@ -6,7 +6,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from plumbob.analytic.sensitivities.capsule import phased
+from plumbob.analytic.sensitivities.capsule import phased_motion
 from plumbob.models.gradient import exact_gradient
 from plumbob.models.registry import case_of, scene
 from plumbob.tests.support.derivatives import scaled
@@ -28,13 +28,13 @@ def by_richardson(case, parameter, times, names):
     """Derivatives of the observables `names`, and their errors: what the last extrapolation changes
     and the motion's own uncertainty makes; the best of several, of those that pass no switch."""
     number = case.scene.parameters[parameter]
-    unsure = phased(case.problem).reference.uncertainty(times)
+    unsure = phased_motion(case.problem).reference.uncertainty(times)
     doubt = np.array([unsure[name] for name in names])
     best = np.zeros(doubt.shape)
     errors = np.full(doubt.shape, np.inf)
 
     def phase(problem):
-        return np.searchsorted(phased(problem).switches, times, side="right")
+        return np.searchsorted(phased_motion(problem).switches, times, side="right")
 
     for longest in STEPS:
         row = []
@@ -60,7 +60,7 @@ def by_richardson(case, parameter, times, names):
 def test_derivatives_through_events(name, by):
     """Slides, pivots, stops and slips, in the middle of each, near its ends, and at rest."""
     case = case_of(scene(name))
-    switches = np.append(phased(case.problem).switches, case.scene.duration)
+    switches = np.append(phased_motion(case.problem).switches, case.scene.duration)
     parts = np.array([0.1, 0.5, 0.9])[:, None]
     times = np.sort((switches[:-1] + parts * np.diff(switches)).ravel())
     found = exact_gradient(case, by, times)

@@ -16,7 +16,7 @@ from plumbob.reports.judge.expectations import run_surprise, surprise
 from plumbob.reports.judge.not_read import not_read
 from plumbob.reports.judge.tolerance import STARTS_OFF, TOO_WIDE
 from plumbob.reports.judge.verdict import judge
-from plumbob.reports.judge.verdict import judged as judged_of
+from plumbob.reports.judge.verdict import judge_method as judged_of
 
 TURNED = (
     *(s for s in scenes("capsule-*/heading-*") if s.name.endswith(("030", "345"))),

@@ -13,7 +13,7 @@ from plumbob.analytic.systems.rolling_ball import RollingBall
 from plumbob.engines.registry import method as find_method
 from plumbob.engines.study.convergence import convergence_study
 from plumbob.models.registry import case_of, scene
-from plumbob.reports.judge.verdict import judged
+from plumbob.reports.judge.verdict import judge_method
 
 MOST_STEPS = 20_000
 
@@ -23,7 +23,7 @@ def verdict_on(name, method):
     how = find_method(method)
     case = case_of(scene(name))
     found = convergence_study(scene(name), how, MOST_STEPS)
-    return judged(found, case.system, how, case.system.quantities(case)).whole
+    return judge_method(found, case.system, how, case.system.quantities(case)).whole
 
 
 @cache
@@ -35,7 +35,7 @@ def right(name, method):
 RATES, FRICTION = RollingBall.rates, LineMotion.friction_force
 WRONG = {
     "restitution squared": (
-        *("bouncing-ball/half", BouncingBall, "_within"),
+        *("bouncing-ball/half", BouncingBall, "_inner_restitution"),
         property(lambda ball: ball.restitution**2),
     ),
     "the sine for the tangent of a slope": (

@@ -2,7 +2,7 @@
 
 import pytest
 
-from plumbob.reports.view.site.writing import site
+from plumbob.reports.view.site.writing import write_site
 from plumbob.tests.site import whole_profile
 
 
@@ -21,4 +21,4 @@ def shown():
 @pytest.fixture(scope="session")
 def index(shown, tmp_path_factory):
     """The index of its site."""
-    return site(shown, tmp_path_factory.mktemp("site"))
+    return write_site(shown, tmp_path_factory.mktemp("site"))

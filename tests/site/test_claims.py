@@ -15,7 +15,7 @@ from plumbob.engines.trajectory import Trajectory
 from plumbob.models.registry import systems
 from plumbob.reports.analyses import section
 from plumbob.reports.analyses.claims import CLEAR, at_most, between, clear
-from plumbob.reports.view.site.claims import NOT_SHOWN, as_measured
+from plumbob.reports.view.site.claims import NOT_SHOWN, checked_findings
 from plumbob.reports.view.site.views import OF_ENGINES
 from plumbob.tests.site import whole_profile
 from plumbob.tests.support.declared import findings_of
@@ -166,7 +166,7 @@ def test_what_is_not_shown_is_not_claimed(before, after):
     shown = {
         f.name: f
         for both in (before, after)
-        for f in as_measured(both.values())
+        for f in checked_findings(both.values())
         if f.judgement == NOT_SHOWN
     }
     assert set(_claiming(before, after)) - set(shown) == set()

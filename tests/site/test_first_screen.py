@@ -27,7 +27,7 @@ from plumbob.reports.view.trimming import trimming
 from plumbob.tests.site import whole_profile
 from plumbob.tests.support.studies import SCENE, quick, remeasured, verdicts
 
-LINE, DEFAULT, CONVERGENT, RK4 = "capsule-line/ca1", *first_screen.KINDS[0][-1]
+LINE, DEFAULT, CONVERGENT, RK4 = "capsule-line/ca1", *first_screen.KINDS[0].methods
 
 
 def _with_error(study, scene, method, error):
@@ -52,7 +52,7 @@ def _about(study, scene):
 
 
 def _answers(study):
-    return first_screen.answers(study, _record(), _results(study))
+    return first_screen.recommended_settings(study, _record(), _results(study))
 
 
 def _results(study):
@@ -100,7 +100,7 @@ def test_settings_costs_and_results_stand_on_the_index(study, index):
         assert settings in words
     for said in ("a step costs", "plumbob settings", "runs."):
         assert said in words
-    counts = sum(first_screen.by_engine(_results(study)).values(), Counter())
+    counts = sum(first_screen.meanings_by_engine(_results(study)).values(), Counter())
     for meaning, count in counts.items():
         assert f"{SIGNS[meaning][0]} {count} {SIGNS[meaning][1]}" in words
 

@@ -15,7 +15,12 @@ from plumbob.engines.study.results import Analysed
 from plumbob.models.registry import scene as find_scene
 from plumbob.reports.cli import main
 from plumbob.reports.view.site import writing
-from plumbob.reports.view.site.writing import content, one_file, site, write_page
+from plumbob.reports.view.site.writing import (
+    site_content,
+    site_in_one_file,
+    write_page,
+    write_site,
+)
 from plumbob.tests.site.whole_profile import small
 from plumbob.tests.support.page_document import (
     Document,
@@ -33,7 +38,7 @@ HOSTILE = "<script>alert('x')</script><img src=x onerror=alert(1)>"
 
 @pytest.fixture(scope="module")
 def page(tmp_path_factory):
-    return site(small(), tmp_path_factory.mktemp("page") / "new")
+    return write_site(small(), tmp_path_factory.mktemp("page") / "new")
 
 
 @pytest.fixture(scope="module")
@@ -115,7 +120,7 @@ def test_markup_from_outside_is_escaped(tmp_path):
     index = write_page(hostile, tmp_path)
     for text in (
         *(file.read_text("utf-8") for file in site_files(index)),
-        one_file(content(hostile)),
+        site_in_one_file(site_content(hostile)),
     ):
         tags = [tag for tag in re.findall(r"<img[^>]*>", text) if "loading=" not in tag]
         assert tags == []
@@ -159,7 +164,7 @@ def test_the_old_site_is_whole_until_the_new_one_is_there(tmp_path, monkeypatch)
     index = write_page(_small(), tmp_path)
     before = {file: file.read_bytes() for file in site_files(index)}
     with monkeypatch.context() as patched:
-        patched.setattr(writing, "filled", _full)
+        patched.setattr(writing, "fill_page", _full)
         with pytest.raises(OSError, match="no space"):
             write_page(_small(2e-3), tmp_path)
     assert {file: file.read_bytes() for file in site_files(index)} == before

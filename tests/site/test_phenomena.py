@@ -2,7 +2,7 @@
 
 from types import SimpleNamespace
 
-from plumbob.reports.view.method_results import Shown
+from plumbob.reports.view.method_results import ShownError
 from plumbob.reports.view.site import phenomena
 
 RAN = {  # by scene and method: the error at 1 ms, what it means, errors of all runs
@@ -23,7 +23,7 @@ def test_a_cell_is_of_the_best_method_that_does_all_scenes_as_predicted():
             scene=SimpleNamespace(system=scene.split("/")[0]),
             method=SimpleNamespace(engine=name.split("/")[0], surrogate="surrogate" in name),
             name=name,
-            at_reference=Shown(error, 1e-3, "step", why),
+            at_reference=ShownError(error, 1e-3, "step", why),
             errors=dict(enumerate(errors)),
         )
         for (scene, name), (error, why, errors) in RAN.items()

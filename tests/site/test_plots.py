@@ -4,7 +4,7 @@ import re
 
 import pytest
 
-from plumbob.reports.view.drawing import apart
+from plumbob.reports.view.drawing import separated_ticks
 from plumbob.tests.support.browser import visited
 from plumbob.tests.support.page_document import site_files
 
@@ -51,7 +51,7 @@ def test_ticks_that_would_touch_on_a_telephone_are_left_out():
         (280.0, "0.004"),
         (325.0, "0.005"),
     ]
-    assert apart(ticks) == ticks[:-1]
+    assert separated_ticks(ticks) == ticks[:-1]
 
 
 @pytest.mark.long

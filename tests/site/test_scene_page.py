@@ -9,7 +9,7 @@ from plumbob.reports.analyses.page_numbers import scene_record
 from plumbob.reports.judge.study_verdicts import judge_study
 from plumbob.reports.view.method_results import results_of
 from plumbob.reports.view.records import Records, StudyRecord
-from plumbob.reports.view.site.views import WANTED, sentences
+from plumbob.reports.view.site.views import RECOMMENDED_ERROR, scene_sentences
 from plumbob.reports.view.tables import table
 from plumbob.tests.support.studies import SCENE, made_up
 
@@ -33,8 +33,10 @@ def _parts(study):
 
 def _sentences(default, rk4):
     record, rows = _parts(_study(default, rk4))
-    (answer,) = (answer for answer in record.recommendations if answer.error == WANTED)
-    return sentences(rows, answer)
+    (answer,) = (
+        answer for answer in record.recommendations if answer.error == RECOMMENDED_ERROR
+    )
+    return scene_sentences(rows, answer)
 
 
 def test_default_recommended_cost_and_a_smaller_step():

@@ -8,8 +8,8 @@ import pytest
 
 from plumbob.engines.registry import method as find_method
 from plumbob.reports.cli import main
-from plumbob.reports.view.page import written
-from plumbob.reports.view.site.writing import content, one_file
+from plumbob.reports.view.page import write_file
+from plumbob.reports.view.site.writing import site_content, site_in_one_file
 from plumbob.tests.support.browser import visited
 from plumbob.tests.support.studies import made_up, recorded
 
@@ -45,11 +45,11 @@ CLIPBOARDS = {
 @pytest.fixture(scope="module")
 def page(tmp_path_factory):
     study = made_up([(find_method(name), (1e-3, 1e-4), lambda h: h) for name in METHODS])
-    text = one_file(content(recorded(study)))
+    text = site_in_one_file(site_content(recorded(study)))
     # Without plots, and so without plotly, which would take longer to load than all the rest.
     text, count = re.subn(r'class="area\b', 'class="left-out', text)
     assert count > 0
-    return written(text, tmp_path_factory.mktemp("settings"), "index.html")
+    return write_file(text, tmp_path_factory.mktemp("settings"), "index.html")
 
 
 def _codes(page):

@@ -4,15 +4,15 @@ import re
 
 import pytest
 
-from plumbob.reports.view.page import written
-from plumbob.reports.view.site.writing import one_file
+from plumbob.reports.view.page import write_file
+from plumbob.reports.view.site.writing import site_in_one_file
 from plumbob.tests.support.browser import visited
 from plumbob.tests.support.page_document import folded, site_files
 
 
 @pytest.fixture(scope="module")
 def single(shown, tmp_path_factory):
-    return written(one_file(shown), tmp_path_factory.mktemp("single"), "all.html")
+    return write_file(site_in_one_file(shown), tmp_path_factory.mktemp("single"), "all.html")
 
 
 def _whole(html, text):

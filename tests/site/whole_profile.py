@@ -11,7 +11,7 @@ from plumbob.reports.analyses import analyses_of, requests
 from plumbob.reports.analyses.capsule_plan import legs
 from plumbob.reports.analyses.capsule_plan.plans import plan_of
 from plumbob.reports.view.finding_text import findings_of
-from plumbob.reports.view.site.writing import content
+from plumbob.reports.view.site.writing import site_content
 from plumbob.tests.sharing.shared import shared
 from plumbob.tests.support.declared import invented_study
 from plumbob.tests.support.studies import Asked, no_engine, quick
@@ -72,4 +72,4 @@ def _shown(study):
 
 def _pages(analysed):
     with no_engine():
-        return content(analysed)
+        return site_content(analysed)

@@ -18,7 +18,7 @@ from plumbob.engines.study.stability import StabilitySearch, scene_limits
 from plumbob.models import simple_pendulum
 from plumbob.models.registry import case_of
 from plumbob.models.registry import scene as find_scene
-from plumbob.reports.judge.stability import judged_limits, off_by
+from plumbob.reports.judge.stability import judged_limits, limit_ratio
 from plumbob.tests.support import fixed_step
 
 NUDGE = 1e-6
@@ -139,7 +139,7 @@ def test_limits_of_several_degrees_of_freedom_are_those_of_runs(name, how):
     assert {limit.verdict for limit in judged} == {"predicted"}
     first = judged[0].limit
     other = replace(first, predicted=1.25 * first.predicted)  # as by another linearised rate
-    assert not 0.9 < off_by(other) < 1.1
+    assert not 0.9 < limit_ratio(other) < 1.1
 
 
 @pytest.mark.long

@@ -10,7 +10,7 @@ from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
 from plumbob.engines.adapters.ode import ENGINE
 from plumbob.engines.adapters.ode.simulation import adaptive
 from plumbob.engines.registry import find_builder
-from plumbob.models.largest import fastest
+from plumbob.models.largest import fastest_rate
 from plumbob.tests.support.cone_scene import DEFAULT, SYSTEM, THETA, scene
 
 METHODS = {method.name: method for method in ENGINE.methods}
@@ -40,7 +40,7 @@ def test_absolute_tolerances_are_of_an_angle_and_of_the_largest_speed():
     builder = find_builder("ode", SYSTEM)
     equation = builder.build(case.problem, METHODS["ode/dop853"])
     adaptive(equation, Recorder, 1e-6, case.scene.duration).run()
-    speed = fastest(DEFAULT)
+    speed = fastest_rate(DEFAULT)
     assert speed > 37.0
     assert asked == pytest.approx([1e-6, 1e-6, 1e-6 * speed], rel=1e-12)
 
@@ -53,4 +53,4 @@ def test_no_motion_exceeds_the_speed_that_limits_are_based_on():
         angles = np.linspace(0.0, 2 * np.pi, 2001)
         gained = rotor.energy(theta, theta_dot) - rotor.energy(angles, 0.0).min()
         pendulum = SimpleNamespace(rotor=rotor, theta=theta, theta_dot=theta_dot)
-        assert math.sqrt(2 * gained) <= fastest(pendulum)
+        assert math.sqrt(2 * gained) <= fastest_rate(pendulum)

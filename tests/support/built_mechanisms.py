@@ -1,8 +1,11 @@
 """Mechanisms as engines build them, beside MuJoCo's model of the same bodies."""
 
+from dataclasses import replace
+
 import mujoco
 import numpy as np
 
+from plumbob.engines.adapters.mujoco.compiled_mechanism import compiled_mechanism
 from plumbob.engines.adapters.mujoco.options import collected
 from plumbob.engines.stepper import State
 
@@ -69,3 +72,49 @@ def assert_nothing_survives_put(make, parts):
         )
         np.testing.assert_array_equal(after.qpos, expected.qpos)
         np.testing.assert_array_equal(after.qvel, expected.qvel)
+
+
+PAIR_OF_BODIES = """<mujoco><option gravity="0 0 0"/><worldbody>
+  <body name="a" pos="0 0 1" quat="1 0.2 0.3 0"><freejoint/>
+    <inertial pos="0.1 0.1 0" mass="1" diaginertia="0.1 0.2 0.15"/></body>
+  <body name="b" pos="0.5 0 1" quat="1 0 0.3 0.4"><freejoint/>
+    <inertial pos="0.1 0.1 0" mass="1" diaginertia="0.1 0.2 0.15"/></body>
+</worldbody><equality><{}/></equality></mujoco>"""
+LOOPS_OF_PAIR = {
+    "weld": 'weld body1="a" body2="b"',
+    "connect": 'connect body1="a" body2="b" anchor="0.2 0.1 0"',
+}
+SPIN = np.array([1.0, 2.0, 3.0])  # [rad/s]
+
+
+def opening_of_a_loop(make, kind, misplacement=0.0):
+    """The largest coordinate of the gap [m] between the points that a loop holds together, and the
+    largest change of an element of the relative attitude, after 500 steps.
+
+    Two free bodies are held by a loop of this kind in free space, and begin to turn as one body
+    about the first body's frame. `make` makes a stepper of a mechanism and a start. In the engine,
+    the loop's point of the first body is `misplacement` [m] from its place along each axis.
+    """
+    model = mujoco.MjModel.from_xml_string(PAIR_OF_BODIES.format(LOOPS_OF_PAIR[kind]))
+    mechanism = compiled_mechanism(model)
+    data = mujoco.MjData(model)
+    (loop,) = mechanism.loops
+
+    def gap_and_relative_attitude(qpos):
+        data.qpos[:] = qpos
+        mujoco.mj_kinematics(model, data)
+        first, second = (data.xmat[i].reshape(3, 3).copy() for i in (1, 2))
+        ends = [data.xpos[1] + first @ loop.places[0], data.xpos[2] + second @ loop.places[1]]
+        return ends[1] - ends[0], first.T @ second
+
+    _, attitude = gap_and_relative_attitude(model.qpos0)
+    frames = [data.xmat[i].reshape(3, 3) for i in (1, 2)]
+    spins = [frame.T @ SPIN for frame in frames]
+    moving = np.cross(SPIN, data.xpos[2] - data.xpos[1])
+    start = State(model.qpos0, np.concatenate([np.zeros(3), spins[0], moving, spins[1]]))
+    places = (loop.places[0] + misplacement, loop.places[1])
+    made = make(replace(mechanism, loops=(replace(loop, places=places),)), start)
+    made.put(start)
+    made.advance(None, 500)
+    gap, attitude_after = gap_and_relative_attitude(made.state().qpos)
+    return np.abs(gap).max(), np.abs(attitude_after - attitude).max()

@@ -4,7 +4,8 @@ from dataclasses import dataclass, replace
 from functools import lru_cache
 
 from plumbob.engines.method import Method
-from plumbob.engines.study.measurement import measure
+from plumbob.engines.registry import method as find_method
+from plumbob.engines.study.measurement import measure, relative_error
 from plumbob.models.registry import case_of, system_of
 from plumbob.models.registry import scene as find_scene
 from plumbob.models.scene import Scene
@@ -58,3 +59,15 @@ def beyond(error):
     """The part of an error that theory, which must predict it for this step, does not."""
     assert error.predicted.for_this_step
     return error.predicted.beyond
+
+
+def error_of_run(name, method_name, step, lasting=None, changes=(), **settings):
+    """The relative error of one run of a method with more settings, on a scene with some of its
+    parameters changed, which lasts as long as the scene, or `lasting` [s]."""
+    method = find_method(method_name)
+    scene = find_scene(name)
+    parameters = system_of(scene).change(scene.parameters, dict(changes))
+    case = case_of(replace(scene, parameters=parameters))
+    changed = replace(method, settings={**method.settings, **settings}, systems=("*",))
+    shorter = case if lasting is None else case.lasting(lasting)
+    return relative_error(measure(shorter, changed, step)[0], case.system.quantities(case))

@@ -34,7 +34,7 @@ from plumbob.models.registry import case_of, system_of
 from plumbob.models.registry import scene as find_scene
 from plumbob.models.registry import scenes as find_scenes
 from plumbob.reports.analyses.analysis import plain
-from plumbob.reports.view.finding_text import written
+from plumbob.reports.view.finding_text import read_findings
 
 SAMPLES, ERROR = 240, 1e-6  # of invented runs
 
@@ -74,7 +74,9 @@ def formed(analysis, study):
     numbers = analysis.numbers(study)
     if numbers is None:
         return None
-    (finding,) = written(analysis.template, plain(numbers), tuple(analysis.claims(numbers)))
+    (finding,) = read_findings(
+        analysis.template, plain(numbers), tuple(analysis.claims(numbers))
+    )
     return finding
 
 

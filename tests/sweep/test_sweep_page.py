@@ -11,9 +11,9 @@ from plumbob.engines.registry import method
 from plumbob.engines.study.provenance import Provenance
 from plumbob.engines.sweep.sweep import Swept, sweep_of
 from plumbob.reports.cli import main
-from plumbob.reports.view.sweep.page import MOST, figures, render
-from plumbob.reports.view.sweep.text import words
-from plumbob.reports.view.tables import lines
+from plumbob.reports.view.sweep.page import MAX_MAP_CELLS, figures, render
+from plumbob.reports.view.sweep.text import terminal_values
+from plumbob.reports.view.tables import terminal_lines
 from plumbob.tests.support.page_document import plotted_inside
 
 SWEEP = ["sweep", "capsule-line", "mujoco/euler", "mujoco/euler+coulomb", "--jobs", "1"]
@@ -21,22 +21,28 @@ VARY = ["--vary", "heading=0:1.5:3", "--vary", "friction=0.3:0.6:2:log"]
 
 
 def test_a_sweep_is_printed_written_and_kept(tmp_path, capsys):
-    words = [*SWEEP, *VARY, "--out", str(tmp_path)]
-    assert main([*words, "--json"]) == 0
+    terminal_values = [*SWEEP, *VARY, "--out", str(tmp_path)]
+    assert main([*terminal_values, "--json"]) == 0
     answer = json.loads(capsys.readouterr().out)
     assert [row["method"] for row in answer["rows"]] == ["mujoco/euler", "mujoco/euler+coulomb"]
     assert answer["rows"][0]["largest"] > 0.1 > 1e-3 > answer["rows"][1]["largest"]
     page = Path(answer["page"]).read_text("utf-8")
     assert plotted_inside(page)[0]["data"][0]["type"] == "heatmap"
     assert answer["rows"][0]["worst"][0]["command"] in page
-    assert main(words) == 0
+    assert main(terminal_values) == 0
     assert "6 of 6 points were stored" in capsys.readouterr().out
 
 
 @pytest.mark.long
 def test_the_command_of_a_worst_point_gives_its_error(tmp_path, capsys):
-    words = ["worst", "capsule-line", "mujoco/euler+coulomb", "--within", "friction=0.3:0.4"]
-    assert main([*words, "--budget", "5", "--out", str(tmp_path), "--json"]) == 0
+    terminal_values = [
+        "worst",
+        "capsule-line",
+        "mujoco/euler+coulomb",
+        "--within",
+        "friction=0.3:0.4",
+    ]
+    assert main([*terminal_values, "--budget", "5", "--out", str(tmp_path), "--json"]) == 0
     found = json.loads(capsys.readouterr().out)
     assert found["certain"]
     main([*found["command"].split()[1:], "--json"])
@@ -64,5 +70,7 @@ def test_a_map_shows_the_largest_error_and_stays_small(counts):
         for trace in figure.traces:
             key, largest = ("z", np.log10(0.5)) if "z" in trace else ("y", 0.5)
             assert np.array(trace[key], float).max() == pytest.approx(largest, rel=1e-3)
-    assert "worst 50 %" in "\n".join(lines("sweep", **words(found), stored=0, page=""))
-    assert MOST < 1000
+    assert "worst 50 %" in "\n".join(
+        terminal_lines("sweep", **terminal_values(found), stored=0, page="")
+    )
+    assert MAX_MAP_CELLS < 1000

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from plumbob.models.registry import scene
-from plumbob.models.tripod_capsule.plan import planned
+from plumbob.models.tripod_capsule.plan import requested_plan
 
 REACHED = 1e-11  # the plan is exact: the errors of the reference remain
 SEED = 27
@@ -34,7 +34,7 @@ def task(number):
 
 def asked(number):
     """The plan of a task."""
-    return planned(scene("capsule-plan", task(number)).parameters)
+    return requested_plan(scene("capsule-plan", task(number)).parameters)
 
 
 @pytest.mark.long

@@ -11,7 +11,7 @@ from mpmath import mp
 
 from plumbob.analytic.systems.capsule import longest_stroke, normal_forces
 from plumbob.analytic.systems.manoeuvres.mean_speed import (
-    fastest,
+    fastest_manoeuvre,
     fastest_speed,
     mean_speed,
 )
@@ -59,7 +59,7 @@ def test_no_point_of_a_grid_is_faster():
     assert max(mean_speed(CHECK, *map(float, point)) for point in grid) == pytest.approx(
         best, rel=1e-12
     )
-    one = RepeatedLine(fastest(CHECK, most, STROKE), 1)
+    one = RepeatedLine(fastest_manoeuvre(CHECK, most, STROKE), 1)
     assert one.mean_speed == pytest.approx(best, rel=1e-13)
     assert one.manoeuvre.stroke == pytest.approx(STROKE, rel=1e-13)
     slower = RepeatedLine(replace(one.manoeuvre, w2=0.999 * LIMIT), 1)

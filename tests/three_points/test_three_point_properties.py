@@ -22,10 +22,10 @@ SEEDS = st.integers(0, 10**6)
 def exchanged(load, weights):
     """What friction and actuator give over a segment: energy, momentum, angular momentum."""
     (force, torque) = load.friction
-    power = (load.actuator.conjugate() * load.at.velocity).real
+    power = (load.actuator.conjugate() * load.terms.velocity).real
     turn = np.exp(1j * load.states[:, 4])
-    centre = load.states[:, 5:] @ [1.0, 1j] + load.body.mass_ratio * load.at.position * turn
-    resisted = (force.conjugate() * load.point).real + torque * load.states[:, 2]
+    centre = load.states[:, 5:] @ [1.0, 1j] + load.body.mass_ratio * load.terms.position * turn
+    resisted = (force.conjugate() * load.velocity).real + torque * load.states[:, 2]
     assert resisted.max() <= 1e-13 * np.abs(resisted).max() + 1e-300
     force = force * turn
     spans = weights * load.pace
@@ -37,11 +37,11 @@ def exchanged(load, weights):
 def held(load):
     """Energy, momentum and angular momentum about the ground's origin at the first sample."""
     body = load.body
-    at = load.at
+    at = load.terms
     omega = load.states[:, 2]
     turn = np.exp(1j * load.states[:, 4])
     centre = load.states[:, 5:] @ [1.0, 1j] + body.mass_ratio * at.position * turn
-    carried = load.point + body.mass_ratio * at.velocity
+    carried = load.velocity + body.mass_ratio * at.velocity
     within = at.velocity + 1j * omega * at.position
     energy = body.mass * np.abs(carried) ** 2 + body.reduced_mass * np.abs(within) ** 2
     momentum = body.mass * carried * turn
@@ -73,7 +73,7 @@ def test_friction_obeys_coulomb_and_the_body_stops(seed):
     motion = case.motion()
     assert np.isfinite(motion.rest_time)
     for load in loadings(motion, np.linspace(0.0, motion.rest_time, 40, endpoint=False)):
-        for wrench in zip(load.at.limits, load.at.arms, *load.friction, strict=True):
+        for wrench in zip(load.terms.limits, load.terms.arms, *load.friction, strict=True):
             assert load_factor(*wrench)[0] <= 1.0 + 1e-9
     speeds = motion.at(motion.rest_time + np.array([0.0, 1.0]))
     assert not speeds.velocity.any()

@@ -24,7 +24,7 @@ from plumbob.engines.study.runner import most_steps
 from plumbob.models.registry import case_of, scenes, system_of
 from plumbob.models.registry import scene as find_scene
 from plumbob.reports.judge.expectations import as_expected
-from plumbob.reports.judge.verdict import judged
+from plumbob.reports.judge.verdict import judge_method
 
 RELATIVE = 1e-12  # sums may be reordered
 EXACT = ("largest", "end", "scale", "steps", "diverged_at")
@@ -45,7 +45,7 @@ def record(scene, method, profile):
     system = system_of(scene)
     most = most_steps(scene, "quick") if profile == "quick" else int(MOST_STEPS / system.weight)
     found = convergence_study(scene, method, most)
-    verdicts = judged(found, system, method, system.quantities(case_of(scene)))
+    verdicts = judge_method(found, system, method, system.quantities(case_of(scene)))
     runs = []
     for run, verdict in zip(found.measurements, verdicts.runs, strict=True):
         bounds = {name: [held.bound] for name, held in verdict.tolerances.items()}

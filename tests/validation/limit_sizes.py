@@ -32,7 +32,7 @@ from plumbob.engines.study.provenance import ABSENT, packages_of, provenance
 from plumbob.engines.study.runner import most_steps, pairs
 from plumbob.models.registry import case_of, scenes, system_of
 from plumbob.reports.judge.expectations import expected
-from plumbob.reports.judge.known_sizes import measured
+from plumbob.reports.judge.known_sizes import measured_size
 
 # round-offs: below, what a processor rounds otherwise may be as large as the error
 ABOVE = 100.0
@@ -47,7 +47,7 @@ def of_study(scene, found):
     ]  # as a verdict has it
     errors = {m.step: relative_error(m, about) for m in listed or found.measurements}
     finite = {step: error for step, error in errors.items() if math.isfinite(error)}
-    return measured(finite) if finite else None
+    return measured_size(finite) if finite else None
 
 
 def of_solver(scene, found):

@@ -12,8 +12,8 @@ from plumbob.engines.study.measurement import measure
 from plumbob.engines.study.runner import run_study
 from plumbob.models.registry import case_of, scenes
 from plumbob.reports.advice.advice import Question, advise
-from plumbob.reports.advice.recommend import EXACT, Choice, trusted
-from plumbob.reports.advice.work_precision import error_of
+from plumbob.reports.advice.recommend import CLOSED_FORM, Choice, may_recommend
+from plumbob.reports.advice.work_precision import error_or_infinity
 from plumbob.reports.judge.study_verdicts import judge_study
 
 BELOW = (1.0, 0.995, 0.98, 0.96, 0.92, 0.85)  # of the recommended step
@@ -72,7 +72,7 @@ def held(scene, wanted, methods, kept=None):
 def worst_error(study, scene, method, step):
     """The largest error at a step and five slightly smaller ones."""
     about = study.quantities(scene.name)
-    return max(error_of(_run(scene, method, part * step), about) for part in BELOW)
+    return max(error_or_infinity(_run(scene, method, part * step), about) for part in BELOW)
 
 
 def cheaper(study, scene, wanted, limit, runs=None):
@@ -87,8 +87,8 @@ def cheaper(study, scene, wanted, limit, runs=None):
             price is None
             or method.surrogate
             or not meant(method, scene)
-            or method.scheme.integrator == EXACT
-            or not trusted(
+            or method.scheme.integrator == CLOSED_FORM
+            or not may_recommend(
                 judged.get((scene.name, method.name)),
                 runs_of.get(method.name, ()),
                 study.quantities(scene.name),
@@ -105,12 +105,13 @@ def cheaper(study, scene, wanted, limit, runs=None):
         ]
         known += (runs or {}).get((scene.name, method.name), {}).values()
         failing = min(
-            (m.step for m in known if not error_of(m, about) <= wanted), default=math.inf
+            (m.step for m in known if not error_or_infinity(m, about) <= wanted),
+            default=math.inf,
         )
         # Any larger step has these among the smaller ones that it has to reach the error at.
         step = MORE * unit / limit if math.isfinite(limit) else min(scene.steps)
         if step <= min(failing, scene.duration / 8) and all(
-            error_of(_run(scene, method, step / FINE**k), about) <= wanted
+            error_or_infinity(_run(scene, method, step / FINE**k), about) <= wanted
             for k in range(BESIDE + 1)
         ):
             yield method.name, step, MORE * CHEAPER
@@ -122,7 +123,7 @@ def _looser(scene, method, wanted, limit, unit, study):
     reached = None
     while tolerance < LOOSEST:
         found = _run(scene, method, tolerance)
-        if not error_of(found, about) <= wanted:
+        if not error_or_infinity(found, about) <= wanted:
             break
         reached = tolerance, found.steps * unit / found.duration
         tolerance *= TOLERANCES

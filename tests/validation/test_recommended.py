@@ -11,8 +11,8 @@ from plumbob.engines.study import store
 from plumbob.engines.study.measurement import measure
 from plumbob.engines.study.runner import run_study
 from plumbob.models.registry import case_of, scenes
-from plumbob.reports.advice.advice import from_study
-from plumbob.reports.advice.work_precision import error_of
+from plumbob.reports.advice.advice import study_recommendation
+from plumbob.reports.advice.work_precision import error_or_infinity
 from plumbob.tests.support.stored import save
 from plumbob.tests.validation.recommended import (
     CHEAPER,
@@ -69,7 +69,7 @@ def _stored(scene, pattern, folder, shared):
 
 
 def _offered(study, scene, wanted):
-    found = from_study(study, scene, wanted)
+    found = study_recommendation(study, scene, wanted)
     if found.choice is None:  # then no measured run reaches it, and the best is stated
         assert found.best is None or found.best.error > wanted
     offered = (found.choice, found.runner_up, *found.by_engine, found.surrogate)
@@ -82,7 +82,7 @@ def test_a_fresh_run_reaches_it(scene, tmp_path, shared, pytestconfig):
     for wanted in WANTED:
         for choice in _offered(study, scene, wanted):
             run, _ = measure(case_of(scene), find_method(choice.method), choice.step)
-            error = error_of(run, study.quantities(scene.name))
+            error = error_or_infinity(run, study.quantities(scene.name))
             assert error <= wanted, choice
             # The stated error; the last digits of a run differ between machines.
             assert error <= choice.error * (1 + 1e-6), choice

@@ -10,7 +10,7 @@ from plumbob.engines.registry import methods
 from plumbob.engines.study.runner import pairs
 from plumbob.models.registry import case_of, scenes, system_of
 from plumbob.reports.judge.expectations import expected, surprise
-from plumbob.reports.judge.verdict import judged
+from plumbob.reports.judge.verdict import judge_method
 from plumbob.tests.validation.representatives import representatives
 
 
@@ -30,7 +30,7 @@ def test_verdict(scene, method, shared, pytestconfig):
     option = pytestconfig.getoption
     found = shared.convergence(scene, method, option("profile"), option("seed"))
     about = system_of(scene).quantities(case_of(scene))
-    judgement = judged(found, system_of(scene), method, about).whole
+    judgement = judge_method(found, system_of(scene), method, about).whole
     if judgement.verdict == "missing" and not os.environ.get("CI"):
         pytest.skip(judgement.reason)
     assert judgement.reason or judgement.verdict != "unsupported"

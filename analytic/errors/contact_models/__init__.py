@@ -1,1 +1,1 @@
-"""Model-error terms: what contact models, solvers and added inertias add, apart from the step."""
+"""Model errors: of contact models, solvers and added inertias, which no smaller step removes."""

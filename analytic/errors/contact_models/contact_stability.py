@@ -1,4 +1,4 @@
-"""The largest step at which a body on soft contacts holds: its modes under a scheme."""
+"""Largest stable step of a body on soft contacts, by the modes of the body under a scheme."""
 
 from __future__ import annotations
 
@@ -17,13 +17,17 @@ from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
 from plumbob.analytic.reference import Array
 from plumbob.analytic.schemes import EULER, LINEARLY_IMPLICIT, STEPPED, Scheme
 
-RATIOS = (1e-3, 1e6)  # of a body's modes to one contact, squared: wider than any body's
+# Squared ratios of a mode's to a contact's frequency, a wider range than any body has.
+RATIOS = (1e-3, 1e6)
 
 
 @dataclass(frozen=True)
 class ContactSpring:
-    """One direction of a contact: it asks for the acceleration -`stiffness` x - `damping` x' at a
-    depth x, and yields by `regularisation` times its own inverse weight."""
+    """One direction of a regularised contact.
+
+    At a depth x the contact requires the acceleration -`stiffness` x - `damping` x'. Its softness
+    is `regularisation` times the inverse mass that acts on it.
+    """
 
     stiffness: float  # [1/s^2]
     damping: float  # [1/s]
@@ -31,12 +35,14 @@ class ContactSpring:
 
 
 def largest_contact_step(ratio: float, spring: ContactSpring, scheme: Scheme) -> float:
-    """The step [s] of `scheme` below which a mode of a body on its contacts holds (eq. 9.2), the
-    square of its frequency over one contact's being `ratio`. Infinite for a scheme that is not
-    known here."""
-    answer = ratio / (ratio + spring.regularisation)
-    damping = answer * spring.damping
-    stiffness = answer * spring.stiffness
+    """Returns the step [s] below which a mode of a body on its contacts is stable (eq. 9.2).
+
+    `ratio` is the squared ratio of the mode's frequency to the frequency of one contact. If no
+    theory covers the scheme, the step is infinite.
+    """
+    fraction = ratio / (ratio + spring.regularisation)
+    damping = fraction * spring.damping
+    stiffness = fraction * spring.stiffness
     rotor = DrivenRotor(damping_rate=damping, stiffness=stiffness)
     if scheme.integrator == LINEARLY_IMPLICIT:
         scheme = Scheme(EULER, implicit_damping=1.0)
@@ -50,9 +56,11 @@ def largest_contact_step(ratio: float, spring: ContactSpring, scheme: Scheme) ->
 
 
 def largest_ratio(frequency_step: float, damping_ratio: float, scheme: Scheme) -> float:
-    """The largest square of the ratio of a mode's frequency to one contact's at which a `scheme` is
-    stable, contacts of small impedance: `frequency_step` is one's frequency times the step
-    (eq. 9.3)."""
+    """Returns the largest squared ratio of a mode's to a contact's frequency that is stable.
+
+    The contacts have a small impedance. `frequency_step` is the frequency of one contact times the
+    step (eq. 9.3). If all RATIOS are stable, the result is infinite.
+    """
     if scheme.integrator == EULER and not scheme.implicit_damping:
         return 4.0 / (frequency_step**2 + 4.0 * damping_ratio * frequency_step)
     spring = ContactSpring(frequency_step**2, 2.0 * damping_ratio * frequency_step)

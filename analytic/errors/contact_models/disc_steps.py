@@ -1,5 +1,8 @@
-"""Errors of steps on a disc that rolls: schemes on its smooth equations, or Euler's steps of a disc
-with six coordinates on a contact that is a spring and damper, whose friction ends all slip."""
+"""Errors of steps on a disc that rolls.
+
+Two models are stepped: schemes on the disc's smooth equations; or semi-implicit Euler on a disc
+with six coordinates whose contact is a spring and damper with friction that ends all slip.
+"""
 
 from __future__ import annotations
 
@@ -14,78 +17,102 @@ from plumbob.analytic.systems.rolling_disc import RollingDisc, masses, moments
 from plumbob.analytic.theory import Predicted, StepErrors, SteppedErrors, apart
 
 ROLLS = SoftPoint(time_constant=0.0, ratio=np.inf, pyramidal=False)
-"""Stands for a contact of a spring and damper, with friction that ends a slip within its step."""
-RATE, DAMPING = 0.4, 0.3  # of its spring, per step, and its damping ratio
-FRICTION = 1.0  # of the models
-YIELDS = 9.999e-6  # friction's softness over the inverse mass, by impedance and impratio
-# Calibrated, of units in the last place, as of inputs, and a disc of a millionth of its radius:
-# half of what they allow is used (test_rolling_disc.py)
+"""Mark of a contact by spring and damper whose friction ends a slip within a step."""
+RATE = 0.4  # angular frequency of the spring times the step
+DAMPING = 0.3  # damping ratio of the contact
+FRICTION = 1.0  # coefficient of friction in the models
+YIELDS = 9.999e-6  # softness of friction over the inverse mass, by impedance and impratio
+# Multiple of the input uncertainty that rounding in steps may reach. Calibrated: half of it is used
+# (test_rolling_disc.py).
 ROUNDED = 20.0
 
 
-def turning(angles: Array) -> Array:
-    """Axes of the precession, the tilt and the spin, in columns, shape (3, 3)."""
-    (a, c) = np.cos(angles[:2])
-    (b, d) = np.sin(angles[:2])
-    return np.array([[0.0, a, b * d], [0.0, b, -a * d], [1.0, 0.0, c]])
+def rotation_axes(angles: Array) -> Array:
+    """Returns the axes of the precession, the tilt and the spin as columns, shape (3, 3)."""
+    (cos_precession, cos_tilt) = np.cos(angles[:2])
+    (sin_precession, sin_tilt) = np.sin(angles[:2])
+    precession = [0.0, 0.0, 1.0]
+    tilt = [cos_precession, sin_precession, 0.0]
+    spin = [sin_precession * sin_tilt, -cos_precession * sin_tilt, cos_tilt]
+    return np.array([precession, tilt, spin]).T
 
 
-def rolling(disc: RollingDisc, angles: Array, depth: float = 0.0) -> Array:
-    """Velocity of the disc where it touches, `depth` [m] below its middle's distance to the lowest
-    point, by the velocity of its middle and the rates of its angles, shape (3, 6)."""
-    axes = turning(angles)
+def contact_jacobian(disc: RollingDisc, angles: Array, depth: float = 0.0) -> Array:
+    """Returns the Jacobian of the contact point's velocity, shape (3, 6).
+
+    The contact point is on the disc, `depth` [m] below the disc's lowest point. The six columns
+    belong to the velocity of the disc's centre and to the rates of its `angles`.
+    """
+    axes = rotation_axes(angles)
     arm = np.cross(axes[:, 1], axes[:, 2]) * disc.radius - [0.0, 0.0, depth]
     return np.hstack([np.eye(3), np.cross(axes.T, arm).T])
 
 
-def stepped(disc: RollingDisc, step: float, marks: Array) -> Array:
-    """Angles and rates after the numbers of steps `marks`, shape (6, n), of a unit mass; empty
-    where the disc slips."""
+def stepped_states(disc: RollingDisc, step: float, marks: Array) -> Array:
+    """Returns angles and their rates after the numbers of steps `marks`, shape (6, n).
+
+    The disc has unit mass. `step` is in [s]. If the disc slips, the result is empty, shape (6, 0).
+    """
     start = disc.motion.system.start
-    square = disc.radius**2
-    spring = (RATE / step) ** 2
-    place = np.array(
-        [0, 0, disc.radius * np.sin(disc.tilt) - disc.gravity / spring, *start[:3]]
-    )
-    rates = np.array([*-rolling(disc, start[:3])[:, 3:] @ start[3:], *start[3:]])
-    states = [np.concatenate([place[3:], rates[3:]])]
-    mobility = np.eye(6)
+    height = disc.radius * np.sin(disc.tilt) - disc.gravity / (RATE / step) ** 2
+    position = np.array([0, 0, height, *start[:3]])
+    centre_velocity = -contact_jacobian(disc, start[:3])[:, 3:] @ start[3:]
+    rates = np.array([*centre_velocity, *start[3:]])
+    states = [start]
     for _ in range(int(marks[-1])):
-        angles = place[3:]
-        low = place[2] - disc.radius * np.sin(angles[1])
-        ends = rolling(disc, angles, low / 2.0)
-        mobility[3:, 3:] = np.linalg.inv(masses(0.0, angles)) / square
-        push = max(0.0, -spring * low - 2.0 * DAMPING * RATE / step * (ends @ rates)[2]) * step
-        turned = step * square * np.array(moments(0.0, 0.0, angles, rates[3:]))
-        impulses = np.array([0.0, 0.0, -disc.gravity * step, *turned]) + ends[2] * push
-        rates = rates + mobility @ impulses
-        held = np.linalg.solve(
-            ends[:2] @ mobility @ ends[:2].T + YIELDS * np.eye(2), -ends[:2] @ rates
-        )
-        if not np.hypot(*held) <= FRICTION * push:  # it slips
+        next_rates = _rates_after_contact(disc, step, position, rates)
+        if next_rates is None:
             return np.empty((6, 0))
-        rates = rates + mobility @ ends[:2].T @ held
-        place = place + step * rates
-        states.append(np.concatenate([place[3:], rates[3:]]))
+        rates = next_rates
+        position = position + step * rates
+        states.append(np.concatenate([position[3:], rates[3:]]))
     return np.asarray(np.array(states)[marks].T)
 
 
+def _rates_after_contact(
+    disc: RollingDisc, step: float, position: Array, rates: Array
+) -> Array | None:
+    """Returns the rates after the forces of a step; None if the disc slips.
+
+    `position` is the position of the disc's centre [m] and the angles, `rates` are their rates,
+    shape (6,) each.
+    """
+    square = disc.radius**2
+    angles = position[3:]
+    lowest = position[2] - disc.radius * np.sin(angles[1])
+    contact = contact_jacobian(disc, angles, lowest / 2.0)
+    tangents = contact[:2]
+    mobility = np.eye(6)
+    mobility[3:, 3:] = np.linalg.inv(masses(0.0, angles)) / square
+    spring = (RATE / step) ** 2
+    damper = 2.0 * DAMPING * RATE / step
+    normal_impulse = max(0.0, -spring * lowest - damper * (contact @ rates)[2]) * step
+    torques = step * square * np.array(moments(0.0, 0.0, angles, rates[3:]))
+    free_impulses = np.array([0.0, 0.0, -disc.gravity * step, *torques])
+    rates = rates + mobility @ (free_impulses + contact[2] * normal_impulse)
+    inverse_mass = tangents @ mobility @ tangents.T + YIELDS * np.eye(2)
+    friction_impulse = np.linalg.solve(inverse_mass, -tangents @ rates)
+    if not np.hypot(*friction_impulse) <= FRICTION * normal_impulse:
+        return None
+    return np.asarray(rates + mobility @ tangents.T @ friction_impulse)
+
+
 def disc_errors(disc: RollingDisc) -> StepErrors:
-    """The errors of steps on a disc; empty for schemes and contacts that are not stepped here."""
+    """Returns the errors of steps on a disc; empty for schemes and contacts unknown here."""
 
     def error(scheme: Scheme, step: float, times: Array) -> Predicted:
         if scheme.contact is None:
             return smooth_errors(disc.motion).at_step(scheme, step, times)
         if scheme.contact != ROLLS or scheme.integrator != EULER:
             return {}
-        states = stepped(disc, step, whole_steps(times, step))
+        states = stepped_states(disc, step, whole_steps(times, step))
         if not states.size:
             return {}
         exact = disc.motion.observe(times)
-        doubt = disc.motion.uncertainty(times)
-        return SteppedErrors(
-            apart(dict(zip(exact, states, strict=True)), exact),
-            {name: ROUNDED * (x + ULP * abs(exact[name])) for name, x in doubt.items()},
-        )
+        errors = apart(dict(zip(exact, states, strict=True)), exact)
+        uncertainty = {}
+        for name, doubt in disc.motion.uncertainty(times).items():
+            uncertainty[name] = ROUNDED * (doubt + ULP * abs(exact[name]))
+        return SteppedErrors(errors, uncertainty)
 
     return StepErrors(error)

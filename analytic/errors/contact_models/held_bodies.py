@@ -1,14 +1,16 @@
 """Errors of steps on bodies that are held: a stack, a body between two fingers, a cube on a slope.
 
-None, or depths and drifts of soft contacts; or friction ends the slip of a cube within its step.
+With hard contacts, a body at rest has no error. With soft contacts, the errors are the depth of
+each contact and the drift of friction. A cube that slides is stepped with friction that ends the
+slip within a step.
 """
 
 from __future__ import annotations
 
 import numpy as np
 
-from plumbob.analytic.errors.contact_models.soft_friction import STEPPED, Held, drifted
-from plumbob.analytic.errors.sliding_motion.sliding_errors import stepped
+from plumbob.analytic.errors.contact_models.soft_friction import STEPPED, Held, held_drift
+from plumbob.analytic.errors.sliding_motion.sliding_errors import stepped_motion
 from plumbob.analytic.errors.smooth_motion.scheme_steps import whole_steps
 from plumbob.analytic.numerics.arithmetic import ULP
 from plumbob.analytic.reference import Array
@@ -18,78 +20,98 @@ from plumbob.analytic.systems.pinch import Pinch
 from plumbob.analytic.systems.stack import Stack
 from plumbob.analytic.theory import Predicted, StepErrors, SteppedErrors, apart
 
-CORNERS = 4  # of a face that does not turn, which carry the same loads
-DEEPEST = 0.4  # chosen, of an edge: beyond a half, a contact pushes the cube through
+CORNERS = 4  # corners of a face, which carry equal loads because the face does not turn
+DEEPEST = 0.4  # chosen: largest depth over the edge; beyond 0.5 contacts push the cube through
 FINGERS = 2
-TIP = 0.2  # chosen: the radius of a fingertip over the cube's edge
+TIP = 0.2  # chosen: radius of a fingertip over the cube's edge
 
 
 def corners(stack: Stack) -> list[Held]:
-    """Loads on a corner of each cube's lower face, from the lowest to the top."""
-    below = np.concatenate([[0.0], 1.0 / stack.masses[:-1]])
-    weights = below + 1.0 / stack.masses
-    parts = stack.masses / CORNERS
+    """Returns one corner contact of each cube's lower face, from the lowest cube to the top."""
+    inverse_masses_below = np.concatenate([[0.0], 1.0 / stack.masses[:-1]])
+    weights = inverse_masses_below + 1.0 / stack.masses
+    masses = stack.masses / CORNERS
     loads = stack.normal_forces / CORNERS
-    return [
-        Held(float(load), 0.0, np.zeros(2), float(weight), float(part))
-        for load, weight, part in zip(loads, weights, parts, strict=True)
-    ]
+    contacts = []
+    for load, weight, mass in zip(loads, weights, masses, strict=True):
+        contacts.append(Held(float(load), 0.0, np.zeros(2), float(weight), float(mass)))
+    return contacts
 
 
 def stack_errors(stack: Stack) -> StepErrors:
-    """The errors of steps on a stack; empty for schemes that are not stepped here, and where a
-    contact is too deep to push the right way."""
+    """Returns the errors of steps on a stack.
+
+    The errors are empty for schemes that are not stepped here. They are empty, too, if a contact is
+    so deep that it would push the wrong way.
+    """
 
     def error(scheme: Scheme, step: float, times: Array) -> Predicted:
-        still = np.zeros(len(times))
+        zeros = np.zeros(len(times))
         if scheme.contact is None:
-            return {"top": still} if scheme.integrator == EULER else {}
-        depths = [held.depth(scheme.contact, step) for held in corners(stack)]
+            return {"top": zeros} if scheme.integrator == EULER else {}
+        depths = [contact.depth(scheme.contact, step) for contact in corners(stack)]
         if scheme.integrator not in STEPPED or max(depths) > DEEPEST * stack.size:
             return {}
-        deflected = {"top": still - sum(depths)}
-        return SteppedErrors(deflected, stack.uncertainty(times), lasting=deflected)
+        deflections = {"top": zeros - sum(depths)}
+        return SteppedErrors(deflections, stack.uncertainty(times), lasting=deflections)
 
     return StepErrors(error)
 
 
 def fingertip(pinch: Pinch) -> Held:
-    """The load on one of the fingers."""
-    weight = 1.0 / pinch.mass + 1.0 / pinch.finger_mass
-    pull = pinch.pull / FINGERS
-    part = pinch.mass / FINGERS
-    return Held(pinch.normal_force, pinch.friction, pull, weight, part)
+    """Returns the contact of one of the fingers."""
+    return Held(
+        load=pinch.normal_force,
+        friction=pinch.friction,
+        pull=pinch.pull / FINGERS,
+        weight=1.0 / pinch.mass + 1.0 / pinch.finger_mass,
+        mass=pinch.mass / FINGERS,
+    )
 
 
 def pinch_errors(pinch: Pinch) -> StepErrors:
-    """The errors of steps on a pinched body; empty for schemes that are not stepped here, and where
-    a friction pyramid does not hold it or a contact is too deep."""
+    """Returns the errors of steps on a pinched body.
+
+    The errors are empty for schemes that are not stepped here. They are empty, too, if the friction
+    pyramid does not hold the body, or if a contact is too deep.
+    """
 
     def error(scheme: Scheme, step: float, times: Array) -> Predicted:
-        held = fingertip(pinch)
-        still = pinch.observe(times)
+        contact = fingertip(pinch)
+        exact = pinch.observe(times)  # zeros: the body does not move
         if scheme.contact is None:
-            return still if scheme.integrator == EULER else {}
-        drift = drifted(scheme, held, step, whole_steps(times, step))
-        deep = held.depth(scheme.contact, step) > TIP * pinch.size
-        if deep or not len(drift) or drift[0].max() > pinch.size / 2.0:  # off the face
+            return exact if scheme.integrator == EULER else {}
+        drift = held_drift(scheme, contact, step, whole_steps(times, step))
+        too_deep = contact.depth(scheme.contact, step) > TIP * pinch.size
+        if too_deep or not len(drift):
             return {}
-        slipped = dict(zip(still, drift, strict=True))
-        return SteppedErrors(slipped, pinch.uncertainty(times), lasting=slipped)
+        if drift[0].max() > pinch.size / 2.0:  # the fingertip leaves the face
+            return {}
+        drifts = dict(zip(exact, drift, strict=True))
+        return SteppedErrors(drifts, pinch.uncertainty(times), lasting=drifts)
 
     return StepErrors(error)
 
 
 def corner(cube: Incline) -> Held:
-    """The load on one of the corners."""
+    """Returns the contact of one of the cube's lower corners."""
     pull = cube.pull * np.array([np.cos(cube.heading), np.sin(cube.heading)])
-    part = cube.mass / CORNERS
-    return Held(part * cube.press, cube.friction, part * pull, 1.0 / cube.mass, part)
+    mass = cube.mass / CORNERS
+    return Held(
+        load=mass * cube.press,
+        friction=cube.friction,
+        pull=mass * pull,
+        weight=1.0 / cube.mass,
+        mass=mass,
+    )
 
 
 def incline_errors(cube: Incline) -> StepErrors:
-    """The errors of steps on a cube; empty for schemes that are not stepped here, and of soft
-    contacts on a cube that slides, whose contacts chatter."""
+    """Returns the errors of steps on a cube on a slope.
+
+    The errors are empty for schemes that are not stepped here. They are empty, too, for a cube that
+    slides on soft contacts, because these contacts chatter.
+    """
 
     def error(scheme: Scheme, step: float, times: Array) -> Predicted:
         exact = cube.observe(times)
@@ -97,16 +119,16 @@ def incline_errors(cube: Incline) -> StepErrors:
         if scheme.contact is None and scheme.integrator == EULER:
             pulls = [cube.pull] * int(marks[-1])
             limit = cube.friction * cube.press
-            reached = stepped(scheme, step, cube.speed, pulls, limit)[:, marks]
-            rounded = ULP * (abs(cube.speed) + cube.gravity * times)
+            x, speed, _ = stepped_motion(scheme, step, cube.speed, pulls, limit)[:, marks]
+            rounding = ULP * (abs(cube.speed) + cube.gravity * times)
             return SteppedErrors(
-                apart(dict(zip(("x", "speed"), reached, strict=False)), exact),
-                {"x": rounded * (step + times), "speed": rounded},
+                apart({"x": x, "speed": speed}, exact),
+                {"x": rounding * (step + times), "speed": rounding},
             )
-        drift = drifted(scheme, corner(cube), step, marks)
+        drift = held_drift(scheme, corner(cube), step, marks)
         if cube.speed or not len(drift):
             return {}
-        slipped = dict(zip(exact, drift, strict=True))
-        return SteppedErrors(slipped, cube.uncertainty(times), lasting=slipped)
+        drifts = dict(zip(exact, drift, strict=True))
+        return SteppedErrors(drifts, cube.uncertainty(times), lasting=drifts)
 
     return StepErrors(error)

@@ -1,5 +1,8 @@
-"""Errors of Euler steps on a rod that strikes the floor: a spring and damper along the normal, with
-friction that ends a slip within its step, or impulses that are solved in turns."""
+"""Errors of Euler steps on a rod that strikes the floor.
+
+Two contacts are stepped: MuJoCo's spring and damper along the normal, with friction that ends a
+slip within its step; and pymunk's impulses, which are solved in turns.
+"""
 
 from __future__ import annotations
 
@@ -17,53 +20,73 @@ from plumbob.analytic.schemes import EULER, Scheme
 from plumbob.analytic.systems.rod_impact import RodImpact
 from plumbob.analytic.theory import Predicted, StepErrors, SteppedErrors, apart
 
-TIP = 1e-12  # of the length: radius of an end in pymunk, where contacts begin
-# calibrated: units in the last place that an impact makes of one; a fifth is used
-ROUNDED = 1e3
+TIP = 1e-12  # radius of a rod's end over its length in pymunk: contacts begin at this distance
+ROUNDED = 1e3  # calibrated: amplification of rounding by an impact; a fifth of it is used
 
 
-def stepped(rod: RodImpact, scheme: Scheme, step: float, marks: Array) -> Array:
-    """x, z and the angle after the numbers of steps `marks`, shape (3, n)."""
+def stepped_places(rod: RodImpact, scheme: Scheme, step: float, marks: Array) -> Array:
+    """Returns the place x, z of the rod's centre [m] and the rod's angle [rad] after the numbers of
+    steps `marks`, shape (3, n). A scheme that moves positions first is pymunk's, with pymunk's
+    contact; otherwise scheme and contact are MuJoCo's."""
     half = rod.length / 2.0
     first = scheme.position_first
+    contact_height = TIP * rod.length if first else 0.0
     mobility = np.diag([1.0, 1.0, 3.0 / half**2]) / rod.mass
     place = np.array([0.0, rod.height + half * np.sin(rod.angle), rod.angle])
     rates = np.array([rod.speed, 0.0, 0.0])
     places = [place]
     for _ in range(int(marks[-1])):
-        place = place + first * step * rates
-        low = place[1] - half * np.sin(place[2])
-        if low < first * TIP * rod.length:
-            under = place[1] - low if first else place[1] - low / 2.0  # MuJoCo: in the middle
-            ends = np.array([[1.0, 0.0, under], [0.0, 1.0, -half * np.cos(place[2])]])
-            contact_state = ends @ rates, ends @ mobility @ ends.T
-            if first:
-                pull = step * rod.gravity
-                impulses = hard_impulses(*contact_state, rod.friction, pull, rod.restitution)
-            else:
-                contact = soft_impact(rod.restitution, step)
-                push = contact.pressed(low, contact_state[0][1]) / rod.weights[2] * step
-                impulses = held_impulses(*contact_state, rod.friction, push)
-            rates = rates + mobility @ ends.T @ impulses
+        if first:
+            place = place + step * rates
+        lowest = place[1] - half * np.sin(place[2])
+        if lowest < contact_height:
+            # pymunk's contact is at the rod's end, MuJoCo's halfway between end and floor.
+            arm = place[1] - (lowest if first else lowest / 2.0)
+            jacobian = np.array([[1.0, 0.0, arm], [0.0, 1.0, -half * np.cos(place[2])]])
+            velocities = jacobian @ rates
+            weights = jacobian @ mobility @ jacobian.T
+            impulses = _impulses(rod, first, step, lowest, velocities, weights)
+            rates = rates + mobility @ jacobian.T @ impulses
         rates = rates - [0.0, step * rod.gravity, 0.0]
-        place = place + (not first) * step * rates
+        if not first:
+            place = place + step * rates
         places.append(place)
     return np.asarray(np.array(places)[marks].T)
 
 
+def _impulses(
+    rod: RodImpact, hard: bool, step: float, lowest: float, velocities: Array, weights: Array
+) -> Array:
+    """Returns the impulses [N s] of the floor on a rod's end, along the floor and normal to it.
+
+    The contact is pymunk's if it is `hard`, else MuJoCo's. The end is at the height `lowest` [m].
+    Its contact point has the `velocities` [m/s] and the inverse masses `weights` [1/kg].
+    """
+    if hard:
+        pull = step * rod.gravity
+        return hard_impulses(velocities, weights, rod.friction, pull, rod.restitution)
+    contact = soft_impact(rod.restitution, step)
+    acceleration = contact.contact_acceleration(lowest, velocities[1])
+    push = acceleration / rod.weights[2] * step
+    return held_impulses(velocities, weights, rod.friction, push)
+
+
 def rod_errors(rod: RodImpact) -> StepErrors:
-    """The errors of steps on a rod; empty for schemes that are not stepped here, friction that does
-    not end a slip within its step, and impulses kept from step to step, where a rod jams."""
+    """Returns the errors of steps on a rod.
+
+    The errors are empty for schemes that are not stepped here, and for friction that does not end a
+    slip within its step. They are empty, too, if pymunk's rod jams: pymunk then reuses the impulses
+    of the step before.
+    """
 
     def error(scheme: Scheme, step: float, times: Array) -> Predicted:
-        kept = scheme.position_first and rod.impact.jams
-        if scheme.integrator != EULER or scheme.contact is not None or kept:
+        reuses_impulses = scheme.position_first and rod.impact.jams
+        if scheme.integrator != EULER or scheme.contact is not None or reuses_impulses:
             return {}
         exact = rod.observe(times)
-        places = stepped(rod, scheme, step, whole_steps(times, step))
+        places = stepped_places(rod, scheme, step, whole_steps(times, step))
         errors = apart(dict(zip(exact, places, strict=True)), exact)
-        return SteppedErrors(
-            errors, {n: ROUNDED * ULP * (1 + abs(x)) for n, x in exact.items()}
-        )
+        uncertainty = {name: ROUNDED * ULP * (1 + abs(x)) for name, x in exact.items()}
+        return SteppedErrors(errors, uncertainty)
 
     return StepErrors(error)

@@ -1,10 +1,9 @@
-"""Sequential impulses: what a finite number of solver iterations leaves of a velocity, and the
-record by which an engine says how it models a capsule's supports.
+"""Sequential impulses: the residual of a velocity after a finite number of solver iterations.
 
 Solvers of this kind (Chipmunk, Box2D) go from joint to joint and correct velocities so that each
-joint in turn is satisfied: block Gauss-Seidel on the joint impulses. One iteration is linear while
-no friction limit is reached, so what it leaves of a velocity shrinks by the spectral radius of its
-matrix. What that adds to the exact motion, apart from the step's own error, is bounded in
+joint in turn is satisfied: block Gauss-Seidel on the joint impulses. As long as no friction limit
+is reached, one iteration is linear. The residual then shrinks by the spectral radius of the
+iteration's matrix. The error that the residual adds to the exact motion is bounded in
 `sequential_impulse_bounds`. Derivations: THEORY.md, section 10.
 """
 
@@ -22,51 +21,50 @@ from plumbob.analytic.numerics.arithmetic import ROUNDOFF
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.capsule import Capsule
 
-TARGET = 1e-5  # residual fraction of a velocity at the end of a step: a choice
-MOST_ITERATIONS = 5000  # in a step, which take half a millisecond: a choice
-# factor of a velocity that an iteration leaves unchanged, but for rounding
-LASTING = 1.0 - 1e-9
-ROUNDINGS = 8  # from positions to a velocity: calibrated, see THEORY.md, section 10
+TARGET = 1e-5  # chosen: residual fraction of a velocity at the end of a step
+MOST_ITERATIONS = 5000  # chosen: iterations in a step, which take half a millisecond
+LASTING = 1.0 - 1e-9  # convergence factor above which a velocity is not reduced at all
+ROUNDINGS = 8  # calibrated: roundings from a position to a velocity (THEORY.md, section 10)
 
 
 @dataclass(frozen=True)
 class SequentialImpulse:
-    """How an engine of sequential impulses models the capsule: all that theory needs to know of
-    it."""
+    """Model of the capsule in an engine of sequential impulses, as an adapter describes it."""
 
     model: Literal["feet", "pivots", "side"]
-    """Supports as small bodies with friction joints and pins; as friction joints on the body; or
-    two contacts, seen from the side."""
+    """Kind of the supports. Feet are small bodies with pins and friction joints. Pivots are
+    friction joints on the body. "side" is a view from the side, with two contacts."""
     step: float  # [s]
-    iterations: int  # of the solver in a step
-    reach: tuple[float, float]  # hindmost and foremost support along the line, from C [m]
+    iterations: int  # solver iterations in a step
+    reach: tuple[float, float]  # [m] hindmost and foremost support along the line, from C
     factor: float = 1.0  # largest convergence factor of an iteration while every support sticks
-    one_foot_factor: float = 1.0  # the same on a line while one foot sticks and the others slip
-    depth: float = 0.0  # overlap at which contacts act [m]
+    one_foot_factor: float = 1.0  # convergence factor on a line while only one foot sticks
+    depth: float = 0.0  # [m] overlap at which contacts act
 
     @property
     def residual(self) -> float:
-        """Fraction of a velocity that a step leaves while every support sticks."""
+        """Residual fraction of a velocity after a step in which every support sticks."""
         return self.factor**self.iterations
 
     @property
     def one_foot_residual(self) -> float:
-        """The same with one sticking foot: a bound for any number of them."""
+        """Bound on the residual fraction of a velocity for any number of sticking feet: the
+        fraction with one."""
         return float(max(self.one_foot_factor, self.factor) ** self.iterations)
 
 
 def convergence_factor(masses: Sequence[float], joints: Sequence[Array]) -> float:
-    """Spectral radius of one iteration while every joint sticks.
+    """Returns the spectral radius of one iteration while every joint sticks.
 
-    `masses` (or moments) belong to the velocities, shape (n,); each joint has the directions in
-    which it acts as rows, shape (k, n). An iteration is the product of the joints' projections,
-    I - M^-1 A_j^T (A_j M^-1 A_j^T)^-1 A_j.
+    `masses` (or moments) belong to the velocities, shape (n,). Each joint is a matrix of shape
+    (k, n) whose rows are the directions in which the joint acts. An iteration is the product of the
+    joints' projections, I - M^-1 A_j^T (A_j M^-1 A_j^T)^-1 A_j.
     """
-    return float(np.abs(np.linalg.eigvals(_iteration(masses, joints))).max())
+    return float(np.abs(np.linalg.eigvals(_iteration_matrix(masses, joints))).max())
 
 
-def _iteration(masses: Sequence[float], joints: Sequence[Array]) -> Array:
-    """The map of the velocities in one iteration, shape (n, n)."""
+def _iteration_matrix(masses: Sequence[float], joints: Sequence[Array]) -> Array:
+    """Returns the matrix of one iteration, which maps velocities to velocities, shape (n, n)."""
     inverse = np.diag(1.0 / np.asarray(masses))
     product = np.eye(len(masses))
     for joint in joints:
@@ -76,85 +74,99 @@ def _iteration(masses: Sequence[float], joints: Sequence[Array]) -> Array:
 
 
 def iterations_needed(factor: float, least: int) -> int:
-    """Iterations after which TARGET of a velocity is left when each leaves `factor` of it: `least`
-    or more, and MOST_ITERATIONS or fewer unless `least` is more."""
+    """Returns the number of iterations that reduce a velocity to the fraction TARGET.
+
+    Each iteration leaves the fraction `factor`. The result is at least `least`, and at most
+    MOST_ITERATIONS unless `least` is larger.
+    """
     if factor >= TARGET ** (1.0 / MOST_ITERATIONS):
         return max(least, MOST_ITERATIONS)
-    return max(least, math.ceil(math.log(TARGET) / math.log(max(factor, TARGET))))
+    needed = math.log(TARGET) / math.log(max(factor, TARGET))
+    return max(least, math.ceil(needed))
 
 
 def feet_factor(capsule: Capsule, foot_mass: float, slider: Array) -> float:
-    """Convergence factor of a body with the slider pinned at `slider` from C [m], shape (2,), on
-    three pinned feet of `foot_mass` [kg] that all stick.
+    """Returns the convergence factor of a body on three pinned feet that all stick.
 
-    Momentum goes from the slider to the ground through the feet, and in one iteration no more of it
-    than they can carry: light feet stop a heavy slider late.
+    The slider is pinned at `slider` from C [m], shape (2,). Each foot has `foot_mass` [kg].
+    Momentum goes from the slider to the ground through the feet, and light feet carry little of it
+    in one iteration: they stop a heavy slider late.
     """
-    corners = np.asarray(capsule.supports)
-    count = 11
+    supports = np.asarray(capsule.supports)
+    count = 11  # three velocities of the core, two of the slider, two of each foot
     core_mass = capsule.body_mass - 3 * foot_mass
-    core_centre = -foot_mass * corners.sum(axis=0) / core_mass
-    moment = float(
-        capsule.inertia
-        - core_mass * core_centre @ core_centre
-        - foot_mass * np.square(corners).sum()
-    )
-    pins = [_pin(count, corner - core_centre, 5 + 2 * i) for i, corner in enumerate(corners)]
-    sticking = [np.eye(count)[5 + 2 * i : 7 + 2 * i] for i in range(3)]
-    masses = [core_mass, core_mass, moment, *[capsule.slider_mass] * 2, *[foot_mass] * 6]
-    return convergence_factor(
-        masses, [_pin(count, np.asarray(slider) - core_centre, 3), *pins, *sticking]
-    )
+    core_centre = -foot_mass * supports.sum(axis=0) / core_mass
+    core_offset = core_mass * core_centre @ core_centre
+    core_inertia = float(capsule.inertia - core_offset - foot_mass * np.square(supports).sum())
+    slider_pin = _pin_jacobian(count, np.asarray(slider) - core_centre, 3)
+    foot_pins = []
+    sticking = []
+    for i, support in enumerate(supports):
+        foot_pins.append(_pin_jacobian(count, support - core_centre, 5 + 2 * i))
+        sticking.append(np.eye(count)[5 + 2 * i : 7 + 2 * i])
+    core = [core_mass, core_mass, core_inertia]
+    masses = [*core, *[capsule.slider_mass] * 2, *[foot_mass] * 6]
+    return convergence_factor(masses, [slider_pin, *foot_pins, *sticking])
 
 
 def slipping_feet_factor(capsule: Capsule, foot_mass: float, sticking: int) -> float:
-    """The same on a line, where all but so many feet slip."""
-    unit = np.eye(5)
+    """Returns the convergence factor of a body on three feet along a line, `sticking` of which
+    stick while the others slip."""
+    unit = np.eye(5)  # the body, the slider and three feet, one velocity each
     masses = [capsule.body_mass - 3 * foot_mass, capsule.slider_mass, *[foot_mass] * 3]
     pins = [unit[:1] - unit[i : i + 1] for i in range(1, 5)]
-    return convergence_factor(
-        masses, [*pins, *(unit[i : i + 1] for i in range(2, 2 + sticking))]
-    )
+    sticking_feet = [unit[i : i + 1] for i in range(2, 2 + sticking)]
+    return convergence_factor(masses, [*pins, *sticking_feet])
 
 
 def pivots_factor(capsule: Capsule, slider: Array) -> float:
-    """Convergence factor of a body with the slider pinned at `slider` from C [m], shape (2,), on
-    three friction joints of its own, in the slowest state that it can come to rest in.
+    """Returns the convergence factor of a body on three friction joints, in its slowest state.
 
-    A joint sticks; or its force is at the limit and turns, so that it stops motion across its arm
-    alone; or its force is practically fixed. Velocities that no joint stops are left out.
+    The slider is pinned at `slider` from C [m], shape (2,). Each joint is in one of three states:
+    it sticks; or its force is at the limit and turns, so that it stops only motion across its arm;
+    or its force is practically fixed. Velocities that no joint stops are left out.
     """
     states = []
-    for corner in capsule.supports:
-        sticking = _pin(5, np.asarray(corner))
-        turning = [np.asarray([corner]) @ sticking] if any(corner) else []
-        states.append([[sticking], [], *([joint] for joint in turning)])
+    for support in capsule.supports:
+        sticking = _pin_jacobian(5, np.asarray(support))
+        support_states = [[sticking], []]
+        if any(support):
+            support_states.append([np.asarray([support]) @ sticking])
+        states.append(support_states)
     masses = [*[capsule.body_mass] * 2, capsule.inertia, *[capsule.slider_mass] * 2]
-    pin = _pin(5, np.asarray(slider), 3)
-    left = [
-        np.abs(np.linalg.eigvals(_iteration(masses, [pin, *itertools.chain(*state)])))
-        for state in itertools.product(*states)
-    ]
-    return max(float(factors[factors < LASTING].max(initial=0.0)) for factors in left)
+    slider_pin = _pin_jacobian(5, np.asarray(slider), 3)
+    slowest = 0.0
+    for state in itertools.product(*states):
+        joints = [slider_pin, *itertools.chain(*state)]
+        factors = np.abs(np.linalg.eigvals(_iteration_matrix(masses, joints)))
+        slowest = max(slowest, float(factors[factors < LASTING].max(initial=0.0)))
+    return slowest
 
 
 def contacts_factor(
     capsule: Capsule, moment: float, reach: tuple[float, float], slider: float
 ) -> float:
-    """Convergence factor of a body seen from the side, with `moment` of inertia [kg m^2], on two
-    sticking contacts at `reach` along the line and with the slider at `slider`, from C [m]."""
+    """Returns the convergence factor of a body on two sticking contacts, seen from the side.
+
+    The body has the `moment` of inertia [kg m^2]. The contacts are at `reach` along the line, the
+    slider at `slider`, all from C [m].
+    """
     rows: list[Array] = []
     for place in reach:
-        contact = _pin(5, np.array([place, 0.0]))
+        contact = _pin_jacobian(5, np.array([place, 0.0]))
         rows += [contact[1:], contact[:1]]
     masses = [capsule.body_mass] * 2 + [moment] + [capsule.slider_mass] * 2
-    return convergence_factor(masses, [*rows, _pin(5, np.array([slider, 0.0]), 3)])
+    slider_pin = _pin_jacobian(5, np.array([slider, 0.0]), 3)
+    return convergence_factor(masses, [*rows, slider_pin])
 
 
-def _pin(count: int, arm: Array, other: int | None = None) -> Array:
-    """Velocity of a body at `arm` from its centre of mass [m], less that of the ground or of a part
-    that does not turn: of `count` velocities the body's are the first three and the part's two from
-    `other`."""
+def _pin_jacobian(count: int, arm: Array, other: int | None = None) -> Array:
+    """Returns the Jacobian of a pin on a body, shape (2, count).
+
+    It gives the body's velocity at `arm` from its centre of mass [m], less the velocity of the
+    ground or of another part. The body's velocities are the first three of `count`. The other part
+    does not turn: its two velocities begin at the index `other`; None stands for the ground.
+    """
     rows = np.zeros((2, count))
     rows[:, :3] = [[1.0, 0.0, -arm[1]], [0.0, 1.0, arm[0]]]
     if other is not None:
@@ -163,10 +175,11 @@ def _pin(count: int, arm: Array, other: int | None = None) -> Array:
 
 
 def opening_error(mass: float, length: float, closing: float, step: float) -> float:
-    """Error [N] of a joint's force by the rounding of its opening, for a `mass` [kg] at `length`
-    [m] and a joint that closes at the rate `closing` [1/s], in steps of `step` [s].
+    """Returns the error [N] of a joint's force by the rounding of the joint's opening.
 
-    The opening is a difference of positions near `length`, a few units in their last place; the
-    joint turns it into a velocity, and that into an impulse of one step.
+    The joint holds a `mass` [kg] at `length` [m] and closes its opening at the rate `closing`
+    [1/s], in steps of `step` [s]. The opening is a difference of positions near `length`, and is
+    rounded by a few units in their last place. The joint turns the opening into a velocity, and the
+    velocity into the impulse of one step.
     """
     return ROUNDINGS * ROUNDOFF * mass * length * closing / step

@@ -1,20 +1,21 @@
 """Model errors of sequential impulses on a motion of the capsule: bounds by reason.
 
-Theory steps the motion as such an engine does (errors.position_first), but for three things.
+Theory steps the motion as such an engine does (errors.position_first), but for three mechanisms.
 
-Solver iterations: where the slider or friction asks for another force than in the step before, the
-iterations of one step leave a fraction of the change of velocity. They leave the same at every
-foot, whatever its load, so when a sliding body comes to rest and is held from the other side its
-light feet reach their friction limits, and the fraction is bounded by the convergence factor with
-one sticking foot. The next steps remove it, as far as friction has something to spare; where it has
-nothing, more iterations hardly help; and while the body slides after one foot has begun to stick or
-to slip, the other feet are at their limits, and the residual persists until rest.
+Solver iterations. When the force of the slider or of friction changes, the iterations of one step
+leave a residual: a fraction of the change of velocity. The residual is equal at all feet, whatever
+their loads. When a sliding body comes to rest and friction reverses, light feet therefore reach
+their friction limits first. The fraction is bounded by the convergence factor with one sticking
+foot. The next steps remove the residual if friction is below its limit. If friction is at its
+limit, more iterations hardly help. If the body slides on after one foot has begun to stick or to
+slip, the other feet are at their limits, and the residual persists until rest.
 
-Straight steps: feet and body are separate and move straight in a step, not on circles, which gives
-them a moment of their own: a turn by an angle a in a step has a relative error of a^2 at most.
+Straight steps. Feet and body are separate and move along straight lines in a step, not on circles.
+If the body turns by an angle a in a step, the relative error of its rotation is a^2 at most.
 
-Rounding: a joint that closes its opening in one step turns the last bit of a position into a
-velocity, in each step again: positions make a random walk. Derivations: THEORY.md, section 10.
+Rounding. A joint that closes its opening in one step turns the last bit of a position into a
+velocity. This happens in each step, so that positions make a random walk. Derivations: THEORY.md,
+section 10.
 """
 
 from __future__ import annotations
@@ -32,7 +33,7 @@ from plumbob.analytic.errors.contact_models.model_error import (
     SampledMotion,
     by_observable,
     radius_of_gyration,
-    sampled,
+    sample_motion,
     support_arm,
 )
 from plumbob.analytic.errors.contact_models.sequential_impulse import (
@@ -43,164 +44,201 @@ from plumbob.analytic.numerics.arithmetic import ROUNDOFF
 from plumbob.analytic.systems.capsule import NORMAL_FORCES, steepest_load
 from plumbob.analytic.systems.capsule_setup import CapsuleProblem
 
-USED_UP = 0.02  # of friction to spare, below which iterations stall: calibrated
-STALLED = 1e-2  # fraction of a velocity left there, 7e-3 with 50 iterations: calibrated
-# Of the friction limit: what changes by more between samples does so at once. In each phase
-# friction is constant but for rounding; the slow return of repeated ones begins with 0.1.
+USED_UP = 0.02  # calibrated: spare fraction of the friction limit below which iterations stall
+STALLED = 1e-2  # calibrated: residual fraction of a velocity then; 7e-3 with 50 iterations
+# Friction that changes by more than this fraction of its limit between samples has jumped. In each
+# phase friction is constant but for rounding. The slow return of repeated manoeuvres begins with a
+# jump of 0.1.
 JUMP = 1e-3
-AT_SWITCH = 1e-9  # [s]: an event this near to a switch of the slider is caused by it
+AT_SWITCH = 1e-9  # [s] an event this close to a switch of the slider is caused by the switch
 
 
 @dataclass(frozen=True)
 class Demand:
-    """Demand on the solver: how often forces change at once, by how much per mass friction's does,
-    and the slider's while every foot sticks [m/s^2]; the fraction of friction to spare while it
-    holds or is overcome; and how long the body slides on the residual of a foot's change [s]."""
+    """Demand of a motion on the solver: sudden changes of forces."""
 
-    changes: int
-    jump: float
-    spare: float = 1.0
-    push: float = 0.0
-    sliding: float = 0.0
+    changes: int  # number of sudden changes
+    jump: float  # [m/s^2] largest change of friction per mass
+    spare: float = 1.0  # smallest relative distance of the push from the friction limit
+    push: float = 0.0  # [m/s^2] largest force of the slider per mass while every foot sticks
+    sliding: float = 0.0  # [s] time that the body slides with a residual from a foot's change
 
 
 def model_error(
     problem: CapsuleProblem, duration: float, solver: SequentialImpulse
 ) -> ModelError:
-    """{observable: {reason: bound}} over `duration` [s] of all mechanisms of the solver's model;
-    empty for bare pivots in the plane, whose friction is not Coulomb's."""
+    """Returns the bounds of a solver over `duration` [s]: {observable: {reason: bound}}.
+
+    They are empty for pivots in the plane, whose friction is not Coulomb's.
+    """
     kind = problem.motion.kind
-    motion = sampled(problem, duration)
+    motion = sample_motion(problem, duration)
     if solver.model == "pivots" and kind == "plane":
         return {}
-    bounds = {"rounding of positions": _rounding(motion, duration, solver)}
-    # Friction of pivots is Coulomb's where the body turns about C; elsewhere no bound is known.
+    bounds = {"rounding of positions": _rounding_bounds(motion, duration, solver)}
+    # Pivots have Coulomb friction only if the body turns about C. Otherwise no bound is known.
     if solver.model != "pivots" or kind == "coasting":
-        bounds["solver iterations"] = _iterations(problem, motion, duration, solver)
+        bounds["solver iterations"] = _iteration_bounds(problem, motion, duration, solver)
     if solver.model == "feet":
-        bounds["straight steps of feet"] = _straight_feet(motion, solver, kind == "coasting")
+        coasting = kind == "coasting"
+        bounds["straight steps of feet"] = _straight_feet_bounds(motion, solver, coasting)
     if solver.model == "side":
-        bounds["contact depth"] = _contact_depth(problem, motion, solver)
+        bounds["contact depth"] = _contact_depth_bounds(problem, motion, solver)
     return by_observable(bounds)
 
 
 def demand(problem: CapsuleProblem, motion: SampledMotion) -> Demand:
-    """The motion's demand on the solver."""
+    """Returns the demand of a motion on the solver."""
     capsule = motion.capsule
-    limit = _limit(problem)
+    limit = _friction_limit(problem)
     pushes = capsule.mass_ratio * np.abs(motion.push)
     if not motion.formula:
         single = problem.motion.single
-        times = np.clip(single.path.breakpoints, 0.0, None)
-        changes = motion.count * (len(single.events) + times.size)
-        sliding = motion.count * _sliding(single, times)
+        switches = np.clip(single.path.breakpoints, 0.0, None)
+        changes = motion.count * (len(single.events) + switches.size)
+        sliding = motion.count * _sliding_time(single, switches)
         return Demand(changes, limit, push=float(pushes.max()), sliding=sliding)
-    # A body that starts from rest slips from the second sample on.
+    # The first sample is left out: a body that starts from rest slips from the second sample on.
     jumps = np.abs(np.diff(motion.traction[:, 1:])).max(axis=0) * problem.setup.press
     sudden = int(np.count_nonzero(jumps > JUMP * limit))
+    slides_at_start = bool(motion.slips[:, 1].any())
     used = pushes[pushes > 0.0] / limit if limit else np.zeros(0)
-    # Friction limits of feet change as the slider goes.
-    moved = np.abs(motion.place - motion.place[0]).max() * steepest_load(capsule) / motion.mass
+    # The friction limits of the feet change as the slider moves.
+    travel = np.abs(motion.place - motion.place[0]).max()
+    load_change = travel * steepest_load(capsule) / motion.mass
     return Demand(
-        motion.count * (sudden + bool(motion.slips[:, 1].any())),
-        float(jumps.max() + capsule.friction * moved * bool(sudden)),
-        float(np.abs(1.0 - used).min(initial=1.0)),
+        changes=motion.count * (sudden + slides_at_start),
+        jump=float(jumps.max() + capsule.friction * load_change * bool(sudden)),
+        spare=float(np.abs(1.0 - used).min(initial=1.0)),
     )
 
 
-def _limit(problem: CapsuleProblem) -> float:
-    """Friction limit per mass, f g [m/s^2]."""
+def _friction_limit(problem: CapsuleProblem) -> float:
+    """Returns the friction limit per mass, f g [m/s^2]."""
     return problem.setup.capsule.friction * problem.setup.press
 
 
-def _sliding(single: Any, switches: Any) -> float:
-    """Time [s] from each event in which a foot sticks or slips, other than at a switch of the
-    slider, to the rest that follows; and the longest slide that a switch starts.
+def _sliding_time(single: Any, switches: Any) -> float:
+    """Returns the total time [s] that the body may slide with a residual of the solver.
 
-    A push that begins in the last half per cent of a step starts the body with the residual: of a
-    plan's some ninety pushes at most one or two do. Such a step demands a push of at most the
-    friction, or no foot would stick, and for friction too: the slide counts twice.
+    From each event in which a foot begins to stick or to slip, the time to the following rest is
+    added, unless a switch of the slider causes the event. The longest slide that a switch starts
+    from rest is added twice. A push starts the body with a residual only if it begins in the last
+    half per cent of a step: at most one or two of some ninety pushes of a plan do. In such a step
+    the push is at most the friction, because a foot sticks; push and friction each leave a
+    residual, hence twice.
     """
-    sliding = 0.0
+    total = 0.0
     longest = 0.0
-    resting = single.rest_time
-    modes_before = (None, *(event.mode for event in single.events[:-1]))
-    for event, before in zip(reversed(single.events), reversed(modes_before), strict=True):
+    rest_time = single.rest_time
+    modes_before = [None, *[event.mode for event in single.events[:-1]]]
+    for event, mode_before in zip(reversed(single.events), reversed(modes_before), strict=True):
         if event.mode == "rest":
-            resting = event.time
+            rest_time = event.time
         elif event.mode == "pivot" or np.abs(switches - event.time).min() > AT_SWITCH:
-            sliding += resting - event.time
-        elif before == "rest":
-            longest = max(longest, resting - event.time)
-    return float(sliding + 2.0 * longest)
+            total += rest_time - event.time
+        elif mode_before == "rest":
+            longest = max(longest, rest_time - event.time)
+    return float(total + 2.0 * longest)
 
 
-def _iterations(
+def _iteration_bounds(
     problem: CapsuleProblem, motion: SampledMotion, duration: float, solver: SequentialImpulse
 ) -> Bounds:
-    """A velocity left at each change decays under the friction to spare, or lasts to the end. A
-    switch inside a step changes the velocity in that step by a part, in the next by the rest: of
-    the slider's push, too, something is left for two steps."""
+    """Returns bounds on the error of unfinished solver iterations.
+
+    Each change of a force leaves a residual velocity. If friction has a reserve, the reserve stops
+    the residual; if not, the residual lasts to the end. A switch inside a step changes the velocity
+    by a part in that step and by the rest in the next: the push of the slider leaves a residual for
+    two steps.
+    """
     need = demand(problem, motion)
-    limit = _limit(problem)
     step = solver.step
     residual = solver.residual
     if solver.model != "side":
-        stalls = STALLED if need.spare < USED_UP else 0.0
-        residual = max(solver.one_foot_residual, stalls)
-    stopped = residual * need.jump * step
-    spare = need.spare * limit
-    left = stopped + solver.residual * need.push * step
-    lasting = min(stopped / spare, duration) if spare else duration * bool(stopped)
-    lasting += (2.0 if need.push else 1.0) * step
-    way = need.changes * left * lasting + stopped * need.sliding
+        stalled_residual = STALLED if need.spare < USED_UP else 0.0
+        residual = max(solver.one_foot_residual, stalled_residual)
+    friction_residual = residual * need.jump * step
+    velocity_residual = friction_residual + solver.residual * need.push * step
+    spare_friction = need.spare * _friction_limit(problem)
+    if spare_friction:
+        decay_time = min(friction_residual / spare_friction, duration)
+    else:
+        decay_time = duration * bool(friction_residual)
+    decay_time += (2.0 if need.push else 1.0) * step
+    distance = need.changes * velocity_residual * decay_time
+    distance += friction_residual * need.sliding
     # Iterations reduce the kinetic energy: a residual rate is a residual speed over the radius of
     # gyration, or over the supports' arm if that is shorter.
     capsule = motion.capsule
-    speed = 2.0 * left
+    speed = 2.0 * velocity_residual
     radius = min(support_arm(capsule), radius_of_gyration(capsule))
     error = BodyError(
-        way, speed, way / radius, speed / radius, speed * step, left, 2.0 * left / step
+        place=distance,
+        speed=speed,
+        angle=distance / radius,
+        rate=speed / radius,
+        slider_place=speed * step,
+        slider_rate=velocity_residual,
+        drive=2.0 * velocity_residual / step,
     )
     bounds = motion.bounds(error, step)
     if solver.model != "side":
         return bounds
-    # Its normal forces are the contacts' own impulses.
+    # Seen from the side, the normal forces are impulses of contacts, with a residual too.
     return {**bounds, **dict.fromkeys(NORMAL_FORCES, bounds["friction_force"])}
 
 
-def _rounding(motion: SampledMotion, duration: float, solver: SequentialImpulse) -> Bounds:
-    """See the module's text."""
+def _rounding_bounds(
+    motion: SampledMotion, duration: float, solver: SequentialImpulse
+) -> Bounds:
+    """Returns bounds on the error by rounding of positions (module docstring)."""
     arm = support_arm(motion.capsule)
     step = solver.step
-    gone = motion.way + float(np.abs(motion.place - motion.place[0]).max())
-    size = float(np.abs(motion.place[0])) + arm + gone
-    bit = ROUNDINGS * ROUNDOFF * size
-    way = bit * math.sqrt(duration / step)
-    speed = bit / step
-    loads = motion.mass * (1.0 + size / _base(solver)) * speed / step
-    error = BodyError(way, speed, way / arm, speed / arm, way, speed, 2.0 * speed / step)
+    travel = motion.path_length + float(np.abs(motion.place - motion.place[0]).max())
+    size = float(np.abs(motion.place[0])) + arm + travel
+    rounding = ROUNDINGS * ROUNDOFF * size
+    distance = rounding * math.sqrt(duration / step)
+    speed = rounding / step
+    loads = motion.mass * (1.0 + size / _support_distance(solver)) * speed / step
+    error = BodyError(
+        place=distance,
+        speed=speed,
+        angle=distance / arm,
+        rate=speed / arm,
+        slider_place=distance,
+        slider_rate=speed,
+        drive=2.0 * speed / step,
+    )
     return {**motion.bounds(error, step), **dict.fromkeys(NORMAL_FORCES, loads)}
 
 
-def _base(solver: SequentialImpulse) -> float:
-    """Distance of the hindmost and the foremost support along the line [m]."""
+def _support_distance(solver: SequentialImpulse) -> float:
+    """Returns the distance of the hindmost and the foremost support along the line [m]."""
     return solver.reach[1] - solver.reach[0]
 
 
-def _contact_depth(
+def _contact_depth_bounds(
     problem: CapsuleProblem, motion: SampledMotion, solver: SequentialImpulse
 ) -> Bounds:
-    """Friction acts below C by the overlap: its moment moves load from one foot to the other, and
-    the centre of pressure that the supports carry."""
+    """Returns bounds on the normal forces [N] from the overlap of the contacts.
+
+    Friction acts below C by the overlap. Its moment shifts load between the feet, and moves the
+    centre of pressure.
+    """
     capsule = motion.capsule
-    moment = _limit(problem) * motion.mass * solver.depth
-    moved = moment * steepest_load(capsule) / (capsule.slider_mass * capsule.gravity)
-    return dict.fromkeys(NORMAL_FORCES, moment / _base(solver) + moved)
+    moment = _friction_limit(problem) * motion.mass * solver.depth
+    pressure_shift = moment * steepest_load(capsule) / (capsule.slider_mass * capsule.gravity)
+    return dict.fromkeys(NORMAL_FORCES, moment / _support_distance(solver) + pressure_shift)
 
 
-def _straight_feet(motion: SampledMotion, solver: SequentialImpulse, coasting: bool) -> Bounds:
-    """A foot moves straight and not on a circle."""
+def _straight_feet_bounds(
+    motion: SampledMotion, solver: SequentialImpulse, coasting: bool
+) -> Bounds:
+    """Returns bounds on the error of feet that move straight in a step, not on a circle.
+
+    If the motion is `coasting`, the error of the rotation moves C as well.
+    """
     rates = np.abs(motion.rate)
     relative = float(rates.max() * solver.step) ** 2
     angle = relative * motion.count * float(np.trapezoid(rates, motion.times))

@@ -1,8 +1,8 @@
 """Errors of Euler steps on a ball that slides until it rolls.
 
-A step takes friction f g h from the speed, 7/2 of that from the slip, and in the step in which the
-slip would change its sign what ends it. So speeds are exact at the ends of steps but for that one
-step, and only the sum of the speeds, the place, is not.
+In a step h friction reduces the speed by f g h, and the slip by 7/2 of that. If the slip would
+change its sign, the step ends the slip instead. Speeds at the ends of steps are therefore exact,
+except in that one step. The position is not exact: it is the sum of the speeds.
 """
 
 from __future__ import annotations
@@ -18,8 +18,11 @@ from plumbob.analytic.theory import Predicted, StepErrors, SteppedErrors, apart
 
 
 def rolling_errors(ball: RollingBall) -> StepErrors:
-    """The errors of steps on a ball; empty for schemes that are not stepped here, and with rolling
-    friction, for which engines have other laws."""
+    """Returns the errors of steps on a ball.
+
+    The errors are empty for schemes that are not stepped here. They are empty for rolling friction,
+    too, for which engines have other laws.
+    """
 
     def error(scheme: Scheme, step: float, times: Array) -> Predicted:
         if scheme.integrator != EULER or ball.rolling_friction:
@@ -27,16 +30,16 @@ def rolling_errors(ball: RollingBall) -> StepErrors:
         marks = whole_steps(times, step)
         slip = ball.speed - ball.radius * ball.spin
         steps = np.arange(marks[-1] + 1)
-        lost = np.minimum(3.5 * ball.friction * ball.gravity * step * steps, abs(slip))
-        lost *= np.sign(slip)
-        speed = ball.speed - lost * 2.0 / 7.0
-        spin = ball.spin + lost * 5.0 / 7.0 / ball.radius
-        moved = speed[:-1] if scheme.position_first else speed[1:]
-        x = np.concatenate([[0.0], np.cumsum(step * moved)])
-        reached = {"x": x[marks], "speed": speed[marks], "spin": spin[marks]}
+        slip_loss = np.minimum(3.5 * ball.friction * ball.gravity * step * steps, abs(slip))
+        slip_loss *= np.sign(slip)
+        speed = ball.speed - slip_loss * 2.0 / 7.0
+        spin = ball.spin + slip_loss * 5.0 / 7.0 / ball.radius
+        step_speeds = speed[:-1] if scheme.position_first else speed[1:]
+        x = np.concatenate([[0.0], np.cumsum(step * step_speeds)])
+        stepped = {"x": x[marks], "speed": speed[marks], "spin": spin[marks]}
         doubt = ball.scale * ULP * np.ones(len(times))
         return SteppedErrors(
-            apart(reached, ball.observe(times)),
+            apart(stepped, ball.observe(times)),
             {"x": doubt * (step + times), "speed": doubt, "spin": doubt / ball.radius},
         )
 

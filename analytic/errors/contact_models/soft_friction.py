@@ -1,15 +1,17 @@
-"""Rest on soft contacts: depths under a load, and the drift of what friction holds.
+"""Rest on soft contacts: depth under a load, and drift under a force that friction holds.
 
-MuJoCo's regularised contact (its documentation, "Computation", constraint model) asks of each row
-of a contact, with impedance d, that the acceleration a along it and its force F satisfy
+A contact of MuJoCo (its documentation, "Computation", constraint model) has a row for each
+direction in which it acts. With the impedance d, the acceleration a along a row and the force F of
+the row satisfy
 
     a + R F = -b v - k d r,   R = (1 - d)/d w,   b = 2/(d_max T),   k = 1/(d_max T zeta)^2
 
-with w the inverse mass that acts there and r < 0 the depth. A row along the normal, at rest under
-N, is R N = k d |r| deep. One of friction has k = 0 and R/impratio, so that a force F which it holds
-drifts at v = R F/(impratio b). A pyramid has rows along its four edges, each with R_e = 2 mu^2
-(1 + mu^2) R/impratio: while all push, that is v = R_e F/(2 mu^2 b); above half of its friction one
-edge has let go, and v = R_e (3 F/mu - N)/(2 mu b); and it holds |F_1| + |F_2| <= mu N.
+with w the inverse mass that acts on the row and r < 0 the depth. Normal row: at rest under a load N
+its depth is given by R N = k d |r|. Friction row: it has k = 0 and the softness R/impratio. If it
+holds a force F, the contact drifts at v = R F/(impratio b). Pyramid: it has rows along its four
+edges, each with the softness R_e = 2 mu^2 (1 + mu^2) R/impratio. As long as all four push, the
+contact drifts at v = R_e F/(2 mu^2 b). If F exceeds half of the friction limit, one edge has let
+go, and v = R_e (3 F/mu - N)/(2 mu b). The pyramid holds up to |F_1| + |F_2| = mu N.
 """
 
 from __future__ import annotations
@@ -23,117 +25,144 @@ from plumbob.analytic.reference import Array
 from plumbob.analytic.schemes import EULER, RK4, Scheme, SoftPoint
 
 STEPPED = (EULER, RK4)
-GROWTH = (1 / 24, 1 / 6, 1 / 2, 1.0, 1.0)  # of RK4 in a step, as a polynomial
+GROWTH = (1 / 24, 1 / 6, 1 / 2, 1.0, 1.0)  # coefficients of RK4's growth factor, highest first
 
 
 def impedance(point: SoftPoint, depth: float) -> float:
-    """d at a `depth` [m]: two parabolas between its two values."""
-    part = min(depth / point.width, 1.0)
-    (least, most) = point.impedance
-    return least + (most - least) * (2 * part**2 if part < 0.5 else 1 - 2 * (1 - part) ** 2)
+    """Returns the impedance d at a `depth` [m]: two parabolas between the two values of `point`."""
+    fraction = min(depth / point.width, 1.0)
+    least, most = point.impedance
+    rise = 2 * fraction**2 if fraction < 0.5 else 1 - 2 * (1 - fraction) ** 2
+    return least + (most - least) * rise
 
 
 def rates(point: SoftPoint, step: float) -> tuple[float, float]:
-    """Stiffness k [1/s^2] and damping b [1/s] of a contact in steps of `step` [s]."""
+    """Returns the stiffness k [1/s^2] and damping b [1/s] of a contact in steps of `step` [s]."""
     most = point.impedance[1]
     time = max(point.time_constant, 2.0 * step)
     return 1.0 / (most * time * point.damping_ratio) ** 2, 2.0 / (most * time)
 
 
 def depth_under(point: SoftPoint, push: float, step: float) -> float:
-    """Depth [m] at which a row rests under a force over its inverse mass, `push` [m/s^2]."""
+    """Returns the depth [m] at which a soft contact is at rest under a load; `push` [m/s^2] is the
+    load times the inverse mass of the contact."""
+    if not push:
+        return 0.0
     stiffness, _ = rates(point, step)
+    least_impedance = point.impedance[0]
+    deepest = push / (
+        stiffness * least_impedance**2
+    )  # as if the impedance did not rise with depth
 
-    def excess(depth: float) -> float:
+    def excess_force(depth: float) -> float:
         d = impedance(point, depth)
         return stiffness * d**2 * depth - (1.0 - d) * push
 
-    least = point.impedance[0]
-    return (
-        float(brentq(excess, 0.0, push / (stiffness * least**2), xtol=1e-18)) if push else 0.0
-    )
+    return float(brentq(excess_force, 0.0, deepest, xtol=1e-18))
 
 
 @dataclass(frozen=True)
 class Held:
-    """A contact that carries `load` [N], with `friction`, and holds a `pull` along each of its
-    tangents [N], shape (2,), where `weight` [1/kg] is the inverse mass that acts there, and the
-    contact has a part `mass` [kg] of the body to itself."""
+    """A contact that carries a load and holds a tangential force by friction."""
 
-    load: float
-    friction: float
-    pull: Array
-    weight: float
-    mass: float
+    load: float  # [N] normal force
+    friction: float  # coefficient of friction
+    pull: Array  # [N] force along each of the two tangents, shape (2,)
+    weight: float  # [1/kg] inverse mass that acts on the contact
+    mass: float  # [kg] part of the body's mass that this contact holds
 
     def holds(self, point: SoftPoint) -> bool:
-        """Whether the force is within the cone, or the pyramid."""
-        pulled = np.abs(self.pull).sum() if point.pyramidal else np.hypot(*self.pull)
-        return bool(pulled <= self.friction * self.load)
+        """Returns whether the tangential force is within the friction cone or pyramid."""
+        force = np.abs(self.pull).sum() if point.pyramidal else np.hypot(*self.pull)
+        return bool(force <= self.friction * self.load)
 
-    def edged(self, point: SoftPoint) -> bool:
-        """Whether the contact is a pyramid; without friction it has the normal alone."""
+    def has_edges(self, point: SoftPoint) -> bool:
+        """Returns whether the contact has the rows of a pyramid's edges; without friction it has
+        only a normal row."""
         return point.pyramidal and self.friction > 0.0
 
-    def edge(self, point: SoftPoint) -> float:
-        """Softness of a pyramid's edge over that of a row."""
+    def edge_softness(self, point: SoftPoint) -> float:
+        """Returns the softness of a pyramid's edge over the softness of a normal row."""
         return 2.0 * self.friction**2 * (1.0 + self.friction**2) / point.ratio
 
     def depth(self, point: SoftPoint, step: float, lag: float = 0.0) -> float:
-        """Depth of the contact [m]; an edge carries a quarter of the load, or where one has let go,
-        half of what the ones along it leave: more while they lack the part `lag` of their slip."""
-        if not self.edged(point):
+        """Returns the depth of the contact [m].
+
+        An edge of a pyramid carries a quarter of the load. If one edge has let go, the two edges
+        across carry half of the load that the edge along the pull leaves. They carry more until the
+        drift is complete: `lag` is the part of the drift's speed that is still missing.
+        """
+        if not self.has_edges(point):
             return depth_under(point, self.load * self.weight, step)
         along = float(np.abs(self.pull).max()) / self.friction
-        even = along <= self.load / 2.0
-        across = self.load / 4.0 if even else (self.load - along) / 2.0
-        across += 0.0 if even else lag * (along - across) / 3.0
-        return depth_under(point, self.edge(point) * across * self.weight, step)
+        if along <= self.load / 2.0:
+            edge_load = self.load / 4.0
+        else:
+            final_load = (self.load - along) / 2.0
+            edge_load = final_load + lag * (along - final_load) / 3.0
+        return depth_under(point, self.edge_softness(point) * edge_load * self.weight, step)
 
     def drift(self, point: SoftPoint, step: float) -> tuple[Array, Array]:
-        """The speed along each tangent in the end [m/s], and the rate [1/s] at which what it lacks
-        of that falls off, shape (2,) each: with a force beta + alpha (b v + a), mass a = pull -
-        force."""
+        """Returns the final drift along each tangent [m/s] and the rate of approach [1/s].
+
+        Both have the shape (2,). The difference to the final drift decays at the rate of approach.
+        The contact's force is beta + alpha (b v + a), with mass a = pull - force.
+        """
         d = impedance(point, self.depth(point, step))
-        damping = rates(point, step)[1]
-        soft = (1.0 - d) / d * self.weight
+        _, damping = rates(point, step)
+        softness = (1.0 - d) / d * self.weight
         mu = self.friction
-        firm = np.full(2, point.ratio / soft)
-        base = np.zeros(2)
-        if self.edged(point):
-            edge = self.edge(point) * soft
-            gone = np.abs(self.pull) > mu * self.load / 2.0
-            firm = np.where(gone, 2.0 / 3.0, 2.0) * mu**2 / edge
-            base = np.where(gone, np.sign(self.pull) * mu * self.load / 3.0, 0.0)
-        return (self.pull - base) / (firm * damping), damping / (1.0 + self.mass / firm)
+        alpha = np.full(2, point.ratio / softness)
+        beta = np.zeros(2)
+        if self.has_edges(point):
+            edge_softness = self.edge_softness(point) * softness
+            edge_let_go = np.abs(self.pull) > mu * self.load / 2.0
+            alpha = np.where(edge_let_go, 2.0 / 3.0, 2.0) * mu**2 / edge_softness
+            beta = np.where(edge_let_go, np.sign(self.pull) * mu * self.load / 3.0, 0.0)
+        return (self.pull - beta) / (alpha * damping), damping / (1.0 + self.mass / alpha)
 
     def settling(self, point: SoftPoint, step: float) -> float:
-        """Part of the softness that is not there yet when the drift begins: where an edge has let
-        go, the depth and its impedance change as the slip grows; and an edge that has not yet let
-        go holds more of the body's acceleration."""
+        """Returns the relative change of the softness while the drift builds up.
+
+        If an edge has let go, the depth and its impedance change as the drift builds up. If the
+        edge has not yet let go at the start, it holds more of the body's acceleration until it
+        does.
+        """
         along = np.abs(self.pull).max()
-        half = self.friction * self.load / 2.0
-        if not self.edged(point) or along <= half:
+        half_limit = self.friction * self.load / 2.0
+        if not self.has_edges(point) or along <= half_limit:
             return 0.0
-        lag = rates(point, step)[1] / float(self.drift(point, step)[1].min()) - 1.0
-        first, last = (impedance(point, self.depth(point, step, x)) for x in (lag, 0.0))
-        late = lag if along * (1.0 - lag) <= half else 0.0
-        return late + abs((1.0 - first) / first / ((1.0 - last) / last) - 1.0)
+        _, damping = rates(point, step)
+        _, approach_rates = self.drift(point, step)
+        lag = damping / float(approach_rates.min()) - 1.0
+        first = impedance(point, self.depth(point, step, lag))
+        last = impedance(point, self.depth(point, step))
+        change = abs((1.0 - first) / first / ((1.0 - last) / last) - 1.0)
+        edge_holds_at_first = along * (1.0 - lag) <= half_limit
+        return lag + change if edge_holds_at_first else change
 
 
-def drifted(scheme: Scheme, held: Held, step: float, counts: Array) -> Array:
-    """Way [m] and speed [m/s] along the pull after the numbers of steps `counts`, shape (n,), of
-    what starts at rest: shape (2, n), the way first; empty where that is not known."""
+def held_drift(scheme: Scheme, held: Held, step: float, counts: Array) -> Array:
+    """Returns the drift [m] and its speed [m/s] along the pull, shape (2, n), of a body that starts
+    at rest, after the numbers of steps `counts`, shape (n,).
+
+    If friction does not hold the body, or the scheme or contact is not known, the result is empty,
+    shape (0, n).
+    """
     point = scheme.contact
     if point is None or scheme.integrator not in STEPPED or not held.holds(point):
         return np.empty((0, len(counts)))
-    speeds, falls = held.drift(point, step)
-    speeds = speeds[:, None]
-    fall = -step * falls
-    euler = scheme.integrator == EULER
-    growth = 1.0 + fall if euler else np.polyval(GROWTH, fall)
-    gained = growth if euler else (growth - 1.0) / fall
-    powers = growth[:, None] ** counts
-    ways = step * speeds * (counts - (gained / (1.0 - growth))[:, None] * (1.0 - powers))
-    along = held.pull / (np.hypot(*held.pull) or 1.0)
-    return np.asarray(along @ np.array([ways, speeds * (1.0 - powers)]))
+    final_speeds, approach_rates = held.drift(point, step)
+    decay = -step * approach_rates
+    if scheme.integrator == EULER:
+        factor = 1.0 + decay
+        mean_factor = factor
+    else:
+        factor = np.asarray(np.polyval(GROWTH, decay), dtype=np.float64)
+        mean_factor = (factor - 1.0) / decay
+    missing = factor[:, None] ** counts  # fraction of the final speed that is still missing
+    lost_steps = (mean_factor / (1.0 - factor))[:, None] * (1.0 - missing)
+    distances = step * final_speeds[:, None] * (counts - lost_steps)
+    speeds = final_speeds[:, None] * (1.0 - missing)
+    direction = held.pull / (np.hypot(*held.pull) or 1.0)
+    return np.asarray(direction @ np.array([distances, speeds]))

@@ -1,16 +1,18 @@
-"""Steps of a fixed size of a body on three Coulomb points with a prescribed slider.
+"""Fixed steps of a body on three Coulomb points with a prescribed slider.
 
-State: C at z on the ground, heading psi, their rates, the slider's place r and velocity v in the
-body, its acceleration w held over each step at the mean that brings v to where it should be. With
-p = e^(-i psi) z' and the point of the body at the combined centre moving at u = p + i omega mu r,
+The state is the position z of C on the ground, the heading psi, their rates, and the slider's
+position r and velocity v in the body. The slider's acceleration w is constant in a step, at the
+mean that brings v to its exact value. With p = e^(-i psi) z', the body's point at the combined
+centre of mass has the velocity u = p + i omega mu r, and
 
     u'     = -mu a,                       a = w + 2 i omega v - omega^2 r,     and friction:
     omega' = -mu M (r x a)/(J + mu M r^2),            (Chernousko 2020, eqs. 2-4 and 23)
 
-the rates in the axes that the body has at that moment. Semi-implicit Euler takes them at a step's
-start, and friction against the slip at its end; RK4 takes each stage's friction against the slip
-half a step after it: required to stop within half a step, it is stable, and less late. Normal
-forces are those of statics. Derived in THEORY.md, section 7.
+where rates are in the body's axes at that moment. Semi-implicit Euler takes these rates at the
+start of a step, and friction against the slip at its end. RK4 takes the friction of each stage
+against the slip half a step later. Friction that may stop a slip within half a step is stable, and
+less late than friction within a whole step. Normal forces are static. Derivation: THEORY.md,
+section 7.
 """
 
 from __future__ import annotations
@@ -26,7 +28,7 @@ import numpy as np
 from plumbob.analytic.errors.smooth_motion.scheme_steps import (
     Equations,
     Parts,
-    advance,
+    scheme_step,
     states_after,
 )
 from plumbob.analytic.reference import Array
@@ -41,13 +43,14 @@ from plumbob.analytic.systems.three_points.implicit_friction import (
     after_friction,
 )
 
-FRICTION_LEADS: Mapping[str, float] = MappingProxyType({EULER: 1.0, RK4: 0.5})  # of a step
+FRICTION_LEADS: Mapping[str, float] = MappingProxyType({EULER: 1.0, RK4: 0.5})
+"""Time [steps] by which the slip that friction opposes is later than the rates, by integrator."""
 COLUMNS = ("x", "y", "heading", "velocity_x", "velocity_y", "heading_rate")
 
 
 @dataclass(frozen=True, slots=True)
 class Body:
-    """The constants of a capsule as plain numbers, of which a step takes many."""
+    """The constants of a capsule as plain numbers, which are faster to read than arrays."""
 
     mass: float  # M + m [kg]
     mass_ratio: float
@@ -55,50 +58,61 @@ class Body:
     inertia: float  # J [kg m^2]
     supports: tuple[complex, ...]  # [m]
     limits: tuple[tuple[float, float, float], ...]
-    """f N_i with Q at C [N], and its change along x and y [N/m], of each support."""
+    """Friction limit f N_i of each support with the slider at C [N], and its change along x and y
+    [N/m]."""
 
     @classmethod
     def of(cls, capsule: Capsule) -> Body:
-        """Those of a capsule."""
+        """Returns the constants of a capsule."""
         equations = mechanics(capsule)
         limits = np.column_stack([equations.centre_limits, *equations.limit_slopes]).tolist()
         return cls(
-            equations.mass,
-            equations.mass_ratio,
-            equations.reduced_mass,
-            equations.body_inertia,
-            tuple(equations.supports.tolist()),
-            tuple(map(tuple, limits)),
+            mass=equations.mass,
+            mass_ratio=equations.mass_ratio,
+            reduced_mass=equations.reduced_mass,
+            inertia=equations.body_inertia,
+            supports=tuple(equations.supports.tolist()),
+            limits=tuple(map(tuple, limits)),
         )
 
-    def pulled(
+    def rates_with_friction(
         self, q: Parts, rates: Parts, w: complex, lead: float, near: Slip
     ) -> tuple[Parts, Slip]:
-        """Rates of change of z', omega and v, with friction against the slip at these rates a time
-        `lead` [s] later."""
-        (_, psi, r), (speed, omega, v) = q, rates
+        """Returns the rates of change of z', omega and v, and the slip that friction opposes.
+
+        The slip is a time `lead` [s] later. `q` is z, psi and r; `rates` is z', omega and v; `w` is
+        the slider's acceleration [m/s^2]. `near` is a slip from which the search starts.
+        """
+        _, psi, r = q
+        speed, omega, v = rates
         turn = exp(1j * psi)
         arm = self.mass_ratio * r
-        carried = w + 2j * omega * v - omega * omega * r
-        pushed = -self.mass_ratio * carried
-        spun = -self.reduced_mass * (r.conjugate() * carried).imag / self.inertia_with(r)
-        begun = speed / turn + 1j * omega * arm
-        free = (begun + lead * pushed, omega + lead * spun)
-        slip = self.after_friction(r, lead, free, near)
-        pushed = (slip[0] - begun) / lead
-        spun = (slip[1] - omega) / lead
-        return ((pushed - 1j * spun * arm) * turn, spun, w), slip
+        relative = w + 2j * omega * v - omega * omega * r  # acceleration of the slider
+        push = -self.mass_ratio * relative
+        spin = -self.reduced_mass * (r.conjugate() * relative).imag / self.inertia_with(r)
+        velocity = speed / turn + 1j * omega * arm
+        free_slip = (velocity + lead * push, omega + lead * spin)
+        slip = self.after_friction(r, lead, free_slip, near)
+        push = (slip[0] - velocity) / lead
+        spin = (slip[1] - omega) / lead
+        return ((push - 1j * spin * arm) * turn, spin, w), slip
 
     def inertia_with(self, r: complex) -> float:
-        """About the combined centre, with the slider at r [kg m^2]."""
+        """Returns the moment of inertia about the combined centre [kg m^2], the slider at r [m]."""
         return self.inertia + self.reduced_mass * abs(r) ** 2
 
     def after_friction(
         self, r: complex, lead: float, free: Slip, near: Slip, opened: complex = 0j
     ) -> Slip:
-        """The slip that friction for a time `lead` [s] makes of a `free` one; supports slip by
-        their place times `opened` [1/s], too."""
-        limits = [lead * max(c + r.real * a + r.imag * b, 0.0) for c, a, b in self.limits]
+        """Returns the slip after friction has acted for a time `lead` [s] on a `free` slip.
+
+        The slip of each support also has the part `opened` [1/s] times the support's position.
+        `near` is a slip from which the search starts.
+        """
+        limits = []
+        for central, along_x, along_y in self.limits:
+            limit = central + r.real * along_x + r.imag * along_y
+            limits.append(lead * max(limit, 0.0))
         if not any(limits):
             return free
         arms = [support - self.mass_ratio * r for support in self.supports]
@@ -107,12 +121,15 @@ class Body:
         return after_friction(problem, free, near)
 
 
-@lru_cache(maxsize=64)  # the same for all methods of one scheme, scene by scene
+@lru_cache(maxsize=64)  # all methods of one scheme share the result
 def trajectory(
     capsule: Capsule, path: SliderPath, start: Start, integrator: str, step: float, steps: int
 ) -> Array:
-    """COLUMNS at the start and after each of `steps` steps of `step` [s], shape (steps + 1, 6), in
-    the ground's axes; `integrator` is EULER or RK4."""
+    """Returns COLUMNS at the start and after each of `steps` steps of `step` [s].
+
+    The result has the shape (steps + 1, 6), in the axes of the ground. `integrator` is EULER or
+    RK4.
+    """
     body = Body.of(capsule)
     lead = FRICTION_LEADS[integrator] * step
     places, speeds, _ = path.kinematics(np.arange(steps + 1, dtype=np.float64) * step)
@@ -123,16 +140,17 @@ def trajectory(
 
     def acceleration(time: float, q: Parts, rates: Parts) -> Parts:
         nonlocal near
-        pulled, near = body.pulled(q, rates, pushes[round(time / step)], lead, near)
-        return pulled
+        push = pushes[round(time / step)]
+        accelerations, near = body.rates_with_friction(q, rates, push, lead, near)
+        return accelerations
 
-    take = advance(Scheme(integrator, "start"), Equations(acceleration, 3), step)
+    advance = scheme_step(Scheme(integrator, "start"), Equations(acceleration, 3), step)
     state = (0j, 0.0, complex(*places[0]), speed, omega, complex(*speeds[0]))
-    return columns_of(states_after(take, state, step, range(steps + 1)))
+    return columns_of_states(states_after(advance, state, step, range(steps + 1)))
 
 
-def columns_of(states: Sequence[Parts]) -> Array:
-    """COLUMNS of n states z, psi, r, z', omega, v, shape (n, 6)."""
+def columns_of_states(states: Sequence[Parts]) -> Array:
+    """Returns COLUMNS of n states (z, psi, r, z', omega, v), shape (n, 6)."""
     z, psi, _, speed, omega, _ = np.array(states).T
     columns = [z.real, z.imag, psi.real, speed.real, speed.imag, omega.real]
     return np.ascontiguousarray(np.transpose(columns))

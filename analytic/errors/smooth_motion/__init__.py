@@ -1,1 +1,1 @@
-"""Discretisation errors where nothing switches: power series in the step."""
+"""Discretisation errors of smooth motions: power series in the step."""

@@ -1,6 +1,7 @@
 """Errors of fixed steps on the rotation of a free rigid body (THEORY.md, 12).
 
-Every scheme here takes the angular velocity w to Psi(w), whatever the attitude q, and q to q g(w).
+Every scheme here takes the angular velocity w to Psi(w), which does not depend on the attitude q,
+and takes q to the product q g(w).
 """
 
 from __future__ import annotations
@@ -14,9 +15,9 @@ from plumbob.analytic.errors.smooth_motion.scheme_steps import (
     Advance,
     Equations,
     Parts,
-    advance,
+    scheme_step,
 )
-from plumbob.analytic.numerics.smooth.smooth_system import solved
+from plumbob.analytic.numerics.smooth.smooth_system import solve_linear
 from plumbob.analytic.schemes import (
     EULER,
     LEAPFROG,
@@ -33,97 +34,112 @@ from plumbob.analytic.systems.free_body.equations import (
     slope,
 )
 from plumbob.analytic.systems.free_body.problem import FreeBody
-from plumbob.analytic.systems.free_body.rotation import ATTITUDE, RATES, product
+from plumbob.analytic.systems.free_body.rotation import ATTITUDE, RATES, quaternion_product
 from plumbob.analytic.tableau import moved
 
 ORDERS: Mapping[str, range] = MappingProxyType(
     {EULER: range(1, 5), LINEARLY_IMPLICIT: range(1, 5), LEAPFROG: range(2, 10, 2)}
-    | {RK4_ADDED_RATES: range(2, 7)}  # five, since the second is zero
+    | {RK4_ADDED_RATES: range(2, 7)}  # five orders, because one of them is zero
     | {name: range(tableau.order, tableau.order + 4) for name, tableau in TABLEAUX.items()}
 )
-"""Of the errors of a scheme, that are followed."""
+"""Orders of the error that are computed, by integrator."""
 
 
-def stepped(body: FreeBody, scheme: Scheme, step: Any) -> Advance:
-    """The step of a scheme with ORDERS, of a time and the state, w and then q; but for TABLEAUX a
-    state may be w alone."""
-    of = factors(body)
+def rotation_step(body: FreeBody, scheme: Scheme, step: Any) -> Advance:
+    """Returns the step of a scheme of ORDERS on the rotation of a body.
+
+    A state is w [rad/s] and then q. A state may also be w alone, unless the scheme is one of
+    TABLEAUX.
+    """
+    ratios = factors(body)
     integrator = scheme.integrator
 
     def forces(time: Any, q: Parts, w: Parts) -> Parts:
         if integrator == LINEARLY_IMPLICIT:
-            return _implicit_slopes(of, w, step)
-        return acceleration(of, w)
+            return _implicit_slopes(ratios, w, step)
+        return acceleration(ratios, w)
 
-    if integrator in TABLEAUX:  # of w and q together: the turn is not of length 1
-        return lambda time, state: TABLEAUX[integrator].advanced(
-            lambda _, z: slope(of, z), state, step
-        )
+    if integrator in TABLEAUX:  # w and q are stepped together, and |q| does not stay 1
+        tableau = TABLEAUX[integrator]
+
+        def explicit_step(time: Any, state: Parts) -> Parts:
+            return tableau.advanced(lambda _, z: slope(ratios, z), state, step)
+
+        return explicit_step
     if integrator == RK4_ADDED_RATES:
-        # The stages' angular velocities are added as vectors, and turn the body at once, although
-        # each belongs to axes that have turned by then.
-        classical = advance(Scheme(RK4), Equations(forces, 3), step)
+        # This scheme adds the angular velocities of its stages as vectors and turns the body by the
+        # sum, although each stage belongs to axes that have turned meanwhile.
+        classical_step = scheme_step(Scheme(RK4), Equations(forces, 3), step)
 
-        def added(time: Any, state: Parts) -> Parts:
-            after = classical(time, [0.0, 0.0, 0.0, *state[:3]])
-            return [*after[3:], *_turned(state[3:], after[:3], 1.0)]
+        def added_rates_step(time: Any, state: Parts) -> Parts:
+            after = classical_step(time, [0.0, 0.0, 0.0, *state[:3]])
+            turn, rates = after[:3], after[3:]
+            return [*rates, *_rotated(state[3:], turn, 1.0)]
 
-        return added
-    plain = Scheme(EULER) if integrator == LINEARLY_IMPLICIT else scheme
-    turned = _turned_along_tangent if scheme.tangent_turn else _turned
-    take = advance(plain, Equations(forces, 3, None, turned), step)
+        return added_rates_step
+    base_scheme = Scheme(EULER) if integrator == LINEARLY_IMPLICIT else scheme
+    rotate = _rotated_along_tangent if scheme.tangent_turn else _rotated
+    base_step = scheme_step(base_scheme, Equations(forces, 3, None, rotate), step)
 
-    def advanced(time: Any, state: Parts) -> Parts:
-        after = take(time, [*state[3:], *state[:3]])
+    def reordered_step(time: Any, state: Parts) -> Parts:
+        after = base_step(time, [*state[3:], *state[:3]])
         return [*after[-3:], *after[:-3]]
 
-    return advanced
+    return reordered_step
 
 
-def _implicit_slopes(of: Parts, w: Parts, step: Any) -> Parts:
-    """k of (1 - h J) k = f(w), f Euler's equations and J their derivative."""
+def _implicit_slopes(ratios: Parts, w: Parts, step: Any) -> Parts:
+    """Returns k of the linear system (1 - h J) k = f(w), with Euler's equations f and their
+    Jacobian J."""
     rows: list[list[Any]] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]
-    for i, factor in enumerate(of):
-        rows[i][i - 2] = -step * factor * w[i - 1]
-        rows[i][i - 1] = -step * factor * w[i - 2]
-    return solved(rows, acceleration(of, w))
+    for i, ratio in enumerate(ratios):
+        rows[i][i - 2] = -step * ratio * w[i - 1]
+        rows[i][i - 1] = -step * ratio * w[i - 2]
+    return solve_linear(rows, acceleration(ratios, w))
 
 
-def _turned(q: Parts, w: Parts, step: Any) -> Parts:
-    """q exp(h w/2): series, the turn of first degree in its variable."""
+def _rotated(q: Parts, w: Parts, step: Any) -> Parts:
+    """Returns q exp(h w/2), for power series whose step h is of first degree in the variable."""
     if not len(q):
         return q
-    half = (0.0, *(step * x / 2 for x in w))
+    half = (0.0, *[step * x / 2 for x in w])
     total: Parts = (1.0, 0.0, 0.0, 0.0)
     term = total
     for k in range(1, len(half[1].terms)):
-        term = [x / k for x in product(term, half)]
+        term = [x / k for x in quaternion_product(term, half)]
         total = moved(total, term, 1.0)
-    return product(q, total)
+    return quaternion_product(q, total)
 
 
-def _turned_along_tangent(q: Parts, w: Parts, step: Any) -> Parts:
-    """q (1 + h w/2), of length 1: series, a turn by 2 atan(|w| h/2)."""
+def _rotated_along_tangent(q: Parts, w: Parts, step: Any) -> Parts:
+    """Returns q (1 + h w/2), normalised, for power series: a turn by the angle 2 atan(|w| h/2)."""
     if not len(q):
         return q
     half = [step * x / 2 for x in w]
     square = half[0] * half[0] + half[1] * half[1] + half[2] * half[2]
     total = term = 1.0 + 0.0 * square
-    for k in range(1, len(square.terms) // 2 + 1):  # terms of 1/sqrt(1 + square)
+    for k in range(1, len(square.terms) // 2 + 1):  # binomial series of 1/sqrt(1 + square)
         term = term * square * (0.5 / k - 1.0)
         total = total + term
-    return product(q, [total, *(total * x for x in half)])
+    return quaternion_product(q, [total, *(total * x for x in half)])
 
 
 def free_body_errors(body: FreeBody) -> ErrorSeries:
-    """The errors on one body's motion."""
+    """Returns the error theory of one body's rotation."""
 
-    def known(scheme: Scheme) -> tuple[Step, range] | None:
+    ratios = factors(body)
+    names = (*RATES, *ATTITUDE)
+
+    def step_and_orders(scheme: Scheme) -> tuple[Step, range] | None:
         if scheme.integrator not in ORDERS or scheme.position_first:
             return None
-        orders = ORDERS[scheme.integrator]
-        return lambda time, step, state: stepped(body, scheme, step)(time, state), orders
 
-    of = factors(body)
-    names = (*RATES, *ATTITUDE)
-    return ErrorSeries(free_rotation(body), names, lambda time, state: slope(of, state), known)
+        def step(time: Any, length: Any, state: Parts) -> Parts:
+            return rotation_step(body, scheme, length)(time, state)
+
+        return step, ORDERS[scheme.integrator]
+
+    def rates(time: Any, state: Parts) -> Parts:
+        return slope(ratios, state)
+
+    return ErrorSeries(free_rotation(body), names, rates, step_and_orders)

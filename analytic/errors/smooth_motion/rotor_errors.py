@@ -1,4 +1,4 @@
-"""Errors of fixed steps on the driven rotor, and what they do to its energy."""
+"""Errors of fixed steps on the driven rotor, and the drift of its energy."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ from typing import Any
 import numpy as np
 
 from plumbob.analytic.errors.smooth_motion.error_series import ErrorSeries, Step
-from plumbob.analytic.errors.smooth_motion.scheme_steps import advance, steps_until
+from plumbob.analytic.errors.smooth_motion.scheme_steps import scheme_step, steps_until
 from plumbob.analytic.errors.smooth_motion.stepped_rotor import (
-    equations_of,
-    in_series,
-    orbit,
-    orders,
-    simplest,
+    error_orders,
+    has_series,
+    rotor_equations,
+    simplest_scheme,
+    stepped_orbit,
 )
 from plumbob.analytic.numerics.arithmetic import ULP
 from plumbob.analytic.numerics.power_series import constant
@@ -34,16 +34,17 @@ from plumbob.analytic.systems.pendulums.rod_tension import RodMotion
 from plumbob.analytic.systems.simple_pendulum import SimplePendulum
 from plumbob.analytic.theory import Coefficients, SteppedErrors, apart
 
-SAMPLES = 65  # of a period, for the size of the errors there
-# of an energy error's size in a period: what collocation and round-off leave
-NEGLIGIBLE = 1e-10
+SAMPLES = 65  # samples in a period, among which the largest error is sought
+NEGLIGIBLE = 1e-10  # relative energy change in a period, below which it is numerical noise
 
 
 @dataclass(frozen=True, eq=False)
 class RotorErrors:
-    """The error expansions of the motion of `rotor` from `theta` [rad], `theta_dot` [rad/s], which
-    is `known` exactly or else integrated, and of the tension where that is a `RodMotion`; an
-    `ErrorTheory`."""
+    """The `ErrorTheory` of the motion of a `rotor` from `theta` [rad] and `theta_dot` [rad/s].
+
+    `known` is the exact motion; if it is None, the motion is integrated. If it is a `RodMotion`,
+    the errors include the rod's tension. `terms` is the number of terms in the series.
+    """
 
     rotor: DrivenRotor
     theta: float
@@ -58,111 +59,131 @@ class RotorErrors:
 
     @property
     def rod(self) -> SmoothSystem | None:
-        """The function that reads a rod's tension off the angle; None where there is no rod."""
+        """System whose readings give a rod's tension; None without a rod."""
         return self.known.system if isinstance(self.known, RodMotion) else None
 
     @cached_property
     def motion(self) -> SmoothMotion:
-        """The same, with its equation."""
+        """The exact motion with its equation."""
         system = smooth_system(self.rotor, self.theta, self.theta_dot)
         return rotor_motion(self.rotor, system, self.exact)
 
     @cached_property
     def _series(self) -> ErrorSeries:
-        free = equations_of(self.rotor, Scheme(EULER), 0.0)
+        """Error series of theta and theta_dot."""
+        equations = rotor_equations(self.rotor, Scheme(EULER), 0.0)
 
         def slope(time: Any, state: Any) -> tuple[Any, Any]:
-            return state[1], *free.acceleration(time, state[:1], state[1:])
+            return state[1], *equations.acceleration(time, state[:1], state[1:])
 
-        return ErrorSeries(self.motion, ANGLE, slope, self._stepped)
+        return ErrorSeries(self.motion, ANGLE, slope, self._step_and_orders)
 
-    def _stepped(self, scheme: Scheme) -> tuple[Step, range] | None:
-        if not in_series(scheme):
+    def _step_and_orders(self, scheme: Scheme) -> tuple[Step, range] | None:
+        """Returns the step of a scheme and the orders of its error; None without a series."""
+        if not has_series(scheme):
             return None
 
-        def step(times: Any, step: Any, state: Any) -> Any:
-            return advance(scheme, equations_of(self.rotor, scheme, step), step)(times, state)
+        def step(times: Any, length: Any, state: Any) -> Any:
+            equations = rotor_equations(self.rotor, scheme, length)
+            return scheme_step(scheme, equations, length)(times, state)
 
-        return step, orders(scheme, self.rotor, self.terms)
+        return step, error_orders(scheme, self.rotor, self.terms)
 
     def series(self, scheme: Scheme, times: Array) -> Coefficients:
-        """The first `terms` coefficients at `times` [s], shape (n,), see `ErrorSeries`; of the
-        tension [N] by its power series in those of theta and theta_dot."""
-        terms = self._series.series(simplest(scheme, self.rotor), times)
-        if self.rod is None or not terms:
-            return terms
+        """Returns the first `terms` coefficients of the error at `times` [s], see `ErrorSeries`.
+
+        The tension [N] is computed on the power series of theta and theta_dot.
+        """
+        coefficients = self._series.series(simplest_scheme(scheme, self.rotor), times)
+        if self.rod is None or not coefficients:
+            return coefficients
         observed = self.exact.observe(times)
-        state = {name: constant(observed[name], max(terms)) for name in ANGLE}
-        for power, coefficients in terms.items():
-            for name, part in state.items():
-                part.terms[power] = coefficients[name]
-        theta, theta_dot = state.values()
-        read = self.rod.readings(self.rod.values, (theta,), (theta_dot,)).items()
-        return {
-            power: {**errors, **{name: part.terms[power] for name, part in read}}
-            for power, errors in terms.items()
-        }
+        theta, theta_dot = (constant(observed[name], max(coefficients)) for name in ANGLE)
+        for power, errors in coefficients.items():
+            theta.terms[power] = errors["theta"]
+            theta_dot.terms[power] = errors["theta_dot"]
+        readings = self.rod.readings(self.rod.values, (theta,), (theta_dot,))
+        with_readings = {}
+        for power, errors in coefficients.items():
+            reading_errors = {name: part.terms[power] for name, part in readings.items()}
+            with_readings[power] = {**errors, **reading_errors}
+        return with_readings
 
     def at_step(self, scheme: Scheme, step: float, times: Array) -> SteppedErrors:
-        """The scheme stepped at `times` [s], shape (n,), less the exact motion: empty for more than
-        MOST_STEPS steps, for times that are no multiples of the step, and for an orbit that
-        diverges."""
+        """Returns the stepped motion less the exact motion at `times` [s], shape (n,).
+
+        The errors are empty for more than MOST_STEPS steps, for times that are no multiples of the
+        step, and for an orbit that diverges.
+        """
         marks = steps_until(times, step) if scheme.integrator in STEPPED else None
         if marks is None:
             return SteppedErrors({})
         exact = self.exact.observe(times)
         start = (self.theta, self.theta_dot)
         sizes = tuple(float(np.abs(exact[name]).max()) for name in ANGLE)
-        scheme = simplest(scheme, self.rotor)
-        states = orbit(self.rotor, start, scheme, step, marks.tobytes(), sizes)
+        scheme = simplest_scheme(scheme, self.rotor)
+        states = stepped_orbit(self.rotor, start, scheme, step, marks.tobytes(), sizes)
         if states is None:
             return SteppedErrors({})
         stepped = dict(zip(ANGLE, states, strict=False))
         if self.rod is not None:
-            p, (x, v, *joint) = self.rod.values, states
-            stepped |= self.rod.readings(p, (x,), (v,))
-            if joint:
-                stepped["tension"] = p.mass * p.length * joint[-1]
-        doubts = {
-            name: np.abs(x.imag) / TINY + ULP * (1.0 + np.abs(x.real))
-            for name, x in stepped.items()
-        }
+            stepped |= self._tension(states)
+        values = {name: x.real for name, x in stepped.items()}
+        doubts = {}
+        for name, x in stepped.items():
+            doubts[name] = np.abs(x.imag) / TINY + ULP * (1.0 + np.abs(x.real))
         if self.rod is not None:
-            of_rod = self.rod.doubts(states[:2].real, np.zeros((2, len(times))))
-            doubts["tension"] += of_rod["tension"]
+            rod_doubts = self.rod.doubts(states[:2].real, np.zeros((2, len(times))))
+            doubts["tension"] += rod_doubts["tension"]
         if not np.isfinite([*doubts.values()]).all():
             return SteppedErrors({})
-        return SteppedErrors(apart({n: x.real for n, x in stepped.items()}, exact), doubts)
+        return SteppedErrors(apart(values, exact), doubts)
+
+    def _tension(self, states: Any) -> Mapping[str, Any]:
+        """Returns the rod's tension [N] in stepped states, shape (d, n), by name.
+
+        If a joint holds the bob, the last number of a state is the joint's pull.
+        """
+        assert self.rod is not None
+        parameters = self.rod.values
+        theta, theta_dot, *joint = states
+        if joint:
+            return {"tension": parameters.mass * parameters.length * joint[-1]}
+        return self.rod.readings(parameters, (theta,), (theta_dot,))
 
     def energy_drift_rate(self, period: float, scheme: Scheme) -> Mapping[int, float]:
-        """Coefficients D_p of the mean rate sum_p D_p step^p at which `scheme` changes the energy
-        per moment of inertia [rad^2/s^3 over s^p] on an undamped motion of `period` [s], up to
-        twice the scheme's order: that of its error after a period. Zero where nothing drifts, empty
-        without a series. Raises ParameterError."""
+        """Returns the coefficients D_p of the mean energy drift sum_p D_p step^p, as {p: D_p}.
+
+        The energy is per moment of inertia; D_p is in rad^2/s^3 over s^p. The motion is undamped,
+        with the `period` [s]. The drift follows from the error after one period. Powers p go up to
+        twice the order of the scheme. Without drift the coefficients are zero; without a series the
+        result is empty. Raises ParameterError for a rotor with damping or forcing.
+        """
         if not self.rotor.conservative:
             raise ParameterError("rotor", self.rotor, "without damping and forcing")
         times = np.linspace(0.0, period, SAMPLES)
-        theta_dot = self.theta_dot
-        pull = self.rotor.acceleration(0.0, self.theta, theta_dot)
+        rate = self.theta_dot
+        pull = self.rotor.acceleration(0.0, self.theta, rate)
         fastest = np.abs(self.exact.observe(times)["theta_dot"]).max()
-        rates = {}
+        drift_rates = {}
         for power, error in self.series(scheme, times).items():
-            gained = float(theta_dot * error["theta_dot"][-1] - pull * error["theta"][-1])
+            if power >= 2 * (scheme.order or 0):
+                continue
+            gain = float(rate * error["theta_dot"][-1] - pull * error["theta"][-1])
             size = np.abs(error["theta_dot"]).max() + fastest * (math.tau / period) ** power
-            if power < 2 * (scheme.order or 0):
-                rates[power] = (
-                    gained / period if abs(gained) > NEGLIGIBLE * fastest * size else 0.0
-                )
-        return rates
+            drifts = abs(gain) > NEGLIGIBLE * fastest * size
+            drift_rates[power] = gain / period if drifts else 0.0
+        return drift_rates
 
 
 def pendulum_errors(motion: PendulumMotion) -> RotorErrors:
-    """The theory of an undamped pendulum's `motion`."""
+    """Returns the error theory of an undamped pendulum's `motion`."""
     theta, theta_dot = motion.closed_form.state(np.zeros(1))
     return RotorErrors(motion.rotor, float(theta[0]), float(theta_dot[0]), motion)
 
 
 def simple_pendulum_errors(pendulum: SimplePendulum) -> RotorErrors:
-    """The theory of a simple pendulum, with its rod's tension, or of its linear companion."""
+    """Returns the theory that predicts the errors of methods on a simple or a linear pendulum. It
+    includes the errors of the rod's tension if the pendulum's motion has a tension."""
     start = pendulum.started
     return RotorErrors(pendulum.rotor, start.theta, start.theta_dot, pendulum.motion)

@@ -1,4 +1,4 @@
-"""Errors of fixed steps on any smooth system: the scheme stepped, less the certified motion."""
+"""Errors of fixed steps on any smooth system: the stepped motion less the certified motion."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from plumbob.analytic.errors.smooth_motion.scheme_steps import (
     Advance,
     Equations,
     Parts,
-    advance,
+    scheme_step,
     states_after,
     steps_until,
 )
@@ -23,9 +23,9 @@ from plumbob.analytic.schemes import EULER, STEPPED, Scheme, SoftLoop
 from plumbob.analytic.systems.servo import Servo
 from plumbob.analytic.theory import StepErrors, apart
 
-MOST_STEPS = 200_000  # of a run: some ten seconds
+MOST_STEPS = 200_000  # steps in a run, which take some ten seconds
 Implicit = Callable[[Scheme, Parts], tuple[float, float]]
-"""A scheme and a state -> damping [1/s] and stiffness [1/s^2]."""
+"""Function from a scheme and a state to implicit damping [1/s] and stiffness [1/s^2]."""
 
 
 def smooth_errors(
@@ -33,26 +33,27 @@ def smooth_errors(
     soft: Callable[[SoftLoop, float], SmoothSystem] | None = None,
     implicit: Implicit | None = None,
 ) -> StepErrors:
-    """The errors of semi-implicit Euler, leapfrog and the TABLEAUX on `motion`, or with a loop that
-    is closed softly, of which `soft` gives the equations at a step [s], or with what is `implicit`
-    of one coordinate; empty for others, for other damping or springs that act on the state after a
-    step, for more than MOST_STEPS steps, for times that are no multiples of the step, and where the
-    steps diverge."""
+    """Returns the errors of the schemes of STEPPED on `motion`.
+
+    `soft` gives the equations of a softly closed loop at a step [s]. `implicit` gives the damping
+    and stiffness of one coordinate that act on the state after a step. The errors are empty for
+    other schemes, for other implicit damping or springs, for more than MOST_STEPS steps, for times
+    that are no multiples of the step, and if the steps diverge.
+    """
 
     def error(scheme: Scheme, step: float, times: Array) -> Signals:
         marks = steps_until(times, step, MOST_STEPS)
         system = motion.system
         if scheme.loop is not None and soft is not None:
             system = soft(scheme.loop, step)
-        take = advance_of(scheme, system, step, implicit)
-        if take is None or marks is None:
+        advance = system_step(scheme, system, step, implicit)
+        if advance is None or marks is None:
             return {}
+        start = system.start.tolist()
         try:
-            with np.errstate(all="ignore"):  # of steps that diverge
-                states: Array = np.array(
-                    states_after(take, system.start.tolist(), step, marks.tolist())
-                )
-        except (ArithmeticError, ValueError):  # math and numbers, of infinity
+            with np.errstate(all="ignore"):  # diverging steps overflow
+                states: Array = np.array(states_after(advance, start, step, marks.tolist()))
+        except (ArithmeticError, ValueError):  # plain numbers raise if the steps diverge
             return {}
         if not np.isfinite(states).all():
             return {}
@@ -61,21 +62,26 @@ def smooth_errors(
     return StepErrors(error)
 
 
-def advance_of(
+def system_step(
     scheme: Scheme, system: SmoothSystem, step: Any, implicit: Implicit | None = None
 ) -> Advance | None:
-    """The step of `scheme` on `system`, of a number or an array of sizes [s]; None for others, and
-    where a part of the forces is implicit of which nothing is known."""
+    """Returns the step of `scheme` on `system`; `step` is a size [s] or an array of sizes.
+
+    Returns None for schemes that are not stepped here, and if the scheme treats a part of the
+    forces implicitly that `implicit` does not give.
+    """
     values = system.values
-    at_end = None
+    implicit_at_end = None
     if implicit is not None and scheme.integrator == EULER:
-        at_end = partial(implicit, scheme)
+        implicit_at_end = partial(implicit, scheme)
     damped = scheme.implicit_damping > 0.0 and system.damped
     jointed = scheme.joint_closing_rate is not None or scheme.control == "mean"
-    unknown = at_end is None and (scheme.implicit_spring or damped)
+    unknown = implicit_at_end is None and (scheme.implicit_spring or damped)
     if scheme.integrator not in STEPPED or jointed or unknown:
         return None
-    equations = Equations(
-        lambda time, q, v: system.acceleration(time, q, v, values), len(system.rates), at_end
-    )
-    return advance(scheme, equations, step)
+
+    def acceleration(time: Any, q: Parts, v: Parts) -> Parts:
+        return system.acceleration(time, q, v, values)
+
+    equations = Equations(acceleration, len(system.rates), implicit_at_end)
+    return scheme_step(scheme, equations, step)

@@ -1,7 +1,8 @@
-"""How long a method stays right on any motion whose error has a series in the step (THEORY.md, 13).
+"""Long-run growth of a method's error on a motion whose error has a series in the step.
 
-The series is followed until the error is large, and carried on as it grew: exponentially where the
-motion itself parts neighbours, by the time and its square elsewhere, not at all where it dies.
+The series is evaluated until the error is large. After that time the error is extrapolated. On a
+chaotic motion it grows exponentially, on other motions with the time and its square. If the error
+dies away, it is not extrapolated. Derivation: THEORY.md, section 13.
 """
 
 from __future__ import annotations
@@ -15,17 +16,18 @@ from plumbob.analytic.reference import Array
 from plumbob.analytic.stability import LEVELS, Growth, LongRun
 from plumbob.analytic.theory import Coefficients
 
-FIRST, LONGEST = 30, 300  # fastest periods that a series is followed for, at first and at most
-MORE = 2.0  # times as long, the next time
-KNOWN = 23.0  # e-folds, after which 10^-10 of an orbit is as large as the orbit
-SAMPLES = 48  # of a fastest period
-BEGUN = 8.0  # part of a run from which on the envelope of its errors is fitted
-# Calibrated (test_long_runs.py: damped, forced and rotating motions): of the largest error so far,
-# that of the last quarter where it dies, and that of the first half where it grows no more.
+FIRST, LONGEST = 30, 300  # fastest periods in the first evaluation, and in the longest
+MORE = 2.0  # factor from one evaluation's duration to the next
+KNOWN = 23.0  # e-folds: an uncertainty of 1e-10 has grown to the size of the orbit
+SAMPLES = 48  # samples in a fastest period
+BEGUN = 8.0  # the envelope is fitted from this part of the run on: one eighth
+# An error dies away if its last quarter stays below the fraction DIES of its largest value. It is
+# constant if its first half reaches more than the fraction STAYS of its largest value. Both are
+# calibrated on damped, forced and rotating motions (test_long_runs.py).
 DIES, STAYS = 0.5, 0.85
 
 
-def followed(
+def long_run_by_series(
     series: Callable[[Array], Coefficients],
     scales: Mapping[str, float],
     step: float,
@@ -33,73 +35,84 @@ def followed(
     lasts: float = math.inf,
     exponent: float = 0.0,
 ) -> LongRun | None:
-    """The growth of the error of a scheme with a `series` at times [s], at a `step` [s] and over
-    these `scales`, on a motion of a `fastest` period [s] that `lasts` so long [s] and parts
-    neighbours at the rate `exponent` [1/s]; None without a series."""
+    """Returns the long-run growth of a scheme's error; None if the scheme has no series.
+
+    `series` gives the coefficients of the error at times [s]. `scales` are the units of the
+    observables in which the error is measured. `fastest` is the motion's shortest period [s].
+    `lasts` is the time [s] after which a damped motion is at rest. `exponent` [1/s] is the rate at
+    which neighbours of a chaotic motion separate; 0 for other motions.
+    """
     longest = min(lasts, LONGEST * fastest)
-    enough = LEVELS[1] if math.isinf(lasts) else math.inf
+    largest_needed = LEVELS[1] if math.isinf(lasts) else math.inf
     if exponent:
         longest = min(longest, KNOWN / exponent)
-        enough = LEVELS[-1]
+        largest_needed = LEVELS[-1]
     until = min(FIRST * fastest, longest)
     while True:
         times = np.linspace(0.0, until, math.ceil(SAMPLES * until / fastest) + 1)
         terms = series(times)
         if not terms:
             return None
-        size = np.zeros_like(times)
+        relative_error = np.zeros_like(times)
         for name, scale in scales.items():
             error = sum(step**order * errors[name] for order, errors in terms.items())
-            size = np.maximum(size, np.abs(error) / scale)
-        if size.max() > enough or until >= longest:
-            return _carried_on(times, size, exponent)
+            relative_error = np.maximum(relative_error, np.abs(error) / scale)
+        if relative_error.max() > largest_needed or until >= longest:
+            return _extrapolated_run(times, relative_error, exponent)
         until = min(MORE * until, longest)
 
 
-def _carried_on(times: Array, size: Array, exponent: float) -> LongRun:
-    """The growth of the largest errors, shape (n,), at `times` [s], shape (n,)."""
+def _extrapolated_run(times: Array, relative_error: Array, exponent: float) -> LongRun:
+    """Returns the kind and rate of growth of an error, and the times at which it reaches LEVELS.
+
+    `relative_error` is the error over its scale at `times` [s], both of shape (n,). `exponent`
+    [1/s] is the rate of a chaotic motion, else 0.
+    """
+    count = len(relative_error)
     until = float(times[-1])
-    half = float(size[: len(size) // 2].max())
-    largest = float(size.max())
-    last = float(size[3 * len(size) // 4 :].max())
-    offset, linear, quadratic = _envelope(times, size)
+    largest = float(relative_error.max())
+    largest_in_first_half = float(relative_error[: count // 2].max())
+    largest_in_last_quarter = float(relative_error[3 * count // 4 :].max())
+    offset, linear, quadratic = _envelope(times, relative_error)
     growth: Growth = "linear" if linear > quadratic * until else "quadratic"
     rate = linear if growth == "linear" else quadratic
     if exponent:
         growth, rate = "exponential", exponent
-    elif last < DIES * largest:
+    elif largest_in_last_quarter < DIES * largest:
         growth, rate = "decaying", 0.0
-    elif half > STAYS * largest:
+    elif largest_in_first_half > STAYS * largest:
         growth, rate = "constant", 0.0
 
-    def reached(level: float) -> float:
-        above = np.flatnonzero(size >= level)
+    def time_of_level(level: float) -> float:
+        above = np.flatnonzero(relative_error >= level)
         if above.size:
             return float(times[above[0]])
         if not rate:
             return math.inf
         if exponent:
-            return until + math.log(level / last) / rate
+            return until + math.log(level / largest_in_last_quarter) / rate
         rise = level - offset
         return 2.0 * rise / (linear + math.sqrt(linear**2 + 4.0 * quadratic * rise))
 
-    return LongRun(growth, rate, 0.0, {level: reached(level) for level in LEVELS})
+    return LongRun(growth, rate, 0.0, {level: time_of_level(level) for level in LEVELS})
 
 
-def _envelope(times: Array, size: Array) -> tuple[float, float, float]:
-    """c, a and b of c + a t + b t^2 next to the largest errors up to each of `times` [s], a and b
-    not negative; b is zero where those leave a straight line by no more than they jump."""
+def _envelope(times: Array, relative_error: Array) -> tuple[float, float, float]:
+    """Returns c, a and b of the envelope c + a t + b t^2 of an error, with a and b at least 0.
+
+    The envelope is fitted to the largest error up to each of the `times` [s]. If a straight line
+    and the parabola differ by less than the errors jump, the straight line is returned: b = 0.
+    """
     from scipy.optimize import lsq_linear
 
-    later = times > times[-1] / BEGUN
     until = times[-1]
-    largest = np.maximum.accumulate(size)[later]
-    powers = np.vander(times[later] / until, 3, increasing=True)
-    curved, straight = (
-        lsq_linear(powers[:, :count], largest, ([-np.inf, 0.0, 0.0][:count], np.inf)).x
-        for count in (3, 2)
-    )
-    apart = np.abs(powers @ curved - powers[:, :2] @ straight).max()
-    jumps = np.abs(powers @ curved - largest).max()
-    offset, linear, quadratic = curved if apart > jumps else (*straight, 0.0)
+    fitted = times > until / BEGUN
+    largest_so_far = np.maximum.accumulate(relative_error)[fitted]
+    powers = np.vander(times[fitted] / until, 3, increasing=True)
+    lowest = [-np.inf, 0.0, 0.0]  # smallest values of the coefficients
+    parabola = lsq_linear(powers, largest_so_far, (lowest, np.inf)).x
+    line = lsq_linear(powers[:, :2], largest_so_far, (lowest[:2], np.inf)).x
+    difference = np.abs(powers @ parabola - powers[:, :2] @ line).max()
+    jumps = np.abs(powers @ parabola - largest_so_far).max()
+    offset, linear, quadratic = parabola if difference > jumps else (*line, 0.0)
     return float(offset), float(linear / until), float(quadratic / until**2)

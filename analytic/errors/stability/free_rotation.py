@@ -1,7 +1,7 @@
-"""The largest steps on the exact rotation of a free rigid body.
+"""Largest stable steps on the exact rotation of a free rigid body.
 
-Only the angular velocity is stepped: it knows nothing of the attitude, which follows it, and a
-nudge of which stays what it is (THEORY.md, 12 and 13).
+Most schemes step the angular velocity without reading the attitude, and a nudge of the attitude
+keeps its size. For these schemes only the angular velocity is stepped (THEORY.md, 12 and 13).
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ import numpy as np
 from plumbob.analytic.errors.smooth_motion.free_body_errors import (
     ORDERS,
     free_body_errors,
-    stepped,
+    rotation_step,
 )
 from plumbob.analytic.errors.smooth_motion.scheme_steps import Advance, Parts
 from plumbob.analytic.errors.stability.flow_growth import (
@@ -26,7 +26,7 @@ from plumbob.analytic.errors.stability.flow_growth import (
     eigenvalues,
     growth_along,
 )
-from plumbob.analytic.errors.stability.followed_runs import followed
+from plumbob.analytic.errors.stability.followed_runs import long_run_by_series
 from plumbob.analytic.errors.stability.largest_step import (
     Marks,
     jacobians,
@@ -36,7 +36,7 @@ from plumbob.analytic.errors.stability.stepped_growth import (
     SHORT,
     SteppedMotion,
     limits_by_steps,
-    near,
+    limits_near,
     step_limit,
 )
 from plumbob.analytic.numerics.smooth.smooth_motion import SmoothMotion
@@ -53,22 +53,21 @@ from plumbob.analytic.systems.free_body.equations import free_rotation
 from plumbob.analytic.systems.free_body.problem import FreeBody
 from plumbob.analytic.systems.free_body.rotation import RATES
 
-SAMPLES = 257
-ANY = 1e300  # growth that no nudge exceeds of a motion that is not lost
-# times the largest angular velocity of the angular momentum: beyond, a run is lost
-DIVERGED = 10.0
-REST = (1.0, 0.0, 0.0, 0.0)  # the attitude at time 0
+SAMPLES = 257  # samples along the exact motion
+ANY = 1e300  # allowed growth beyond which only a diverged run grows
+DIVERGED = 10.0  # multiple of the largest possible angular velocity: the run has diverged
+REST = (1.0, 0.0, 0.0, 0.0)  # attitude at time 0
 
 
 @dataclass(frozen=True)
 class FreeRotationStability:
-    """The limits on one body's exact rotation."""
+    """Step limits on the exact rotation of one body."""
 
     body: FreeBody
 
     @cached_property
     def motion(self) -> SmoothMotion:
-        """The rotation with its equations."""
+        """The exact rotation with its equations of motion."""
         return free_rotation(self.body)
 
     @cached_property
@@ -86,25 +85,32 @@ class FreeRotationStability:
 
     @property
     def equilibrium(self) -> bool:
-        """Whether the angular velocity stays what it is."""
+        """Whether the angular velocity is constant."""
         return self.body.kind == "steady"
 
     @cached_property
     def growth(self) -> FlowGrowth:
-        """See `StabilityTheory`: of the angular velocity."""
+        """Growth of a nudge of the angular velocity, see `StabilityTheory`."""
         period = 2.0 * self.body.half_period
         repeats = math.isfinite(period)
         until = period if repeats else PERIODS * math.tau / self.rate
         return growth_along(self.motion, np.ones(3), until, self.rate, repeats)
 
-    def grown(self, duration: Any) -> Any:
-        """The growth of angular velocity and attitude together within a `duration` [s]: as much
-        again each 1/rate of the attitude, which adds it up."""
+    def attitude_growth(self, duration: Any) -> Any:
+        """Returns the growth of a nudge of angular velocity and attitude within a `duration` [s].
+
+        The attitude integrates the angular velocity: it gains the nudge of the angular velocity
+        once in each 1/rate.
+        """
         return self.growth(duration) * (1.0 + self.rate * duration)
 
     def kind_of(self, observed: Signals) -> str:
-        """About which axis, and which side of it, the body turns in all samples; "irregular" where
-        that changes, and the exact motion's kind where that is steady or on the separatrix."""
+        """Returns the axis about which the body turns, and the sense: "about the largest, +1".
+
+        If the axis or the sense changes between samples, the kind is "irregular". If the exact
+        rotation is steady or on the separatrix, the kind is always the exact one. If a rate is not
+        finite, the kind is "lost".
+        """
         if self.body.kind in ("steady", "separatrix"):
             return self.body.kind
         rates = np.stack([observed[name] for name in RATES])
@@ -112,12 +118,16 @@ class FreeRotationStability:
             return "lost"
         low, middle, high = np.argsort(self.body.inertia)
         moments = np.array(self.body.inertia)
-        parts = moments * (moments - moments[middle])
-        about = parts @ rates**2 > 0.0  # |l|^2 less twice the energy times the middle moment
-        if about.all() or not about.any():
-            side = rates[high if about[0] else low]
-            if (side > 0.0).all() or (side < 0.0).all():
-                return f"about the {'largest' if about[0] else 'smallest'}, {np.sign(side[0]):+.0f}"
+        # |l|^2 less twice the energy times the middle moment is positive about the largest axis.
+        about_largest = (moments * (moments - moments[middle])) @ rates**2 > 0.0
+        if about_largest.all():
+            axis, rate = "largest", rates[high]
+        elif not about_largest.any():
+            axis, rate = "smallest", rates[low]
+        else:
+            return "irregular"
+        if (rate > 0.0).all() or (rate < 0.0).all():
+            return f"about the {axis}, {np.sign(rate[0]):+.0f}"
         return "irregular"
 
     def limits(self, scheme: Scheme) -> tuple[StepLimit, ...]:
@@ -128,11 +138,11 @@ class FreeRotationStability:
             return ()
         if scheme.integrator == LEAPFROG:
             return self._by_iteration()
-        motion = self._motion(scheme.integrator)
+        motion = self._stepped_motion(scheme.integrator)
         return self._by_eigenvalues(motion) if self.equilibrium else limits_by_steps(motion)
 
     def energy(self, observed: Signals) -> Array:
-        """See `StabilityTheory`: over that of the exact motion."""
+        """Returns the energy over the exact motion's energy, see `StabilityTheory`."""
         return self.body.invariants(observed).get("energy", np.zeros_like(observed[RATES[0]]))
 
     def long_run(
@@ -142,73 +152,88 @@ class FreeRotationStability:
         errors = free_body_errors(self.body)
         exponent = 0.0 if self.equilibrium else float(self.growth.exponent)
         fastest = math.tau / self.rate
-        return followed(
-            partial(errors.series, scheme), scales, step, fastest, exponent=exponent
-        )
+        series = partial(errors.series, scheme)
+        return long_run_by_series(series, scales, step, fastest, exponent=exponent)
 
     def _by_iteration(self) -> tuple[StepLimit, ...]:
-        """The step of which a half takes no part of the motion out of a fixed-point iteration's
-        reach, 2 over the largest rate of the linearised motion (solved, leapfrog has no limit); or
-        a smaller one at which what the iteration leaves drives the motion out of it."""
+        """Returns the limit of leapfrog, whose implicit half step is solved by iteration.
+
+        The fixed-point iteration contracts up to a step of 2 over the largest rate of the
+        linearised motion. At a smaller step the error left by the iteration may already drive the
+        motion out of this range: then that step is the limit. If the half step were solved exactly,
+        leapfrog would have no limit.
+        """
         fastest = float(np.abs(eigenvalues(self.motion, self._states, 3)).max())
         largest = 2.0 / fastest if fastest else math.inf
         if not self.equilibrium:
-            lost_only = replace(
-                self._motion(LEAPFROG), growth=lambda times: np.full_like(times, ANY)
+            diverged_only = replace(
+                self._stepped_motion(LEAPFROG), growth=lambda times: np.full_like(times, ANY)
             )
-            largest = min(largest, near(lost_only, largest, SHORT)[0])
+            largest = min(largest, limits_near(diverged_only, largest, SHORT)[0])
         why = "the implicit half step's fixed-point iteration no longer contracts at"
         return (step_limit("unstable", largest, why, self.rate),)
 
     def _by_eigenvalues(self, motion: SteppedMotion) -> tuple[StepLimit, ...]:
-        """Limits of a steady rotation; where the scheme steps the attitude, too, of that as well,
-        whose rates are half the angular velocity."""
-        rates = eigenvalues(self.motion, self._states[:, :1], len(motion.begin(np.ones(1))[1]))[
-            0
-        ]
-        largest = largest_step(
-            lambda sizes: jacobians(*motion.begin(sizes), len(sizes)), rates, self.rate
-        )
+        """Returns the limits on a steady rotation.
+
+        If the scheme steps the attitude as four numbers, their modes count too: their rates are
+        half the angular velocity.
+        """
+        size = len(motion.begin(np.ones(1))[1])
+        (rates,) = eigenvalues(self.motion, self._states[:, :1], size)
+
+        def matrices(steps: Array) -> Array:
+            return jacobians(*motion.begin(steps), len(steps))
+
+        largest = largest_step(matrices, rates, self.rate)
         return (step_limit("unstable", largest, "the axis leaves its place at", self.rate),)
 
-    def _motion(self, integrator: str) -> SteppedMotion:
-        """The motion in steps; with the attitude where the scheme steps its four numbers, too."""
-        start = [*self.body.angular_velocity, *(REST if integrator in TABLEAUX else ())]
+    def _stepped_motion(self, integrator: str) -> SteppedMotion:
+        """Returns the rotation as an `integrator` steps it.
 
-        def begin(sizes: Array) -> tuple[Advance, Parts]:
-            complexes = sizes.astype(complex)  # numpy converts a real array in each operation
-            return stepped(self.body, Scheme(integrator), complexes), start
+        The state includes the attitude only if the scheme steps its four numbers.
+        """
+        attitude = REST if integrator in TABLEAUX else ()
+        start = [*self.body.angular_velocity, *attitude]
+
+        def begin(steps: Array) -> tuple[Advance, Parts]:
+            complex_steps = steps.astype(complex)  # spares a conversion in each operation
+            return rotation_step(self.body, Scheme(integrator), complex_steps), start
 
         return SteppedMotion(
-            begin,
-            RATES,
-            (1.0, 1.0, 1.0),
-            math.tau / self.rate,
-            self.growth,
-            self.kind_of,
-            self.kind_of(dict(zip(RATES, self._states, strict=False))),
-            0.0,
-            self._lost,
+            begin=begin,
+            names=RATES,
+            scales=(1.0, 1.0, 1.0),
+            fastest=math.tau / self.rate,
+            growth=self.growth,
+            kind_of=self.kind_of,
+            kind=self.kind_of(dict(zip(RATES, self._states, strict=False))),
+            window=0.0,
+            lost=self._has_diverged,
         )
 
-    def _lost(self, state: Parts) -> Marks:
-        """Where the body turns DIVERGED times faster than it can, or its attitude, four numbers,
-        makes of a vector one that is BAND times as long."""
-        lost = np.linalg.norm(np.real(state[:3]), axis=0) > DIVERGED * self.body.fastest
+    def _has_diverged(self, state: Parts) -> Marks:
+        """Returns which runs have diverged, shape (n,).
+
+        A run has diverged if the body turns DIVERGED times faster than its energy allows, or if the
+        four numbers of its attitude lengthen a vector by more than BAND.
+        """
+        angular_velocity = np.linalg.norm(np.real(state[:3]), axis=0)
+        diverged = angular_velocity > DIVERGED * self.body.fastest
         if len(state) > 3:
-            lost |= np.linalg.norm(state[3:], axis=0) ** 2 > BAND
-        return np.asarray(lost)
+            diverged |= np.linalg.norm(state[3:], axis=0) ** 2 > BAND
+        return np.asarray(diverged)
 
 
 def free_rotation_stability(body: FreeBody) -> StabilityTheory:
-    """The theory of a free rigid body, see `FreeRotationStability`."""
+    """Returns the stability theory of a free rigid body, see `FreeRotationStability`."""
     theory = FreeRotationStability(body)
     return StabilityTheory(
-        math.tau / theory.rate,
-        theory.equilibrium,
-        cache(theory.limits),
-        theory.grown,
-        theory.kind_of,
-        theory.long_run,
-        theory.energy,
+        fastest=math.tau / theory.rate,
+        equilibrium=theory.equilibrium,
+        limits=cache(theory.limits),
+        growth=theory.attitude_growth,
+        kind_of=theory.kind_of,
+        long_run=theory.long_run,
+        energy=theory.energy,
     )

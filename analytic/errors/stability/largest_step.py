@@ -1,4 +1,4 @@
-"""The largest step at which no mode of a linear system grows that the exact flow lets be."""
+"""Largest step at which a scheme adds no growth to the modes of a linear system."""
 
 from __future__ import annotations
 
@@ -14,68 +14,83 @@ from plumbob.analytic.numerics.smooth.smooth_system import TINY
 from plumbob.analytic.reference import Array
 from plumbob.analytic.stability import LARGEST, LOST_GROWTH, SMALLEST
 
-LEAST_STEPS = 10_000  # that a step must hold for
-LEAST_PERIODS = 100  # of the fastest mode
-# Chosen: a mode that grows in the exact motion may grow this much faster in a step. A step's own
-# error of a growing mode is accuracy's business; one that blows up exceeds any such factor.
+LEAST_STEPS = 10_000  # fewest steps for which a step size must be stable
+LEAST_PERIODS = 100  # fewest periods of the fastest mode for which it must be stable
+# A mode that grows in the exact motion may grow 1.5 times faster in steps: chosen. A moderate error
+# of a growing mode is a question of accuracy; an instability exceeds any such factor.
 FASTER = 1.5
-QUIET = 1e-3  # of a swing: what is smaller has come to rest
-RANGE = (math.tau * SMALLEST, math.tau * LARGEST)  # of h |lambda|, the fastest mode's
-# step sizes a factor of 1.02 apart: a window of instability that is narrower is missed
+QUIET = 1e-3  # fraction of a swing below which the motion counts as at rest
+RANGE = (math.tau * SMALLEST, math.tau * LARGEST)  # tested h |lambda| of the fastest mode
+# Neighbouring step sizes differ by a factor of 1.02. Narrower windows of instability are missed.
 GRID = 600
 Marks = npt.NDArray[np.bool_]
 Complex = npt.NDArray[np.complex128]
 Matrices = Callable[[Array], Array | Complex]
-"""Step sizes [s], shape (n,) -> matrices of a step, shape (n, m, m)."""
+"""Function from step sizes [s], shape (n,), to the matrices of a step, shape (n, m, m)."""
 
 
 def jacobians(advance: Advance, state: Parts, count: int) -> Array:
-    """The derivative of a step of `count` sizes at once, at a state of d numbers or arrays of shape
-    (count,), by imaginary parts: shape (count, d, d)."""
+    """Returns the derivatives of a step by its state, shape (count, d, d).
+
+    `advance` takes steps of `count` sizes at once. `state` has d parts, numbers or arrays of shape
+    (count,). Derivatives are carried by imaginary parts.
+    """
     columns = []
     for varied in range(len(state)):
-        nudges = (TINY * 1j * (varied == i) for i in range(len(state)))
-        nudged = [np.zeros(count) + x + nudge for x, nudge in zip(state, nudges, strict=True)]
-        after = [np.imag(part) / TINY for part in advance(0.0, nudged)]
-        columns.append(np.stack(after, axis=-1))
+        nudged = [np.zeros(count) + part + 0j for part in state]
+        nudged[varied] = nudged[varied] + 1j * TINY
+        derivatives = [np.imag(part) / TINY for part in advance(0.0, nudged)]
+        columns.append(np.stack(derivatives, axis=-1))
     return np.stack(columns, axis=-1)
 
 
 def run_length(steps: Array, fastest: float) -> npt.NDArray[np.int64]:
-    """Number of steps that each of `steps` [s] must hold for, with the shortest period [s]."""
+    """Returns how many steps of each size in `steps` [s] must be stable, for a motion whose
+    shortest period is `fastest` [s]."""
     periods = np.ceil(LEAST_PERIODS * fastest / steps)
     return np.maximum(LEAST_STEPS, periods.astype(np.int64))
 
 
-def excess(matrices: Matrices, rates: Complex, steps: Array) -> Array:
-    """How much faster than the flow's a mode of the step grows, at most, in the logarithm of its
-    multiplier, at `steps` [s], shape (n,); modes are matched by their growth (eq. 13.3)."""
+def excess_growth(matrices: Matrices, rates: Complex, steps: Array) -> Array:
+    """Returns the largest excess of a mode's growth in a step over the exact growth, shape (n,).
+
+    The growth is the logarithm of the factor in one step of size `steps` [s], shape (n,). `rates`
+    [1/s] are the eigenvalues of the exact flow. Modes of the step and of the flow are matched in
+    the order of their growth (eq. 13.3).
+    """
     with np.errstate(divide="ignore"):
-        grown = np.log(np.abs(np.linalg.eigvals(matrices(steps))))
-    flow = np.full(grown.shape[1], -np.inf)  # modes that the scheme alone has
-    flow[: len(rates)] = np.sort(rates.real)[::-1]
-    allowed = np.maximum(0.0, FASTER * steps[:, None] * flow)
-    return np.asarray((-np.sort(-grown, axis=1) - allowed).max(axis=1))
+        growth = np.log(np.abs(np.linalg.eigvals(matrices(steps))))
+    falling_growth = -np.sort(-growth, axis=1)
+    exact_rates = np.full(growth.shape[1], -np.inf)  # -inf for modes that only the scheme has
+    exact_rates[: len(rates)] = np.sort(rates.real)[::-1]
+    allowed_growth = np.maximum(0.0, FASTER * steps[:, None] * exact_rates)
+    return np.asarray((falling_growth - allowed_growth).max(axis=1))
 
 
 def largest_step(
     matrices: Matrices, rates: Complex, rate: float | None = None, factor: float = LOST_GROWTH
 ) -> float:
-    """The step [s] below which every smaller one holds: no mode exceeds the flow's by `factor`
-    within a run's length. Infinite where none up to RANGE's end fails, or nothing moves. The
-    fastest `rate` [1/s] is that of the modes, unless something else moves with them."""
+    """Returns the step [s] below which every step is stable; infinite if no step of RANGE fails.
+
+    A step is stable if no mode grows by more than `factor` beyond its growth in the exact flow
+    within `run_length` steps. `rates` [1/s] are the eigenvalues of the flow. `rate` [1/s] is the
+    fastest rate of the whole motion; if it is left out, the fastest of `rates`.
+    """
     rate = float(np.abs(rates).max()) if rate is None else rate
 
     def fails(steps: Array) -> Marks:
         counts = run_length(steps, math.tau / rate)
-        return counts * excess(matrices, rates, steps) > math.log(factor)
+        return counts * excess_growth(matrices, rates, steps) > math.log(factor)
 
-    return first_failing(fails, rate)
+    return first_failing_step(fails, rate)
 
 
 def largest_lasting_step(matrices: Matrices, rates: Complex) -> float:
-    """The step [s] below which no smaller one brings an undamped swing to rest, that is to QUIET of
-    its size, within three quarters of a run's length."""
+    """Returns the step [s] below which no step damps an undamped swing to rest.
+
+    A swing is at rest if it has shrunk to QUIET of its size within three quarters of `run_length`
+    steps. `rates` [1/s] are the eigenvalues of the exact flow.
+    """
     rate = float(np.abs(rates).max())
 
     def fails(steps: Array) -> Marks:
@@ -83,12 +98,15 @@ def largest_lasting_step(matrices: Matrices, rates: Complex) -> float:
         counts = run_length(steps, math.tau / rate)
         return np.asarray(0.75 * counts * np.log(radius) < math.log(QUIET))
 
-    return first_failing(fails, rate)
+    return first_failing_step(fails, rate)
 
 
-def first_failing(fails: Callable[[Array], Marks], rate: float) -> float:
-    """The step [s] below which none fails, of RANGE by the fastest `rate` [1/s]; infinite where
-    none does."""
+def first_failing_step(fails: Callable[[Array], Marks], rate: float) -> float:
+    """Returns the step [s] below which no step fails; infinite if no step fails.
+
+    The steps that are tested are RANGE over the fastest `rate` [1/s]. The limit between the last
+    step that holds and the first that fails is refined by bisection.
+    """
     if not rate:
         return math.inf
     steps = np.geomspace(*RANGE, GRID) / rate

@@ -1,8 +1,9 @@
-"""How long a method stays right on a periodic motion: by the growth of its error (THEORY.md, 13).
+"""Long-run growth of a method's error on a periodic motion.
 
-A step's modified equation is autonomous where the exact one is. Its motion near a periodic one is
-that motion ahead by a time s(t), but for an error that repeats: s = a t + b t^2, a from the wrong
-period, b from the energy's drift, which changes the period.
+If the exact equation is autonomous, the modified equation of a step is autonomous too. Near a
+periodic motion, its solution is the exact motion ahead by a time s(t), plus an error that repeats
+in each period. The time ahead is s = a t + b t^2: a comes from the wrong period, b from the drift
+of the energy, which changes the period. Derivation: THEORY.md, section 13.
 """
 
 from __future__ import annotations
@@ -20,91 +21,126 @@ from plumbob.analytic.reference import Array, Reference, Signals
 from plumbob.analytic.schemes import Scheme
 from plumbob.analytic.stability import LEVELS, Growth, LongRun
 
-PERIODS = 5  # over which the time ahead is followed
-SAMPLES = 128  # of a period
-# of the error's series: products of errors, which the time ahead is not linear in, begin
+PERIODS = 5  # periods over which the time ahead is fitted
+SAMPLES = 128  # samples in a period
+# From the third term on, the series contains products of errors, and the time ahead is not linear
+# in products.
 TERMS = 2
-# with the third
-# of a part of the time ahead, relative to what the error makes of it in a period
+# A part of the time ahead that is smaller, relative to the error along the motion, is rounding.
 NOTHING = 1e-9
 
 
 @dataclass(frozen=True)
 class PeriodicMotion:
-    """The `errors` on a conservative rotor's exact motion of a finite `period` [s]."""
+    """A periodic motion of a conservative rotor, with its error theory and its `period` [s]."""
 
     errors: RotorErrors
     period: float
 
     def long_run(self, scheme: Scheme, step: float, scale: float) -> LongRun | None:
-        """The growth of the error of `scheme` with `step` [s], over a `scale` [rad]; None for a
-        scheme without a series. Raises ParameterError where the motion does not repeat."""
+        """Returns the long-run growth of the error of a `scheme` with a `step` [s].
+
+        Errors are measured in units of `scale` [rad]. Returns None if the scheme has no series.
+        Raises ParameterError if the motion does not repeat.
+        """
         if not (self.errors.rotor.conservative and math.isfinite(self.period)):
             raise ParameterError(
                 "period", self.period, "finite, of an undamped unforced motion"
             )
         times = np.arange(PERIODS * SAMPLES, dtype=np.float64) * self.period / SAMPLES
-        series = [*self.errors.series(scheme, times).items()][:TERMS]
-        if not series:
+        error = self._error(scheme, step, times)
+        if not error:
             return None
         observed = self.errors.exact.observe(times)
-        error = {n: np.asarray(sum(step**p * part[n] for p, part in series)) for n in ANGLE}
-        ahead = self._time_ahead(times, error, observed)
-        steady = error["theta"] - np.polyval(ahead, times) * times * observed["theta_dot"]
-        sign = math.copysign(1.0, ahead[0] or ahead[1])
-        reached = self._time_shifts(observed["theta"] / scale, steady[:SAMPLES] / scale, sign)
-        spent = {level: _when(ahead, shift) for level, shift in reached.items()}
-        first = next((time for time in spent.values() if 0.0 < time < math.inf), self.period)
-        quadratic = abs(ahead[0] * first) > abs(ahead[1])
-        growth: Growth = "quadratic" if quadratic else "linear" if ahead[1] else "constant"
-        rates = self.errors.energy_drift_rate(self.period, scheme).items()
-        drift = sum(rate * step**p for p, rate in rates) / kinetic_energy(
-            self.errors.exact, self.period
-        )
-        return LongRun(growth, float(ahead[0 if quadratic else 1]), drift, spent)
+        time_ahead = self._time_ahead(times, error, observed)
+        drifting = np.polyval(time_ahead, times) * times * observed["theta_dot"]
+        repeating = (error["theta"] - drifting)[:SAMPLES] / scale
+        sign = math.copysign(1.0, time_ahead[0] or time_ahead[1])
+        shifts = self._time_shifts(observed["theta"] / scale, repeating, sign)
+        level_times = {level: _time_of_shift(time_ahead, x) for level, x in shifts.items()}
+        later = [time for time in level_times.values() if 0.0 < time < math.inf]
+        growth, rate = _growth(time_ahead, later[0] if later else self.period)
+        return LongRun(growth, rate, self._energy_rate(scheme, step), level_times)
+
+    def _error(self, scheme: Scheme, step: float, times: Array) -> Signals:
+        """Returns the error of theta and theta_dot at `times` [s] by the first TERMS of the series;
+        empty if the scheme has no series."""
+        series = [*self.errors.series(scheme, times).items()][:TERMS]
+        if not series:
+            return {}
+        error = {}
+        for name in ANGLE:
+            error[name] = np.asarray(sum(step**power * terms[name] for power, terms in series))
+        return error
+
+    def _energy_rate(self, scheme: Scheme, step: float) -> float:
+        """Returns the mean rate of the energy over the largest kinetic energy [1/s]."""
+        coefficients = self.errors.energy_drift_rate(self.period, scheme).items()
+        energy_rate = sum(coefficient * step**power for power, coefficient in coefficients)
+        return energy_rate / kinetic_energy(self.errors.exact, self.period)
 
     def _time_ahead(self, times: Array, error: Signals, observed: Signals) -> Array:
-        """b and a of b t^2 + a t, by the error's mean component along the motion in each period;
-        of what is nothing, zero."""
-        theta = observed["theta"]
+        """Returns b [1/s] and a [s/s] of the time ahead b t^2 + a t.
+
+        Both are fitted to the mean, over each period, of the error's component along the motion.
+        `error` and `observed` are sampled at `times` [s]. If a coefficient is below rounding, it is
+        set to zero.
+        """
         rate = observed["theta_dot"]
-        push = self.errors.rotor.acceleration(0.0, theta, rate)
-        scale = math.tau / self.period
-        along = error["theta"] * rate + error["theta_dot"] * push / scale**2
+        acceleration = self.errors.rotor.acceleration(0.0, observed["theta"], rate)
+        frequency = math.tau / self.period
+        along = error["theta"] * rate + error["theta_dot"] * acceleration / frequency**2
         means = along.reshape(PERIODS, -1).mean(axis=1)
-        size = float((rate**2 + (push / scale) ** 2)[:SAMPLES].mean())
+        squared_speed = float((rate**2 + (acceleration / frequency) ** 2)[:SAMPLES].mean())
         middles = times.reshape(PERIODS, -1).mean(axis=1)
-        fitted = np.polyfit(middles, means / size, 2)[:2]
-        noise = NOTHING * np.abs(along).max() / size
-        lasting = fitted * self.period ** np.array([2.0, 1.0])
-        return np.where(np.abs(lasting) > noise, fitted, 0.0)
+        coefficients = np.polyfit(middles, means / squared_speed, 2)[:2]
+        noise = NOTHING * np.abs(along).max() / squared_speed
+        ahead_after_period = coefficients * self.period ** np.array([2.0, 1.0])
+        return np.where(np.abs(ahead_after_period) > noise, coefficients, 0.0)
 
     def _time_shifts(
         self, theta: Array, repeating: Array, sign: float
     ) -> Mapping[float, float]:
-        """The time ahead [s] at which the error first reaches each level; infinite where none up
-        to half a period does. Angles are over their scale."""
-        rate = (theta[SAMPLES] - theta[0]) / self.period  # of a rotation
-        shifts = sign * self.period * np.geomspace(1e-7, 0.5, 2000)[:, None]
-        spaced = np.arange(SAMPLES) * self.period / SAMPLES
-        wave = theta[:SAMPLES] - rate * spaced
-        moved = np.interp(spaced + shifts, spaced, wave, period=self.period) + rate * shifts
-        errors = np.abs(moved - wave + repeating).max(axis=1)
-        above = {level: np.flatnonzero(errors >= level) for level in LEVELS}
-        return {
-            level: float(shifts[first[0], 0]) if first.size else math.inf
-            for level, first in above.items()
-        }
+        """Returns the smallest time ahead [s] at which the error reaches each of LEVELS.
+
+        `theta` is the exact angle, `repeating` the error that repeats in each period, both over
+        their scale. `sign` is the sign of the time ahead. If no shift up to half a period reaches a
+        level, the time ahead is infinite.
+        """
+        mean_rate = (theta[SAMPLES] - theta[0]) / self.period  # not zero for a rotation
+        shifts = sign * self.period * np.geomspace(1e-7, 0.5, 2000)
+        times = np.arange(SAMPLES) * self.period / SAMPLES
+        wave = theta[:SAMPLES] - mean_rate * times
+        shift_rows = shifts[:, None]
+        shifted_wave = np.interp(times + shift_rows, times, wave, period=self.period)
+        change = shifted_wave + mean_rate * shift_rows - wave
+        largest_error = np.abs(change + repeating).max(axis=1)
+        smallest_shifts = {}
+        for level in LEVELS:
+            above = np.flatnonzero(largest_error >= level)
+            smallest_shifts[level] = float(shifts[above[0]]) if above.size else math.inf
+        return smallest_shifts
 
 
 def kinetic_energy(exact: Reference, until: float) -> float:
-    """The largest per moment of inertia [rad^2/s^2] of a motion `until` a time [s]; 1 at rest."""
+    """Returns the largest kinetic energy per moment of inertia [rad^2/s^2] of an `exact` motion up
+    to the time `until` [s]; 1 if the motion is at rest."""
     rates = exact.observe(np.linspace(0.0, until, SAMPLES))["theta_dot"]
     return 0.5 * float(np.abs(rates).max()) ** 2 or 1.0
 
 
-def _when(ahead: Array, shift: float) -> float:
-    """The first time [s] at which the time ahead is `shift` [s], of either sign."""
+def _growth(time_ahead: Array, time: float) -> tuple[Growth, float]:
+    """Returns the kind and the rate of growth that dominate a time ahead b t^2 + a t at a `time`
+    [s]. `time_ahead` holds b and a."""
+    quadratic, linear = map(float, time_ahead)
+    if abs(quadratic * time) > abs(linear):
+        return "quadratic", quadratic
+    return ("linear" if linear else "constant"), linear
+
+
+def _time_of_shift(ahead: Array, shift: float) -> float:
+    """Returns the first positive time t [s] at which |b t^2 + a t| is `shift` [s]; infinite if
+    there is none. `ahead` holds b and a."""
     roots = np.concatenate([np.roots(np.append(ahead, side * shift)) for side in (1.0, -1.0)])
     real = roots.real[(np.abs(roots.imag) < 1e-9 * np.abs(roots)) & (roots.real > 0.0)]
     return float(real.min()) if real.size and math.isfinite(shift) else math.inf

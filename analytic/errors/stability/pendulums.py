@@ -1,4 +1,4 @@
-"""The largest steps on a pendulum's exact motion, by eigenvalues or by stepping it."""
+"""Largest stable steps on a pendulum's exact motion, by eigenvalues or by trial steps."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from functools import cache, cached_property, partial
 import numpy as np
 
 from plumbob.analytic.errors.smooth_motion.rotor_errors import RotorErrors
-from plumbob.analytic.errors.smooth_motion.stepped_rotor import many_steps, simplest
+from plumbob.analytic.errors.smooth_motion.stepped_rotor import many_steps, simplest_scheme
 from plumbob.analytic.errors.stability.flow_growth import (
     PERIODS,
     FlowGrowth,
@@ -18,7 +18,7 @@ from plumbob.analytic.errors.stability.flow_growth import (
     fastest_rate,
     growth_along,
 )
-from plumbob.analytic.errors.stability.followed_runs import followed
+from plumbob.analytic.errors.stability.followed_runs import long_run_by_series
 from plumbob.analytic.errors.stability.largest_step import (
     Complex,
     jacobians,
@@ -39,19 +39,22 @@ from plumbob.analytic.reference import Array, Reference, Signals
 from plumbob.analytic.schemes import ADAPTIVE, CLOSED_FORM, STEPPED, Scheme
 from plumbob.analytic.stability import LEVELS, NO_STEP, LongRun, StabilityTheory, StepLimit
 
-# by which the curvature of the potential may change along a motion by equilibrium
+# Largest relative change of the potential's curvature along a motion that counts as small.
 STRAIGHT = 1e-3
-SAMPLES = 512
+SAMPLES = 512  # samples of the orbit
 RESTS = 10.0  # time constants after which a damped motion is at rest, or a forced one repeats
-# growth in a period beyond which a motion passes a saddle closely: s(t) of (13.7),
+# If a nudge grows more than this in a period, the motion passes close to a saddle. The time ahead
+# of (13.7) is linear in the error and does not describe such a motion.
 PASSES = 30.0
-# linear in the error, is a better description of motions that do not
 
 
 @dataclass(frozen=True)
 class PendulumStability:
-    """The limits on the `exact` motion of `rotor` from `start`, theta [rad] and theta_dot [rad/s];
-    `period` [s] is infinite where it has none."""
+    """Step limits on the `exact` motion of a `rotor`.
+
+    `start` is theta [rad] and theta_dot [rad/s] at time 0. `period` [s] is infinite if the motion
+    has none.
+    """
 
     rotor: DrivenRotor
     start: tuple[float, float]
@@ -60,18 +63,19 @@ class PendulumStability:
 
     @cached_property
     def errors(self) -> RotorErrors:
-        """Its error theory."""
+        """Error theory of the motion."""
         return RotorErrors(self.rotor, *self.start, self.exact)
 
     @cached_property
     def _span(self) -> float:
-        """How long the motion is looked at [s]: a period, or PERIODS of the fastest mode."""
+        """Time span [s] that is sampled: one period, or PERIODS of the fastest mode."""
         if math.isfinite(self.period):
             return self.period
         return PERIODS * math.tau / (self.rotor.rate() or 1.0)
 
     @cached_property
     def _orbit(self) -> Array:
+        """Samples of theta [rad] and theta_dot [rad/s] along the time span, shape (2, SAMPLES)."""
         return self.errors.motion.state(np.linspace(0.0, self._span, SAMPLES))
 
     @cached_property
@@ -82,18 +86,22 @@ class PendulumStability:
     @cached_property
     def rate(self) -> float:
         """The fastest angular frequency or rate [rad/s] of the linearised motion."""
-        # without a potential no angle is another
+        # A linear rotor's angle has no period of 2 pi: its turns set no rate.
         return fastest_rate(self._rates, self._orbit * (not self.rotor.linear))
 
     @cached_property
     def equilibrium(self) -> bool:
-        """Whether eigenvalues alone set the limits."""
-        slope = self.rotor.slope(self._orbit[0])
-        ends = (
-            math.isfinite(self.period) or self.rotor.damping_rate or not np.ptp(self._orbit[0])
-        )
-        near = np.ptp(slope) <= STRAIGHT * np.abs(slope).max()
-        return bool(self.rotor.linear or (ends and near and self.rotor.autonomous))
+        """Whether eigenvalues alone set the limits.
+
+        Eigenvalues suffice if the rotor is linear, or if it stays so close to an equilibrium that
+        the curvature of its potential is constant.
+        """
+        theta = self._orbit[0]
+        curvature = self.rotor.slope(theta)
+        constant_curvature = np.ptp(curvature) <= STRAIGHT * np.abs(curvature).max()
+        bounded = math.isfinite(self.period) or self.rotor.damping_rate or not np.ptp(theta)
+        stays_close = bounded and constant_curvature and self.rotor.autonomous
+        return bool(self.rotor.linear or stays_close)
 
     @cached_property
     def growth(self) -> FlowGrowth:
@@ -104,7 +112,7 @@ class PendulumStability:
 
     @cached_property
     def kinds(self) -> PendulumKinds:
-        """The kinds of motion of the rotor."""
+        """Classifier of the rotor's motions."""
         return PendulumKinds(self.rotor, float(np.abs(self._orbit[1]).max()))
 
     @cached_property
@@ -114,7 +122,8 @@ class PendulumStability:
         return self.kinds(self.exact.observe(np.linspace(0.0, count * self._span, SAMPLES)))
 
     def kind_of(self, observed: Signals) -> str:
-        """See `StabilityTheory`; always the exact motion's where that is of no kind."""
+        """Returns the kind of motion, see `StabilityTheory`; if the exact motion's kind is not
+        judged, always the exact motion's kind."""
         return self.kinds(observed) if self.kind.startswith(JUDGED) else self.kind
 
     def limits(self, scheme: Scheme) -> tuple[StepLimit, ...]:
@@ -124,27 +133,30 @@ class PendulumStability:
         jointed = scheme.joint_closing_rate is not None
         if scheme.integrator not in STEPPED or (jointed and not self.rotor.sin):
             return ()
-        return self._found(simplest(scheme, self.rotor))
+        return self._cached_limits(simplest_scheme(scheme, self.rotor))
 
     @cached_property
-    def _found(self) -> Callable[[Scheme], tuple[StepLimit, ...]]:
+    def _cached_limits(self) -> Callable[[Scheme], tuple[StepLimit, ...]]:
+        """Function from a scheme to its limits, which caches them."""
         return cache(self._by_eigenvalues if self.equilibrium else self._by_steps)
 
     @cached_property
     def repeats_after(self) -> float:
-        """The period of an undamped motion [s], linear or not; infinite where there is none."""
+        """Period [s] of an undamped motion, linear or not; infinite if there is none."""
         linear = self.rotor.linear and self.rotor.conservative and self.rotor.stiffness > 0.0
         return math.tau / math.sqrt(self.rotor.stiffness) if linear else self.period
 
     @cached_property
     def lasts(self) -> float:
-        """See `StabilityTheory`: RESTS time constants of the mode that is damped least."""
+        """Time [s] until a damped motion is at rest: RESTS time constants of the mode with the
+        least damping, see `StabilityTheory`."""
         if self.rotor.damping_rate and not self.growth.exponent:
             return RESTS / max(float(np.abs(self._rates.real).min()), TINY)
         return math.inf
 
     def energy(self, observed: Signals) -> Array:
-        """See `StabilityTheory`: over the largest kinetic energy of the exact motion."""
+        """Returns the energy over the largest kinetic energy of the exact motion, see
+        `StabilityTheory`."""
         scale = kinetic_energy(self.exact, self._span)
         return self.rotor.energy(observed["theta"], observed["theta_dot"]) / scale
 
@@ -156,13 +168,13 @@ class PendulumStability:
         if self.rotor.conservative and math.isfinite(self.repeats_after) and not passes:
             motion = PeriodicMotion(self.errors, self.repeats_after)
             return motion.long_run(scheme, step, scales["theta"])
-        run = followed(
-            partial(self.errors.series, scheme),
-            scales,
-            step,
-            math.tau / self.rate,
-            self.lasts,
-            float(self.growth.exponent),
+        run = long_run_by_series(
+            series=partial(self.errors.series, scheme),
+            scales=scales,
+            step=step,
+            fastest=math.tau / self.rate,
+            lasts=self.lasts,
+            exponent=float(self.growth.exponent),
         )
         if passes and run and run.times[LEVELS[0]] < self.period:
             exponent = math.log(float(self.growth.largest[-1])) / self.period
@@ -170,7 +182,8 @@ class PendulumStability:
         return run
 
     def _by_eigenvalues(self, scheme: Scheme) -> tuple[StepLimit, ...]:
-        # Next to an equilibrium, within STRAIGHT of it.
+        """Returns the limits of a scheme on a motion near an equilibrium."""
+        # The steps are linearised at the middle of the swing, which is at the equilibrium.
         middle = (float(np.mean(self._orbit[0])), 0.0)
 
         def matrices(steps: Array) -> Array:
@@ -186,19 +199,23 @@ class PendulumStability:
         return tuple(limits)
 
     def _by_steps(self, scheme: Scheme) -> tuple[StepLimit, ...]:
-        return limits_by_steps(
-            SteppedMotion(
-                partial(many_steps, self.rotor, self.start, scheme),
-                ANGLE,
-                # of a joint the bob's speed, too
-                (1.0, self.rate, self.rate)[: 2 if scheme.joint_closing_rate is None else 3],
-                math.tau / self.rate,
-                self.growth,
-                self.kind_of,
-                self.kind,
-                self._span * (2.0 if math.isfinite(self.period) else 1.0),
-            )
+        """Returns the limits of a scheme by trial steps."""
+        scales = [1.0, self.rate]
+        if scheme.joint_closing_rate is not None:
+            scales.append(
+                self.rate
+            )  # the speed of a jointed bob is a further part of the state
+        motion = SteppedMotion(
+            begin=partial(many_steps, self.rotor, self.start, scheme),
+            names=ANGLE,
+            scales=scales,
+            fastest=math.tau / self.rate,
+            growth=self.growth,
+            kind_of=self.kind_of,
+            kind=self.kind,
+            window=self._span * (2.0 if math.isfinite(self.period) else 1.0),
         )
+        return limits_by_steps(motion)
 
 
 def pendulum_stability(
@@ -208,20 +225,25 @@ def pendulum_stability(
     period: float,
     tilt: float = 0.0,
 ) -> StabilityTheory:
-    """The theory of a pendulum, see `PendulumStability`, of which theta less a `tilt` [rad] is
-    observed."""
+    """Returns the stability theory of a pendulum, see `PendulumStability`.
+
+    `tilt` [rad] is the rotor's angle less the observed theta.
+    """
     theory = PendulumStability(rotor, start, exact, period)
 
-    def of_rotor(observed: Signals) -> Signals:
+    def with_rotor_angle(observed: Signals) -> Signals:
         return {**observed, "theta": observed["theta"] + tilt}
 
+    def energy(observed: Signals) -> Array:
+        return theory.energy(with_rotor_angle(observed))
+
     return StabilityTheory(
-        math.tau / theory.rate,
-        theory.equilibrium,
-        theory.limits,
-        theory.growth,
-        lambda observed: theory.kind_of(of_rotor(observed)),
-        theory.long_run,
-        (lambda observed: theory.energy(of_rotor(observed))) if rotor.conservative else None,
-        theory.lasts,
+        fastest=math.tau / theory.rate,
+        equilibrium=theory.equilibrium,
+        limits=theory.limits,
+        growth=theory.growth,
+        kind_of=lambda observed: theory.kind_of(with_rotor_angle(observed)),
+        long_run=theory.long_run,
+        energy=energy if rotor.conservative else None,
+        lasts=theory.lasts,
     )

@@ -1,4 +1,4 @@
-"""The largest steps on the motion of any smooth system, by stepping it at many sizes at once."""
+"""Largest stable steps on the motion of any smooth system, by trial steps of many sizes."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from functools import cache, cached_property
 import numpy as np
 
 from plumbob.analytic.errors.smooth_motion.scheme_steps import Advance, Parts
-from plumbob.analytic.errors.smooth_motion.stepped_system import advance_of
+from plumbob.analytic.errors.smooth_motion.stepped_system import system_step
 from plumbob.analytic.errors.stability.flow_growth import (
     PERIODS,
     FlowGrowth,
@@ -24,20 +24,21 @@ from plumbob.analytic.reference import Array, Signals
 from plumbob.analytic.schemes import ADAPTIVE, LEAPFROG, Scheme
 from plumbob.analytic.stability import NO_STEP, StabilityTheory, StepLimit
 
-SAMPLES = 257  # along the exact motion, for its rates
-FIRST = 2.0  # [s] of the motion, by which its rates are known
-FASTER, STILL = 4.0, 1e-3  # chosen: times, and of the fastest rate: less is at rest
+SAMPLES = 257  # samples of the exact motion that give its rates
+FIRST = 2.0  # [s] duration of the exact motion that gives its rates
+FASTER = 4.0  # chosen: ratio of root mean square rates beyond which the kind differs
+STILL = 1e-3  # chosen: fraction of the fastest rate below which a coordinate is at rest
 
 
 @dataclass(frozen=True)
 class SmoothStability:
-    """The limits on a `motion` whose coordinates are angles."""
+    """Step limits on a `motion` whose coordinates are angles."""
 
     motion: CertifiedMotion
 
     @cached_property
     def exact(self) -> SmoothMotion:
-        """The motion with its linearisation."""
+        """The exact motion with its linearisation."""
         return certified(self.motion)
 
     @cached_property
@@ -52,23 +53,27 @@ class SmoothStability:
 
     @property
     def scales(self) -> Array:
-        """Of the state, shape (2 n,)."""
+        """Units of the state, shape (2 n,): 1 rad for angles, the fastest rate for rates."""
         return np.repeat([1.0, self.rate], len(self.orbit) // 2)
 
     def kind_of(self, observed: Signals) -> str:
-        """See `StabilityTheory`: as fast in the last third as the exact motion, by a factor of
-        FASTER in the root mean square of all rates, each over its own, or not."""
-        system = self.motion.system
+        """Returns "as fast", "slower" or "faster", see `StabilityTheory`.
+
+        The rates in the last third of the samples are compared with the exact motion's rates. Each
+        mean square is divided by the exact one, and the ratios are averaged. A motion is as fast if
+        the root of the average is within a factor of FASTER.
+        """
+        _, exact_rates = np.split(self.orbit, 2)
         ratios = []
-        for name, exact in zip(system.rates, np.split(self.orbit, 2)[1], strict=True):
-            usual = float(np.mean(exact**2))
-            rates = observed[name]
-            if usual > (STILL * self.rate) ** 2:
-                ratios.append(float(np.mean(rates[-(len(rates) + 2) // 3 :] ** 2)) / usual)
-        pace = math.sqrt(np.mean(ratios)) if ratios else 1.0
-        return (
-            "as fast" if 1.0 / FASTER < pace < FASTER else "slower" if pace < 1.0 else "faster"
-        )
+        for name, exact in zip(self.motion.system.rates, exact_rates, strict=True):
+            exact_square = float(np.mean(exact**2))
+            last_third = observed[name][-(len(observed[name]) + 2) // 3 :]
+            if exact_square > (STILL * self.rate) ** 2:
+                ratios.append(float(np.mean(last_third**2)) / exact_square)
+        ratio = math.sqrt(np.mean(ratios)) if ratios else 1.0
+        if 1.0 / FASTER < ratio < FASTER:
+            return "as fast"
+        return "slower" if ratio < 1.0 else "faster"
 
     @cached_property
     def growth(self) -> FlowGrowth:
@@ -77,40 +82,43 @@ class SmoothStability:
         return growth_along(self.exact, self.scales, until, self.rate, repeats=False)
 
     def limits(self, scheme: Scheme) -> tuple[StepLimit, ...]:
-        """See `StabilityTheory`; empty where the motion is chaotic, a loop or a contact soft, and
-        for leapfrog, whose implicit half steps take minutes."""
+        """Returns the limits of a scheme, see `StabilityTheory`.
+
+        A scheme that chooses its steps has no limit. The limits are empty, which means not known,
+        if a loop or a contact is soft, if no formula steps the scheme on this system, and for
+        leapfrog, whose implicit half steps would take minutes."""
         if scheme.integrator == ADAPTIVE:
             return (NO_STEP,)
         system = self.motion.system
         soft = scheme.loop is not None or scheme.contact is not None
-        if soft or scheme.integrator == LEAPFROG or advance_of(scheme, system, 1.0) is None:
+        if soft or scheme.integrator == LEAPFROG or system_step(scheme, system, 1.0) is None:
             return ()
 
         def begin(steps: Array) -> tuple[Advance, Parts]:
-            advance = advance_of(scheme, system, steps)
+            advance = system_step(scheme, system, steps)
             assert advance is not None
             return advance, system.start.tolist()
 
         motion = SteppedMotion(
-            begin,
-            (*system.coordinates, *system.rates),
-            self.scales.tolist(),
-            math.tau / self.rate,
-            self.growth,
-            self.kind_of,
-            "as fast",
-            FIRST,
+            begin=begin,
+            names=(*system.coordinates, *system.rates),
+            scales=self.scales.tolist(),
+            fastest=math.tau / self.rate,
+            growth=self.growth,
+            kind_of=self.kind_of,
+            kind="as fast",
+            window=FIRST,
         )
         return limits_by_steps(motion)
 
 
 def smooth_stability(motion: CertifiedMotion) -> StabilityTheory:
-    """The theory of a smooth system, see `SmoothStability`."""
+    """Returns the stability theory of a smooth system, see `SmoothStability`."""
     theory = SmoothStability(motion)
     return StabilityTheory(
-        math.tau / theory.rate,
-        False,
-        cache(theory.limits),
-        theory.growth,
-        theory.kind_of,
+        fastest=math.tau / theory.rate,
+        equilibrium=False,
+        limits=cache(theory.limits),
+        growth=theory.growth,
+        kind_of=theory.kind_of,
     )

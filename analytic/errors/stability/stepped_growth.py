@@ -1,4 +1,8 @@
-"""Growth of a nudge, and changes of the kind of motion, along steps of many sizes at once."""
+"""Step limits by trial: steps of many sizes at once, with a nudge and the kind of motion.
+
+A step size is too large if a nudge of the start grows much more than in the exact motion, or if the
+kind of motion changes.
+"""
 
 from __future__ import annotations
 
@@ -28,97 +32,115 @@ from plumbob.analytic.stability import (
     exponent,
 )
 
-SAMPLES = 256  # along a run, of nudge and kind
-GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
+SAMPLES = 256  # samples of nudge and kind along a run
+GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)  # golden ratio
 COARSE = 48  # step sizes of the first pass
-SHORT = 1000  # steps of the first
-BELOW = 140  # exponents of RATIO, a factor of 4: below what fails first the second looks, too
-RANGE = (0.02 / math.tau, AWAY)  # in fastest periods
+SHORT = 1000  # steps of a run in the first pass
+# The second pass tests steps down to a factor RATIO**140 = 4 below the first failure.
+BELOW = 140
+RANGE = (0.02 / math.tau, AWAY)  # [fastest periods] smallest and largest step of the first pass
 Counts = npt.NDArray[np.int64]
 
 
 @dataclass(frozen=True)
 class SteppedMotion:
-    """One exact motion, and a scheme's steps on it."""
+    """A scheme's steps on one exact motion, and the properties of the exact motion."""
 
     begin: Callable[[Array], tuple[Advance, Parts]]
-    """Of steps [s], shape (n,): the step, of a time and of the parts of a state, shape (n,) each,
-    and the state that it begins with."""
-    names: Sequence[str]  # of a state's first parts, which are observed
-    scales: Sequence[float]  # of the first parts, which are nudged by as much
-    fastest: float  # [s]
-    growth: Callable[[Array], Array]  # of the exact motion, see `StabilityTheory`
-    kind_of: Callable[[Signals], str]
-    kind: str  # of the exact motion
-    window: float  # [s] the shortest time in which it shows
+    """Function from step sizes [s], shape (n,), to the scheme's step and its initial state. A state
+    has parts of shape (n,)."""
+    names: Sequence[str]  # observables: names of a state's first parts
+    scales: Sequence[float]  # units of a state's first parts, in which they are nudged
+    fastest: float  # [s] shortest period of the exact motion
+    growth: Callable[[Array], Array]  # growth in the exact motion, see `StabilityTheory`
+    kind_of: Callable[[Signals], str]  # kind of a sampled motion, see `StabilityTheory`
+    kind: str  # kind of the exact motion
+    window: float  # [s] shortest run that shows the kind of motion
     lost: Callable[[Parts], Marks] = lambda state: np.zeros(len(state[0]), dtype=bool)
-    """Which steps have left all that the motion conserves."""
+    """Function from a state to which runs have diverged, shape (n,)."""
 
     def nudged(self, steps: Array) -> tuple[Advance, Parts]:
-        """The step and the start for steps [s], shape (n,), with the nudge, TINY of the scales, in
-        imaginary parts."""
+        """Returns the scheme's step and the nudged initial state, for `steps` [s], shape (n,).
+
+        The nudge is in the imaginary parts: TINY times the scales.
+        """
         advance, start = self.begin(steps)
         nudges = [*self.scales, *np.zeros(len(start) - len(self.scales))]
-        return advance, [
-            np.zeros(len(steps)) + part + 1j * TINY * nudge
-            for part, nudge in zip(start, nudges, strict=True)
-        ]
+        state = []
+        for part, nudge in zip(start, nudges, strict=True):
+            state.append(np.zeros(len(steps)) + part + 1j * TINY * nudge)
+        return advance, state
 
     def size(self, state: Parts) -> Array:
-        """Size of the nudge in a state over that at the start, infinite where it is lost."""
+        """Returns the size of the nudge in a state over its size at the start, shape (n,); infinite
+        for diverged runs."""
         parts = zip(self.names, state, self.scales, strict=False)
-        squares = sum((part.imag / TINY / scale) ** 2 for _, part, scale in parts)
-        return np.where(self.lost(state), np.inf, np.sqrt(squares / len(self.names)))
+        square = sum((part.imag / TINY / scale) ** 2 for _, part, scale in parts)
+        return np.where(self.lost(state), np.inf, np.sqrt(square / len(self.names)))
 
     def observed(self, state: Parts) -> Signals:
-        """Its first parts."""
+        """Returns the observables of a state: the real values of its first parts."""
         return {name: part.real for name, part in zip(self.names, state, strict=False)}
 
 
-def tried(motion: SteppedMotion, steps: Array, counts: Counts) -> tuple[Marks, Marks]:
-    """Which of `steps` [s], shape (n,), hold for so many steps: magnify the nudge by less than
-    LOST_GROWTH times the exact motion's growth at every time, and keep the kind of motion."""
+def trial_results(motion: SteppedMotion, steps: Array, counts: Counts) -> tuple[Marks, Marks]:
+    """Returns which of `steps` [s] are stable, and which also keep the kind of motion.
+
+    Both results, `steps` and `counts` have shape (n,); `counts` is the number of steps in a run. A
+    step is stable if the nudge stays below LOST_GROWTH times the exact motion's growth at all
+    times."""
     advance, state = motion.nudged(steps)
     stable = np.ones(len(steps), dtype=bool)
-    counted = [0]
+    sample_counts = [0]
     samples: list[Signals] = [motion.observed(state)]
-    with np.errstate(all="ignore"):  # of steps that diverge
-        for sampled in sampled_steps(int(counts.max())):
+    with np.errstate(all="ignore"):  # diverging runs overflow
+        for sample_count in sample_steps(int(counts.max())):
             if not stable.any():
                 break
-            for n in range(counted[-1], sampled):
+            for n in range(sample_counts[-1], sample_count):
                 state = advance(n * steps, state)
-            counted.append(sampled)
-            over = motion.size(state) / motion.growth(np.minimum(sampled, counts) * steps)
-            stable &= (over <= LOST_GROWTH) | (sampled > counts)
+            sample_counts.append(sample_count)
+            exact_growth = motion.growth(np.minimum(sample_count, counts) * steps)
+            excess = motion.size(state) / exact_growth
+            stable &= (excess <= LOST_GROWTH) | (sample_count > counts)
             samples.append(motion.observed(state))
     judged = stable & (counts * steps >= motion.window)
-    within = np.searchsorted(counted, counts, side="right")
-    return stable, stable & _kept(motion, samples, judged, within)
+    samples_in_run = np.searchsorted(sample_counts, counts, side="right")
+    return stable, stable & _keeps_kind(motion, samples, judged, samples_in_run)
 
 
-def sampled_steps(count: int) -> list[int]:
-    """The steps, up to `count`, after which a run is sampled: unevenly, by parts of the golden
-    ratio, since even samples half a period apart show a swing at rest."""
+def sample_steps(count: int) -> list[int]:
+    """Returns the numbers of steps, up to `count`, after which a run is sampled.
+
+    Samples are spaced unevenly, by multiples of the golden ratio: even samples half a period apart
+    would show a swing as if it were at rest.
+    """
     marks = np.arange(1, SAMPLES + 1)
     marks = marks - (marks * GOLDEN) % 1.0
-    return [int(n) for n in np.unique(np.ceil(marks * count / SAMPLES)) if n < count] + [count]
+    uneven = np.unique(np.ceil(marks * count / SAMPLES))
+    return [int(n) for n in uneven if n < count] + [count]
 
 
-def _kept(
+def _keeps_kind(
     motion: SteppedMotion, samples: Sequence[Signals], judged: Marks, counts: Counts
 ) -> Marks:
-    """Which motions keep their kind in so many of the samples, of those that are judged."""
+    """Returns which runs keep the exact motion's kind, shape (n,).
+
+    A run's kind is read from its first `counts` samples. Runs that are not `judged` count as kept.
+    """
     series = {name: np.stack([sample[name] for sample in samples]) for name in samples[0]}
-    kept = np.ones_like(judged)
+    keeps_kind = np.ones_like(judged)
     for i in np.flatnonzero(judged):
-        kind = motion.kind_of({name: values[: counts[i], i] for name, values in series.items()})
-        kept[i] = kind == motion.kind
-    return kept
+        run = {name: values[: counts[i], i] for name, values in series.items()}
+        keeps_kind[i] = motion.kind_of(run) == motion.kind
+    return keeps_kind
 
 
 def limits_by_steps(motion: SteppedMotion) -> tuple[StepLimit, ...]:
-    """The limits of a scheme; empty where the exact motion magnifies a nudge too much to tell."""
+    """Returns the limits of a scheme on a motion.
+
+    If the exact motion itself magnifies a nudge by more than LOST, no limit can be found: empty.
+    """
     if float(motion.growth(np.array(LEAST_PERIODS * motion.fastest))) > LOST:
         return ()
     unstable, changed = first_failures(motion)
@@ -134,42 +156,59 @@ def limits_by_steps(motion: SteppedMotion) -> tuple[StepLimit, ...]:
 
 
 def step_limit(kind: Kind, step: float, how: str, rate: float) -> StepLimit:
-    """A limit that is a `step` [s], beside the fastest `rate` [rad/s] of the motion."""
-    at = f"{how} h omega = {step * rate:.3g}, the fastest mode's {rate:.3g} rad/s"
+    """Returns the record of a limit at a `step` [s], whose reason begins with `how` and gives the
+    step as h omega, for the motion's fastest `rate` [rad/s]."""
+    reason = f"{how} h omega = {step * rate:.3g}, the fastest mode's {rate:.3g} rad/s"
     if math.isinf(step):
-        at = "no step tried is too large"
-    return StepLimit(kind, step, at if step else f"{how} every step tried")
+        reason = "no step tried is too large"
+    if not step:
+        reason = f"{how} every step tried"
+    return StepLimit(kind, step, reason)
 
 
 def first_failures(motion: SteppedMotion) -> tuple[float, float]:
-    """The steps [s] below which all smaller ones are stable, and keep their kind; infinite where
-    none of RANGE fails, zero where all do. The first is NaN where the kind changes before it: what
-    is stable then is another motion. Windows of failure narrower than the grid's factor are missed:
-    1.13, and 1.04 within BELOW of the limit."""
+    """Returns the steps [s] below which all steps are stable, and below which all keep the kind.
+
+    A limit is infinite if no step of RANGE fails, zero if all fail. If the kind changes before any
+    step is unstable, the first limit is NaN: the motion that is stable then is another one. Windows
+    of failure are missed if they are narrower than the grid's factor: 1.13, and 1.04 within BELOW
+    of the limit.
+    """
     steps = np.geomspace(*RANGE, COARSE) * motion.fastest
-    kept = tried(motion, steps, np.full(COARSE, SHORT))[1]
-    fails = min(_first(steps, kept)[1], steps[-1])
-    unstable, changed = near(motion, fails)
+    _, keeps_kind = trial_results(motion, steps, np.full(COARSE, SHORT))
+    fails = min(_first_failure(steps, keeps_kind)[1], steps[-1])
+    unstable, changed = limits_near(motion, fails)
     while changed == 0.0 and fails > steps[0]:
         fails /= RATIO**BELOW
-        unstable, changed = near(motion, fails)
-    return math.nan if changed < unstable == math.inf else unstable, changed
+        unstable, changed = limits_near(motion, fails)
+    if math.isinf(unstable) and changed < unstable:
+        unstable = math.nan
+    return unstable, changed
 
 
-def near(motion: SteppedMotion, fails: float, most: int | None = None) -> tuple[float, float]:
-    """The limits among the steps up to `fails` [s] and BELOW smaller ones, of runs of `most` steps
-    or of their full length: infinite where all hold, zero where none does."""
+def limits_near(
+    motion: SteppedMotion, fails: float, most: int | None = None
+) -> tuple[float, float]:
+    """Returns the limits of stability and of kind [s] among the steps just below `fails` [s].
+
+    The steps go from `fails` down to RATIO**BELOW below it. Runs have `most` steps; if it is None,
+    `run_length`. A limit is infinite if all steps hold, zero if none does.
+    """
     last = exponent(fails / motion.fastest, EVERY) + EVERY
     steps = motion.fastest * RATIO ** np.arange(last - BELOW, last + 1.0, EVERY)
     counts = run_length(steps, motion.fastest) if most is None else np.full(len(steps), most)
-    unstable, changed = (_first(steps, marks) for marks in tried(motion, steps, counts))
-    return math.sqrt(unstable[0] * unstable[1]), math.sqrt(changed[0] * changed[1])
+    stable, keeps_kind = trial_results(motion, steps, counts)
+    last_stable, first_unstable = _first_failure(steps, stable)
+    last_kept, first_changed = _first_failure(steps, keeps_kind)
+    return math.sqrt(last_stable * first_unstable), math.sqrt(last_kept * first_changed)
 
 
-def _first(steps: Array, held: Marks) -> tuple[float, float]:
-    """The last step [s] that holds before one that does not, zero where none does, and that one;
-    infinite where all hold."""
-    failing = np.flatnonzero(~held)
+def _first_failure(steps: Array, holds: Marks) -> tuple[float, float]:
+    """Returns the last step [s] that holds and the first step [s] that fails.
+
+    If the smallest step fails, the last that holds is zero. If all hold, both are infinite.
+    """
+    failing = np.flatnonzero(~holds)
     if not failing.size:
         return np.inf, np.inf
     first = int(failing[0])

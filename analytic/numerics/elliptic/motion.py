@@ -7,9 +7,10 @@ A Course of Modern Analysis, 20.6, example 2):
     w = [-w'_0 P' + 2 A3 (P - A2/2) + A1 A4]/[2 (P - A2/2)^2 - A0 A4/2].
 
 P follows from Jacobi's functions of A t, modulus 1 - B^2/A^2 (DLMF 23.6). Sudakov 2015 gives
-the integral (16) and says that no special function inverts it; this one does. Everything has 34
-digits, which differences may lose. Next to a separatrix those would not suffice for A and B: there
-the energy above the saddle enters the cubic of P as a factor, and the period keeps its digits.
+the integral (16) and says that no special function inverts it; P does. All numbers have 34 digits,
+some of which are lost in differences. Close to a separatrix, too many would be lost in A and B. In
+this case the energy above the saddle enters the cubic of P as a factor, and the period keeps its
+digits.
 """
 
 from __future__ import annotations
@@ -26,30 +27,32 @@ from plumbob.analytic.numerics.elliptic.trigonometric_potential import (
     TrigonometricPotential,
     crests,
 )
-from plumbob.analytic.numerics.quad import PI, Quad, choose, chosen, double, quad
+from plumbob.analytic.numerics.quad import PI, Quad, choose, choose_lazily, double, quad
 from plumbob.analytic.reference import Array
 
-_NEAR = 1e-10  # of the potential: the energy from a saddle below which it is made a factor
+# If the energy above a saddle is less than this fraction of the potential, the cubic is written
+# with that energy as a factor: its roots nearly coincide, and would lose their digits.
+_NEAR = 1e-10
 _FADED = 20.0  # A t after which a motion on a separatrix is at rest at the saddle, in double
 _Quartic = tuple[Quad, Quad, Quad, Quad, Quad]  # A0 ... A4 [1/s^2]
-_REACHED = 1e-15  # of an angle: beyond a turning point by rounding
-OF_PERIOD = 1024  # samples: a hundred time constants of a saddle take half of them
-SAMPLES = 65  # of a period, between which the motion turns back once at most
+_REACHED = 1e-15  # relative distance by which rounding moves an angle past a turning point
+OF_PERIOD = 1024  # samples for the action: half of them cover 100 time constants of a saddle
+SAMPLES = 65  # samples in a period: the motion turns back at most once between two of them
 
 
 @dataclass(frozen=True)
 class _Weierstrass:
-    """P(t): its `g2`, a root `e` of 4 e^3 - g2 e - g3 with `real` others or not, and A and B."""
+    """Weierstrass' function P(t), by a root of its cubic 4 e^3 - g2 e - g3 and A and B."""
 
-    g2: Quad
-    e: Quad
-    real: Any
-    a: Quad
-    b: Quad
+    g2: Quad  # [1/s^4]
+    e: Quad  # a root of the cubic [1/s^2]
+    real: Any  # bool: whether the other two roots are real
+    a: Quad  # A [1/s]
+    b: Quad  # B [1/s]
 
     @classmethod
     def of(cls, shift: Quad, c1: Quad, c0: Quad) -> _Weierstrass:
-        """From the cubic 4 y^3 + 6 p y^2 - c1 y - c0 in y = e - p/2, p the `shift`."""
+        """Returns P for the cubic 4 y^3 + 6 p y^2 - c1 y - c0 in y = e - p/2, p the `shift`."""
         y = _isolated_root(shift, c1, c0)
         product = c0 / (4 * y)
         total = -(c1 / 4 + product) / y
@@ -69,28 +72,37 @@ class _Weierstrass:
 
     @property
     def period(self) -> Quad:
-        """The real period [s]; infinite where B = 0."""
+        """Real period [s]; infinite for B = 0."""
         return half_turn(self.a, self.b) * choose(self.real, 1.0, 2.0)
 
     def at(self, times: Quad) -> _Point:
-        """P and P' at `times` [s] within half a period."""
+        """Returns P and P' at `times` [s] within half a period."""
         sn, cn, dn = jacobi(times, self.a, self.b)
         s = sn / self.a
-        r = chosen(self.real, lambda: s * s, lambda: (1 - cn) * (2 / self.a**2))
-        h = chosen(self.real, lambda: 1.0, lambda: (1 + cn) / 2)
+        r = choose_lazily(self.real, lambda: s * s, lambda: (1 - cn) * (2 / self.a**2))
+        h = choose_lazily(self.real, lambda: 1.0, lambda: (1 + cn) / 2)
         p_dot = -2 * dn * choose(self.real, cn, 1.0)
         p = self.e * r + h
         r2 = r * r
-        bend = 6 * p * p - self.g2 / 2 * r2
-        return _Point(s, r, r2, h, p_dot, s * p_dot, p, bend)
+        return _Point(
+            s=s,
+            r=r,
+            r2=r2,
+            h=h,
+            p_dot=p_dot,
+            moving=s * p_dot,
+            p=p,
+            bend=6 * p * p - self.g2 / 2 * r2,
+        )
 
 
 class _Point(NamedTuple):
-    """P = p/r and P' = s p_dot/r^2 with h = s^2/r, at one time t: s is about t, r about t^2."""
+    """P = p/r and P' = s p_dot/r^2 with h = s^2/r at a time t. For small t, s is about t and r
+    about t^2, so that all numbers stay finite at t = 0."""
 
     s: Quad
     r: Quad
-    r2: Quad  # its square
+    r2: Quad  # r^2
     h: Quad
     p_dot: Quad
     moving: Quad  # s p_dot
@@ -99,7 +111,8 @@ class _Point(NamedTuple):
 
 
 def _isolated_root(shift: Quad, c1: Quad, c0: Quad) -> Quad:
-    """The root of the cubic that is farthest from the others, by Newton's method from outside."""
+    """Returns the root of the cubic that is farthest from the other two, by Newton's method from
+    outside; 1 if all are zero."""
     g2 = double(3 * shift * shift + c1)
     g3 = double(c0 - shift * c1 / 2 - shift**3)
     bound = np.maximum(np.sqrt(np.maximum(g2, 0.0) / 2), np.cbrt(np.abs(g3) / 2))
@@ -111,48 +124,48 @@ def _isolated_root(shift: Quad, c1: Quad, c0: Quad) -> Quad:
         y = y - step
         if np.all(abs(step) <= 1e-22 * abs(y)):  # convergence is quadratic
             break
-    return choose(y == 0, quad(1.0), y)  # 0 at rest without forces
+    return choose(y == 0, quad(1.0), y)  # all roots are 0 at rest without forces
 
 
 @dataclass(frozen=True)
 class EllipticMotion:
-    """The closed form for one start, or for an array of starts, in 34-digit constants.
+    """The closed form of the motion from one start, or from an array of starts, in 34 digits.
 
-    All fields but the potential have the shape of the start; see `solve`.
+    All fields have the shape of the start; see `solve`.
     """
 
     potential: TrigonometricPotential  # [J], 34 digits
     inertia: Quad  # [kg m^2]
     theta0: Quad  # [rad]
-    kinetic: Quad  # [J], energy of the start
-    forward: Any  # bool: theta_dot >= 0 at the start
-    rest: Any  # bool
-    rotation: (
-        Any  # bool; a separatrix over the highest barrier counts as one of infinite period
-    )
+    kinetic: Quad  # [J] kinetic energy at the start
+    forward: Any  # bool: whether theta_dot >= 0 at the start
+    rest: Any  # bool: whether the motion is at rest
+    # bool: whether the motion rotates; a separatrix over the highest barrier is a rotation with an
+    # infinite period
+    rotation: Any
     top: Quad  # theta [rad] of the highest barrier
-    quartic: _Quartic
-    function: _Weierstrass
+    quartic: _Quartic  # coefficients of w'^2
+    function: _Weierstrass  # P(t)
 
     @property
     def period(self) -> Quad:
-        """Period [s] of one turn, or of a full libration; infinite on a separatrix."""
+        """Time [s] of a full turn, or period of a libration; infinite on a separatrix."""
         return self.function.period
 
     @property
     def two_pairs(self) -> Any:
-        """Whether the motion swings in one well while another one has its energy, too."""
+        """Whether the motion swings in one well while another well admits its energy, too."""
         return self.function.real & np.logical_not(self.rotation)
 
     @property
     def sense(self) -> Any:
-        """-1.0 for a motion that starts backward, else 1.0."""
+        """Sense of the motion at the start: -1.0 backward, 1.0 forward or at rest."""
         return choose(self.forward, 1.0, -1.0)
 
     def state(self, times: Array) -> tuple[Array, Array]:
-        """theta [rad] and theta_dot [rad/s] at `times` [s] after the start, which broadcast with
-        the shape of the starts."""
-        with np.errstate(all="ignore"):  # infinite periods, branches not taken
+        """Returns theta [rad] and theta_dot [rad/s] at `times` [s] after the start; `times`
+        broadcast with the shape of the starts."""
+        with np.errstate(all="ignore"):  # infinite periods, and branches that are not chosen
             times = quad(np.asarray(times, dtype=float))
             finite = np.isfinite(double(self.period))
             cycle = choose(finite, self.period, quad(1.0))
@@ -161,31 +174,33 @@ class EllipticMotion:
             if not np.all(finite):
                 faded = choose(finite, quad(np.inf), _FADED / self.function.a)
                 spent = np.minimum(np.maximum(spent, -faded), faded)
-            half, rate = self._swept(spent)
+            half_angle, rate = self._half_angle_and_rate(spent)
             sense = self.sense * np.sign(double(spent))
-            moved = 2 * self._wound(half, turns, sense)
-            still = np.zeros(np.shape(spent))
-            theta = self.theta0 + choose(self.rest, still, moved)
-            return double(theta), double(choose(self.rest, still, rate))
+            change = 2 * self._with_whole_turns(half_angle, turns, sense)
+            zeros = np.zeros(np.shape(spent))
+            theta = self.theta0 + choose(self.rest, zeros, change)
+            return double(theta), double(choose(self.rest, zeros, rate))
 
-    def _wound(self, half: Quad, turns: Any, sense: Any) -> Quad:
-        """Half the angle from the start, whole turns included. `half` is that angle up to half
-        turns; `turns` whole periods are over, and the motion goes forward (`sense` 1) or backward
-        (-1) in the rest."""
+    def _with_whole_turns(self, half: Quad, turns: Any, sense: Any) -> Quad:
+        """Returns half the angle from the start, whole turns included.
+
+        `half` is this half angle modulo pi. `turns` is the number of periods that are over; after
+        them the motion goes forward (`sense` 1) or backward (-1).
+        """
 
         def around() -> Quad:
-            back = choose(sense > 0, half < 0, (half > 0) & (sense < 0))
-            return half + PI * (choose(back, sense, 0.0) + self.sense * turns)
+            past_half_turn = choose(sense > 0, half < 0, (half > 0) & (sense < 0))
+            return half + PI * (choose(past_half_turn, sense, 0.0) + self.sense * turns)
 
         def within() -> Quad:
             turn = (self.top - self.theta0) / (2 * PI)
             to_barrier = PI * (turn - np.floor(turn))  # half the angle, forward from the start
             return half - PI * (np.floor((half - to_barrier) / PI) + 1)
 
-        return chosen(self.rotation, around, within)
+        return choose_lazily(self.rotation, around, within)
 
-    def _swept(self, times: Quad) -> tuple[Quad, Quad]:
-        """Half the angle from the start, up to half turns, and its rate [rad/s], after `times` [s]
+    def _half_angle_and_rate(self, times: Quad) -> tuple[Quad, Quad]:
+        """Returns half the angle from the start, modulo pi, and theta_dot [rad/s], at `times` [s]
         within half a period of the start."""
         a1, a2, a3, a4 = self.quartic[1:]
         t = self.function.at(times)
@@ -197,11 +212,11 @@ class EllipticMotion:
         even = t.r * push
         bend = speed * t.bend
         y = 2 * centred * centred - self._a0_a4 / 2 * t.r2
-        # w is x/y with x = even - odd. If w was infinite as long before the start as `times` are
-        # after it, both x and y vanish, and w is u/v.
+        # w is x/y with x = even - odd, and also u/v. If w is infinite at the time -t, both x and y
+        # vanish at t, and u/v has to be used.
         u = t.r * (2 * (a3**2 - a2 * a4) * t.r - 2 * a4 * t.p)
         v = even + odd
-        return _larger(
+        return _from_larger(
             (
                 even - odd,
                 y,
@@ -213,67 +228,89 @@ class EllipticMotion:
 
     @property
     def _a0_a4(self) -> Quad:
-        """A0 A4 [1/s^4]."""
+        """Product A0 A4 [1/s^4]."""
         return self.quartic[0] * self.quartic[4]
 
     @property
     def _start_speed(self) -> Quad:
-        """The derivative of w at the start [1/s]: the root of A4, which rounding can make less than
-        zero."""
+        """Derivative of w at the start [1/s]: the root of A4, or zero if rounding has made A4
+        negative."""
         a4 = self.quartic[4]
         return self.sense * np.sqrt(choose(a4 > 0, a4, 0 * a4))
 
     @property
     def action(self) -> Any:
-        """(1/2 pi) closed integral of p dtheta [J s]: the mean of theta_dot^2 over a period, which
-        the trapezoid rule gives with geometric convergence."""
+        """Action [J s]: (1/2 pi) times the integral of p dtheta over one period.
+
+        The integral is the inertia times the mean of theta_dot^2 times the period. The trapezoidal
+        rule for the mean converges geometrically.
+        """
         period = double(self.period)
         rates = self.state(np.multiply.outer(np.arange(OF_PERIOD) / OF_PERIOD, period))[1]
         return double(self.inertia) * np.mean(rates**2, axis=0) * period / (2 * np.pi)
 
     def time_at(self, theta: Array) -> Array:
-        """Time [s] after the start at which a single motion first reaches `theta` [rad], shape
-        (n,); NaN where it never does: from one turning point to the next."""
-        finite = math.isfinite(last := float(double(self.period)))
-        last = last if finite else float(double(_FADED / self.function.a))
-        turns = np.floor((theta - double(self.theta0)) * self.sense / (2 * np.pi))
-        turns = np.maximum(turns, 0.0) if self.rotation and finite else 0.0 * theta
-        wanted = theta - turns * self.sense * 2 * np.pi
+        """Returns the times [s] after the start at which a single motion first reaches `theta`
+        [rad], shape (n,); NaN if it never does.
+
+        Each time is sought between two neighbouring turning points.
+        """
+        period = float(double(self.period))
+        periodic = math.isfinite(period)
+        last = period if periodic else float(double(_FADED / self.function.a))
+        turns = 0.0 * theta
+        if self.rotation and periodic:
+            turns = np.floor((theta - double(self.theta0)) * self.sense / (2 * np.pi))
+            turns = np.maximum(turns, 0.0)
+        target = theta - turns * self.sense * 2 * np.pi
         edges = np.array([0.0, *self._turning_points(last), last])
-        ends = self.state(edges)[0]
-        near = _REACHED * (1 + np.abs(theta))
-        least = np.minimum(ends[:-1], ends[1:])
-        most = np.maximum(ends[:-1], ends[1:])
-        inside = (least <= (wanted + near)[:, None]) & (most >= (wanted - near)[:, None])
-        part = inside.argmax(axis=1)
-        wanted = np.clip(wanted, least[part], most[part])
-        times = self._passed(0, wanted, edges[part], edges[part + 1])
-        times = np.where(inside.any(axis=1), times + turns * (last if finite else 0.0), np.nan)
+        edge_angles = self.state(edges)[0]
+        tolerance = _REACHED * (1 + np.abs(theta))
+        lowest = np.minimum(edge_angles[:-1], edge_angles[1:])
+        highest = np.maximum(edge_angles[:-1], edge_angles[1:])
+        above = lowest <= (target + tolerance)[:, None]
+        below = highest >= (target - tolerance)[:, None]
+        reached = above & below
+        interval = reached.argmax(axis=1)
+        target = np.clip(target, lowest[interval], highest[interval])
+        times = self._crossing_times(0, target, edges[interval], edges[interval + 1])
+        times = times + turns * (last if periodic else 0.0)
+        times = np.where(reached.any(axis=1), times, np.nan)
         return np.where(theta == double(self.theta0), 0.0, times)
 
     def _turning_points(self, last: float) -> Array:
-        """The times up to the `last` [s] at which the motion turns back, shape (n,)."""
+        """Returns the times up to `last` [s] at which the motion turns back, shape (n,)."""
         samples = np.linspace(0.0, last, SAMPLES)
         before = np.flatnonzero(np.diff(np.sign(self.state(samples)[1])))
-        return self._passed(1, np.zeros(len(before)), samples[before], samples[before + 1])
+        zeros = np.zeros(len(before))
+        return self._crossing_times(1, zeros, samples[before], samples[before + 1])
 
-    def _passed(self, part: int, value: Array, low: Array, high: Array) -> Array:
-        """When theta, `part` 0, or theta_dot, 1, passes a `value` between two times [s] from one to
-        the other of which it rises or falls; shape (n,) each."""
+    def _crossing_times(self, part: int, value: Array, low: Array, high: Array) -> Array:
+        """Returns the times [s] at which theta (`part` 0) or theta_dot (`part` 1) has a `value`.
+
+        Each time is between `low` and `high` [s]; theta or theta_dot is monotonic between them. All
+        shapes are (n,).
+        """
         from scipy.optimize.elementwise import find_root
 
-        def beyond(times: Array, values: Array) -> Array:
+        def difference(times: Array, values: Array) -> Array:
             return self.state(times)[part] - values
 
-        return find_root(beyond, (low, high), args=(value,)).x
+        return find_root(difference, (low, high), args=(value,)).x
 
 
-def _larger(one: tuple[Quad, Quad, Quad], other: tuple[Quad, Quad, Quad]) -> tuple[Quad, Quad]:
-    """Half the angle and its rate from the larger of two pairs of a sine and a cosine, each with
-    what its rate has over the sum of squares."""
-    sizes = [x * x + y * y for x, y, _ in (one, other)]
-    x, y, swept = (choose(sizes[1] > sizes[0], b, a) for a, b in zip(one, other, strict=True))
-    return np.arctan2(x, y), 2 * swept / np.maximum(*sizes)
+def _from_larger(
+    one: tuple[Quad, Quad, Quad], other: tuple[Quad, Quad, Quad]
+) -> tuple[Quad, Quad]:
+    """Returns half an angle and the angle's rate from the larger of two triples x, y, n.
+
+    The half angle is atan2(x, y), its rate n/(x^2 + y^2). Both triples describe the same angle.
+    """
+    size = one[0] * one[0] + one[1] * one[1]
+    other_size = other[0] * other[0] + other[1] * other[1]
+    other_is_larger = other_size > size
+    x, y, numerator = (choose(other_is_larger, b, a) for a, b in zip(one, other, strict=True))
+    return np.arctan2(x, y), 2 * numerator / np.maximum(size, other_size)
 
 
 def solve(
@@ -284,18 +321,19 @@ def solve(
     excess: Any = None,
     theta_from_top: Any = None,
 ) -> EllipticMotion:
-    """Solve I theta'' = -V'(theta) from theta [rad] and theta_dot [rad/s]; all arguments broadcast.
+    """Returns the solution of I theta'' = -V'(theta) from theta [rad] and theta_dot [rad/s].
 
-    `excess` [J], where given, is the energy above the highest barrier, in place of the magnitude
-    of theta_dot, whose sign it keeps; `theta_from_top` [rad] is the start's angle from that
-    barrier, on the turn that `theta` is nearest to. Source: Sudakov 2015, eqs. 15 and 16, inverted.
+    All arguments broadcast. If `excess` [J] is given, it is the energy above the highest barrier,
+    and of theta_dot only the sign counts. If `theta_from_top` [rad] is given, it is the initial
+    angle from that barrier, on the turn nearest to `theta`. Source: Sudakov 2015, eqs. 15 and 16,
+    inverted.
     """
+    given = (potential.a, potential.b, potential.c, inertia, theta, theta_dot)
     *coefficients, inertia, theta, theta_dot, rise, from_top = _broadcast(
-        *(potential.a, potential.b, potential.c),
-        *(inertia, theta, theta_dot, excess, theta_from_top),
+        *given, excess, theta_from_top
     )
     potential = TrigonometricPotential(*coefficients)
-    with np.errstate(all="ignore"):  # branches not taken, and infinite periods
+    with np.errstate(all="ignore"):  # infinite periods, and branches that are not chosen
         top, other = _crests(potential)
         between = _height(potential, top, other - top)
         if theta_from_top is not None:
@@ -310,48 +348,54 @@ def solve(
             theta0=theta,
             kinetic=kinetic,
             forward=np.logical_not(theta_dot < 0),
-            rest=(abs(kinetic) <= 1e-60 * potential.scale)
-            & (abs(potential.slope(theta)) <= 1e-30 * potential.scale),
+            rest=_is_at_rest(potential, theta, kinetic),
             rotation=above >= 0,
             top=top,
             quartic=quartic,
-            function=_function(
+            function=_weierstrass_function(
                 quartic, potential, inertia, (top, other), (above, above + between)
             ),
         )
 
 
-def _function(
+def _is_at_rest(potential: TrigonometricPotential, theta: Quad, kinetic: Quad) -> Any:
+    """Returns whether a motion from `theta` [rad] with the `kinetic` energy [J] stays at rest."""
+    without_speed = abs(kinetic) <= 1e-60 * potential.scale
+    without_force = abs(potential.slope(theta)) <= 1e-30 * potential.scale
+    return without_speed & without_force
+
+
+def _weierstrass_function(
     start: _Quartic,
     potential: TrigonometricPotential,
     inertia: Quad,
     crests: tuple[Quad, Quad],
     above: tuple[Quad, Quad],
 ) -> _Weierstrass:
-    """P from the coefficients at the start, or at a crest that the energy is close to."""
-    closer = abs(above[1]) < abs(above[0])  # false where there is no other crest
+    """Returns P from the coefficients A0 ... A4 at the start, or at a crest.
+
+    `above` is the energy above each of the two `crests` [J]. If the energy is close to a crest, the
+    coefficients at that crest are used.
+    """
+    # If there is no other crest, its energy is NaN, and the comparison is false.
+    closer = abs(above[1]) < abs(above[0])
     energy = choose(closer, above[1], above[0])
     crest = choose(closer, crests[1], crests[0])
     near = abs(energy) <= _NEAR * potential.scale
-    a0, a1, a2, a3, a4 = (
-        choose(near, there, here)
-        for there, here in zip(_quartic(potential, crest, energy, inertia), start, strict=True)
-    )
-    # At a crest a3 = 0, and g2 = 3 a2^2 + a0 a4, g3 = a2 (a0 a4 - a2^2) - a1^2 a4, with a root near
-    # a2/2: in the distance from that, a4 is a factor of what has to be small.
+    at_crest = _quartic(potential, crest, energy, inertia)
+    a0, a1, a2, a3, a4 = (choose(near, *pair) for pair in zip(at_crest, start, strict=True))
+    # At a crest a3 = 0, g2 = 3 a2^2 + a0 a4 and g3 = a2 (a0 a4 - a2^2) - a1^2 a4. One root is near
+    # a2/2. In the distance from a2/2, the small coefficients of the cubic have a4 as a factor.
     twist = choose(near, 0 * a3, a3)
     product = a0 * a4 - 4 * a1 * twist
     shift = choose(near, a2, 0 * a2)
     c0 = a2 * (a0 * a4 + 2 * a1 * twist - a2**2) - a0 * twist**2 - a1**2 * a4
-    return _Weierstrass.of(
-        shift,
-        product + choose(near, 0 * a2, 3 * a2**2),
-        choose(near, a4 * (3 * a0 * a2 / 2 - a1**2), c0),
-    )
+    c0 = choose(near, a4 * (3 * a0 * a2 / 2 - a1**2), c0)
+    return _Weierstrass.of(shift, product + choose(near, 0 * a2, 3 * a2**2), c0)
 
 
 def _broadcast(*values: Any) -> Sequence[Quad]:
-    """The values in 34 digits and of one shape; 0 where there is none."""
+    """Returns the values in 34 digits and of one shape; 0 stands for None."""
     numbers = [quad(0.0 if value is None else value) for value in values]
     return np.broadcast_arrays(*numbers) if any(np.ndim(v) for v in numbers) else numbers
 
@@ -359,8 +403,9 @@ def _broadcast(*values: Any) -> Sequence[Quad]:
 def _quartic(
     potential: TrigonometricPotential, angle: Quad, energy: Quad, inertia: Quad
 ) -> _Quartic:
-    """A0 ... A4 with w from `angle` [rad], where the kinetic energy is `energy` [J]."""
-    fourth, third, second, first = _fall(potential, angle)
+    """Returns A0 ... A4 [1/s^2] for w measured from `angle` [rad], at which the kinetic energy is
+    `energy` [J]."""
+    fourth, third, second, first = _potential_drop(potential, angle)
     return (
         (energy + fourth) / (2 * inertia),
         third / (8 * inertia),
@@ -370,8 +415,11 @@ def _quartic(
     )
 
 
-def _fall(potential: TrigonometricPotential, angle: Quad) -> tuple[Quad, Quad, Quad, Quad]:
-    """Coefficients of w^4 to w^1 in (1 + w^2)^2 (V(angle) - V(angle + x)), w = tan(x/2)."""
+def _potential_drop(
+    potential: TrigonometricPotential, angle: Quad
+) -> tuple[Quad, Quad, Quad, Quad]:
+    """Returns the coefficients of w^4 to w^1 in (1 + w^2)^2 (V(angle) - V(angle + x)), with
+    w = tan(x/2)."""
     sine = np.sin(angle)
     cosine = np.cos(angle)
     twist = 4 * potential.a * sine * cosine
@@ -382,36 +430,38 @@ def _fall(potential: TrigonometricPotential, angle: Quad) -> tuple[Quad, Quad, Q
 
 
 def _height(potential: TrigonometricPotential, crest: Quad, x: Quad) -> Quad:
-    """V(crest) - V(crest + x), without the difference of two potentials."""
-    fourth, third, second, _ = _fall(potential, crest)
+    """Returns V(crest) - V(crest + x) without a difference of two potentials."""
+    fourth, third, second, _ = _potential_drop(potential, crest)
     sine = np.sin(x / 2)
     cosine = np.cos(x / 2)
     return sine**2 * (fourth * sine**2 + third * sine * cosine + second * cosine**2)
 
 
 def _crests(potential: TrigonometricPotential) -> tuple[Quad, Quad]:
-    """Angles of the highest maximum of V (0 for a constant V), and of the other one or NaN."""
+    """Returns the angle of the highest maximum of V, 0 for a constant V, and the angle of the other
+    maximum, NaN if there is none."""
+    coefficients = map(np.ravel, (potential.a, potential.b, potential.c))
+    defaults = quad(np.array([0.0, np.nan]))  # angles that stand for missing maxima
     pairs = []
-    none = quad(np.array([0.0, np.nan]))
-    for each in zip(*map(np.ravel, (potential.a, potential.b, potential.c)), strict=True):
-        tops = crests(TrigonometricPotential(*each))
-        pairs.append(np.append(tops, none[len(tops) > 0 :])[:2])
-    highest, other = (
-        quad(angles.reshape(np.shape(potential.a))) for angles in np.array(pairs).T
-    )
-    return highest, other
+    for a, b, c in zip(*coefficients, strict=True):
+        tops = crests(TrigonometricPotential(a, b, c))
+        pairs.append(np.append(tops, defaults[len(tops) > 0 :])[:2])
+    highest, other = np.array(pairs).T
+    shape = np.shape(potential.a)
+    return quad(highest.reshape(shape)), quad(other.reshape(shape))
 
 
 def _nearest_top(
     potential: TrigonometricPotential, top: Quad, other: Quad, between: Quad, theta: Quad
 ) -> Quad:
-    """Angle of the highest barrier, on the turn nearest to theta; of two equal ones the nearer."""
+    """Returns the angle of the highest barrier on the turn nearest to `theta`; if both barriers are
+    equally high, the nearer one."""
     equal = abs(between) <= 1e-28 * potential.scale
-    gap = _turned(top - theta)
-    other_gap = _turned(other - theta)
+    gap = _without_turns(top - theta)
+    other_gap = _without_turns(other - theta)
     return theta + choose(equal & (abs(other_gap) < abs(gap)), other_gap, gap)
 
 
-def _turned(angle: Quad) -> Quad:
-    """The angle less the whole turns that are nearest to it."""
+def _without_turns(angle: Quad) -> Quad:
+    """Returns an angle reduced to -pi ... pi by whole turns."""
     return angle - 2 * PI * quad(np.rint(double(angle) / (2 * np.pi)))

@@ -1,5 +1,8 @@
-"""One period of a motion as Taylor series at many nodes, for more times than a closed form is
-quick for: a position in the period with 34 digits of it, then a polynomial of degree 7."""
+"""Table of one period of a motion, for fast evaluation at many times.
+
+The table has a Taylor series at each of many nodes. A time is reduced to one period by 34 digits of
+the period; then a polynomial of degree 7 is evaluated.
+"""
 
 from __future__ import annotations
 
@@ -10,33 +13,34 @@ from typing import Any
 import numpy as np
 
 from plumbob.analytic.numerics.elliptic.motion import EllipticMotion
-from plumbob.analytic.numerics.power_series import constant, flown
+from plumbob.analytic.numerics.power_series import constant, flow_series
 from plumbob.analytic.numerics.quad import Quad, double
 from plumbob.analytic.reference import Array
 
-_BLOCK = 32768  # times handled together, so that they stay in the cache
-_DEGREE = 7
-_NODES = 24.0  # per time in which the motion changes; with 12 a rate is 4e-14 off, with 8 7e-13
-
-_MOST = 2**14  # nodes, which take 0.07 s
+_BLOCK = 32768  # times evaluated together, so that they stay in the cache
+_DEGREE = 7  # degree of the Taylor series
+# Nodes in a time constant of the motion. With 8 of them the error of a rate is 7e-13, with 12 it is
+# 4e-14; 24 leave a margin.
+_NODES = 24.0
+_MOST = 2**14  # largest number of nodes, which take 0.07 s
 
 
 @dataclass(frozen=True)
 class OrbitTable:
-    """Taylor series of theta [rad] at even times of one period, the first and last included."""
+    """Taylor series of theta [rad] at evenly spaced times of one period, both ends included."""
 
     period: Quad  # [s]
-    series: Array  # shape (8, nodes), constants first, in times from one node to the next
+    # Taylor coefficients at each node, shape (8, nodes), the constant first; time in node spacings
+    series: Array
 
     @property
     def turn(self) -> float:
-        """Angle [rad] by which a period turns."""
-        return float(
-            2 * np.pi * np.rint((self.series[0, -1] - self.series[0, 0]) / (2 * np.pi))
-        )
+        """Angle [rad] by which theta grows in a period, a multiple of 2 pi."""
+        growth = self.series[0, -1] - self.series[0, 0]
+        return float(2 * np.pi * np.rint(growth / (2 * np.pi)))
 
     def state(self, times: Array) -> tuple[Array, Array]:
-        """theta [rad] and theta_dot [rad/s] at `times` [s], shape (n,)."""
+        """Returns theta [rad] and theta_dot [rad/s] at `times` [s], shape (n,)."""
         theta, rate = np.empty((2, times.size))
         for start in range(0, times.size, _BLOCK):
             part = slice(start, start + _BLOCK)
@@ -44,30 +48,33 @@ class OrbitTable:
         return theta, rate
 
     def _state(self, times: Array) -> tuple[Array, Array]:
+        """Returns theta and theta_dot at one block of times; see `state`."""
         period = double(self.period)
-        nodes = (self.series.shape[1] - 1) / period
+        node_rate = (self.series.shape[1] - 1) / period
         turns = np.floor(times / period)
-        high = _short(period)
-        low = _short(double(self.period - high))
-        ahead = times - turns * high
-        ahead -= turns * low
-        ahead -= turns * double(self.period - high - low)
-        ahead *= nodes
-        node = np.rint(ahead)
-        ahead -= node
-        at = node.astype(np.intp)
-        theta = self.series[-1].take(at, mode="clip")
-        slope = np.zeros_like(ahead)
+        # The period is subtracted in three parts, so that only the last product is rounded.
+        high = _leading_bits(period)
+        low = _leading_bits(double(self.period - high))
+        offset = times - turns * high
+        offset -= turns * low
+        offset -= turns * double(self.period - high - low)
+        offset *= node_rate
+        nearest = np.rint(offset)
+        offset -= nearest
+        node = nearest.astype(np.intp)
+        theta = self.series[-1].take(node, mode="clip")
+        slope = np.zeros_like(offset)
         for terms in self.series[-2::-1]:
-            slope *= ahead
+            slope *= offset
             slope += theta
-            theta *= ahead
-            theta += terms.take(at, mode="clip")
-        return theta + turns * self.turn, slope * nodes
+            theta *= offset
+            theta += terms.take(node, mode="clip")
+        return theta + turns * self.turn, slope * node_rate
 
 
-def _short(value: float) -> float:
-    """The first 20 bits of a number, whose products with up to 2^33 turns are exact."""
+def _leading_bits(value: float) -> float:
+    """Returns the first 20 bits of a number, so that its products with up to 2^33 turns are
+    exact."""
     large = (2.0**33 + 1.0) * value
     return large - (large - value)
 
@@ -75,15 +82,18 @@ def _short(value: float) -> float:
 def orbit_table(
     motion: EllipticMotion, acceleration: Callable[..., Any], fastest: float
 ) -> OrbitTable | None:
-    """Tabulate one period of a single motion, whose `acceleration` [rad/s^2] is that of a time,
-    theta and theta_dot, and which changes in 1/`fastest` [1/s]; None where it is too long."""
+    """Returns the table of one period of a `motion`; None if the period needs too many nodes.
+
+    `acceleration` is a function of time, theta and theta_dot [rad/s^2]. `fastest` is the fastest
+    rate of the motion [1/s].
+    """
     period = double(motion.period)
     count = np.ceil(_NODES * fastest * period)
     if not count <= _MOST:
         return None
     times = np.linspace(0.0, period, int(count) + 1)
     start = [constant(part, _DEGREE) for part in motion.state(times)]
-    series, _ = flown(lambda h, z: (z[1], acceleration(h, *z)), start)
+    series, _ = flow_series(lambda h, z: (z[1], acceleration(h, *z)), start)
     powers = times[1] ** np.arange(_DEGREE + 1.0)
     terms = np.array(np.broadcast_arrays(*series.terms))  # without forces, zeros are numbers
     return OrbitTable(motion.period, terms * powers[:, None])

@@ -1,15 +1,16 @@
-"""The integral of 1/(1 + f dn) - 1/(1 + f) over time: the elliptic integral of the third kind less
-its even growth, free of cancellation for 0 <= f <= 1.
+"""The integral of 1/(1 + f dn) - 1/(1 + f) over time, free of cancellation for 0 <= f <= 1.
 
-With k1 = (A - B)/(A + B), the first step of Landen's transformation (DLMF 22.7.4), and s = sn of
+It is an elliptic integral of the third kind, less its steady growth tau/(1 + f).
+
+By the first step of Landen's transformation (DLMF 22.7.4), with k1 = (A - B)/(A + B) and s = sn of
 (A + B)/2 tau with modulus k1, dn = (1 - k1 s^2)/(1 + k1 s^2), so that
 
     1/(1 + f dn) = [1 + (k1 - g) s^2/(1 + g s^2)]/(1 + f),    g = k1 (1 - f)/(1 + f) <= k1:
 
-every term is positive. The integral of s^2/(1 + g s^2) is s^3 R_J/3 (DLMF 19.25.14). The even
-growth, tau/(1 + f), is left out: a quarter turn may take 10^20 times as long as the motion that is
-asked for, and the motion would be the difference of two integrals that agree in all digits of a
-double.
+every term is positive. The integral of s^2/(1 + g s^2) is s^3 R_J/3 (DLMF 19.25.14). The steady
+growth is left out for its size: a quarter turn may take 10^20 times as long as the motion that is
+evaluated. With the growth, the motion would be the difference of two integrals that agree in all
+digits of a double.
 """
 
 from __future__ import annotations
@@ -23,45 +24,46 @@ from plumbob.analytic.numerics.elliptic.jacobi_functions import half_turn, jacob
 from plumbob.analytic.numerics.quad import Quad, double, quad
 from plumbob.analytic.reference import Array
 
-# In a time 1/A: the integrand is smooth within pi/2 of that beside the real axis (DLMF 22.4), and
-# the rule's error 1e-38.
+# Points of the trapezoidal rule in a time 1/A. The integrand is analytic in the strip |Im t| <
+# pi/(2A) (DLMF 22.4), so that the rule's error is 1e-38.
 POINTS = 9
-_FADED = 350.0  # A tau at which sech^2 is next to the smallest double
+_FADED = 350.0  # A tau at which sech^2 is close to the smallest double
 
 
 @dataclass(frozen=True)
 class ReciprocalIntegral:
-    """Integral over tau [s] from 0 of 1/(1 + f dn) - 1/(1 + f), dn of A tau with the modulus
-    1 - B^2/A^2; A, B [1/s], 0 <= B <= A > 0, and 0 <= f <= 1 with its distance from 1, to 34
-    digits."""
+    """Integral over tau [s] from 0 of 1/(1 + f dn) - 1/(1 + f), with dn of A tau and the modulus
+    1 - B^2/A^2. All numbers have 34 digits."""
 
-    a: Quad
-    b: Quad
-    f: Quad
+    a: Quad  # A > 0 [1/s]
+    b: Quad  # B [1/s], 0 <= B <= A
+    f: Quad  # 0 <= f <= 1
     below_one: Quad  # 1 - f
 
     def at(self, tau: Array, factor: Quad) -> Array:
-        """A `factor` times the integral [s] at `tau` [s], shape (n,), at most a quarter turn either
-        way. The factor may be as large as the integral is small."""
+        """Returns a `factor` times the integral [s] at `tau` [s], shape (n,), at most a quarter
+        turn either way. The factor may be as large as the integral is small."""
         import scipy.special
 
         mean = (self.a + self.b) / 2
         geometric = np.sqrt(self.a * self.b)
         rate = double(mean)
-        begun = tau if double(geometric) else np.clip(tau, -_FADED / rate, _FADED / rate)
-        s, c, d = jacobi(begun, rate, double(geometric))
+        clipped = tau if double(geometric) else np.clip(tau, -_FADED / rate, _FADED / rate)
+        s, c, d = jacobi(clipped, rate, double(geometric))
         modulus = (self.a - self.b) / (self.a + self.b) / (1 + self.f)  # k1/(1 + f)
-        # k1 - g
         g = double(modulus * self.below_one)
         weight = factor * self.f / (1 + self.f)
         third = s**3 / 3 * scipy.special.elliprj(c * c, d * d, 1.0, 1.0 + g * s * s)
-        faded = double(weight) * (tau - begun)  # dn is 0 there
+        faded = double(weight) * (tau - clipped)  # dn is 0 in the clipped time
+        # k1 - g is 2 f times `modulus`, without a difference.
         return np.asarray(double(2 * weight * modulus / mean) * third + faded)
 
     @property
     def over_half_turn(self) -> Quad:
-        """The integral [s] over a half turn, in which dn goes through its period, to 34 digits, for
-        B > 0: by the trapezoidal rule, which converges geometrically."""
+        """The integral [s] over a half turn, which is a period of dn, to 34 digits; for B > 0.
+
+        The trapezoidal rule converges geometrically.
+        """
         length = half_turn(self.a, self.b)
         count = math.ceil(POINTS * double(self.a * length))
         dn = jacobi(length * quad(np.arange(count, dtype=float)) / count, self.a, self.b)[2]

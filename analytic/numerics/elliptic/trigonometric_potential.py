@@ -15,28 +15,29 @@ Kind = Literal["centre", "saddle", "degenerate"]
 
 @dataclass(frozen=True)
 class TrigonometricPotential:
-    """Coefficients a, b, c [J] (any arithmetic, one shape) of Sudakov 2015, eq. 7."""
+    """The potential of Sudakov 2015, eq. 7, with coefficients a, b, c [J] in any arithmetic, of one
+    shape."""
 
     a: Any
     b: Any
     c: Any
 
     def value(self, theta: Any) -> Any:
-        """V(theta) [J]."""
+        """Returns V(theta) [J]."""
         sine = np.sin(theta)
         cosine = np.cos(theta)
         return -(self.a * sine + self.b) * sine - self.c * cosine
 
     def slope(self, theta: Any) -> Any:
-        """dV/dtheta [J/rad]."""
+        """Returns dV/dtheta [J/rad]."""
         return self.slope_and_curvature(theta)[0]
 
     def curvature(self, theta: Any) -> Any:
-        """d^2V/dtheta^2 [J/rad^2]."""
+        """Returns d^2V/dtheta^2 [J/rad^2]."""
         return self.slope_and_curvature(theta)[1]
 
     def slope_and_curvature(self, theta: Any) -> tuple[Any, Any]:
-        """dV/dtheta and d^2V/dtheta^2 from one sine and one cosine."""
+        """Returns dV/dtheta [J/rad] and d^2V/dtheta^2 [J/rad^2] from one sine and one cosine."""
         sine = np.sin(theta)
         cosine = np.cos(theta)
         twice = (self.a + self.a) * sine + self.b
@@ -45,40 +46,40 @@ class TrigonometricPotential:
 
     @property
     def scale(self) -> Any:
-        """|a| + |b| + |c| [J], in double."""
+        """Sum |a| + |b| + |c| [J], in double."""
         return double(abs(self.a) + abs(self.b) + abs(self.c))
 
 
 def critical_points(potential: TrigonometricPotential) -> Quad:
-    """Angles in (-pi, pi] where dV/dtheta = 0, in 34 digits, ascending, shape (n,), of one
-    potential."""
+    """Returns the angles in (-pi, pi] with dV/dtheta = 0, in 34 digits, ascending, shape (n,), of
+    one potential."""
     coefficients = double(potential.a), double(potential.b), double(potential.c)
-    rough = TrigonometricPotential(*coefficients)
+    in_doubles = TrigonometricPotential(*coefficients)
     scale = sum(map(abs, coefficients))
     if not scale:
         return quad(np.zeros(0))
     with np.errstate(all="ignore"):
-        near = (
-            _polished(potential, quad(_approximate(rough)))
-            if rough.b
-            else _symmetric(potential)
-        )
-        close = double(near)
-        # A false root has a slope that is not zero, a repeated one a neighbour at no distance.
-        kept = np.abs(rough.slope(close)) <= 1e-12 * scale
-        kept[1:] &= ~(np.diff(close) < 1e-12)
-        return (near - 2 * PI * quad(np.rint(close / (2 * np.pi))))[kept]
+        if in_doubles.b:
+            angles = _newton_angles(potential, quad(_approximate_angles(in_doubles)))
+        else:
+            angles = _symmetric_angles(potential)
+        rounded = double(angles)
+        # A false root has a slope that is not zero. A repeated root is equal to its neighbour.
+        valid = np.abs(in_doubles.slope(rounded)) <= 1e-12 * scale
+        valid[1:] &= ~(np.diff(rounded) < 1e-12)
+        turns = quad(np.rint(rounded / (2 * np.pi)))
+        return (angles - 2 * PI * turns)[valid]
 
 
 def crests(potential: TrigonometricPotential) -> Quad:
-    """Angles of the maxima of one potential, in 34 digits, highest first, shape (n,)."""
+    """Returns the angles of the maxima of one potential, in 34 digits, highest first."""
     points = critical_points(potential)
     tops = points[double(potential.curvature(points)) < 0.0]
     return tops[np.argsort(-double(potential.value(tops)), kind="stable")]
 
 
 def kind(potential: TrigonometricPotential, theta: Quad) -> Kind:
-    """Kind of the equilibrium at a critical point `theta`, a scalar."""
+    """Returns the kind of the equilibrium at a critical point `theta`, a scalar."""
     curvature = double(potential.curvature(theta))
     # At a pitchfork the curvature is zero but for rounding of the coefficients.
     if abs(curvature) <= 4e-16 * potential.scale:
@@ -86,8 +87,9 @@ def kind(potential: TrigonometricPotential, theta: Quad) -> Kind:
     return "centre" if curvature > 0.0 else "saddle"
 
 
-def _polished(potential: TrigonometricPotential, theta: Quad) -> Quad:
-    """Newton's method on dV/dtheta until the error after a step is below round-off."""
+def _newton_angles(potential: TrigonometricPotential, theta: Quad) -> Quad:
+    """Returns angles improved by Newton's method on dV/dtheta, until the error is below
+    round-off."""
     for _ in range(40):
         slope, curvature = potential.slope_and_curvature(theta)
         step = slope / np.where(curvature == 0.0, quad(1.0), curvature)
@@ -97,21 +99,27 @@ def _polished(potential: TrigonometricPotential, theta: Quad) -> Quad:
     return theta
 
 
-def _approximate(potential: TrigonometricPotential) -> Array:
-    """Starting angles, ascending: arguments of the roots of dV/dtheta in z = e^(i theta),
-    -a z^4 + (c - ib) z^3 - (c + ib) z + a = 0."""
+def _approximate_angles(potential: TrigonometricPotential) -> Array:
+    """Returns approximate angles of the critical points, ascending.
+
+    They are the arguments of the roots of dV/dtheta in z = e^(i theta),
+    -a z^4 + (c - ib) z^3 - (c + ib) z + a = 0.
+    """
     a = potential.a
     b = potential.b
     c = potential.c
     tiny = 1e-8 * (abs(b) + abs(c))
-    lead = a if abs(a) > tiny else tiny  # Newton's method removes the change
+    lead = a if abs(a) > tiny else tiny  # Newton's method corrects this change later
     roots = np.roots([lead, 1j * b - c, 0.0, c + 1j * b, -lead])
     return np.sort(np.angle(roots[np.abs(np.abs(roots) - 1.0) < 1e-4]))
 
 
-def _symmetric(potential: TrigonometricPotential) -> Quad:
-    """Critical points, or NaN, for b = 0, where sin(theta) (c - 2 a cos(theta)) = 0: at a pitchfork
-    Newton's method would meet a triple root."""
+def _symmetric_angles(potential: TrigonometricPotential) -> Quad:
+    """Returns the critical points for b = 0, the solutions of sin(theta) (c - 2 a cos(theta)) = 0.
+
+    A point that does not exist is NaN. A closed form is needed because at a pitchfork Newton's
+    method would meet a triple root.
+    """
     a = quad(potential.a)
     c = quad(potential.c)
     tilt = np.arctan2(np.sqrt(4 * a * a - c * c), c if a > 0 else -c)

@@ -1,1 +1,1 @@
-"""An angle in a potential, damped and forced: its motion and the response of that to errors."""
+"""The driven rotor: an angle in a potential, damped and forced."""

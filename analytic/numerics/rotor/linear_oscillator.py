@@ -1,8 +1,8 @@
-"""The linear oscillator theta'' = -k theta - xi theta' + A sin(Omega t + phi), exactly.
+"""Exact motion of the linear oscillator theta'' = -k theta - xi theta' + A sin(Omega t + phi).
 
-A power series gives the exponential of the matrix of theta, theta_dot and the sine and cosine of
-the forcing after a time so short that 34 digits are exact, and each doubling of the time squares
-it: the roots of the equation may lie anywhere, as at critical damping or at resonance.
+The state is theta, theta_dot, and the sine and cosine of the forcing. A power series gives the
+exponential of its matrix after a time so short that 34 digits are exact. Squaring the exponential
+doubles the time. The roots of the equation may lie anywhere, as at critical damping or resonance.
 """
 
 from __future__ import annotations
@@ -15,18 +15,20 @@ from plumbob.analytic.numerics.quad import Quad, double, quad
 from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
 from plumbob.analytic.reference import Array
 
-TERMS = 22  # of a series in |z t| <= 1/8: the next one is below 1e-38
+TERMS = 22  # terms of a series in |z t| <= 1/8: the next term is below 1e-38
 
 
 def linear_motion(
     rotor: DrivenRotor, theta: float, theta_dot: float, times: Array
 ) -> tuple[Array, Array]:
-    """Theta [rad] and theta_dot [rad/s] of a linear `rotor` at `times` [s], any shape, not
-    negative, from `theta` [rad] and `theta_dot` [rad/s]."""
+    """Returns theta [rad] and theta_dot [rad/s] of a linear `rotor` at `times` [s].
+
+    The motion starts at `theta` [rad] and `theta_dot` [rad/s]. `times` may have any shape and are
+    not negative.
+    """
     rate = math.sqrt(abs(rotor.stiffness)) + rotor.damping_rate + abs(rotor.forcing_frequency)
-    doublings = max(
-        0, math.ceil(math.log2(8 * rate * float(np.max(times, initial=0.0)) or 1.0))
-    )
+    longest = float(np.max(times, initial=0.0))
+    doublings = max(0, math.ceil(math.log2(8 * rate * longest or 1.0)))
     push = rotor.forcing_amplitude
     phase = quad(rotor.forcing_phase)
     start = np.array([quad(theta), quad(theta_dot), push * np.sin(phase), push * np.cos(phase)])
@@ -47,7 +49,8 @@ def linear_motion(
 
 
 def _matrix(rotor: DrivenRotor) -> Array:
-    """The derivatives of the rates by theta, theta_dot, and the forcing's sine and cosine."""
+    """Returns the matrix of the equation for theta, theta_dot, and the forcing's sine and cosine,
+    shape (4, 4)."""
     k = rotor.stiffness
     damping = rotor.damping_rate
     frequency = rotor.forcing_frequency
@@ -58,7 +61,10 @@ def _matrix(rotor: DrivenRotor) -> Array:
 
 
 def _product(left: Quad, right: Quad) -> Quad:
-    """Of matrices, along their first two axes: numpy's own is wrong of stacks of 34 digits, whose
-    sums of parts that have decayed to nothing raise a flag without cause."""
+    """Returns the product of two stacks of matrices, whose matrices are along the first two axes.
+
+    numpy's own product is wrong for stacks of 34-digit numbers. Sums of parts that have decayed to
+    zero raise a floating-point flag without cause, which is ignored.
+    """
     with np.errstate(invalid="ignore"):
         return sum(left[:, k, None] * right[k] for k in range(left.shape[1]))

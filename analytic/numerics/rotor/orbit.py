@@ -1,4 +1,4 @@
-"""The driven rotor as a smooth system, and any exact motion of it as a smooth motion."""
+"""The driven rotor as a smooth system, and its exact motions as smooth motions."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from dataclasses import asdict
 from typing import Any
 
 from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor, forces
-from plumbob.analytic.numerics.smooth.smooth_motion import SmoothMotion, along
+from plumbob.analytic.numerics.smooth.smooth_motion import SmoothMotion, with_equations
 from plumbob.analytic.numerics.smooth.smooth_system import SmoothSystem
 from plumbob.analytic.reference import Reference
 
@@ -16,25 +16,30 @@ ANGLE = ("theta", "theta_dot")
 def smooth_system(
     rotor: DrivenRotor, theta: float, theta_dot: float, tilt: float = 0.0
 ) -> SmoothSystem:
-    """The equation of `rotor`, whose angle is `theta` [rad] plus a `tilt` [rad], from that and
-    `theta_dot` [rad/s]."""
+    """Returns the equation of a `rotor` as a system that starts at `theta` [rad] and `theta_dot`
+    [rad/s].
+
+    The rotor's angle is theta plus a `tilt` [rad].
+    """
     acceleration = forces(rotor)
     return SmoothSystem(
-        ANGLE[:1],
-        ANGLE[1:],
-        lambda p, q: ((1.0 + 0.0 * q[0],),),
-        lambda p, t, q, v: acceleration(p, t, (q[0] + tilt,), v),
-        asdict(rotor),
-        (theta,),
-        (theta_dot,),
-        rotor.damping_rate > 0.0,
+        coordinates=ANGLE[:1],
+        rates=ANGLE[1:],
+        mass_matrix=lambda p, q: ((1.0 + 0.0 * q[0],),),
+        forces=lambda p, t, q, v: acceleration(p, t, (q[0] + tilt,), v),
+        parameters=asdict(rotor),
+        position=(theta,),
+        rate=(theta_dot,),
+        damped=rotor.damping_rate > 0.0,
     )
 
 
 def rotor_motion(
     rotor: DrivenRotor, system: SmoothSystem, motion: Reference, start: Any = None
 ) -> SmoothMotion:
-    """An exact `motion` of a `rotor` with the equations of its `system`, from a `start` of 34
-    digits where it is given."""
+    """Returns an exact `motion` of a `rotor` together with the equations of its `system`.
+
+    `start` is the initial state in 34 digits; if it is None, the system's start in doubles.
+    """
     fastest = abs(float(system.start[1])) + 2 * rotor.rate()
-    return along(system, motion, fastest, start)
+    return with_equations(system, motion, fastest, start)

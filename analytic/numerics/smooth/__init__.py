@@ -1,1 +1,1 @@
-"""Smooth systems of any number of degrees of freedom: equations, and a certified reference."""
+"""Smooth systems with any number of degrees of freedom: equations and a certified reference."""

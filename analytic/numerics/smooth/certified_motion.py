@@ -2,14 +2,15 @@
 
 The first is Gauss collocation, whose polynomials are resolved to round-off, so that they give the
 motion at any time. The second is an explicit method of order 8 in many small steps. It runs over
-all steps of the first at once, each from where that begins; its distance from where the next
-begins, propagated by the motion's own linearisation, is the difference of the two motions (parallel
+all steps of the first at once: each run starts at the beginning of one step and ends at the
+beginning of the next, where it differs a little from the first method. These differences,
+propagated by the motion's own linearisation, add up to the difference of the two motions (parallel
 shooting: Bellen and Zennaro 1989, J. Comput. Appl. Math. 25, 341). The same run carries the
-linearisation, by the start and by the parameters, as imaginary parts.
+derivatives by the start and by the parameters, as imaginary parts.
 
 Both methods round. Rounding errors of different steps are independent, so that the two motions may
-agree by chance where neither is exact. The variance of their difference does not cancel: it is the
-sum of the squares of what each step's difference has become.
+agree by chance although neither is exact. The variance of their difference does not cancel: it is
+the sum of the squares of the propagated differences of all steps.
 """
 
 from __future__ import annotations
@@ -18,6 +19,7 @@ import math
 from collections import defaultdict
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 
@@ -34,56 +36,64 @@ from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.reference import Array, Signals, remembered
 from plumbob.analytic.tableau import order_8
 
-STAGES = 20
-BLOCK = 32  # steps of the first method that the second runs over at once
-PARTS = 24  # steps of the second method in one of the first
-RESOLVED = 1e-15  # of the state: the last Legendre coefficients of a step; a tenth is round-off
+STAGES = 20  # stages of the collocation
+BLOCK = 32  # steps of the first method that the second method checks in one call
+PARTS = 24  # steps of the second method in one step of the first
+# Largest relative size of a resolved step's last Legendre coefficients; a tenth is round-off.
+RESOLVED = 1e-15
 SMOOTHER = 2 * STAGES // 3  # coefficients from this degree on decide whether a step may double
-REACH = 4.0  # of the longest step: at most so many time constants of the fastest deviation
-SMALLEST = 2.0**-24  # of the first step
+REACH = 4.0  # longest step, in time constants of the fastest deviation
+SMALLEST = 2.0**-24  # smallest step over the first step
 SIGMAS = 3.0  # standard deviations of the random walk that the steps' differences make
-SURE = 1e-3  # of its largest value: a motion that is known no better is not certified
+SURE = 1e-3  # largest relative uncertainty of a certified motion
 
 
 @dataclass(frozen=True)
 class _Track:
-    """A motion as far as it is known; d numbers of state, c inputs."""
+    """A motion up to the time that has been integrated; d numbers of state, c inputs."""
 
-    step: float  # [s], the next one's
-    solution: Response | None  # the first method's, shape (d,)
-    end: Array  # its last state, shape (d,)
-    response: Array  # of that by each input and, in the last column, the difference, (d, c + 1)
-    variance: Array  # covariance of the end by rounding in all steps, shape (d, d)
+    step: float  # [s] length of the next step
+    solution: Response | None  # solution of the first method; None before the first step
+    end: Array  # last state of the first method, shape (d,)
+    # Derivatives of the last state by each input, and in the last column the difference of the two
+    # methods, shape (d, c + 1).
+    response: Array
+    variance: Array  # covariance of the last state by rounding in all steps, shape (d, d)
     size: Array  # largest magnitudes so far, shape (d,)
     apart: Array  # largest difference of the two methods so far, shape (d,)
-    times: Array  # [s] at which what follows is known, shape (m,)
-    doubts: Array  # the uncertainty then, shape (m, d)
-    until: float = math.inf  # [s] to where the motion is certified
-    why: str = ""  # it is not certified further
+    times: Array  # [s] times at which the uncertainty is known, shape (m,)
+    doubts: Array  # uncertainty at these times, shape (m, d)
+    until: float = math.inf  # [s] end of the certified motion
+    why: str = ""  # reason why the motion is not certified further
 
     @property
     def reached(self) -> float:
-        """The time that the first method has reached [s]."""
+        """Time that the first method has reached [s]."""
         return 0.0 if self.solution is None else self.solution.orbit.duration
 
 
 @dataclass(frozen=True, eq=False)
 class CertifiedMotion:
-    """The motion of a `system`; a `Reference`. It is integrated as far as requested, and kept.
-    Raises ParameterError for times beyond what double precision determines."""
+    """The motion of a `system`; a `Reference`.
+
+    The motion is integrated up to the latest time that has been requested, and stored. Raises
+    ParameterError for times at which double precision no longer determines the motion.
+    """
 
     system: SmoothSystem
     _known: list[_Track] = field(default_factory=list, repr=False)
 
     @remembered
     def observe(self, times: Array) -> Signals:
-        """Coordinates and rates at `times` [s], shape (n,), by name."""
+        """Returns the observables at `times` [s], shape (n,), by name."""
         return self.system.observed(self._track(times)[1].T)
 
     def uncertainty(self, times: Array) -> Signals:
-        """Sum, shape (n,) each, of the largest difference of the two methods so far, SIGMAS
-        standard deviations of that difference, the error of the first method's polynomials, and the
-        effect of rounded inputs."""
+        """Returns the uncertainty of each observable at `times` [s], shape (n,).
+
+        It is a sum: the largest difference between the two methods up to that time, SIGMAS standard
+        deviations of that difference, the error of the first method's polynomials, and the effect
+        of rounded inputs. Between two stored times the larger of both values holds."""
         track, states = self._track(times)
         after = np.searchsorted(track.times, times, side="right")
         before = track.doubts[after - 1]
@@ -92,43 +102,49 @@ class CertifiedMotion:
         return self.system.doubts(states.T, doubts.T)
 
     def _track(self, times: Array) -> tuple[_Track, Array]:
-        """The track up to the last of `times` [s], and the states then, shape (n, d)."""
-        track = self._until(times)
+        """Returns the track up to the last of `times` [s], and the states at `times`, shape
+        (n, d)."""
+        track = self._track_until(times)
         assert track.solution is not None
         return track, track.solution.at(np.asarray(times))
 
     def certify(self, last: float, watch: Callable[[float], None]) -> None:
-        """Integrate the motion up to `last` [s], and keep it. `watch` is called before every step
-        with the time [s] up to which the motion is certified. If `watch` raises, the motion up to
-        that time is kept, with the same bits as in a longer integration."""
-        with np.errstate(all="ignore"):  # what overflows is not certified
-            track = self._known[0] if self._known else _begun(self.system)
+        """Integrates the motion up to `last` [s] and stores it, or up to the time beyond which its
+        error has no bound, for a reason that is stored too.
+
+        `watch` is called before every step with the time [s] up to which the motion is certified.
+        If `watch` raises, the motion up to that time is stored, with the same bits as in a longer
+        integration.
+        """
+        with np.errstate(all="ignore"):  # a motion that overflows ends: numpy need not warn
+            track = self._known[0] if self._known else _first_track(self.system)
             while not track.why and (track.solution is None or track.reached < last):
-                track = _extended(self.system, track, watch)
+                track = _extended_track(self.system, track, watch)
                 self._known[:] = [track]
 
     def known_until(self, last: float) -> float:
-        """The time up to `last` [s] until which the motion is certified."""
+        """Returns the time [s] up to which the motion is certified, at most `last` [s]."""
         try:
-            self._until(np.array([last]))
+            self._track_until(np.array([last]))
         except ParameterError:
             return self._known[0].until
         return last
 
     def nonlinearity(self, times: Array, errors: Signals) -> float:
-        """The rates' nonlinear response to errors of the state, shape (n,) each, over the linear
-        one."""
+        """Returns the nonlinear response of the rates to `errors` of the state over their linear
+        response, at `times` [s], shape (n,)."""
         states = self.system.state(self.observe(times))
-        nothing = np.zeros(len(times))
-        moved = self.system.state(defaultdict(lambda: nothing, errors))
-        linear = np.einsum("ijn,jn->in", self.system.jacobian(times, states), moved)
-        rates = (self.system.slope(times, z) for z in (states + moved, states))
-        remainder = np.subtract(*rates) - linear
+        zeros = np.zeros(len(times))
+        state_errors = self.system.state(defaultdict(lambda: zeros, errors))
+        linear = np.einsum("ijn,jn->in", self.system.jacobian(times, states), state_errors)
+        rates = self.system.slope(times, states)
+        remainder = self.system.slope(times, states + state_errors) - rates - linear
         largest = float(np.abs(linear).max())
         return float(np.abs(remainder).max()) / largest if largest else 0.0
 
-    def _until(self, times: Array) -> _Track:
-        """The track up to the last of `times` [s] or beyond; raises ParameterError."""
+    def _track_until(self, times: Array) -> _Track:
+        """Returns the track up to the last of `times` [s] or beyond. Raises ParameterError if the
+        motion is not certified that far."""
         last = float(np.max(times, initial=0.0))
         self.certify(last, lambda reached: None)
         track = self._known[0]
@@ -137,80 +153,97 @@ class CertifiedMotion:
         return track
 
 
-def _begun(system: SmoothSystem) -> _Track:
+def _first_track(system: SmoothSystem) -> _Track:
+    """Returns the track of a system at time 0."""
     start = system.start
     size = len(start)
-    count = len(start) + len(system.parameters)
-    rate = _fastest(system, 0.0, start)
+    inputs = size + len(system.parameters)
+    rate = _fastest_rate(system, 0.0, start)
     step = 2.0 ** math.floor(-math.log2(rate)) if 0.0 < rate < math.inf else 1.0
-    response = np.eye(size, count + 1)
-    exact = np.zeros((size, size))
-    none = np.empty((0, size))
     return _Track(
-        step, None, start, response, exact, np.abs(start), exact[0], np.empty(0), none
+        step=step,
+        solution=None,
+        end=start,
+        response=np.eye(size, inputs + 1),
+        variance=np.zeros((size, size)),
+        size=np.abs(start),
+        apart=np.zeros(size),
+        times=np.empty(0),
+        doubts=np.empty((0, size)),
     )
 
 
-def _fastest(system: SmoothSystem, time: float, state: Array) -> float:
-    """Largest rate [1/s] at which small deviations change; infinite where it is not known."""
+def _fastest_rate(system: SmoothSystem, time: float, state: Array) -> float:
+    """Returns the largest rate [1/s] at which small deviations change; infinite if the Jacobian is
+    not finite."""
     jacobian = system.jacobian(time, state[:, None])[..., 0]
     if not np.isfinite(jacobian).all():
         return math.inf
     return float(np.abs(np.linalg.eigvals(jacobian)).max())
 
 
-def _extended(system: SmoothSystem, track: _Track, watch: Callable[[float], None]) -> _Track:
-    """The track, longer by up to BLOCK steps of collocation, with the bound on the error at each
-    new time, which a second, independent integration gives."""
-    block, step, why = _collocated(system, track, watch)
+def _extended_track(
+    system: SmoothSystem, track: _Track, watch: Callable[[float], None]
+) -> _Track:
+    """Returns a track extended by up to BLOCK steps of collocation.
+
+    A second, independent integration gives the uncertainty at each new time. `watch` is called
+    before each step, see `certify`.
+    """
+    block, step, why = _next_block(system, track, watch)
     if block is None:
         return replace(track, until=min(track.until, track.reached), why=why)
-    shots = _shot(system, block)
-    times, states = _between(block, shots)
-    responses, response = _carried(track.response, block, shots)
-    spread, variance = _spread(track.variance, block, shots)
+    shots = _second_integration(system, block)
+    times, states = _second_states(block, shots)
+    responses, response = _propagated_responses(track.response, block, shots)
+    spread, variance = _rounding_spread(track.variance, block, shots)
     size = np.maximum(track.size, np.abs(states).max(axis=0))
     apart = np.concatenate([track.apart[None], np.abs(responses[..., -1])])
     apart = np.maximum.accumulate(apart)[1:]
     doubts = apart + spread + ULP * _condition(system, times, states, responses, size)
-    lost = ~np.all(doubts <= SURE * _scales(size, _rate(block)), axis=1)
+    uncertain = ~np.all(doubts <= SURE * _scales(size, _rate(block)), axis=1)
     until = block.orbit.duration if why else track.until
-    if lost.any():
-        until = float(times[lost.argmax()])
+    if uncertain.any():
+        until = float(times[uncertain.argmax()])
         why = "double precision determines it no further"
     return _Track(
-        step,
-        block if track.solution is None else track.solution.followed_by(block),
-        block.states[-1],
-        response,
-        variance,
-        size,
-        apart[-1],
-        np.concatenate([track.times, times]),
-        np.concatenate([track.doubts, doubts]),
-        until,
-        why,
+        step=step,
+        solution=block if track.solution is None else track.solution.followed_by(block),
+        end=block.states[-1],
+        response=response,
+        variance=variance,
+        size=size,
+        apart=apart[-1],
+        times=np.concatenate([track.times, times]),
+        doubts=np.concatenate([track.doubts, doubts]),
+        until=until,
+        why=why,
     )
 
 
 def _condition(
     system: SmoothSystem, times: Array, states: Array, responses: Array, size: Array
 ) -> Array:
-    """Change of the states, shape (m, d), in units of ULP, by one unit in the last place of every
-    input and of the times. `size` has the largest magnitudes of the state so far, shape (d,)."""
-    condition = np.abs(states) + np.abs(responses[..., :-1]) @ (
-        np.append(size, np.ones(len(system.parameters)))
-    )
-    return np.asarray(condition + np.abs(times * system.slope(times, states.T)).T)
+    """Returns the change of the states, shape (m, d), by one unit in the last place of every input
+    and of the times, in units of ULP.
+
+    `responses` has the derivatives by the inputs, shape (m, d, inputs + 1). `size` has the largest
+    magnitudes of the state so far, shape (d,).
+    """
+    inputs = np.append(size, np.ones(len(system.parameters)))
+    by_inputs = np.abs(states) + np.abs(responses[..., :-1]) @ inputs
+    by_times = np.abs(times * system.slope(times, states.T)).T
+    return np.asarray(by_inputs + by_times)
 
 
 def _rate(block: Response) -> float:
-    """Inverse of the longest step [1/s]."""
+    """Returns the inverse of the longest step [1/s]."""
     return float(1.0 / np.diff(block.orbit.breakpoints).max())
 
 
-def _between(block: Response, shots: Array) -> tuple[Array, Array]:
-    """Times [s], shape (m,), of the second method's steps, and its states then, shape (m, d)."""
+def _second_states(block: Response, shots: Array) -> tuple[Array, Array]:
+    """Returns the times [s] of the second method's steps, shape (m,), and its states, shape
+    (m, d)."""
     begin = block.orbit.breakpoints[:-1, None]
     lengths = np.diff(block.orbit.breakpoints)[:, None]
     states = block.states[:-1, None] + shots.real[:, :-1, :, 0]
@@ -219,18 +252,25 @@ def _between(block: Response, shots: Array) -> tuple[Array, Array]:
 
 
 def _scales(sizes: Array, least: float = 0.0) -> Array:
-    """Scales of a state's numbers of these sizes, shape (d,): one of coordinates, and one of rates,
-    at `least` [1/s] times that."""
+    """Returns the scales of a state, shape (d,): one scale for all coordinates, one for all rates.
+
+    `sizes` are the magnitudes of the state's numbers, shape (d,). The scale of the rates is at
+    least `least` [1/s] times the scale of the coordinates.
+    """
     coordinate, rate = sizes.reshape(2, -1).max(axis=1)
-    return np.repeat((coordinate or 1.0, max(rate, least * coordinate) or 1.0), len(sizes) // 2)
+    rate = max(rate, least * coordinate)
+    return np.repeat((coordinate or 1.0, rate or 1.0), len(sizes) // 2)
 
 
-def _collocated(
+def _next_block(
     system: SmoothSystem, track: _Track, watch: Callable[[float], None]
 ) -> tuple[Response | None, float, str]:
-    """Up to BLOCK steps of Gauss collocation from where a track ends, none where no step can be
-    taken; the length of the next step [s], and why there is none. Before each step `watch` is
-    called with the time [s] at which the track ends."""
+    """Returns up to BLOCK further steps of collocation, the length of the next step [s], and the
+    reason why there are no more steps, else an empty text.
+
+    If no step can be taken, the steps are None. Before each step `watch` is called with the time
+    [s] at which the track ends.
+    """
     rule = gauss_collocation(STAGES)
     step = track.step
     state = track.end
@@ -242,19 +282,20 @@ def _collocated(
         watch(track.reached)
         guess = step * system.slope(time, state)
         scale = _scales(np.max([track.size, np.abs(state), np.abs(guess)], axis=0))
-        right = _scaled(system, time + step * rule.nodes, step)
-        solved = collocate(rule, right, state, np.tile(guess, (STAGES, 1)), scale)
-        if solved is None or not rule.truncation(solved, scale) <= RESOLVED:
+        right = _right_hand_side(system, time + step * rule.nodes, step)
+        increments = collocate(rule, right, state, np.tile(guess, (STAGES, 1)), scale)
+        if increments is None or not rule.truncation(increments, scale) <= RESOLVED:
             step /= 2
             continue
         time = time + step
-        state = state + rule.weights @ solved
+        state = state + rule.weights @ increments
         times.append(time)
         states.append(state)
-        slopes.append(solved / step)
-        smooth = np.abs(rule.spectrum[SMOOTHER:] @ solved / scale).max() <= STAGES * RESOLVED
-        followed = 2 * step * _fastest(system, time, state) <= REACH
-        if smooth and followed and time % (2 * step) == 0.0:
+        slopes.append(increments / step)
+        high_terms = np.abs(rule.spectrum[SMOOTHER:] @ increments / scale)
+        smooth = high_terms.max() <= STAGES * RESOLVED
+        within_reach = 2 * step * _fastest_rate(system, time, state) <= REACH
+        if smooth and within_reach and time % (2 * step) == 0.0:
             step *= 2
     why = "" if len(slopes) == BLOCK else "there it is too fast to follow"
     if not slopes:
@@ -262,76 +303,88 @@ def _collocated(
     return Response(TimeGrid(np.array(times)), np.array(states), np.array(slopes)), step, why
 
 
-def _scaled(system: SmoothSystem, times: Array, step: float) -> RightHandSide:
-    """A system's rates times a `step` [s], at the `times` [s] of its nodes."""
+def _right_hand_side(system: SmoothSystem, times: Array, step: float) -> RightHandSide:
+    """Returns the right-hand side of a system for collocation: its rates times a `step` [s], at the
+    `times` [s] of the nodes."""
 
-    def rates(states: Array, wanted: bool) -> tuple[Array, Array]:
+    def rates(states: Array, with_jacobian: bool) -> tuple[Array, Array]:
         slopes = step * system.slope(times, states.T).T
-        jacobian = (
-            step * np.moveaxis(system.jacobian(times, states.T), -1, 0) if wanted else slopes
-        )
-        return slopes, jacobian
+        if not with_jacobian:
+            return slopes, slopes  # the second array is not read
+        return slopes, step * np.moveaxis(system.jacobian(times, states.T), -1, 0)
 
     return rates
 
 
-def _shot(system: SmoothSystem, block: Response) -> Array:
-    """Change of the state since each step's start by the second method, in PARTS of a step, with
-    its derivatives by the start and the parameters: (steps, PARTS + 1, d, d + parameters)."""
+def _second_integration(system: SmoothSystem, block: Response) -> Array:
+    """Returns the change of the state since each step's start, after each of PARTS of a step, by
+    the second method.
+
+    Imaginary parts carry the derivatives by the start and the parameters. The shape is (steps,
+    PARTS + 1, d, d + parameters).
+    """
     begin = block.orbit.breakpoints[:-1]
     lengths = np.diff(block.orbit.breakpoints)
     starts = block.states[:-1].T
     values = system.perturbed()
     size = len(starts)
-    state = np.zeros((size, size + len(system.parameters), len(begin)), dtype=complex)
-    state.real = starts[:, None]
-    state.imag[:, :size] = TINY * np.eye(size)[..., None]
-    moved = [np.zeros_like(state)]
+    start = np.zeros((size, size + len(system.parameters), len(begin)), dtype=complex)
+    start.real = starts[:, None]
+    start.imag[:, :size] = TINY * np.eye(size)[..., None]
+
+    def slope(time: Any, state: Any) -> Any:
+        return system.slope(time, state, values)
+
+    changes = [np.zeros_like(start)]
     for part in range(PARTS):
-        moved.append(
-            moved[-1]
-            + order_8().change(
-                lambda time, ahead: system.slope(time, ahead, values),
-                begin + lengths * (part / PARTS),
-                state + moved[-1],
-                lengths / PARTS,
-            )
-        )
-    return np.moveaxis(np.array(moved), -1, 0)
+        times = begin + lengths * (part / PARTS)
+        change = order_8().change(slope, times, start + changes[-1], lengths / PARTS)
+        changes.append(changes[-1] + change)
+    return np.moveaxis(np.array(changes), -1, 0)
 
 
-def _carried(response: Array, block: Response, shots: Array) -> tuple[Array, Array]:
-    """Derivatives of the state by the inputs at the m known times of a block, shape (m, d, inputs +
-    1), and at the block's end. The last column is the accumulated difference of the two methods."""
+def _propagated_responses(
+    response: Array, block: Response, shots: Array
+) -> tuple[Array, Array]:
+    """Returns the derivatives of the state by the inputs at the m times of a block, shape (m, d,
+    inputs + 1), and at the block's end, shape (d, inputs + 1).
+
+    The last column is the accumulated difference of the two methods.
+    """
     size = len(response)
     rows = []
-    for across, lacking in zip(_flow(shots), _missed(block, shots), strict=True):
-        row = across[..., :size] @ response
-        row[..., size:-1] += across[..., size:]
+    for flow, difference in zip(_flow(shots), _step_differences(block, shots), strict=True):
+        row = flow[..., :size] @ response
+        row[..., size:-1] += flow[..., size:]
         rows.append(row[:-1])
         response = row[-1]
-        response[:, -1] += lacking
+        response[:, -1] += difference
     return np.concatenate(rows), response
 
 
-def _spread(variance: Array, block: Response, shots: Array) -> tuple[Array, Array]:
-    """Uncertainty of the state at all known times, shape (m, d), and its covariance at the block's
-    end, shape (d, d). The uncertainty is SIGMAS standard deviations of the two methods' difference,
-    whose parts from single steps are independent, and the error of the polynomials in each step."""
+def _rounding_spread(variance: Array, block: Response, shots: Array) -> tuple[Array, Array]:
+    """Returns the uncertainty of the state at the m times of a block, shape (m, d), and the
+    covariance of the state at the block's end, shape (d, d).
+
+    The uncertainty is SIGMAS standard deviations of the two methods' difference, plus the error of
+    the polynomials in each step. The differences of single steps are independent.
+    """
     size = len(variance)
     rows = []
-    for across, lacking in zip(_flow(shots), _missed(block, shots), strict=True):
-        flow = across[..., :size]
-        rows.append(np.einsum("pij,jk,pik->pi", flow[:-1], variance, flow[:-1]))
-        variance = flow[-1] @ variance @ flow[-1].T + np.outer(lacking, lacking)
-    times, states = _between(block, shots)
-    off = np.abs(block.at(times) - states).reshape(len(rows), PARTS, size).max(axis=1)
-    walk = SIGMAS * np.sqrt(np.maximum(np.concatenate(rows), 0.0))
-    return walk + np.repeat(off, PARTS, axis=0), variance
+    for flow, difference in zip(_flow(shots), _step_differences(block, shots), strict=True):
+        tangents = flow[..., :size]
+        rows.append(np.einsum("pij,jk,pik->pi", tangents[:-1], variance, tangents[:-1]))
+        carried_variance = tangents[-1] @ variance @ tangents[-1].T
+        variance = carried_variance + np.outer(difference, difference)
+    times, states = _second_states(block, shots)
+    polynomial_errors = np.abs(block.at(times) - states).reshape(len(rows), PARTS, size)
+    largest_in_step = np.repeat(polynomial_errors.max(axis=1), PARTS, axis=0)
+    random_walk = SIGMAS * np.sqrt(np.maximum(np.concatenate(rows), 0.0))
+    return random_walk + largest_in_step, variance
 
 
 def _flow(shots: Array) -> Array:
-    """Derivatives of the states in each step by its start and the parameters, shape
+    """Returns the derivatives of the states in each step by its start and the parameters, shape
     (steps, PARTS + 1, d, d + parameters)."""
     flow = shots.imag / TINY
     size = flow.shape[2]
@@ -339,6 +392,7 @@ def _flow(shots: Array) -> Array:
     return flow
 
 
-def _missed(block: Response, shots: Array) -> Array:
-    """The second method's state less the first's after each step, shape (steps, d)."""
+def _step_differences(block: Response, shots: Array) -> Array:
+    """Returns the second method's state less the first method's after each step, shape (steps,
+    d)."""
     return np.asarray(shots.real[:, -1, :, 0] - np.diff(block.states, axis=0))

@@ -1,10 +1,10 @@
-"""Loops closed by soft constraints: a tree's equations with the forces that pull its gaps shut.
+"""Loops closed by soft constraints: a tree's equations with forces that close its gaps.
 
     M q'' = f + J^T l,   (J M^-1 J^T + R) l = -b J q' - k r - (J M^-1 f + J' q')                (1)
 
 with k = 1/(d T^2), b = 2/(d T) and R = w (1 - d)/d, T the time constant, d the impedance, and w the
-inverse mass that a constraint sees (MuJoCo's documentation, Computation, "Constraint model"). MJX
-leaves out J' q'.
+inverse mass that acts on a constraint (MuJoCo's documentation, Computation, "Constraint model").
+MJX leaves out the term J' q'.
 """
 
 from __future__ import annotations
@@ -20,34 +20,44 @@ from plumbob.analytic.reference import Array
 from plumbob.analytic.schemes import SoftLoop
 
 Gaps = Callable[[Any, Any, Any], tuple[Any, Any, Any]]
+"""Function from parameters p, q and q' to the gaps r [m], shape (m,), their derivatives J, shape
+(m, n), and J' q', shape (m,)."""
 
 
 def softened(
     tree: SmoothSystem, gaps: Gaps, loop: SoftLoop, step: float, inverse_mass: float
 ) -> SmoothSystem:
-    """The `tree` with its `gaps` shut softly (eq. 1): p, q, q' -> r [m], shape (m,), its
-    derivatives J, shape (m, n), and J' q', shape (m,); of a body's `inverse_mass` w [1/kg]. The
-    time constant is two steps [s] at least."""
+    """Returns the `tree` with forces that close its `gaps` softly (eq. 1).
+
+    `inverse_mass` is w [1/kg]. The time constant of the `loop` is at least two steps of `step` [s].
+    """
     constant = max(loop.time_constant, 2 * step)
     damping = 2 / (loop.impedance * constant)
     stiffness = damping / (2 * constant)
     soft = inverse_mass * (1 - loop.impedance) / loop.impedance
 
     def forces(p: Any, time: Any, q: Any, v: Any) -> Any:
-        at = (p, time, q, v)
-        free, across, pull = _pulled(tree, gaps, at, damping, stiffness, soft, loop.curved)
-        return (free + across.T @ pull).tolist()
+        """Generalised forces: those of the open tree plus those that close the loop."""
+        state = (p, time, q, v)
+        tree_forces, gap_jacobian, loop_forces = _loop_equation(
+            tree, gaps, state, damping, stiffness, soft, loop.curved
+        )
+        return (tree_forces + gap_jacobian.T @ loop_forces).tolist()
 
     return replace(tree, forces=forces)
 
 
 def loop_force(tree: SmoothSystem, gaps: Gaps, q: Array, v: Array) -> Array:
-    """The force [N] that keeps the `gaps` of a tree shut rigidly at its angles and rates, shape
-    (n,) each: l of eq. 1 for no softness and no gap, shape (m,)."""
-    return _pulled(tree, gaps, (tree.values, 0.0, q, v))[2]
+    """Returns the force [N] that keeps the `gaps` of a tree closed rigidly, shape (m,).
+
+    It is l of eq. 1 without softness and gap. `q` and `v` are the tree's coordinates and rates,
+    shape (n,) each.
+    """
+    _, _, force = _loop_equation(tree, gaps, (tree.values, 0.0, q, v))
+    return force
 
 
-def _pulled(
+def _loop_equation(
     tree: SmoothSystem,
     gaps: Gaps,
     at: tuple[Any, Any, Any, Any],
@@ -56,14 +66,18 @@ def _pulled(
     soft: float = 0.0,
     curved: bool = True,
 ) -> tuple[Array, Array, Array]:
-    """f, J and l of eq. 1 with these b, k and R, `at` p, t, q and q', and without J' q' unless the
-    loop is `curved`."""
+    """Returns f, J and l of eq. 1.
+
+    `at` holds p, t, q and q'. `damping` is b, `stiffness` k and `soft` R. If the loop is not
+    `curved`, the term J' q' is left out.
+    """
     p, _, q, v = at
     mass: Array = np.array(tree.mass_matrix(p, q))
     free: Array = np.array(tree.forces(*at))
-    gap, across, bent = (np.array(part) for part in gaps(p, q, v))
-    light = np.linalg.solve(mass, across.T)
-    wanted = -damping * (across @ np.array(v)) - stiffness * gap - light.T @ free
+    gap, jacobian, curvature = (np.array(part) for part in gaps(p, q, v))
+    mobility = np.linalg.solve(mass, jacobian.T)
+    required = -damping * (jacobian @ np.array(v)) - stiffness * gap - mobility.T @ free
     if curved:
-        wanted = wanted - bent
-    return free, across, np.linalg.solve(across @ light + soft * np.eye(len(gap)), wanted)
+        required = required - curvature
+    inverse_mass = jacobian @ mobility + soft * np.eye(len(gap))
+    return free, jacobian, np.linalg.solve(inverse_mass, required)

@@ -1,1 +1,1 @@
-"""The free rigid body: its exact rotation, and what rounding and errors do to it."""
+"""The free rigid body: its exact rotation, and the effects of rounding and errors on it."""

@@ -1,6 +1,6 @@
-"""A free body's equations of motion, of numbers, arrays or power series.
+"""A free body's equations of motion, for numbers, arrays or power series.
 
-w_i' = (I_j - I_k)/I_i w_j w_k (Euler),   q' = q w/2,   w in the body's axes, q to the world
+w_i' = (I_j - I_k)/I_i w_j w_k (Euler),   q' = q w/2,   w in the body's axes, q from body to world
 """
 
 from __future__ import annotations
@@ -15,41 +15,44 @@ from plumbob.analytic.numerics.smooth.smooth_motion import SmoothMotion
 from plumbob.analytic.numerics.smooth.smooth_system import jacobian
 from plumbob.analytic.reference import Array, Signals
 from plumbob.analytic.systems.free_body.problem import FreeBody
-from plumbob.analytic.systems.free_body.rotation import ATTITUDE, RATES, product
+from plumbob.analytic.systems.free_body.rotation import ATTITUDE, RATES, quaternion_product
 
 
 def factors(body: FreeBody) -> tuple[float, float, float]:
-    """(I_j - I_k)/I_i of each axis i."""
+    """Returns (I_j - I_k)/I_i for each axis i."""
     x, y, z = body.inertia
     return (y - z) / x, (z - x) / y, (x - y) / z
 
 
-def acceleration(of: Sequence[Any], w: Sequence[Any]) -> list[Any]:
-    """w' of the three parts of w, with the `factors` of a body."""
-    return [factor * w[i - 2] * w[i - 1] for i, factor in enumerate(of)]
+def acceleration(inertia_factors: Sequence[Any], w: Sequence[Any]) -> list[Any]:
+    """Returns the three components of w' from those of w and the `factors` of a body."""
+    return [factor * w[i - 2] * w[i - 1] for i, factor in enumerate(inertia_factors)]
 
 
-def slope(of: Sequence[Any], state: Sequence[Any]) -> list[Any]:
-    """The rates of change of w and q, seven parts."""
-    turning = product(state[3:], (0.0, *state[:3]))
-    return [*acceleration(of, state[:3]), *(part / 2 for part in turning)]
+def slope(inertia_factors: Sequence[Any], state: Sequence[Any]) -> list[Any]:
+    """Returns the derivatives by time of the `state` of a body with these `inertia_factors`: three
+    components of the angular velocity in the body's axes, then four of the attitude's
+    quaternion."""
+    attitude_rate = quaternion_product(state[3:], (0.0, *state[:3]))
+    half_rates = (part / 2 for part in attitude_rate)
+    return [*acceleration(inertia_factors, state[:3]), *half_rates]
 
 
 def free_rotation(body: FreeBody) -> SmoothMotion:
-    """The exact rotation; its state is the angular velocity and the attitude."""
-    of = factors(body)
+    """Returns the exact rotation. Its state is the angular velocity and the attitude."""
+    inertia_factors = factors(body)
 
     def rates(times: Array, states: Array) -> Array:
-        return np.array(slope(of, [*states]))
+        return np.array(slope(inertia_factors, [*states]))
 
     def read(times: Array, states: Array) -> Signals:
         return dict(zip((*RATES, *ATTITUDE), states, strict=True))
 
     return SmoothMotion(
-        np.array([*body.angular_velocity, 1.0, 0.0, 0.0, 0.0]),
-        rates,
-        partial(jacobian, rates),
-        body.rotation.state,
-        2 * body.fastest,
-        read,
+        start=np.array([*body.angular_velocity, 1.0, 0.0, 0.0, 0.0]),
+        slope=rates,
+        jacobian=partial(jacobian, rates),
+        state=body.rotation.state,
+        pace=2 * body.fastest,
+        read=read,
     )

@@ -1,20 +1,21 @@
 """The rotation of a free rigid body by Jacobi's functions, and its attitude.
 
-The angular momentum l = I w in the body frame obeys l' = l x w (Euler). With d_ij = |1/I_i - 1/I_j|
-and the axes named c, m, o: m has the middle moment, and c, of the largest and the smallest, is the
-one that l goes round, with kappa = d_cm l_c^2 - d_om l_o^2 >= 0 (zero on the separatrix). Then
+The angular momentum l = I w in the body frame obeys l' = l x w (Euler). Let d_ij = |1/I_i - 1/I_j|
+and call the axes c, m, o. Axis m has the middle moment. Axis c is the one, of the largest and the
+smallest moment, that l goes round, so that kappa = d_cm l_c^2 - d_om l_o^2 >= 0 (zero on the
+separatrix). Then
 
     l_c = +-C dn,  l_o = +-O cn,  l_m = +-M sn  of A tau, with the modulus 1 - B^2/A^2,
     alpha^2 = d_co l_c^2 + d_om l_m^2,  beta^2 = d_co l_o^2 + d_cm l_m^2,  A^2 = alpha^2 d_cm,
     B^2 = d_co kappa,  C^2 = alpha^2/d_co,  O^2 = beta^2/d_co,  M^2 = beta^2/d_cm
 
-(Whittaker 1937, Analytical Dynamics, 69; here without the difference of two large numbers). The
-attitude takes l to the fixed L in two turns: the shortest one takes l to the axis c, on its side,
-and one about that axis follows, by the angle phi with
+(Whittaker 1937, Analytical Dynamics, 69; rewritten without the difference of two large numbers).
+The attitude takes l to the fixed L in two turns. The first is the shortest turn of l to the axis c,
+on the side of l. The second is about that axis, by the angle phi with
 
     phi' = L/I_c +- (beta^2/L)/(1 + |l_c|/L),    + where c has the largest moment:
 
-the turning rate of the shortest-arc frame, which is singular nowhere on the motion.
+the turning rate of the shortest-turn frame, which has no singularity on the motion.
 """
 
 from __future__ import annotations
@@ -37,8 +38,9 @@ ATTITUDE = ("attitude_w", "attitude_x", "attitude_y", "attitude_z")
 
 @dataclass(frozen=True)
 class Rotation:
-    """A body with these principal moments of `inertia` [kg m^2] and the angular velocity `rates`
-    [rad/s] at time 0, in its own axes, which are then those of the world; 34 digits, shape (3,)."""
+    """The rotation of a body with principal moments of `inertia` [kg m^2] and the angular velocity
+    `rates` [rad/s] at time 0, in its own axes, which are the world's axes at that time. Both have
+    34 digits and shape (3,)."""
 
     inertia: Quad
     rates: Quad
@@ -54,60 +56,65 @@ class Rotation:
         return np.sqrt((self.momentum * self.momentum).sum())
 
     @cached_property
-    def turning(self) -> Turning | None:
-        """The constants of the closed form; None where the angular velocity stays what it is."""
+    def constants(self) -> RotationConstants | None:
+        """The constants of the closed form; None if the angular velocity is constant."""
         moments = self.inertia
-        parts = self.momentum
-        torque = (moments - np.roll(moments, 1)) * parts * np.roll(parts, 1)
-        return _turning(self) if torque.any() else None
+        momentum = self.momentum
+        torque = (moments - np.roll(moments, 1)) * momentum * np.roll(momentum, 1)
+        return _constants(self) if torque.any() else None
 
     def state(self, times: Array) -> Array:
-        """Angular velocity [rad/s] in the body's axes, three rows, and attitude, four, at `times`
-        [s], shape (n,): a unit quaternion, body to world, continuous from 1."""
+        """Returns angular velocity [rad/s] in the body's axes, three rows, and attitude, four rows,
+        at `times` [s], shape (n,). The attitude is a unit quaternion from body to world,
+        continuous, and starts at 1."""
         times = np.asarray(times, dtype=np.float64)
-        if self.turning is None:
-            return self._uniform(times)
-        momentum, angle = self.turning.at(times)
+        if self.constants is None:
+            return self._steady_state(times)
+        momentum, angle = self.constants.at(times)
         rates = momentum / double(self.inertia)[:, None]
         return np.concatenate([rates, self._attitude(momentum, angle)])
 
-    def _uniform(self, times: Array) -> Array:
+    def _steady_state(self, times: Array) -> Array:
+        """Returns the state of a body whose angular velocity is constant."""
         rates = double(self.rates)[:, None]
         speed = np.sqrt((self.rates * self.rates).sum())
-        half = _reduced(quad(times) * speed) / 2
+        half = _reduced_angle(quad(times) * speed) / 2
         axis = rates / (double(speed) or 1.0)
         return np.concatenate([rates + 0.0 * half, np.cos(half)[None], axis * np.sin(half)])
 
     def _attitude(self, momentum: Array, angle: Array) -> Array:
-        """The two turns, and the first one's inverse at time 0 before them."""
-        assert self.turning is not None
+        """Returns the attitude, shape (4, n), from the momentum in body axes, shape (3, n), and the
+        angle phi [rad], shape (n,). It is the product of three turns: the shortest turn of l to the
+        axis c, the turn by phi about that axis, and the inverse of the first turn at time 0."""
+        assert self.constants is not None
         axis = np.zeros((3, 1))
-        axis[self.turning.axes[0]] = self.turning.side
-        first = _shortest(double(self.momentum / self.magnitude), axis)
-        spin = np.concatenate([np.cos(angle / 2)[None], axis * np.sin(angle / 2)])
-        onto = _shortest(momentum / double(self.magnitude), axis)
-        return composed(composed(first * np.array([[1.0], [-1.0], [-1.0], [-1.0]]), spin), onto)
+        axis[self.constants.axes[0]] = self.constants.side
+        first = _shortest_turn(double(self.momentum / self.magnitude), axis)
+        first_inverse = first * np.array([[1.0], [-1.0], [-1.0], [-1.0]])
+        about_axis = np.concatenate([np.cos(angle / 2)[None], axis * np.sin(angle / 2)])
+        to_axis = _shortest_turn(momentum / double(self.magnitude), axis)
+        return compose_quaternions(compose_quaternions(first_inverse, about_axis), to_axis)
 
 
 @dataclass(frozen=True)
-class Turning:
-    """The constants of the closed form, see above."""
+class RotationConstants:
+    """The constants of the closed form in the module's docstring."""
 
     axes: tuple[int, int, int]  # c, m and o: 0, 1 or 2
     side: float  # sign of l_c
-    signs: tuple[float, float]  # of l_m and l_o, where sn and cn are positive
+    signs: tuple[float, float]  # signs of l_m and l_o if sn and cn are positive
     sizes: Array  # C, M and O [kg m^2/s], shape (3,)
     a: Quad  # A [1/s]
     b: Quad  # B [1/s]
-    half_turn: Quad  # [s], half the period of the angular velocity; infinite on the separatrix
+    half_turn: Quad  # half the period of the angular velocity [s]; infinite on the separatrix
     begin: float  # tau at time 0 [s], at most a quarter turn
-    even_rate: Quad  # phi' where l_c is C [rad/s]
+    even_rate: Quad  # phi' at the largest l_c, which is C [rad/s]
     extra: Quad  # +-beta^2/L [rad/s]
     integral: ReciprocalIntegral
 
     def at(self, times: Array) -> tuple[Array, Array]:
-        """Angular momentum [kg m^2/s], shape (3, n), and the angle phi [rad] since time 0, modulo 4
-        pi, shape (n,), at `times` [s], shape (n,)."""
+        """Returns the angular momentum [kg m^2/s] in body axes, shape (3, n), and the angle phi
+        [rad] since time 0, modulo 4 pi, shape (n,), at `times` [s], shape (n,)."""
         turns, reduced_time = self._reduced_time(times)
         sn, cn, dn = jacobi(reduced_time, double(self.a), double(self.b))
         momentum = np.empty((3, times.size))
@@ -118,14 +125,16 @@ class Turning:
         if np.isfinite(double(self.half_turn)):
             phase = phase + quad(turns) * self._extra_per_half_turn
         edge = self.integral.at(np.append(reduced_time, self.begin), self.extra)
-        return momentum, _reduced(phase) + (edge[:-1] - edge[-1])
+        return momentum, _reduced_angle(phase) + (edge[:-1] - edge[-1])
 
     @cached_property
     def _extra_per_half_turn(self) -> Quad:
+        """Part of phi beyond the even rate in half a turn [rad]."""
         return self.extra * self.integral.over_half_turn
 
     def _reduced_time(self, times: Array) -> tuple[Array, Array]:
-        """Half turns since tau = 0, and tau less them [s], at most a quarter turn."""
+        """Returns the number of half turns since tau = 0, and the remaining tau [s], at most a
+        quarter turn."""
         tau = quad(times) + quad(self.begin)
         if not np.isfinite(double(self.half_turn)):
             return np.zeros_like(times), double(tau)
@@ -133,69 +142,88 @@ class Turning:
         return turns, double(tau - quad(turns) * self.half_turn)
 
 
-def _turning(body: Rotation) -> Turning:
-    """The constants of a motion whose angular velocity changes."""
+def _constants(body: Rotation) -> RotationConstants:
+    """Returns the constants of a motion whose angular velocity changes."""
     squares = body.momentum * body.momentum
     high, middle, low = sorted(range(3), key=lambda i: -body.inertia[i])
-    upper = _apart(body, high, middle)
-    lower = _apart(body, low, middle)
-    kappa = upper * squares[high] - lower * squares[low]
-    return _about(body, (high, middle, low) if kappa >= 0 else (low, middle, high), high, kappa)
+    d_high = _inverse_difference(body, high, middle)
+    d_low = _inverse_difference(body, low, middle)
+    kappa = d_high * squares[high] - d_low * squares[low]
+    axes = (high, middle, low) if kappa >= 0 else (low, middle, high)
+    return _constants_for(body, axes, high, kappa)
 
 
-def _apart(body: Rotation, i: int, j: int) -> Quad:
+def _inverse_difference(body: Rotation, i: int, j: int) -> Quad:
+    """Returns d_ij = |1/I_i - 1/I_j| [1/(kg m^2)]."""
     inertia = body.inertia
     return abs(inertia[i] - inertia[j]) / (inertia[i] * inertia[j])
 
 
-def _about(body: Rotation, axes: tuple[int, int, int], high: int, kappa: Quad) -> Turning:
-    """The constants with the axes c, m and o; `high` is that of the largest moment."""
+def _constants_for(
+    body: Rotation, axes: tuple[int, int, int], high: int, kappa: Quad
+) -> RotationConstants:
+    """Returns the constants with the `axes` c, m and o; `high` is the axis of the largest
+    moment."""
     (c, middle, o) = axes
-    squares = body.momentum * body.momentum
-    d_co = _apart(body, c, o)
-    d_cm = _apart(body, c, middle)
-    alpha = np.sqrt(d_co * squares[c] + _apart(body, o, middle) * squares[middle])
-    beta = np.sqrt(d_co * squares[o] + d_cm * squares[middle])
+    d_co = _inverse_difference(body, c, o)
+    d_cm = _inverse_difference(body, c, middle)
+    alpha, beta = _alpha_and_beta(body, axes)
     sizes = np.array([alpha, beta, beta]) / np.sqrt(np.array([d_co, d_cm, d_co]))
     a = alpha * np.sqrt(d_cm)
     b = np.sqrt(d_co * abs(kappa))
     part = sizes[0] / body.magnitude
     extra = (1 if c == high else -1) * beta * beta / body.magnitude
-    signs = [1.0 if part >= 0 else -1.0 for part in body.momentum]
-    sense = signs[c] * signs[o]  # of l_m, where sn is positive
-    if (middle - high) % 3 == 1:
-        sense = -sense
-    return Turning(
-        axes,
-        signs[c],
-        (sense, signs[o]),
-        double(sizes),
-        a,
-        b,
-        half_turn(a, b),
-        float(
-            time_of_point(
-                sense * body.momentum[middle] / sizes[1],
-                abs(body.momentum[o]) / sizes[2],
-                a,
-                b,
-            )
-        ),
-        body.magnitude / body.inertia[c] + extra / (1 + part),
-        extra,
-        ReciprocalIntegral(a, b, part, (sizes[2] / body.magnitude) ** 2 / (1 + part)),
+    side, signs = _signs(body, axes, high)
+    sn = signs[0] * body.momentum[middle] / sizes[1]
+    return RotationConstants(
+        axes=axes,
+        side=side,
+        signs=signs,
+        sizes=double(sizes),
+        a=a,
+        b=b,
+        half_turn=half_turn(a, b),
+        begin=float(time_of_point(sn, abs(body.momentum[o]) / sizes[2], a, b)),
+        even_rate=body.magnitude / body.inertia[c] + extra / (1 + part),
+        extra=extra,
+        integral=ReciprocalIntegral(a, b, part, (sizes[2] / body.magnitude) ** 2 / (1 + part)),
     )
 
 
-def _reduced(angle: Quad) -> Array:
-    """Angle [rad] less whole multiples of 4 pi, which a quaternion does not show."""
+def _alpha_and_beta(body: Rotation, axes: tuple[int, int, int]) -> tuple[Quad, Quad]:
+    """Returns alpha and beta of the module's docstring, with the `axes` c, m and o."""
+    (c, middle, o) = axes
+    squares = body.momentum * body.momentum
+    d_co = _inverse_difference(body, c, o)
+    d_cm = _inverse_difference(body, c, middle)
+    d_om = _inverse_difference(body, o, middle)
+    alpha = np.sqrt(d_co * squares[c] + d_om * squares[middle])
+    beta = np.sqrt(d_co * squares[o] + d_cm * squares[middle])
+    return alpha, beta
+
+
+def _signs(
+    body: Rotation, axes: tuple[int, int, int], high: int
+) -> tuple[float, tuple[float, float]]:
+    """Returns the sign of l_c, and the signs of l_m and l_o if sn and cn are positive, with the
+    `axes` c, m and o; `high` is the axis of the largest moment."""
+    (c, middle, o) = axes
+    signs = [1.0 if component >= 0 else -1.0 for component in body.momentum]
+    sign_m = signs[c] * signs[o]
+    if (middle - high) % 3 == 1:
+        sign_m = -sign_m
+    return signs[c], (sign_m, signs[o])
+
+
+def _reduced_angle(angle: Quad) -> Array:
+    """Returns an angle [rad] less whole multiples of 4 pi, which do not change a quaternion."""
     turns = np.rint(double(angle / (4 * PI)))
     return np.asarray(double(angle - quad(turns) * (4 * PI)))
 
 
-def _shortest(direction: Array, axis: Array) -> Array:
-    """Quaternions, shape (4, n), of the shortest turn from unit vectors `direction`, shape (3, n)
-    or (3,), to `axis`, shape (3, 1), less than a half turn away."""
+def _shortest_turn(direction: Array, axis: Array) -> Array:
+    """Returns the quaternions, shape (4, n), of the shortest turn from unit vectors `direction`,
+    shape (3, n) or (3,), to the `axis`, shape (3, 1). The turn is less than a half turn."""
     direction = direction.reshape(3, -1)
     axis = np.broadcast_to(axis, direction.shape)
     part = 1.0 + (direction * axis).sum(axis=0)
@@ -203,13 +231,13 @@ def _shortest(direction: Array, axis: Array) -> Array:
     return np.asarray(quaternion / np.sqrt(2.0 * part))
 
 
-def composed(p: Array, q: Array) -> Array:
-    """Hamilton's product of quaternions, shape (4, n) each: the turn q, then p."""
-    return np.stack(np.broadcast_arrays(*product([*p], [*q])))
+def compose_quaternions(p: Array, q: Array) -> Array:
+    """Returns Hamilton's product of quaternions, shape (4, n) each: the turn q, then the turn p."""
+    return np.stack(np.broadcast_arrays(*quaternion_product([*p], [*q])))
 
 
-def product(p: Sequence[Any], q: Sequence[Any]) -> tuple[Any, Any, Any, Any]:
-    """The same of their four parts, in any arithmetic."""
+def quaternion_product(p: Sequence[Any], q: Sequence[Any]) -> tuple[Any, Any, Any, Any]:
+    """Returns Hamilton's product of two quaternions from their four parts, in any arithmetic."""
     (a, b, c, d), (w, x, y, z) = p, q
     return (
         a * w - b * x - c * y - d * z,

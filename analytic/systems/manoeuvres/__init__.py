@@ -1,1 +1,1 @@
-"""The manoeuvres of the capsule in closed form: line, turn, slow motion, holding, coasting."""
+"""The capsule's manoeuvres in closed form: line, turn, slow motion, holding and coasting."""

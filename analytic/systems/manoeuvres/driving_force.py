@@ -1,5 +1,5 @@
-"""The force of the actuator on the slider along a line, and the demand that sizes an actuator for
-it."""
+"""The actuator's force on the slider along a line, and the demand for which an actuator
+is sized."""
 
 from __future__ import annotations
 
@@ -14,18 +14,18 @@ from plumbob.analytic.systems.capsule_motion import Demand
 
 
 def driving_force(capsule: Capsule, friction: Array, acceleration: Array) -> Array:
-    """Force F of the actuator on the slider [N], shape of `friction` [N] on the body and of the
-    slider's `acceleration` in the body [m/s^2]: eqs. 3 and 9 (Chernousko 2020) with the body's
-    acceleration eliminated, F = mu F_f + (1 - mu) m w; it is the same where tilted gravity pulls
-    along the line."""
+    """Returns the force F of the actuator on the slider [N], from the `friction` on the body [N]
+    and the slider's `acceleration` in the body [m/s^2], all of one shape. By eqs. 3 and 9
+    (Chernousko 2020), without the body's acceleration, F = mu F_f + (1 - mu) m w. Gravity tilted
+    along the line does not change it."""
     mu = capsule.mass_ratio
-    reduced = mu * capsule.body_mass  # (1 - mu) m without a cancellation
+    reduced = mu * capsule.body_mass  # [kg] (1 - mu) m, without cancellation
     return mu * friction + reduced * acceleration
 
 
 def demand(motion: Any, duration: float) -> Demand:
-    """The demand of one `motion` along a line over `duration` [s]: between two switches the force
-    is constant, and the slider's velocity linear in time.
+    """Returns the demand of one `motion` along a line over `duration` [s]. Between two switches the
+    force is constant and the slider's velocity is linear in time.
 
     >>> corners = ((0.2, 0.0), (-0.1, 0.15), (-0.1, -0.15))
     >>> from plumbob.analytic.systems.manoeuvres.line_manoeuvre import LineManoeuvre
@@ -34,16 +34,16 @@ def demand(motion: Any, duration: float) -> Demand:
     >>> print(f"{demand(line, line.t2).peak:.4f} N")
     10.1137 N
     """
-    edges = np.unique(
-        np.clip([*(phase.start for phase in motion.phases), duration], 0.0, duration)
-    )
+    starts = [phase.start for phase in motion.phases]
+    edges = np.unique(np.clip([*starts, duration], 0.0, duration))
     middles = 0.5 * (edges[1:] + edges[:-1])
+    lengths = np.diff(edges)
     forces = motion.driving_force(middles)
-    now = motion.at(middles)
-    # constant force, linear velocity: the largest product is at an end of the interval
-    speeds = np.abs(now.stroke_rate) + np.abs(0.5 * np.diff(edges) * now.pull)
+    state = motion.at(middles)
+    # The force is constant and the velocity linear: the power is largest at an interval's end.
+    speeds = np.abs(state.stroke_rate) + np.abs(0.5 * lengths * state.pull)
     return Demand(
         peak=float(np.abs(forces).max()),
-        rms=math.sqrt(float(np.sum(forces**2 * np.diff(edges))) / duration),
+        rms=math.sqrt(float(np.sum(forces**2 * lengths)) / duration),
         power=float(np.abs(forces * speeds).max()),
     )

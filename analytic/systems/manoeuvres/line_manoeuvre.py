@@ -1,4 +1,5 @@
-"""The line manoeuvre: one push and one brake of the slider move the body (Chernousko 2020)."""
+"""The line manoeuvre: the slider accelerates once and brakes once, and the body moves (Chernousko
+2020)."""
 
 from __future__ import annotations
 
@@ -15,17 +16,16 @@ from plumbob.analytic.systems.capsule import Capsule, check_loads
 from plumbob.analytic.systems.capsule_motion import MotionKind, SingleMotion
 from plumbob.analytic.systems.manoeuvres.line_motion import LineMotion, Phase
 
-# w2 = f g/mu is allowed and w1 = f g/mu is not; a product of doubles has an error of a few
-# roundings.
+# Relative rounding of f g/mu from doubles. w2 may equal f g/mu, w1 may not.
 THRESHOLD_ROUNDING = 4 * Fraction(2) ** -52
 
 
 @dataclass(frozen=True)
 class ClosedForm:
-    """The manoeuvre's numbers, each the exact value for the given doubles, rounded once."""
+    """The manoeuvre's numbers. Each is the exact value for the given doubles, rounded once."""
 
     backward: float  # mu w1 - f g, the body's backward acceleration on (0, t1) [m/s^2]
-    braking: float  # mu w2 + f g, its deceleration on (t1, t_star) [m/s^2]
+    braking: float  # mu w2 + f g, the body's deceleration on (t1, t_star) [m/s^2]
     braking_time: float  # t_star - t1 [s]
     t_star: float  # [s], eq. 20
     t2: float  # [s], eq. 17
@@ -34,11 +34,11 @@ class ClosedForm:
 
 
 def closed_form(capsule: Capsule, w1: float, w2: float, t1: float) -> ClosedForm:
-    """Evaluate eqs. 17, 18, 20 and 22 (Chernousko 2020) in rational arithmetic.
+    """Returns eqs. 17, 18, 20 and 22 (Chernousko 2020), evaluated in rational arithmetic.
 
-    w1, w2 [m/s^2], t1 [s]. Every one is a quotient of polynomials in the parameters, and the
-    difference mu w1 - f g loses all its digits in double precision as w1 -> f g/mu. The source
-    prints eq. 18 with an angular velocity, omega_2, where its own eq. 17 gives w2.
+    w1, w2 [m/s^2], t1 [s]. Every number is a quotient of polynomials in the parameters. In double
+    precision the difference mu w1 - f g would lose all its digits as w1 -> f g/mu. The source
+    prints eq. 18 with an angular velocity, omega_2, in place of w2, which follows from its eq. 17.
     Raises ParameterError naming the parameter that violates 0 < w2 <= f g/mu < w1 (eq. 15).
     """
     body = Fraction(capsule.body_mass)
@@ -50,7 +50,7 @@ def closed_form(capsule: Capsule, w1: float, w2: float, t1: float) -> ClosedForm
     limit = Fraction(capsule.friction) * Fraction(capsule.gravity)
     if not mu * push > limit * (1 + THRESHOLD_ROUNDING):
         raise ParameterError("w1", w1, f"greater than f g/mu = {float(limit / mu)!r} m/s^2")
-    # Without friction t_star = t2: the body need not stick afterwards, and w2 has no bound.
+    # Without friction t_star = t2: the body does not have to stick, so w2 has no bound.
     if limit > 0 and mu * pull > limit * (1 + THRESHOLD_ROUNDING):
         raise ParameterError("w2", w2, f"at most f g/mu = {float(limit / mu)!r} m/s^2")
     backward = mu * push - limit
@@ -77,11 +77,12 @@ def closed_form(capsule: Capsule, w1: float, w2: float, t1: float) -> ClosedForm
 
 @dataclass(frozen=True)
 class LineManoeuvre(SingleMotion, LineMotion):
-    """Body and slider from rest to rest along one line through C (Chernousko 2020, eqs. 11-22).
+    """Body and slider move from rest to rest along one line through C (Chernousko 2020, eqs.
+    11-22).
 
     The slider's acceleration relative to the body is w1 until t1, then -w2 until t2 [m/s^2, s],
-    along `direction` [rad, from the body's x axis]; it starts at `start` along that line, from C
-    [m]. Raises ParameterError for parameters outside eq. 15, and when a normal force is not
+    along `direction` [rad, from the body's x axis]. The slider starts at `start` [m] on that line,
+    signed from C. Raises ParameterError for parameters outside eq. 15, and if a normal force is not
     positive along the whole path.
 
     >>> corners = ((0.2, 0.0), (-0.1, 0.15), (-0.1, -0.15))
@@ -101,12 +102,12 @@ class LineManoeuvre(SingleMotion, LineMotion):
 
     def __post_init__(self) -> None:
         check_fields(self, ("w1", "w2", "t1"), others=("capsule",))
-        _ = self.closed
+        _ = self.closed  # raises ParameterError for accelerations outside eq. 15
         check_loads(self.capsule, self.ends)
 
     @cached_property
     def closed(self) -> ClosedForm:
-        """Eqs. 17, 18, 20 and 22, free of cancellation."""
+        """The numbers of eqs. 17, 18, 20 and 22, free of cancellation."""
         return closed_form(self.capsule, self.w1, self.w2, self.t1)
 
     @property
@@ -121,38 +122,42 @@ class LineManoeuvre(SingleMotion, LineMotion):
 
     @property
     def stroke(self) -> float:
-        """Slider's whole displacement relative to the body [m] (eq. 18, with w2 for omega_2)."""
+        """The slider's total displacement relative to the body [m] (eq. 18, with w2 for
+        omega_2)."""
         return self.closed.stroke
 
     @property
     def displacement(self) -> float:
-        """Body's whole displacement along `direction` [m], negative (eq. 22)."""
+        """The body's total displacement along `direction` [m]; it is negative (eq. 22)."""
         return self.closed.displacement
 
     @property
     def sliding_time(self) -> float:
-        """Time for which the body slides [s]."""
+        """Time during which the body slides [s]."""
         return self.t_star
 
     @cached_property
     def phases(self) -> tuple[Phase, ...]:
-        """Push, brake until the body stops, brake, and rest."""
+        """Four phases: the slider accelerates; it brakes while the body slides; it brakes while the
+        body rests; both rest."""
         closed = self.closed
         push = Phase(0.0, 0.0, 0.0, self.w1, acceleration=-closed.backward, slides=True)
         brake = push.after(self.t1)._replace(pull=-self.w2, acceleration=closed.braking)
         end = Phase(self.t2, self.stroke, 0.0, 0.0, self.displacement)
-        held = brake.after(closed.braking_time)
-        held = end._replace(
-            start=self.t_star, stroke=held.stroke, stroke_rate=held.stroke_rate, pull=held.pull
+        stop = brake.after(closed.braking_time)
+        body_at_rest = end._replace(
+            start=self.t_star, stroke=stop.stroke, stroke_rate=stop.stroke_rate, pull=stop.pull
         )
-        return push, brake, held, end
+        return push, brake, body_at_rest, end
 
 
 def printed_body_velocity(manoeuvre: LineManoeuvre, times: Array) -> Array:
-    """Velocity of C [m/s] at `times` [s], shape (n,), as eq. 19 is printed (Chernousko 2020).
+    """Returns the velocity of C [m/s] at `times` [s], shape (n,), by eq. 19 as printed (Chernousko
+    2020).
 
-    Its second line has t where eq. 11 gives t1 in the first term. This is a misprint: as printed
-    the body does not stop at t_star (eq. 20, Fig. 2), and if w1 is large enough it never stops.
+    The first term of its second line has t in place of the t1 that follows from eq. 11: a misprint.
+    As printed, the body does not stop at t_star (eq. 20, Fig. 2), and if w1 is large enough it
+    never stops.
     """
     closed = manoeuvre.closed
     late = np.maximum(times - manoeuvre.t1, 0.0)
@@ -160,8 +165,8 @@ def printed_body_velocity(manoeuvre: LineManoeuvre, times: Array) -> Array:
 
 
 def condition_number(manoeuvre: LineManoeuvre) -> float:
-    """Relative change of the displacement (22) over the largest relative change of M, m, f, g,
-    w1, w2 and t1; grows as f g/(mu w1 - f g) when w1 nears its threshold."""
+    """Returns the relative change of the displacement (eq. 22) over the largest relative change of
+    M, m, f, g, w1, w2 and t1. It grows as f g/(mu w1 - f g) when w1 approaches its lower bound."""
     capsule = manoeuvre.capsule
     closed = manoeuvre.closed
     mu = capsule.mass_ratio

@@ -15,10 +15,13 @@ from plumbob.analytic.systems.manoeuvres.slow_motion import SlowStroke, slow_ret
 
 @dataclass(frozen=True)
 class RepeatedLine(LineMotion):
-    """`count` times `manoeuvre`, each followed by a slow return at `fraction` of f g/mu and by
-    `pause` [s] of rest, which can put every start on a grid of steps: the error of a fixed step is
-    then `count` times that of one manoeuvre. Raises ParameterError. Chernousko 2020, end of the
-    section on rectilinear motions."""
+    """`count` equal line manoeuvres. Each is followed by a slow return at `fraction` of f g/mu and
+    by `pause` [s] of rest.
+
+    The pause can put every start on a grid of steps: then the error of a fixed step is `count`
+    times that of one manoeuvre. Raises ParameterError. Chernousko 2020, end of the section on
+    rectilinear motions.
+    """
 
     manoeuvre: LineManoeuvre
     count: int
@@ -29,10 +32,10 @@ class RepeatedLine(LineMotion):
     def __post_init__(self) -> None:
         counting("count", self.count)
         non_negative("pause", self.pause)
-        _ = self.returning
+        _ = self.return_motion  # raises ParameterError for a wrong fraction
 
     @cached_property
-    def returning(self) -> SlowStroke:
+    def return_motion(self) -> SlowStroke:
         """The slow return after each manoeuvre."""
         return slow_return(self.manoeuvre, self.fraction)
 
@@ -43,34 +46,35 @@ class RepeatedLine(LineMotion):
 
     @cached_property
     def phases(self) -> tuple[Phase, ...]:
-        """Those of a manoeuvre and of the return."""
-        *there, end = self.manoeuvre.phases
-        back = (
-            p._replace(
-                start=end.start + p.start,
-                stroke=end.stroke + p.stroke,
+        """The phases of one manoeuvre and of the return after it. The manoeuvre's last phase is its
+        state at the end, where the return begins."""
+        *line_phases, end = self.manoeuvre.phases  # `end` has no duration
+        return_phases = [
+            phase._replace(
+                start=end.start + phase.start,
+                stroke=end.stroke + phase.stroke,
                 displacement=end.displacement,
             )
-            for p in self.returning.phases
-        )
-        return (*there, *back)
+            for phase in self.return_motion.phases
+        ]
+        return (*line_phases, *return_phases)
 
     @property
     def period(self) -> float:
         """Time from the start of one manoeuvre to the start of the next [s]."""
-        return self.manoeuvre.t2 + self.returning.duration + self.pause
+        return self.manoeuvre.t2 + self.return_motion.duration + self.pause
 
     @property
     def duration(self) -> float:
-        """Time from which body and slider rest [s]."""
+        """Time from the start to the final rest of body and slider [s]."""
         return self.count * self.period
 
     @property
     def displacement(self) -> float:
-        """Body's whole displacement along the line [m]: count times eq. 22."""
+        """The body's total displacement along the line [m]: count times eq. 22."""
         return self.count * self.manoeuvre.displacement
 
     @property
     def mean_speed(self) -> float:
-        """Magnitude of the body's displacement over the time that it takes [m/s]."""
+        """Magnitude of the body's displacement in one period over the period [m/s]."""
         return abs(self.manoeuvre.displacement) / self.period

@@ -1,4 +1,4 @@
-"""Repeated turn manoeuvres, each from rest: one exact motion, joined end to end."""
+"""Repeated turn manoeuvres, each from rest: copies of one exact motion, joined end to end."""
 
 from __future__ import annotations
 
@@ -18,16 +18,15 @@ from plumbob.analytic.systems.slider_path import SliderPath, concatenate, fixed
 from plumbob.analytic.systems.three_points.friction import three_point_motion
 from plumbob.analytic.systems.three_points.motion import Pose, ThreePointMotion
 
-WHOLE = 1e-12  # largest relative difference of the slider's angle from whole circles
+WHOLE_CIRCLES = 1e-12  # largest relative difference of the slider's angle from whole circles
 
 
 @dataclass(frozen=True)
 class RepeatedTurn:
-    """`count` equal turn manoeuvres, the slider fixed for `pause` [s] after each.
+    """`count` equal turn manoeuvres, with the slider fixed for `pause` [s] after each.
 
-    Every turn begins as the first one in body axes: several turns need a slider that moves through
-    whole circles, and a pause in which the residual motion ends. Raises
-    ParameterError.
+    Every turn begins like the first one in body axes. So several turns need a slider that moves
+    through whole circles, and a pause in which the residual motion ends. Raises ParameterError.
     """
 
     manoeuvre: TurnManoeuvre
@@ -36,11 +35,13 @@ class RepeatedTurn:
     kind: ClassVar[MotionKind] = "plane"
 
     def __post_init__(self) -> None:
-        counting("count", self.count), non_negative("pause", self.pause)
-        circles = self.manoeuvre.slider_angle / (2.0 * math.pi)
+        counting("count", self.count)
+        non_negative("pause", self.pause)
         if self.count == 1:
             return
-        if round(circles) == 0 or abs(circles - round(circles)) > WHOLE * abs(circles):
+        circles = self.manoeuvre.slider_angle / (2.0 * math.pi)
+        difference = abs(circles - round(circles))
+        if round(circles) == 0 or difference > WHOLE_CIRCLES * abs(circles):
             need = "whole circles, for several turns to be equal"
             raise ParameterError("slider_angle", self.manoeuvre.slider_angle, need)
         if self.period < self.single.rest_time:
@@ -50,17 +51,17 @@ class RepeatedTurn:
 
     @property
     def period(self) -> float:
-        """From the start of one turn to that of the next [s]."""
+        """Time from the start of one turn to the start of the next [s]."""
         return 2.0 * self.manoeuvre.half_time + self.pause
 
     @property
     def duration(self) -> float:
-        """Time from which the body rests [s]."""
+        """Time from the start to the body's final rest [s]."""
         return (self.count - 1) * self.period + self.single.rest_time
 
     @property
     def capsule(self) -> Capsule:
-        """The body."""
+        """The body that turns."""
         return self.manoeuvre.capsule
 
     @cached_property
@@ -73,8 +74,8 @@ class RepeatedTurn:
 
     @cached_property
     def single(self) -> ThreePointMotion:
-        """The exact motion of the first turn, to rest; raises ParameterError where there is too
-        little friction to determine that time."""
+        """The exact motion of the first turn, to rest. Raises ParameterError if friction is too
+        small to determine the time of rest."""
         least = self.manoeuvre.least_friction
         friction = self.capsule.friction
         if friction < least:
@@ -83,48 +84,50 @@ class RepeatedTurn:
         return three_point_motion(self.manoeuvre.capsule, self.manoeuvre.path)
 
     @cached_property
-    def _gained(self) -> tuple[complex, float]:
-        """Shift of C [m] and turn [rad] of one manoeuvre."""
+    def _change_per_turn(self) -> tuple[complex, float]:
+        """Displacement of C [m], complex, and turn of the body [rad] by one manoeuvre."""
         end = self.single.at(np.array([self.single.rest_time]))
         return complex(*end.position[0]), float(end.heading[0])
 
-    def _within(self, times: Array) -> tuple[Array, Array]:
-        """Number of turns done, and time since the last one began [s], shape (n,)."""
+    def _local_times(self, times: Array) -> tuple[Array, Array]:
+        """Returns the number of complete turns at `times` [s], and the time since the present turn
+        began [s], shape (n,) each."""
         times = np.atleast_1d(np.asarray(times, dtype=np.float64))
-        done = np.clip(np.floor(times / self.period), 0, self.count - 1)
-        return done, np.maximum(times - done * self.period, 0.0)
+        turns = np.clip(np.floor(times / self.period), 0, self.count - 1)
+        return turns, np.maximum(times - turns * self.period, 0.0)
 
     def at(self, times: Array) -> Pose:
-        """Pose and velocity of the body at `times` [s], shape (n,)."""
-        done, local = self._within(times)
-        now = self.single.at(local)
-        (shift, turn) = self._gained
-        facing = np.exp(1j * turn * done)
-        # shift (1 + e^(i turn) + ...), a geometric series
-        base = (
-            shift * done if turn == 0.0 else shift * (facing - 1.0) / (np.exp(1j * turn) - 1.0)
-        )
-        place = base + facing * (now.position @ [1.0, 1j])
-        speed = facing * (now.velocity @ [1.0, 1j])
+        """Returns pose and velocity of the body at `times` [s], shape (n,)."""
+        turns, local = self._local_times(times)
+        pose = self.single.at(local)
+        (shift, angle) = self._change_per_turn
+        facing = np.exp(1j * angle * turns)
+        if angle == 0.0:
+            base = shift * turns
+        else:  # the sum shift (1 + e^(i angle) + ...) is a geometric series
+            base = shift * (facing - 1.0) / (np.exp(1j * angle) - 1.0)
+        place = base + facing * (pose.position @ [1.0, 1j])
+        velocity = facing * (pose.velocity @ [1.0, 1j])
         return Pose(
             np.column_stack([place.real, place.imag]),
-            now.heading + turn * done,
-            np.column_stack([speed.real, speed.imag]),
-            now.angular_velocity,
+            pose.heading + angle * turns,
+            np.column_stack([velocity.real, velocity.imag]),
+            pose.angular_velocity,
         )
 
     @cached_property
     def error(self) -> Pose:
-        """Largest error over all turns: that of one turn for each; an error of heading rotates the
-        displacements that follow."""
+        """Bound on the error of the pose over all turns. Each turn adds the error of one turn, and
+        an error of heading rotates all later displacements."""
         single = self.single.error
         n = self.count
-        (shift, _) = self._gained
-        turned = n * float(single.heading[0])
-        place = n * (single.position + turned * abs(shift))
-        speed = float(
-            np.abs(self.single.at(np.array([self.manoeuvre.half_time])).velocity).max()
-        )
+        (shift, _) = self._change_per_turn
+        heading_error = n * float(single.heading[0])
+        fastest = self.single.at(np.array([self.manoeuvre.half_time]))
+        speed = float(np.abs(fastest.velocity).max())
         return Pose(
-            place, n * single.heading, single.velocity + turned * speed, single.angular_velocity
+            n * (single.position + heading_error * abs(shift)),
+            n * single.heading,
+            single.velocity + heading_error * speed,
+            single.angular_velocity,
         )

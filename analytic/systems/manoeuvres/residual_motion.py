@@ -1,4 +1,4 @@
-"""Residual motion in closed form: Q fixed, body and slider coast to rest with dry friction."""
+"""Residual motion in closed form: with Q fixed, body and slider coast to rest with dry friction."""
 
 from __future__ import annotations
 
@@ -23,23 +23,25 @@ from plumbob.analytic.systems.capsule import (
 from plumbob.analytic.systems.capsule_motion import MotionKind, SingleMotion
 from plumbob.analytic.systems.slider_path import SliderPath, fixed
 
-ROUNDINGS = 32  # upper bound: of the parameters, and between them and a place
-ROUND = 1e-12  # largest relative difference of arms that count as equal
-ABOUT = 1e-12  # [m/s]: a slower combined centre stays where it is
+ROUNDINGS = 32  # bound on the roundings in the parameters and in the arithmetic of a position
+EQUAL_ARMS = 1e-12  # largest relative difference of arms that count as equal
+RESTING_CENTRE = 1e-12  # [m/s] largest speed of a combined centre that counts as at rest
 
-# Spin and translation are coupled, and in general there is no formula. There is one when each
-# support moves on a circle and the sum of friction forces, f N_i against its motion, is constant:
-#   translation: any Q, since sum f N_i d passes through the centre of pressure, which is mu r;
-#   spin about the combined centre G = mu r: sum N_i (A_i - G) = 0 always, so the forces cancel only
-#     if the arms |A_i - G| are equal, that is if G is the circumcentre.
+# Spin and translation are coupled, and in general there is no formula. There are two exceptions:
+# each support moves on a straight line or a circle, and the friction forces have a constant sum.
+# - Translation, with any Q: the resultant of friction acts at the centre of pressure, which is the
+#   combined centre G = mu r, so it has no moment about G.
+# - Spin about G: always sum N_i (A_i - G) = 0, so the forces cancel only if the arms |A_i - G| are
+#   equal, that is if G is the circumcentre.
 
 
 @dataclass(frozen=True)
 class ResidualMotion(SingleMotion, LinearResponse):
-    """`capsule` that at first turns about `centre` [m, relative to C] at `rate` [rad/s], or if
-    `centre` is None translates along `direction` [rad] at `rate` [m/s], of either sign, and stops
-    under a constant positive `deceleration` [m/s^2 or rad/s^2], with Q at `slider` relative to C
-    [m]; at the start C is the origin and the heading is 0."""
+    """A `capsule` that coasts with Q fixed at `slider` relative to C [m], under a constant positive
+    `deceleration` [m/s^2 or rad/s^2]. It turns about `centre` [m, relative to C] with the initial
+    `rate` [rad/s]. If `centre` is None, it translates along `direction` [rad] with the initial
+    `rate` [m/s]. The rate may have either sign. At the start C is the origin and the heading is 0.
+    """
 
     capsule: Capsule
     rate: float
@@ -51,7 +53,7 @@ class ResidualMotion(SingleMotion, LinearResponse):
 
     @property
     def path(self) -> SliderPath:
-        """The fixed slider."""
+        """The path of the fixed slider."""
         return fixed(self.slider)
 
     @property
@@ -61,67 +63,75 @@ class ResidualMotion(SingleMotion, LinearResponse):
 
     @property
     def distance(self) -> float:
-        """Signed way to rest [m or rad], rate |rate|/(2 deceleration)."""
+        """Signed distance to rest [m or rad], rate |rate|/(2 deceleration)."""
         return 0.5 * self.rate * self.sliding_time
 
-    def course(self, times: Array) -> tuple[Array, Array]:
-        """Way since the start [m or rad] and its rate, at `times` [s], shape (n,) each."""
-        left = np.maximum(self.sliding_time - times, 0.0)
-        braked = math.copysign(self.deceleration, self.rate)
-        return np.asarray(self.distance - 0.5 * braked * left**2), braked * left
+    def distance_and_rate(self, times: Array) -> tuple[Array, Array]:
+        """Returns the signed distance since the start [m or rad] and its rate, at `times` [s],
+        shape (n,) each."""
+        remaining = np.maximum(self.sliding_time - times, 0.0)
+        deceleration = math.copysign(self.deceleration, self.rate)
+        distance = self.distance - 0.5 * deceleration * remaining**2
+        return np.asarray(distance), deceleration * remaining
 
     def observe(self, times: Array) -> Signals:
         """Exact x, y of C [m], velocity_x, velocity_y [m/s], heading [rad], heading_rate [rad/s]
         and normal_force_1..3 [N] at `times` [s], shape (n,)."""
-        place: Any
-        speed: Any
-        way, rate = self.course(np.asarray(times, dtype=np.float64))
+        position: Any
+        velocity: Any
+        heading, heading_rate = self.distance_and_rate(np.asarray(times, dtype=np.float64))
         if self.centre is None:
-            along = cmath.rect(1.0, self.direction)
-            place = way * along
-            speed = rate * along
-            way = 0.0 * way
-            rate = 0.0 * rate
+            unit = cmath.rect(1.0, self.direction)
+            position = heading * unit
+            velocity = heading_rate * unit
+            heading = 0.0 * heading
+            heading_rate = 0.0 * heading_rate
         else:
-            arm = -complex(*self.centre) * np.exp(1j * way)
-            place = complex(*self.centre) + arm
-            speed = 1j * rate * arm
+            arm = -complex(*self.centre) * np.exp(1j * heading)
+            position = complex(*self.centre) + arm
+            velocity = 1j * heading_rate * arm
+        places = np.tile(self.slider, (len(heading), 1))
         return {
-            "x": place.real,
-            "y": place.imag,
-            "velocity_x": speed.real,
-            "velocity_y": speed.imag,
-            "heading": way,
-            "heading_rate": rate,
-            **by_support(normal_forces(self.capsule, np.tile(self.slider, (len(way), 1)))),
+            "x": position.real,
+            "y": position.imag,
+            "velocity_x": velocity.real,
+            "velocity_y": velocity.imag,
+            "heading": heading,
+            "heading_rate": heading_rate,
+            **by_support(normal_forces(self.capsule, places)),
         }
 
     def uncertainty(self, times: Array) -> Signals:
-        """Absolute error [SI] at `times` [s], shape (n,), that parameters and times rounded to
-        double, and the arithmetic, may have caused."""
-        few = ROUNDINGS * ROUNDOFF
-        turned = (0.0, 0.0)
-        moved = few * abs(self.distance)
-        speed = few * abs(self.rate)
-        if self.centre is not None:
-            turned = (moved, speed)
-            arm = math.hypot(*self.centre)
-            moved, speed = arm * (moved + few), arm * (speed + abs(self.rate) * (moved + few))
+        """Bound on the error of each observable [SI] at `times` [s], shape (n,), by parameters and
+        times rounded to double and by the arithmetic."""
+        rounding = ROUNDINGS * ROUNDOFF
+        # For a turn about a centre the distance and the rate are an angle [rad] and its rate
+        # [rad/s].
+        distance_error = rounding * abs(self.distance)
+        rate_error = rounding * abs(self.rate)
         load = normal_force_uncertainty(self.capsule, math.hypot(*self.slider))
-        bounds = (moved, moved, speed, speed, *turned, *3 * (load,))
-        alike = (np.full(np.shape(times), bound) for bound in bounds)
-        return dict(zip(self.observe(np.zeros(1)), alike, strict=True))
+        position, velocity, heading, heading_rate = distance_error, rate_error, 0.0, 0.0
+        if self.centre is not None:
+            arm = math.hypot(*self.centre)
+            heading, heading_rate = distance_error, rate_error
+            position = arm * (distance_error + rounding)
+            velocity = arm * (rate_error + abs(self.rate) * (distance_error + rounding))
+        bounds = (position, position, velocity, velocity, heading, heading_rate, *3 * (load,))
+        names = self.observe(np.zeros(1))
+        constants = (np.full(np.shape(times), bound) for bound in bounds)
+        return dict(zip(names, constants, strict=True))
 
 
 def coasting(
     capsule: Capsule, slider: Point, velocity: Point, rate: float = 0.0
 ) -> ResidualMotion | None:
-    """Coasting of a body whose C begins at `velocity` [m/s] and which turns at `rate` [rad/s], Q at
-    `slider` relative to C [m]; None where spin and translation are coupled. Raises ParameterError.
+    """Returns the coasting of a body whose C has the initial `velocity` [m/s] and which turns with
+    the initial `rate` [rad/s], with Q at `slider` relative to C [m]. Returns None if spin and
+    translation are coupled. Raises ParameterError.
 
-    Without spin it goes over v0^2/(2 f g) in v0/(f g), wherever Q is. A turn about the combined
-    centre mu r, of supports that are at one distance R from it, obeys (J + mu M r^2) omega' = -f (M
-    + m) g R (Chernousko 2020, eq. 23 with v = w = 0).
+    Without spin the body moves v0^2/(2 f g) in the time v0/(f g), wherever Q is. If the body turns
+    about the combined centre mu r and the supports are all at the distance R from it, then (J + mu
+    M r^2) omega' = -f (M + m) g R (Chernousko 2020, eq. 23 with v = w = 0).
     """
     positive("friction", capsule.friction)
     check_loads(capsule, (slider,))
@@ -129,12 +139,19 @@ def coasting(
         speed = math.hypot(*velocity)
         direction = math.atan2(velocity[1], velocity[0])
         deceleration = capsule.friction * capsule.gravity
-        return ResidualMotion(capsule, speed, deceleration, None, direction, slider)
+        return ResidualMotion(
+            capsule=capsule,
+            rate=speed,
+            deceleration=deceleration,
+            centre=None,
+            direction=direction,
+            slider=slider,
+        )
     mu = capsule.mass_ratio
     centre = (mu * slider[0], mu * slider[1])
     arms = [math.dist(centre, support) for support in capsule.supports]
-    moved = abs(complex(*velocity) + 1j * rate * complex(*centre))
-    if moved > ABOUT or max(arms) - min(arms) > ROUND * max(arms):
+    centre_speed = abs(complex(*velocity) + 1j * rate * complex(*centre))
+    if centre_speed > RESTING_CENTRE or max(arms) - min(arms) > EQUAL_ARMS * max(arms):
         return None
     inertia = capsule.inertia + mu * capsule.body_mass * (slider[0] ** 2 + slider[1] ** 2)
     torque = capsule.friction * capsule.weight * sum(arms) / 3

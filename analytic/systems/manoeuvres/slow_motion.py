@@ -15,7 +15,8 @@ from plumbob.analytic.systems.manoeuvres.line_motion import LineMotion, Phase
 
 
 def proper_fraction(name: str, value: float) -> float:
-    """`value` as a fraction above 0 and at most 1; raises ParameterError naming it."""
+    """Returns `value` if it is above 0 and at most 1. Raises ParameterError naming the parameter
+    `name`."""
     if not 0.0 < finite(name, value) <= 1.0:
         raise ParameterError(name, value, "above 0 and at most 1")
     return float(value)
@@ -23,12 +24,13 @@ def proper_fraction(name: str, value: float) -> float:
 
 @dataclass(frozen=True)
 class SlowStroke(SingleMotion, LineMotion):
-    """Slider along a line through C, out and optionally back, while the body sticks.
+    """The slider moves along a line through C, out and optionally back, while the body sticks.
 
-    Each stroke has +W for half its time and -W for the other half, W = `fraction` f g/mu [m/s^2]:
-    the quickest stroke from rest to rest under |w| <= W. `length` [m] is signed along `direction`
-    [rad, from the body's x axis]; the slider starts at `start` [m] along it, from C. At fraction 1
-    static friction is at its limit. Raises ParameterError. Chernousko 2020, eq. 21.
+    Each way has the acceleration W for half its time and -W for the other half, W = `fraction` f
+    g/mu [m/s^2]: the quickest motion from rest to rest under |w| <= W. `length` [m] is signed along
+    `direction` [rad, from the body's x axis]. The slider starts at `start` [m] on that line, signed
+    from C. At fraction 1 static friction is at its limit. Raises ParameterError. Chernousko 2020,
+    eq. 21.
     """
 
     capsule: Capsule
@@ -49,23 +51,24 @@ class SlowStroke(SingleMotion, LineMotion):
 
     @cached_property
     def phases(self) -> tuple[Phase, ...]:
-        """The halves of each way, and rest; the body does not move."""
-        now = Phase(0.0, 0.0, 0.0, 0.0)
+        """The two halves of each way, and rest. The body does not move."""
+        senses = (1.0, -1.0, -1.0, 1.0, 0.0) if self.there_and_back else (1.0, -1.0, 0.0)
+        state = Phase(0.0, 0.0, 0.0, 0.0)
         phases = list[Phase]()
-        for sense in (1.0, -1.0, -1.0, 1.0, 0.0) if self.there_and_back else (1.0, -1.0, 0.0):
-            now = now._replace(pull=sense * math.copysign(self.acceleration, self.length))
-            phases.append(now)
-            now = now.after(0.5 * self.one_way)
+        for sense in senses:
+            state = state._replace(pull=sense * math.copysign(self.acceleration, self.length))
+            phases.append(state)
+            state = state.after(0.5 * self.one_way)
         return tuple(phases)
 
     @property
     def stroke(self) -> float:
-        """The way out [m]."""
+        """The slider's displacement on the way out [m]."""
         return self.length
 
     @property
     def acceleration(self) -> float:
-        """W [m/s^2]."""
+        """Magnitude W of the slider's acceleration [m/s^2]."""
         return self.fraction * self.capsule.holding_acceleration
 
     @property
@@ -75,18 +78,18 @@ class SlowStroke(SingleMotion, LineMotion):
 
     @property
     def duration(self) -> float:
-        """Time until the slider rests at the end [s]."""
+        """Time from the start to the slider's final rest [s]."""
         return self.one_way * (2 if self.there_and_back else 1)
 
 
 def slow_return(manoeuvre: LineManoeuvre, fraction: float = 1.0) -> SlowStroke:
-    """The slow motion of the slider back to where `manoeuvre` began. Raises ParameterError.
-    Chernousko 2020, end of the section on rectilinear motions."""
+    """Returns the slow motion of the slider back to the place where `manoeuvre` began. Raises
+    ParameterError. Chernousko 2020, end of the section on rectilinear motions."""
     return SlowStroke(
-        manoeuvre.capsule,
-        -manoeuvre.stroke,
-        fraction,
-        manoeuvre.direction,
-        manoeuvre.start + manoeuvre.stroke,
+        capsule=manoeuvre.capsule,
+        length=-manoeuvre.stroke,
+        fraction=fraction,
+        direction=manoeuvre.direction,
+        start=manoeuvre.start + manoeuvre.stroke,
         there_and_back=False,
     )

@@ -1,4 +1,4 @@
-"""A body at rest by static friction under tilted gravity, its slider fixed."""
+"""A body held at rest by static friction under tilted gravity, with its slider fixed."""
 
 from __future__ import annotations
 
@@ -17,20 +17,21 @@ from plumbob.analytic.systems.manoeuvres.slow_motion import proper_fraction
 
 
 def tilt_angle(capsule: Capsule, fraction: float = 1.0) -> float:
-    """Tilt of gravity [rad] at which its tangential part is `fraction` of the friction limit:
-    tan(alpha) = fraction f.
+    """Returns the tilt of gravity [rad] at which its tangential part is `fraction` of the friction
+    limit: tan(alpha) = fraction f. Raises ParameterError.
 
-    Weight acts at the combined centre mu r, which is also the centre of pressure, so every support
-    carries friction in proportion to N_i, and the threshold is the same in every direction and
-    wherever Q is fixed (heights zero: the tilt moves no load). Raises ParameterError."""
+    Weight acts at the combined centre mu r, which is also the centre of pressure, so the friction
+    of every support is in proportion to its N_i. The tilt at the limit is therefore equal in all
+    directions and for all places of Q. The heights are zero: the tilt moves no load.
+    """
     return math.atan(proper_fraction("fraction", fraction) * capsule.friction)
 
 
 @dataclass(frozen=True)
 class TiltedHold(SingleMotion, LineMotion):
-    """Body at rest under gravity tilted along `direction` [rad], by `fraction` of the threshold,
-    with Q fixed at `slider` relative to C [m]: friction balances the tangential part of the weight,
-    the N_i the normal part. Raises ParameterError."""
+    """A body at rest under gravity tilted along `direction` [rad], by `fraction` of the largest
+    tilt, with Q fixed at `slider` relative to C [m]. Friction balances the tangential part of the
+    weight, the N_i balance its normal part. Raises ParameterError."""
 
     capsule: Capsule
     fraction: float
@@ -43,12 +44,13 @@ class TiltedHold(SingleMotion, LineMotion):
     phases: ClassVar[tuple[Phase, ...]] = (Phase(0.0, 0.0, 0.0, 0.0),)
 
     def __post_init__(self) -> None:
-        tilt_angle(self.capsule, self.fraction), finite("direction", self.direction)
+        tilt_angle(self.capsule, self.fraction)
+        finite("direction", self.direction)
         check_loads(self.capsule, self.ends)
 
     @property
     def ends(self) -> tuple[Point, Point]:
-        """The slider's place, twice."""
+        """The slider's place, twice: its stroke has no length."""
         return self.slider, self.slider
 
     @property
@@ -57,10 +59,10 @@ class TiltedHold(SingleMotion, LineMotion):
         return tilt_angle(self.capsule, self.fraction)
 
     def normal_forces(self, times: Array) -> Array:
-        """See LineMotion."""
+        """Returns the constant normal forces N_i [N] at `times` [s], shape (n, 3)."""
         forces = math.cos(self.angle) * normal_forces(self.capsule, np.array([self.slider]))
         return np.repeat(forces, len(times), axis=0)
 
     def friction_force(self, times: Array) -> Array:
-        """See LineMotion."""
+        """Returns the constant resultant of friction on the body [N] at `times` [s], shape (n,)."""
         return np.full(np.shape(times), -self.capsule.weight * math.sin(self.angle))

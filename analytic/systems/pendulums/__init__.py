@@ -1,1 +1,1 @@
-"""Exact motions of pendulums, undamped and driven, each with its errors."""
+"""Exact motions of pendulums, undamped and driven, with their errors."""

@@ -1,8 +1,10 @@
-"""Period and action of every motion of a potential, against energy: I(H) and Omega(H) = dH/dI.
+"""Period and action of all motions in a potential as functions of the energy: I(H), Omega(H) =
+dH/dI.
 
-Sudakov 2015, eqs. 10 to 13, for rotation alone; here through each well and across the separatrices
-too. Crossing one upward, the actions of the two wells add up to that of the libration over both,
-and this is twice that of the rotation, because a libration's orbit passes both ways.
+Sudakov 2015, eqs. 10 to 13, has rotation only; here each well and the separatrices are included. At
+the energy where a libration over both wells begins, its action is the sum of the actions of the two
+wells. Where rotation begins, the libration's action is twice that of the rotation, because a
+libration's orbit passes both ways.
 """
 
 from __future__ import annotations
@@ -19,13 +21,13 @@ from plumbob.analytic.numerics.elliptic.trigonometric_potential import (
 from plumbob.analytic.numerics.quad import double
 from plumbob.analytic.reference import Array
 
-NEAREST = 1e-6  # of a branch's energies: how near it comes to a separatrix
+NEAREST_PART = 1e-6  # smallest distance from a separatrix over the energy range of a branch
 
 
 @dataclass(frozen=True)
 class Branch:
-    """Motions of one kind, by energy: name, energies H [J], periods [s] and actions [J s], shape
-    (n,) each."""
+    """Motions of one kind: its name, energies H [J], periods [s] and actions [J s], shape (n,)
+    each."""
 
     name: str
     energies: Array
@@ -34,46 +36,58 @@ class Branch:
 
     @property
     def rates(self) -> Array:
-        """Omega = 2 pi/T [rad/s]."""
+        """Omega = 2 pi/T [rad/s], shape (n,)."""
         return 2 * np.pi / self.periods
 
 
 def branches(
     potential: TrigonometricPotential, inertia: float, highest: float, points: int = 60
 ) -> tuple[Branch, ...]:
-    """The branches of a `potential` [J] of a pendulum with a moment of inertia [kg m^2], up to the
-    energy `highest` [J]; `points` on each, denser towards the separatrices."""
-    angles = critical_points(potential)
-    value, bend = (
-        np.asarray(double(x)) for x in (potential.value(angles), potential.curvature(angles))
-    )
-    places = np.asarray(double(angles))
-    wells = np.flatnonzero(bend > 0)
-    levels = np.sort(value[bend < 0])
-    wells = wells[np.argsort(value[wells])]
-    names = (
-        ("in the deeper well", "in the shallower well") if len(wells) > 1 else ("in the well",)
-    )
-    spans = [(names[i], places[w], value[w], levels[0]) for i, w in enumerate(wells)]
-    if len(levels) > 1 and levels[1] > levels[0]:
-        spans.append(("over both wells", places[wells[0]], levels[0], levels[1]))
-    spans.append(("rotation", places[wells[0]], levels[-1], highest))
-    return tuple(
-        _branch(potential, inertia, name, float(start), low + (high - low) * _dense(points))
-        for name, start, low, high in spans
-        if high > low
-    )
+    """Returns the branches of a pendulum with a moment of inertia [kg m^2] in a `potential` [J], up
+    to the energy `highest` [J]. Each has about `points` energies, denser towards the separatrices.
+    """
+    numbers = _dense_numbers(points)
+    curves = list[Branch]()
+    for name, start, low, high in _energy_ranges(potential, highest):
+        if high > low:
+            energies = low + (high - low) * numbers
+            curves.append(_branch(potential, inertia, name, float(start), energies))
+    return tuple(curves)
 
 
-def _dense(points: int) -> Array:
-    """Numbers between 0 and 1, from NEAREST to 1 - NEAREST, dense at both ends."""
-    ends = np.geomspace(NEAREST, 0.5, points // 2)
+def _energy_ranges(
+    potential: TrigonometricPotential, highest: float
+) -> list[tuple[str, float, float, float]]:
+    """Returns for each branch its name, an angle [rad] of all its motions, and its lowest and
+    highest energy [J]."""
+    critical = critical_points(potential)
+    values = np.asarray(double(potential.value(critical)))
+    curvatures = np.asarray(double(potential.curvature(critical)))
+    angles = np.asarray(double(critical))
+    wells = np.flatnonzero(curvatures > 0)
+    barriers = np.sort(values[curvatures < 0])
+    wells = wells[np.argsort(values[wells])]
+    names: tuple[str, ...] = ("in the well",)
+    if len(wells) > 1:
+        names = ("in the deeper well", "in the shallower well")
+    ranges = [(names[i], angles[w], values[w], barriers[0]) for i, w in enumerate(wells)]
+    if len(barriers) > 1 and barriers[1] > barriers[0]:
+        ranges.append(("over both wells", angles[wells[0]], barriers[0], barriers[1]))
+    ranges.append(("rotation", angles[wells[0]], barriers[-1], highest))
+    return ranges
+
+
+def _dense_numbers(points: int) -> Array:
+    """Returns numbers from NEAREST to 1 - NEAREST, dense at both ends."""
+    ends = np.geomspace(NEAREST_PART, 0.5, points // 2)
     return np.concatenate([ends, 1.0 - ends[-2::-1]])
 
 
 def _branch(
     potential: TrigonometricPotential, inertia: float, name: str, start: float, energies: Array
 ) -> Branch:
+    """Returns the branch of motions that start at the angle `start` [rad] with the `energies` [J],
+    shape (n,)."""
     speeds = np.sqrt(2 * (energies - float(double(potential.value(start)))) / inertia)
     motions = solve(potential, inertia, np.full_like(speeds, start), speeds)
     return Branch(name, energies, np.asarray(double(motions.period)), motions.action)

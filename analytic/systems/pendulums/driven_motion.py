@@ -1,4 +1,4 @@
-"""A driven rotor's exact motion: in closed form where it is linear, else certified."""
+"""A driven rotor's exact motion: in closed form if it is linear, otherwise certified."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ from plumbob.analytic.numerics.smooth.certified_motion import CertifiedMotion
 from plumbob.analytic.parameters import finite
 from plumbob.analytic.reference import Array, Signals, remembered
 
-LOST = 1e6  # [rad, rad/s]: the uncertainty where double precision determines nothing
+LOST = 1e6  # [rad, rad/s] uncertainty if double precision does not determine the motion
 
 
 @dataclass(frozen=True)
 class DrivenMotion:
-    """Motion of `rotor` from `theta` [rad] and `theta_dot` [rad/s]; a `Reference`. Raises
+    """The motion of `rotor` from `theta` [rad] and `theta_dot` [rad/s], as a `Reference`. Raises
     ParameterError."""
 
     rotor: DrivenRotor
@@ -29,56 +29,63 @@ class DrivenMotion:
     theta_dot: float
 
     def __post_init__(self) -> None:
-        finite("theta", self.theta), finite("theta_dot", self.theta_dot)
+        finite("theta", self.theta)
+        finite("theta_dot", self.theta_dot)
 
     @cached_property
     def closed_form(self) -> Callable[[Array], tuple[Array, Array]] | None:
-        """theta and theta_dot at times [s] in closed form; None where there is none."""
+        """A function from times [s] to theta and theta_dot, or None if there is no closed form."""
         if not self.rotor.linear:
             return None
         return partial(linear_motion, self.rotor, self.theta, self.theta_dot)
 
     @cached_property
     def certified(self) -> CertifiedMotion:
-        """The motion by two independent methods."""
+        """The motion, integrated by two independent methods."""
         return CertifiedMotion(smooth_system(self.rotor, self.theta, self.theta_dot))
 
     def certify(self, last: float, watch: Callable[[float], None]) -> None:
-        """Integrate a motion without a closed form up to `last` [s] (see `CertifiedMotion`)."""
+        """Integrates the motion up to `last` [s] if it has no closed form (see
+        `CertifiedMotion`)."""
         if self.closed_form is None:
             self.certified.certify(last, watch)
 
     @remembered
     def observe(self, times: Array) -> Signals:
-        """theta [rad] and theta_dot [rad/s] at `times` [s], shape (n,)."""
+        """Exact theta [rad] and theta_dot [rad/s] at `times` [s], shape (n,)."""
         if self.closed_form is None:
-            return self.certified.observe(np.minimum(times, self._known(times)))
+            return self.certified.observe(np.minimum(times, self._known_until(times)))
         theta, theta_dot = self.closed_form(times)
         return {"theta": theta, "theta_dot": theta_dot}
 
     def uncertainty(self, times: Array) -> Signals:
-        """Effect of rounded inputs, and of a closed form's rounded result or else the two methods'
-        difference, shape (n,)."""
+        """Error of each observable by double precision, shape (n,): the effect of rounded inputs,
+        plus the rounded result of a closed form. Without a closed form it is the difference of the
+        two methods, and LOST beyond the certified time."""
         if self.closed_form is None:
-            known_until = self._known(times)
-            doubts = self.certified.uncertainty(np.minimum(times, known_until))
-            return {n: np.where(times > known_until, LOST, d) for n, d in doubts.items()}
-        known = self.observe(times)
-        theta = known["theta"]
-        rate = known["theta_dot"]
-        slope = self.rotor.acceleration(times, theta, rate)
-        late = {"theta": np.abs(times * rate), "theta_dot": np.abs(times * slope)}
-        moved = rounded_inputs(self, lambda near: near.observe(times), 1.0)
-        return {n: np.maximum.accumulate(size + ULP * late[n]) for n, size in moved.items()}
+            known_until = self._known_until(times)
+            errors = self.certified.uncertainty(np.minimum(times, known_until))
+            return {n: np.where(times > known_until, LOST, e) for n, e in errors.items()}
+        observed = self.observe(times)
+        theta = observed["theta"]
+        rate = observed["theta_dot"]
+        acceleration = self.rotor.acceleration(times, theta, rate)
+        time_effect = {"theta": np.abs(times * rate), "theta_dot": np.abs(times * acceleration)}
+        input_effect = rounded_inputs(self, lambda near: near.observe(times), 1.0)
+        return {
+            name: np.maximum.accumulate(size + ULP * time_effect[name])
+            for name, size in input_effect.items()
+        }
 
-    def _known(self, times: Array) -> float:
-        """The time until which the motion is certified, of these [s]; later it is not known."""
+    def _known_until(self, times: Array) -> float:
+        """Returns the time [s] until which the motion is certified, of the range that `times`
+        covers."""
         return self.certified.known_until(float(np.max(times, initial=0.0)))
 
     def nonlinearity(self, times: Array, errors: Signals) -> float:
-        """Of the rates' response to errors of theta and theta_dot, shape (n,), over the linear one
-        (see `CertifiedMotion`)."""
+        """Nonlinearity of the rates' response to errors of theta and theta_dot, shape (n,) each,
+        over the linear response (see `CertifiedMotion`)."""
         if self.closed_form is not None or not np.abs(errors["theta"]).max():
             return 0.0
-        known = self._known(times)
-        return self.certified.nonlinearity(np.minimum(times, known), errors)
+        known_until = self._known_until(times)
+        return self.certified.nonlinearity(np.minimum(times, known_until), errors)

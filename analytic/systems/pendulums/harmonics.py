@@ -1,9 +1,9 @@
-"""The Fourier series of a pendulum's motion, and how many harmonics an accuracy takes.
+"""The Fourier series of a pendulum's motion, and how many harmonics an accuracy needs.
 
 Sudakov 2015 calls Fourier series simpler and more exact than elliptic functions. Their coefficients
-fall as e^(-n s), s being Omega times the distance of the motion's nearest singularity from the real
-time axis. That distance hardly changes with the energy, but Omega falls to zero at a separatrix, as
-1/ln: the number of harmonics for an accuracy grows with the period, and without bound.
+fall as e^(-n s). Here s is Omega times the distance of the motion's nearest singularity from the
+real time axis. That distance hardly depends on the energy, but Omega falls to zero at a separatrix,
+as 1/ln. So the number of harmonics for a given accuracy grows with the period, without bound.
 """
 
 from __future__ import annotations
@@ -15,13 +15,13 @@ import numpy as np
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.pendulums.pendulum_motion import PendulumMotion
 
-SAMPLES = 2**14  # of a period
-NOISE = 1e-15  # of an angle: coefficients below it are round-off
+SAMPLES = 2**14  # samples of a period
+NOISE = 1e-15  # [rad] round-off of a coefficient
 
 
-def coefficients(motion: PendulumMotion) -> Array:
-    """Amplitudes [rad] of the harmonics 1, 2, ... of theta, less Omega t where the motion rotates,
-    shape (SAMPLES/2 - 1,)."""
+def harmonic_amplitudes(motion: PendulumMotion) -> Array:
+    """Returns the amplitudes [rad] of the harmonics 1, 2, ... of theta, shape (SAMPLES/2 - 1,). For
+    a rotation they are those of theta - Omega t."""
     times = np.linspace(0.0, motion.period, SAMPLES, endpoint=False)
     theta = motion.state(times)[0]
     if motion.regime == "rotation":
@@ -29,18 +29,19 @@ def coefficients(motion: PendulumMotion) -> Array:
     return 2 * np.abs(np.fft.rfft(theta))[1:-1] / SAMPLES
 
 
-def scale(motion: PendulumMotion) -> float:
-    """The reference of an accuracy [rad]: 1 for a rotation, the amplitude of a libration."""
+def angle_scale(motion: PendulumMotion) -> float:
+    """Returns the angle [rad] to which an accuracy refers: 1 for a rotation, the amplitude for a
+    libration."""
     if motion.regime == "rotation":
         return 1.0
     theta = motion.state(np.linspace(0.0, motion.period, 512, endpoint=False))[0]
     return float(np.ptp(theta)) / 2
 
 
-def needed(motion: PendulumMotion, accuracies: Sequence[float]) -> tuple[int, ...]:
-    """Harmonics after which what is left, the sum of all further amplitudes, is at most each of
-    `accuracies`, relative to `scale`."""
-    sizes = coefficients(motion)
-    sizes[sizes < 4 * NOISE] = 0.0
-    left = np.append(np.cumsum(sizes[::-1])[::-1], 0.0) / scale(motion)
-    return tuple(int(np.argmax(left <= accuracy)) for accuracy in accuracies)
+def harmonics_needed(motion: PendulumMotion, accuracies: Sequence[float]) -> tuple[int, ...]:
+    """Returns, for each of `accuracies` relative to `angle_scale`, the number of harmonics after
+    which the amplitudes of all further harmonics add up to at most that accuracy."""
+    amplitudes = harmonic_amplitudes(motion)
+    amplitudes[amplitudes < 4 * NOISE] = 0.0
+    tails = np.append(np.cumsum(amplitudes[::-1])[::-1], 0.0) / angle_scale(motion)
+    return tuple(int(np.argmax(tails <= accuracy)) for accuracy in accuracies)

@@ -1,22 +1,23 @@
-"""How uniform a pendulum's rotation is, by three measures, and which a platform can improve.
+"""How uniform a pendulum's rotation is, by three measures, and which of them a platform can
+improve.
 
-Sudakov 2015 concludes that a regime exists in which a turning platform makes rotation more uniform.
-Whether it does depends on the measure. Start at theta = 0 with the same theta_dot_0 > 0:
+Sudakov 2015 concludes that in some regime a turning platform makes rotation more uniform. Whether
+it does depends on the measure. With a start at theta = 0 with the same theta_dot_0 > 0:
 
     spread      (max theta_dot - min theta_dot) / theta_dot_0
     deviation   standard deviation of theta_dot over its mean, both in time, over a turn
     near        part of the turn's time in which theta_dot is within 5 % of theta_dot_0
 
-The spread never shrinks. V(0) = -c and V(pi) = c for every platform rate, pivot_y and
-inertia_yz, because their terms vanish with sin(theta). So theta_dot is theta_dot_0 at 0 and
-(theta_dot_0^2 - 4 c/I)^(1/2) at pi, whatever the platform does. At rest V = -c cos(theta) has its
-extremes there, and the spread is the difference of just these two; on a turning platform both still
-occur, and the spread is that difference or more. It is more wherever V leaves [-c, c]: always when
-b != 0, since V' (0) = -b; when b = 0 only for 2 |a| > c, beyond the pitchfork.
+The spread never shrinks. V(0) = -c and V(pi) = c for every platform rate, pivot_y and inertia_yz,
+because their terms vanish with sin(theta). So theta_dot is theta_dot_0 at 0 and (theta_dot_0^2 - 4
+c/I)^(1/2) at pi, for every platform. On a platform at rest V = -c cos(theta) has its extremes
+there, and the spread is the difference of just these two speeds. On a turning platform both speeds
+still occur, so the spread is at least that difference. It is larger if V leaves [-c, c]: always if
+b != 0, since V'(0) = -b; if b = 0, only for 2 |a| > c, beyond the pitchfork.
 
-The other two can be better: a > 0 lowers V on the flanks, so that the slow passage near pi is
-shorter. Far above the barrier they are not both: there the deviation tends to
-(a^2/8 + b^2/2 + c^2/2)^(1/2) / (I theta_dot_0^2), which any rotation of the platform increases.
+The other two measures can improve: a > 0 lowers V on the flanks, so the slow passage near pi is
+shorter. Far above the barrier they do not both improve: there the deviation tends to (a^2/8 + b^2/2
++ c^2/2)^(1/2) / (I theta_dot_0^2), which any rotation of the platform increases.
 """
 
 from __future__ import annotations
@@ -30,60 +31,62 @@ from plumbob.analytic.numerics.quad import double
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.pendulums.pendulum_motion import PendulumMotion
 
-NEAR = 0.05  # of the initial speed
-ANGLES = 2048  # of a turn: the trapezoid rule converges geometrically for smooth integrands
-SAMPLES = 20_000  # over a period: parts of it to four digits
+NEAR = 0.05  # largest relative difference from the initial speed that counts as near
+ANGLES = 2048  # angles of a turn: the trapezoid rule converges geometrically
+SAMPLES = 20_000  # times of a period: they give parts of it to four digits
 
 
 @dataclass(frozen=True)
 class Uniformity:
-    """The three measures (module docstring) and the period, of one rotation or shape (...) of many;
-    NaN where the motion does not turn over."""
+    """The three measures of the module's docstring and the period, of one rotation or of many,
+    shape (...). NaN for motions that do not turn over."""
 
     spread: Array
     deviation: Array
     near: Array
-    period: Array  # [s] of a turn
+    period: Array  # time of a turn [s]
 
 
-def of_motion(motion: PendulumMotion) -> Uniformity:
-    """Measures of an exact rotation that starts at its `theta`, by sampling: the means converge
-    geometrically."""
+def uniformity_of_motion(motion: PendulumMotion) -> Uniformity:
+    """Returns the measures of an exact rotation that starts at its `theta`, by sampling: the means
+    converge geometrically."""
     times = (np.arange(SAMPLES) + 0.5) * motion.period / SAMPLES
     return _measures(motion.state(times)[1], np.asarray(motion.theta_dot), np.ones(SAMPLES))
 
 
-def from_below(
+def uniformity_from_bottom(
     potential: TrigonometricPotential, inertia: Array | float, speeds: Array
 ) -> Uniformity:
-    """Measures of rotations from theta = 0 with `speeds` [rad/s], which broadcast with the
-    `inertia` [kg m^2] and the coefficients of the `potential` [J] to the shape of the answer; by
-    quadrature over theta."""
-    rates = _rates(potential, np.asarray(inertia), speeds)
-    return _measures(rates, speeds, 1.0 / rates)  # dt = dtheta/theta_dot
+    """Returns the measures of rotations from theta = 0 with initial `speeds` [rad/s], by quadrature
+    over theta. `speeds`, `inertia` [kg m^2] and the coefficients of the `potential` [J] broadcast
+    to the shape of the result."""
+    rates = _speeds(potential, np.asarray(inertia), speeds)
+    return _measures(rates, speeds, 1.0 / rates)  # the spans are dt = dtheta/theta_dot
 
 
-def _measures(rates: Array, first: Array, spans: Array) -> Uniformity:
-    """Of a turn at `rates` [rad/s], the last axis, each for its part of the time, in proportion to
-    `spans`, that starts with the `first`."""
-    parts = spans / spans.sum(axis=-1, keepdims=True)
-    mean, square = ((parts * rates**power).sum(axis=-1) for power in (1, 2))
-    close = np.abs(rates / first[..., None] - 1.0) <= NEAR
+def _measures(speeds: Array, first: Array, spans: Array) -> Uniformity:
+    """Returns the measures of turns that start with the speed `first` and have the `speeds` [rad/s]
+    along the last axis. Each speed lasts for a time in proportion to `spans`."""
+    weights = spans / spans.sum(axis=-1, keepdims=True)
+    mean = (weights * speeds).sum(axis=-1)
+    mean_square = (weights * speeds**2).sum(axis=-1)
+    is_near = np.abs(speeds / first[..., None] - 1.0) <= NEAR
     return Uniformity(
-        np.ptp(rates, axis=-1) / np.abs(first),
-        np.sqrt(np.maximum(square - mean**2, 0.0)) / np.abs(mean),
-        (parts * close).sum(axis=-1),
-        2 * np.pi / np.abs(mean),
+        spread=np.ptp(speeds, axis=-1) / np.abs(first),
+        deviation=np.sqrt(np.maximum(mean_square - mean**2, 0.0)) / np.abs(mean),
+        near=(weights * is_near).sum(axis=-1),
+        period=2 * np.pi / np.abs(mean),
     )
 
 
-def _rates(potential: TrigonometricPotential, inertia: Array, speeds: Array) -> Array:
-    """Speeds [rad/s] at ANGLES angles of a turn, the last axis; NaN where it does not turn over."""
+def _speeds(potential: TrigonometricPotential, inertia: Array, first: Array) -> Array:
+    """Returns the speeds [rad/s] at ANGLES angles of turns that start with the speed `first`, along
+    the last axis; NaN if the motion does not turn over."""
     a, b, c = (
         np.asarray(double(x))[..., None] for x in (potential.a, potential.b, potential.c)
     )
     theta = np.arange(ANGLES) * (2 * np.pi / ANGLES)
-    well = np.asarray(TrigonometricPotential(a, b, c).value(theta))
-    squares = speeds[..., None] ** 2 - 2 * (well - well[..., :1]) / inertia[..., None]
-    turning = squares.min(axis=-1, keepdims=True) > 0.0
-    return np.sqrt(np.where(turning, squares, np.nan))
+    energies = np.asarray(TrigonometricPotential(a, b, c).value(theta))
+    squares = first[..., None] ** 2 - 2 * (energies - energies[..., :1]) / inertia[..., None]
+    turns_over = squares.min(axis=-1, keepdims=True) > 0.0
+    return np.sqrt(np.where(turns_over, squares, np.nan))

@@ -1,7 +1,7 @@
 """A planner from rest pose to rest pose: turns, then lines, joined by slow motions.
 
 The source shows that every rest pose can be reached (Chernousko 2020, section "Controllability").
-`construction` puts a plan together and checks where it ends; `turns` and `lines` choose and compute
-its manoeuvres on one of the `tracks`; `manoeuvre` has the manoeuvres as
-data, `problem` the poses and limits, `result` the plan.
+`problem` holds the poses and limits. `construction` puts a plan together and checks where it ends;
+`turns` and `lines` choose its manoeuvres and compute them, on one of the `tracks`. `manoeuvre`
+holds the manoeuvres as data, `result` the plan.
 """

@@ -1,6 +1,6 @@
-"""The paper's construction of a plan: turns to the heading, lines to the place, slow motions
-between. Where it ends is computed by the event-driven motion
-(`plumbob.analytic.systems.three_points.friction`)."""
+"""The construction of a plan as in the source: turns to the heading, lines to the position, slow
+motions between. The event-driven motion (`plumbob.analytic.systems.three_points.friction`) gives
+the pose at its end."""
 
 from __future__ import annotations
 
@@ -26,9 +26,9 @@ from plumbob.analytic.systems.planner.result import Plan, TrackName
 from plumbob.analytic.systems.planner.tracks import ArcName, Ends, LineSegment, Pair, Track
 from plumbob.analytic.systems.planner.turns import Turn, turns_to
 
-SAME = 1e-12  # [m] and [rad]: a difference of poses this small needs no motion
-LARGEST_HEADING = 1e6  # [rad]: 2 pi times so many turns is known to 1e-10
-CLOSED = 1e-9  # [m] and [rad]: largest distance of the final pose from the goal
+NO_MOTION = 1e-12  # [m] and [rad] largest difference of poses that needs no motion
+LARGEST_HEADING = 1e6  # [rad] as a double it is known to 1e-10, modulo whole turns
+POSE_TOLERANCE = 1e-9  # [m] and [rad] largest distance of the final pose from the goal
 
 
 def plan(
@@ -42,12 +42,12 @@ def plan(
     arc: ArcName | Ends = "shorter",
     segments: tuple[LineSegment, ...] | None = None,
 ) -> Plan:
-    """The quickest of a few plans from `start` (None: the origin, slider at C) to `goal`, turning
-    the shorter way round.
+    """Returns the fastest of a few plans from `start` to `goal` that turn the shorter way. If
+    `start` is None, the plan begins at the origin with heading 0 and the slider at C.
 
     On the track "curve" the lines are along the supports' directions `legs`, or along two
-    `segments` of lines through C, and the turns on the `arc`, by name or from angle to angle [rad].
-    Raises ParameterError naming the limit that makes a pose unreachable, or the pose where the plan
+    `segments` of lines through C; the turns are on the `arc`, given by name or as two angles [rad].
+    Raises ParameterError naming the limit that makes a pose unreachable, or the pose if the plan
     misses it.
     """
     limits = limits or Limits()
@@ -55,70 +55,92 @@ def plan(
     for pose in (start, goal):
         if abs(pose.heading) > LARGEST_HEADING:
             raise ParameterError("heading", pose.heading, f"within ±{LARGEST_HEADING:g} rad")
-    empty = Plan(capsule, start, goal, limits, track, (), legs, arc, segments)
+    empty = Plan(
+        capsule=capsule,
+        start=start,
+        goal=goal,
+        limits=limits,
+        track=track,
+        manoeuvres=(),
+        legs=legs,
+        arc=arc,
+        segments=segments,
+    )
     rails = empty.rails
     check_loads(capsule, (start.slider, goal.slider))
-    plan = replace(empty, manoeuvres=_arranged(rails, start, goal))
-    away, turned = plan.error
-    if max(away, turned) > CLOSED:
-        ends = f"the one found ends {away:.2g} m and {turned:.2g} rad away"
+    plan = replace(empty, manoeuvres=_find_manoeuvres(rails, start, goal))
+    distance, angle = plan.error
+    if max(distance, angle) > POSE_TOLERANCE:
+        ends = f"the one found ends {distance:.2g} m and {angle:.2g} rad away"
         need = f"a pose that a plan reaches: {ends}"
         raise ParameterError("to", [goal.x, goal.y, goal.heading], need)
     return plan
 
 
-def _arranged(track: Track, start: RestPose, goal: RestPose) -> tuple[Manoeuvre, ...]:
-    """Turns to the heading, then lines to the place, then the slider to its place: C moves with
+def _find_manoeuvres(track: Track, start: RestPose, goal: RestPose) -> tuple[Manoeuvre, ...]:
+    """Returns the manoeuvres of a plan: turns to the heading, lines to the position, and slow
+    motions of the slider between them and to its final place. The turns come first: C moves with
     every turn, and a translation does not change the heading."""
     heading = math.remainder(goal.heading - start.heading, FULL_CIRCLE)
-    left = (goal.place - start.place) * cmath.rect(1.0, -start.heading)
+    displacement = (goal.place - start.place) * cmath.rect(1.0, -start.heading)
     turns = list[Turn]()
-    if abs(heading) > SAME or abs(left) > SAME:
+    if abs(heading) > NO_MOTION or abs(displacement) > NO_MOTION:
         check_pushing(track.capsule, track.limits)
-    if abs(heading) > SAME:
-        turns = turns_to(track, heading, left)
+    if abs(heading) > NO_MOTION:
+        turns = turns_to(track, heading, displacement)
     for turn in turns:
-        left = (left - turn.shift) * cmath.rect(1.0, -turn.heading)
-    translations = _translations(track, left)
-    ways = [
-        _joined(
-            track,
-            [
-                Passage(begin, begin, ()),
-                *(turn.passage for turn in turns),
-                *lines,
-                Passage(end, end, ()),
-            ],
-        )
-        for begin in track.places(start.slider)
-        for lines in translations
-        for end in track.places(goal.slider)
-    ]
-    best = min(ways, key=lambda way: to_ten_digits(way.duration)).manoeuvres
-    count = sum(manoeuvre.kind in ("turn", "line") for manoeuvre in best)
+        displacement = (displacement - turn.shift) * cmath.rect(1.0, -turn.heading)
+    passages = [turn.passage for turn in turns]
+    manoeuvres = _fastest_way(track, start, goal, passages, displacement).manoeuvres
+    count = sum(manoeuvre.kind in ("turn", "line") for manoeuvre in manoeuvres)
     if count > track.limits.manoeuvres:
         raise too_many(track.limits, count)
-    begins = itertools.accumulate((manoeuvre.duration for manoeuvre in best), initial=0.0)
-    return tuple(replace(m, start=begin) for m, begin in zip(best, begins, strict=False))
+    durations = (manoeuvre.duration for manoeuvre in manoeuvres)
+    starts = itertools.accumulate(durations, initial=0.0)
+    return tuple(replace(m, start=begin) for m, begin in zip(manoeuvres, starts, strict=False))
+
+
+def _fastest_way(
+    track: Track,
+    start: RestPose,
+    goal: RestPose,
+    turns: Sequence[Passage],
+    displacement: complex,
+) -> Passage:
+    """Returns the fastest way of the slider from its place in `start`, through the `turns`, through
+    lines that move the body by `displacement` [m], in body axes, to its place in `goal`."""
+    choices = itertools.product(
+        track.places(start.slider),
+        _translations(track, displacement),
+        track.places(goal.slider),
+    )
+    ways = list[Passage]()
+    for begin, lines, end in choices:
+        first = Passage(begin, begin, ())
+        last = Passage(end, end, ())
+        ways.append(_join(track, [first, *turns, *lines, last]))
+    return min(ways, key=lambda way: to_ten_digits(way.duration))
 
 
 def _translations(track: Track, displacement: complex) -> list[tuple[Passage, ...]]:
-    """Ways to move the body by `displacement` [m], in body axes: lines along one leg of the track
-    after another."""
-    if abs(displacement) <= SAME:
+    """Returns ways to move the body by `displacement` [m], in body axes. Each way is a sequence of
+    lines along one leg of the track after another."""
+    if abs(displacement) <= NO_MOTION:
         return [()]
     ways = list[tuple[Passage, ...]]()
     for legs in track.legs(displacement):
-        along = [
-            [_joined(track, way) for way in strokes(track, rail, distance)]
-            for rail, distance in legs
-        ]
-        ways += itertools.product(*along)
+        ways_along_legs = list[list[Passage]]()
+        for rail, distance in legs:
+            ways_along_legs.append(
+                [_join(track, way) for way in strokes(track, rail, distance)]
+            )
+        ways += itertools.product(*ways_along_legs)
     return ways
 
 
-def _joined(track: Track, passages: Sequence[Passage]) -> Passage:
-    """The passages one after another, with slow motions of the slider between them."""
+def _join(track: Track, passages: Sequence[Passage]) -> Passage:
+    """Returns one passage: the `passages` in order, with slow motions of the slider
+    between them."""
     manoeuvres = [*passages[0].manoeuvres]
     for before, after in itertools.pairwise(passages):
         manoeuvres += [*track.route(before.end, after.begin), *after.manoeuvres]

@@ -1,9 +1,10 @@
-"""Translations of a plan: line manoeuvres along a rail, whole strokes and one remainder.
+"""Translations of a plan: line manoeuvres along a rail, equal strokes and one remainder.
 
-Body and slider go opposite ways along a line through C (Chernousko 2020, eq. 22). For a given
-displacement a larger w1 and a larger w2 both shorten the stroke and the time, so the quickest
-manoeuvre has them at their limits; its time, return included, grows as the root of the
-displacement, so whole strokes and one remainder cover a distance quickest."""
+Body and slider move in opposite directions along a line through C (Chernousko 2020, eq. 22). For a
+given displacement, a larger w1 and a larger w2 both shorten the stroke and the time, so the fastest
+manoeuvre has both at their limits. Its time, return included, grows as the square root of the
+displacement. So strokes of the largest length and one remainder cover a distance fastest.
+"""
 
 from __future__ import annotations
 
@@ -14,39 +15,45 @@ from plumbob.analytic.systems.planner.manoeuvre import Passage, line
 from plumbob.analytic.systems.planner.problem import too_many
 from plumbob.analytic.systems.planner.tracks import Rail, Track
 
-ON_RAIL = (0.0, 0.5, 1.0)  # fractions of the length that a stroke leaves, as the part before it
+# places of a stroke on a rail: fraction of the free length before it
+STROKE_PLACES = (0.0, 0.5, 1.0)
 
 
 def line_time(track: Track, displacement: complex) -> float:
-    """Estimated time [s] of lines with slow returns for `displacement` [m], in body axes."""
+    """Returns the estimated time [s] of lines with slow returns for `displacement` [m], in body
+    axes."""
     unit = track.unit_line
     total = 0.0
     for rail, distance in track.legs(displacement)[0]:
         stroke = min(track.limits.stroke, rail.high - rail.low)
-        part, count = math.modf(distance / (-unit.displacement * stroke / unit.stroke))
+        largest = -unit.displacement * stroke / unit.stroke
+        remainder, count = math.modf(distance / largest)
         time = unit.t2 * math.sqrt(stroke / unit.stroke) + 2.0 * math.sqrt(stroke / track.w2)
-        total += time * (count + math.sqrt(part))
+        total += time * (count + math.sqrt(remainder))
     return total
 
 
 def strokes(track: Track, rail: Rail, distance: float) -> list[tuple[Passage, ...]]:
-    """Line manoeuvres that together move the body by `distance` [m], in a few ways: whole strokes
+    """Returns a few ways to move the body by `distance` [m]: line manoeuvres of the largest stroke
     and a remainder, from one place or another on `rail`. Raises ParameterError."""
     unit = track.unit_line
     longest = min(track.limits.stroke, rail.high - rail.low)
     w1 = track.limits.acceleration
     w2 = track.w2
-    whole = -unit.displacement * longest / unit.stroke
-    count = math.ceil(distance / whole * (1.0 - 1e-12))
+    largest = -unit.displacement * longest / unit.stroke
+    count = math.ceil(distance / largest * (1.0 - 1e-12))
     if count > track.limits.manoeuvres:
         raise too_many(track.limits, count)
 
-    def stroke(part: float, before: float) -> Passage:
+    def passage(part: float, fraction_before: float) -> Passage:
         t1 = math.sqrt(part / -unit.displacement)
         length = closed_form(track.capsule, w1, w2, t1).stroke
-        begin = rail.low + before * max(rail.high - rail.low - length, 0.0)
-        made = line(rail.direction, begin, w1, w2, t1)
-        return Passage(rail.place(begin), rail.place(begin + length), (made,))
+        begin = rail.low + fraction_before * max(rail.high - rail.low - length, 0.0)
+        manoeuvre = line(rail.direction, begin, w1, w2, t1)
+        return Passage(rail.place(begin), rail.place(begin + length), (manoeuvre,))
 
-    parts = [whole] * (count - 1) + [distance - (count - 1) * whole]
-    return [tuple(stroke(part, before) for part in parts) for before in ON_RAIL]
+    parts = [largest] * (count - 1) + [distance - (count - 1) * largest]
+    ways = list[tuple[Passage, ...]]()
+    for fraction_before in STROKE_PLACES:
+        ways.append(tuple(passage(part, fraction_before) for part in parts))
+    return ways

@@ -1,4 +1,4 @@
-"""The manoeuvres that a plan is made of, as data: kind, parameters, the slider's path."""
+"""The manoeuvres of a plan as data: kind, parameters and the slider's path."""
 
 from __future__ import annotations
 
@@ -26,18 +26,21 @@ from plumbob.analytic.systems.three_points.rest import excess_load, holding_limi
 Kind = Literal["slow", "turn", "line", "wait"]
 
 ANYWHERE, FIRST, ARC, SECOND = range(4)  # parts of a track
-NEAR = 1e-12  # [m] or [rad]: two places of the slider this near are one
-ARC_SAMPLES = 9  # of each piece of a slow arc, for its largest load
+NEAR = 1e-12  # [m] or [rad] largest distance of two places of the slider that count as one
+ARC_SAMPLES = 9  # times in each piece of a slow arc at which its load is computed
 
 
 @dataclass(frozen=True)
 class Manoeuvre:
-    """One motion of the slider from rest to rest in the body; it begins `start` [s] into a plan.
+    """One motion of the slider from rest to rest in the body. It begins `start` [s] into a plan.
 
-    Parameters by kind, in SI: line w1, w2, t1, direction, position (signed along it from C, at the
-    start); turn radius, angular_acceleration, half_time, angle; slow, straight from_x, from_y,
-    to_x, to_y, acceleration; slow, round the circle radius, from_angle, to_angle,
-    angular_acceleration, rate; wait none.
+    Parameters by kind, in SI units:
+
+      line: w1, w2, t1, direction, position (signed along the direction from C, at the start)
+      turn: radius, angular_acceleration, half_time, angle
+      slow, straight: from_x, from_y, to_x, to_y, acceleration
+      slow, round the circle: radius, from_angle, to_angle, angular_acceleration, rate
+      wait: none
     """
 
     kind: Kind
@@ -52,23 +55,23 @@ class Manoeuvre:
 
 
 class Place(NamedTuple):
-    """A place of the slider on a `part` of the track: its `point` x + iy relative to C [m], and on
-    the ARC its `angle` [rad], which counts whole turns."""
+    """A place of the slider on a `part` of the track: its `point` x + iy relative to C [m] and, on
+    the ARC, its `angle` [rad], which counts whole turns."""
 
     part: int
     point: complex
     angle: float = 0.0
 
-    def away(self, other: Place) -> bool:
-        """Whether the slider has to move from the one to the other."""
-        round_ = self.part == other.part == ARC
-        apart = self.angle - other.angle if round_ else self.point - other.point
-        return abs(apart) > NEAR
+    def differs_from(self, other: Place) -> bool:
+        """Returns True if the slider has to move to reach the place `other`."""
+        on_arc = self.part == other.part == ARC
+        difference = self.angle - other.angle if on_arc else self.point - other.point
+        return abs(difference) > NEAR
 
 
 @dataclass(frozen=True)
 class Passage:
-    """Manoeuvres that take the slider from one of the track's places to another."""
+    """Manoeuvres that take the slider from the place `begin` of the track to the place `end`."""
 
     begin: Place
     end: Place
@@ -81,70 +84,74 @@ class Passage:
 
 
 def wait(place: complex, duration: float) -> Manoeuvre:
-    """The slider fixed at `place` relative to C [m] for `duration` [s]."""
+    """Returns the manoeuvre that keeps the slider at `place` relative to C [m] for
+    `duration` [s]."""
     return Manoeuvre("wait", {}, fixed((place.real, place.imag), duration))
 
 
 def line(direction: float, position: float, w1: float, w2: float, t1: float) -> Manoeuvre:
-    """A line manoeuvre along `direction` [rad] from `position` [m] along it, from C (Chernousko
-    2020, eqs. 14-22)."""
+    """Returns a line manoeuvre along `direction` [rad] that begins at `position` [m], signed along
+    the direction from C (Chernousko 2020, eqs. 14-22)."""
     place = cmath.rect(position, direction)
-    given = {"w1": w1, "w2": w2, "t1": t1, "direction": direction, "position": position}
+    parameters = {"w1": w1, "w2": w2, "t1": t1, "direction": direction, "position": position}
     path = line_stroke((place.real, place.imag), direction, w1, w2, t1)
-    return Manoeuvre("line", given, path)
+    return Manoeuvre("line", parameters, path)
 
 
 def turn(
     radius: float, angle: float, angular_acceleration: float, half_time: float
 ) -> Manoeuvre:
-    """A turn manoeuvre from `angle` [rad] on the circle (Chernousko 2020, eqs. 24-32)."""
-    given = {
+    """Returns a turn manoeuvre that begins at `angle` [rad] on the circle (Chernousko 2020, eqs.
+    24-32)."""
+    parameters = {
         "radius": radius,
         "angular_acceleration": angular_acceleration,
         "half_time": half_time,
         "angle": angle,
     }
-    return Manoeuvre("turn", given, arc_stroke(radius, angle, angular_acceleration, half_time))
+    return Manoeuvre(
+        "turn", parameters, arc_stroke(radius, angle, angular_acceleration, half_time)
+    )
 
 
 @lru_cache(maxsize=1024)
 def slow_line(capsule: Capsule, start: complex, end: complex, holding: float) -> Manoeuvre:
-    """The slider from `start` to `end` relative to C [m], straight, as quickly as a constant
-    acceleration and deceleration allow that need at most the fraction `holding` of the friction
-    limit.
+    """Returns the fastest straight motion of the slider from `start` to `end` relative to C [m],
+    with a constant acceleration and an equal deceleration that need at most the fraction `holding`
+    of the friction limit.
 
-    Along lines through C the limit is f g/mu (Chernousko 2020, eq. 21); elsewhere the force has a
-    moment about the combined centre too, and the limit is that of the set of wrenches that friction
-    can balance. This set is concave in the slider's place, so the ends of each half are decisive.
+    Along lines through C the limit is f g/mu (Chernousko 2020, eq. 21). On other lines the force
+    also has a moment about the combined centre, and friction can balance only some wrenches. The
+    limit is a concave function of the slider's place, so it is smallest at an end of one of the two
+    halves.
     """
     direction = cmath.phase(end - start)
     length = abs(end - start)
     places = start, 0.5 * (start + end), end
-    acceleration = holding * min(holding_limit(capsule, at, direction) for at in places)
+    acceleration = holding * min(holding_limit(capsule, place, direction) for place in places)
     half = math.sqrt(length / acceleration)
-    path = straight(
-        (start.real, start.imag), direction, (acceleration, -acceleration), (half, half)
-    )
-    given = {
+    accelerations = (acceleration, -acceleration)
+    path = straight((start.real, start.imag), direction, accelerations, (half, half))
+    parameters = {
         "from_x": start.real,
         "from_y": start.imag,
         "to_x": end.real,
         "to_y": end.imag,
         "acceleration": acceleration,
     }
-    return Manoeuvre("slow", given, path)
+    return Manoeuvre("slow", parameters, path)
 
 
 @lru_cache(maxsize=1024)
 def slow_arc(
     capsule: Capsule, radius: float, start: float, end: float, holding: float
 ) -> Manoeuvre:
-    """The slider from angle `start` to `end` [rad] round the circle, speeding up over a quarter of
-    the arc, coasting over half and slowing down over a quarter, needing at most the fraction
-    `holding` of the friction limit.
+    """Returns a motion of the slider from angle `start` to `end` [rad] round the circle. It
+    accelerates over a quarter of the arc, coasts over half and decelerates over a quarter. It needs
+    at most the fraction `holding` of the friction limit.
 
-    The motion is scaled in time to its largest load. On arcs of any length it takes within a
-    tenth of the least time.
+    The motion is scaled in time to its largest load. On arcs of any length it takes at most 10 %
+    more than the shortest possible time.
     """
     body = mechanics(capsule)
     swing = end - start
@@ -155,18 +162,18 @@ def slow_arc(
         return arc(radius, start, drives, (ramp, ramp, ramp))
 
     trial = capsule.holding_acceleration / radius
-    load = 1.0 + max(
-        excess_load(body, piece, float(time))
-        for piece in path(trial).pieces
-        for time in np.linspace(0.0, piece.duration, ARC_SAMPLES)
-    )
-    # At given places all accelerations go as 1/duration^2, and the load with them.
+    excesses = list[float]()
+    for piece in path(trial).pieces:
+        for time in np.linspace(0.0, piece.duration, ARC_SAMPLES):
+            excesses.append(excess_load(body, piece, float(time)))
+    load = 1.0 + max(excesses)
+    # At a given place all accelerations, and so the load, are in proportion to 1/duration^2.
     drive = trial * holding / load
-    given = {
+    parameters = {
         "radius": radius,
         "from_angle": start,
         "to_angle": end,
         "angular_acceleration": math.copysign(drive, swing),
         "rate": math.copysign(math.sqrt(0.5 * abs(swing) * drive), swing),
     }
-    return Manoeuvre("slow", given, path(drive))
+    return Manoeuvre("slow", parameters, path(drive))

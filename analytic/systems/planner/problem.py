@@ -1,4 +1,4 @@
-"""The task of a plan: a rest pose to reach, and the limits on its motion."""
+"""The task of a plan: a rest pose to reach, and limits on the motion."""
 
 from __future__ import annotations
 
@@ -10,13 +10,14 @@ from plumbob.analytic.systems.capsule import Capsule, Point
 from plumbob.analytic.systems.manoeuvres.slow_motion import proper_fraction
 
 FULL_CIRCLE = 2.0 * math.pi
-MOST = 1000  # manoeuvres of a plan: half a minute
+# largest number of manoeuvres in a plan, which take half a minute to compute
+MAX_MANOEUVRES = 1000
 
 
 @dataclass(frozen=True)
 class RestPose:
-    """Body and slider at rest: place of C on the ground [m], heading psi [rad], and the slider's
-    place relative to C in body axes [m]. Raises ParameterError."""
+    """Body and slider at rest: position of C on the ground [m], heading psi [rad], and the slider's
+    position relative to C in body axes [m]. Raises ParameterError."""
 
     x: float
     y: float
@@ -30,7 +31,7 @@ class RestPose:
 
     @property
     def place(self) -> complex:
-        """C on the ground as x + iy [m]."""
+        """Position of C on the ground as x + iy [m]."""
         return complex(self.x, self.y)
 
 
@@ -41,16 +42,18 @@ POSES: tuple[tuple[str, RestPose], ...] = (
     ("behind", RestPose(-0.3, -0.1, 2.4)),
     ("ahead", RestPose(0.25, 0.0, 0.0)),
 )
-"""Poses to plan for from rest at the origin, one of them half a turn away."""
+"""Goals of example plans that start at rest at the origin, by name."""
 
 
 @dataclass(frozen=True)
 class Limits:
-    """Limits on the motions of a plan; raises ParameterError.
+    """Limits on the motions of a plan. Raises ParameterError.
 
-    acceleration: largest |w| [m/s^2]; stroke: longest path of the slider in one line or turn [m];
-    radius: of the circle about C [m]; holding: largest fraction of the friction limit in a slow
-    motion or while braking; manoeuvres: largest number of turns and lines together.
+    acceleration: largest |w| of the slider [m/s^2]
+    stroke: longest path of the slider in one line or turn [m]
+    radius: radius of the circle about C [m]
+    holding: largest fraction of the friction limit in a slow motion or while braking
+    manoeuvres: largest number of turns and lines together
     """
 
     acceleration: float = 1000.0
@@ -62,22 +65,24 @@ class Limits:
     def __post_init__(self) -> None:
         lengths = ("acceleration", "stroke", "radius")
         check_fields(self, lengths, others=("holding", "manoeuvres"))
-        proper_fraction("holding", self.holding), counting("manoeuvres", self.manoeuvres)
-        if self.manoeuvres > MOST:
-            need = f"at most {MOST}: the exact motion of each takes some hundredths of a second"
+        proper_fraction("holding", self.holding)
+        counting("manoeuvres", self.manoeuvres)
+        if self.manoeuvres > MAX_MANOEUVRES:
+            reason = "the exact motion of each takes some hundredths of a second"
+            need = f"at most {MAX_MANOEUVRES}: {reason}"
             raise ParameterError("manoeuvres", self.manoeuvres, need)
 
 
 def check_pushing(capsule: Capsule, limits: Limits) -> None:
-    """Raise ParameterError where no line manoeuvre moves the body (Chernousko 2020, eq. 15): turns
-    alone reach no pose, for they shift C as well."""
+    """Raises ParameterError if no line manoeuvre moves the body (Chernousko 2020, eq. 15). Turns
+    alone do not suffice to reach a pose, for they also shift C."""
     if not limits.acceleration > capsule.holding_acceleration:
         need = f"greater than f g/mu = {capsule.holding_acceleration!r} m/s^2 to move the body"
         raise ParameterError("acceleration", limits.acceleration, need)
 
 
 def too_many(limits: Limits, needed: int) -> ParameterError:
-    """The error for a pose that needs more manoeuvres, `needed`, than the limit."""
+    """Returns the error for a pose that needs `needed` manoeuvres, more than the limit."""
     return ParameterError(
         "manoeuvres",
         limits.manoeuvres,
@@ -87,5 +92,6 @@ def too_many(limits: Limits, needed: int) -> ParameterError:
 
 
 def to_ten_digits(time: float) -> float:
-    """A time [s] to compare: of choices that are equal but for rounding the first is the best."""
+    """Returns a time [s] rounded to ten digits. If times differ only by rounding, the first one is
+    then the minimum."""
     return float(f"{time:.9e}")

@@ -1,4 +1,4 @@
-"""A plan: its manoeuvres in order, the motion of the slider, and the pose it reaches."""
+"""A plan: its manoeuvres in order, the slider's path, and the pose that it reaches."""
 
 from __future__ import annotations
 
@@ -32,9 +32,9 @@ TrackName = Literal["free", "curve"]
 
 @dataclass(frozen=True)
 class Plan:
-    """Manoeuvres one after another that carry body and slider from `start` to `goal`.
+    """Manoeuvres in order that carry body and slider from `start` to `goal`.
 
-    Open-loop input of an engine: the places and velocities of `path`, in body axes.
+    The open-loop input of an engine are the positions and velocities of `path`, in body axes.
     """
 
     capsule: Capsule
@@ -43,7 +43,8 @@ class Plan:
     limits: Limits
     track: TrackName
     manoeuvres: tuple[Manoeuvre, ...] = field(repr=False)
-    legs: Pair = (1, 2)  # of the curve, where it has no `segments`
+    # supports towards which the curve's segments lie, if `segments` is None
+    legs: Pair = (1, 2)
     arc: ArcName | Ends = "shorter"
     segments: tuple[LineSegment, ...] | None = None
     kind: ClassVar[MotionKind] = "plane"
@@ -52,26 +53,26 @@ class Plan:
 
     @cached_property
     def rails(self) -> Track:
-        """Where the slider may go."""
+        """The track on which the slider may move."""
         if self.track == "free":
             return Track(self.capsule, self.limits)
         return curve(self.capsule, self.limits, self.legs, self.arc, self.segments)
 
     @cached_property
     def path(self) -> SliderPath:
-        """The slider's motion relative to the body, from the first manoeuvre to the last."""
+        """The slider's path relative to the body, from the first manoeuvre to the last."""
         if not self.manoeuvres:
             return fixed(self.start.slider)
         return concatenate(*(manoeuvre.path for manoeuvre in self.manoeuvres))
 
     @property
     def single(self) -> ThreePointMotion:
-        """The exact motion of the whole plan, with its events."""
+        """The exact motion of the whole plan, with its events: a plan is not repeated."""
         return self.motion
 
     @property
     def duration(self) -> float:
-        """Total time [s]."""
+        """Total time of the manoeuvres [s]."""
         return self.path.duration
 
     @property
@@ -86,31 +87,30 @@ class Plan:
 
     @property
     def ends(self) -> Array:
-        """Time at which each manoeuvre ends [s], body and slider then at rest, shape (n,)."""
+        """End of each manoeuvre [s], shape (n,). Body and slider then rest."""
         return np.array([m.start + m.duration for m in self.manoeuvres])
 
     @cached_property
     def motion(self) -> ThreePointMotion:
-        """The exact motion of the whole plan, in the axes of its start."""
+        """The exact motion of the whole plan, in the axes of its start pose."""
         return three_point_motion(self.capsule, self.path)
 
     @property
     def reached(self) -> RestPose:
-        """The pose that the exact motion reaches."""
+        """The pose at the end of the exact motion."""
         end = self.motion.at(np.array([max(self.duration, self.motion.rest_time)]))
-        place = self.start.place + complex(*end.position[0]) * cmath.rect(
-            1.0, self.start.heading
-        )
+        facing = cmath.rect(1.0, self.start.heading)
+        place = self.start.place + complex(*end.position[0]) * facing
         heading = self.start.heading + float(end.heading[0])
         return RestPose(place.real, place.imag, heading, self.path.end)
 
     @property
     def error(self) -> tuple[float, float]:
-        """Distance [m] and angle [rad] between the pose reached and `goal`."""
+        """Distance [m] and angle [rad] between the reached pose and `goal`."""
         return pose_error(self.reached, self.goal)
 
 
 def pose_error(reached: RestPose, goal: RestPose) -> tuple[float, float]:
-    """Distance [m] and angle [rad] between two poses; modulo whole turns."""
-    turned = math.remainder(reached.heading - goal.heading, FULL_CIRCLE)
-    return abs(reached.place - goal.place), abs(turned)
+    """Returns distance [m] and angle [rad] between two poses, modulo whole turns."""
+    angle = math.remainder(reached.heading - goal.heading, FULL_CIRCLE)
+    return abs(reached.place - goal.place), abs(angle)

@@ -1,4 +1,4 @@
-"""Where the slider may go: anywhere, or along an arc of the circle and segments of two lines."""
+"""Tracks of the slider: anywhere, or along an arc of the circle and segments of two lines."""
 
 from __future__ import annotations
 
@@ -36,24 +36,25 @@ from plumbob.analytic.systems.planner.manoeuvre import (
 )
 from plumbob.analytic.systems.planner.problem import FULL_CIRCLE, Limits
 
-# places round the circle for the first turn to begin at
-ROUND = tuple(k / 24 for k in range(24))
-ON_ARC = (0.0, 0.5, 1.0)  # and on an arc
-LEAST_LOAD = 0.1  # of a support's load with the slider at C, to remain on a rail
+# places at which the first turn may begin, as fractions of the circle
+CIRCLE_PLACES = tuple(k / 24 for k in range(24))
+# places at which it may begin on an arc, as fractions of the free length
+ARC_PLACES = (0.0, 0.5, 1.0)
+LEAST_LOAD = 0.1  # smallest load of a support on a rail, over its load with the slider at C
 
 Pair = tuple[int, int]
-"""The supports at whose directions the curve's segments lie, 1, 2 or 3, in the order of the places
-along it."""
+"""The two supports (1, 2 or 3) towards which the curve's segments lie, in the order along the
+curve."""
 ArcName = Literal["shorter", "longer"]
 Ends = tuple[float, float]
 LineSegment = tuple[float, float, float]
-"""A segment of a line through C: the line's direction [rad, from the body's x axis], and the ends,
-signed along it from C [m]."""
+"""A segment of a line through C: the line's direction [rad, from the body's x axis], and its two
+ends [m], signed along the direction from C."""
 
 
 class Rail(NamedTuple):
-    """A straight `part` of the track on a line through C: the slider may go in `direction` [rad,
-    from the body's x axis] from `low` to `high`, signed along it from C [m]."""
+    """A straight `part` of the track on a line through C. The slider may move in `direction` [rad,
+    from the body's x axis] from `low` to `high` [m], signed along the direction from C."""
 
     direction: float
     low: float
@@ -61,27 +62,29 @@ class Rail(NamedTuple):
     part: int = ANYWHERE
 
     def place(self, along: float) -> Place:
-        """The place `along` it [m]."""
+        """Returns the place on the rail at `along` [m], signed along the direction from C."""
         return Place(self.part, cmath.rect(along, self.direction))
 
     @property
     def backward(self) -> Rail:
-        """The same places, the slider going the other way."""
+        """This rail with the opposite direction."""
         return Rail(self.direction + math.pi, -self.high, -self.low, self.part)
 
 
 Legs = tuple[tuple[Rail, float], ...]
-"""Rails, each with the distance [m] that the body moves along it."""
+"""Rails in order, each with the distance [m] that the body moves along it."""
 
 
 @dataclass(frozen=True)
 class Circle:
-    """The part of the circle that turns use, the slider going round in the direction `sense`.
+    """The part of the circle that turns use. The slider moves round it in the direction `sense`, +1
+    or -1.
 
-    A turn is of at most `longest` [rad]. With `extent` [rad] the turns keep to the arc of that
-    length from angle `first` [rad], all of them begin at one place, and the slider returns after
-    each; without, each begins where the last one ended. `places` are the parts before a turn that
-    may be tried: of the arc that it leaves, or of the whole circle.
+    One turn is at most `longest` [rad]. If `extent` [rad] is given, the turns stay on the arc of
+    this length from angle `first` [rad]: all begin at one place, and the slider returns after each.
+    If `extent` is None, each turn begins where the last one ended. `places` are trial places of the
+    first turn: the free part of the arc before it, as a fraction, or the fraction of the whole
+    circle.
     """
 
     sense: float
@@ -91,24 +94,25 @@ class Circle:
     places: Sequence[float]
 
     def starts(self, swing: float) -> Array:
-        """Angles [rad], shape (n,), at which the first turn, through `swing` [rad], may begin."""
+        """Returns the angles [rad], shape (n,), at which the first turn, through `swing` [rad], may
+        begin."""
         free = FULL_CIRCLE if self.extent is None else self.sense * (self.extent - swing)
         return self.first + free * np.array(self.places)
 
-    def gained(self, heading: float) -> float:
-        """A turn's `heading` [rad], positive the way that the slider is to turn the body, against
-        its own, and negative the other way."""
+    def heading_gain(self, heading: float) -> float:
+        """Returns the `heading` [rad] that a turn adds, with the sign + if the body turns against
+        the slider, as it should."""
         return -self.sense * heading
 
 
 @dataclass(frozen=True)
 class Track:
-    """Where turns and lines take the slider, and slow motions between them.
+    """The places to which turns, lines, and slow motions between them may take the slider.
 
     Lines are on two `segments`, or on any line through C, because eq. 22 of Chernousko 2020 holds
-    for all of them; turns are on the `arc` between two angles [rad], or all round the circle. Where
-    both segments meet the arc, the slider keeps to this curve and has one degree of freedom (fig.
-    1); else it goes from one piece to another straight, or by way of C. Raises ParameterError.
+    for all such lines. Turns are on the `arc` between two angles [rad], or on the whole circle. If
+    both segments meet the arc, the slider stays on this curve and has one degree of freedom (fig.
+    1). Otherwise it moves from one piece to another straight, or through C. Raises ParameterError.
     """
 
     capsule: Capsule
@@ -121,9 +125,8 @@ class Track:
         if validity(self.capsule, ((0.0, 0.0),)):
             need = "such that C is inside their triangle"
             raise ParameterError("supports", self.capsule.supports, need)
-        for breach in validity(
-            self.capsule, (Arc(self.limits.radius, *(self.arc or (0.0, 7.0))),)
-        ):
+        circle = Arc(self.limits.radius, *(self.arc or (0.0, 7.0)))
+        for breach in validity(self.capsule, (circle,)):
             need = f"small enough to keep every support pressed to the ground ({breach})"
             raise ParameterError("radius", self.limits.radius, need)
         if self.arc and not NEAR < abs(self.arc[1] - self.arc[0]) <= FULL_CIRCLE:
@@ -141,138 +144,148 @@ class Track:
 
     @property
     def w2(self) -> float:
-        """The acceleration that stops the slider in a line [m/s^2]."""
+        """Largest deceleration of the slider in a line [m/s^2]."""
         return self.limits.holding * self.capsule.holding_acceleration
 
     @cached_property
     def unit_line(self) -> ClosedForm:
-        """The line manoeuvre with t1 = 1 s: displacements scale with t1^2, times with t1."""
+        """The line manoeuvre with t1 = 1 s. Displacements are in proportion to t1^2,
+        times to t1."""
         return closed_form(self.capsule, self.limits.acceleration, self.w2, 1.0)
 
     @cached_property
     def joints(self) -> dict[int, tuple[Place, Place]]:
-        """Of a segment that meets the arc the place there, on the segment and on the arc."""
-        met = dict[int, tuple[Place, Place]]()
+        """The places at which a segment meets the arc, by the segment's part: the place as one on
+        the segment, and as one on the arc."""
+        joints = dict[int, tuple[Place, Place]]()
         for rail in self.segments:
             for along in (self.limits.radius, -self.limits.radius):
-                angle = self._on_arc(
-                    rail.direction if along > 0.0 else rail.direction + math.pi
-                )
-                if rail.low - NEAR <= along <= rail.high + NEAR and angle is not None:
-                    met.setdefault(rail.part, (rail.place(along), self.on_circle(angle)))
-        return met
+                direction = rail.direction if along > 0.0 else rail.direction + math.pi
+                angle = self._arc_angle(direction)
+                on_rail = rail.low - NEAR <= along <= rail.high + NEAR
+                if on_rail and angle is not None:
+                    joints.setdefault(rail.part, (rail.place(along), self.on_circle(angle)))
+        return joints
 
     @property
-    def joined(self) -> bool:
-        """Whether the pieces are one curve."""
+    def is_curve(self) -> bool:
+        """True if the segments and the arc are one curve."""
         return len(self.joints) == 2
 
-    def _on_arc(self, angle: float) -> float | None:
-        """`angle` [rad] as counted along the arc, within whole turns; None off it."""
+    def _arc_angle(self, angle: float) -> float | None:
+        """Returns `angle` [rad] shifted by whole turns to lie on the arc, or None if it
+        does not."""
         if self.arc is None:
             return None
         first, last = self.arc
         sense = math.copysign(1.0, last - first)
-        gone = (sense * (angle - first) + NEAR) % FULL_CIRCLE - NEAR
-        return first + sense * gone if gone <= abs(last - first) + NEAR else None
+        from_first = (sense * (angle - first) + NEAR) % FULL_CIRCLE - NEAR
+        return first + sense * from_first if from_first <= abs(last - first) + NEAR else None
 
     def places(self, point: Point) -> tuple[Place, ...]:
-        """Every place at `point` relative to C [m]; raises ParameterError if there is none."""
-        there = complex(*point)
-        if not self.joined:
-            return (Place(ANYWHERE, there),)
-        near = list[Place]()
+        """Returns all places of the track at `point` relative to C [m]. Raises ParameterError if
+        there is none."""
+        position = complex(*point)
+        if not self.is_curve:
+            return (Place(ANYWHERE, position),)
+        places = list[Place]()
         for rail in self.segments:
-            along = there * cmath.rect(1.0, -rail.direction)
-            if abs(along.imag) <= NEAR and rail.low - NEAR <= along.real <= rail.high + NEAR:
-                near.append(Place(rail.part, there))
-        angle = self._on_arc(cmath.phase(there))
-        if angle is not None and abs(abs(there) - self.limits.radius) <= NEAR:
-            near.append(Place(ARC, there, angle))
-        if not near:
+            along = position * cmath.rect(1.0, -rail.direction)
+            on_line = abs(along.imag) <= NEAR
+            if on_line and rail.low - NEAR <= along.real <= rail.high + NEAR:
+                places.append(Place(rail.part, position))
+        angle = self._arc_angle(cmath.phase(position))
+        if angle is not None and abs(abs(position) - self.limits.radius) <= NEAR:
+            places.append(Place(ARC, position, angle))
+        if not places:
             raise ParameterError("slider", point, "on the curve: segment, arc, segment")
-        return tuple(near)
+        return tuple(places)
 
     def circle(self, sense: float, *, returning: bool) -> Circle:
-        """The part of the circle for turns of that `sense`: all of it round, or the arc from the
-        end where all of it lies ahead; if `returning`, from one place."""
+        """Returns the part of the circle for turns in the direction `sense`: the whole circle, or
+        the arc from its end. If `returning`, all turns begin at one place."""
         longest = self.limits.stroke / self.limits.radius
         if self.arc is None:
-            around = (longest, (0.0,)) if returning else (None, ROUND)
-            return Circle(sense, longest, 0.0, *around)
+            extent = longest if returning else None
+            places = (0.0,) if returning else CIRCLE_PLACES
+            return Circle(sense, longest, 0.0, extent, places)
         first, last = self.arc if sense * (self.arc[1] - self.arc[0]) > 0.0 else self.arc[::-1]
         extent = abs(last - first)
-        places = (0.0,) if returning else ON_ARC
+        places = (0.0,) if returning else ARC_PLACES
         return Circle(sense, min(extent, longest), first, extent, places)
 
     def on_circle(self, angle: float) -> Place:
-        """The place on the circle at `angle` [rad]."""
+        """Returns the place on the circle at `angle` [rad]."""
         part = ANYWHERE if self.arc is None else ARC
         return Place(part, cmath.rect(self.limits.radius, angle), angle)
 
     def legs(self, displacement: complex) -> tuple[Legs, ...]:
-        """Ways to carry the body over `displacement` [m], in body axes: along the two segments in
-        either order, or straight."""
+        """Returns ways to carry the body over `displacement` [m], in body axes: straight, or along
+        the two segments in either order."""
         if not self.segments:
-            return (((self._any_rail(cmath.phase(-displacement)), abs(displacement)),),)
-        sides = np.array([rail.direction for rail in self.segments])
-        axes = np.stack([np.cos(sides), np.sin(sides)])
+            rail = self._free_rail(cmath.phase(-displacement))
+            return (((rail, abs(displacement)),),)
+        directions = np.array([rail.direction for rail in self.segments])
+        axes = np.stack([np.cos(directions), np.sin(directions)])
         parts = np.linalg.solve(axes, [displacement.real, displacement.imag])
-        legs = tuple(
-            (rail if part < 0.0 else rail.backward, float(abs(part)))
-            for rail, part in zip(self.segments, parts, strict=True)
-            if abs(part) > NEAR
-        )
+        legs: Legs = ()
+        for rail, part in zip(self.segments, parts, strict=True):
+            if abs(part) > NEAR:
+                # The body moves against the slider.
+                leg = rail if part < 0.0 else rail.backward
+                legs = (*legs, (leg, float(abs(part))))
         return tuple(dict.fromkeys((legs, legs[::-1])))
 
-    def _any_rail(self, direction: float) -> Rail:
-        """A rail in that direction [rad], on which no support load falls below a part of what it is
-        with the slider at C."""
+    def _free_rail(self, direction: float) -> Rail:
+        """Returns a rail in `direction` [rad] on which every support keeps at least the part
+        LEAST_LOAD of its load with the slider at C."""
         behind, ahead = longest_stroke(self.capsule, direction, LEAST_LOAD)
         length = min(self.limits.stroke, ahead - behind)
         high = min(max(0.5 * length, length + behind), ahead)
         return Rail(direction, high - length, high)
 
     def route(self, begin: Place, end: Place) -> tuple[Manoeuvre, ...]:
-        """The slow motions from one place to another: along one piece, along the curve with stops
-        at its corners, or else the quicker of straight and by way of C, where static friction
-        allows most."""
+        """Returns the slow motions from one place to another. Within one piece they follow that
+        piece; on a curve they follow the curve and stop at its corners. Otherwise they are the
+        faster of two ways: straight, or through C, where static friction allows the largest
+        acceleration."""
         c = Place(ANYWHERE, 0j)
         ways = [((begin, end),), ((begin, c), (c, end))]
         if begin.part == end.part != ANYWHERE:
             ways = ways[:1]
-        elif self.joined:
-            (off, onto), (last, onto_last) = (
-                self.joints.get(place.part, (place, place)) for place in (begin, end)
-            )
-            ways = [((begin, off), (onto, onto_last), (last, end))]
-        return min(
-            map(self._slow, ways), key=lambda way: sum(motion.duration for motion in way)
-        )
+        elif self.is_curve:
+            leave, enter_arc = self.joints.get(begin.part, (begin, begin))
+            enter, leave_arc = self.joints.get(end.part, (end, end))
+            ways = [((begin, leave), (enter_arc, leave_arc), (enter, end))]
+        motions = [self._slow_motions(way) for way in ways]
+        return min(motions, key=lambda way: sum(motion.duration for motion in way))
 
-    def _slow(self, ways: Sequence[tuple[Place, Place]]) -> tuple[Manoeuvre, ...]:
-        """Slow motions, each within one part of the track."""
+    def _slow_motions(self, pairs: Sequence[tuple[Place, Place]]) -> tuple[Manoeuvre, ...]:
+        """Returns slow motions between pairs of places; both places of a pair are on one part of
+        the track."""
         capsule = self.capsule
         radius = self.limits.radius
         holding = self.limits.holding
-        return tuple(
-            slow_arc(capsule, radius, here.angle, there.angle, holding)
-            if here.part == there.part == ARC
-            else slow_line(capsule, here.point, there.point, holding)
-            for here, there in ways
-            if here.away(there)
-        )
+        motions = list[Manoeuvre]()
+        for begin, end in pairs:
+            if not begin.differs_from(end):
+                continue
+            if begin.part == end.part == ARC:
+                motions.append(slow_arc(capsule, radius, begin.angle, end.angle, holding))
+            else:
+                motions.append(slow_line(capsule, begin.point, end.point, holding))
+        return tuple(motions)
 
 
 def checked_curve(
     legs: Any = (1, 2), arc: Any = "shorter", segments: Any = None
 ) -> tuple[Pair, ArcName | Ends, tuple[LineSegment, ...] | None]:
-    """The same as tuples; raises ParameterError where `legs` are no two of the supports, `arc` is
-    neither a name nor two angles, or `segments` are no two triples of numbers."""
+    """Returns the arguments as tuples. Raises ParameterError if `legs` are not two different
+    supports, `arc` is neither a name nor two angles, or `segments` are not two triples of numbers.
+    """
     legs = tuple(legs) if isinstance(legs, list) else legs
-    if legs not in itertools.permutations((1, 2, 3), 2) or any(
-        type(i) is not int for i in legs
-    ):
+    is_pair = legs in itertools.permutations((1, 2, 3), 2)
+    if not is_pair or any(type(i) is not int for i in legs):
         raise ParameterError("legs", legs, "two different ones of the supports 1, 2, 3")
     if arc not in ("shorter", "longer"):
         arc = numbers("arc", arc, (2,), "shorter or longer, or two angles [from, to]")
@@ -288,23 +301,23 @@ def curve(
     arc: ArcName | Ends = "shorter",
     segments: tuple[LineSegment, ...] | None = None,
 ) -> Track:
-    """Two `segments` of lines through C and an `arc` of the circle: from angle to angle [rad], or
-    from the first line's direction to the second's the shorter way or the longer. Without
-    `segments` those from C to the circle towards the supports `legs` (Chernousko 2020, fig. 1).
-    Raises ParameterError."""
+    """Returns the track of two `segments` of lines through C and an `arc` of the circle. The arc is
+    two angles [rad], or goes from the first line's direction to the second's, the shorter way or
+    the longer. If `segments` is None, they lead from C to the circle towards the supports `legs`
+    (Chernousko 2020, fig. 1). Raises ParameterError."""
     legs, arc, segments = checked_curve(legs, arc, segments)
     if segments is None:
         segments = tuple((direction_to(capsule, i), 0.0, limits.radius) for i in legs)
-    first, second = lines = tuple(
+    first, second = rails = tuple(
         Rail(direction, min(ends), max(ends), part)
         for part, (direction, *ends) in zip((FIRST, SECOND), segments, strict=True)
     )
-    turned = second.direction - first.direction
-    if abs(math.sin(turned)) <= NEAR:
+    angle = second.direction - first.direction
+    if abs(math.sin(angle)) <= NEAR:
         raise ParameterError("segments", segments, "on two lines, and not on one")
     if not isinstance(arc, str):
-        return Track(capsule, limits, lines, arc)
-    swing = math.remainder(turned, FULL_CIRCLE)
+        return Track(capsule, limits, rails, arc)
+    swing = math.remainder(angle, FULL_CIRCLE)
     if arc == "longer":
         swing -= math.copysign(FULL_CIRCLE, swing)
-    return Track(capsule, limits, lines, (first.direction, first.direction + swing))
+    return Track(capsule, limits, rails, (first.direction, first.direction + swing))

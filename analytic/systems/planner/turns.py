@@ -1,10 +1,10 @@
-"""Turns of a plan: equal ones, each computed to rest; how many and from where is the best of a few
-by an estimate of the time.
+"""Turns of a plan: equal turns, each computed to rest. Their number and first place are the best of
+a few choices by an estimate of the time.
 
 Formulas 24-32 of Chernousko 2020 apply as epsilon -> 0. A limit on |w| bounds epsilon from below,
-so every turn is computed by `three_points.friction` until the residual motion has ended. Every
-turn shifts C as well, by centimetres, and lines have to make up the rest: so the time of the lines
-counts in the choice. On a free plane the slider continues round the circle and the shifts cancel.
+so every turn is computed by `three_points.friction` until the residual motion has ended. Every turn
+also shifts C, by centimetres, and lines have to correct this. So the time of the lines counts in
+the choice. On a free plane the slider continues round the circle and the shifts cancel.
 """
 
 from __future__ import annotations
@@ -25,19 +25,21 @@ from plumbob.analytic.systems.planner.problem import FULL_CIRCLE, to_ten_digits,
 from plumbob.analytic.systems.planner.tracks import Circle, Track
 from plumbob.analytic.systems.three_points.friction import three_point_motion
 
-WAITING = 1.1  # times the residual motion, as a margin
-SURVEYED = 8  # turns
-SMALLEST = 1 / 24  # of the largest of them
-LIKELY = 0.98  # of the largest heading of a turn: it depends a little on where the turn begins
-LARGER = 1.1  # times its estimate, the slider's angle in an exact turn at most
-MORE = 15  # numbers of turns tried beyond the least
-AGREED = 1e-14  # relative, of the slider's angle in an exact turn
+WAIT_FACTOR = 1.1  # wait after a turn over the time of the residual motion
+SURVEY_TURNS = 8  # number of turns that are computed for the estimates
+SMALLEST_PART = 1 / 24  # slider's angle in the smallest of these turns over that in the largest
+# Assumed heading of the largest turn over its surveyed value: it depends on where the turn begins.
+HEADING_MARGIN = 0.98
+LARGEST_OVER_ESTIMATE = 1.1  # largest angle of the slider in an exact turn over its estimate
+EXTRA_COUNTS = 15  # numbers of turns that are tried beyond the smallest
+ANGLE_TOLERANCE = 1e-14  # relative accuracy of the slider's angle in an exact turn
 
 
 @dataclass(frozen=True)
 class Turn:
-    """A turn manoeuvre computed to rest, and a wait for that, the slider through the angle `swing`
-    [rad]: heading gained [rad], shift of C in the body axes of its start [m]."""
+    """A turn manoeuvre of the slider through the angle `swing` [rad], with a wait for the body to
+    come to rest. `heading` [rad] and `shift` of C [m], in body axes at the start, are what the turn
+    adds."""
 
     passage: Passage
     swing: float
@@ -46,19 +48,20 @@ class Turn:
 
 
 @lru_cache(maxsize=256)
-def computed_turn(track: Track, start: float, swing: float) -> Turn:
-    """Compute a turn from rest: slider from angle `start` through `swing` [rad], of either sign."""
+def compute_turn(track: Track, start: float, swing: float) -> Turn:
+    """Returns a turn from rest, computed to rest. The slider starts at angle `start` and moves
+    through `swing` [rad], of either sign."""
     # The largest |w| is at half time, where the centripetal acceleration is a Z |swing|.
     acceleration = track.limits.acceleration / (track.limits.radius * math.hypot(1.0, swing))
     half_time = math.sqrt(abs(swing) / acceleration)
-    made = turn(track.limits.radius, start, math.copysign(acceleration, swing), half_time)
-    motion = three_point_motion(track.capsule, made.path)
+    manoeuvre = turn(track.limits.radius, start, math.copysign(acceleration, swing), half_time)
+    motion = three_point_motion(track.capsule, manoeuvre.path)
     pose = motion.at(np.array([motion.rest_time]))
     begin = track.on_circle(start)
     end = track.on_circle(start + swing)
-    pause = WAITING * (motion.rest_time - made.duration)
+    pause = WAIT_FACTOR * (motion.rest_time - manoeuvre.duration)
     waits = (wait(end.point, pause),) if pause > 0.0 else ()
-    passage = Passage(begin, end, (made, *waits))
+    passage = Passage(begin, end, (manoeuvre, *waits))
     return Turn(passage, swing, float(pose.heading[0]), complex(*pose.position[0]))
 
 
@@ -67,27 +70,31 @@ def exact_turn(
     circle: Circle,
     start: Callable[[float], float],
     longest: float,
-    wanted: float,
+    heading: float,
 ) -> Turn | None:
-    """The turn that gives the heading `wanted` [rad] (its size), `start` the angle to begin at for
-    each angle of the slider; None where the `longest` of these [rad] is too short."""
+    """Returns the turn that adds the `heading` [rad], a positive number. `start` gives the angle at
+    which to begin for each angle of the slider. Returns None if the slider's angle would have to
+    exceed `longest` [rad]."""
     from scipy.optimize import brentq
 
-    def turn_of(swing: float) -> Turn:
-        return computed_turn(track, start(swing), circle.sense * swing)
+    def turn_through(swing: float) -> Turn:
+        return compute_turn(track, start(swing), circle.sense * swing)
 
     def excess(swing: float) -> float:
-        return circle.gained(turn_of(swing).heading if swing else 0.0) - wanted
+        gain = circle.heading_gain(turn_through(swing).heading if swing else 0.0)
+        return gain - heading
 
-    if wanted <= 0.0 or excess(longest) < 0.0:
+    if heading <= 0.0 or excess(longest) < 0.0:
         return None
-    root = brentq(excess, 0.0, longest, xtol=AGREED * longest, rtol=4 * np.finfo(float).eps)
-    return turn_of(float(root))
+    tolerance = ANGLE_TOLERANCE * longest
+    root = brentq(excess, 0.0, longest, xtol=tolerance, rtol=4 * np.finfo(float).eps)
+    return turn_through(float(root))
 
 
 class Choice(NamedTuple):
-    """Estimated time [s], to ten digits, of so many `turns` through about `swing` [rad], equal or
-    nearly so, the first from the circle's start `place`, and the lines after them."""
+    """A number of `turns`, each with the slider through about `swing` [rad], the first one from the
+    start number `place` of the circle. `time` [s] is the estimate for these turns and the lines
+    after them, to ten digits."""
 
     time: float
     turns: int
@@ -95,60 +102,73 @@ class Choice(NamedTuple):
     swing: float
 
 
-def choices(track: Track, circle: Circle, wanted: float, displacement: complex) -> list[Choice]:
-    """Ways to turn the body by `wanted` [rad] (its size), and C with lines by `displacement` [m] in
-    body axes at the start. Each is estimated from a few computed turns: heading and shift are
-    nearly as the slider's angle, and the time as its root. Raises ParameterError."""
-    ways = list[Choice]()
-    turns = _survey(track, circle)
-    fewest = math.ceil(wanted / (LIKELY * circle.gained(turns[-1].heading)))
-    most = min(fewest + MORE, track.limits.manoeuvres)
+def estimate_choices(
+    track: Track, circle: Circle, heading: float, displacement: complex
+) -> list[Choice]:
+    """Returns ways to turn the body by `heading` [rad], a positive number, and to move C in all by
+    `displacement` [m], in body axes at the start. Raises ParameterError.
+
+    Each time is estimated from a few computed turns: heading and shift of a turn are nearly in
+    proportion to the slider's angle, its time to the square root.
+    """
+    choices = list[Choice]()
+    turns = _survey_turns(track, circle)
+    fewest = math.ceil(heading / (HEADING_MARGIN * circle.heading_gain(turns[-1].heading)))
+    most = min(fewest + EXTRA_COUNTS, track.limits.manoeuvres)
     for count in range(fewest, most + 1):
-        swing, shift, time = _between(turns, circle, wanted / count)
+        swing, shift, time = _interpolate_turn(turns, circle, heading / count)
         time = count * time
-        turned = -wanted / count
+        # From turn to turn the shift of C rotates with the body, and with the slider's place.
+        rotation = -heading / count
         if circle.extent is None:
-            turned += swing
+            rotation += swing
         else:
-            back = slow_arc(
-                track.capsule, track.limits.radius, 0.0, swing, track.limits.holding
-            )
-            time += (count - 1) * back.duration
-        drift = shift * complex(np.exp(1j * circle.sense * turned * np.arange(count)).sum())
+            time += (count - 1) * _return_time(track, swing)
+        rotations = np.exp(1j * circle.sense * rotation * np.arange(count))
+        total_shift = shift * complex(rotations.sum())
         for place, start in enumerate(circle.starts(swing)):
-            left = displacement - drift * cmath.rect(1.0, start)
-            left *= cmath.rect(1.0, circle.sense * wanted)
-            estimate = to_ten_digits(time + line_time(track, left))
-            ways.append(Choice(estimate, count, place, swing))
-    if not ways:
+            remaining = displacement - total_shift * cmath.rect(1.0, start)
+            remaining *= cmath.rect(1.0, circle.sense * heading)  # in body axes after the turns
+            estimate = to_ten_digits(time + line_time(track, remaining))
+            choices.append(Choice(estimate, count, place, swing))
+    if not choices:
         raise too_many(track.limits, fewest)
-    return ways
+    return choices
 
 
-def _between(turns: list[Turn], circle: Circle, wanted: float) -> tuple[float, complex, float]:
-    """Of a turn that gives the heading `wanted` [rad], estimated from computed ones: the slider's
-    angle [rad], the shift of C for a slider that starts on the body's x axis [m], the time [s]."""
+def _return_time(track: Track, swing: float) -> float:
+    """Returns the time [s] in which the slider slowly moves round the circle through
+    `swing` [rad]."""
+    radius = track.limits.radius
+    return slow_arc(track.capsule, radius, 0.0, swing, track.limits.holding).duration
+
+
+def _interpolate_turn(
+    turns: list[Turn], circle: Circle, heading: float
+) -> tuple[float, complex, float]:
+    """Returns estimates for a turn that adds the `heading` [rad], interpolated between computed
+    turns: the slider's angle [rad], the shift of C [m] if the slider starts on the body's x axis,
+    and the time [s]."""
     swings = np.array([abs(turn.swing) for turn in turns])
-    gains = np.array([circle.gained(turn.heading) for turn in turns])
-    swing = wanted * float(np.interp(wanted, gains, swings / gains))
+    gains = np.array([circle.heading_gain(turn.heading) for turn in turns])
+    swing = heading * float(np.interp(heading, gains, swings / gains))
     shifts = np.array([turn.shift for turn in turns]) * cmath.rect(1.0, -circle.first)
-    times = np.array([turn.passage.duration for turn in turns])
     shift = swing * complex(np.interp(swing, swings, shifts / swings))
-    return (
-        swing,
-        shift,
-        math.sqrt(swing) * float(np.interp(swing, swings, times / np.sqrt(swings))),
-    )
+    times = np.array([turn.passage.duration for turn in turns])
+    time = math.sqrt(swing) * float(np.interp(swing, swings, times / np.sqrt(swings)))
+    return swing, shift, time
 
 
-def _survey(track: Track, circle: Circle) -> list[Turn]:
-    """A few turns between a small one and the one that turns the body most. Raises ParameterError,
-    naming the acceleration, where they don't turn it the more the larger they are."""
-    if not SMALLEST * circle.longest > 0.0:
+def _survey_turns(track: Track, circle: Circle) -> list[Turn]:
+    """Returns a few turns, from a small one to the one that turns the body most. Raises
+    ParameterError naming the acceleration if larger turns of the slider do not turn the body more.
+    """
+    smallest = SMALLEST_PART * circle.longest
+    if not smallest > 0.0:
         raise ParameterError("stroke", track.limits.stroke, "large enough for a turn")
-    swings = circle.sense * np.geomspace(SMALLEST * circle.longest, circle.longest, SURVEYED)
-    turns = [computed_turn(track, circle.first, float(swing)) for swing in swings]
-    gains = [0.0, *(circle.gained(turn.heading) for turn in turns)]
+    swings = circle.sense * np.geomspace(smallest, circle.longest, SURVEY_TURNS)
+    turns = [compute_turn(track, circle.first, float(swing)) for swing in swings]
+    gains = [0.0, *(circle.heading_gain(turn.heading) for turn in turns)]
     count = int(np.argmax(gains))
     if count == 0 or np.any(np.diff(gains[: count + 1]) <= 0.0):
         need = f"large enough to turn the body with a slider {track.limits.radius:g} m from C"
@@ -156,10 +176,13 @@ def _survey(track: Track, circle: Circle) -> list[Turn]:
     return turns[:count]
 
 
-def turns_of(track: Track, circle: Circle, wanted: float, choice: Choice) -> list[Turn] | None:
-    """The turns of a choice, together of exactly the heading `wanted` [rad] (its size): from one
-    place all the same, else the last one for the exact rest; None where one would be too large."""
-    longest = min(LARGER * choice.swing, circle.longest)
+def turns_of_choice(
+    track: Track, circle: Circle, heading: float, choice: Choice
+) -> list[Turn] | None:
+    """Returns the turns of a choice, which together add exactly the `heading` [rad], a positive
+    number. If all begin at one place, they are equal; otherwise the last one differs. Returns None
+    if a turn would be too large."""
+    longest = min(LARGEST_OVER_ESTIMATE * choice.swing, circle.longest)
     turns = list[Turn]()
 
     def start(swing: float) -> float:
@@ -168,25 +191,25 @@ def turns_of(track: Track, circle: Circle, wanted: float, choice: Choice) -> lis
         return float(circle.starts(swing)[choice.place])
 
     if circle.extent is not None:
-        turn = exact_turn(track, circle, start, longest, wanted / choice.turns)
+        turn = exact_turn(track, circle, start, longest, heading / choice.turns)
         return None if turn is None else [turn] * choice.turns
     while len(turns) < choice.turns - 1:
         swing = circle.sense * choice.swing
-        turns.append(computed_turn(track, start(swing), swing))
-    left = wanted - sum(circle.gained(turn.heading) for turn in turns)
-    last = exact_turn(track, circle, start, longest, left)
+        turns.append(compute_turn(track, start(swing), swing))
+    remaining = heading - sum(circle.heading_gain(turn.heading) for turn in turns)
+    last = exact_turn(track, circle, start, longest, remaining)
     return None if last is None else [*turns, last]
 
 
-def turns_to(track: Track, wanted: float, displacement: complex) -> list[Turn]:
-    """Turns for the heading `wanted` [rad]; `displacement` [m] in body axes is the total of turns
-    and lines. Raises ParameterError."""
-    sense = -math.copysign(1.0, wanted)
-    size = abs(wanted)
-    for returning in (False, True):  # where turns round the circle go astray, from one place
+def turns_to(track: Track, heading: float, displacement: complex) -> list[Turn]:
+    """Returns turns that add the `heading` [rad]. `displacement` [m], in body axes, is the total of
+    turns and lines. Raises ParameterError."""
+    sense = -math.copysign(1.0, heading)
+    size = abs(heading)
+    for returning in (False, True):  # turns from one place are the fallback
         circle = track.circle(sense, returning=returning)
-        ways = choices(track, circle, size, displacement)
-        best = min(ways)
-        if turns := turns_of(track, circle, size, best):
+        best = min(estimate_choices(track, circle, size, displacement))
+        turns = turns_of_choice(track, circle, size, best)
+        if turns:
             return turns
     raise too_many(track.limits, best.turns + 1)

@@ -1,1 +1,1 @@
-"""A rigid body on three Coulomb points, event after event, and an independent check of it."""
+"""A rigid body on three Coulomb points: its motion from event to event, and a check of it."""

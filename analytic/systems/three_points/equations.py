@@ -7,7 +7,7 @@ Written for the body's point that the combined centre G = C + mu r is passing, w
     (J + mu M r^2) d(omega)/dt = sum (CA_i - mu r) x F_i - mu M (r x w + 2 (r.v) omega)
     v_i = p + omega k x (CA_i - mu r)
 
-p and omega vanish with the body's motion, so that they keep their digits near rest.
+p and omega are small when the body is nearly at rest, so they keep their digits there.
 Plane vectors are complex numbers x + iy in body axes, so that k x a is ia.
 """
 
@@ -28,7 +28,8 @@ Complex = npt.NDArray[np.complex128]
 
 @dataclass(frozen=True)
 class Mechanics:
-    """A capsule's constants in the form that the equations use; `limits` f N_i are affine in r."""
+    """A capsule's constants in the form that the equations use. The friction limit f N_i of each
+    support is an affine function of the slider's position r."""
 
     mass: float  # M + m [kg]
     mass_ratio: float
@@ -36,12 +37,12 @@ class Mechanics:
     body_inertia: float  # J [kg m^2]
     supports: Complex  # [m], shape (3,)
     centre_limits: Array  # f N_i with Q at C [N], shape (3,)
-    limit_slopes: Array  # change of f N_i with r [N/m], shape (2, 3)
+    limit_slopes: Array  # derivatives of f N_i by r [N/m], shape (2, 3)
 
 
 @dataclass(frozen=True)
 class Configuration:
-    """Terms of the equations that the slider's place and motion determine, at n times."""
+    """Terms of the equations that depend only on the slider's position and motion, at n times."""
 
     position: Complex  # r [m], shape (n,)
     velocity: Complex  # v [m/s]
@@ -52,15 +53,15 @@ class Configuration:
 
 
 def mechanics(capsule: Capsule) -> Mechanics:
-    """Constants of `capsule`."""
-    here = normal_forces(capsule, np.zeros((1, 2)))[0]
+    """Returns the constants of `capsule`."""
+    forces_at_centre = normal_forces(capsule, np.zeros((1, 2)))[0]
     return Mechanics(
         mass=capsule.body_mass + capsule.slider_mass,
         mass_ratio=capsule.mass_ratio,
         reduced_mass=capsule.mass_ratio * capsule.body_mass,
         body_inertia=capsule.inertia,
         supports=np.array([complex(*point) for point in capsule.supports]),
-        centre_limits=capsule.friction * here,
+        centre_limits=capsule.friction * forces_at_centre,
         limit_slopes=capsule.friction * load_gradient(capsule),
     )
 
@@ -71,76 +72,86 @@ def cross(a: Complex, b: Complex) -> Array:
 
 
 def configuration(body: Mechanics, piece: Piece, times: Array) -> Configuration:
-    """The slider's part in the equations at local `times` [s], shape (n,), of `piece`."""
-    places, velocities, accelerations = piece.kinematics(times)
+    """Returns the slider's terms in the equations at local `times` [s], shape (n,), of one `piece`
+    of its path."""
+    positions, velocities, accelerations = piece.kinematics(times)
     r, v, w = (
         np.ascontiguousarray(part).view(np.complex128)[:, 0]
-        for part in (places, velocities, accelerations)
+        for part in (positions, velocities, accelerations)
     )
     return Configuration(
         position=r,
         velocity=v,
         acceleration=w,
-        limits=body.centre_limits + places @ body.limit_slopes,
+        limits=body.centre_limits + positions @ body.limit_slopes,
         arms=body.supports - body.mass_ratio * r[:, None],
-        inertia=body.body_inertia + body.reduced_mass * np.vecdot(places, places),
+        inertia=body.body_inertia + body.reduced_mass * np.vecdot(positions, positions),
     )
 
 
-def support_velocities(at: Configuration, point: Complex, omega: Array) -> Complex:
-    """Velocities v_i of the supports in body axes [m/s], shape (n, 3), from p and omega, (n,)."""
-    return point[:, None] + 1j * omega[:, None] * at.arms
+def support_velocities(terms: Configuration, velocity: Complex, omega: Array) -> Complex:
+    """Returns the velocities v_i of the supports in body axes [m/s], shape (n, 3), from the
+    `velocity` p [m/s] and the angular velocity `omega` [rad/s], both of shape (n,)."""
+    return velocity[:, None] + 1j * omega[:, None] * terms.arms
 
 
 Clock = tuple[float, Array]
-IN_TIME: Clock = (1.0, np.zeros(3))
-IMAGINARY = 1e-200  # size of a complex step: its square is nothing
+"""The constants a and b_i, shape (3,), of the variable sigma (see `sliding_rates`)."""
+TIME_CLOCK: Clock = (1.0, np.zeros(3))  # sigma is time
+COMPLEX_STEP = 1e-200  # size of a complex step: its square underflows to 0
 
 
 def sliding_rates(
     body: Mechanics,
-    at: Configuration,
-    state: Array,
-    clock: Clock = IN_TIME,
-    derived: bool = True,
+    terms: Configuration,
+    states: Array,
+    clock: Clock = TIME_CLOCK,
+    with_derivatives: bool = True,
 ) -> tuple[Array, Array]:
-    """Rates of (p_x, p_y, omega, t) while every support slides, shape (n, 4), and their derivatives
-    by (p_x, p_y, omega), shape (n, 4, 3), or with a clock by all four, (n, 4, 4), those by t only
-    as far as they become large where v_i -> 0; without `derived` an empty array instead.
+    """Returns the rates of (p_x, p_y, omega, t) while every support slides, shape (n, 4), and their
+    derivatives by (p_x, p_y, omega), shape (n, 4, 3), from `states`, whose first three columns are
+    these. If `with_derivatives` is False, the second array is empty.
 
-    With `clock` = (a, b_i) the rates are by sigma, d sigma = dt (a + sum b_i/|v_i|): v_i = 0, where
-    a force is singular in time, is approached as sigma -> infinity, and smoothly. Derivatives are
-    by complex steps: imaginary parts of the rates, which are exact.
+    With `clock` = (a, b_i) the rates are by sigma, d sigma = dt (a + sum b_i/|v_i|). At v_i = 0 a
+    force is singular in time. In sigma that point is approached smoothly, as sigma -> infinity.
+    With such a clock the derivatives are by all four variables, shape (n, 4, 4); the derivatives by
+    t hold only the terms that become large as v_i -> 0.
+
+    Derivatives are by complex steps: the imaginary parts of the rates, which have no truncation
+    error.
     """
-    if not derived:
-        return np.asarray(_rates(body, at, state[:, :3].T, 0.0, clock)), np.empty(0)
-    step = 1j * IMAGINARY * np.eye(4, 3 if clock is IN_TIME else 4)[..., None]
-    rates = _rates(body, at, state[:, :3].T[:, None] + step[:3], step[3, ..., None], clock)
-    return rates[0].real, np.moveaxis(rates.imag, 0, -1) / IMAGINARY
+    motion = states[:, :3].T
+    if not with_derivatives:
+        return np.asarray(_rates(body, terms, motion, 0.0, clock)), np.empty(0)
+    variables = 3 if clock is TIME_CLOCK else 4
+    steps = 1j * COMPLEX_STEP * np.eye(4, variables)[..., None]
+    rates = _rates(body, terms, motion[:, None] + steps[:3], steps[3, ..., None], clock)
+    return rates[0].real, np.moveaxis(rates.imag, 0, -1) / COMPLEX_STEP
 
 
-def _rates(body: Mechanics, at: Configuration, state: Any, later: Any, clock: Clock) -> Any:
-    """Rates, shape (..., n, 4), at (p_x, p_y, omega), shape (3, ..., n), of supports whose arms
-    move on for the time `later` [s]; plane vectors by component, the first axis."""
-    point = state[:2]
-    omega = state[2]
-    passed = body.mass_ratio * at.velocity
-    push = body.mass_ratio * at.acceleration
-    arm_x = at.arms.real - passed.real[:, None] * later
-    arm_y = at.arms.imag - passed.imag[:, None] * later
-    across = np.stack([-arm_y, arm_x])
-    slips = point[..., None] + omega[..., None] * across
+def _rates(body: Mechanics, terms: Configuration, motion: Any, delay: Any, clock: Clock) -> Any:
+    """Returns the rates, shape (..., n, 4), at `motion` = (p_x, p_y, omega), shape (3, ..., n). The
+    supports' arms are moved on by the time `delay` [s] at the slider's velocity. Plane vectors have
+    their components along the first axis."""
+    velocity = motion[:2]
+    omega = motion[2]
+    centre_velocity = body.mass_ratio * terms.velocity
+    centre_acceleration = body.mass_ratio * terms.acceleration
+    arm_x = terms.arms.real - centre_velocity.real[:, None] * delay
+    arm_y = terms.arms.imag - centre_velocity.imag[:, None] * delay
+    turned_arms = np.stack([-arm_y, arm_x])
+    slips = velocity[..., None] + omega[..., None] * turned_arms
     speeds = np.sqrt((slips * slips).sum(axis=0))
-    resisting = at.limits / speeds
-    drag = (resisting * slips).sum(axis=-1) / body.mass
-    moment = (resisting * (across * slips).sum(axis=0)).sum(axis=-1)
-    growth = cross(at.position, at.acceleration)
-    growth = growth + 2.0 * (at.position.conjugate() * at.velocity).real * omega
+    resistances = terms.limits / speeds
+    drag = (resistances * slips).sum(axis=-1) / body.mass
+    moment = (resistances * (turned_arms * slips).sum(axis=0)).sum(axis=-1)
+    slider_term = cross(terms.position, terms.acceleration)
+    slider_term = slider_term + 2.0 * (terms.position.conjugate() * terms.velocity).real * omega
     rates = [
-        omega * (point[1] + passed.imag) - push.real - drag[0],
-        -omega * (point[0] + passed.real) - push.imag - drag[1],
-        -(moment + body.reduced_mass * growth) / at.inertia,
+        omega * (velocity[1] + centre_velocity.imag) - centre_acceleration.real - drag[0],
+        -omega * (velocity[0] + centre_velocity.real) - centre_acceleration.imag - drag[1],
+        -(moment + body.reduced_mass * slider_term) / terms.inertia,
         np.ones_like(omega),
     ]
-    slowing = clock[0] + (clock[1] / speeds).sum(axis=-1)
-    return np.stack(rates, axis=-1) / slowing[..., None]
+    sigma_rate = clock[0] + (clock[1] / speeds).sum(axis=-1)
+    return np.stack(rates, axis=-1) / sigma_rate[..., None]

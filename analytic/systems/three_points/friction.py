@@ -1,8 +1,9 @@
-"""Exact motion of a body on three Coulomb points with a prescribed slider, event after event.
+"""Exact motion of a body on three Coulomb points with a prescribed slider, from event to event.
 
-Modes: all supports slide; one rests and the body pivots about it; all rest (two at rest are all at
-rest). Each is integrated smoothly to its event, and the next mode is decided by Gauss' principle.
-Chernousko 2020, eqs. 1-4; the mode changes are this project's own.
+There are three modes: all supports slide; one support rests and the body pivots about it; all
+supports rest (if two rest, the third rests too). Each mode is integrated smoothly to its event.
+Gauss' principle then decides the next mode. The equations are from Chernousko 2020, eqs. 1-4; the
+mode changes are derived by this project.
 """
 
 from __future__ import annotations
@@ -26,44 +27,52 @@ from plumbob.analytic.systems.three_points.equations import (
 from plumbob.analytic.systems.three_points.implicit_friction import (
     REST,
     Slip,
-    onset,
-    slip_onset,
+    onset_acceleration,
+    slip_acceleration,
 )
 from plumbob.analytic.systems.three_points.motion import Segments, ThreePointMotion
-from plumbob.analytic.systems.three_points.pivoting import Pivot, pivot
+from plumbob.analytic.systems.three_points.pivoting import Pivot, integrate_pivot
 from plumbob.analytic.systems.three_points.rest import (
-    EDGE,
+    LIMIT_ROUNDING,
     held_until,
     needed_wrench,
 )
-from plumbob.analytic.systems.three_points.sliding import Guess, at_rest, slide
+from plumbob.analytic.systems.three_points.sliding import (
+    Guess,
+    integrate_slide,
+    resting_supports,
+)
 from plumbob.analytic.systems.three_points.smooth_segment import (
     Accuracy,
     Interval,
     Mode,
     SmoothSegment,
     State,
-    resting,
+    rest_segment,
 )
 
-EVENTS = 500  # in one piece, before giving up
-# a motion less accurate by far, whose difference is the error
+MAX_EVENTS = 500  # largest number of events in one piece of the path
+# The difference from a second, less accurate motion gives the error: the factor on the tolerance of
+# that motion, and the number of nodes by which it has fewer.
 COARSER, COARSER_NODES = 100.0, 6
-LATER = 1e-6  # of what is left of a piece: where a start that grows from nothing is examined
+# first delay after which a slip that grows from zero is examined, over the horizon
+FIRST_DELAY = 1e-6
 
 
 @dataclass(frozen=True)
 class Start:
-    """Velocity of C [m/s] and angular velocity [rad/s] at time 0, with C at the origin and heading
-    0."""
+    """Initial velocity of C [m/s] and angular velocity [rad/s]; at time 0 C is the origin and the
+    heading is 0."""
 
     velocity: tuple[float, float] = (0.0, 0.0)
     angular_velocity: float = 0.0
 
 
 @dataclass(frozen=True)
-class Now:
-    """A mode about to begin."""
+class ModeStart:
+    """The state at which a mode begins, and the mode. `support` is the support at rest in a pivot,
+    or the support that slips first in a slide, else -1. `sense` is the sign of a pivot's turning.
+    `departure` gives first guesses for a slide that begins with a support at rest."""
 
     state: State
     mode: Mode
@@ -72,7 +81,7 @@ class Now:
     departure: Guess | None = None
 
 
-@lru_cache(maxsize=16)  # a reference and what theory samples are one motion
+@lru_cache(maxsize=16)  # the reference and the theory of errors ask for the same motion
 def three_point_motion(
     capsule: Capsule,
     path: SliderPath,
@@ -81,11 +90,11 @@ def three_point_motion(
     nodes: int = 24,
     tolerance: float = 1e-11,
 ) -> ThreePointMotion:
-    """Motion of `capsule` from `start` while the slider follows `path`,
-    until its final rest.
+    """Returns the motion of `capsule` from `start` to its final rest while the slider follows
+    `path`.
 
-    `nodes` and `tolerance` set the discretisation (see `radau_collocation`). Raises
-    ParameterError where a support would lose contact, or if the body would never stop.
+    `nodes` and `tolerance` set the discretisation (see `radau_collocation`). Raises ParameterError
+    if a support would lose contact, or if the body would never stop.
     """
     check_loads(capsule, path.track())
     if capsule.friction == 0.0:
@@ -99,156 +108,187 @@ def three_point_motion(
         nodes=nodes - COARSER_NODES,
         tolerance=COARSER * tolerance,
     )
-    integrated = partial(_integrate, body, path, start, accuracy)
-    return ThreePointMotion(capsule, path, body, integrated, coarser)
+    integrate = partial(_integrate_path, body, path, start, accuracy)
+    return ThreePointMotion(capsule, path, body, integrate, coarser)
 
 
-def _piece_motion(interval: Interval, now: Now) -> Phase:
-    """All segments of one piece, and the mode at its end."""
+def _integrate_piece(interval: Interval, begin: ModeStart) -> ModeResult:
+    """Returns all segments of one piece of the path, and the mode at its end."""
+    phases = {"rest": _rest_phase, "pivot": _pivot_phase, "slide": _slide_phase}
     segments = list[SmoothSegment]()
-    for _ in range(EVENTS):
-        phase = {"rest": _resting, "pivot": _pivoting, "slide": _sliding}[now.mode]
-        phase_segments, now = phase(interval, now)
+    for _ in range(MAX_EVENTS):
+        phase_segments, begin = phases[begin.mode](interval, begin)
         segments += phase_segments
-        if not now.state.time < interval.piece.duration:
-            return segments, now
-    raise RuntimeError(f"{EVENTS} events did not finish piece {interval.number}")
+        if not begin.state.time < interval.piece.duration:
+            return segments, begin
+    raise RuntimeError(f"{MAX_EVENTS} events did not finish piece {interval.number}")
 
 
-Phase = tuple[list[SmoothSegment], Now]
-"""Segments of one mode, and the mode after it, at the end of the piece the same one."""
+ModeResult = tuple[list[SmoothSegment], ModeStart]
+"""The segments of one mode, and the mode that follows. At the end of a piece the mode stays."""
 
 
-def _resting(interval: Interval, now: Now) -> Phase:
-    """Rest until static friction no longer suffices."""
+def _rest_phase(interval: Interval, begin: ModeStart) -> ModeResult:
+    """Returns the rest that starts at `begin`, and the mode that follows when static friction no
+    longer suffices."""
     duration = interval.piece.duration
-    broken = held_until(interval.body, interval.piece, now.state.time)
-    end = duration if broken is None else broken
-    segments = [resting(interval, end, now.state)] if end > now.state.time else []
-    state = replace(now.state, time=end)
+    slip_time = held_until(interval.body, interval.piece, begin.state.time)
+    end = duration if slip_time is None else slip_time
+    segments = [rest_segment(interval, end, begin.state)] if end > begin.state.time else []
+    state = replace(begin.state, time=end)
+    if slip_time is None:
+        return segments, ModeStart(state, "rest")
     horizon = duration - end
-    if broken is None:
-        return segments, Now(state, "rest")
-    later = _leave_later(partial(_from_rest, interval, state), "rest", horizon)
-    if later.mode == "rest":  # the load only touched the limit
-        later = Now(replace(state, time=end + LATER * horizon), "rest")
-    return segments, later
+    following = _mode_beyond_limit(partial(_mode_from_rest, interval, state), "rest", horizon)
+    if following.mode == "rest":  # the load only touched the friction limit
+        following = ModeStart(replace(state, time=end + FIRST_DELAY * horizon), "rest")
+    return segments, following
 
 
-def _pivoting(interval: Interval, now: Now) -> Phase:
-    """Pivot until the turning stops or the support slips."""
-    turning = Pivot(interval, now.support, now.sense)
-    segments, state, ending = pivot(turning, now.state)
+def _pivot_phase(interval: Interval, begin: ModeStart) -> ModeResult:
+    """Returns the pivot that starts at `begin`, and the mode that follows when the turning stops or
+    the support slips."""
+    pivot = Pivot(interval, begin.support, begin.sense)
+    segments, state, ending = integrate_pivot(pivot, begin.state)
     if ending == "time":
-        return segments, replace(now, state=state)
-    if ending == "slip":
-        rate = turning.motion(interval.at(state.time), np.array([state.omega]))[0]
-        horizon = min(interval.piece.duration - state.time, abs(state.omega / float(rate[0])))
-        following = partial(_with_one_at_rest, interval, state, now.support)
-        return segments, _leave_later(following, "pivot", horizon)
-    return segments, _stopped(interval, state)
+        return segments, replace(begin, state=state)
+    if ending == "stop":
+        return segments, _mode_after_stop(interval, state)
+    rate = float(pivot.motion(interval.at(state.time), np.array([state.omega]))[0][0])
+    horizon = min(interval.piece.duration - state.time, abs(state.omega / rate))
+    mode_after = partial(_mode_with_support_at_rest, interval, state, begin.support)
+    return segments, _mode_beyond_limit(mode_after, "pivot", horizon)
 
 
-def _sliding(interval: Interval, now: Now) -> Phase:
-    """Slide until a support, or the whole body, comes to rest."""
-    segments, state, still = slide(interval, now.state, now.departure, now.support)
-    if not still:
-        return segments, Now(state, "slide")
-    if len(still) == 1:
-        return segments, _with_one_at_rest(interval, state, still[0], 0.0)
-    return segments, _stopped(interval, state)
+def _slide_phase(interval: Interval, begin: ModeStart) -> ModeResult:
+    """Returns the slide that starts at `begin`, and the mode that follows when a support, or the
+    whole body, comes to rest."""
+    segments, state, resting = integrate_slide(
+        interval, begin.state, begin.departure, begin.support
+    )
+    if not resting:
+        return segments, ModeStart(state, "slide")
+    if len(resting) == 1:
+        return segments, _mode_with_support_at_rest(interval, state, resting[0], 0.0)
+    return segments, _mode_after_stop(interval, state)
 
 
-def _initial(interval: Interval, start: Start) -> Now:
+def _first_mode(interval: Interval, start: Start) -> ModeStart:
+    """Returns the mode with which the motion begins at time 0."""
     omega = start.angular_velocity
-    velocity = complex(*start.velocity)
     mu = interval.body.mass_ratio
-    point = velocity + 1j * omega * mu * complex(interval.at(0.0).position[0])
-    state = State(0.0, complex(point), omega, 0.0, 0j)
-    still = at_rest(interval.at(0.0), state, 0.0)
-    if len(still) == 1:
-        return Now(state, "pivot", *still)
-    return Now(state, "rest" if still else "slide")
+    slider = complex(interval.at(0.0).position[0])
+    velocity = complex(*start.velocity) + 1j * omega * mu * slider
+    state = State(0.0, complex(velocity), omega, 0.0, 0j)
+    resting = resting_supports(interval.at(0.0), state, 0.0)
+    if len(resting) == 1:
+        return ModeStart(state, "pivot", *resting)
+    return ModeStart(state, "rest" if resting else "slide")
 
 
-def _integrate(body: Mechanics, path: SliderPath, start: Start, accuracy: Accuracy) -> Segments:
-    pieces = (*path.pieces, StraightPiece(np.inf, path.end, 0.0, 0.0, 0.0, 0.0))
-    now = None
+def _integrate_path(
+    body: Mechanics, path: SliderPath, start: Start, accuracy: Accuracy
+) -> Segments:
+    """Returns the segments of the whole motion: along every piece of the path, then with the slider
+    fixed at the path's end until the body rests."""
+    fixed_piece = StraightPiece(
+        duration=np.inf,
+        origin=path.end,
+        direction=0.0,
+        position=0.0,
+        speed=0.0,
+        acceleration=0.0,
+    )
+    begin = None
     segments = list[SmoothSegment]()
-    for number, piece in enumerate(pieces):
+    for number, piece in enumerate((*path.pieces, fixed_piece)):
         interval = Interval(body, piece, number, accuracy)
-        now = _begin(interval, now or _initial(interval, start))
-        piece_segments, now = _piece_motion(interval, now)
+        begin = _mode_at_piece_start(interval, begin or _first_mode(interval, start))
+        piece_segments, begin = _integrate_piece(interval, begin)
         segments += piece_segments
-        now = replace(now, state=replace(now.state, time=0.0), departure=None)
+        begin = replace(begin, state=replace(begin.state, time=0.0), departure=None)
     return tuple(segments)
 
 
-def _departure(
-    slip: Slip, ramp: float, support: int = 0, omega: float = 0.0, rate: float = 0.0
+def _departure_guess(
+    slip: Slip, delay: float, support: int = 0, omega: float = 0.0, rate: float = 0.0
 ) -> Guess:
-    """First guess of a slide from rest, or of `support` out of a pivot at `omega` [rad/s] that
-    grows at a `rate`, with the accelerations `slip`; with `ramp` > 0 [s] they grow in proportion to
-    time."""
+    """Returns a function from times to first guesses of the velocity p of C and the angular
+    velocity omega, (p_x, p_y, omega), of a slide that begins with the accelerations `slip`. The
+    body comes from rest, or from a pivot about `support` with angular velocity `omega` [rad/s] and
+    angular acceleration `rate` [rad/s^2]. If `delay` > 0 [s], the accelerations rise linearly from
+    0 and reach `slip` at the time `delay`."""
 
-    def guess(times: Array, at: Configuration) -> Array:
-        elapsed = times**2 / (2.0 * ramp) if ramp else times
+    def guess(times: Array, terms: Configuration) -> Array:
+        effective_times = times**2 / (2.0 * delay) if delay else times
         turning = omega + rate * times
-        point = slip[0] * elapsed - 1j * turning * at.arms[:, support]
-        return np.column_stack([point.real, point.imag, turning + slip[1] * elapsed])
+        velocity = slip[0] * effective_times - 1j * turning * terms.arms[:, support]
+        angular_velocity = turning + slip[1] * effective_times
+        return np.column_stack([velocity.real, velocity.imag, angular_velocity])
 
     return guess
 
 
-def _from_rest(interval: Interval, state: State, ramp: float) -> Now:
-    """The mode that follows rest now; with `ramp` > 0 the one that much later [s], where the wrench
-    has just reached the friction limit."""
-    at = interval.at(state.time + ramp)
-    (force,), (torque,) = needed_wrench(interval.body, at)
-    slip = onset(interval.body.mass, at, complex(force), float(torque))
+def _mode_from_rest(interval: Interval, state: State, delay: float) -> ModeStart:
+    """Returns the mode of a body at rest in `state`, from the wrench that acts `delay` [s] later.
+    `delay` is > 0 if the wrench has just reached the friction limit: the present wrench then moves
+    nothing."""
+    terms = interval.at(state.time + delay)
+    (force,), (torque,) = needed_wrench(interval.body, terms)
+    slip = onset_acceleration(interval.body.mass, terms, complex(force), float(torque))
     if slip == REST:
-        return Now(state, "rest")
-    still = np.flatnonzero(slip[0] + 1j * slip[1] * at.arms[0] == 0.0)
-    if still.size:
-        return Now(state, "pivot", int(still[0]), float(np.sign(slip[1])))
-    return Now(state, "slide", departure=_departure(slip, ramp))
+        return ModeStart(state, "rest")
+    support_accelerations = slip[0] + 1j * slip[1] * terms.arms[0]
+    resting = np.flatnonzero(support_accelerations == 0.0)
+    if resting.size:
+        return ModeStart(state, "pivot", int(resting[0]), float(np.sign(slip[1])))
+    return ModeStart(state, "slide", departure=_departure_guess(slip, delay))
 
 
-def _with_one_at_rest(interval: Interval, state: State, support: int, ramp: float) -> Now:
-    """The mode with `support` at rest while the others slide, now or `ramp` [s] later: a pivot
-    while it sticks, else a slide."""
-    at = interval.at(state.time)
+def _mode_with_support_at_rest(
+    interval: Interval, state: State, support: int, delay: float
+) -> ModeStart:
+    """Returns the mode with `support` at rest while the others slide: a pivot if the support
+    sticks, else a slide. The forces are those `delay` [s] later, as in `_mode_from_rest`."""
+    terms = interval.at(state.time)
     sense = float(np.sign(state.omega))
-    turning = Pivot(interval, support, sense)
-    (rate,), (needed,) = turning.motion(at, np.array([state.omega]))
-    if ramp:
-        at = interval.at(state.time + ramp)
-        _, (needed,) = turning.motion(at, np.array([state.omega + ramp * rate]))
-    if abs(needed) <= float(at.limits[0, support]) * (1.0 + EDGE):
-        return Now(state, "pivot", support, sense)
-    slip = slip_onset(interval.body.mass, at, support, complex(needed))
-    guess = _departure((slip, 0.0), ramp, support, state.omega, rate)
-    return Now(state, "slide", support, departure=guess)
+    pivot = Pivot(interval, support, sense)
+    (rate,), (needed,) = pivot.motion(terms, np.array([state.omega]))
+    if delay:
+        terms = interval.at(state.time + delay)
+        _, (needed,) = pivot.motion(terms, np.array([state.omega + delay * rate]))
+    limit = float(terms.limits[0, support])
+    if abs(needed) <= limit * (1.0 + LIMIT_ROUNDING):
+        return ModeStart(state, "pivot", support, sense)
+    slip = slip_acceleration(interval.body.mass, terms, support, complex(needed))
+    guess = _departure_guess((slip, 0.0), delay, support, state.omega, rate)
+    return ModeStart(state, "slide", support, departure=guess)
 
 
-def _leave_later(following: Callable[[float], Now], stays: Mode, horizon: float) -> Now:
-    """The mode `following` so much later [s] where a load has just reached the friction limit and
-    continues to grow, as soon as it is not the one that `stays`, within `horizon` [s]."""
-    ramp = LATER * horizon
-    while (now := following(ramp)).mode == stays and 4.0 * ramp <= horizon:
-        ramp *= 4.0
-    return now
+def _mode_beyond_limit(
+    mode_after: Callable[[float], ModeStart], present: Mode, horizon: float
+) -> ModeStart:
+    """Returns the mode that begins where a load has just reached the friction limit and keeps
+    growing. `mode_after` gives the mode from the forces after a delay [s]. The delay grows, within
+    `horizon` [s], until that mode is not the `present` one."""
+    delay = FIRST_DELAY * horizon
+    begin = mode_after(delay)
+    while begin.mode == present and 4.0 * delay <= horizon:
+        delay *= 4.0
+        begin = mode_after(delay)
+    return begin
 
 
-def _stopped(interval: Interval, state: State) -> Now:
-    """The mode that follows where the body has come to rest."""
-    return _from_rest(interval, replace(state, point=0j, omega=0.0), 0.0)
+def _mode_after_stop(interval: Interval, state: State) -> ModeStart:
+    """Returns the mode that follows when the body has come to rest."""
+    return _mode_from_rest(interval, replace(state, velocity=0j, omega=0.0), 0.0)
 
 
-def _begin(interval: Interval, now: Now) -> Now:
-    """The mode at the start of a piece, where the slider's acceleration may have jumped."""
-    if now.mode == "rest":
-        return _stopped(interval, now.state)
-    if now.mode == "pivot":
-        return _with_one_at_rest(interval, now.state, now.support, 0.0)
-    return now
+def _mode_at_piece_start(interval: Interval, begin: ModeStart) -> ModeStart:
+    """Returns the mode at the start of a piece of the path, where the slider's acceleration may
+    have jumped."""
+    if begin.mode == "rest":
+        return _mode_after_stop(interval, begin.state)
+    if begin.mode == "pivot":
+        return _mode_with_support_at_rest(interval, begin.state, begin.support, 0.0)
+    return begin

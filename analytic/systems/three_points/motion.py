@@ -1,4 +1,4 @@
-"""The motion of a body on three Coulomb points as a function of time: pose, velocity, events."""
+"""The motion of a body on three Coulomb points as a function of time: pose, velocity and events."""
 
 from __future__ import annotations
 
@@ -23,13 +23,13 @@ from plumbob.analytic.systems.three_points.smooth_segment import (
 )
 
 Segments = tuple[SmoothSegment, ...]
-ROUNDINGS = 32 * ROUNDOFF  # of a sum over some tens of segments
+ROUNDINGS = 32 * ROUNDOFF  # relative rounding of a sum over some tens of segments
 
 
 @dataclass(frozen=True)
 class Event:
-    """A mode begins at `time` [s]; `support` (0, 1, 2) is the one at rest in a pivot, or the one
-    that has just slipped from rest while the others slide, else -1."""
+    """The time [s] at which a mode begins. `support` (0, 1, 2) is the support at rest in a pivot,
+    or the support that has just slipped from rest while the others slide, else -1."""
 
     time: float
     mode: Mode
@@ -38,8 +38,8 @@ class Event:
 
 @dataclass(frozen=True)
 class Pose:
-    """Place of C on the ground [m], shape (n, 2), heading psi [rad], velocity of C [m/s], shape
-    (n, 2), angular velocity [rad/s]; shape (n,) unless stated otherwise."""
+    """Position of C on the ground [m] and velocity of C [m/s], shape (n, 2); heading psi [rad] and
+    angular velocity [rad/s], shape (n,)."""
 
     position: Array
     heading: Array
@@ -49,80 +49,83 @@ class Pose:
 
 @dataclass(frozen=True)
 class ThreePointMotion(SingleMotion):
-    """An exact motion, in segments of one mode each, and the events between them.
+    """An exact motion, in segments of one mode each, and the events between the segments.
 
-    `integrated` gives the segments; `coarser` computes the motion with fewer nodes and a larger
-    tolerance, for `error`.
+    `integrate` computes the segments. `coarser` computes the same motion with fewer nodes and a
+    larger tolerance, for `error`.
     """
 
     capsule: Capsule
     path: SliderPath
     body: Mechanics
-    integrated: Callable[[], Segments]
+    integrate: Callable[[], Segments]
     coarser: Callable[[], ThreePointMotion]
     kind: ClassVar[MotionKind] = "plane"
 
     @cached_property
     def segments(self) -> Segments:
-        """The segments, in the order of time."""
-        return self.integrated()
+        """The segments in the order of time."""
+        return self.integrate()
 
     @cached_property
     def events(self) -> tuple[Event, ...]:
-        """Where the mode changes, and where a support slips from rest, in the order of time."""
+        """The changes of mode, and the times at which a support slips from rest, in the order of
+        time."""
         events: list[Event] = []
         for begin, segment in zip(self.begins.tolist(), self.segments, strict=True):
-            continued = bool(events) and segment.mode == events[-1].mode
-            slips = segment.mode == "slide" and segment.support >= 0
-            if not continued or slips:
+            mode_continues = bool(events) and segment.mode == events[-1].mode
+            support_slips = segment.mode == "slide" and segment.support >= 0
+            if support_slips or not mode_continues:
                 events.append(Event(begin, segment.mode, segment.support))
         return tuple(events)
 
     @property
     def sliding_time(self) -> float:
-        """Time to rest [s], see `rest_time`."""
+        """Time from the start to the final rest [s], as `rest_time`."""
         return self.rest_time
 
     @cached_property
     def begins(self) -> Array:
-        """Start of each segment [s]."""
-        offsets = self.path.breakpoints
-        return np.array([offsets[s.interval.number] + s.start for s in self.segments])
+        """Start of each segment [s], shape (segments,)."""
+        piece_starts = self.path.breakpoints
+        return np.array([piece_starts[s.interval.number] + s.start for s in self.segments])
 
     @property
     def rest_time(self) -> float:
-        """Time of the final rest [s], infinite if the motion ends before."""
+        """Time of the final rest [s]; infinite if the motion does not end in rest."""
         last = self.events[-1]
         return last.time if last.mode == "rest" else np.inf
 
     @cached_property
     def error(self) -> Pose:
-        """Largest difference from a coarser computation, over the whole motion: parts of shape
-        (1, 2) and (1,). Nearly all of it is the error of the coarser one; round-off is added."""
+        """Largest difference from the less accurate motion `coarser`, over the whole motion, plus
+        round-off. Its parts have the shapes (1, 2) and (1,). The difference is almost entirely the
+        error of `coarser`."""
         edges = np.append(self.begins, self.begins[-1])
         times = np.unique(np.concatenate([np.linspace(a, b, 5) for a, b in pairwise(edges)]))
         poses = self.at(times)
-        other = self.coarser().at(times)
-        parts = []
+        coarser_poses = self.coarser().at(times)
+        bounds = []
         for field in fields(Pose):
-            here = getattr(poses, field.name)
-            there = getattr(other, field.name)
-            size = float(np.abs(here).max())
-            parts.append(np.abs(here - there).max(axis=0, keepdims=True) + ROUNDINGS * size)
-        return Pose(*parts)
+            values = getattr(poses, field.name)
+            difference = np.abs(values - getattr(coarser_poses, field.name))
+            size = float(np.abs(values).max())
+            bounds.append(difference.max(axis=0, keepdims=True) + ROUNDINGS * size)
+        return Pose(*bounds)
 
     def at(self, times: Array) -> Pose:
-        """Pose and velocity of the body at `times` [s], shape (n,)."""
+        """Returns pose and velocity of the body at `times` [s], shape (n,)."""
         times = np.atleast_1d(np.asarray(times, dtype=np.float64))
-        which = np.clip(np.searchsorted(self.begins, times, side="right") - 1, 0, None)
+        numbers = np.clip(np.searchsorted(self.begins, times, side="right") - 1, 0, None)
         states = np.empty((times.size, 7))
-        for index in np.unique(which):
-            here = which == index
-            segment = self.segments[index]
-            local = times[here] - self.path.breakpoints[segment.interval.number]
-            states[here] = segment.states(np.clip(local, segment.start, segment.end))
+        for number in np.unique(numbers):
+            selected = numbers == number
+            segment = self.segments[number]
+            local = times[selected] - self.path.breakpoints[segment.interval.number]
+            states[selected] = segment.states(np.clip(local, segment.start, segment.end))
         slider: Complex = self.path.places(times) @ np.array([1.0, 1j])
-        speed = velocity_of_c(self.body, slider, states)
         omega, _, heading = states[:, 2:5].T
-        speed *= np.exp(1j * heading)
-        return Pose(states[:, 5:], heading, np.column_stack([speed.real, speed.imag]), omega)
+        velocity = velocity_of_c(self.body, slider, states)
+        velocity *= np.exp(1j * heading)
+        velocities = np.column_stack([velocity.real, velocity.imag])
+        return Pose(states[:, 5:], heading, velocities, omega)

@@ -1,8 +1,9 @@
-"""Pivoting: one support at rest, the body turns about it, until it stops or the support slips.
+"""Pivoting: one support rests and the body turns about it, until the turning stops or the support
+slips.
 
-With A_i at rest the angular momentum about it changes by the slider's m (CQ - CA_i) x w and by the
-moments of the two sliding supports, f N_j |A_iA_j| each against the turning: omega is a plain
-integral over time.
+With A_i at rest, two moments change the angular momentum about A_i: the slider's m (CQ - CA_i) x w,
+and those of the two sliding supports, f N_j |A_iA_j| each against the turning. So omega is an
+integral over time of known functions.
 """
 
 from __future__ import annotations
@@ -19,15 +20,15 @@ from plumbob.analytic.systems.three_points.smooth_segment import (
     Interval,
     SmoothSegment,
     State,
-    fitted,
+    fitted_coefficients,
     state_at,
 )
 
-SAMPLES = 129  # of an element, for changes of sign
-ELEMENTS = 2000  # in one piece, before giving up
+EVENT_SAMPLES = 129  # places in an element at which events are searched as changes of sign
+MAX_ELEMENTS = 2000  # largest number of elements in one piece
 UNBALANCED = 1e-3  # smallest unbalanced part of the moments as a pivot starts, over their size
-ROUNDING = 1e-15  # of the moments, in omega
-SHORTEST = 1e-13  # element over what is left of the piece: no shorter pivot begins
+OMEGA_ROUNDING = 1e-15  # rounding of omega over the largest change of omega by friction
+SHORTEST_PART = 1e-13  # shortest first element of a pivot, over the remaining time of the piece
 
 
 Ending = Literal["time", "stop", "slip"]
@@ -35,158 +36,172 @@ STOP: Ending = "stop"
 
 
 Pivoted = tuple[list[SmoothSegment], State, Ending]
-"""The segments of a pivot, the state at its end, and why it ended."""
+"""The segments of a pivot, the state at its end, and the reason why it ended."""
 
 
 @dataclass(frozen=True)
 class Pivot:
-    """A pivot about `support` in the direction `sense`, the sign of the turning, which decides the
-    friction where it has no rate, during one piece of the slider's path."""
+    """A pivot about `support` during one piece of the slider's path. `sense` is the sign of the
+    turning; it gives the direction of friction also when the angular velocity is 0."""
 
     interval: Interval
     support: int
     sense: float
 
-    def inertia(self, at: Configuration) -> Array:
+    def inertia(self, terms: Configuration) -> Array:
         """Moment of inertia about A_i [kg m^2], shape (n,)."""
         body = self.interval.body
-        support = self.interval.body.supports[self.support]
-        slider = body.mass * body.mass_ratio
-        still = body.body_inertia + (body.mass - slider) * abs(support) ** 2
-        return np.asarray(still + slider * np.abs(at.position - support) ** 2)
+        support = body.supports[self.support]
+        slider_mass = body.mass * body.mass_ratio
+        body_mass = body.mass - slider_mass
+        constant = body.body_inertia + body_mass * abs(support) ** 2
+        return np.asarray(constant + slider_mass * np.abs(terms.position - support) ** 2)
 
-    def moment(self, at: Configuration) -> Array:
-        """Moment about A_i of sliding friction [N m], shape (n,)."""
+    def moment(self, terms: Configuration) -> Array:
+        """Moment of sliding friction about A_i [N m], shape (n,)."""
         supports = self.interval.body.supports
-        return np.asarray(-self.sense * at.limits @ np.abs(supports - supports[self.support]))
+        return np.asarray(
+            -self.sense * terms.limits @ np.abs(supports - supports[self.support])
+        )
 
-    def motion(self, at: Configuration, omega: Array) -> tuple[Array, Complex]:
-        """d(omega)/dt [rad/s^2] while the body turns at `omega` [rad/s], shape (n,), and the
-        friction force F_i [N] that keeps the support at rest, in body axes."""
+    def motion(self, terms: Configuration, omega: Array) -> tuple[Array, Complex]:
+        """Returns d(omega)/dt [rad/s^2] while the body turns at `omega` [rad/s], shape (n,), and
+        the friction force F_i [N] in body axes that keeps the support at rest."""
         body = self.interval.body
         mu = body.mass_ratio
-        arm = at.position - body.supports[self.support]
-        slider = body.mass * mu
-        growth = 2.0 * slider * (arm.conjugate() * at.velocity).real
-        moment = self.moment(at)
-        rate = (moment - slider * cross(arm, at.acceleration) - growth * omega) / self.inertia(
-            at
-        )
-        to_centre = -at.arms[:, self.support]
-        acceleration = (1j * rate - omega**2) * to_centre + mu * (
-            2j * omega * at.velocity + at.acceleration
-        )
+        arm = terms.position - body.supports[self.support]
+        slider_mass = body.mass * mu
+        coriolis = 2.0 * slider_mass * (arm.conjugate() * terms.velocity).real * omega
+        reaction = slider_mass * cross(arm, terms.acceleration)
+        rate = (self.moment(terms) - reaction - coriolis) / self.inertia(terms)
+        to_centre = -terms.arms[:, self.support]
+        relative_acceleration = 2j * omega * terms.velocity + terms.acceleration
+        acceleration = (1j * rate - omega**2) * to_centre + mu * relative_acceleration
         levers = body.supports - body.supports[self.support]
         levers = levers / np.where(levers == 0.0, 1.0, np.abs(levers))
-        others = -1j * self.sense * at.limits @ levers
-        return rate, np.asarray(body.mass * acceleration - others)
+        other_friction = -1j * self.sense * terms.limits @ levers
+        return rate, np.asarray(body.mass * acceleration - other_friction)
 
-    def margins(self, coefficients: Array, places: Array) -> tuple[Array, Array, Array]:
-        """Turning speed [rad/s] and how far |F_i| is below its limit [N] at `places` of an element,
-        shape (n,), each positive until its event; and that limit."""
-        _, _, omega, time, *_ = evaluate(coefficients, places).T
-        at = self.interval.at(time)
-        needed = np.abs(self.motion(at, omega)[1])
-        limit = at.limits[:, self.support]
+    def margins(self, coefficients: Array, parameters: Array) -> tuple[Array, Array, Array]:
+        """Returns three arrays of shape (n,) at `parameters` in [0, 1] of an element: the turning
+        speed [rad/s], the margin of |F_i| below its limit [N], and that limit [N]. Each of the
+        first two is positive until its event."""
+        _, _, omega, time, *_ = evaluate(coefficients, parameters).T
+        terms = self.interval.at(time)
+        needed = np.abs(self.motion(terms, omega)[1])
+        limit = terms.limits[:, self.support]
         return self.sense * omega, limit - needed, limit
 
 
-def pivot(turning: Pivot, state: State) -> Pivoted:
-    """Turn about a support from `state` until the turning stops, the support slips, or the piece is
-    over.
+def integrate_pivot(pivot: Pivot, state: State) -> Pivoted:
+    """Integrates the turn about a support from `state` until the turning stops, the support slips,
+    or the piece ends. Returns the segments, the last state and the reason.
 
-    Raises RuntimeError if no step is small enough.
+    Raises RuntimeError if no element is short enough to be accurate, or if MAX_ELEMENTS elements do
+    not reach the end.
     """
     segments: list[SmoothSegment] = []
-    interval = turning.interval
+    interval = pivot.interval
     duration = interval.piece.duration
-    size = _first_size(turning, state, duration - state.time)
-    while len(segments) < ELEMENTS:
+    size = _first_size(pivot, state, duration - state.time)
+    while len(segments) < MAX_ELEMENTS:
         remaining = duration - state.time
         if remaining <= 0.0:
             return segments, state, "time"
         size = min(size, remaining)
-        coefficients, truncation, rounding = _solved(turning, state, size)
-        place, ending = 0.0, STOP
+        coefficients, truncation, rounding = _element(pivot, state, size)
+        parameter, ending = 0.0, STOP
         if truncation <= interval.accuracy.tolerance:
-            place, ending = _first_event(turning, coefficients, rounding)
-        if place == 0.0 and ending == STOP and size > SHORTEST * min(remaining, 1.0):
-            # Not accurate, or it turns and stops before the first sample: from rest it would never
-            # begin.
+            parameter, ending = _first_event(pivot, coefficients, rounding)
+        stops_at_once = parameter == 0.0 and ending == STOP
+        if stops_at_once and size > SHORTEST_PART * min(remaining, 1.0):
+            # The element is not accurate, or the turning stops before the first sample. If such a
+            # short turn were skipped, a pivot could never begin from rest.
             size *= 0.5
             continue
         if truncation > interval.accuracy.tolerance:
-            number = interval.number
-            raise RuntimeError(f"no step is small enough at {state.time!r} s of piece {number}")
-        reached = state_at(coefficients, place)
-        end = duration if ending == "time" and size == remaining else reached.time
-        if place > 0.0:
-            covered = (interval, state.time, end, coefficients, place)
-            segments.append(SmoothSegment("pivot", turning.support, *covered))
-        state = replace(reached, time=end)
+            place = f"{state.time!r} s of piece {interval.number}"
+            raise RuntimeError(f"no step is small enough at {place}")
+        last_state = state_at(coefficients, parameter)
+        end = duration if ending == "time" and size == remaining else last_state.time
+        if parameter > 0.0:
+            segments.append(
+                SmoothSegment(
+                    mode="pivot",
+                    support=pivot.support,
+                    interval=interval,
+                    start=state.time,
+                    end=end,
+                    coefficients=coefficients,
+                    last=parameter,
+                )
+            )
+        state = replace(last_state, time=end)
         if ending != "time":
             return segments, state, ending
         size *= 2.0
-    raise RuntimeError(f"{ELEMENTS} elements did not finish piece {interval.number}")
+    raise RuntimeError(f"{MAX_ELEMENTS} elements did not finish piece {interval.number}")
 
 
-def _first_size(turning: Pivot, state: State, remaining: float) -> float:
-    """Length of the first element [s]: the rest of the piece or, where that has no end, more than
-    friction needs to stop the turning."""
+def _first_size(pivot: Pivot, state: State, remaining: float) -> float:
+    """Returns the length of the first element [s]: the remaining time of the piece. If the piece
+    has no end, it is more than the time in which friction stops the turning."""
     if np.isfinite(remaining):
         return remaining
-    here = turning.interval.at(state.time)
-    braking = abs(float(turning.moment(here)[0]))
-    return 1.5 * abs(state.omega) * float(turning.inertia(here)[0]) / braking
+    terms = pivot.interval.at(state.time)
+    braking = abs(float(pivot.moment(terms)[0]))
+    return 1.5 * abs(state.omega) * float(pivot.inertia(terms)[0]) / braking
 
 
-def _solved(turning: Pivot, state: State, size: float) -> tuple[Array, float, float]:
-    """Coefficients of a SmoothSegment from `state` over `size` [s], their relative truncation
-    error, and the rounding of omega [rad/s]."""
-    interval = turning.interval
+def _element(pivot: Pivot, state: State, size: float) -> tuple[Array, float, float]:
+    """Returns the coefficients of a SmoothSegment from `state` over `size` [s], their relative
+    truncation error, and the rounding error of omega [rad/s]."""
+    interval = pivot.interval
     rule = interval.accuracy.rule
-    here = interval.at(state.time)
-    at = interval.at(state.time + size * rule.nodes)
-    inertia = turning.inertia(at)
-    # From the angular momentum about the support.
-    push = turning.motion(at, np.zeros(len(rule.nodes)))[0] * inertia
-    omega = (turning.inertia(here) * state.omega + size * rule.integral @ push) / inertia
-    # The round-off speed that the support had as it stuck is set to zero here.
-    point = -1j * state.omega * complex(here.arms[0, turning.support])
-    moved = -1j * omega * at.arms[:, turning.support] - point
-    moved = np.column_stack([moved.real, moved.imag, omega - state.omega, size * rule.nodes])
-    slopes: Array = np.asarray(np.linalg.solve(rule.integral, moved))
-    gain = size * float((np.abs(turning.moment(at)) / inertia).max())
-    rate = max(float(np.abs(omega).max()), UNBALANCED * gain, 1e-300)
-    speed = rate * float(np.abs(here.arms).max())
+    first_terms = interval.at(state.time)
+    terms = interval.at(state.time + size * rule.nodes)
+    inertia = pivot.inertia(terms)
+    # The angular momentum about the support gives omega.
+    moment = pivot.motion(terms, np.zeros(len(rule.nodes)))[0] * inertia
+    omega = (pivot.inertia(first_terms) * state.omega + size * rule.integral @ moment) / inertia
+    # The support stuck with a speed of round-off: this velocity has a support speed of exactly 0.
+    velocity = -1j * state.omega * complex(first_terms.arms[0, pivot.support])
+    change = -1j * omega * terms.arms[:, pivot.support] - velocity
+    changes = [change.real, change.imag, omega - state.omega, size * rule.nodes]
+    slopes: Array = np.asarray(np.linalg.solve(rule.integral, np.column_stack(changes)))
+    friction_gain = size * float((np.abs(pivot.moment(terms)) / inertia).max())
+    rate = max(float(np.abs(omega).max()), UNBALANCED * friction_gain, 1e-300)
+    speed = rate * float(np.abs(first_terms.arms).max())
+    truncation = rule.truncation(slopes, np.array([speed, speed, rate, size]))
     return (
-        fitted(interval, replace(state, point=point), slopes),
-        rule.truncation(slopes, np.array([speed, speed, rate, size])),
-        ROUNDING * gain,
+        fitted_coefficients(interval, replace(state, velocity=velocity), slopes),
+        truncation,
+        OMEGA_ROUNDING * friction_gain,
     )
 
 
-def _first_event(turning: Pivot, coefficients: Array, rounding: float) -> tuple[float, Ending]:
-    """The place in [0, 1] of an element's first event, and what happens there: the turning stops,
-    the support slips, or neither."""
+def _first_event(pivot: Pivot, coefficients: Array, rounding: float) -> tuple[float, Ending]:
+    """Returns the parameter in [0, 1] of an element's first event, and the event: the turning
+    stops, the support slips, or the element ends. `rounding` is the error of omega [rad/s]."""
     from scipy.optimize import brentq
 
-    places = np.linspace(0.0, 1.0, SAMPLES)
-    speed, reserve, limits = turning.margins(coefficients, places)
+    parameters = np.linspace(0.0, 1.0, EVENT_SAMPLES)
+    speed, reserve, limits = pivot.margins(coefficients, parameters)
     events: list[tuple[float, Ending]] = [(1.0, "time")]
+    # A margin below zero by no more than these errors does not count as an event.
     roundings = rounding + 1e-14 * float(speed.max()), 1e-11 * float(limits[0])
     endings: tuple[Ending, Ending] = ("stop", "slip")
-    for which, margins in enumerate((speed, reserve)):
+    for number, margins in enumerate((speed, reserve)):
 
-        def margin(place: float, which: int = which) -> float:
-            return float(turning.margins(coefficients, np.array([place]))[which][0])
+        def margin(parameter: float, number: int = number) -> float:
+            return float(pivot.margins(coefficients, np.array([parameter]))[number][0])
 
-        below = np.flatnonzero(margins < -roundings[which])
+        below = np.flatnonzero(margins < -roundings[number])
         if below.size:
             high = int(below[0])
             low = max(high - 1, 0)
-            place = float(places[low])
+            event = float(parameters[low])
             if margins[low] > 0.0:
-                place = float(brentq(margin, place, places[high], xtol=1e-16, rtol=1e-15))
-            events.append((place, endings[which]))
+                event = float(brentq(margin, event, parameters[high], xtol=1e-16, rtol=1e-15))
+            events.append((event, endings[number]))
     return min(events)

@@ -1,4 +1,4 @@
-"""A motion of the body in the plane as a reference."""
+"""The body's motion in the plane as a reference."""
 
 from __future__ import annotations
 
@@ -16,72 +16,76 @@ from plumbob.analytic.systems.capsule import (
 )
 from plumbob.analytic.systems.three_points.friction import Start
 
-ROUNDINGS = 8 * ROUNDOFF  # of parameters and times, and of the change to the axes of the start
-# Times the difference from a coarser computation. In one motion of sixty the errors of both happen
-# to be alike; the difference at some times is then no larger than the error at others.
-SURE = 2.0
+ROUNDINGS = 8 * ROUNDOFF  # relative rounding of parameters, times and the change of axes
+# The stated error is this factor times the difference from a coarser computation. In one motion in
+# sixty both computations happen to have similar errors. At some times the difference is then no
+# larger than the error at other times.
+ERROR_FACTOR = 2.0
 
 
 @dataclass(frozen=True, eq=False)
 class PlaneReference(LinearResponse):
-    """Observables of a motion in the plane: C starts at the origin, with heading 0."""
+    """Observables of a body's motion in the plane. C starts at the origin, with heading 0."""
 
     motion: Any
-    """A ThreePointMotion, or several equal ones: its body, path, pose at any time, and error."""
-    sure: float = SURE
-    """Times the motion's error in what is stated of a pose. Stencils take the error itself: they
-    measure by how much it varies from one neighbour to another."""
-    closed_form: ClassVar[None] = None  # integrated from event to event
+    """A ThreePointMotion or a RepeatedTurn: it has a capsule, a path, poses and an error."""
+    error_factor: float = ERROR_FACTOR
+    """Factor on the motion's error in the uncertainty of a pose. Stencils use the factor 1: they
+    measure how much the error varies from one neighbour to another."""
+    closed_form: ClassVar[None] = None  # the motion is integrated from event to event
 
     @remembered
     def observe(self, times: Array) -> Signals:
         """Exact x, y of C [m], velocity_x, velocity_y [m/s], heading [rad], heading_rate [rad/s]
-        and normal_force_1..3 [N] at `times` [s], shape (n,); body_angle is the heading by the
-        source's name."""
-        now = self.motion.at(times)
-        (x, y) = now.position.T
-        (velocity_x, velocity_y) = now.velocity.T
+        and normal_force_1..3 [N] at `times` [s], shape (n,). body_angle equals heading: it is the
+        name in the source."""
+        pose = self.motion.at(times)
+        (x, y) = pose.position.T
+        (velocity_x, velocity_y) = pose.velocity.T
+        places = self.motion.path.places(times)
         return {
-            "body_angle": now.heading,
+            "body_angle": pose.heading,
             "x": x,
             "y": y,
             "velocity_x": velocity_x,
             "velocity_y": velocity_y,
-            "heading": now.heading,
-            "heading_rate": now.angular_velocity,
-            **by_support(normal_forces(self.motion.capsule, self.motion.path.places(times))),
+            "heading": pose.heading,
+            "heading_rate": pose.angular_velocity,
+            **by_support(normal_forces(self.motion.capsule, places)),
         }
 
     def uncertainty(self, times: Array) -> Signals:
-        """The error of the motion, and that of rounded inputs, at `times` [s], shape (n,)."""
+        """Bound on the error of each observable at `times` [s], shape (n,), by the motion's error
+        and by rounded inputs."""
         error = self.motion.error
-        observed = self.observe(times)
-        pose = self.sure * np.concatenate(
-            [
-                error.heading,
-                *error.position,
-                *error.velocity,
-                error.heading,
-                error.angular_velocity,
-            ]
-        )
-        bounds = (*pose.tolist(), *3 * (self._load_uncertainty(times),))
-        return {
-            name: np.full(np.shape(times), bound + ROUNDINGS * float(np.abs(values).max()))
-            for (name, values), bound in zip(observed.items(), bounds, strict=True)
-        }
+        pose_errors = [
+            error.heading,
+            *error.position,
+            *error.velocity,
+            error.heading,
+            error.angular_velocity,
+        ]
+        pose_bounds = self.error_factor * np.concatenate(pose_errors)
+        bounds = (*pose_bounds.tolist(), *3 * (self._load_uncertainty(times),))
+        uncertainty = {}
+        for (name, values), bound in zip(self.observe(times).items(), bounds, strict=True):
+            rounding = ROUNDINGS * float(np.abs(values).max())
+            uncertainty[name] = np.full(np.shape(times), bound + rounding)
+        return uncertainty
 
     def _load_uncertainty(self, times: Array) -> float:
-        """Of each N_i [N]: its arithmetic, and the times at which the slider is where it is."""
+        """Bound on the error of each N_i [N], by its arithmetic and by rounded times, which move
+        the slider."""
         capsule = self.motion.capsule
-        (places, speeds, _) = self.motion.path.kinematics(times)
-        late = ROUNDINGS * float(np.max(np.abs(times))) * float(np.hypot(*speeds.T).max())
+        (places, velocities, _) = self.motion.path.kinematics(times)
+        time_rounding = ROUNDINGS * float(np.max(np.abs(times)))
+        displacement = time_rounding * float(np.hypot(*velocities.T).max())
         reach = float(np.hypot(*places.T).max())
-        return float(normal_force_uncertainty(capsule, reach, late))
+        return float(normal_force_uncertainty(capsule, reach, displacement))
 
     @property
-    def begun(self) -> Start:
-        """How the body moves at first."""
+    def start(self) -> Start:
+        """The initial velocity of C and the initial angular velocity."""
         first = self.motion.at(np.zeros(1))
         x, y = first.velocity[0].tolist()
         return Start((x, y), float(first.angular_velocity[0]))

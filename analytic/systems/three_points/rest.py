@@ -1,8 +1,9 @@
 """Coulomb points at rest: whether static friction suffices, and until when.
 
-The body sticks when a.n <= sum f N_i |G_i a| for every acceleration a = (x, y, angle) of the body,
-G_i a being that of support i and n the wrench that moves the body: n then lies in the sum of the
-friction discs. How far it is from that, and how motion starts, is decided in `implicit_friction`.
+A wrench n moves the body at rest. For an acceleration a = (x, y, angle) of the body, support i has
+the acceleration G_i a. The body sticks if a.n <= sum f N_i |G_i a| for every a: then n lies in the
+sum of the friction discs. `implicit_friction` decides how far n is from that set, and how motion
+starts.
 """
 
 from __future__ import annotations
@@ -22,49 +23,63 @@ from plumbob.analytic.systems.three_points.equations import (
     cross,
     mechanics,
 )
-from plumbob.analytic.systems.three_points.implicit_friction import load_factor, simply_held
+from plumbob.analytic.systems.three_points.implicit_friction import load_factor, surely_sticks
 
-EDGE = 1e-12  # a wrench this near the friction limit, relatively, counts as within it
-SAMPLES = 65  # of a rest, for the first time at which friction does not suffice
+LIMIT_ROUNDING = 1e-12  # relative excess over the friction limit at which the body still sticks
+# times in a rest at which the load is examined, to bracket the end of the rest
+LOAD_SAMPLES = 65
 
 
-def needed_wrench(body: Mechanics, at: Configuration) -> tuple[Complex, Array]:
-    """Force [N] and torque about G [N m] that friction must balance for the body to stay at rest,
-    shape (n,): the slider's reaction -m w."""
-    force = -body.mass * body.mass_ratio * at.acceleration
-    return np.asarray(force), -body.reduced_mass * cross(at.position, at.acceleration)
+def needed_wrench(body: Mechanics, terms: Configuration) -> tuple[Complex, Array]:
+    """Returns the force [N] and the torque about G [N m], shape (n,), that friction must balance
+    for the body to stay at rest: the slider's reaction -m w."""
+    force = -body.mass * body.mass_ratio * terms.acceleration
+    return np.asarray(force), -body.reduced_mass * cross(terms.position, terms.acceleration)
 
 
 def excess_load(body: Mechanics, piece: Piece, time: float) -> float:
-    """Load factor of static friction at local `time` [s], less 1: the body sticks up to 0."""
-    at = configuration(body, piece, np.array([time]))
-    (force,), (torque,) = needed_wrench(body, at)
-    return load_factor(at.limits[0].tolist(), at.arms[0].tolist(), force, torque)[0] - 1.0
+    """Returns the load factor of static friction at local `time` [s], minus 1: the body sticks if
+    the result is at most 0."""
+    terms = configuration(body, piece, np.array([time]))
+    (force,), (torque,) = needed_wrench(body, terms)
+    return load_factor(terms.limits[0].tolist(), terms.arms[0].tolist(), force, torque)[0] - 1.0
 
 
 def holding_limit(capsule: Capsule, place: complex, direction: float) -> float:
-    """Largest |w| [m/s^2] of the slider at `place` relative to C [m], along `direction` [rad, from
-    the body's x axis], that leaves the body at rest: the load is proportional to |w|. Along lines
-    through C it is f g/mu (Chernousko 2020, eq. 21)."""
+    """Returns the largest acceleration |w| [m/s^2] of the slider that leaves the body at rest, with
+    the slider at `place` relative to C [m] and w along `direction` [rad, from the body's x axis].
+    On lines through C it is f g/mu (Chernousko 2020, eq. 21). The load is proportional to |w|."""
     trial = capsule.holding_acceleration
-    piece = StraightPiece(1.0, (place.real, place.imag), direction, 0.0, 0.0, trial)
+    piece = StraightPiece(
+        duration=1.0,
+        origin=(place.real, place.imag),
+        direction=direction,
+        position=0.0,
+        speed=0.0,
+        acceleration=trial,
+    )
     return trial / (1.0 + excess_load(mechanics(capsule), piece, 0.0))
 
 
 def held_until(body: Mechanics, piece: Piece, start: float) -> float | None:
-    """First local time [s] after `start` at which static friction no longer suffices, or None if it
-    does to the end of the `piece`; where that has no end nothing changes."""
+    """Returns the first local time [s] after `start` at which static friction no longer suffices.
+    Returns None if it suffices to the end of the `piece`, or if the piece has no end: then the load
+    is constant."""
     from scipy.optimize import brentq
 
-    if not np.isfinite(duration := piece.duration):
+    duration = piece.duration
+    if not np.isfinite(duration):
         return None
-    fractions = 0.5 * (1.0 - np.cos(np.linspace(0.0, np.pi, SAMPLES)))
+    fractions = 0.5 * (1.0 - np.cos(np.linspace(0.0, np.pi, LOAD_SAMPLES)))
     times = start + (duration - start) * fractions
-    at = configuration(body, piece, times)
-    pulls = zip(*needed_wrench(body, at), strict=True)
+    terms = configuration(body, piece, times)
+    wrenches = zip(*needed_wrench(body, terms), strict=True)
     excess = partial(excess_load, body, piece)
-    for k, (limits, arms, pull) in enumerate(zip(at.limits, at.arms, pulls, strict=True)):
-        if k == 0 or simply_held(limits, arms, *pull) or excess(float(times[k])) <= EDGE:
+    samples = zip(terms.limits, terms.arms, wrenches, strict=True)
+    for k, (limits, arms, wrench) in enumerate(samples):
+        if k == 0 or surely_sticks(limits, arms, *wrench):
+            continue
+        if excess(float(times[k])) <= LIMIT_ROUNDING:
             continue
         low = float(times[k - 1])
         high = float(times[k])

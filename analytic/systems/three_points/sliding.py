@@ -1,16 +1,17 @@
-"""Sliding: all three supports move, until one of them, or the whole body, comes to rest.
+"""Sliding: all three supports move, until one support or the whole body comes to rest.
 
 Near v_i = 0 the support obeys dv/dt = alpha - c B v/|v|, with c = f N_i and B its 2 x 2 mobility.
-With v = rho e the direction obeys rho d(theta)/dt = h'(theta), h = e.alpha - (c/2) e.Be, so it
-settles on a maximum of h while rho falls to zero at a finite time, s later: v = s (a + b s^k + ...)
-with an exponent k > 0 that is not an integer. There is no change of sign to find, and no power
-series. In sigma (see `sliding_rates`) rho and the error of the direction decay exponentially, which
-polynomials follow, and a few elements reduce rho to round-off; a near miss is smooth in sigma too.
+With v = rho e the direction obeys rho d(theta)/dt = h'(theta), h = e.alpha - (c/2) e.Be. So the
+direction tends to a maximum of h while rho falls to zero at a finite time. At the time s before
+that, v = s (a + b s^k + ...) with an exponent k > 0 that is not an integer. There is no change of
+sign to find, and no power series. In sigma (see `sliding_rates`) rho and the error of the direction
+decay exponentially. Polynomials approximate such a decay well, and a few elements reduce rho to
+round-off. A near miss is smooth in sigma too.
 
-Whether the support then sticks is a separate question (`three_points.rest`): it does when
-|B^-1 alpha| <= c, and then v = 0 attracts every direction, because v.B^-1 v falls. When it does
-not, h may still have a second, lower maximum with rho falling (B must differ between its axes): an
-open set of motions meets v = 0 exactly and leaves it again at once along the other ray.
+Whether the support then sticks is a separate question (`three_points.rest`). It sticks when |B^-1
+alpha| <= c: then v = 0 attracts every direction, because v.B^-1 v falls. If it does not stick, h
+may still have a second, lower maximum with rho falling (B must differ between its axes). An open
+set of motions then meets v = 0 exactly and leaves it again at once along the other ray.
 """
 
 from __future__ import annotations
@@ -23,7 +24,7 @@ import numpy as np
 from plumbob.analytic.numerics.collocation import collocate, linearised
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.three_points.equations import (
-    IN_TIME,
+    TIME_CLOCK,
     Clock,
     Configuration,
     sliding_rates,
@@ -33,43 +34,45 @@ from plumbob.analytic.systems.three_points.smooth_segment import (
     Interval,
     SmoothSegment,
     State,
-    fitted,
+    fitted_coefficients,
     monotone_root,
     speed_scale,
     state_at,
 )
 
-STUCK = 2e-14  # speed of a support over speed_scale: only round-off is left
-STOPPED = 1e-12  # the same for the whole body, over its speed in this piece
+STUCK = 2e-14  # speed of a support that is round-off, over speed_scale
+STOPPED = 1e-12  # speed of a whole body that is round-off, over its largest in this piece
 UNBALANCED = 1e-3  # smallest unbalanced part of the forces as a slide starts, over their size
 STEEPNESS = 0.045  # reciprocal of the power of the element's length in the truncation error
-SMALLEST = 1e-14  # element over the time scale
-LEAST_TRUNCATION = 1e-18  # an element may not grow without bound after an exact one
-GROWTH = (0.2, 0.9)  # least and largest factor on an element that has to be shortened
-FIRST = 2.0  # length in sigma: e-folds of the speed that changes fastest
-NEAR_POLE = 3.0  # time scales from a zero of v_i, within which the element runs in sigma
-REACH = 4.0  # times the time in which the slowest change stops a support
-FLOOR = 0.3  # of the speed at which a support counts as stuck: where an element may end
-ELEMENTS = 2000  # in one piece, before giving up
+SMALLEST = 1e-14  # length of the shortest element over its time scale
+# lower bound on the truncation error, which bounds an element's growth
+LEAST_TRUNCATION = 1e-18
+GROWTH = (0.2, 0.9)  # smallest and largest factor on an element that has to be shortened
+FIRST_SIGMA = 2.0  # first length in sigma: e-folds of the speed that changes fastest
+NEAR_POLE = 3.0  # largest distance from a zero of v_i, in time scales, for a run in sigma
+REACH = 4.0  # longest time scale over the time in which the slowest change stops a support
+END_SPEED = 0.3  # smallest speed at the end of an element over the speed that counts as stuck
+MAX_ELEMENTS = 2000  # largest number of elements in one piece
 
-# times since the start, slider -> states (n, 3)
+# A function of the times since the start and the slider; it returns states, shape (n, 3).
 Guess = Callable[[Array, Configuration], Array]
 Slid = tuple[list[SmoothSegment], State, tuple[int, ...]]
-"""The segments of a slide, the state at its end, and the supports then at rest."""
+"""The segments of a slide, the state at its end, and the supports that are then at rest."""
 
 
 @dataclass(frozen=True)
 class ElementPlan:
-    """How the element from `state`, with the slider as in `at`, is to be solved.
+    """How to solve the element that begins at `state`, with the slider's `terms`.
 
-    `clock` is that of `sliding_rates`, `time_scale` [s] and `longest` the length to begin with and
-    the largest in its variable; `slowing` [m/s^2] is the largest |dv_i/dt|, and `guess` gives first
-    slopes at the nodes for a length.
+    The element's variable is time, or the sigma of `sliding_rates` with this `clock`. `longest` is
+    the largest length of the element in that variable. `time_scale` [s] is the first length of an
+    element in time. `slowing` [m/s^2] is the largest |dv_i/dt|. `guess` returns first slopes at the
+    nodes for a given length.
     """
 
     interval: Interval
     state: State
-    at: Configuration
+    terms: Configuration
     clock: Clock
     longest: float
     time_scale: float
@@ -77,23 +80,28 @@ class ElementPlan:
     guess: Callable[[float], Array]
 
     def scale(self, change: Array) -> Array:
-        """Size of (p_x, p_y, omega, t) in an element with a first guess of its largest `change`,
-        shape (4,): of the speed not below what forces would give if they did not balance."""
-        mass = self.interval.body.mass
-        unbalanced = UNBALANCED * _acceleration(self.interval, self.at) * change[3]
-        speed = max(speed_scale(self.at, self.state), float(change[:2].max()), unbalanced)
-        time = speed / self.slowing if self.clock is not IN_TIME else self.time_scale
-        return np.array([speed, speed, speed * float(np.sqrt(mass / self.at.inertia[0])), time])
+        """Returns the sizes of (p_x, p_y, omega, t) in an element, shape (4,), from a first guess
+        of their largest `change`, shape (4,). The size of the speed is at least the speed that the
+        forces would give if a part UNBALANCED of them did not balance."""
+        body = self.interval.body
+        unbalanced = (
+            UNBALANCED * _unbalanced_acceleration(self.interval, self.terms) * change[3]
+        )
+        largest_change = float(change[:2].max())
+        speed = max(speed_scale(self.terms, self.state), largest_change, unbalanced)
+        turning = speed * float(np.sqrt(body.mass / self.terms.inertia[0]))
+        time = self.time_scale if self.clock is TIME_CLOCK else speed / self.slowing
+        return np.array([speed, speed, turning, time])
 
     def slopes(self, size: float, scale: Array, guess: Array) -> Array | None:
-        """Slopes at the nodes, shape (n, 4), of the element of length `size`, from a `guess`; None
-        where Newton's method does not converge."""
+        """Returns the slopes at the nodes, shape (n, 4), of the element of length `size`, from a
+        `guess`. Returns None if Newton's method does not converge."""
         body = self.interval.body
         rule = self.interval.accuracy.rule
 
-        def right_hand_side(states: Array, derived: bool) -> tuple[Array, Array]:
-            at = self.interval.at(states[:, 3])
-            rates, derivative = sliding_rates(body, at, states, self.clock, derived)
+        def right_hand_side(states: Array, with_derivatives: bool) -> tuple[Array, Array]:
+            terms = self.interval.at(states[:, 3])
+            rates, derivative = sliding_rates(body, terms, states, self.clock, with_derivatives)
             return size * rates, size * derivative
 
         with np.errstate(all="ignore"):
@@ -101,145 +109,182 @@ class ElementPlan:
             return collocate(rule, right_hand_side, start, guess, scale, all_derivatives=False)
 
 
-def slide(
+def integrate_slide(
     interval: Interval, state: State, departure: Guess | None = None, slipped: int = -1
 ) -> Slid:
-    """Slide from `state` until a support comes to rest or the piece is over.
+    """Integrates a slide from `state` until a support comes to rest or the piece ends. Returns the
+    segments, the last state, and the supports at rest.
 
-    `departure` gives first guesses of (p_x, p_y, omega) where a support starts from rest: the
-    equations define no direction at v_i = 0, and one solution leaves it smoothly. `slipped` is that
-    support. Raises RuntimeError when no element is small enough.
+    `departure` gives first guesses of (p_x, p_y, omega) if the support `slipped` starts from rest:
+    at v_i = 0 the equations define no direction, and one solution leaves it smoothly. Raises
+    RuntimeError if no element is short enough.
     """
     segments: list[SmoothSegment] = []
     size = 0.0
-    timed = True
+    in_time = True
     fastest = 0.0
     duration = interval.piece.duration
-    while len(segments) < ELEMENTS:
-        at = interval.at(state.time)
-        fastest = max(fastest, speed_scale(at, state))
-        still = () if departure is not None else at_rest(at, state, fastest)
-        if still or state.time >= duration:
-            return segments, state, still
+    while len(segments) < MAX_ELEMENTS:
+        terms = interval.at(state.time)
+        fastest = max(fastest, speed_scale(terms, state))
+        resting = () if departure is not None else resting_supports(terms, state, fastest)
+        if resting or state.time >= duration:
+            return segments, state, resting
         if departure is not None:
-            plan = _departing(interval, at, state, departure)
+            plan = _departure_plan(interval, terms, state, departure)
         else:
-            plan = _continuing(interval, at, state, fastest)
-        if size == 0.0 or timed != (plan.clock is IN_TIME):
-            timed = plan.clock is IN_TIME
-            size = plan.time_scale if timed else FIRST
+            plan = _continuation_plan(interval, terms, state, fastest)
+        if size == 0.0 or in_time != (plan.clock is TIME_CLOCK):
+            in_time = plan.clock is TIME_CLOCK
+            size = plan.time_scale if in_time else FIRST_SIGMA
         coefficients, length, size = _element(plan, min(size, plan.longest))
 
         last = 1.0
         end = float(coefficients[:, 3].sum())
-        if timed and length == duration - state.time:
+        if in_time and length == duration - state.time:
             end = duration
         elif end > duration:
             last = float(monotone_root(coefficients[:, 3], np.array([duration]))[0])
             end = duration
         segments.append(
-            SmoothSegment("slide", slipped, interval, state.time, end, coefficients, last)
+            SmoothSegment(
+                mode="slide",
+                support=slipped,
+                interval=interval,
+                start=state.time,
+                end=end,
+                coefficients=coefficients,
+                last=last,
+            )
         )
         state = replace(state_at(coefficients, last), time=end)
         departure, slipped = None, -1
-    raise RuntimeError(f"{ELEMENTS} elements did not finish piece {interval.number}")
+    raise RuntimeError(f"{MAX_ELEMENTS} elements did not finish piece {interval.number}")
 
 
-def at_rest(at: Configuration, state: State, fastest: float) -> tuple[int, ...]:
-    """Supports whose speed is round-off; all of them where the body's is, compared with the
-    `fastest` [m/s] of this piece."""
-    point = np.array([state.point])
+def resting_supports(terms: Configuration, state: State, fastest: float) -> tuple[int, ...]:
+    """Returns the supports whose speed is round-off. Returns all three if the speed of the whole
+    body is round-off compared with `fastest` [m/s], the largest speed in this piece."""
+    velocity = np.array([state.velocity])
     omega = np.array([state.omega])
-    speeds = np.abs(support_velocities(at, point, omega)[0])
+    speeds = np.abs(support_velocities(terms, velocity, omega)[0])
     if speeds.max() <= STOPPED * fastest:
         return (0, 1, 2)
-    return tuple(int(i) for i in np.flatnonzero(speeds <= STUCK * speed_scale(at, state)))
+    numbers = np.flatnonzero(speeds <= STUCK * speed_scale(terms, state))
+    return tuple(int(number) for number in numbers)
 
 
-def _acceleration(interval: Interval, at: Configuration) -> float:
-    """Acceleration [m/s^2] that the forces would give if they did not balance."""
+def _unbalanced_acceleration(interval: Interval, terms: Configuration) -> float:
+    """Returns the acceleration [m/s^2] of the body if all friction forces and the slider's reaction
+    acted in the same direction."""
     body = interval.body
-    push = body.mass_ratio * abs(complex(at.acceleration[0]))
-    return float(at.limits[0].sum()) / body.mass + push
+    slider_part = body.mass_ratio * abs(complex(terms.acceleration[0]))
+    return float(terms.limits[0].sum()) / body.mass + slider_part
 
 
-def _departing(
-    interval: Interval, at: Configuration, state: State, departure: Guess
+def _departure_plan(
+    interval: Interval, terms: Configuration, state: State, departure: Guess
 ) -> ElementPlan:
-    """The element in which a support starts from rest, in time; `at` is where the slider is
-    then."""
+    """Returns the plan of an element in which a support starts from rest. It runs in time; `terms`
+    are the slider's at the start."""
     time_scale = interval.piece.duration - state.time
     rule = interval.accuracy.rule
     if not np.isfinite(time_scale):
-        time_scale = 4.0 * speed_scale(at, state) / _acceleration(interval, at)
+        time_scale = 4.0 * speed_scale(terms, state) / _unbalanced_acceleration(interval, terms)
 
     def guess(size: float) -> Array:
-        times = size * rule.nodes
-        later = interval.at(state.time + times)
-        states = np.column_stack([departure(times, later), state.time + times])
+        elapsed = size * rule.nodes
+        times = state.time + elapsed
+        states = np.column_stack([departure(elapsed, interval.at(times)), times])
         return np.asarray(np.linalg.solve(rule.integral, states - state.row))
 
-    return ElementPlan(interval, state, at, IN_TIME, time_scale, time_scale, 0.0, guess)
+    return ElementPlan(
+        interval=interval,
+        state=state,
+        terms=terms,
+        clock=TIME_CLOCK,
+        longest=time_scale,
+        time_scale=time_scale,
+        slowing=0.0,
+        guess=guess,
+    )
 
 
-def _continuing(
-    interval: Interval, at: Configuration, state: State, fastest: float
+def _continuation_plan(
+    interval: Interval, terms: Configuration, state: State, fastest: float
 ) -> ElementPlan:
-    """The element that continues sliding from `state`, with the slider as in `at`; `fastest` [m/s]
-    is the largest speed scale met in the piece."""
+    """Returns the plan of the element that continues a slide from `state`, with the slider's
+    `terms`. `fastest` [m/s] is the largest speed scale so far in the piece."""
     body = interval.body
     start = state.row[None, :]
-    velocities = support_velocities(at, np.array([state.point]), np.array([state.omega]))[0]
-    rate = sliding_rates(body, at, start, derived=False)[0][0]
-    changes = complex(rate[0], rate[1]) + 1j * rate[2] * at.arms[0]
-    changes = changes - 1j * state.omega * body.mass_ratio * at.velocity[0]
+    omega = np.array([state.omega])
+    velocities = support_velocities(terms, np.array([state.velocity]), omega)[0]
+    state_rates = sliding_rates(body, terms, start, with_derivatives=False)[0][0]
+    support_accelerations = (
+        complex(state_rates[0], state_rates[1]) + 1j * state_rates[2] * terms.arms[0]
+    )
+    support_accelerations = (
+        support_accelerations - 1j * state.omega * body.mass_ratio * terms.velocity[0]
+    )
     speeds = np.abs(velocities)
-    slowing = np.abs(changes)
+    slowing = np.abs(support_accelerations)
     time_scale = interval.piece.duration - state.time
     time_scale = min(time_scale, REACH * float((speeds / slowing).max()))
-    clock, longest = IN_TIME, time_scale
-    # v_i + t dv_i/dt vanishes at a complex time, |v_i|/|dv_i/dt| from here: a pole of the forces.
+    clock, longest = TIME_CLOCK, time_scale
+    # v_i + t dv_i/dt vanishes at a complex time at the distance |v_i|/|dv_i/dt|: a pole of the
+    # forces.
     if (speeds < NEAR_POLE * time_scale * slowing).any():
         clock = (1.0 / time_scale, slowing)
-    rates, derivative = sliding_rates(body, at, start, clock)
-    if clock is not IN_TIME:
-        decay = -float(rates[0, 3]) * (velocities.conjugate() * changes).real / speeds**2
-        longest = _longest_decay(decay, speeds, speed_scale(at, state), fastest)
+    rates, derivative = sliding_rates(body, terms, start, clock)
+    if clock is not TIME_CLOCK:
+        time_rate = float(rates[0, 3])
+        decay = -time_rate * (velocities.conjugate() * support_accelerations).real / speeds**2
+        longest = _longest_decay(decay, speeds, speed_scale(terms, state), fastest)
 
     def guess(size: float) -> Array:
         return size * linearised(rates[0], derivative[0], size * interval.accuracy.rule.nodes)
 
     return ElementPlan(
-        interval, state, at, clock, longest, time_scale, float(slowing.max()), guess
+        interval=interval,
+        state=state,
+        terms=terms,
+        clock=clock,
+        longest=longest,
+        time_scale=time_scale,
+        slowing=float(slowing.max()),
+        guess=guess,
     )
 
 
 def _longest_decay(decay: Array, speeds: Array, speed: float, fastest: float) -> float:
-    """Length in sigma over which the support `speeds` that falls fastest, at the rates `decay`, is
-    reduced to round-off of the `speed` scale and of the `fastest` [m/s]."""
+    """Returns the length in sigma over which the fastest falling of the support `speeds` is reduced
+    to round-off, compared with the scale `speed` and with `fastest` [m/s]. `decay` are the rates at
+    which the logarithms of the speeds fall."""
     first = int(np.argmax(decay))
     if not decay[first] > 0.0:
         return float(np.inf)
-    floor = FLOOR * max(STUCK * speed, STOPPED * fastest * float(speeds[first] / speeds.max()))
-    return float(np.log(speeds[first] / floor) / decay[first])
+    stopped = STOPPED * fastest * float(speeds[first] / speeds.max())
+    end_speed = END_SPEED * max(STUCK * speed, stopped)
+    return float(np.log(speeds[first] / end_speed) / decay[first])
 
 
 def _element(plan: ElementPlan, size: float) -> tuple[Array, float, float]:
-    """SmoothSegment coefficients of the element of length `size` or less, shortened until its
-    truncation error is within the tolerance; its length in its variable, and the next one's. Raises
-    RuntimeError when none is short enough."""
+    """Returns the coefficients of the element, its length in its variable, and a length for the
+    next element. The element is `size` long, or shorter if its truncation error would exceed the
+    tolerance. Raises RuntimeError if no length is short enough."""
     rule = plan.interval.accuracy.rule
     tolerance = plan.interval.accuracy.tolerance
-    least = SMALLEST * (1.0 if plan.clock is not IN_TIME else plan.time_scale)
+    smallest = SMALLEST * (plan.time_scale if plan.clock is TIME_CLOCK else 1.0)
     guess = plan.guess(size)
-    while size >= least:
+    while size >= smallest:
         scale = plan.scale(np.abs(rule.integral @ guess).max(axis=0))
         slopes = plan.slopes(size, scale, guess)
         truncation = np.inf if slopes is None else rule.truncation(slopes, scale)
-        change = 0.9 * (tolerance / max(truncation, LEAST_TRUNCATION)) ** STEEPNESS
+        growth = 0.9 * (tolerance / max(truncation, LEAST_TRUNCATION)) ** STEEPNESS
         if slopes is not None and truncation <= tolerance:
-            return fitted(plan.interval, plan.state, slopes), size, size * change
-        shorter = min(GROWTH[1], max(GROWTH[0], change))
-        size *= shorter
-        guess = plan.guess(size) if slopes is None else rule.shortened(slopes, shorter)
+            coefficients = fitted_coefficients(plan.interval, plan.state, slopes)
+            return coefficients, size, size * growth
+        factor = min(GROWTH[1], max(GROWTH[0], growth))
+        size *= factor
+        guess = plan.guess(size) if slopes is None else rule.shortened(slopes, factor)
     raise RuntimeError(f"no step is small enough at {plan.state.time!r} s of a piece")

@@ -1,4 +1,4 @@
-"""A smooth segment of motion in one mode, kept as polynomials, and the state between segments."""
+"""A smooth segment of motion in one mode, stored as polynomials, and the state between segments."""
 
 from __future__ import annotations
 
@@ -18,15 +18,17 @@ from plumbob.analytic.systems.three_points.equations import (
     configuration,
 )
 
-CLOSE = 1e-9  # Newton converges quadratically: the step after one this small is round-off
+# size of the last Newton step: convergence is quadratic, so the next step would be round-off
+SMALL_STEP = 1e-9
 NEWTON_STEPS = 8
-BRACKETS = 64  # of a segment, to start Newton's method from
+BRACKETS = 64  # intervals of a segment in which Newton's method starts
 Mode = Literal["slide", "pivot", "rest"]
 
 
 @dataclass(frozen=True)
 class Accuracy:
-    """Discretisation: the collocation rule, and the relative truncation error of an element."""
+    """The discretisation: the collocation rule, and the tolerance on the relative truncation error
+    of an element."""
 
     rule: Collocation
     tolerance: float
@@ -34,7 +36,7 @@ class Accuracy:
 
 @dataclass(frozen=True)
 class Interval:
-    """The time in which the slider follows one piece of its path, of that `number`."""
+    """The time during which the slider follows the piece number `number` of its path."""
 
     body: Mechanics
     piece: Piece
@@ -42,34 +44,35 @@ class Interval:
     accuracy: Accuracy
 
     def at(self, times: float | Array) -> Configuration:
-        """The slider's part in the equations at local `times` [s], shape (n,), or at one."""
+        """Returns the slider's terms in the equations at local `times` [s], shape (n,), or at one
+        time."""
         return configuration(self.body, self.piece, np.atleast_1d(times))
 
 
 @dataclass(frozen=True)
 class State:
-    """State at local `time` [s] of a piece: velocity p of the body's point at G in body axes
-    [m/s], angular velocity [rad/s], heading psi [rad], place of C on the ground [m]."""
+    """State at local `time` [s] of a piece: velocity p of the body's point at G in body axes [m/s],
+    angular velocity [rad/s], heading psi [rad], position of C on the ground [m]."""
 
     time: float
-    point: complex
+    velocity: complex
     omega: float
     heading: float
     place: complex
 
     @property
     def row(self) -> Array:
-        """(p_x, p_y, omega, t)."""
-        return np.array([self.point.real, self.point.imag, self.omega, self.time])
+        """The array (p_x, p_y, omega, t), shape (4,)."""
+        return np.array([self.velocity.real, self.velocity.imag, self.omega, self.time])
 
 
 @dataclass(frozen=True)
 class SmoothSegment:
-    """One mode from local time `start` to `end` [s] of an `interval`; `support` is the one at rest
-    in a pivot, or the one that slips as a slide begins, else -1.
+    """One mode from local time `start` to `end` [s] of an `interval`. `support` is the support at
+    rest in a pivot, or the support that slips as a slide begins, else -1.
 
-    `coefficients`, shape (k, 7): p_x, p_y, omega, t, psi and the place of C as Legendre series in a
-    parameter from 0 to `last`, at most 1.
+    `coefficients`, shape (k, 7), are Legendre series of p_x, p_y, omega, t, psi and the two
+    coordinates of C, in a parameter from 0 to `last`, which is at most 1.
     """
 
     mode: Mode
@@ -81,77 +84,86 @@ class SmoothSegment:
     last: float = 1.0
 
     def states(self, times: Array) -> Array:
-        """The seven quantities at local `times` [s] from `start` on, shape (n,): shape (n, 7)."""
-        places = monotone_root(self.coefficients[:, 3], times)
-        return np.asarray(basis(places, len(self.coefficients)) @ self.coefficients)
+        """Returns p_x, p_y, omega, t, psi and the coordinates of C at local `times` [s], shape
+        (n,): shape (n, 7)."""
+        parameters = monotone_root(self.coefficients[:, 3], times)
+        return np.asarray(basis(parameters, len(self.coefficients)) @ self.coefficients)
 
 
-def resting(interval: Interval, end: float, state: State) -> SmoothSegment:
-    """The body at rest from `state` to local time `end` [s], which may be infinite."""
+def rest_segment(interval: Interval, end: float, state: State) -> SmoothSegment:
+    """Returns the segment of a body at rest from `state` to local time `end` [s], which may be
+    infinite."""
     half = 0.5 * (end - state.time if np.isfinite(end) else 1.0)
     coefficients = np.zeros((2, 7))
     coefficients[0, 3:] = state.time + half, state.heading, state.place.real, state.place.imag
     coefficients[1, 3] = half
-    return SmoothSegment("rest", -1, interval, state.time, end, coefficients)
+    return SmoothSegment(
+        mode="rest",
+        support=-1,
+        interval=interval,
+        start=state.time,
+        end=end,
+        coefficients=coefficients,
+    )
 
 
 @lru_cache(maxsize=8)
 def _grid(count: int) -> tuple[Array, Array]:
-    """Places in [0, 1], and the first `count` polynomials there."""
-    places = np.linspace(0.0, 1.0, BRACKETS + 1)
-    return places, basis(places, count)
+    """Returns the BRACKETS + 1 grid points in [0, 1], and the first `count` polynomials there."""
+    points = np.linspace(0.0, 1.0, BRACKETS + 1)
+    return points, basis(points, count)
 
 
 def monotone_root(series: Array, values: Array) -> Array:
-    """Places in [0, 1], shape (n,), where an increasing Legendre `series`, shape (k,), takes
-    `values`, shape (n,), by Newton's method within the interval of a grid."""
-    grid, known = _grid(len(series))
-    heights = np.maximum.accumulate(known @ series)
-    after = np.clip(np.searchsorted(heights, values), 1, BRACKETS)
-    slopes = 2.0 * np.polynomial.legendre.legder(series)
-    x = np.interp(values, heights, grid)
+    """Returns the parameters in [0, 1], shape (n,), at which an increasing Legendre `series`, shape
+    (k,), has the `values`, shape (n,). Newton's method searches within one interval of a grid."""
+    grid, polynomials = _grid(len(series))
+    grid_values = np.maximum.accumulate(polynomials @ series)
+    upper = np.clip(np.searchsorted(grid_values, values), 1, BRACKETS)
+    derivative = 2.0 * np.polynomial.legendre.legder(series)
+    x = np.interp(values, grid_values, grid)
     for _ in range(NEWTON_STEPS):
-        at = basis(x, len(series))
-        rate = at[:, :-1] @ slopes
-        step = (at @ series - values) / np.where(rate > 0.0, rate, np.inf)
-        x = np.clip(x - step, grid[after - 1], grid[after])
-        if np.all(np.abs(step) <= CLOSE):
+        polynomials = basis(x, len(series))
+        rate = polynomials[:, :-1] @ derivative
+        step = (polynomials @ series - values) / np.where(rate > 0.0, rate, np.inf)
+        x = np.clip(x - step, grid[upper - 1], grid[upper])
+        if np.all(np.abs(step) <= SMALL_STEP):
             break
     return x
 
 
-def fitted(interval: Interval, first: State, slopes: Array) -> Array:
-    """Coefficients of a SmoothSegment, shape (n + 1, 7), from the `slopes`, shape (n, 4), of (p_x,
-    p_y, omega, t) at the nodes; heading and place of C follow by integration."""
+def fitted_coefficients(interval: Interval, first: State, slopes: Array) -> Array:
+    """Returns the coefficients of a SmoothSegment, shape (n + 1, 7), from the `slopes` of (p_x,
+    p_y, omega, t) at the nodes, shape (n, 4). Heading and position of C follow by integration."""
     rule = interval.accuracy.rule
-    body = interval.body
     start = np.array([*first.row, first.heading, first.place.real, first.place.imag])
     states = start[:4] + rule.integral @ slopes
     turning = slopes[:, 3] * states[:, 2]
     heading = first.heading + rule.integral @ turning
-    at = interval.at(states[:, 3])
-    drift = slopes[:, 3] * velocity_of_c(body, at.position, states) * np.exp(1j * heading)
-    return rule.primitive(start, np.column_stack([slopes, turning, drift.real, drift.imag]))
+    slider = interval.at(states[:, 3]).position
+    moving = slopes[:, 3] * velocity_of_c(interval.body, slider, states) * np.exp(1j * heading)
+    return rule.primitive(start, np.column_stack([slopes, turning, moving.real, moving.imag]))
 
 
 def velocity_of_c(body: Mechanics, slider: Complex, states: Array) -> Complex:
-    """Velocity of C in body axes [m/s], shape (n,), from the `slider`'s place r [m] and `states`
-    (p_x, p_y, omega, ...)."""
-    point = states[:, 0] + 1j * states[:, 1]
+    """Returns the velocity of C in body axes [m/s], shape (n,), from the `slider`'s position r [m],
+    shape (n,), and `states` (p_x, p_y, omega, ...), shape (n, 3 or more)."""
+    velocity = states[:, 0] + 1j * states[:, 1]
     omega = states[:, 2]
-    return np.asarray(point - 1j * omega * body.mass_ratio * slider)
+    return np.asarray(velocity - 1j * omega * body.mass_ratio * slider)
 
 
-def state_at(coefficients: Array, place: float) -> State:
-    """The state at parameter `place` of a segment's polynomials."""
-    if place == 1.0:
+def state_at(coefficients: Array, parameter: float) -> State:
+    """Returns the state at a `parameter` of a segment's polynomials."""
+    if parameter == 1.0:
         values = coefficients.sum(axis=0)
     else:
-        values = evaluate(coefficients, np.array([place]))[0]
+        values = evaluate(coefficients, np.array([parameter]))[0]
     px, py, omega, time, heading, x, y = values
     return State(float(time), complex(px, py), float(omega), float(heading), complex(x, y))
 
 
-def speed_scale(at: Configuration, state: State) -> float:
-    """Size of the terms that add up to a support's velocity [m/s], for judging its round-off."""
-    return abs(state.point) + abs(state.omega) * float(np.abs(at.arms).max())
+def speed_scale(terms: Configuration, state: State) -> float:
+    """Returns the size of the terms that add up to a support's velocity [m/s]: the scale of its
+    round-off."""
+    return abs(state.velocity) + abs(state.omega) * float(np.abs(terms.arms).max())

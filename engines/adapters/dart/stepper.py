@@ -28,6 +28,8 @@ from plumbob.engines.peer_model import rotation
 from plumbob.engines.stepper import Forces, State
 from plumbob.engines.tangent_space import exponential, logarithm
 
+FASTEST = 1e150  # [rad/s] or [m/s] rate above which squares of rates are not finite
+
 
 @dataclass(frozen=True)
 class Motor:
@@ -105,7 +107,10 @@ class DartStepper:
 
     def state(self) -> State:
         """The present state. The sign of a quaternion is the sign that is nearer to the quaternion
-        that was put or read last."""
+        that was put or read last.
+
+        DART sets accelerations that are not finite to zero, and continues. If a rate is so large
+        that its square is not finite, all numbers of the state are therefore nan."""
         positions = list[Array]()
         velocities = list[Array]()
         for number, (joint, dart_joint) in enumerate(self._joints):
@@ -123,7 +128,10 @@ class DartStepper:
             else:
                 positions.append(dart_position + joint.reference)
                 velocities.append(rates)
-        return State(np.concatenate(positions), np.concatenate(velocities))
+        qpos = np.concatenate(positions)
+        qvel = np.concatenate(velocities)
+        diverged = np.abs(qvel).max() > FASTEST
+        return State(math.nan * qpos, math.nan * qvel) if diverged else State(qpos, qvel)
 
     def advance(self, controls: Array | None, steps: int) -> None:
         """Takes `steps` steps under controls, shape (steps, controls), or with controls that are

@@ -14,12 +14,12 @@ from plumbob.analytic.schemes import ADAPTIVE, EULER, Scheme
 from plumbob.engines.abilities import (
     BuildsMechanisms,
     ModelReader,
-    OwnDerivative,
     RunsFiles,
     SchemeOfCase,
     SecondRun,
 )
 from plumbob.engines.adapters.constrained import CONSTRAINED, constrained
+from plumbob.engines.adapters.own_derivatives import derivative_by_mechanisms
 from plumbob.engines.adapters.pendulum_errors import model_error_on_platform
 from plumbob.engines.method import Engine, Method, Simulation
 from plumbob.models.scene import (
@@ -135,6 +135,6 @@ ENGINE = Engine(
         ModelReader(later(f"{__name__}.user_model.model_fields")),
         RunsFiles(later(f"{__name__}.user_model.user_model")),
         BuildsMechanisms(later(f"{__name__}.scenes.built"), "drake/default"),
-        OwnDerivative("autodiff", later(f"{__name__}.autodiff.derivatives"), 1e-12),
+        derivative_by_mechanisms("autodiff", later(f"{__name__}.autodiff.derivatives"), 1e-12),
     ),
 )

@@ -12,34 +12,35 @@ from pydrake.systems.analysis import Simulator_
 
 from plumbob.analytic.reference import Array
 from plumbob.engines.adapters.drake.stepper import DrakeStepper, advance
-from plumbob.engines.adapters.own_derivatives import nudged, of_end
-from plumbob.engines.adapters.stepped_mechanism import compiled_scene
 from plumbob.engines.method import Method, Unsupported
 from plumbob.engines.sampling import step_count
-from plumbob.engines.trajectory import ByName
-from plumbob.models.gradient import Number
-from plumbob.models.scene import Case
+from plumbob.engines.stepper import EndDerivatives, SceneMechanism
 
 
-def derivatives(number: Number, method: Method, step: float) -> ByName:
-    """The derivatives of the observables at the end of a run by `number`; raises Unsupported."""
+def derivatives(
+    scenes: Sequence[SceneMechanism],
+    difference: float,
+    method: Method,
+    step: float,
+    duration: float,
+) -> EndDerivatives:
+    """The end of a run of the middle one of three scenes over a duration [s], with its derivatives
+    by a number that differs by `difference` between the outer two scenes; raises Unsupported."""
     if method.control == "tolerance":
         raise Unsupported("derivatives by AutoDiffXd need a discrete plant")
-    case = number.case
-    cases, difference = nudged(number)
-    steps = step_count(case.scene.duration, step)
-    starts = [_start(each, method, step, steps) for each in cases]
+    steps = step_count(duration, step)
+    starts = [_start(scene, method, step, steps) for scene in scenes]
     steppers, constants = zip(*starts, strict=True)
     if not all(map(np.array_equal, constants[0], constants[2])):
-        raise Unsupported(f"{number.name} is no parameter in a context of Drake")
+        raise Unsupported("the number is no parameter in a context of Drake")
     end = _end_state(steppers, difference, steps, step)
     stepper = steppers[1]
     values = np.array([x.value() for x in end])
     slopes = np.array([float(x.derivatives()[0]) for x in end])
     qpos, qvel = _by_joints(stepper, values)
     by_qpos, by_qvel = _by_joints(stepper, slopes)
-    qpos = qpos + np.concatenate([joint.reference for joint in stepper.mechanism.joints])
-    return of_end(case, qpos, by_qpos, qvel, by_qvel)
+    reference = np.concatenate([joint.reference for joint in stepper.mechanism.joints])
+    return EndDerivatives(qpos + reference, by_qpos, qvel, by_qvel)
 
 
 def _end_state(
@@ -70,12 +71,11 @@ def _by_joints(stepper: DrakeStepper, values: Array) -> tuple[Array, Array]:
 
 
 def _start(
-    case: Case, method: Method, step: float, steps: int
+    scene: SceneMechanism, method: Method, step: float, steps: int
 ) -> tuple[DrakeStepper, tuple[Array, ...]]:
-    """Returns a stepper at the start of a case, whose source has the forces of `steps` steps, and
+    """Returns a stepper at the start of a scene, whose source has the forces of `steps` steps, and
     the numbers of the diagram that no context contains: gravity, the gains of actuators, and the
     forces of the source. Raises Unsupported if the mechanism is no tree of hinges and slides."""
-    scene = compiled_scene(case)
     mechanism = scene.mechanism
     kinds = {joint.kind for joint in mechanism.joints}
     if mechanism.touching or mechanism.loops or kinds - {"hinge", "slide"}:

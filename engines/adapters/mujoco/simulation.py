@@ -13,11 +13,11 @@ import numpy as np
 from plumbob.analytic.reference import Array
 from plumbob.engines import sampling
 from plumbob.engines.adapters.mujoco import options
-from plumbob.engines.adapters.mujoco.stepper import PHYSICS, Diverged, MujocoStepper
+from plumbob.engines.adapters.mujoco.stepper import PHYSICS, MujocoStepper
 from plumbob.engines.adapters.mujoco.translation import Observed, Translation, translated
 from plumbob.engines.adapters.stepping import Built, SteppedSimulation
 from plumbob.engines.method import Method, Stepping, Unsupported
-from plumbob.engines.stepper import State
+from plumbob.engines.stepper import Diverged, State
 from plumbob.engines.trajectory import Trajectory
 from plumbob.models.scene import Case
 

@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import mujoco
 import numpy as np
 
 from plumbob.analytic.reference import Array
-from plumbob.engines.stepper import State
+from plumbob.engines.stepper import Diverged, State, StepDerivatives
 
 PHYSICS = int(mujoco.mjtState.mjSTATE_FULLPHYSICS)  # parts of a state: time, qpos, qvel, ...
-
-
-class Diverged(Exception):
-    """Raised if MuJoCo reports a state that is not finite; MuJoCo's log has the reason."""
 
 
 class MujocoStepper:
@@ -76,3 +74,11 @@ class MujocoStepper:
         by_control = np.zeros((size, model.nu))
         mujoco.mjd_transitionFD(model, self.data, nudge, True, by_state, by_control, None, None)
         return by_state, by_control
+
+    def derivatives_of_steps(self, controls: Array, nudge: float) -> Iterator[StepDerivatives]:
+        """The derivatives of each step under `controls`, shape (steps, nu), as that step is
+        taken."""
+        for control in controls:
+            derivatives = self.derivatives(control, nudge)
+            mujoco.mj_step(self.model, self.data)
+            yield derivatives

@@ -138,15 +138,15 @@ class PortedModel:
         step: float,
         read: Any = None,
     ) -> None:
-        """`make` builds the port of a compiled model. If another reader has `read` a model from the
-        file, that model is stepped in place of MuJoCo's."""
-        file = mujoco.MjModel.from_xml_path(str(path))
-        self.model = file if read is None else read
+        """`make` builds the port of a compiled model. `read` is the same file compiled by another
+        reader; if it is given, it is stepped in place of MuJoCo's model."""
+        mujoco_model = mujoco.MjModel.from_xml_path(str(path))
+        self.model = mujoco_model if read is None else read
         self.model.opt.timestep = step
         self.data = mujoco.MjData(self.model)
         self.port = make(self.model)
         data = mujoco.MjData(self.model)
-        self.terms = MujocoTerms(self.model, data, self._forward, file)
+        self.terms = MujocoTerms(self.model, data, self._forward, mujoco_model)
 
     @property
     def integrator(self) -> str:

@@ -25,7 +25,6 @@ size; the mean of differences by NUDGE and by -NUDGE removes it. The function g 
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from functools import partial
 from types import MappingProxyType
@@ -36,14 +35,13 @@ import numpy as np
 from plumbob.analytic.reference import Array, Signals
 from plumbob.engines.adapters.mujoco import options
 from plumbob.engines.adapters.mujoco.simulation import MujocoSimulation, compiled
-from plumbob.engines.adapters.mujoco.stepper import MujocoStepper
 from plumbob.engines.adapters.mujoco.terms import apart, put, shifted, state_of
-from plumbob.engines.adapters.own_derivatives import NUDGE, moved, nudged
+from plumbob.engines.adapters.own_derivatives import moved, nudged
+from plumbob.engines.derivative_ways import NUDGE, TOUCHING, product_of_steps
 from plumbob.engines.method import Method, Unsupported
 from plumbob.engines.trajectory import ByName
 from plumbob.models.gradient import Number
 
-TOUCHING = 1e-7  # [m, rad, ...] size of differences of a model with contacts
 # factor from a size of differences to the other size, which tells their rounding
 BESIDE = MappingProxyType({NUDGE: 10.0, TOUCHING: 0.5})
 
@@ -121,25 +119,10 @@ def transition(number: Number, method: Method, step: float, beside: bool = False
     if beside:
         nudge *= BESIDE[nudge]
     with options.collected():  # the run itself gives the same warnings
-        *_, along = advanced(run.stepper, along, *sides.controls, nudge)
+        controls, changes = sides.controls
+        steps = run.stepper.derivatives_of_steps(controls, nudge)
+        *_, along = product_of_steps(steps, along, changes)
         return sides.read(along)
-
-
-def advanced(
-    stepper: MujocoStepper,
-    along: Array,
-    controls: Array,
-    changes: Iterable[Array],
-    nudge: float,
-) -> Iterator[Array]:
-    """Takes a step under each of the `controls` and yields the derivative of the state after it, by
-    eq. 1, from the derivative `along` of the state before and the derivatives `changes` of the
-    controls."""
-    for control, change in zip(controls, changes, strict=False):
-        by_state, by_control = stepper.derivatives(control, nudge)
-        along = by_state @ along + by_control @ change
-        mujoco.mj_step(stepper.model, stepper.data)
-        yield along
 
 
 def inverse(number: Number, method: Method, step: float, beside: bool = False) -> ByName:

@@ -19,7 +19,7 @@ import mujoco
 
 from plumbob.engines.adapters.mujoco.options import collected
 from plumbob.engines.workers import Workers
-from plumbob.models.border import regular
+from plumbob.models.border import regular_file
 
 MEMORY = 4_000_000_000  # [bytes] memory that compiling may take beyond that of the process
 SECONDS = 20  # [s] processor time for compiling; models of robots take less than 5 s
@@ -43,7 +43,7 @@ def checked(name: str, path: Path) -> str:
                 path.parent / folder / Path(named).name,
             ):
                 if asset.exists():
-                    regular(name, asset, LARGEST_ASSET)
+                    regular_file(name, asset, LARGEST_ASSET)
     if any(map(_may_explode, elements)) and multiprocessing.parent_process() is None:
         with Workers(1) as workers:
             try:
@@ -61,7 +61,7 @@ def _elements(file: Path, met: list[Path]) -> Iterator[Element]:
         included = file.parent / element.get("file", "")
         if element.tag in ("include", "model") and included.is_file() and included not in met:
             met.append(included)
-            yield from _elements(regular("include", included), met)
+            yield from _elements(regular_file("include", included), met)
 
 
 def _may_explode(element: Element) -> bool:

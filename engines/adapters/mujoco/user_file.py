@@ -16,7 +16,7 @@ from plumbob.engines.adapters.mujoco import options, trial
 from plumbob.engines.adapters.mujoco.methods import METHODS
 from plumbob.engines.method import USER_METHOD, Method, Options, time_step
 from plumbob.engines.own_motion import Start
-from plumbob.models.border import must_be, regular
+from plumbob.models.border import must_be, regular_file
 
 LARGEST_COMPILED = 1_000_000_000  # [bytes] largest .mjb file, which contains its meshes
 ROOTS = ("mujoco",)  # elements with which a file may begin
@@ -122,17 +122,19 @@ def _of_file(path: Path) -> Any:
         raise ParameterError("model", str(path), what)
     if path.suffix != ".mjb":
         return compiled_model(path, "model", ("mujoco", "robot"))
-    regular("model", path, LARGEST_COMPILED)
+    regular_file("model", path, LARGEST_COMPILED)
     with _refused("model", str(path), "a model that this MuJoCo has compiled"):
         model = mujoco.MjModel.from_binary_path(str(path))
-        mujoco.MjData(model)  # it may take more memory than the model
+        mujoco.MjData(
+            model
+        )  # a trial within the limit on memory: data may need more than the model
         return model
 
 
 def _read(path: str | Path, name: str, roots: Sequence[str] = ROOTS) -> Any:
     """The `MjSpec` of the model file `path`, which the argument `name` gave; raises
     ParameterError."""
-    regular(name, Path(path))
+    regular_file(name, Path(path))
     with _refused(name, str(path), "a MuJoCo model file"):
         root = trial.checked(name, Path(path))
         spec = mujoco.MjSpec.from_file(str(path))

@@ -8,7 +8,7 @@ from typing import Any
 from plumbob.analytic.parameters import finite
 from plumbob.engines.adapters.equation import Equation
 from plumbob.engines.method import Method
-from plumbob.models.largest import fastest, rates_of_a_pendulum
+from plumbob.models.largest import fastest_rate, largest_pendulum_rates
 
 
 def build(problem: Any, method: Method) -> Equation:
@@ -37,7 +37,7 @@ def build(problem: Any, method: Method) -> Equation:
         acceleration,
         finite("theta", problem.theta),
         finite("theta_dot", problem.theta_dot),
-        fastest(problem, 0.0),
+        fastest_rate(problem, 0.0),
         damping_rate=0.0,
-        limits=rates_of_a_pendulum(problem),
+        limits=largest_pendulum_rates(problem),
     )

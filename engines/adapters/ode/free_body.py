@@ -10,7 +10,7 @@ from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.free_body.rotation import ATTITUDE, RATES
 from plumbob.engines.adapters.turning import TurningEquation
 from plumbob.engines.method import Method
-from plumbob.models.largest import BEYOND
+from plumbob.models.largest import DIVERGED_RATIO
 
 
 def build(problem: Any, method: Method) -> TurningEquation:
@@ -30,7 +30,7 @@ def build(problem: Any, method: Method) -> TurningEquation:
         position=(1.0, 0.0, 0.0, 0.0),
         rate=tuple(problem.angular_velocity),
         speed=problem.fastest,
-        limits=dict.fromkeys(RATES, BEYOND * problem.fastest or 1.0),
+        limits=dict.fromkeys(RATES, DIVERGED_RATIO * problem.fastest or 1.0),
         names=ATTITUDE,
         rate_names=RATES,
     )

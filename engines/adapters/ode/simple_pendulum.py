@@ -7,7 +7,7 @@ from typing import Any
 
 from plumbob.engines.adapters.equation import Equation
 from plumbob.engines.method import Method
-from plumbob.models.largest import fastest, rates_of_a_pendulum
+from plumbob.models.largest import fastest_rate, largest_pendulum_rates
 
 
 def build(problem: Any, method: Method) -> Equation:
@@ -35,7 +35,7 @@ def build(problem: Any, method: Method) -> Equation:
         linear if problem.linear else exact,
         problem.theta,
         problem.theta_dot,
-        speed=fastest(problem, 0.0),
+        speed=fastest_rate(problem, 0.0),
         damping_rate=damping,
-        limits=rates_of_a_pendulum(problem),
+        limits=largest_pendulum_rates(problem),
     )

@@ -11,11 +11,11 @@ from plumbob.analytic.schemes import EULER, RK4, Scheme
 from plumbob.engines.abilities import (
     BuildsMechanisms,
     ModelReader,
-    OwnDerivative,
     RunsFiles,
     SchemeOfCase,
 )
 from plumbob.engines.adapters.constrained import CONSTRAINED, constrained
+from plumbob.engines.adapters.own_derivatives import derivative_by_mechanisms
 from plumbob.engines.adapters.stepping import no_error
 from plumbob.engines.method import Engine, Method
 from plumbob.models.scene import FREE_ROTATION, ONE_SMOOTH, SMOOTH, Case, later
@@ -49,7 +49,7 @@ ENGINE = Engine(
     abilities=(
         SchemeOfCase(scheme),
         ModelReader(later(f"{__name__}.user_model.model_fields")),
-        OwnDerivative("rnea", later(f"{__name__}.derivatives.derivatives"), 1e-12),
+        derivative_by_mechanisms("rnea", later(f"{__name__}.derivatives.derivatives"), 1e-12),
         RunsFiles(later(f"{__name__}.user_model.user_model")),
         BuildsMechanisms(later(f"{__name__}.simulation.built"), "pinocchio/aba+euler"),
     ),

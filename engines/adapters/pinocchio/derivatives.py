@@ -3,6 +3,7 @@ equation of the motion, which is stepped together with the motion."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -11,19 +12,20 @@ import pinocchio
 from plumbob.analytic.reference import Array
 from plumbob.engines.adapters.equation import Equation
 from plumbob.engines.adapters.integrators import fixed_steps
-from plumbob.engines.adapters.own_derivatives import nudged, of_end
 from plumbob.engines.adapters.pinocchio.builder import HINGED, Dynamics
-from plumbob.engines.adapters.stepped_mechanism import compiled_scene
 from plumbob.engines.method import Method, Unsupported
-from plumbob.engines.stepper import SceneMechanism
-from plumbob.engines.trajectory import ByName
-from plumbob.models.gradient import Number
+from plumbob.engines.stepper import EndDerivatives, SceneMechanism
 
 
-def derivatives(number: Number, method: Method, step: float) -> ByName:
-    """The derivatives of the observables at the end of a run by `number`; raises Unsupported."""
-    cases, difference = nudged(number)
-    scenes = [compiled_scene(case) for case in cases]
+def derivatives(
+    scenes: Sequence[SceneMechanism],
+    difference: float,
+    method: Method,
+    step: float,
+    duration: float,
+) -> EndDerivatives:
+    """The end of a run of the middle one of three scenes over a duration [s], with its derivatives
+    by a number that differs by `difference` between the outer two scenes; raises Unsupported."""
     low, here, high = (scene.start for scene in scenes)
     count = len(here.qpos)
     equation = Equation(
@@ -34,11 +36,10 @@ def derivatives(number: Number, method: Method, step: float) -> ByName:
         names=tuple(f"q{i}" for i in range(2 * count)),
         rate_names=tuple(f"v{i}" for i in range(2 * count)),
     )
-    duration = number.case.scene.duration
     run = fixed_steps(equation, method.scheme.integrator, duration, step).run()
     names = (*equation.names, *equation.rate_names)
     end = np.array([run.observables[name][-1] for name in names])
-    return of_end(number.case, *np.split(end, 4))
+    return EndDerivatives(*np.split(end, 4))
 
 
 class Variation:
@@ -46,7 +47,7 @@ class Variation:
     It takes three scenes: with the number a little smaller, unchanged, and a little larger. The
     number differs by `difference` between the outer two."""
 
-    def __init__(self, scenes: list[SceneMechanism], difference: float) -> None:
+    def __init__(self, scenes: Sequence[SceneMechanism], difference: float) -> None:
         mechanism = scenes[1].mechanism
         kinds = {joint.kind for joint in mechanism.joints}
         if mechanism.loops or kinds - set(HINGED):

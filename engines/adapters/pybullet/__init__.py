@@ -32,7 +32,7 @@ OTHERS = (  # one scene of each system that is of none of the kinds below
 )
 # At large steps, a body that friction holds does not move at all. At small steps, it slides for a
 # millisecond, until the shapes have their static penetration. Such errors have no order.
-HELD = ("!incline/rest", "!incline/just-held", "!pinch/0.*")
+HELD = ("!incline/rest", "!incline/just-held", "!pinch/0.*", "!pinch/lifted")
 UNDAMPED = MappingProxyType(
     {"linearDamping": 0.0, "angularDamping": 0.0, "maxJointVelocity": 1e9}
 )

@@ -67,7 +67,8 @@ class Link:
     attitude: Array = field(default_factory=lambda: UNTURNED)  # in that frame, scalar first
     axis: Array = field(default_factory=lambda: ORIGIN)  # axis of the joint in the link's frame
     mass: float = 0.0  # [kg]
-    centre: Array = field(default_factory=lambda: ORIGIN)  # of mass, in the link's frame [m]
+    centre: Array = field(default_factory=lambda: ORIGIN)
+    """The centre of mass in the link's frame [m]."""
     inertia: Array = field(default_factory=lambda: NO_INERTIA)  # about the centre [kg m^2]
     shape: Shape | None = None
     surface: tuple[float, float] = (0.0, 0.0)

@@ -34,7 +34,7 @@ from plumbob.engines.adapters.pymunk.simulation import Translation, settle
 from plumbob.engines.adapters.pymunk.slider_drive import driven, targets
 from plumbob.engines.method import Method, Unsupported
 from plumbob.engines.trajectory import ByName
-from plumbob.models.tripod_capsule.observed import limits
+from plumbob.models.tripod_capsule.observed import largest_magnitudes
 
 # number of places of a slider that leaves its line, at which the solver's factor is evaluated
 PLACES = 65
@@ -63,7 +63,7 @@ def build(problem: CapsuleProblem, method: Method, step: float) -> Translation:
         act = driven(view, places, step, setup.plane_velocity is not None)
     settle(parts.space, step, SETTLING_ITERATIONS)
     read, following = _readings(setup, view)
-    return Translation(parts.space, read, act, limits(setup), following)
+    return Translation(parts.space, read, act, largest_magnitudes(setup), following)
 
 
 def model_error(

@@ -37,7 +37,7 @@ from plumbob.engines.adapters.pymunk.assembly import (
     place_part,
 )
 from plumbob.engines.adapters.pymunk.simulation import vector
-from plumbob.models.tripod_capsule.observed import observed
+from plumbob.models.tripod_capsule.observed import pose_observables
 
 FOOT_FRACTION = (
     0.1  # mass of a foot over the body's mass: with lighter feet the solver is slower
@@ -90,7 +90,7 @@ def from_above(setup: CapsuleSetup, step: float, feet: bool, turning: bool) -> V
     set_limits(assembly.start)
     return View(
         assembly,
-        lambda: observed(setup, assembly.pose),
+        lambda: pose_observables(setup, assembly.pose),
         lambda: loads(assembly.motion[2]),
         set_limits,
     )

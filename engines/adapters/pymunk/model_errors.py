@@ -11,7 +11,7 @@ from plumbob.analytic.numerics.arithmetic import ULP
 from plumbob.engines import registry
 from plumbob.engines.adapters.pymunk.methods import CLOSING_RATE, FLOOR_TIME, MOMENT
 from plumbob.engines.method import Method, ModelError
-from plumbob.models.largest import fastest
+from plumbob.models.largest import fastest_rate
 from plumbob.models.scene import Case
 
 
@@ -42,7 +42,7 @@ def simple_pendulum(problem: Any, duration: float, method: Method, step: float) 
     the axis."""
     if problem.started.linear:
         return {}
-    moment = MOMENT * problem.mass * problem.length * fastest(problem, duration) ** 2
+    moment = MOMENT * problem.mass * problem.length * fastest_rate(problem, duration) ** 2
     closing = 1 / step if method.settings.get("error_bias") == 0.0 else CLOSING_RATE
     rounding = opening_error(problem.mass, problem.length, closing, step)
     return {

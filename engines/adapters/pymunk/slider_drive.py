@@ -80,6 +80,8 @@ def driven(
     turn = cmath.rect(1.0, body.angle)
 
     def act(time: float) -> None:
+        """Moves the anchors of the slider's joint such that the next step brings the slider to its
+        next target; the time is not used."""
         nonlocal turn, here
         if turning:
             turn = cmath.rect(1.0, body.angle + step * body.angular_velocity)

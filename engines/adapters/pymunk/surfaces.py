@@ -40,14 +40,19 @@ class Surface:
 
     link: int  # number of its link, or WORLD
     place: complex  # its middle from the link's centre, or a point of a floor [m]
-    radius: float  # [m]
-    size: float  # radius of a circle, or longest edge of a box [m]
-    half: complex = 0j  # half sizes of a box to the right and up, in the drawing [m]
+    radius: float  # radius of a circle; 0 for a box or a floor [m]
+    size: (
+        float  # length that tolerances scale with: a circle's radius, a box's longest edge [m]
+    )
+    half: complex = (
+        0j  # half width (real) and half height (imaginary) of a box, in its link's axes
+    )
     normal: complex = 0j  # normal of a floor, pointing away from the floor
     point: bool = False  # whether a circle stands for a point
 
     def begins(self, poses: Sequence[Pose], direction: complex) -> float:
-        """The smallest coordinate of the surface along a direction [m], in the pose of its link."""
+        """The smallest coordinate of the surface along `direction`, a unit vector of the plane [m],
+        when its link has its pose in `poses`."""
         place = self.place
         in_link = direction
         if self.link != WORLD:
@@ -210,8 +215,8 @@ def _surface(mechanism: Mechanism, links: Links, shape: Shape) -> Surface:
 
 
 def _gap(poses: Sequence[Pose], first: Surface, second: Surface) -> float:
-    """The gap between two surfaces [m], or between the boxes to the right and up around them;
-    negative if they overlap."""
+    """The gap between two surfaces [m], or between their axis-aligned bounding boxes if neither is
+    a floor; negative if they overlap."""
     directions = [first.normal or -second.normal] if first.normal or second.normal else AXES
     return max(first.begins(poses, -d) + second.begins(poses, d) for d in directions)
 

@@ -1,4 +1,4 @@
-"""The page's section on the capsule on a line: the source's formulas, errors, contacts, models."""
+"""The section on the capsule on a line: the source's formulas, errors, contacts and models."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The final displacement: each method's error, beside theory."""
+"""The final displacement: the error of each method, beside theory."""
 
 from __future__ import annotations
 
@@ -12,57 +12,64 @@ from plumbob.reports.analyses.measurements import (
     LINE,
     covers,
     measured_error,
-    names,
+    method_names,
     problem,
 )
 
-STEPS = (1e-3, 1e-4, 1e-5)
-TURNED, TURNED_STEP = "capsule-line/heading-030", 1e-4
-CONVERGENT = ("coulomb", "coulomb+noslip", "reduced", "feet", "side")  # theory covers these
+STEPS = (1e-3, 1e-4, 1e-5)  # [s]
+TURNED, TURNED_STEP = "capsule-line/heading-030", 1e-4  # [s]
+CONVERGENT = ("coulomb", "coulomb+noslip", "reduced", "feet", "side")  # contacts with a theory
 COMPARED = ("mujoco/euler", "mujoco/euler+coulomb", "mujoco/rk4+coulomb", "pymunk/feet")
 
 
 def step_term(scene: str, step: float) -> float:
-    """-phi (1 - phi)(mu w2 + f g) dt^2/2 [m], phi the fraction of t_star/dt; with the velocity's
-    corner at t1 where that is off the grid."""
+    """Returns the step's error of the displacement, -phi (1 - phi)(mu w2 + f g) dt^2/2 [m], where
+    phi is the fractional part of t_star/dt. If t1 is no multiple of the step, the corner of the
+    velocity at t1 contributes too."""
     return float(step_error(problem(scene).motion, step))
 
 
 def errors(study: Study) -> Record | None:
-    """Relative errors by method and step, beside the step's; None where the study
-    does not have the scene."""
+    """Returns the relative errors of the displacement by method and step, and the predicted errors;
+    None if the study lacks the scene."""
     if not covers(study, LINE):
         return None
     exact = problem(LINE).motion.displacement
-    every = [_errors(study, name) for name in names(study)]
-    methods = [method for method in every if any(error is not None for error in method.errors)]
-    middle = [(method.method.endswith(CONVERGENT), method.errors[1]) for method in methods]
-    good = [abs(error) for converges, error in middle if converges and error is not None]
-    bad = [abs(error) for converges, error in middle if not converges and error is not None]
+    by_method = [_errors(study, name) for name in method_names(study)]
+    methods = [row for row in by_method if any(error is not None for error in row.errors)]
+    good = list[float]()  # errors at the middle step of methods whose contacts converge
+    bad = list[float]()  # errors at the middle step of the others
+    for row in methods:
+        error = row.errors[1]
+        if error is not None:
+            (good if row.method.endswith(CONVERGENT) else bad).append(abs(error))
     return Record(
         exact=exact,  # [m]
-        predicted=[step_term(LINE, step) / exact for step in STEPS],  # relative, at STEPS
+        predicted=[step_term(LINE, step) / exact for step in STEPS],  # relative error at STEPS
         predicted_turned=step_term(LINE, TURNED_STEP) / exact,
         methods=methods,
-        convergence=_convergence(study, exact),  # steps [s] and errors, by method
-        good=max(
-            good, default=None
-        ),  # the largest of methods that converge, at the middle step
-        bad=(min(bad), max(bad)) if bad else None,  # the smallest and the largest of the others
+        convergence=_convergence(study, exact),  # steps [s] and relative errors, by method
+        # largest error at the middle step of methods whose contacts converge
+        good=max(good, default=None),
+        # smallest and largest error of the other methods at the middle step
+        bad=(min(bad), max(bad)) if bad else None,
         steps=STEPS,
     )
 
 
 def _errors(study: Study, method: str) -> Record:
-    """Relative errors of the displacement of a method at STEPS, and of the turned scene."""
-    errors = tuple(measured_error(study, LINE, method, step) for step in STEPS)
+    """Returns a method's relative errors of the displacement at STEPS, and its error in the turned
+    scene."""
     return Record(
-        method=method, errors=errors, turned=measured_error(study, TURNED, method, TURNED_STEP)
+        method=method,
+        errors=tuple(measured_error(study, LINE, method, step) for step in STEPS),
+        turned=measured_error(study, TURNED, method, TURNED_STEP),
     )
 
 
 def _convergence(study: Study, exact: float) -> Mapping[str, Mapping[str, Sequence[float]]]:
-    """The relative error of the final displacement of some methods against the step."""
+    """Returns the steps [s] and the relative errors of the final displacement, for each of COMPARED
+    that ran."""
     by_method = {}
     for series in study.convergence:
         done = [run for run in series.measurements if run.status == "done"]
@@ -73,6 +80,8 @@ def _convergence(study: Study, exact: float) -> Mapping[str, Mapping[str, Sequen
 
 
 def _converge(numbers: Record) -> Claims:
+    """Returns the check that contacts which do not converge have a larger error than those that
+    do."""
     if numbers.good is None or numbers.bad is None:
         return ()
     text = "errors of contacts that do not converge, and of those that do"

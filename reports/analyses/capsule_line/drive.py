@@ -1,4 +1,4 @@
-"""The force of the slider's actuator: in time, as engines have it, and what sizes an actuator."""
+"""The force of the slider's actuator over time, exact and in engines, and the demands on it."""
 
 from __future__ import annotations
 
@@ -14,30 +14,31 @@ from plumbob.reports.analyses.analysis import Analysis, Record
 from plumbob.reports.analyses.capsule_line.source import STEP, requests, samples
 from plumbob.reports.analyses.measurements import LINE, covers, problem
 
-# of turns, and of the slider's circle [m]
-EPSILONS = (0.3, 0.1, 0.03)
-RADIUS = 0.12
-EVERY = 4  # samples to a mark
+EPSILONS = (0.3, 0.1, 0.03)  # epsilons of the turns
+RADIUS = 0.12  # [m] radius of the slider's circle
+EVERY = 4  # samples per mark in the figure
 
 
 def numbers(study: Study) -> Record | None:
-    """Demands; None where the study does not have the scene."""
+    """Returns the demands of the line and of turns on an actuator, and its force over time; None if
+    the study lacks the scene."""
     if not covers(study, LINE):
         return None
     line = problem(LINE).motion
-    wanted = demand(line, line.t2)
     edges = np.array([0.0, line.t1, line.t_star, line.t2, 1.05 * line.t2])
+    middles = 0.5 * (edges[1:] + edges[:-1])
     return Record(
-        line=wanted,
-        turns={str(epsilon): _of_turn(epsilon) for epsilon in EPSILONS},  # by epsilon
-        times=np.repeat(edges, 2)[1:-1],  # [s]
-        forces=np.repeat(line.driving_force(0.5 * (edges[1:] + edges[:-1])), 2),  # [N], exact
+        line=demand(line, line.t2),
+        turns={str(epsilon): _turn_demand(epsilon) for epsilon in EPSILONS},  # by epsilon
+        times=np.repeat(edges, 2)[1:-1],  # [s] both ends of each interval of constant force
+        forces=np.repeat(line.driving_force(middles), 2),  # [N] exact
         engines=samples(study, EVERY, ("driving_force",)),
         step=STEP,
     )
 
 
-def _of_turn(epsilon: float) -> Demand:
+def _turn_demand(epsilon: float) -> Demand:
+    """Returns the demand of a turn on the actuator."""
     manoeuvre = turn_of(problem(LINE).setup.capsule, RADIUS, epsilon)
     return plane_demand(three_point_motion(manoeuvre.capsule, manoeuvre.path))
 

@@ -1,4 +1,5 @@
-"""An experiment for a bench: what to build and to set, and what is to be seen, and how well."""
+"""A bench experiment: the body to build, the motion to set, the displacement to expect, and its
+uncertainty."""
 
 from __future__ import annotations
 
@@ -14,12 +15,12 @@ from plumbob.models.gradient import exact_gradient
 from plumbob.models.registry import case_of, scene
 from plumbob.models.scene import Case
 from plumbob.models.tripod_capsule.parameters import CHECK
-from plumbob.models.tripod_capsule.plan import planned
+from plumbob.models.tripod_capsule.plan import requested_plan
 from plumbob.reports.analyses.analysis import Analysis, Record
 
 LINE, REPEATED = "capsule-line/ca1", "capsule-train/ten"
-SET = MappingProxyType({"w1": 38.0, "w2": 10.0, "t1": 0.03})  # [m/s^2], [s]
-KNOWN = MappingProxyType(  # within what a bench knows or holds a parameter, in its unit
+SET = MappingProxyType({"w1": 38.0, "w2": 10.0, "t1": 0.03})  # [m/s^2], [s] set motion
+KNOWN = MappingProxyType(  # uncertainty of each parameter on a bench, in the parameter's unit
     {
         "friction": 0.015,
         "body_mass": 1e-3,
@@ -29,43 +30,46 @@ KNOWN = MappingProxyType(  # within what a bench knows or holds a parameter, in 
         "t1": 1e-4,
     }
 )
-RATIOS = (1.25, 1.5, 2.0, 3.0, 5.0)  # of w1 over f g/mu, at one stroke
-TO = (0.03, 0.01, 0.1)
+RATIOS = (1.25, 1.5, 2.0, 3.0, 5.0)  # ratios of w1 to f g/mu at the same stroke
+TO = (0.03, 0.01, 0.1)  # [m], [m], [rad] goal of the plan
 LIMITS = MappingProxyType({"acceleration": 40.0, "stroke": 0.1})
 
 
 @cache
 def line(w1: float, w2: float, t1: float) -> Case:
-    """The bench's manoeuvre along C-A1."""
+    """Returns the bench's manoeuvre along C-A1 with accelerations w1, w2 [m/s^2] and time t1
+    [s]."""
     return case_of(scene(LINE, {"w1": w1, "w2": w2, "t1": t1}))
 
 
-def seen(case: Case) -> Record:
-    """The displacement by a manoeuvre, and the part of each parameter in its uncertainty: the exact
-    derivative times what is known of it, added as squares."""
+def predicted_displacement(case: Case) -> Record:
+    """Returns the displacement by a manoeuvre and its uncertainty. A parameter contributes the
+    exact derivative times the parameter's uncertainty; the contributions are added in
+    quadrature."""
     motion = case.problem.motion
     end = np.array([motion.t2])
-    slopes = exact_gradient(case, list(KNOWN), end, ["displacement"])
-    rows = [
-        Record(
+    gradient = exact_gradient(case, list(KNOWN), end, ["displacement"])
+    rows = []
+    for name, uncertainty in KNOWN.items():
+        slope = float(gradient[name].values["displacement"][0])  # [m] per unit of the parameter
+        row = Record(
             name=name,
             amount=float(getattr(motion, name, getattr(motion.capsule, name, math.nan))),
-            known=known,
-            slope=float(slopes[name].values["displacement"][0]),  # [m] per unit
-            part=abs(float(slopes[name].values["displacement"][0])) * known,  # [m]
+            known=uncertainty,
+            slope=slope,
+            part=abs(slope) * uncertainty,  # [m] contribution to the uncertainty
         )
-        for name, known in KNOWN.items()
-    ]
-    demand = case.system.facts(case.problem)
+        rows.append(row)
+    facts = case.system.facts(case.problem)
     return Record(
         w1=motion.w1,
         t1=motion.t1,
         displacement=motion.displacement,  # [m]
-        unsure=math.hypot(*(row.part for row in rows)),  # [m]
-        stroke=motion.stroke,  # [m], of the slider
-        speed=motion.w1 * motion.t1,  # [m/s], its largest
-        force=demand["driving_force_peak"],  # [N]
-        power=demand["driving_power_peak"],  # [W]
+        unsure=math.hypot(*(row.part for row in rows)),  # [m] uncertainty of the displacement
+        stroke=motion.stroke,  # [m] stroke of the slider
+        speed=motion.w1 * motion.t1,  # [m/s] largest speed of the slider
+        force=facts["driving_force_peak"],  # [N]
+        power=facts["driving_power_peak"],  # [W]
         t_star=motion.t_star,
         t2=motion.t2,
         rows=rows,
@@ -73,8 +77,9 @@ def seen(case: Case) -> Record:
 
 
 def numbers(study: Study) -> Record:
-    """The bench, one manoeuvre, others of its stroke, ten of them, and a plan to a pose."""
-    usual = seen(line(**SET))
+    """Returns the bench's parameters, its manoeuvre, other manoeuvres with the same stroke, ten
+    repeated manoeuvres, and a plan to a pose."""
+    usual = predicted_displacement(line(**SET))
     body = line(**SET).problem.motion.capsule
     w2 = SET["w2"]
     threshold = body.holding_acceleration
@@ -82,7 +87,7 @@ def numbers(study: Study) -> Record:
     for ratio in RATIOS:
         w1 = ratio * threshold
         t1 = math.sqrt(2.0 * w2 * usual.stroke / (w1 * (w1 + w2)))  # eq. 18 for t1
-        others.append(seen(line(w1, w2, t1)))
+        others.append(predicted_displacement(line(w1, w2, t1)))
     repeated = case_of(scene(REPEATED, dict(SET)))
     ten = repeated.system.facts(repeated.problem)
     return Record(
@@ -90,23 +95,24 @@ def numbers(study: Study) -> Record:
         others=others,
         ratios=RATIOS,
         w2=w2,
-        threshold=threshold,  # [m/s^2]: f g/mu
+        threshold=threshold,  # [m/s^2] f g/mu
         mass_ratio=body.mass_ratio,
         bench=dict(CHECK),
-        without_friction=-body.mass_ratio * usual.stroke,  # [m]
+        without_friction=-body.mass_ratio * usual.stroke,  # [m] displacement without friction
         count=ten["count"],
-        total=ten["displacement"],  # [m]
-        lasting=ten["t_rest"],  # [s]
-        plan=to_pose(),
+        total=ten["displacement"],  # [m] displacement by the repeated manoeuvres
+        lasting=ten["t_rest"],  # [s] time until the body rests
+        plan=plan_to_pose(),
     )
 
 
-def to_pose() -> Record:
-    """A plan within the bench's limits, and how far from its goal it ends where friction is higher
-    by what is known of it."""
-    plan = planned({**CHECK, **LIMITS, "to": TO})
+def plan_to_pose() -> Record:
+    """Returns a plan within the bench's limits, and its distance from the goal if the friction is
+    higher by its uncertainty."""
+    plan = requested_plan({**CHECK, **LIMITS, "to": TO})
     rougher = plan.capsule.friction + KNOWN["friction"]
-    away, turned = replace(plan, capsule=replace(plan.capsule, friction=rougher)).error
+    on_rough_ground = replace(plan, capsule=replace(plan.capsule, friction=rougher))
+    away, turned = on_rough_ground.error
     return Record(
         to=TO,
         limits=dict(LIMITS),
@@ -114,8 +120,8 @@ def to_pose() -> Record:
         turns=plan.turns,
         lines=plan.lines,
         rougher=rougher,
-        away=away,  # [m]
-        turned=turned,  # [rad]
+        away=away,  # [m] distance from the goal with that friction
+        turned=turned,  # [rad] difference from the goal's heading
     )
 
 

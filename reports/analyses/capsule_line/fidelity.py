@@ -1,4 +1,4 @@
-"""Parts that models leave out: heights, the reaction on the slider, and all but one motion."""
+"""Effects of simplified models: the height of the masses, and the momentum without friction."""
 
 from __future__ import annotations
 
@@ -11,18 +11,17 @@ from plumbob.reports.analyses.analysis import Analysis, Record
 from plumbob.reports.analyses.claims import Claims, at_most, clear
 from plumbob.reports.analyses.measurements import (
     end_error,
+    extra_runs,
     problem,
     recordings,
-    runs,
 )
 from plumbob.reports.view.notation import short
 
-# [s]
 TILTED = "capsule-line/at-123"
-TILTED_STEPS = (1e-3, 1e-4)
+TILTED_STEPS = (1e-3, 1e-4)  # [s]
 LOW, TALL = "mujoco/euler+coulomb", "mujoco/euler+tall"
 LOAD = "normal_force_2"
-FREE, FREE_STEP = "capsule-line/frictionless", 1e-3
+FREE, FREE_STEP = "capsule-line/frictionless", 1e-3  # [s]
 FREE_METHODS = (
     "mujoco/euler+coulomb",
     "mujoco/euler",
@@ -30,34 +29,36 @@ FREE_METHODS = (
     "pymunk/feet",
     "pymunk/side",
 )
-KEPT = 1e-3  # of the body's path: how far the common centre of mass may go
-HARDLY = 1e-2  # of a displacement: a negligible change
-HEIGHT_RUNS = runs((TILTED,), (LOW, TALL), TILTED_STEPS)
-FREE_RUNS = runs((FREE,), FREE_METHODS, (FREE_STEP,))
+KEPT = 1e-3  # largest displacement of the common centre of mass, relative to the body's
+HARDLY = 1e-2  # largest relative change of a displacement that is negligible
+HEIGHT_RUNS = extra_runs((TILTED,), (LOW, TALL), TILTED_STEPS)
+FREE_RUNS = extra_runs((FREE,), FREE_METHODS, (FREE_STEP,))
 
 
 def heights(study: Study) -> Record | None:
-    """Loads and displacement of a capsule whose C and Q are above the plane."""
+    """Returns the changes of load and displacement if the masses C and Q are above the plane; None
+    if a run is missing."""
     by_request = recordings(study, HEIGHT_RUNS)
     if len(by_request) < len(HEIGHT_RUNS):
         return None
     low, fine_low, tall, fine_tall = by_request.values()
     pairs = ((low, tall), (fine_low, fine_tall))
-    posed = problem(TILTED)
+    capsule = problem(TILTED).setup.capsule
     height = float(find_method(TALL).settings["height"])
     return Record(
         height=height,  # [m]
-        # [N m], of friction while the body slides
-        moment=posed.setup.capsule.friction * posed.setup.capsule.weight * height,
+        # [N m] moment of friction while the body slides
+        moment=capsule.friction * capsule.weight * height,
         steps=TILTED_STEPS,
-        # [N], the largest change of the load at A2 at the coarse step
+        # [N] largest change of the load at A2, at the coarse step
         shift=np.abs(tall.observables[LOAD] - low.observables[LOAD]).max(),
-        # of the displacement at both steps, relative
+        # relative changes of the displacement at both steps
         changes=[abs(end_error(TILTED, b) - end_error(TILTED, a)) for a, b in pairs],
     )
 
 
 def _unchanged(numbers: Record) -> Claims:
+    """Returns the checks that the height shifts a load and hardly changes the displacement."""
     text = f"the change of Δx at {short(TILTED_STEPS[1])} s, relative,"
     return (
         at_most(text, numbers.changes[1], HARDLY),
@@ -66,25 +67,23 @@ def _unchanged(numbers: Record) -> Claims:
 
 
 def momentum(study: Study) -> Record | None:
-    """How far the common centre of mass goes in each engine without friction."""
+    """Returns the displacement of the common centre of mass in each engine without friction; None
+    if no engine ran."""
     by_request = recordings(study, FREE_RUNS)
     shifts = {request.method: _shift(run) for request, run in by_request.items()}
-    travelled = abs(float(problem(FREE).motion.displacement))
-    return (
-        Record(
-            shifts=shifts,
-            largest=max(shifts.values()),
-            travelled=travelled,  # [m], by the body
-            step=FREE_STEP,
-        )
-        if shifts
-        else None
+    if not shifts:
+        return None
+    return Record(
+        shifts=shifts,
+        largest=max(shifts.values()),
+        travelled=abs(float(problem(FREE).motion.displacement)),  # [m] by the body
+        step=FREE_STEP,
     )
 
 
 def _shift(run: Trajectory) -> float:
-    """Largest displacement of the common centre of mass along the line [m]: the engine's own, where
-    it gives that."""
+    """Returns the largest displacement of the common centre of mass along the line [m]. If the
+    engine records the centre of mass, its record is used."""
     if "centre_of_mass" in run.channels:
         return float(np.ptp(run.channels["centre_of_mass"]))
     fraction = problem(FREE).setup.capsule.mass_ratio
@@ -93,6 +92,7 @@ def _shift(run: Trajectory) -> float:
 
 
 def _conserved(numbers: Record) -> Claims:
+    """Returns the check that the common centre of mass hardly moves without friction."""
     text = "the way of the common centre of mass, over the body's,"
     return (at_most(text, numbers.largest / numbers.travelled, KEPT),)
 

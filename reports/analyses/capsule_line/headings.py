@@ -1,4 +1,4 @@
-"""Errors of a slide over all headings: the scene is turned as a whole, and should slide as far."""
+"""Errors of a slide over all headings: a scene that is turned as a whole should slide as far."""
 
 from __future__ import annotations
 
@@ -13,78 +13,86 @@ from plumbob.engines.study.extra_runs import ExtraRun, StudyPlan
 from plumbob.engines.study.results import Study
 from plumbob.reports.analyses.analysis import Analysis, Record
 from plumbob.reports.analyses.claims import Claims, clear
-from plumbob.reports.analyses.measurements import LINE, end_error
+from plumbob.reports.analyses.measurements import LINE, end_error, recordings
 
 DEFAULT, RECOMMENDED = "mujoco/euler", "mujoco/euler+coulomb"
 METHODS = (DEFAULT, "mujoco/euler+elliptic", RECOMMENDED, "pymunk/feet")
-ANGLES = tuple(range(0, 360, 5))  # [degrees]
+ANGLES = tuple(range(0, 360, 5))  # [degrees] headings
 STEP = 1e-3  # [s]
-DIGITS = 9  # of relative errors: those of symmetric headings agree to more
-ALIKE_AT_ALL = 1e-4  # of the displacement: headings that differ by less do not tell
+DIGITS = 9  # decimals of relative errors that are compared: symmetric headings agree to more
+ALIKE_AT_ALL = 1e-4  # relative spread of the displacement below which headings count as equal
 
 
 def heading_runs(plan: StudyPlan) -> Sequence[ExtraRun]:
-    """Every heading in every method compared."""
-    return [_run(*pair) for pair in product(METHODS, ANGLES)]
+    """Returns a run along every heading with every compared method."""
+    return [_turned_run(*pair) for pair in product(METHODS, ANGLES)]
 
 
 def isotropy(study: Study) -> Record | None:
-    """Relative error of the displacement at each heading, and its spread."""
-    every = {name: line for name in METHODS if (line := _over_headings(study, name))}
-    if not every:
+    """Returns the relative error of the displacement at each heading, and its spread over headings;
+    None if no method ran along every heading."""
+    by_method = {name: _errors_over_headings(study, name) for name in METHODS}
+    default = by_method[DEFAULT]
+    recommended = by_method[RECOMMENDED]
+    complete = tuple(errors for errors in by_method.values() if errors)
+    if not complete:
         return None
-    default = every.get(DEFAULT)
-    recommended = every.get(RECOMMENDED)
     return Record(
         angles=ANGLES,  # [degrees]
         step=STEP,  # [s]
-        every=tuple(every.values()),
-        best=_heading(default.errors, np.argmin) if default else None,  # with default contacts
+        every=complete,
+        # headings with the smallest and the largest error with default contacts
+        best=_heading(default.errors, np.argmin) if default else None,
         worst=_heading(default.errors, np.argmax) if default else None,
         default_spread=default.spread if default else None,
         recommended_spread=recommended.spread if recommended else None,
-        # the largest size of an error
+        # largest magnitude of an error with recommended contacts
         recommended=recommended.errors.max() if recommended else None,
     )
 
 
-def _run(method: str, angle: int) -> ExtraRun:
+def _turned_run(method: str, angle: int) -> ExtraRun:
+    """Returns the run of the scene that is turned by an angle [degrees]."""
     turned = (("heading", math.radians(angle)),)
     return ExtraRun(LINE, method, STEP, changes=turned, end_alone=True)
 
 
-def _over_headings(study: Study, method: str) -> Record | None:
-    """The errors of a method; None where it did not run along every heading."""
-    runs = [run for a in ANGLES if (run := study.answer(_run(method, a)))]
+def _errors_over_headings(study: Study, method: str) -> Record | None:
+    """Returns a method's errors over the headings, also as points around a circle; None if the
+    method did not run along every heading."""
+    runs = recordings(study, [_turned_run(method, angle) for angle in ANGLES])
     if len(runs) < len(ANGLES):
         return None
-    errors = np.abs([end_error(LINE, run) for run in runs])
-    around = np.radians([*ANGLES, 360])
+    errors = np.abs([end_error(LINE, run) for run in runs.values()])
+    closed_circle = np.radians([*ANGLES, 360])
     radii = 100.0 * np.append(errors, errors[0])
-    ahead = radii * np.cos(around)
-    aside = radii * np.sin(around)
+    ahead = radii * np.cos(closed_circle)
+    aside = radii * np.sin(closed_circle)
     return Record(
         method=method,
         errors=errors,
         spread=np.ptp(errors),
-        ahead=ahead,  # [%]
-        aside=aside,  # [%]
+        ahead=ahead,  # [%] error times the cosine of the heading
+        aside=aside,  # [%] error times the sine of the heading
     )
 
 
 def _heading(errors: Array, end: Callable[[Array], np.intp]) -> Record:
-    """The heading at an end of the errors: the first of those that differ by their rounding."""
-    place = int(end(np.round(errors, DIGITS)))
-    angle = ANGLES[place]
+    """Returns the heading with the smallest or the largest error, as `end` (argmin or argmax) says.
+    Among headings whose errors differ by rounding, the first one is returned."""
+    index = int(end(np.round(errors, DIGITS)))
+    angle = ANGLES[index]
     return Record(
         angle=angle,  # [degrees]
-        size=errors[place],  # relative
-        # angle to the nearest axis of the friction pyramid [degrees]
+        size=errors[index],  # magnitude of the relative error
+        # [degrees] angle to the nearest axis of the friction pyramid
         off_axis=abs((angle + 45) % 90 - 45),
     )
 
 
 def _differs(numbers: Record) -> Claims:
+    """Returns the check that the spread with default contacts exceeds that with recommended
+    ones."""
     default = numbers.default_spread
     recommended = numbers.recommended_spread
     if default is None or recommended is None:

@@ -1,4 +1,5 @@
-"""The friction with which an engine slides as far as the exact motion, beside the true one."""
+"""The friction coefficient identified with an engine, beside the true one. With the identified
+friction, the engine's body slides as far as the exact motion."""
 
 from __future__ import annotations
 
@@ -14,38 +15,39 @@ from plumbob.reports.analyses.capsule_line.headings import DEFAULT, RECOMMENDED,
 from plumbob.reports.analyses.claims import Claims, clear
 from plumbob.reports.analyses.measurements import LINE
 
-# [degrees]: a quarter of all, mirrored; with contacts that are isotropic two of them
+# [degrees] headings of the fits. Symmetry leaves an eighth of the circle for default contacts; two
+# headings are enough for isotropic contacts.
 ANGLES = MappingProxyType({DEFAULT: (0, 15, 30, 45), RECOMMENDED: (0, 30)})
 PAIRS = tuple((method, angle) for method, angles in ANGLES.items() for angle in angles)
-SEARCHED = (0.15, 0.6)  # from half of the scene's friction to twice it
-BUDGET = 40  # runs: the fit is then closer than 1e-4
-ALIKE = 1e-3  # of the friction: fits that differ by less do not tell
+SEARCHED = (0.15, 0.6)  # search range: from half of the scene's friction to twice it
+BUDGET = 40  # number of runs; the fitted friction is then within 1e-4 of the best fit
+ALIKE = 1e-3  # relative bias of the friction below which fits count as equal
 
 
 def requests(plan: StudyPlan) -> Sequence[ParameterFit]:
-    """A fit for each heading in both methods."""
+    """Returns a fit of the friction for each heading with both methods."""
     return [_fit(*pair) for pair in PAIRS]
 
 
 def numbers(study: Study) -> Record | None:
-    """The fits that a study holds; None where it holds none."""
+    """Returns the identified friction coefficients and their biases; None if the study holds no
+    fit."""
     fits = []
     exact = math.nan
     for method, angle in PAIRS:
         fit = study.answer(_fit(method, angle))
-        if fit:
-            (parameter,) = fit.parameters
-            exact = parameter.true
-            bias = parameter.identified / parameter.true - 1.0
-            fits.append(
-                Record(
-                    method=method,
-                    angle=angle,  # [degrees]
-                    friction=parameter.identified,
-                    bias=bias,  # relative
-                    residual=fit.residual,  # of the displacement, relative
-                )
-            )
+        if not fit:
+            continue
+        (parameter,) = fit.parameters
+        exact = parameter.true
+        row = Record(
+            method=method,
+            angle=angle,  # [degrees]
+            friction=parameter.identified,
+            bias=parameter.identified / parameter.true - 1.0,  # relative
+            residual=fit.residual,  # relative residual of the displacement
+        )
+        fits.append(row)
     if not fits:
         return None
     default = [fit for fit in fits if fit.method == DEFAULT]
@@ -56,13 +58,15 @@ def numbers(study: Study) -> Record | None:
         fits=fits,
         # the most biased fit with default contacts
         worst=max(default, key=lambda fit: abs(fit.bias), default=None),
-        # a bound of the bias with the recommended contacts: the search begins with the true value
+        # A search that begins with the true value may end there, so the bias with the recommended
+        # contacts is only bounded by ALIKE.
         recommended=max([ALIKE, *biases]) if biases else None,
     )
 
 
 def claims(numbers: Record) -> Claims:
-    """That default contacts bias the friction that is identified, and the recommended do not."""
+    """Returns the check that default contacts bias the identified friction and recommended contacts
+    do not."""
     if numbers.worst is None or numbers.recommended is None:
         return ()
     text = (
@@ -72,6 +76,7 @@ def claims(numbers: Record) -> Claims:
 
 
 def _fit(method: str, angle: int) -> ParameterFit:
+    """Returns the fit of the friction in the scene that is turned by an angle [degrees]."""
     turned = (("heading", math.radians(angle)),)
     return ParameterFit(LINE, method, STEP, "friction", *SEARCHED, BUDGET, turned)
 

@@ -1,4 +1,4 @@
-"""The source's figure and formulas: Fig. 2, two misprints, and eq. 22 on every line through C."""
+"""The source's Fig. 2, two misprints in its formulas, and eq. 22 on lines through C."""
 
 from __future__ import annotations
 
@@ -13,49 +13,51 @@ from plumbob.engines.study.extra_runs import ExtraRun, StudyPlan
 from plumbob.engines.study.results import Study
 from plumbob.reports.analyses.analysis import Analysis, Record
 from plumbob.reports.analyses.claims import Claims, at_most
-from plumbob.reports.analyses.measurements import LINE, displacement_error, problem, runs
+from plumbob.reports.analyses.measurements import LINE, displacement_error, extra_runs, problem
 
 STEP = 1e-3  # [s]
 MUJOCO = "mujoco/euler+coulomb"
-ENGINES = (MUJOCO, "pymunk/side")  # of Fig. 2
-DRAWN = ("stroke_rate", "velocity", "displacement")  # in Fig. 2
-STRAIGHT = 1e-3  # [rad]: a body that turns by less goes along a line
-EVERY = 5  # samples to a mark
+ENGINES = (MUJOCO, "pymunk/side")  # methods in Fig. 2
+DRAWN = ("stroke_rate", "velocity", "displacement")  # observables in Fig. 2
+STRAIGHT = 1e-3  # [rad] largest turn of a body that moves along a line
+EVERY = 5  # samples per mark in a figure
 LINES = tuple(
     f"capsule-line/{name}" for name in ("ca1", "ca2", "ca3", "at-50", "at-123", "at-222")
 )
 ON_LINES = (MUJOCO, "pymunk/feet")
-LINE_RUNS = runs(LINES, ON_LINES, (STEP,))
+LINE_RUNS = extra_runs(LINES, ON_LINES, (STEP,))
 
 
 def requests(plan: StudyPlan) -> Sequence[ExtraRun]:
-    """The check manoeuvre for Fig. 2, the misprints and the actuator's force."""
-    return runs((LINE,), ENGINES, (STEP,))
+    """Returns the runs of the check manoeuvre for Fig. 2, the misprints and the actuator's
+    force."""
+    return extra_runs((LINE,), ENGINES, (STEP,))
 
 
 def samples(study: Study, every: int, names: Sequence[str]) -> Mapping[str, Signals]:
-    """Observables of the check manoeuvre in each engine that ran, at one sample in `every`: not at
-    the same ones, so that no mark hides another."""
+    """Returns observables of the check manoeuvre in each engine that ran, at one sample in `every`.
+    The engines have different samples, so that no mark in a figure hides another."""
     by_engine = {}
-    for place, method in enumerate(ENGINES):
-        if run := study.answer(ExtraRun(LINE, method, STEP)):
-            kept = slice(place * every // 2, None, every)
-            shown = {name: run.observables[name][kept] for name in names}
-            by_engine[method] = {"times": run.times[kept], **shown}
+    for number, method in enumerate(ENGINES):
+        run = study.answer(ExtraRun(LINE, method, STEP))
+        if run:
+            shown = slice(number * every // 2, None, every)
+            observables = {name: run.observables[name][shown] for name in names}
+            by_engine[method] = {"times": run.times[shown], **observables}
     return by_engine
 
 
 def figure_2(study: Study) -> Record:
-    """v(t), v_c(t) and x(t) of the check manoeuvre, exact and as two engines have them."""
+    """Returns v(t), v_c(t) and x(t) of the check manoeuvre, exact and in two engines."""
     line = problem(LINE).motion
-    # The switches among the times, so that a corner is drawn as one.
+    # The times include the switches, so that a corner is drawn as a corner.
     switches = (line.t1, line.t_star, line.t2)
     times = np.unique(np.append(np.linspace(0.0, 1.05 * line.t2, 200), switches))
     observed = problem(LINE).reference.observe(times)
     exact = {"times": times, **{name: observed[name] for name in DRAWN}}
     engines = samples(study, EVERY, DRAWN)
     return Record(
-        switches=switches,  # t1, t*, t2 [s]
+        switches=switches,  # [s] t1, t*, t2
         displacement=line.displacement,  # [m]
         exact=exact,
         engines=engines,
@@ -64,29 +66,34 @@ def figure_2(study: Study) -> Record:
 
 
 def misprints(study: Study) -> Record:
-    """Eq. 19 as printed beside as derived, and the velocity at t* in an engine."""
+    """Returns the velocities by eq. 19 as printed and as derived, and the velocity at t* in an
+    engine."""
     line = problem(LINE).motion
     stop = np.array([line.t_star])
     times = np.linspace(0.0, 1.05 * line.t2, 200)
     at_stop = None
-    if run := study.answer(ExtraRun(LINE, MUJOCO, STEP)):
+    run = study.answer(ExtraRun(LINE, MUJOCO, STEP))
+    if run:
         at_stop = float(np.interp(line.t_star, run.times, run.observables["velocity"]))
     return Record(
-        printed=printed_body_velocity(line, stop)[0],  # [m/s] at t*, as the two below
-        derived=line.at(stop).velocity[0],
-        measured=at_stop,
-        travel=line.at(np.array([line.t2])).stroke[0],  # [m], of the slider until t2
-        times=times,
-        derived_rates=line.at(times).velocity,
-        printed_rates=printed_body_velocity(line, times[times <= line.t_star]),  # until t*
-        velocities=samples(study, EVERY, ("velocity",)).get(MUJOCO),  # in MuJoCo
+        printed=printed_body_velocity(line, stop)[0],  # [m/s] at t*
+        derived=line.at(stop).velocity[0],  # [m/s] at t*
+        measured=at_stop,  # [m/s] at t*
+        travel=line.at(np.array([line.t2])).stroke[0],  # [m] stroke of the slider until t2
+        times=times,  # [s]
+        derived_rates=line.at(times).velocity,  # [m/s]
+        printed_rates=printed_body_velocity(
+            line, times[times <= line.t_star]
+        ),  # [m/s] until t*
+        velocities=samples(study, EVERY, ("velocity",)).get(MUJOCO),  # [m/s] in MuJoCo
         step=STEP,
     )
 
 
 def any_line(study: Study) -> Record:
-    """Eq. 22 along the source's three lines and three others, in two engines."""
-    lines = tuple(_line(study, scene) for scene in LINES)
+    """Returns the displacement by eq. 22 and the errors of two engines, along the source's three
+    lines and three others."""
+    lines = tuple(_line_numbers(study, scene) for scene in LINES)
     turns = [turn or 0.0 for line in lines for turn in line.turns]
     return Record(
         lines=lines,
@@ -96,8 +103,9 @@ def any_line(study: Study) -> Record:
     )
 
 
-def _line(study: Study, scene: str) -> Record:
-    """A line through C: its angle to C-A1 and displacement, and how engines go along it."""
+def _line_numbers(study: Study, scene: str) -> Record:
+    """Returns the numbers of a line through C: its angle to C-A1, its displacement, and the errors
+    and turns of the engines."""
     motion = problem(scene).motion
     turns = list[float | None]()
     for method in ON_LINES:
@@ -107,13 +115,14 @@ def _line(study: Study, scene: str) -> Record:
         scene=scene,
         angle=math.degrees(motion.direction) % 360.0,  # [degrees]
         displacement=motion.displacement,  # [m]
-        # of the displacement, relative, for each of ON_LINES
+        # relative error of the displacement for each of ON_LINES
         errors=[displacement_error(study, scene, method, STEP) for method in ON_LINES],
-        turns=turns,  # [rad], the largest
+        turns=turns,  # [rad] largest turn for each of ON_LINES
     )
 
 
 def _straight(numbers: Record) -> Claims:
+    """Returns the check that the body does not turn in any engine."""
     turn = numbers.largest_turn
     return (at_most("the largest turn of the body in an engine", turn, STRAIGHT, "rad"),)
 

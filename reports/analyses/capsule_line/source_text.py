@@ -16,27 +16,28 @@ from plumbob.engines.study.results import Study
 from plumbob.reports.analyses.analysis import Analysis, Record
 from plumbob.reports.analyses.measurements import LINE, measured_error, problem
 
-CONTACTS = ("mujoco/euler", "mujoco/euler+coulomb")  # default and convergent
+CONTACTS = ("mujoco/euler", "mujoco/euler+coulomb")  # default and convergent contacts
 STEP = 1e-3  # [s]
 THRESHOLD = "capsule-line/w1-threshold"
 COAST, SPIN = "capsule-coast/translation", "capsule-coast/spin"
-SHORTER = 1000.0  # times, of t1
-HARD = 2.0  # of w2 over f g/mu, beyond (15)
-STARTS = (-0.05, 0.0, 0.08)  # of the slider along its line [m]
-SPARE, AWAY = 1.002, 1e-3  # of |w| over f g/mu, and how far a plan goes with it [m]
+SHORTER = 1000.0  # factor by which t1 is shortened
+HARD = 2.0  # ratio of w2 to f g/mu, above the bound (15)
+STARTS = (-0.05, 0.0, 0.08)  # [m] starts of the slider along its line
+SPARE, AWAY = 1.002, 1e-3  # ratio of |w| to f g/mu in a plan; [m] distance of the plan's goal
 
 
-def slope(line: LineManoeuvre) -> tuple[float, float]:
-    """Exponents p of t1^p in the displacements of slider and body, between t1 and t1/SHORTER."""
-    less = replace(line, t1=line.t1 / SHORTER)
-    pairs = ((line.stroke, less.stroke), (line.displacement, less.displacement))
-    first, second = (math.log(a / b) / math.log(SHORTER) for a, b in pairs)
-    return first, second
+def time_exponents(line: LineManoeuvre) -> tuple[float, float]:
+    """Returns the exponents p of t1^p in the displacements of the slider and of the body, from the
+    manoeuvres with t1 and t1/SHORTER."""
+    shorter = replace(line, t1=line.t1 / SHORTER)
+    of_slider = math.log(line.stroke / shorter.stroke) / math.log(SHORTER)
+    of_body = math.log(line.displacement / shorter.displacement) / math.log(SHORTER)
+    return of_slider, of_body
 
 
-def balance(line: LineManoeuvre) -> float:
-    """Largest residual of eqs. 8 and 9 with F eliminated, over the weight: at times within each
-    interval, with accelerations from differences of the velocities."""
+def balance_residual(line: LineManoeuvre) -> float:
+    """Returns the largest residual of eqs. 8 and 9 with F eliminated, over the weight. It is
+    evaluated at times within each interval, with accelerations from differences of velocities."""
     switches = np.array([0.0, line.t1, line.t_star, line.t2])
     times = (switches[:-1] + np.diff(switches) * np.array([[0.3], [0.7]])).ravel()
     h = 1e-3 * float(np.diff(switches).min())
@@ -44,14 +45,15 @@ def balance(line: LineManoeuvre) -> float:
     before = line.at(times - h)
     body = line.capsule
     forces = line.friction_force(times)
-    gained = (body.body_mass + body.slider_mass) * (later.velocity - before.velocity)
-    gained += body.slider_mass * (later.stroke_rate - before.stroke_rate)
-    momentum = gained / (2 * h)
-    return float(np.abs(momentum - forces).max() / body.weight)
+    momentum = (body.body_mass + body.slider_mass) * (later.velocity - before.velocity)
+    momentum += body.slider_mass * (later.stroke_rate - before.stroke_rate)
+    momentum_rate = momentum / (2 * h)
+    return float(np.abs(momentum_rate - forces).max() / body.weight)
 
 
 def hard_brake(line: LineManoeuvre, factor: float = HARD) -> Record:
-    """The exact motion with w2 `factor` times f g/mu, 1 < `factor`: at t* the body turns round."""
+    """Returns the exact motion if w2 is `factor` times f g/mu, where `factor` is above 1: the body
+    reverses at t*."""
     body = line.capsule
     limit = line.capsule.holding_acceleration
     w2 = factor * limit
@@ -61,74 +63,76 @@ def hard_brake(line: LineManoeuvre, factor: float = HARD) -> Record:
     push = body.mass_ratio * line.w1 - resistance
     brake = body.mass_ratio * w2 + resistance
     t_star = line.t1 * (1.0 + push / brake)
-    left = line.t1 * (1.0 + line.w1 / w2) - t_star  # until the slider rests
-    forth = body.mass_ratio * w2 - resistance
-    places = motion.at(np.array([t_star, motion.rest_time])).position[:, 0]
+    braking = line.t1 * (1.0 + line.w1 / w2) - t_star  # [s] time from t* until the slider rests
+    forward = body.mass_ratio * w2 - resistance  # [m/s^2] acceleration of the body after t*
+    at_t_star, at_rest = motion.at(np.array([t_star, motion.rest_time])).position[:, 0]
     return Record(
-        back=places[0],  # way until t* [m]
-        after=places[1] - places[0],  # way from there to rest [m], exact
-        # the same by constant accelerations
-        formula=0.5 * forth * left**2 * (1.0 + forth / resistance),
-        ends=motion.rest_time,  # when the body rests [s]
+        back=at_t_star,  # [m] displacement until t*
+        after=at_rest - at_t_star,  # [m] displacement from t* to rest, exact
+        # [m] displacement from t* to rest by constant accelerations
+        formula=0.5 * forward * braking**2 * (1.0 + forward / resistance),
+        ends=motion.rest_time,  # [s] time at which the body rests
     )
 
 
-def from_starts(line: LineManoeuvre) -> float:
-    """Largest relative change of the displacement where the slider starts elsewhere on its line:
-    of the exact motion, not of (22)."""
+def change_by_start(line: LineManoeuvre) -> float:
+    """Returns the largest relative change of the displacement of the exact motion if the slider
+    starts elsewhere on its line (STARTS)."""
 
-    def moved(start: float) -> float:
+    changes = []
+    for start in STARTS:
         path = replace(line, start=start).path
         motion = three_point_motion(line.capsule, path)
-        return float(motion.at(np.array([motion.rest_time])).position[0, 0])
+        displacement = float(motion.at(np.array([motion.rest_time])).position[0, 0])
+        changes.append(abs(displacement / line.displacement - 1.0))
+    return max(changes)
 
-    return max(abs(moved(start) / line.displacement - 1.0) for start in STARTS)
 
-
-def stop() -> Record:
-    """How a body with a fixed slider comes to rest."""
+def slide_to_rest() -> Record:
+    """Returns speed, distance and time of a body with a fixed slider that slides to rest."""
     coast = problem(COAST)
     speed = math.hypot(*coast.setup.velocity)
     distance = float(coast.motion.distance)
     return Record(
-        speed=speed,  # at first [m/s]
+        speed=speed,  # [m/s] initial speed
         distance=distance,  # [m]
-        time=2.0 * distance / speed,  # until it rests [s]
-        spinning=problem(SPIN).motion.rest_time,  # until one rests that spins too [s]
+        time=2.0 * distance / speed,  # [s] time until the body rests
+        spinning=problem(SPIN).motion.rest_time,  # [s] time until a spinning body rests
     )
 
 
 def numbers(study: Study) -> Record:
-    """The sources quantities, computed; and the errors of MuJoCo's friction."""
+    """Returns the quantities of the source's statements, computed, and the errors of MuJoCo's
+    friction."""
     line = problem(LINE).motion
     barely = problem(THRESHOLD).motion
     body = line.capsule
     loads = line.normal_forces(np.linspace(0.0, line.t2, 50)).sum(axis=1)
     limit = body.holding_acceleration
-    exponents = slope(line)
+    exponents = time_exponents(line)
     plan = find_plan(body, RestPose(AWAY, 0.0, 0.0), Limits(acceleration=SPARE * limit))
     return Record(
-        # of the displacement, relative, for CONTACTS
+        # relative error of the displacement for each of CONTACTS
         friction_errors=[measured_error(study, LINE, method, STEP) for method in CONTACTS],
         weight=body.weight,  # [N]
-        # of the sum of normal forces from the weight, relative
+        # largest relative difference of the sum of normal forces from the weight
         load_gap=np.abs(loads / body.weight - 1.0).max(),
-        imbalance=balance(line),  # of eqs. 8 and 9, over the weight
-        enough=limit,  # acceleration [m/s²] above which the body moves
-        excess=barely.w1 / limit - 1.0,  # of the threshold's scene over that, relative
-        barely_moved=barely.displacement,  # [m], in that scene
-        switches=(line.t1, line.t_star, line.t2),  # t1, t*, t2 [s]
-        exponents=exponents,  # of t1, in the displacements of slider and body
+        imbalance=balance_residual(line),  # largest residual of eqs. 8 and 9 over the weight
+        enough=limit,  # [m/s²] acceleration above which the body moves
+        excess=barely.w1 / limit - 1.0,  # relative excess of w1 in the scene THRESHOLD
+        barely_moved=barely.displacement,  # [m] displacement in the scene THRESHOLD
+        switches=(line.t1, line.t_star, line.t2),  # [s] t1, t*, t2
+        exponents=exponents,  # exponents of t1 in the displacements of slider and body
         short_displacement=line.displacement / SHORTER ** exponents[1],  # [m]
-        # whether slider and body go in opposite directions
+        # whether slider and body move in opposite directions
         opposite=line.stroke * line.displacement < 0.0,
         plan_lines=plan.lines,
         plan_duration=plan.duration,  # [s]
-        acceleration=SPARE * limit,  # [m/s²] of the plan
+        acceleration=SPARE * limit,  # [m/s²] largest acceleration of the plan
         hard_brake=hard_brake(line),
-        stop=stop(),
-        # largest relative change of the displacement with the slider's start
-        by_start=from_starts(line),
+        stop=slide_to_rest(),
+        # largest relative change of the displacement if the slider starts elsewhere
+        by_start=change_by_start(line),
         hard=HARD,
         starts=STARTS,
         spare=SPARE,

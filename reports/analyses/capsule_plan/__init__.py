@@ -1,4 +1,4 @@
-"""Plans that bring the capsule to a pose: poses reached, and runs open-loop."""
+"""The section on plans that bring the capsule to a pose: poses reached, and open-loop runs."""
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
-"""Which lines and arc the slider may have: every pair of C-Ai, either way round, and others."""
+"""Plans along different slider tracks: every pair of lines C-Ai with either arc, and other
+tracks."""
 
 from __future__ import annotations
 
@@ -11,63 +12,70 @@ from plumbob.analytic.systems.planner.result import Plan
 from plumbob.analytic.systems.planner.tracks import ArcName, Ends, LineSegment, Pair
 from plumbob.engines.study.results import Study
 from plumbob.models.tripod_capsule.parameters import CHECK
-from plumbob.models.tripod_capsule.plan import CURVES, POSE, planned
+from plumbob.models.tripod_capsule.plan import CURVES, POSE, requested_plan
 from plumbob.reports.analyses.analysis import Analysis, Record
 from plumbob.reports.analyses.capsule_plan.plans import plan_numbers, plan_of
 from plumbob.reports.analyses.measurements import covers
 
 PAIRS: tuple[Pair, ...] = ((1, 2), (2, 3), (3, 1))
 ARCS: tuple[ArcName, ...] = ("shorter", "longer")
-# Arcs and segments that belong to no support: apart, on both sides of C, and short.
+# tracks that belong to no support: (ends of the arc, line segments), with segments away from
+# C, on both sides of C, and short ones
 PIECES: tuple[tuple[Ends, tuple[LineSegment, ...]], ...] = (
     ((0.3, 1.1), ((0.4, 0.02, 0.08), (2.1, -0.05, 0.05))),
     ((2.0, -0.4), ((-2.6, 0.01, 0.11), (1.9, -0.09, -0.03))),
     ((-3.0, -2.6), ((0.9, -0.02, 0.02), (2.4, 0.0, 0.04))),
 )
 SCENES = tuple(f"capsule-plan/beside-curve-{case}" for case, *_ in CURVES)
-SLIDER = ((0.05, 0.02), (-0.04, 0.06))  # [m]: places at the start and at the end
-POINTS = 400  # of a slider's path
+SLIDER = ((0.05, 0.02), (-0.04, 0.06))  # [m] slider positions at the start and at the end
+POINTS = 400  # points of the slider's path
 
 
 def plans() -> tuple[Plan, ...]:
-    """Plans to the same pose along each pair of lines, with the shorter arc and the longer, and
-    along other segments and arcs."""
-    to = {**CHECK, "to": POSE, "track": "curve"}
+    """Returns plans to the same pose: along each pair of lines with the shorter and the longer arc,
+    and along the tracks of PIECES."""
+    common = {**CHECK, "to": POSE, "track": "curve"}
     curves = itertools.product(PAIRS, ARCS)
     return (
-        *(planned({**to, "legs": legs, "arc": arc}) for legs, arc in curves),
-        *(planned({**to, "arc": arc, "segments": segments}) for arc, segments in PIECES),
+        *(requested_plan({**common, "legs": legs, "arc": arc}) for legs, arc in curves),
+        *(
+            requested_plan({**common, "arc": arc, "segments": segments})
+            for arc, segments in PIECES
+        ),
     )
 
 
 def numbers(study: Study) -> Record | None:
-    """The plans; None where the study has none of SCENES."""
+    """Returns the plans along all tracks, with their slider paths and errors; None if the study has
+    none of SCENES."""
     if not any(covers(study, name) for name in SCENES):
         return None
-    every = plans()
-    corners = np.array(every[0].capsule.supports)
-    curves = tuple(_along(plan) for plan in every)
-    times = [plan.duration for plan in every if not plan.segments]
-    moved = planned({**CHECK, "to": POSE, "slider": SLIDER[0], "slider_at_end": SLIDER[1]})
+    all_plans = plans()
+    corners = np.array(all_plans[0].capsule.supports)
+    curves = tuple(_plan_with_path(plan) for plan in all_plans)
+    times = [plan.duration for plan in all_plans if not plan.segments]
+    moved = requested_plan(
+        {**CHECK, "to": POSE, "slider": SLIDER[0], "slider_at_end": SLIDER[1]}
+    )
     return Record(
         curves=curves,
-        supports=np.vstack([corners, corners[:1]]),  # [m], shape (4, 2): a closed loop
-        second=plan_numbers(plan_of(SCENES[1])),  # of the second of `scenes`
+        supports=np.vstack([corners, corners[:1]]),  # [m] closed triangle, shape (4, 2)
+        second=plan_numbers(plan_of(SCENES[1])),  # plan of the second of `scenes`
         slider=SLIDER,
-        replaced=plan_numbers(moved),  # from the one place of the slider to the other
-        misplaced=math.dist(moved.path.end, SLIDER[1]),  # [m]
+        replaced=plan_numbers(moved),  # plan that moves the slider to another position
+        misplaced=math.dist(moved.path.end, SLIDER[1]),  # [m] error of that slider position
         scenes=SCENES,
-        # the largest error of an exact motion [m] or [rad]
-        worst=max(max(along.plan.distance, along.plan.angle) for along in curves),
-        slowest=max(times) / min(times),  # longest time over the shortest, towards supports
+        # [m] or [rad] largest pose error of an exact motion
+        worst=max(max(curve.plan.distance, curve.plan.angle) for curve in curves),
+        # ratio of the longest to the shortest duration, among plans along lines to supports
+        slowest=max(times) / min(times),
     )
 
 
-def _along(plan: Plan) -> Record:
-    """A plan along a curve, and the slider's path in the body [m], shape (POINTS, 2)."""
-    return Record(
-        plan=plan_numbers(plan), path=plan.path.places(np.linspace(0.0, plan.duration, POINTS))
-    )
+def _plan_with_path(plan: Plan) -> Record:
+    """Returns the numbers of a plan, and the slider's path in the body [m], shape (POINTS, 2)."""
+    times = np.linspace(0.0, plan.duration, POINTS)
+    return Record(plan=plan_numbers(plan), path=plan.path.places(times))
 
 
 LEGS = Analysis("capsule_plan/legs", numbers)

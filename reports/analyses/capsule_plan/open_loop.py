@@ -1,4 +1,4 @@
-"""Plans run open-loop in engines: the pose's error at the end, by what caused it."""
+"""Plans run open-loop in engines: the final pose errors, split by the kind of manoeuvre."""
 
 from __future__ import annotations
 
@@ -10,70 +10,74 @@ import numpy as np
 from plumbob.engines.study.extra_runs import ExtraRun, StudyPlan
 from plumbob.engines.study.results import Study
 from plumbob.reports.analyses.analysis import Analysis, Record
-from plumbob.reports.analyses.capsule_plan.plans import names, plan_numbers, plan_of
+from plumbob.reports.analyses.capsule_plan.plans import plan_numbers, plan_of, planned_scenes
 from plumbob.reports.analyses.capsule_plan.pose_errors import (
-    by_kind,
-    named,
+    error_by_name,
+    errors_by_kind,
     pose_errors,
     run_duration,
 )
 from plumbob.reports.analyses.measurements import case
 
-DEFAULT = "mujoco/euler"  # its contacts' stiction drifts
+DEFAULT = "mujoco/euler"  # method whose default contacts drift in stiction
 METHODS = ("mujoco/euler+coulomb", "pymunk/feet", "mujoco/rk4+coulomb", DEFAULT)
 QUICK = METHODS[:2]
 STEP = 1e-3  # [s]
 
 
 def runs(study: Study | StudyPlan) -> Sequence[ExtraRun]:
-    """Each plan of the study, run open-loop to its end, with the methods of its profile."""
-    pairs = product(names(study), METHODS if study.profile == "full" else QUICK)
-    return [ExtraRun(n, m, STEP, run_duration(plan_of(n), STEP)) for n, m in pairs]
+    """Returns an open-loop run of each plan with each method of the study's profile."""
+    methods = METHODS if study.profile == "full" else QUICK
+    return [
+        ExtraRun(name, method, STEP, run_duration(plan_of(name), STEP))
+        for name, method in product(planned_scenes(study), methods)
+    ]
 
 
 def numbers(study: Study) -> Record | None:
-    """The errors at the end by plan and method; None without a plan or an engine."""
-    every = tuple(run for request in runs(study) if (run := _ended(study, request)))
-    if not every:
+    """Returns the final pose errors by plan and method; None if no run came to rest."""
+    errors = [_final_error(study, request) for request in runs(study)]
+    ended = tuple(run for run in errors if run)
+    if not ended:
         return None
+    methods = dict.fromkeys(run.method for run in ended)
     return Record(
-        runs=every,
-        spans=[_span(method, every) for method in dict.fromkeys(run.method for run in every)],
-        # [m]: slow motions' largest error with friction that converges
-        slow=_slow(run for run in every if run.method != DEFAULT),
-        slow_default=_slow(
-            run for run in every if run.method == DEFAULT
-        ),  # on default contacts
-        first=plan_numbers(plan_of(every[0].scene)),
+        runs=ended,
+        spans=[_error_range(method, ended) for method in methods],
+        # [m] largest error that slow motions cause with friction that converges, then by default
+        slow=_largest_slow_error([run for run in ended if run.method != DEFAULT]),
+        slow_default=_largest_slow_error([run for run in ended if run.method == DEFAULT]),
+        first=plan_numbers(plan_of(ended[0].scene)),
         step=STEP,
         quick=QUICK,
     )
 
 
-def _ended(study: Study, request: ExtraRun) -> Record | None:
-    """The error at the end of a run, and what each kind of manoeuvre added; None where the body
-    does not come to rest."""
+def _final_error(study: Study, request: ExtraRun) -> Record | None:
+    """Returns the final pose error of a run, and the part that each kind of manoeuvre added; None
+    if the run was not made or the body does not come to rest."""
     name = request.scene
     plan = plan_of(request.scene)
-    if (recorded := study.answer(request)) is None or len(recorded.times) < 2:
+    recorded = study.answer(request)
+    if recorded is None or len(recorded.times) < 2:
         return None
     after = pose_errors(plan, case(name).reference, recorded)
     if np.isnan(after[-1]).any():
         return None
-    parts = {kind: named(error) for kind, error in by_kind(plan, after).items()}
-    return Record(scene=name, method=request.method, parts=parts, end=named(after[-1]))
+    parts = {kind: error_by_name(error) for kind, error in errors_by_kind(plan, after).items()}
+    return Record(scene=name, method=request.method, parts=parts, end=error_by_name(after[-1]))
 
 
-def _span(method: str, runs: Sequence[Record]) -> Record:
-    """The error of the place at the end of a method's plans [m]."""
+def _error_range(method: str, runs: Sequence[Record]) -> Record:
+    """Returns the range of a method's final position errors [m] over all plans."""
     distances = [run.end["distance"] for run in runs if run.method == method]
     return Record(
         method=method, plans=len(distances), least=min(distances), largest=max(distances)
     )
 
 
-def _slow(runs: Iterable[Record]) -> float | None:
-    """The largest part of an error that slow motions caused [m]."""
+def _largest_slow_error(runs: Iterable[Record]) -> float | None:
+    """Returns the largest position error [m] that slow motions caused; None if there are none."""
     slow = [run.parts["slow"]["distance"] for run in runs if "slow" in run.parts]
     return max(slow, default=None)
 

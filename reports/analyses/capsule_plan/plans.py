@@ -1,4 +1,4 @@
-"""The plans of a study, each in a few numbers."""
+"""The plans of a study and their main numbers."""
 
 from __future__ import annotations
 
@@ -6,25 +6,26 @@ from plumbob.analytic.systems.planner.result import Plan
 from plumbob.engines.study.extra_runs import StudyPlan
 from plumbob.engines.study.results import Study
 from plumbob.models.registry import scene, scenes
-from plumbob.models.tripod_capsule.plan import planned
+from plumbob.models.tripod_capsule.plan import requested_plan
 from plumbob.reports.analyses.analysis import Record
 
 SYSTEM = "capsule-plan"
 
 
 def plan_of(name: str) -> Plan:
-    """The plan of a scene."""
-    return planned(scene(name).parameters)
+    """Returns the plan of a scene, by the scene's name."""
+    return requested_plan(scene(name).parameters)
 
 
-def names(study: Study | StudyPlan) -> tuple[str, ...]:
-    """The scenes of a study that have a plan."""
+def planned_scenes(study: Study | StudyPlan) -> tuple[str, ...]:
+    """Returns the names of the study's scenes that have a plan."""
     covered = {scene.name for scene in study.scenes}
     return tuple(scene.name for scene in scenes(SYSTEM) if scene.name in covered)
 
 
 def plan_numbers(plan: Plan) -> Record:
-    """Where a plan goes, along which curve, how long it takes, and its exact motion's error."""
+    """Returns the main numbers of a plan: its goal, track, duration, manoeuvres, and the final pose
+    error of its exact motion."""
     distance, angle = plan.error
     return Record(
         x=plan.goal.x,  # [m]
@@ -37,7 +38,7 @@ def plan_numbers(plan: Plan) -> Record:
         duration=plan.duration,  # [s]
         turns=plan.turns,
         lines=plan.lines,
-        manoeuvres=len(plan.manoeuvres),  # of any kind
-        distance=distance,  # [m], from the goal
-        angle=angle,  # [rad]
+        manoeuvres=len(plan.manoeuvres),  # number of manoeuvres of any kind
+        distance=distance,  # [m] distance from the goal at the end
+        angle=angle,  # [rad] difference from the goal's heading at the end
     )

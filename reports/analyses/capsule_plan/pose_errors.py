@@ -1,4 +1,4 @@
-"""The pose error of a plan run in an engine: after each manoeuvre, and by kind of manoeuvre."""
+"""Pose errors of a plan run in an engine: after each manoeuvre, and by kind of manoeuvre."""
 
 from __future__ import annotations
 
@@ -9,15 +9,16 @@ from plumbob.analytic.reference import Array, Reference, Signals
 from plumbob.analytic.systems.planner.result import Plan
 from plumbob.engines.trajectory import Trajectory
 
-STILL = 1e-12  # [m/s] and [rad/s]: the exact motion is at rest
-MOST_STEPS = 1_000_000_000  # of any run
-AFTER = 2  # steps run after the last manoeuvre's end
-POSE = ("x", "y", "heading")  # of C [m], in the axes of the start, and of the body [rad]
+STILL = 1e-12  # [m/s] or [rad/s] largest rate of an exact motion at rest
+MOST_STEPS = 1_000_000_000  # most steps of a run
+AFTER = 2  # number of steps run after the end of the last manoeuvre
+POSE = ("x", "y", "heading")  # position of C [m] in the axes of the start; heading [rad]
 
 
 def run_duration(plan: Plan, step: float) -> float:
-    """How long a run of `plan` with `step` [s] has to be to show the pose at its end [s]; raises
-    ParameterError for a step longer than the plan or a thousand million times shorter."""
+    """Returns the duration [s] that a run of `plan` at `step` [s] needs to show the final pose.
+    Raises ParameterError if the step is longer than the plan or more than MOST_STEPS times
+    shorter."""
     if step > plan.duration:
         raise ParameterError("step", step, f"at most the duration, {plan.duration} s")
     if step * MOST_STEPS < plan.duration:
@@ -27,37 +28,42 @@ def run_duration(plan: Plan, step: float) -> float:
 
 
 def pose_errors(plan: Plan, exact: Reference, run: Trajectory) -> Array:
-    """Errors of POSE in a run of `plan` held against its exact motion, after each manoeuvre, shape
-    (manoeuvres, 3): at the last sample, at which a place is no longer late by half a step; NaN
-    where the body has not come to rest."""
-    seen = exact.observe(run.times)
-    error = np.column_stack([run.observables[name] - seen[name] for name in POSE])
-    rates = np.abs([seen[name] for name in ("velocity_x", "velocity_y", "heading_rate")])
+    """Returns the errors of POSE in a run of `plan` after each manoeuvre, shape (manoeuvres, 3);
+    NaN after a manoeuvre whose exact motion is not at rest, or that the run did not reach.
+
+    An error is read at the last sample of a manoeuvre. By then the body rests, so that a position
+    that lags by half a step makes no error."""
+    observed = exact.observe(run.times)
+    errors = np.column_stack([run.observables[name] - observed[name] for name in POSE])
+    rates = np.abs([observed[name] for name in ("velocity_x", "velocity_y", "heading_rate")])
+    at_rest = rates.max(axis=0) <= STILL
     ends = np.append(plan.ends[:-1], np.inf)
-    last = np.searchsorted(run.times, ends, side="right") - 1
-    begun = run.times[last] > [manoeuvre.start for manoeuvre in plan.manoeuvres]
-    resting = begun & (rates.max(axis=0) <= STILL)[last]
-    return np.where(resting[:, None], error[last], np.nan)
+    last_samples = np.searchsorted(run.times, ends, side="right") - 1
+    reached = run.times[last_samples] > [manoeuvre.start for manoeuvre in plan.manoeuvres]
+    known = reached & at_rest[last_samples]
+    return np.where(known[:, None], errors[last_samples], np.nan)
 
 
-def by_kind(plan: Plan, after: Array) -> Signals:
-    """The part that each kind of manoeuvre has added to the pose's error, a turn with its residual
-    motion: the error at rest again less the error before; nothing where nothing ran."""
+def errors_by_kind(plan: Plan, after: Array) -> Signals:
+    """Returns the pose error that each kind of manoeuvre added, by kind. A manoeuvre adds the error
+    at the next rest minus the error at the rest before, so that a turn includes its residual
+    motion. `after` are the errors of `pose_errors`."""
     total: dict[str, Array] = {}
     before = np.zeros(len(POSE))
-    waiting = ""
-    for manoeuvre, now in zip(plan.manoeuvres, after, strict=False):
-        kind = waiting or manoeuvre.kind
-        if np.isnan(now).any():
-            waiting = kind
+    unfinished = ""  # kind of a manoeuvre after which the body still moves
+    for manoeuvre, error in zip(plan.manoeuvres, after, strict=False):
+        kind = unfinished or manoeuvre.kind
+        if np.isnan(error).any():
+            unfinished = kind
             continue
-        total[kind] = total.get(kind, np.zeros(len(POSE))) + now - before
-        before, waiting = now, ""
+        total[kind] = total.get(kind, np.zeros(len(POSE))) + error - before
+        before, unfinished = error, ""
     return total
 
 
-def named(error: Array) -> dict[str, float]:
-    """An error of POSE by name, and the distance of C from where it is to be [m]."""
+def error_by_name(error: Array) -> dict[str, float]:
+    """Returns a pose error by the names of POSE, and the distance [m] of C from its exact
+    position."""
     return {
         "distance": float(np.hypot(*error[:2])),
         **dict(zip(POSE, error.tolist(), strict=True)),

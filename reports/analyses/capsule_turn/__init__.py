@@ -1,4 +1,4 @@
-"""The page's section on the capsule's turn: formula and exact motion."""
+"""The section on the capsule's turn: formulas and exact motion."""
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
-"""The exact motion of a turn: the formula's next term, and a support that stops for a moment."""
+"""The exact motion of a turn: the next term of the formula, and a support that stops
+momentarily."""
 
 from __future__ import annotations
 
@@ -20,64 +21,74 @@ from plumbob.reports.analyses.capsule_turn.turns import facts, turn
 
 CHECKED = MappingProxyType(
     {0.3: -0.9068671274, 0.1: -0.9888885424, 0.03: -0.9989925407, 0.01: -0.9998879884}
-)  # the body angle at 2 tau [rad] by epsilon
-SLOPES = slice(1, 5)  # of EPSILONS: where a fourth order is far above rounding
+)  # [rad] body angle at 2 tau by epsilon
+SLOPES = slice(1, 5)  # indices of EPSILONS whose fourth-order errors are far above rounding
 SLENDER = MappingProxyType(
     {"inertia": 0.002, "radius": 0.12, "angular_acceleration": 130.0, "half_time": 0.08}
-)  # the check body's masses nearer to C: a support is easier to move one way than the other
-SIDES = (1e-6, 1e-5, 1e-4, 1e-3)  # [s] before and after
+)  # a body with the mass near C, whose supports move more easily in one direction than in the other
+SIDES = (1e-6, 1e-5, 1e-4, 1e-3)  # [s] times before and after the stop of a support
 
 
-def formulas() -> tuple[Record, Record]:
-    """Errors of eq. 32, and of it with its next term."""
+def formula_errors() -> tuple[Record, Record]:
+    """Returns the errors of eq. 32, and the errors of eq. 32 with its next term."""
     corrected = _errors("body_angle_corrected", "body_angle_corrected_at_rest")
     return _errors("body_angle_formula", "body_angle_formula"), corrected
 
 
 def _errors(at_stop: str, at_rest: str) -> Record:
-    """Exact body angle less that of a formula [rad] at 2 tau and at rest, for each of EPSILONS, and
-    slopes of log error against log epsilon, from 0.1 to 0.003."""
+    """Returns the exact body angle minus the angle of a formula [rad] at 2 tau and at rest, for
+    each of EPSILONS, and the slopes of log error against log epsilon, from 0.1 to 0.003. `at_stop`
+    and `at_rest` are the names of the formula's angles in `facts`."""
     turns = [facts(epsilon) for epsilon in EPSILONS]
     errors = {
         "stop": [known["body_angle"] - known[at_stop] for known in turns],
         "rest": [known["body_angle_at_rest"] - known[at_rest] for known in turns],
     }
-    logs = np.log(EPSILONS[SLOPES])
-    slopes = {n: np.polyfit(logs, np.log(np.abs(e[SLOPES])), 1)[0] for n, e in errors.items()}
+    log_epsilons = np.log(EPSILONS[SLOPES])
+    slopes = {}
+    for name, values in errors.items():
+        log_errors = np.log(np.abs(values[SLOPES]))
+        slopes[name] = np.polyfit(log_epsilons, log_errors, 1)[0]
     return Record(**errors, slopes=slopes)
 
 
 def second_order(study: Study) -> Record:
-    """The check values, the formulas' errors, and the coefficients."""
-    turned = turn(0.1)
-    scale = turned.characteristic_time**2
-    stop = float(turned.correction.at_stop[2])
-    end = float(turned.correction.at_rest[2])
+    """Returns the check values of the body angle, the errors of the formulas, and the coefficients
+    of epsilon^2 from theory and from the exact motion."""
+    manoeuvre = turn(0.1)
+    scale = manoeuvre.characteristic_time**2
+    correction = manoeuvre.correction
     angles = [(e, known, facts(e)["body_angle"]) for e, known in CHECKED.items()]
     checks = tuple((e, known, angle, angle - known) for e, known, angle in angles)
-    formula, corrected = formulas()
-    last = EPSILONS[-1] ** 2
+    formula, corrected = formula_errors()
+    smallest_squared = EPSILONS[-1] ** 2
+    measured = {
+        "stop": formula.stop[-1] / smallest_squared,
+        "rest": formula.rest[-1] / smallest_squared,
+    }
     return Record(
-        stop=scale * stop,  # coefficient of epsilon^2 [rad] at 2 tau, from theory
-        rest=scale * end,
+        stop=scale * float(correction.at_stop[2]),  # [rad] coefficient of epsilon^2 at 2 tau
+        rest=scale * float(correction.at_rest[2]),  # [rad] coefficient of epsilon^2 at rest
         formula=formula,
         corrected=corrected,
-        checks=checks,  # epsilon, the body angle at 2 tau [rad], computed, their difference
+        checks=checks,  # epsilon; body angle at 2 tau [rad]: check value, computed, difference
         epsilons=EPSILONS,
-        # the same coefficients at the smallest epsilon, from the exact motion
-        measured={"stop": formula.stop[-1] / last, "rest": formula.rest[-1] / last},
-        factor=_factor(corrected.rest),
+        # [rad] both coefficients from the exact motion at the smallest epsilon
+        measured=measured,
+        factor=_logarithm_factor(corrected.rest),
     )
 
 
-def _factor(errors: Sequence[float]) -> float:
-    """K of an error K epsilon^4 ln(1/epsilon) + B epsilon^4 at rest, from the two smallest."""
+def _logarithm_factor(errors: Sequence[float]) -> float:
+    """Returns K of the error K epsilon^4 ln(1/epsilon) + B epsilon^4 at rest, from the errors at
+    the two smallest EPSILONS."""
     larger, smaller = (errors[k] / EPSILONS[k] ** 4 for k in (-2, -1))
     return (smaller - larger) / math.log(EPSILONS[-2] / EPSILONS[-1])
 
 
-def motion() -> ThreePointMotion:
-    """A turn of a body with little inertia, in which a support stops and leaves at once."""
+def slender_turn() -> ThreePointMotion:
+    """Returns the turn of a body with little inertia, during which a support stops and moves on at
+    once."""
     scene = find_scene("capsule-turn", SLENDER)
     single = case_of(scene).problem.motion.single
     assert isinstance(single, ThreePointMotion)
@@ -85,32 +96,40 @@ def motion() -> ThreePointMotion:
 
 
 def slip_speeds(motion: ThreePointMotion, times: Array) -> Array:
-    """|v_i| [m/s] of each support, shape (3, n), at `times` [s], shape (n,)."""
+    """Returns the slip speed |v_i| [m/s] of each support, shape (3, n), at `times` [s], shape
+    (n,)."""
     pose = motion.at(times)
     velocity = (pose.velocity @ [1.0, 1j]) * np.exp(-1j * pose.heading)
     supports = np.asarray(motion.capsule.supports) @ [1.0, 1j]
     return np.asarray(np.abs(velocity + 1j * pose.angular_velocity * supports[:, None]))
 
 
-def touching(study: Study) -> Record:
-    """The slip speed on either side of the stop."""
-    single = motion()
+def momentary_stop(study: Study) -> Record:
+    """Returns the slip speeds of a support shortly before and after it stops momentarily."""
+    single = slender_turn()
     tau = SLENDER["half_time"]
     sides = np.array(SIDES)
-    pairs = pairwise(single.events)
-    touch = next(to for of, to in pairs if of.mode == to.mode == "slide" and to.support >= 0)
+    # A momentary stop is an event of a support between two sliding modes.
+    stops = [
+        event
+        for previous, event in pairwise(single.events)
+        if previous.mode == event.mode == "slide" and event.support >= 0
+    ]
+    touch = stops[0]
     times = np.array([touch.time, *(touch.time - sides), *(touch.time + sides)])
-    at, *speeds = slip_speeds(single, times)[touch.support]
+    speed_at_stop, *speeds = slip_speeds(single, times)[touch.support]
     before, after = np.reshape(speeds, (2, -1))
     rows = np.column_stack([sides, before, after, before / sides, after / sides])
     return Record(
-        time=touch.time / tau,  # over tau
+        time=touch.time / tau,  # time of the stop over tau
         support=touch.support + 1,
-        speed=at,  # there [m/s]
-        sides=rows,  # time [s], slip speeds so long before and after, and those over the time
+        speed=speed_at_stop,  # [m/s] slip speed at the stop
+        # a row for each of SIDES: that time [s], the slip speeds before and after [m/s], and both
+        # speeds over the time [m/s²]
+        sides=rows,
         parameters=SLENDER,
     )
 
 
 SECOND_ORDER = Analysis("capsule_turn/second_order", second_order)
-TOUCH = Analysis("capsule_turn/touch", touching)
+TOUCH = Analysis("capsule_turn/touch", momentary_stop)

@@ -1,40 +1,39 @@
-"""The velocities that the body has left when the slider stops, which the source takes for zero."""
+"""The residual velocities of the body when the slider stops; the source assumes that they are
+zero."""
 
 from __future__ import annotations
 
 from plumbob.engines.study.results import Study
 from plumbob.models.tripod_capsule.turn import EPSILONS
 from plumbob.reports.analyses.analysis import Analysis, Record
-from plumbob.reports.analyses.capsule_turn.turns import (
-    facts,
-    turn,
-)
+from plumbob.reports.analyses.capsule_turn.turns import facts, turn
 
-SHOWN = 0.1  # epsilon of the summary
+SHOWN = 0.1  # epsilon in the summary of the finding
 
 
 def numbers(study: Study) -> Record:
-    """omega and |v| at 2 tau over epsilon, exact and by the formula."""
-    coefficient = float(turn(SHOWN).correction.left_at_stop[2])
+    """Returns omega and |v| at 2 tau for each epsilon, from the exact motion and by the formula."""
+    coefficient = float(turn(SHOWN).correction.rate_coefficients[2])
     return Record(
-        rows=[_left(e) for e in EPSILONS],
-        shown=_left(SHOWN),
-        coefficient=coefficient,  # [rad/s²]: omega(2 tau) over tau
+        rows=[_residual_velocities(epsilon) for epsilon in EPSILONS],
+        shown=_residual_velocities(SHOWN),
+        coefficient=coefficient,  # [rad/s²] ratio of omega(2 tau) to tau
     )
 
 
-def _left(epsilon: float) -> Record:
-    """The exact motion at 2 tau, and the same by the formula."""
+def _residual_velocities(epsilon: float) -> Record:
+    """Returns the velocities at 2 tau for one epsilon, from the exact motion and by the formula."""
     known = facts(epsilon)
-    rate, rate_formula = (known[f"angular_velocity_at_stop{of}"] for of in ("", "_formula"))
+    rate = known["angular_velocity_at_stop"]
+    rate_formula = known["angular_velocity_at_stop_formula"]
     return Record(
         epsilon=epsilon,
-        rate=rate,  # omega [rad/s]
+        rate=rate,  # [rad/s] omega
         rate_formula=rate_formula,
-        speed=known["speed_at_stop"],  # |v| of C [m/s]
+        speed=known["speed_at_stop"],  # [m/s] |v| of C
         speed_formula=known["speed_at_stop_formula"],
-        time=known["rest_time"] - known["stop_time"],  # until all rests [s]
-        difference=rate / rate_formula - 1.0,  # relative
+        time=known["rest_time"] - known["stop_time"],  # [s] from the slider's stop to rest
+        difference=rate / rate_formula - 1.0,  # relative error of the formula for omega
     )
 
 

@@ -1,4 +1,4 @@
-"""Further statements of the source on turns, each computed on the exact motion."""
+"""Further statements of the source on turns, each computed from the exact motion."""
 
 from __future__ import annotations
 
@@ -16,114 +16,123 @@ from plumbob.engines.study.results import Study
 from plumbob.models.tripod_capsule.turn import EPSILONS
 from plumbob.reports.analyses.analysis import Analysis, Record
 from plumbob.reports.analyses.capsule_turn.course import exact_course
-from plumbob.reports.analyses.capsule_turn.turns import facts, name_of, turn
+from plumbob.reports.analyses.capsule_turn.turns import facts, scene_name, turn
 from plumbob.reports.analyses.measurements import problem
 
-SHOWN = 0.3  # epsilon: friction is seen there
-SMALL, SHORTER = 0.03, 10.0  # epsilon of a turn, and how many times shorter it is made
+SHOWN = 0.3  # epsilon at which the effect of friction is visible
+SMALL, SHORTER = 0.03, 10.0  # epsilon of a turn; factor by which its time is shortened
 THOUSAND = "capsule-turn/thousand"
-PLACES = 24  # round the circle
+PLACES = 24  # positions around the circle
 NODES = 32  # Gauss points of a smooth segment
 
 
-def friction_turning(
+def friction_effects(
     manoeuvre: TurnManoeuvre, motion: ThreePointMotion
 ) -> tuple[float, float, complex]:
-    """Largest |R| of eq. 24 over R_0 while the slider moves, the integral of R over that time
-    [rad/s]: by eq. 24 the body's rate at 2 tau, since that of the slider is zero again; and what
-    friction makes of the velocity of the combined centre [m/s]."""
+    """Returns three effects of friction while the slider moves: the largest |R| of eq. 24 over R_0,
+    the integral of R over time [rad/s], and the change of the combined centre's velocity [m/s].
+
+    By eq. 24, the integral is the body's angular velocity at 2 tau, since the slider has
+    stopped."""
     x, weights = np.polynomial.legendre.leggauss(NODES)
     largest = 0.0
-    turned = 0.0
-    pushed = 0j
+    angular_velocity = 0.0
+    velocity = 0j
     stop = 2.0 * manoeuvre.half_time * (1.0 - 1e-12)
     for begin, segment in zip(motion.begins, motion.segments, strict=True):
         if begin < stop:
             load = loading(motion, segment, 0.5 * (x + 1.0))
-            (force, torque) = load.friction
-            spans = 0.5 * weights * load.pace
-            rate = torque / load.at.inertia
-            largest = max(largest, float(np.abs(rate).max()))
-            turned += float(spans @ rate)
-            pushed += (
-                complex(spans @ (force * np.exp(1j * load.states[:, 4]))) / motion.body.mass
-            )
-    return largest / manoeuvre.friction_bound, turned, pushed
+            force, torque = load.friction
+            time_weights = 0.5 * weights * load.pace
+            acceleration = torque / load.terms.inertia
+            world_force = force * np.exp(1j * load.states[:, 4])
+            largest = max(largest, float(np.abs(acceleration).max()))
+            angular_velocity += float(time_weights @ acceleration)
+            velocity += complex(time_weights @ world_force) / motion.body.mass
+    return largest / manoeuvre.friction_bound, angular_velocity, velocity
 
 
 def centre_velocity(manoeuvre: TurnManoeuvre, motion: ThreePointMotion) -> complex:
-    """Of the combined centre as the slider stops [m/s]."""
+    """Returns the velocity of the combined centre of mass [m/s] when the slider stops, as vx + i
+    vy."""
     end = motion.at(np.array([2.0 * manoeuvre.half_time]))
     arm = motion.body.mass_ratio * complex(*motion.path.end) * np.exp(1j * end.heading[0])
     return complex(complex(*end.velocity[0]) + 1j * end.angular_velocity[0] * arm)
 
 
-def shortened() -> tuple[float, float]:
-    """Body angle [rad] at 2 tau of the turn of SMALL, and with the same Z in a SHORTERth of the
-    time."""
+def shortened_turn() -> tuple[float, float]:
+    """Returns the body angles [rad] at the ends, 2 tau, of two turns: the turn with epsilon SMALL,
+    and a turn in which the slider takes the same path in 1/SHORTER of the time."""
     manoeuvre = turn(SMALL)
-    less = replace(manoeuvre, half_time=manoeuvre.half_time / SHORTER)
-    end = three_point_motion(less.capsule, less.path).at(np.array([2.0 * less.half_time]))
+    shorter = replace(manoeuvre, half_time=manoeuvre.half_time / SHORTER)
+    motion = three_point_motion(shorter.capsule, shorter.path)
+    end = motion.at(np.array([2.0 * shorter.half_time]))
     return facts(SMALL)["body_angle"], float(end.heading[0])
 
 
 def numbers(study: Study) -> Record:
-    """The exact motion's numbers for each statement, those without an epsilon of the turn of
-    SHOWN."""
+    """Returns the numbers of the exact motion for each statement. A number that states no epsilon
+    belongs to the turn with epsilon SHOWN."""
     manoeuvre = turn(SHOWN)
-    motion = problem(name_of(SHOWN)).motion.single
-    about = facts(SHOWN)
+    motion = problem(scene_name(SHOWN)).motion.single
+    known = facts(SHOWN)
     velocity = centre_velocity(manoeuvre, motion)
-    at_end = about["rest_time"] / manoeuvre.half_time
-    moved, later = exact_course(SHOWN, np.array([2.0, at_end]))[1]
+    rest_phase = known["rest_time"] / manoeuvre.half_time
+    at_stop, at_rest = exact_course(SHOWN, np.array([2.0, rest_phase]))[1]
     many = problem(THOUSAND).motion
-    friction, integral, pushed = friction_turning(manoeuvre, motion)
-    usual, shorter = shortened()
-    rate = about["angular_velocity_at_stop"]
+    friction, integral, velocity_by_friction = friction_effects(manoeuvre, motion)
+    usual, shorter = shortened_turn()
+    rate = known["angular_velocity_at_stop"]
+    momentum_residual = abs(velocity_by_friction / velocity - 1.0)
     return Record(
-        # the largest of momentum and angular momentum until 2 tau, relative
-        imbalance=max(abs(pushed / velocity - 1.0), abs(integral / rate - 1.0)),
+        # largest relative residual of the balances of momentum and angular momentum until 2 tau
+        imbalance=max(momentum_residual, abs(integral / rate - 1.0)),
         friction=friction,  # largest |R| over R_0
-        integral=integral,  # of R until 2 tau [rad/s]
-        rate=rate,  # of the body at 2 tau [rad/s]
+        integral=integral,  # [rad/s] integral of R until 2 tau
+        rate=rate,  # [rad/s] angular velocity of the body at 2 tau
         gap=abs(integral / rate - 1.0),
-        # body angle at 2 tau [rad], of the largest epsilon and the smallest
+        # [rad] body angles at 2 tau for the largest and the smallest epsilon
         ends=[facts(epsilon)["body_angle"] for epsilon in (EPSILONS[0], EPSILONS[-1])],
         epsilons=(EPSILONS[0], EPSILONS[-1]),
-        usual=usual,  # body angle of the turn of SMALL [rad]
-        shorter=shorter,  # and in a SHORTERth of the time
-        count=many.count,  # of repeated turns
-        # body angle of all of them [rad]
+        usual=usual,  # [rad] body angle of the turn with epsilon SMALL
+        shorter=shorter,  # [rad] body angle of the shortened turn
+        count=many.count,  # number of repeated turns
+        # [rad] body angle after all repeated turns
         total=many.count * float(many.single.at(np.array([many.single.rest_time])).heading[0]),
-        moved=np.hypot(*moved),  # C until 2 tau [m]
-        moved_after=np.hypot(*(later - moved)),
-        decay=about["rest_time"] - about["stop_time"],  # time from 2 tau to rest [s]
+        moved=np.hypot(*at_stop),  # [m] displacement of C until 2 tau
+        moved_after=np.hypot(*(at_rest - at_stop)),  # [m] displacement of C from 2 tau to rest
+        decay=known["rest_time"] - known["stop_time"],  # [s] time from 2 tau to rest
         shown=SHOWN,
         thousand=THOUSAND,
         radius=manoeuvre.radius,  # [m]
-        **held(manoeuvre),
+        **holding_limits(manoeuvre),
     )
 
 
-def held(manoeuvre: TurnManoeuvre) -> dict[str, Any]:
-    """The largest |w| [m/s^2] that leaves the body at rest: through C; along the circle, from the
-    place where it is least to that where it is largest; along a chord of a quarter circle, the
-    least; and anywhere within the circle in any direction, which is the least at its rim, as what
-    friction can balance is concave in the slider's place."""
+def holding_limits(manoeuvre: TurnManoeuvre) -> dict[str, Any]:
+    """Returns the largest slider accelerations |w| [m/s^2] that leave the body at rest.
+
+    `through_c` is for a line through C. `along_arc` is for the circle: the smallest and the largest
+    over the positions on it. `along_chord` is for a chord of a quarter circle: the smallest.
+    `anywhere` is the smallest for any position within the circle and any direction; it lies on the
+    rim, because the acceleration that friction can balance is concave in the slider's position.
+    `turning` are the angular accelerations [rad/s^2] that belong to `along_arc`."""
     capsule = manoeuvre.capsule
-    round_ = np.linspace(0.0, 2.0 * np.pi, PLACES, endpoint=False)
-    rim = manoeuvre.radius * np.exp(1j * round_)
-    limits = np.array([[holding_limit(capsule, at, to) for to in round_] for at in rim])
-    across = PLACES // 4
+    angles = np.linspace(0.0, 2.0 * np.pi, PLACES, endpoint=False)
+    rim = manoeuvre.radius * np.exp(1j * angles)
+    # [m/s^2] by position on the rim and direction of w, shape (PLACES, PLACES)
+    limits = np.array([[holding_limit(capsule, at, to) for to in angles] for at in rim])
+    quarter = PLACES // 4
     number = np.arange(PLACES)
-    across_quarter = limits[number, (number + across + across // 2) % PLACES]
-    along = limits[number, (number + across) % PLACES]
+    across_quarter = limits[number, (number + quarter + quarter // 2) % PLACES]
+    along = limits[number, (number + quarter) % PLACES]
     return {
         "through_c": capsule.holding_acceleration,
         "along_arc": (float(along.min()), float(along.max())),
         "along_chord": float(across_quarter.min()),
         "anywhere": float(limits.min()),
-        # Z of a turn from the places where it turns the body first and last [rad/s^2]
+        # [rad/s^2] Z at which a turn first moves the body, at the weakest and the strongest
+        # position
         "turning": (
             float(along.min()) / manoeuvre.radius,
             float(along.max()) / manoeuvre.radius,

@@ -1,4 +1,4 @@
-"""The check manoeuvre of a turn by its epsilon, and angles of its exact motion."""
+"""The check manoeuvre of a turn for each epsilon, and facts of its exact motion."""
 
 from __future__ import annotations
 
@@ -11,21 +11,21 @@ from plumbob.models.registry import system_of
 from plumbob.reports.analyses.measurements import problem
 
 
-def name_of(epsilon: float) -> str:
-    """The scene of a turn until all is at rest."""
+def scene_name(epsilon: float) -> str:
+    """Returns the name of the scene with the turn of this epsilon, which lasts until all rests."""
     return f"capsule-turn/{epsilon}"
 
 
 @cache
 def turn(epsilon: float) -> TurnManoeuvre:
-    """The check manoeuvre with tau = epsilon T."""
-    manoeuvre = problem(name_of(epsilon)).motion.manoeuvre
+    """Returns the check manoeuvre with the half time tau = epsilon T."""
+    manoeuvre = problem(scene_name(epsilon)).motion.manoeuvre
     assert isinstance(manoeuvre, TurnManoeuvre)
     return manoeuvre
 
 
 @cache
 def facts(epsilon: float) -> Mapping[str, float]:
-    """Angles of the exact motion and of the formulas."""
-    scene = find_scene(name_of(epsilon))
+    """Returns angles, velocities and times of the exact motion and of the formulas, by name."""
+    scene = find_scene(scene_name(epsilon))
     return system_of(scene).facts(problem(scene.name))

@@ -1,4 +1,4 @@
-"""The page's section on the cone pendulum: the source's figures and claims."""
+"""The section on the cone pendulum: the source's figures and claims."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
-"""Action and phase: I(H) and Omega(H) through the wells and across the separatrices, with periods
-measured in MuJoCo."""
+"""Action I(H) and frequency Omega(H) in the wells and across the separatrices, and periods measured
+in MuJoCo."""
 
 from __future__ import annotations
 
@@ -17,36 +17,38 @@ from plumbob.reports.analyses.cone_pendulum.hamiltonian import MUJOCO, ROTATING,
 from plumbob.reports.analyses.measurements import PERIODS, in_double, period
 
 STEP = 2e-4  # [s]
-DEEP, SHALLOW = 1.5262823409896228, -1.4708157898939431  # [rad], the wells at 26 rad/s
+DEEP, SHALLOW = 1.5262823409896228, -1.4708157898939431  # [rad] wells at 26 rad/s
 STARTS = (
     *((DEEP, speed) for speed in (5.0, 20.0, 33.0, 34.5, 36.0, 36.5, 40.0, 48.0, 60.0)),
     *((SHALLOW, speed) for speed in (3.0, 10.0, 13.0)),
 )  # theta [rad], theta_dot [rad/s]
-HIGHEST = 1100.0  # [J]
+HIGHEST = 1100.0  # [J] highest energy of the curves
 
 
 def _request(theta: float, speed: float) -> ExtraRun:
+    """Returns MuJoCo's run over PERIODS periods from a start (`theta` [rad], `speed` [rad/s])."""
     duration = PERIODS * cone(theta=theta, theta_dot=speed).motion.period
     return ExtraRun(ROTATING, MUJOCO, STEP, duration, (("theta", theta), ("theta_dot", speed)))
 
 
 def numbers(study: Study) -> Record:
-    """Actions and periods, exact and in MuJoCo's runs."""
+    """Returns actions and periods, exact and in MuJoCo's runs."""
     problem = cone(theta=DEEP, theta_dot=40.0)
-    starts = tuple(_start(study, *start) for start in STARTS)
+    starts = tuple(_motion_from(study, *start) for start in STARTS)
+    gaps = [abs(start.gap) for start in starts if start.gap]
+    drifts = [start.drift for start in starts if start.drift]
     return Record(
         starts=starts,
-        # of the source's cone on its turning platform
+        # curves of action and frequency for the source's cone on its turning platform
         branches=branches(in_double(problem.potential), problem.body.inertia_x, HIGHEST),
-        # of a period, relative
-        largest_gap=max((abs(start.gap) for start in starts if start.gap), default=0.0),
-        # largest change of an action, relative
-        largest_drift=max((start.drift for start in starts if start.drift), default=0.0),
+        largest_gap=max(gaps, default=0.0),  # largest relative error of a period
+        largest_drift=max(drifts, default=0.0),  # largest relative change of an action
     )
 
 
-def _start(study: Study, theta: float, speed: float) -> Record:
-    """A motion of MuJoCo's full model, from an entry of STARTS."""
+def _motion_from(study: Study, theta: float, speed: float) -> Record:
+    """Returns energy, period and drift of the action for one start (`theta` [rad], `speed`
+    [rad/s]), exact and in a run of MuJoCo's full model."""
     problem = cone(theta=theta, theta_dot=speed)
     run = study.answer(_request(theta, speed))
     motion = problem.motion
@@ -61,14 +63,15 @@ def _start(study: Study, theta: float, speed: float) -> Record:
         energy=double(motion.energy),  # [J]
         regime=motion.regime,
         period=motion.period,  # [s]
-        measured=measured,  # [s], in MuJoCo
-        gap=None if measured is None else measured / motion.period - 1.0,  # relative
-        drift=drift,  # largest change of the action over the run, relative
+        measured=measured,  # [s] period in MuJoCo
+        gap=None if measured is None else measured / motion.period - 1.0,  # relative error
+        drift=drift,  # largest relative change of the action over the run
     )
 
 
 def claims(phases: Record) -> Claims:
-    """Periods are derivatives of the action, which is constant."""
+    """Returns the checks that MuJoCo's periods agree with the derivatives of the action, and that
+    the action is constant."""
     gap = phases.largest_gap or np.nan
     drift = phases.largest_drift or np.nan
     return (

@@ -1,4 +1,4 @@
-"""The energies of Fig. 3: T + U changes by the work of the drive, in MuJoCo's own energy too."""
+"""The energies of Fig. 3: T + U changes by the work of the drive, also in MuJoCo's energies."""
 
 from __future__ import annotations
 
@@ -19,73 +19,76 @@ from plumbob.reports.analyses.cone_pendulum.hamiltonian import (
     MUJOCO,
     MUJOCO_STEP,
     ROTATING,
-    forms,
+    closed_forms,
 )
 
-# So light that its own energy leaves the body's with eight digits, so heavy that its rate changes
-# by 2.4e-7 rad/s only.
-ARMATURE = 1e8  # [kg m^2]
-OWN_INERTIA = 1.0  # [kg m^2] of the platform in the model's file, beside the armature
+# The platform is so light that the body's energy keeps eight digits beside the platform's, and so
+# heavy that the platform's rate changes by only 2.4e-7 rad/s.
+ARMATURE = 1e8  # [kg m^2] armature of the platform's joint
+OWN_INERTIA = 1.0  # [kg m^2] inertia of the platform in the model file
 SETTINGS: Changes = (("platform_armature", ARMATURE), ("reads_energy", True))
 RUN = ExtraRun(ROTATING, MUJOCO, MUJOCO_STEP, END, (), SETTINGS)
 FINE = np.linspace(0.0, END, 20_001)  # [s]
 PARTS = ("translation", "coupling", "rotation")
 
 
-def along(times: Array) -> Energies:
-    """The exact energies at `times` [s], shape (n,)."""
-    problem = forms(ROTATING).problem
+def exact_energies(times: Array) -> Energies:
+    """Returns the exact energies at `times` [s], shape (n,)."""
+    problem = closed_forms(ROTATING).problem
     return energies(problem, *problem.reference.state(times))
 
 
 def numbers(study: Study) -> Record:
-    """T + U is not constant; T + U less the work of the drive is."""
+    """Returns the energies over time, and the ranges of T + U, which is not constant, and of T + U
+    minus the work of the drive, which is constant."""
     run = study.answer(RUN)
     times = np.linspace(0.0, END, 251) if run is None else run.times
-    exact = along(times)
-    fine = along(FINE)
-    problem = forms(ROTATING).problem
+    exact = exact_energies(times)
+    fine = exact_energies(FINE)
+    parts = {name: getattr(fine, name) for name in PARTS}
+    problem = closed_forms(ROTATING).problem
     states = problem.reference.state
     still = energies(replace(problem, platform_rate=0.0), *states(times))
     return Record(
         times=times,  # [s]
         exact=exact,
         swing=np.ptp(fine.total),  # range of T + U
-        # range of T + U less the work of the drive
+        # range of T + U minus the work of the drive
         constant=np.ptp(exact.total - exact.work),
-        # the lowest and the highest of the parts of T
-        extremes={part: (of.min(), of.max()) for part in PARTS for of in [getattr(fine, part)]},
-        # largest of the parts of T but ½ I_x θ̇², with a platform at rest
+        # smallest and largest value of each part of T
+        extremes={name: (values.min(), values.max()) for name, values in parts.items()},
+        # largest sum of the parts of T other than ½ I_x θ̇², with a platform at rest
         others=np.abs(still.kinetic - still.rotation).max(),
-        torque=np.abs(drive_torque(problem, *states(FINE))).max(),  # largest
-        mujoco=None if run is None else _platform(run, exact),
+        torque=np.abs(drive_torque(problem, *states(FINE))).max(),  # largest magnitude
+        mujoco=None if run is None else _mujoco_energies(run, exact),
         inertia=ARMATURE,
         end=END,
     )
 
 
-def _platform(run: Trajectory, exact: Energies) -> Record | None:
-    """MuJoCo's own energies; None where the run has none."""
+def _mujoco_energies(run: Trajectory, exact: Energies) -> Record | None:
+    """Returns MuJoCo's energies of the body and of the platform, compared with the exact ones; None
+    if the run records no energies."""
     if not {"kinetic", "potential", "platform_rate"} <= set(run.channels):
         return None
     rate = run.channels["platform_rate"]
     inertia = ARMATURE + OWN_INERTIA
     body = run.channels["kinetic"] + run.channels["potential"] - inertia * rate**2 / 2
-    # the difference of squares, without the digits that they have in common
+    # The product avoids the cancellation in the difference of the squared rates.
     supplied = inertia * (rate[0] - rate) * (rate[0] + rate) / 2
-    gaps = (float(np.abs(gap).max()) for gap in (body - exact.total, supplied - exact.work))
-    body_gap, supplied_gap = gaps
+    body_gap = float(np.abs(body - exact.total).max())
+    supplied_gap = float(np.abs(supplied - exact.work).max())
     return Record(
         total=body,  # T + U of the body
-        range=np.ptp(body),  # of that
-        gap=body_gap,  # largest difference of that from the exact one
-        supplied_range=np.ptp(supplied),  # of what the platform has given away
-        supplied_gap=supplied_gap,  # largest difference of that from the exact work of the drive
+        range=np.ptp(body),  # range of T + U of the body
+        gap=body_gap,  # largest difference of T + U from the exact one
+        supplied_range=np.ptp(supplied),  # range of the energy that the platform has lost
+        supplied_gap=supplied_gap,  # largest difference of that energy from the drive's exact work
     )
 
 
 def claims(work: Record) -> Claims:
-    """T + U changes in MuJoCo as it does exactly."""
+    """Returns the check that T + U changes in MuJoCo as in the exact motion."""
     if work.mujoco is None:
         return ()
     what = "the change of T + U, and the distance of MuJoCo's own energy"

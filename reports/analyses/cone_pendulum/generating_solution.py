@@ -1,4 +1,4 @@
-"""The exact motion as a generating solution: a drive that is not ideal."""
+"""The exact motion as a generating solution: perturbation theory for a weak drive."""
 
 from __future__ import annotations
 
@@ -12,47 +12,52 @@ from plumbob.reports.analyses.cone_pendulum.hamiltonian import (
     MUJOCO,
     MUJOCO_STEP,
     ROTATING,
-    forms,
+    closed_forms,
 )
 
-INERTIAS = (1e3, 1e4, 1e5)  # [kg m^2] of the platform
-OWN = 1.0  # [kg m^2] of the platform in the model's file, beside it
-DRIVE_RATE, DRIVE_TIME = 5.0, 2.0  # [1/s], [s]
-NEXT = 1.7  # [kg m^2]: the largest inertia of the body about the platform's axis
+INERTIAS = (1e3, 1e4, 1e5)  # [kg m^2] armatures of the platform's joint
+OWN = 1.0  # [kg m^2] inertia of the platform in the model file
+DRIVE_RATE, DRIVE_TIME = 5.0, 2.0  # [1/s] rate of the servo, [s] duration of the runs
+NEXT = 1.7  # [kg m^2] largest inertia of the body about the platform's axis
 
 
-def _drive(inertia: float) -> ExtraRun:
+def _drive_run(inertia: float) -> ExtraRun:
+    """Returns MuJoCo's run with a weak drive of a platform with an armature [kg m^2]."""
     settings = (("platform_armature", inertia), ("drive_rate", DRIVE_RATE))
     return ExtraRun(ROTATING, MUJOCO, MUJOCO_STEP, DRIVE_TIME, (), settings)
 
 
-def _driven(run: Trajectory, inertia: float) -> Record:
-    """How far theta leaves the ideal motion by the end of a run with a weak drive."""
-    problem = forms(ROTATING).problem
-    # the servo's gain is DRIVE_RATE times the armature, and moves the platform's own too
+def _deviation(run: Trajectory, inertia: float) -> Record:
+    """Returns the deviation of theta from the motion with an ideal drive, at the end of a run with
+    a weak drive, measured and predicted to first order."""
+    problem = closed_forms(ROTATING).problem
+    # The servo's gain is DRIVE_RATE times the armature, but it also moves the platform's own
+    # inertia.
     rate = DRIVE_RATE * inertia / (inertia + OWN)
-    first = drive_error(problem, run.times, inertia + OWN, rate).theta[-1]
-    apart = (run.observables["theta"] - problem.reference.state(run.times)[0])[-1]
+    predicted = drive_error(problem, run.times, inertia + OWN, rate).theta[-1]
+    ideal = problem.reference.state(run.times)[0]
+    measured = (run.observables["theta"] - ideal)[-1]
     return Record(
-        inertia=inertia,  # [kg m^2] of the platform
-        apart=apart,  # [rad]
-        first=first,  # the same, predicted to first order
-        gap=apart / first - 1.0,  # relative
+        inertia=inertia,  # [kg m^2] armature of the platform's joint
+        apart=measured,  # [rad] measured deviation
+        first=predicted,  # [rad] deviation predicted to first order
+        gap=measured / predicted - 1.0,  # relative difference of both
     )
 
 
 def numbers(study: Study) -> Record:
-    """First-order perturbation against weak drives."""
-    runs = [(study.answer(_drive(inertia)), inertia) for inertia in INERTIAS]
+    """Returns the deviations by weak drives, beside first-order perturbation theory."""
+    runs = [(study.answer(_drive_run(inertia)), inertia) for inertia in INERTIAS]
     return Record(
-        drives=[_driven(run, inertia) for run, inertia in runs if run],
+        drives=[_deviation(run, inertia) for run, inertia in runs if run],
         drive_rate=DRIVE_RATE,
         drive_time=DRIVE_TIME,
     )
 
 
 def claims(solutions: Record) -> Claims:
-    """Beyond first order is the next: the body's inertia over the platform's."""
+    """Returns the checks that each difference from first order is at most the second-order term,
+    the ratio of the body's inertia to the platform's."""
     what = "the relative difference from first order, times the platform's inertia,"
     return [
         at_most(what, drive.gap * drive.inertia, NEXT, "kg m²") for drive in solutions.drives
@@ -62,6 +67,6 @@ def claims(solutions: Record) -> Claims:
 GENERATING_SOLUTION = Analysis(
     "cone_pendulum/generating_solution",
     numbers,
-    lambda plan: tuple(map(_drive, INERTIAS)),
+    lambda plan: tuple(map(_drive_run, INERTIAS)),
     claims,
 )

@@ -1,4 +1,4 @@
-"""The printed Hamiltonian (9) of the source contradicts the Lagrangian (7) it is made from."""
+"""The source's printed Hamiltonian (9), which contradicts the Lagrangian (7) it is derived from."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ from plumbob.reports.analyses.claims import Claims, clear
 from plumbob.reports.analyses.measurements import case, energy
 
 RESTING, ROTATING = "cone-pendulum/resting-base", "cone-pendulum/rotating-base"
-MUJOCO, MUJOCO_STEP = "mujoco/rk4", 1e-4  # its full model: platform, hinge and cone
-LAGRANGE, LAGRANGE_RTOL = "ode/dop853", 1e-13  # eq. 7's equation of motion, integrated
+MUJOCO, MUJOCO_STEP = "mujoco/rk4", 1e-4  # [s] full model: platform, hinge and cone
+LAGRANGE, LAGRANGE_RTOL = "ode/dop853", 1e-13  # integrates the equation of motion of eq. 7
 END = 0.5  # [s]
 INDEPENDENT = MappingProxyType(
     {
@@ -28,31 +28,33 @@ INDEPENDENT = MappingProxyType(
         "lagrange": ExtraRun(ROTATING, LAGRANGE, LAGRANGE_RTOL, END),
     }
 )
-TIMES = np.linspace(0.0, END, 501)  # [s], of which every other one is drawn
+TIMES = np.linspace(0.0, END, 501)  # [s] compared times; every other one is drawn
 
 
 @cache
 def cone(**changes: float) -> ConePendulum:
-    """The source's cone on its turning platform, some of its parameters changed."""
+    """Returns the problem of the source's cone on its turning platform, with some parameters
+    changed."""
     return case_of(find_scene(ROTATING, changes)).problem  # type: ignore[no-any-return]
 
 
 @cache
-def forms(name: str) -> Record:
-    """Both closed forms of a scene, whose tables take a tenth of a second each."""
+def closed_forms(name: str) -> Record:
+    """Returns the correct and the printed closed form of a scene. They are cached, because their
+    tables take a tenth of a second each."""
     problem: ConePendulum = case(name).problem
     return Record(
         problem=problem,
         correct=problem.motion,
-        printed=problem.printed_motion(),  # of eqs. 9, 15 and 16
+        printed=problem.printed_motion(),  # by eqs. 9, 15 and 16
     )
 
 
 def numbers(study: Study) -> Record:
-    """Both closed forms beside the recorded runs of the independent methods."""
-    both = forms(ROTATING)
+    """Returns both closed forms beside the recorded runs of independent methods."""
+    both = closed_forms(ROTATING)
     recorded = {name: study.answer(request) for name, request in INDEPENDENT.items()}
-    runs = {name: _independent(both, run) for name, run in recorded.items() if run}
+    runs = {name: _compare(both, run) for name, run in recorded.items() if run}
     correct = _closed_form(both.correct)
     printed = _closed_form(both.printed)
     between = both.printed.state(TIMES)[0] - both.correct.state(TIMES)[0]
@@ -61,53 +63,53 @@ def numbers(study: Study) -> Record:
         correct=correct,
         printed=printed,
         runs=runs,
-        apart=np.abs(between).max(),  # largest distance of the closed forms [rad]
-        times=TIMES[::2],  # [s], that are drawn
-        theta=both.problem.theta,  # at the start [rad]
-        theta_dot=both.problem.theta_dot,  # [rad/s]
+        apart=np.abs(between).max(),  # [rad] largest difference between the closed forms
+        times=TIMES[::2],  # [s] times of the figure
+        theta=both.problem.theta,  # [rad] at the start
+        theta_dot=both.problem.theta_dot,  # [rad/s] at the start
         platform_rate=both.problem.platform_rate,  # [rad/s]
         time=END,
         scene=ROTATING,
         mujoco=MUJOCO,
         lagrange=LAGRANGE,
-        gap=gap,  # distance of the closed forms at END [rad]
-        # largest distance of a method from the correct form, smallest from the printed one [rad]
+        gap=gap,  # [rad] difference between the closed forms at END
+        # [rad] largest difference of a method from the correct form; smallest from the printed form
         worst=max((run.from_correct for run in runs.values()), default=0.0),
         off=min((run.from_printed for run in runs.values()), default=gap),
     )
 
 
 def claims(numbers: Record) -> Claims:
-    """The methods are much nearer to the correct form."""
+    """Returns the check that all methods are much nearer to the correct form."""
     text = "distances of the methods from the printed form and from the correct one"
     return (clear(text, numbers.off, numbers.worst, "rad"),)
 
 
-def end_of(motion: PendulumMotion) -> float:
-    """theta [rad] of an exact motion at END."""
+def end_angle(motion: PendulumMotion) -> float:
+    """Returns theta [rad] of an exact motion at END."""
     return float(motion.state(np.array([END]))[0][0])
 
 
 def _closed_form(motion: PendulumMotion) -> Record:
-    """The end and the period [s] of a closed form, and theta at times drawn."""
+    """Returns theta [rad] of a closed form at END and at the times of the figure, and its period
+    [s]."""
     theta = motion.state(TIMES[::2])[0]
-    return Record(end=end_of(motion), period=motion.period, theta=theta)
+    return Record(end=end_angle(motion), period=motion.period, theta=theta)
 
 
-def _independent(both: Record, run: Trajectory) -> Record:
-    """A recorded run of an independent method, beside both closed forms."""
+def _compare(both: Record, run: Trajectory) -> Record:
+    """Returns the comparison of a recorded run of an independent method with both closed forms."""
     theta = run.observables["theta"]
-    errors = theta - both.correct.state(run.times)[0]
-    apart = theta - both.printed.state(run.times)[0]
-    correct, printed = (
-        float(np.ptp(energy(motion.potential, motion.inertia, run)))
-        for motion in (both.correct, both.printed)
-    )
+    from_correct = theta - both.correct.state(run.times)[0]
+    from_printed = theta - both.printed.state(run.times)[0]
+    correct_energy = energy(both.correct.potential, both.correct.inertia, run)
+    printed_energy = energy(both.printed.potential, both.printed.inertia, run)
     return Record(
-        from_correct=np.abs(errors).max(),  # largest distance [rad]
-        from_printed=np.abs(apart).max(),
-        correct_varies=correct,  # of the correct Hamiltonian along the run [J]
-        printed_varies=printed,
+        from_correct=np.abs(from_correct).max(),  # [rad] largest difference
+        from_printed=np.abs(from_printed).max(),  # [rad] largest difference
+        # [J] range of each Hamiltonian along the run
+        correct_varies=float(np.ptp(correct_energy)),
+        printed_varies=float(np.ptp(printed_energy)),
         times=run.times,  # [s]
         theta=theta,  # [rad]
     )

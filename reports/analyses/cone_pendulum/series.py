@@ -1,45 +1,53 @@
-"""Special functions and Fourier series: the source's statements on both, measured."""
+"""Special functions and Fourier series: the source's statements on both, checked."""
 
 from __future__ import annotations
 
 from plumbob.analytic.numerics.quad import double
-from plumbob.analytic.systems.pendulums.harmonics import needed
+from plumbob.analytic.systems.pendulums.harmonics import harmonics_needed
 from plumbob.analytic.systems.pendulums.pendulum_motion import PendulumMotion
 from plumbob.engines.study.results import Study
 from plumbob.reports.analyses.analysis import Analysis, Record
 from plumbob.reports.analyses.cone_pendulum.action_phase import SHALLOW
-from plumbob.reports.analyses.cone_pendulum.hamiltonian import RESTING, ROTATING, cone, forms
+from plumbob.reports.analyses.cone_pendulum.hamiltonian import (
+    RESTING,
+    ROTATING,
+    closed_forms,
+    cone,
+)
 
 ACCURACIES = (1e-3, 1e-6, 1e-9, 1e-12)
-NEAR = (1e-3, 1e-6, 1e-9)  # of the deepest well's depth above the barrier
-Counts = tuple[int, ...]  # of harmonics, for ACCURACIES
+NEAR = (1e-3, 1e-6, 1e-9)  # energies above the barrier, relative to the deepest well's depth
+Counts = tuple[int, ...]  # numbers of harmonics for each of ACCURACIES
 
 
-def counts(above: float) -> Counts:
-    """Harmonics for ACCURACIES of a rotation of the source's cone on its turning platform, with an
-    energy `above` the barrier [J]."""
+def harmonics_near_barrier(above: float) -> Counts:
+    """Returns the numbers of harmonics that reach each of ACCURACIES, for a rotation of the
+    source's cone on its turning platform with an energy `above` the barrier [J]."""
     problem = cone(theta=SHALLOW, theta_dot=1.0)
     motion = PendulumMotion(
         problem.potential, problem.body.inertia_x, problem.theta, 1.0, excess=above
     )
-    return needed(motion, ACCURACIES)
+    return harmonics_needed(motion, ACCURACIES)
 
 
-def barrier() -> float:
-    """The height of the barrier [J] over the deepest well, a scale of energies."""
+def barrier_height() -> float:
+    """Returns the height of the barrier above the deepest well [J], which scales energies."""
     problem = cone(theta=SHALLOW, theta_dot=1.0)
-    lowest = min(e.potential for e in problem.equilibria)
+    lowest = min(equilibrium.potential for equilibrium in problem.equilibria)
     return float(double(problem.motion.barriers[0])) - lowest
 
 
 def numbers(study: Study) -> Record:
-    """A closed form that the source says does not exist, and the series that it recommends."""
-    motions = {scene: forms(scene).correct for scene in (RESTING, ROTATING)}
-    depth = barrier()
+    """Returns periods by a closed form that, according to the source, does not exist, and the
+    numbers of harmonics of the series that the source recommends."""
+    motions = {scene: closed_forms(scene).correct for scene in (RESTING, ROTATING)}
+    depth = barrier_height()
     return Record(
         periods={scene: motion.period for scene, motion in motions.items()},  # [s], by scene
-        scenes={scene: needed(motion, ACCURACIES) for scene, motion in motions.items()},
-        near=[(part, counts(part * depth)) for part in NEAR],
+        scenes={
+            scene: harmonics_needed(motion, ACCURACIES) for scene, motion in motions.items()
+        },
+        near=[(fraction, harmonics_near_barrier(fraction * depth)) for fraction in NEAR],
         accuracies=ACCURACIES,
     )
 

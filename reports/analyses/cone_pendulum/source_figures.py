@@ -1,4 +1,5 @@
-"""Figs. 2 and 3 of the source, a to e: the printed curves, the corrected ones, and MuJoCo's."""
+"""Figs. 2 and 3 of the source, panels a to e: printed curves, corrected curves and MuJoCo's
+runs."""
 
 from __future__ import annotations
 
@@ -18,44 +19,46 @@ from plumbob.reports.analyses.cone_pendulum.hamiltonian import (
     MUJOCO_STEP,
     RESTING,
     ROTATING,
-    forms,
+    closed_forms,
 )
 from plumbob.reports.analyses.measurements import in_double
 
 TURN = 2 * np.pi
-DOTS = 40  # of the engine's run, over one period
-POINTS = 241  # of a curve
+DOTS = 40  # marks of the engine's run over one period
+POINTS = 241  # points of a curve
 TEMPLATE = "cone_pendulum/source_figures"
-Curves = Mapping[str, tuple[Array, Array]]  # of panels a to e: angles over 2 pi or times over T
+# x and y of the curves by panel, a to e; angles are over 2 pi and times over the period T
+Curves = Mapping[str, tuple[Array, Array]]
 
 
-def _period(scene: str) -> ExtraRun:
-    return ExtraRun(scene, MUJOCO, MUJOCO_STEP, forms(scene).correct.period)
+def _one_period(scene: str) -> ExtraRun:
+    """Returns MuJoCo's run of a scene over one period."""
+    return ExtraRun(scene, MUJOCO, MUJOCO_STEP, closed_forms(scene).correct.period)
 
 
 def numbers(study: Study) -> Record:
-    """Fig. 2, on a resting base, and Fig. 3, on a turning one."""
+    """Returns the curves of Fig. 2, on a resting base, and of Fig. 3, on a turning base."""
     return Record(
         cases={
-            "resting": _panels(RESTING, study.answer(_period(RESTING))),
-            "rotating": _panels(ROTATING, study.answer(_period(ROTATING))),
+            "resting": _panels(RESTING, study.answer(_one_period(RESTING))),
+            "rotating": _panels(ROTATING, study.answer(_one_period(ROTATING))),
         }
     )
 
 
 def _panels(scene: str, run: Trajectory | None) -> Record:
-    """The panels of one case: the corrected motion, the printed one, and MuJoCo's run."""
-    right = forms(scene).correct
-    printed = forms(scene).printed
+    """Returns the panels of one case: the corrected motion, the printed motion and MuJoCo's run."""
+    correct = closed_forms(scene).correct
+    printed = closed_forms(scene).printed
     return Record(
-        corrected=_drawn(right),
-        printed=_drawn(printed),
-        mujoco={} if run is None else _sampled(run, right),  # empty where there is none
+        corrected=_curves(correct),
+        printed=_curves(printed),
+        mujoco={} if run is None else _marks(run, correct),  # empty without a run
     )
 
 
-def _drawn(motion: PendulumMotion) -> Record:
-    """The curves of a rotation."""
+def _curves(motion: PendulumMotion) -> Record:
+    """Returns the five curves of a rotation."""
     period = motion.period
     theta = np.linspace(0.0, TURN, POINTS)
     times = np.linspace(0.0, period, POINTS)
@@ -64,7 +67,7 @@ def _drawn(motion: PendulumMotion) -> Record:
     rate = motion.state(times)[1]
     return Record(
         period=period,  # [s]
-        barrier=double(motion.barriers[0]),  # top of V [J]
+        barrier=double(motion.barriers[0]),  # [J] maximum of V
         energy=double(motion.energy),  # [J]
         curves={
             "a": (angle, in_double(motion.potential).value(theta)),
@@ -76,12 +79,12 @@ def _drawn(motion: PendulumMotion) -> Record:
     )
 
 
-def _sampled(run: Trajectory, motion: PendulumMotion) -> Curves:
-    """Panels b to e of a few samples of a run."""
-    kept = np.unique(np.linspace(0, len(run.times) - 1, DOTS).astype(int))
-    angle = run.observables["theta"][kept] / TURN
-    time = run.times[kept] / motion.period
-    rate = run.observables["theta_dot"][kept]
+def _marks(run: Trajectory, motion: PendulumMotion) -> Curves:
+    """Returns the marks of a run in panels b to e, at a few samples."""
+    samples = np.unique(np.linspace(0, len(run.times) - 1, DOTS).astype(int))
+    angle = run.observables["theta"][samples] / TURN
+    time = run.times[samples] / motion.period
+    rate = run.observables["theta_dot"][samples]
     momentum = motion.inertia * rate
     return {
         "b": (angle, time),
@@ -91,4 +94,6 @@ def _sampled(run: Trajectory, motion: PendulumMotion) -> Curves:
     }
 
 
-GALLERIES = Analysis(TEMPLATE, numbers, lambda plan: tuple(map(_period, (RESTING, ROTATING))))
+GALLERIES = Analysis(
+    TEMPLATE, numbers, lambda plan: tuple(map(_one_period, (RESTING, ROTATING)))
+)

@@ -1,4 +1,4 @@
-"""Bodies that are not round, or have no symmetry: closed forms beside runs of engines."""
+"""Bodies that are not round or have no symmetry: closed forms beside runs of engines."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ from plumbob.reports.analyses.cone_pendulum.hamiltonian import (
     MUJOCO,
     MUJOCO_STEP,
     ROTATING,
-    end_of,
+    end_angle,
 )
 from plumbob.reports.analyses.measurements import case
 
 UNEQUAL = "cone-pendulum/unequal-inertia"
-PRODUCT = 0.029  # [kg m^2]: no body with the cone's other moments has more than 0.0294
+PRODUCT = 0.029  # [kg m^2] product of inertia; the cone's other moments allow at most 0.0294
 TILTED: Changes = (("inertia_yz", PRODUCT),)
 MOVED: Changes = (*TILTED, ("pivot_x", 0.5), ("pivot_z", -0.7))  # [m]
 OF_INERTIA = MappingProxyType({"mujoco": ExtraRun(UNEQUAL, MUJOCO, MUJOCO_STEP, END)})
@@ -41,53 +41,58 @@ OF_PRODUCT = MappingProxyType(
 
 
 def inertia(study: Study) -> Record:
-    """A body with another I_y: MuJoCo, the formula with I_y, and with the printed I_x."""
+    """Returns the comparison for a body with another I_y: MuJoCo, the formula with I_y, and the
+    formula with the printed I_x."""
     problem = case(UNEQUAL).problem
     body = problem.body
     printed = replace(problem, body=replace(body, inertia_y=body.inertia_x))
-    return _unround(study, body.inertia_y - body.inertia_x, problem, printed, OF_INERTIA)
+    term = body.inertia_y - body.inertia_x
+    return _effect_of_term(study, term, problem, printed, OF_INERTIA)
 
 
 def product(study: Study) -> Record:
-    """A product of inertia: the closed form in tilted axes, and engines that have no such axes."""
+    """Returns the comparison for a body with a product of inertia: the closed form in tilted axes,
+    and engines that use no such axes."""
     problem = case_of(find_scene(ROTATING, dict(TILTED))).problem
     upright = replace(problem, body=replace(problem.body, inertia_yz=0.0))
-    return _unround(study, PRODUCT, problem, upright, OF_PRODUCT)
+    return _effect_of_term(study, PRODUCT, problem, upright, OF_PRODUCT)
 
 
-def _unround(
+def _effect_of_term(
     study: Study,
     term: float,
     problem: ConePendulum,
     without: ConePendulum,
     requests: Mapping[str, ExtraRun],
 ) -> Record:
-    """The motion of a body with a term of inertia that the source's cone lacks."""
+    """Returns the comparison of engines with the closed forms of a body (`problem`) and of the body
+    without one term of inertia (`without`). The source's cone lacks that `term` [kg m^2]."""
     recorded = {name: study.answer(request) for name, request in requests.items()}
     runs = {name: float(run.observables["theta"][-1]) for name, run in recorded.items() if run}
-    exact = end_of(problem.reference)
-    bare = end_of(without.reference)
+    exact = end_angle(problem.reference)
+    bare = end_angle(without.reference)
     gaps = {name: theta - exact for name, theta in runs.items()}
     both = {"mujoco", "moved"} <= runs.keys()
     return Record(
         scene=requests["mujoco"].scene,
         term=term,  # [kg m^2]
-        tilt=problem.tilt,  # of the principal axes [rad]
-        exact=exact,  # theta of the closed form at END [rad]
-        without=bare,  # of the closed form without that term
+        tilt=problem.tilt,  # [rad] tilt of the principal axes
+        exact=exact,  # [rad] theta of the closed form at END
+        without=bare,  # [rad] theta of the closed form without the term at END
         runs=runs,
         time=END,
         mujoco=MUJOCO,
         step=MUJOCO_STEP,
-        moved=bare - exact,  # by the term [rad]
-        gaps=gaps,  # how far the runs end from the closed form [rad]
-        worst=max(map(abs, gaps.values()), default=0.0),
-        # by how much a pivot elsewhere moves the end of MuJoCo's run [rad]
+        moved=bare - exact,  # [rad] effect of the term on theta at END
+        gaps=gaps,  # [rad] differences of the runs' ends from the closed form
+        worst=max(map(abs, gaps.values()), default=0.0),  # [rad]
+        # [rad] effect of another pivot on the end of MuJoCo's run
         carried=abs(runs["moved"] - runs["mujoco"]) if both else None,
     )
 
 
 def _claims(text: str, numbers: Record) -> Claims:
+    """Returns the check that the term moves the end far more than the engines' error."""
     return (clear(text, numbers.moved, numbers.worst, "rad"),)
 
 

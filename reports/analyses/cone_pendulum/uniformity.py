@@ -1,66 +1,73 @@
-"""Whether a turning platform makes rotation more uniform, by three measures."""
+"""The uniformity of rotation on a turning platform, by three measures."""
 
 from __future__ import annotations
 
 import numpy as np
 
 from plumbob.analytic.numerics.elliptic.trigonometric_potential import TrigonometricPotential
-from plumbob.analytic.systems.pendulums.uniformity import from_below, of_motion
+from plumbob.analytic.systems.pendulums.uniformity import (
+    uniformity_from_bottom,
+    uniformity_of_motion,
+)
 from plumbob.engines.study.results import Study
 from plumbob.reports.analyses.analysis import Analysis, Record
 from plumbob.reports.analyses.cone_pendulum.hamiltonian import cone
 from plumbob.reports.analyses.measurements import in_double
 
-CHANGED = ("pivot_y", "platform_rate", "theta_dot")  # [m], [rad/s], [rad/s]
-POINTS = (  # of these; each turning platform beside one at rest
+# y of the pivot [m], platform rate [rad/s] and initial speed [rad/s]; each turning platform follows
+# one at rest
+POINTS = (
     (0.0, 0.0, 13.0),
     (0.0, 8.0, 13.0),
     (0.09, 0.0, 37.0),
     (0.09, 10.0, 37.0),
     (0.09, 26.0, 37.0),
 )
-RATES = np.linspace(0.0, 30.0, 41)  # [rad/s] of the platform
-SPEEDS = np.geomspace(12.75, 60.0, 36)  # [rad/s]
-PIVOTS = (0.0, 0.09)  # [m]
+RATES = np.linspace(0.0, 30.0, 41)  # [rad/s] platform rates of the maps
+SPEEDS = np.geomspace(12.75, 60.0, 36)  # [rad/s] initial speeds of the maps
+PIVOTS = (0.0, 0.09)  # [m] y of the pivot, one for each map
 
 
 def numbers(study: Study) -> Record:
-    """Three measures at a few points and over two maps."""
-    points = [
-        Record(pivot=start[0], platform_rate=start[1], speed=start[2], exact=of_motion(motion))
-        for start in POINTS
-        for motion in [cone(**dict(zip(CHANGED, start, strict=True))).motion]
-    ]
-    maps = tuple(over_rates(pivot) for pivot in PIVOTS)
-    lowest = min(float(np.nanmin(each.spread)) for each in maps)
+    """Returns the three measures at POINTS and over two maps."""
+    points = []
+    for pivot, platform_rate, speed in POINTS:
+        motion = cone(pivot_y=pivot, platform_rate=platform_rate, theta_dot=speed).motion
+        exact = uniformity_of_motion(motion)
+        points.append(
+            Record(pivot=pivot, platform_rate=platform_rate, speed=speed, exact=exact)
+        )
+    maps = tuple(uniformity_map(pivot) for pivot in PIVOTS)
+    lowest = min(float(np.nanmin(measures.spread)) for measures in maps)
     return Record(
         points=points,
         maps=maps,
         rates=RATES,  # [rad/s] of the maps
         speeds=SPEEDS,  # [rad/s]
-        lowest=lowest,  # spread over that at rest, on the maps
-        shrinks=lowest <= 1.0 - 1e-9,  # the range of speeds is smaller than at rest anywhere
+        lowest=lowest,  # smallest spread on the maps, relative to a platform at rest
+        shrinks=lowest <= 1.0 - 1e-9,  # whether the spread is anywhere smaller than at rest
     )
 
 
-def over_rates(pivot: float) -> Record:
-    """The measures over platform rates, shape (speeds, rates), against those at rest."""
+def uniformity_map(pivot: float) -> Record:
+    """Returns maps of the three measures, shape (speeds, rates), relative to a platform at rest."""
     slow = cone(pivot_y=pivot, platform_rate=1.0, theta_dot=float(SPEEDS[0]))
     inertia = slow.body.inertia_x
     speeds = SPEEDS[:, None]
     squares = RATES**2
     unit = in_double(slow.potential)  # its a and b grow with the square of the rate
     potential = TrigonometricPotential(unit.a * squares, unit.b * squares, unit.c + 0 * squares)
-    turning = from_below(potential, inertia, speeds + 0 * squares)
-    resting = from_below(TrigonometricPotential(0.0, 0.0, unit.c), inertia, speeds)
+    turning = uniformity_from_bottom(potential, inertia, speeds + 0 * squares)
+    resting = uniformity_from_bottom(TrigonometricPotential(0.0, 0.0, unit.c), inertia, speeds)
     deviation = turning.deviation / resting.deviation
     time = resting.near - turning.near
     return Record(
         pivot=pivot,  # [m]
-        deviation=deviation,  # over that at rest: below 1 the rotation is more uniform
-        time=time,  # near the initial speed, as a part: that at rest less that on the platform
-        spread=turning.spread / resting.spread,  # over that at rest
-        # parts of the map with a smaller deviation, and with more time near the initial speed
+        deviation=deviation,  # relative to a platform at rest; below 1, rotation is more uniform
+        # fraction of time near the initial speed: on a platform at rest minus on a turning one
+        time=time,
+        spread=turning.spread / resting.spread,  # relative to a platform at rest
+        # fractions of the map with a smaller deviation, and with more time near the initial speed
         steadier=np.mean(deviation < 1.0),
         nearer=np.mean(time < 0.0),
     )

@@ -1,6 +1,5 @@
-"""The page's section on engines side by side, which belongs to no system: errors and costs, the
-largest steps that hold, derivatives, for how long methods are right, and what readers take from a
-model file."""
+"""The section on engines side by side: errors and costs, largest stable steps, derivatives, long
+runs, and the fields that engines read from a model file."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
-"""Every engine of a study on every system: its error and cost at a step of 1 ms, and its smallest
-error at any step; or why the engine does not run the system."""
+"""The table of engines and systems: error and cost at a step of 1 ms, and the smallest error at any
+step; or the reason that an engine does not run a system."""
 
 from __future__ import annotations
 
@@ -17,26 +17,27 @@ from plumbob.engines.study.results import Study
 from plumbob.reports.analyses.analysis import Analysis, Record
 from plumbob.reports.judge.expectations import expected
 
-NOT_ENGINES = ("exact",)  # closed forms
+NOT_ENGINES = ("exact",)  # closed forms simulate nothing
 ByEngine = dict[str, list[ConvergenceStudy]]
 
 
 def numbers(study: Study) -> Record | None:
-    """A row a system and a cell an engine; None where the study has one engine alone."""
+    """Returns the table with a row for each system and a cell for each engine; None if the study
+    has only one engine. A row shows the scene of the system that the most engines run."""
     by_scene: dict[str, ByEngine] = {}
     order = [method.name for method in study.methods]  # an engine's default method is its first
     for series in sorted(study.convergence, key=lambda series: order.index(series.method)):
         engine = series.method.partition("/")[0]
         if engine not in NOT_ENGINES:
             by_scene.setdefault(series.scene, {}).setdefault(engine, []).append(series)
-    engines = sorted({engine for of_scene in by_scene.values() for engine in of_scene})
+    engines = sorted(set().union(*by_scene.values()))
     if len(engines) < 2:
         return None
     rows = []
     for system in dict.fromkeys(scene.system for scene in study.scenes):
         scenes = [s for s in study.scenes if s.system == system and s.name in by_scene]
         if scenes:
-            scene = max(scenes, key=lambda scene: _running(by_scene[scene.name]))
+            scene = max(scenes, key=lambda scene: _engines_done(by_scene[scene.name]))
             cells = [
                 _cell(study, scene.name, engine, by_scene[scene.name].get(engine, ()))
                 for engine in engines
@@ -45,33 +46,39 @@ def numbers(study: Study) -> Record | None:
     return Record(step=REFERENCE_STEP, engines=engines, rows=rows)
 
 
-def _running(of_scene: Mapping[str, Sequence[ConvergenceStudy]]) -> int:
-    """The number of engines with a run of a scene that reached its end."""
-    return sum(any(map(_done, of_engine)) for of_engine in of_scene.values())
+def _engines_done(by_engine: Mapping[str, Sequence[ConvergenceStudy]]) -> int:
+    """Returns the number of engines with a run that reached its end, on one scene."""
+    return sum(any(map(_finished_runs, studies)) for studies in by_engine.values())
 
 
-def _done(series: ConvergenceStudy) -> list[Measurement]:
+def _finished_runs(series: ConvergenceStudy) -> list[Measurement]:
+    """Returns the runs of a convergence study that reached their end."""
     return [run for run in series.measurements if run.status == "done"]
 
 
 def _cell(
     study: Study, scene: str, engine: str, of_engine: Sequence[ConvergenceStudy]
 ) -> Record:
-    """An engine on a scene: the run nearest to the reference step of its first method that runs
-    the scene, the default one, and the smallest error of any method at any step."""
-    ran = [series for series in of_engine if _done(series)]
-    if not ran:
+    """Returns the cell of an engine on a scene: the error and the cost of the engine's first method
+    at the step nearest to the reference step, and the smallest error of any method at any step.
+    An engine's first method is its default one."""
+    finished = [series for series in of_engine if _finished_runs(series)]
+    if not finished:
         return _without_run(study, scene, engine, of_engine)
     quantities = study.quantities(scene)
-    errors = [(relative_error(run, quantities), run) for series in ran for run in _done(series)]
+    runs = [run for series in finished for run in _finished_runs(series)]
+    errors = [(relative_error(run, quantities), run) for run in runs]
     smallest, best = min(errors, key=lambda pair: (math.isnan(pair[0]), pair[0]))
-    method = next(method for method in study.methods if method.name == ran[0].method)
-    shown = reference_run(ran[0].measurements, method)
+    default = finished[0]
+    method = next(method for method in study.methods if method.name == default.method)
+    shown = reference_run(default.measurements, method)
     assert shown is not None
-    diverged = any(
-        run.status == "diverged" and math.isclose(run.step, REFERENCE_STEP, rel_tol=1e-9)
-        for run in ran[0].measurements
-    )
+    at_reference = [
+        run
+        for run in default.measurements
+        if math.isclose(run.step, REFERENCE_STEP, rel_tol=1e-9)
+    ]
+    diverged = any(run.status == "diverged" for run in at_reference)
     error = math.nan if diverged else relative_error(shown, quantities)
     cost = None if diverged else study.costs.get((scene, method.name))
     return Record(
@@ -79,7 +86,7 @@ def _cell(
         control=method.control,
         step=shown.step,
         error=error if math.isfinite(error) else None,
-        # [ms] of computing for a simulated second
+        # [ms] computing time per simulated second
         cost=1e-6 * shown.steps * cost.ns_per_step / shown.duration if cost else None,
         smallest=smallest if math.isfinite(smallest) else None,
         smallest_with=best.method,
@@ -92,8 +99,8 @@ def _cell(
 def _without_run(
     study: Study, scene: str, engine: str, of_engine: Sequence[ConvergenceStudy]
 ) -> Record:
-    """An engine without a run of a scene that reached its end: why, as the engine says it, or the
-    declared limit of a method that the study has; empty if the engine was not asked."""
+    """Returns the cell of an engine without a run that reached its end. Its reason is the engine's
+    own or the declared limit of one of its methods; empty if there is neither."""
     runs = [run for series in of_engine for run in series.measurements]
     limits = [
         expected(scene, method.name) for method in study.methods if method.engine == engine

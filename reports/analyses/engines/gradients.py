@@ -1,9 +1,10 @@
-"""Derivatives of what runs end with, by each way that there is, beside their predicted errors."""
+"""Derivatives of final states, by each way of differentiating, beside their predicted errors."""
 
 from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Sequence
+from itertools import product
 from typing import Any
 
 from plumbob.engines.study.extra_runs import Requests, StudyPlan
@@ -19,8 +20,9 @@ from plumbob.reports.judge.gradients import study_gradients
 
 SLIDE, SWING = "capsule-line/heading-030", "linear-pendulum/overdamped"
 TURN, CONE = "simple-pendulum/free-large", "cone-pendulum/rotating-base"
-# In every study that has the pair: (scene, method, observable, parameter, its difference), short
-# runs of each engine, with a difference near the best one, and the engines' own ways.
+# Derivatives in every study that has the pair of scene and method: (scene, method, observable,
+# parameter, difference of the parameter). The runs are short, and the difference is near the best
+# one.
 SAMPLE = (
     (SLIDE, "mujoco/euler", "displacement", "friction", 1e-3),
     (SLIDE, "mujoco/euler+coulomb", "displacement", "friction", 1e-3),
@@ -30,8 +32,9 @@ SAMPLE = (
     (CONE, "mujoco/euler", "theta", "theta", 1e-5),
     (CONE, "ode/rk4", "theta", "gravity", 1e-3),
 )
-# In the full profile: a method of each engine at three steps, so that ways and orders are side by
-# side. Scene, observable, parameter, its difference, the largest step [s], and the end [s].
+# Derivatives in the full profile, for a method of each engine at three steps, which compares ways
+# and orders: (scene, observable, parameter, difference of the parameter, largest step [s], end
+# [s]).
 BESIDE = (
     (CONE, "theta", "theta", 1e-5, 4e-3, None),
     (TURN, "theta", "theta", 1e-5, 1e-2, 2.0),
@@ -51,78 +54,89 @@ WITH_CONTACTS = (
     *("pinocchio/aba+rk4", "pybullet/undamped+iterated", "exudyn/default"),
 )
 Sampled = tuple[str, str, str, str, float, float | None, float | None]
-BY = ("friction", "gravity")  # the first that a scene has, and its start
+BY = ("friction", "gravity")  # parameters to differentiate by: the first one that a scene has
 
 
 def requests(plan: StudyPlan) -> Sequence[GradientSearch]:
-    """The sample's derivatives, of its pairs that are planned, and in the full profile those that
-    stand side by side."""
+    """Returns the searches for the derivatives of SAMPLE and, unless the profile is quick, of
+    BESIDE, as far as the plan has the pairs of scene and method."""
 
-    sample: list[Sampled] = [(*pair, None, None) for pair in SAMPLE]
+    derivatives: list[Sampled] = [(*entry, None, None) for entry in SAMPLE]
     if plan.profile != "quick":
-        sample += [
-            (scene, method, of, by, eps, step / part, at)
-            for scene, of, by, eps, step, at in BESIDE
-            for method in (WITH_CONTACTS if scene.startswith("capsule") else WITHOUT_CONTACTS)
-            for part in (1, 2, 4)
-        ]
+        derivatives += _side_by_side()
     return [
         GradientSearch(
-            scene,
-            name,
-            (of,),
-            by,
-            (),
-            step if plan.method(name).control == "step" else None,
-            (eps,),
-            at,
+            scene=scene,
+            method=method,
+            of=(observable,),
+            by=parameter,
+            step=step if plan.method(method).control == "step" else None,
+            eps=(eps,),
+            at=end,
         )
-        for scene, name, of, by, eps, step, at in sample
-        if plan.has(scene, name)
+        for scene, method, observable, parameter, eps, step, end in derivatives
+        if plan.has(scene, method)
     ]
+
+
+def _side_by_side() -> list[Sampled]:
+    """Returns the derivatives of BESIDE with a method of each engine, at the largest step, half of
+    it and a quarter of it."""
+    derivatives = list[Sampled]()
+    for scene, observable, parameter, eps, step, end in BESIDE:
+        methods = WITH_CONTACTS if scene.startswith("capsule") else WITHOUT_CONTACTS
+        derivatives += [
+            (scene, method, observable, parameter, eps, step / divisor, end)
+            for method, divisor in product(methods, (1, 2, 4))
+        ]
+    return derivatives
 
 
 def with_each_pair(others: Requests) -> Requests:
-    """The same requests and, for each pair of a plan, its quantities of interest by a parameter and
-    by its start, by every way, with a sweep of differences."""
+    """Returns the requests `others`, extended for each pair of scene and method by searches for the
+    derivatives of all quantities of interest by a parameter and by a start value."""
 
-    def wanted(plan: StudyPlan) -> Sequence[Request[Any]]:
-        searches = (
-            GradientSearch(scene.name, method.name, _interest(scene), by)
-            for scene, method in pairs(plan.scenes, plan.methods)
-            for by in _parameters(scene)
-        )
+    def all_requests(plan: StudyPlan) -> Sequence[Request[Any]]:
+        """Returns the requests `others` of a plan, and the searches of each pair."""
+        searches = list[Request[Any]]()
+        for scene, method in pairs(plan.scenes, plan.methods):
+            observables = _observables_of_interest(scene)
+            searches += [
+                GradientSearch(scene.name, method.name, observables, parameter)
+                for parameter in _parameters(scene)
+            ]
         return (*others(plan), *searches)
 
-    return wanted
+    return all_requests
 
 
 def numbers(study: Study) -> Record | None:
-    """The derivatives that the study holds; None where it holds none."""
+    """Returns the judged derivatives of a study; None if it holds none."""
     judged = list(study_gradients(study))
     if not judged:
         return None
-    surprises = [
-        f"{of.scene} {of.method} {of.about}: {of.surprise}" for of in judged if of.surprise
-    ]
-    records = [of.record() for of in judged]
+    surprises = [f"{d.scene} {d.method} {d.about}: {d.surprise}" for d in judged if d.surprise]
+    records = [derivative.record() for derivative in judged]
     verdicts = Counter(record["verdict"] for record in records)
     return Record(records=records, surprises=surprises, verdicts=verdicts)
 
 
-def _interest(scene: Scene) -> tuple[str, ...]:
+def _observables_of_interest(scene: Scene) -> tuple[str, ...]:
+    """Returns the observables of a scene's quantities of interest."""
     case = case_of(scene)
     return tuple(quantity.observable for quantity in case.system.quantities(case))
 
 
 def _parameters(scene: Scene) -> list[str]:
-    named = [name for name in BY if scene.parameters.get(name)]
+    """Returns the parameters to differentiate by: the first of BY that the scene has, and the first
+    start value."""
+    first = [name for name in BY if scene.parameters.get(name)][:1]
     start = system_of(scene).start
-    # A start may be given otherwise, as by its distance from the top.
-    there = [name for name in start if name in scene.parameters] or start
-    return [*named[:1], *there[:1]]
+    # A scene may state its start by other parameters, such as the distance from the top.
+    stated = [name for name in start if name in scene.parameters] or start
+    return [*first, *stated[:1]]
 
 
 GRADIENTS = Analysis(
-    "engines/gradients", numbers, requests, lambda found: as_expected(found.surprises)
+    "engines/gradients", numbers, requests, lambda record: as_expected(record.surprises)
 )

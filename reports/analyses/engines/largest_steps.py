@@ -1,22 +1,23 @@
-"""The largest steps at which methods hold on smooth motions, measured beside their prediction."""
+"""The largest stable steps of methods on smooth motions, measured and predicted."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from itertools import product
 from typing import Any
 
 import numpy as np
 
 from plumbob.analytic.errors.stability.adaptive_cost import stiffness_cost
 from plumbob.analytic.tableau import order_8
-from plumbob.engines.method import meant
+from plumbob.engines.method import Method, meant
 from plumbob.engines.study.extra_runs import ExtraRun, StudyPlan
 from plumbob.engines.study.request import Request
 from plumbob.engines.study.results import Study
 from plumbob.engines.study.stability import StabilitySearch
 from plumbob.models.registry import case_of, stability_of, system_of
-from plumbob.models.scene import ON_SUPPORTS, SMOOTH
+from plumbob.models.scene import ON_SUPPORTS, SMOOTH, Scene
 from plumbob.reports.analyses.analysis import Analysis, Record
 from plumbob.reports.analyses.claims import as_expected, at_most
 from plumbob.reports.analyses.measurements import plan_of
@@ -24,116 +25,135 @@ from plumbob.reports.judge.stability import study_limits
 from plumbob.reports.view.content import Claim
 from plumbob.reports.view.site.largest_step import SCENES
 
-# In the quick profile: an equilibrium with each scheme of each engine, and a swing with one of each
-# engine.
+# scenes searched in the quick profile: the equilibrium with each scheme of each engine, the swing
+# with one method of each engine
 EQUILIBRIUM, SWING = "linear-pendulum/overdamped", "simple-pendulum/free-large"
 OF_SWING = ("mujoco/euler", "ode/leapfrog", "pymunk/default")
-SOLVERS = ("ode/dop853", "ode/radau", "ode/lsoda")  # which choose their steps
-DAMPING = (1e1, 1e2, 1e3, 1e4)  # [1/s], in place of the equilibrium's own
-LONG = 3e3  # time constants of the fastest mode, roughly, that they are run for
-TOLERANCE = 1e-3  # the largest: accuracy asks for next to nothing
-ALIKE = 0.2  # what a solver pays may differ from the prediction by this part of it
-EVALUATIONS = 12  # of the equation of motion in a step of DOP853
+SOLVERS = ("ode/dop853", "ode/radau", "ode/lsoda")  # solvers with a variable step
+DAMPING = (1e1, 1e2, 1e3, 1e4)  # [1/s] damping rates, in place of the scene's
+LONG = 3e3  # approximate length of these runs, in time constants of the fastest mode
+TOLERANCE = 1e-3  # largest tolerance, so that stability alone limits the step
+ALIKE = 0.2  # largest relative difference of measured and predicted evaluations
+EVALUATIONS = 12  # evaluations of the equation of motion in a step of DOP853
 
 
 def searches(plan: StudyPlan) -> Sequence[StabilitySearch]:
-    """In the full profile every method that is given a step, on each smooth scene of the quick one;
-    several degrees of freedom take minutes a scene, and are left to `plumbob stability`."""
+    """Returns the searches for largest stable steps.
+
+    In the full profile, they are of every method with a fixed step on each smooth scene of the
+    quick profile. In the quick profile, they are of one method for each scheme and engine on the
+    equilibrium, and of three methods on the swing. Scenes with several degrees of freedom take
+    minutes and are left to `plumbob stability`."""
     quick = plan.profile == "quick"
-    by_scheme = {
-        (scene.name, method.engine, method.scheme if quick else method.name): method.name
-        for scene in reversed(plan.scenes)
-        for method in reversed(plan.methods)
-        if scene.profile == "quick" and scene.kind not in (ON_SUPPORTS, SMOOTH)
-        if method.control == "step" and plan.has(scene.name, method.name)
-        if not quick
-        or scene.name == EQUILIBRIUM
-        or (scene.name == SWING and method.name in OF_SWING)
-    }
-    searched = reversed(by_scheme.items())  # of equal ones the first
-    return tuple(StabilitySearch(scene, method) for (scene, *_), method in searched)
+    seen = set[tuple[Any, ...]]()  # in the quick profile: one method for each scheme and engine
+    requested = list[StabilitySearch]()
+    for scene, method in product(plan.scenes, plan.methods):
+        if not _is_searched(plan, scene, method):
+            continue
+        key = (scene.name, method.engine, method.scheme if quick else method.name)
+        if key not in seen:
+            seen.add(key)
+            requested.append(StabilitySearch(scene.name, method.name))
+    return tuple(requested)
+
+
+def _is_searched(plan: StudyPlan, scene: Scene, method: Method) -> bool:
+    """Returns whether the largest stable step of a method on a scene is searched by runs."""
+    if scene.profile != "quick" or scene.kind in (ON_SUPPORTS, SMOOTH):
+        return False
+    if method.control != "step" or not plan.has(scene.name, method.name):
+        return False
+    if plan.profile != "quick" or scene.name == EQUILIBRIUM:
+        return True
+    return scene.name == SWING and method.name in OF_SWING
 
 
 def predictions(plan: StudyPlan) -> Sequence[StabilitySearch]:
-    """Of the pairs of the plan whose system has a theory of the largest step, but those searched,
-    which have one; in the quick profile of the first screen's scenes alone, since all of them take
+    """Returns the predictions of largest stable steps, without runs, for all pairs of scene and
+    method that are not searched and whose system has a theory of stability.
+
+    The quick profile predicts only the scenes of the first screen, since all scenes together take
     half a minute."""
     searched = {(search.scene, search.method) for search in searches(plan)}
+    scenes = [
+        scene
+        for scene in plan.scenes
+        if system_of(scene).stability and scene.kind != SMOOTH
+        if plan.profile != "quick" or scene.name in SCENES
+    ]
     return tuple(
         StabilitySearch(scene.name, method.name, by_runs=False)
-        for scene in plan.scenes
-        for method in plan.methods
-        if system_of(scene).stability and scene.kind != SMOOTH and meant(method, scene)
-        if plan.profile != "quick" or scene.name in SCENES
-        if (scene.name, method.name) not in searched
+        for scene, method in product(scenes, plan.methods)
+        if meant(method, scene) and (scene.name, method.name) not in searched
     )
 
 
 def solver_runs(plan: StudyPlan) -> Sequence[ExtraRun]:
-    """Of solvers that choose their steps, on the equilibrium at several damping rates."""
+    """Returns the runs of solvers with a variable step on the equilibrium at several damping
+    rates."""
+    solvers = [solver for solver in SOLVERS if plan.has(EQUILIBRIUM, solver)]
     return tuple(
         ExtraRun(
-            EQUILIBRIUM,
-            solver,
-            TOLERANCE,
-            LONG / damping,
-            (("damping_rate", damping),),
+            scene=EQUILIBRIUM,
+            method=solver,
+            step=TOLERANCE,
+            duration=LONG / damping,
+            changes=(("damping_rate", damping),),
             end_alone=True,
         )
-        for damping in DAMPING
-        for solver in SOLVERS
-        if plan.has(EQUILIBRIUM, solver)
+        for damping, solver in product(DAMPING, solvers)
     )
 
 
 def requests(plan: StudyPlan) -> Sequence[Request[Any]]:
-    """Searches and predictions of limits, and runs of solvers that choose their steps."""
+    """Returns the searches, the predictions and the runs of solvers with a variable step."""
     return (*searches(plan), *predictions(plan), *solver_runs(plan))
 
 
-def paid(study: Study) -> Mapping[float, Mapping[str, float]]:
-    """Evaluations per second [1/s] of solvers that choose their steps, by the damping rate [1/s]
-    and their names; "predicted" is what stability asks of the first."""
+def evaluation_rates(study: Study) -> Mapping[float, Mapping[str, float]]:
+    """Returns the cost of stiffness for solvers with a variable step, by damping rate [1/s] and
+    solver: evaluations per simulated second [1/s]. The entry "predicted" is the number that
+    stability requires of the first solver."""
     rates: dict[float, dict[str, float]] = {}
     for request in solver_runs(plan_of(study)):
         theory = stability_of(case_of(request.posed()))
         assert theory is not None
         fastest = np.array([-math.tau / theory.fastest + 0j])
         predicted = EVALUATIONS * float(stiffness_cost(order_8(), fastest))
-        of = rates.setdefault(dict(request.changes)["damping_rate"], {"predicted": predicted})
-        if run := study.answer(request):
-            of[request.method] = run.steps / float(run.times[-1])
+        damping = dict(request.changes)["damping_rate"]
+        by_solver = rates.setdefault(damping, {"predicted": predicted})
+        run = study.answer(request)
+        if run:
+            by_solver[request.method] = run.steps / float(run.times[-1])
     return rates
 
 
 def numbers(study: Study) -> Record | None:
-    """The limits that the study holds; None where it holds none."""
+    """Returns the largest stable steps that the study holds; None if it holds none."""
     judged = [limit for limit in study_limits(study) if limit.limit is not None]
     if not judged:
         return None
-    surprises = [f"{of.scene} {of.method}: {of.surprise}" for of in judged if of.surprise]
+    surprises = [f"{x.scene} {x.method}: {x.surprise}" for x in judged if x.surprise]
     records = [limit.record() for limit in judged]
     return Record(
         limits=records,
         surprises=surprises,
-        paid=paid(study),
+        paid=evaluation_rates(study),
         predicted=sum(limit["verdict"] == "predicted" for limit in records),
         known=sum(bool(limit["known_limit"]) for limit in records),
     )
 
 
 def claims(numbers: Record) -> Sequence[Claim]:
-    """That no limit is unexpected, and that the first solver pays what stability asks of it."""
-    pays = (
-        at_most(
-            f"what DOP853 pays at {damping:g}/s beside what is predicted, less 1,",
-            of[SOLVERS[0]] / of["predicted"] - 1.0,
-            ALIKE,
-        )
-        for damping, of in numbers.paid.items()
-        if SOLVERS[0] in of
-    )
-    return (*as_expected(numbers.surprises), *pays)
+    """Returns the checks that no limit is unexpected, and that the first solver needs the
+    evaluations that stability requires."""
+    checks = [*as_expected(numbers.surprises)]
+    for damping, by_solver in numbers.paid.items():
+        if SOLVERS[0] in by_solver:
+            text = f"what DOP853 pays at {damping:g}/s beside what is predicted, less 1,"
+            excess = by_solver[SOLVERS[0]] / by_solver["predicted"] - 1.0
+            checks.append(at_most(text, excess, ALIKE))
+    return checks
 
 
 LARGEST_STEPS = Analysis("engines/largest_steps", numbers, requests, claims)

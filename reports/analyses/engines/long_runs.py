@@ -1,9 +1,10 @@
-"""The time after which methods are wrong on a swing, measured beside its prediction."""
+"""The time after which the error of a method on a swing reaches a level, measured and predicted."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 from plumbob.engines.study.extra_runs import StudyPlan
 from plumbob.engines.study.long_runs import LongRunSearch
@@ -14,13 +15,13 @@ from plumbob.reports.analyses.measurements import plan_of
 from plumbob.reports.judge.long_runs import judged_long_run
 from plumbob.reports.view.content import Claim
 
-SWING, STEP = "simple-pendulum/free-large", 0.05  # [s] the notebook's
+SWING, STEP = "simple-pendulum/free-large", 0.05  # [s] step of the notebook
 METHODS = ("mujoco/euler", "ode/leapfrog", "ode/rk4", "mujoco/rk4")
-MOST_STEPS = 64_000  # in which every error is as large as the swing
+MOST_STEPS = 64_000  # steps after which every error is as large as the swing
 
 
 def requests(plan: StudyPlan) -> Sequence[LongRunSearch]:
-    """A swing at one step, with one method of each kind."""
+    """Returns a search for each of METHODS in the plan, on the swing at one step."""
     return tuple(
         LongRunSearch(SWING, method, STEP, MOST_STEPS)
         for method in METHODS
@@ -29,34 +30,37 @@ def requests(plan: StudyPlan) -> Sequence[LongRunSearch]:
 
 
 def numbers(study: Study) -> Record | None:
-    """The long runs that the study holds; None where it holds none."""
-    searches = {request: study.answer(request) for request in requests(plan_of(study))}
+    """Returns the judged long runs of a study; None if it holds none."""
+    answers = {request: study.answer(request) for request in requests(plan_of(study))}
     judged = [
-        judged_long_run(s, measured)
-        for s, measured in searches.items()
+        judged_long_run(search, measured)
+        for search, measured in answers.items()
         if measured and measured.times
     ]
     if not judged:
         return None
-    surprises = [f"{of.search.method}: {of.surprise}" for of in judged if of.surprise]
-    return Record(runs=[of.record() for of in judged], surprises=surprises)
+    surprises = [f"{run.search.method}: {run.surprise}" for run in judged if run.surprise]
+    return Record(runs=[run.record() for run in judged], surprises=surprises)
 
 
 def claims(numbers: Record) -> Claims:
-    """That no time is unexpected, and that RK4 reaches the first level after leapfrog, and the last
-    before it."""
+    """Returns the checks that no time is unexpected, and that RK4 reaches the first error level
+    later than leapfrog, and the last level earlier."""
     unexpected = as_expected(numbers.surprises)
-    times = {
-        run["method"]: [level["measured"] for level in run["times"]] for run in numbers.runs
-    }
+    times = {run["method"]: _level_times(run) for run in numbers.runs}
     if not {"ode/rk4", "ode/leapfrog"} <= set(times):
         return unexpected
-    rk4, leapfrog = (
-        [math.inf if time is None else time for time in times[name]]
-        for name in ("ode/rk4", "ode/leapfrog")
-    )
+    rk4 = times["ode/rk4"]
+    leapfrog = times["ode/leapfrog"]
     overtaken = rk4[0] > leapfrog[0] and rk4[-1] < leapfrog[-1]
     return (*unexpected, Claim("RK4 is right for longer, and then overtaken", overtaken))
+
+
+def _level_times(run: Mapping[str, Any]) -> list[float]:
+    """Returns the times [s] at which the error of a run reaches each level; infinite if it does
+    not."""
+    times = [level["measured"] for level in run["times"]]
+    return [math.inf if time is None else time for time in times]
 
 
 LONG_RUNS = Analysis("engines/long_runs", numbers, requests, claims)

@@ -1,5 +1,5 @@
-"""Which fields of a model file engines' own readers take over: read by the engines of the study,
-and known of the others."""
+"""Fields of a model file that engines' own readers take over: tested with the engines of the study,
+and listed for the others."""
 
 from __future__ import annotations
 
@@ -13,7 +13,12 @@ from plumbob.engines.study.model_reading import ModelRead, ModelReading, fields_
 from plumbob.engines.study.results import Study
 from plumbob.reports.analyses.analysis import Analysis, Record
 from plumbob.reports.analyses.measurements import plan_of
-from plumbob.reports.judge.model_readers import RULE, Reader, compared, ignored
+from plumbob.reports.judge.model_readers import (
+    REFERENCE_READER,
+    FileReading,
+    compared_reading,
+    ignored_options,
+)
 
 KNOWN: Mapping[str, Record] = MappingProxyType(
     {
@@ -34,47 +39,49 @@ KNOWN: Mapping[str, Record] = MappingProxyType(
         ),
         "pybullet": Record(version="3.2.7", read=("mass", "friction")),
     }
-)  # by reading, which a test repeats where they are installed
+)  # measured by reading a file; a test repeats the reading with the installed engines
 
 
 def requests(plan: StudyPlan) -> Sequence[ModelReading]:
-    """The readings of those of the plan's engines that read files, MuJoCo's first; none without
-    MuJoCo, whose format it is."""
+    """Returns a reading for each engine of the plan that reads model files, MuJoCo first; none
+    without MuJoCo, which defines the format."""
     engines = {method.engine for method in plan.methods}
-    first = (RULE, *sorted(engines - {RULE})) if RULE in engines else ()
-    return tuple(
-        ModelReading(e) for e in first if find_engine(e).ability(ModelReader) is not None
-    )
+    if REFERENCE_READER not in engines:
+        return ()
+    in_order = (REFERENCE_READER, *sorted(engines - {REFERENCE_READER}))
+    readers = [name for name in in_order if find_engine(name).ability(ModelReader) is not None]
+    return tuple(map(ModelReading, readers))
 
 
 def numbers(study: Study) -> Record | None:
-    """Which fields each reader takes over; None where MuJoCo read nothing."""
-    every = {request.engine: study.answer(request) for request in requests(plan_of(study))}
-    rule = every.get(RULE)
+    """Returns the fields that each reader takes over; None if MuJoCo read nothing."""
+    readings = {r.engine: study.answer(r) for r in requests(plan_of(study))}
+    rule = readings.get(REFERENCE_READER)
     if rule is None or rule.refuses:
         return None
-    readers = [_reader(engine, rule, read) for engine, read in every.items() if read]
+    readers = [_reader(engine, rule, read) for engine, read in readings.items() if read]
+    unread = {engine: known for engine, known in KNOWN.items() if not readings.get(engine)}
     return Record(
-        fields=fields_stated(rule.fields),  # that MuJoCo reads
-        readers=readers,  # in this study, MuJoCo first
-        # known of engines that the study did not read with
-        others=[Record(engine=e, **vars(of)) for e, of in KNOWN.items() if not every.get(e)],
-        rule=RULE,
+        fields=fields_stated(rule.fields),  # fields that MuJoCo reads
+        readers=readers,  # readers of this study, MuJoCo first
+        # listed readers of engines that the study did not use
+        others=[Record(engine=engine, **vars(known)) for engine, known in unread.items()],
+        rule=REFERENCE_READER,
     )
 
 
 def _reader(engine: str, rule: ModelRead, read: ModelRead) -> Record:
-    """The fields that an engine takes over."""
-    beside = Reader(engine, read.refuses)
+    """Returns the fields that an engine reads and those that it drops, compared with MuJoCo's."""
+    reader = FileReading(engine, read.refuses)
     if not read.refuses:
-        never = ignored(rule.fields, read.fields)
-        beside = compared(engine, rule.fields, read.fields, never)
+        never_read = ignored_options(rule.fields, read.fields)
+        reader = compared_reading(engine, rule.fields, read.fields, never_read)
     return Record(
         engine=engine,
         version=read.version,
-        read=beside.read,
-        refuses=read.refuses,  # why it reads nothing
-        dropped=beside.dropped or {},  # {field: what is there instead}
+        read=reader.read,
+        refuses=read.refuses,  # why the engine refuses the file
+        dropped=reader.dropped or {},  # {field: value of the engine in its place}
     )
 
 

@@ -1,5 +1,5 @@
-"""Derivatives of slides, coasts and turns by their parameters: how far off they are on average over
-neighbouring parameters, and how they scatter, with each contact setting."""
+"""Derivatives through contact of slides, coasts and turns: mean error and scatter over neighbouring
+parameters, for each contact setting."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ METHODS = (
     *("dart/default", "dart/nsgs", "drake/default", "drake/similar", "drake/tamsi+stiction"),
     *("pybullet/default", "pybullet/undamped+iterated"),
 )
-QUANTITIES = (  # scene, observable, parameter, and when [s]: sliding, sticking, or the end
+QUANTITIES = (  # scene, observable, parameter, time [s] (sliding or sticking; None: the end)
     (SLIDE, "displacement", "friction", None),
     (SLIDE, "displacement", "friction", 0.045),
     (SLIDE, "displacement", "friction", 0.063),
@@ -44,19 +44,21 @@ QUANTITIES = (  # scene, observable, parameter, and when [s]: sliding, sticking,
 )
 Quantity = tuple[str, str, str, float | None]
 STEPS = (1e-3, 2.5e-4)  # [s]
-FRICTIONS = np.linspace(0.25, 0.35, 33)  # of the curves
-TANGENTS = slice(7, 26, 9)  # of them, where the derivatives are drawn
-EPS = 3e-3  # of a parameter, or of its unit where that is 0: from one neighbour to the next
-NEIGHBOURS = 4  # on either side, and as many derivatives
-RIGHT, FALLS = 0.1, 2.0  # an error that converges: at most, and from step to step by so much
-# at least, where the first order has 4; or no larger than this at the smaller step
+FRICTIONS = np.linspace(0.25, 0.35, 33)  # friction coefficients of the curves
+TANGENTS = slice(7, 26, 9)  # indices of the frictions at which derivatives are drawn
+EPS = 3e-3  # distance of neighbours, relative to the parameter (or to its unit, if it is 0)
+NEIGHBOURS = 4  # number of neighbours on either side
+# A derivative converges if its relative error at the smaller step is at most RIGHT and the ratio of
+# the errors at both steps is at least FALLS (first order gives 4); or if the error at the smaller
+# step is at most RESOLVED.
+RIGHT, FALLS = 0.1, 2.0
 RESOLVED = 1e-3
-SMOOTH = 0.25  # of the mean error: the scatter of one that is smooth
+SMOOTH = 0.25  # largest scatter of a smooth error, relative to its mean
 
 
 def kind_of(errors: Array, scatter: Array) -> str:
-    """Whether a derivative converges, is noise, or is smooth and wrong, by the mean errors at STEPS
-    and their standard deviations."""
+    """Returns the kind of a derivative: "converges", "noise" or "smooth and wrong". `errors` are
+    the mean errors at STEPS, shape (2,), and `scatter` their standard deviations."""
     sizes = np.hypot(errors, scatter)
     if sizes[-1] <= max(RESOLVED, min(RIGHT, sizes[0] / FALLS)):
         return "converges"
@@ -64,81 +66,100 @@ def kind_of(errors: Array, scatter: Array) -> str:
 
 
 def requests(plan: StudyPlan) -> Sequence[ExtraRun]:
-    """The curves of a slide, and neighbours: in the full profile of every quantity."""
-    curves = (run for name in _drawn(plan) for run in _curve(name))
-    pairs = product(_pairs(plan), STEPS)
-    return (*curves, *(run for pair, step in pairs for run in _runs(*pair, step)))
+    """Returns the runs of the slide's curves and of the neighbours of each quantity in the
+    profile."""
+    requested = list[ExtraRun]()
+    for name in _methods_of_curves(plan):
+        requested += _curve_runs(name)
+    for (quantity, method), step in product(_pairs(plan), STEPS):
+        requested += _neighbour_runs(quantity, method, step)
+    return requested
 
 
 def numbers(study: Study) -> Record | None:
-    """The curves and derivatives that a study holds; None where it lacks a curve."""
+    """Returns the curves of displacement against friction, and the derivatives of the quantities;
+    None if the study holds no complete curve."""
     plan = plan_of(study)
-    ends = {name: _ends(study, _curve(name), "displacement") for name in _drawn(plan)}
-    curves = {name: of[0] for name, of in ends.items() if of.size}
+    curves = dict[str, Array]()
+    for name in _methods_of_curves(plan):
+        measured, exact = _final_values(study, _curve_runs(name), "displacement")
+        if measured.size:
+            curves[name] = measured
+            curves.setdefault("exact", exact)
     if not curves:
         return None
-    curves["exact"] = next(of[1] for of in ends.values() if of.size)
-    nearby = [of for pair in _pairs(plan) if (of := _nearby(study, *pair))]
+    curves["exact"] = curves.pop("exact")  # the exact curve is drawn last
+    derivatives = [_derivative_errors(study, *pair) for pair in _pairs(plan)]
+    nearby = [derivative for derivative in derivatives if derivative]
     kinds: dict[str, Counter[str]] = {}
-    for of in nearby:
-        kinds.setdefault(of.method, Counter())[of.kind] += 1
+    for derivative in nearby:
+        kinds.setdefault(derivative.method, Counter())[derivative.kind] += 1
+    slopes = {name: np.gradient(curve, FRICTIONS) for name, curve in curves.items()}
     return Record(
         frictions=FRICTIONS,
         displacements=curves,  # [m], by method and "exact"
         # friction, displacement [m] and its derivative [m]
         tangents={
-            name: np.array([FRICTIONS, curve, np.gradient(curve, FRICTIONS)]).T[TANGENTS]
+            name: np.array([FRICTIONS, curve, slopes[name]]).T[TANGENTS]
             for name, curve in curves.items()
         },
         nearby=nearby,
-        kinds=kinds,  # how many derivatives of each method are of each kind
+        kinds=kinds,  # number of derivatives of each kind, by method
         steps=STEPS,
         eps=EPS,
     )
 
 
 def claims(numbers: Record) -> Claims:
-    """That the derivative with the recommended contacts is nearer by far than by default."""
-    size = {of.method: np.hypot(of.errors[-1], of.scatter[-1]) for of in numbers.nearby[::-1]}
-    if not {DEFAULT, RECOMMENDED} <= set(size):
+    """Returns the checks that the error of the derivative with recommended contacts is far below
+    the error with default contacts."""
+    # reversed, so that the first derivative of each method stays
+    sizes = {d.method: np.hypot(d.errors[-1], d.scatter[-1]) for d in numbers.nearby[::-1]}
+    if not {DEFAULT, RECOMMENDED} <= set(sizes):
         return ()
     text = "the error of a derivative with default contacts, and with those recommended"
-    return (clear(text, float(size[DEFAULT]), float(size[RECOMMENDED])),)
+    return (clear(text, float(sizes[DEFAULT]), float(sizes[RECOMMENDED])),)
 
 
 def _pairs(plan: StudyPlan) -> list[tuple[Quantity, str]]:
-    """Quantities and methods that a plan has."""
+    """Returns the pairs of quantity and method that a plan covers."""
     quick = plan.profile == "quick"
-    pairs = product(QUANTITIES[: 1 if quick else None], CURVES[:2] if quick else METHODS)
+    quantities = QUANTITIES[:1] if quick else QUANTITIES
+    methods = CURVES[:2] if quick else METHODS
+    pairs = product(quantities, methods)
     return [(quantity, name) for quantity, name in pairs if plan.has(quantity[0], name)]
 
 
-def _drawn(plan: StudyPlan) -> list[str]:
+def _methods_of_curves(plan: StudyPlan) -> list[str]:
+    """Returns the methods whose curves a plan can draw."""
     return [name for name in CURVES if plan.has(SLIDE, name)]
 
 
-def _curve(method: str) -> list[ExtraRun]:
-    return _varied(SLIDE, method, STEPS[0], None, "friction", FRICTIONS)
+def _curve_runs(method: str) -> list[ExtraRun]:
+    """Returns the runs of a method's curve: the slide at each of FRICTIONS."""
+    return _varied_runs(SLIDE, method, STEPS[0], None, "friction", FRICTIONS)
 
 
-def _runs(quantity: Quantity, method: str, step: float) -> list[ExtraRun]:
-    """A run with each neighbour, of rising values."""
-    name, _, by, at = quantity
-    value = find_scene(name).parameters[by]
-    beside = value + EPS * (abs(value) or 1.0) * np.arange(-NEIGHBOURS, NEIGHBOURS + 1)
-    return _varied(name, method, step, at, by, beside)
+def _neighbour_runs(quantity: Quantity, method: str, step: float) -> list[ExtraRun]:
+    """Returns a run with each neighbouring value of the parameter, in ascending order."""
+    name, _, parameter, end = quantity
+    value = find_scene(name).parameters[parameter]
+    spacing = EPS * (abs(value) or 1.0)
+    values = value + spacing * np.arange(-NEIGHBOURS, NEIGHBOURS + 1)
+    return _varied_runs(name, method, step, end, parameter, values)
 
 
-def _varied(
-    name: str, method: str, step: float, at: float | None, by: str, values: Array
+def _varied_runs(
+    scene: str, method: str, step: float, end: float | None, parameter: str, values: Array
 ) -> list[ExtraRun]:
-    changes = [((by, value),) for value in values.tolist()]
-    return [ExtraRun(name, method, step, at, change, end_alone=True) for change in changes]
+    """Returns a run with each of the values of a parameter, shape (n,), until `end` [s]."""
+    changes = [((parameter, value),) for value in values.tolist()]
+    return [ExtraRun(scene, method, step, end, change, end_alone=True) for change in changes]
 
 
-def _ends(study: Study, runs: Sequence[ExtraRun], of: str) -> Array:
-    """An observable at the end of runs and of their exact motions, shape (2, n); (2, 0) where not
-    all of them were made."""
+def _final_values(study: Study, runs: Sequence[ExtraRun], observable: str) -> Array:
+    """Returns the final values of an observable in runs (row 0) and in their exact motions (row 1),
+    shape (2, n); shape (2, 0) if a run is missing."""
     recorded = recordings(study, runs)
     if len(recorded) < len(runs):
         return np.empty((2, 0))
@@ -146,31 +167,36 @@ def _ends(study: Study, runs: Sequence[ExtraRun], of: str) -> Array:
     for request, run in recorded.items():
         case = case_of(find_scene(request.scene, dict(request.changes)))
         exact = case.reference.observe(run.times[-1:])
-        ends.append((run.observables[of][-1], exact[of][0]))
+        ends.append((run.observables[observable][-1], exact[observable][0]))
     return np.array(ends).T
 
 
-def _nearby(study: Study, quantity: Quantity, method: str) -> Record | None:
-    """Derivatives near a parameter's value: changes of an observable, in parts of its size, over
-    the parameter's, and the errors of differences of runs; None where a run is missing."""
-    scene, of, by, at = quantity
-    ends = [_ends(study, _runs(quantity, method, step), of) for step in STEPS]
-    if not all(end.size for end in ends):
+def _derivative_errors(study: Study, quantity: Quantity, method: str) -> Record | None:
+    """Returns the errors of a quantity's derivatives near a parameter's value; None if a run is
+    missing. A derivative is the relative change of the observable over the relative change of the
+    parameter."""
+    scene, observable, parameter, end = quantity
+    values = [
+        _final_values(study, _neighbour_runs(quantity, method, step), observable)
+        for step in STEPS
+    ]
+    if not all(at_step.size for at_step in values):
         return None
-    size = abs(ends[0][1, NEIGHBOURS])
-    slopes = np.array([(end[:, 2:] - end[:, :-2]) / (2 * EPS * size) for end in ends])
-    off = slopes[:, 0] - slopes[:, 1]
-    errors = off.mean(axis=1)
-    scatter = off.std(axis=1)
+    size = abs(values[0][1, NEIGHBOURS])
+    differences = np.array([at_step[:, 2:] - at_step[:, :-2] for at_step in values])
+    slopes = differences / (2 * EPS * size)  # shape (steps, 2, neighbours): runs, exact motions
+    deviations = slopes[:, 0] - slopes[:, 1]
+    errors = deviations.mean(axis=1)
+    scatter = deviations.std(axis=1)
     return Record(
         scene=scene,
-        of=of,
-        by=by,
-        at=at,  # [s]; None: the end
+        of=observable,
+        by=parameter,
+        at=end,  # [s] time of the observable; None: the end
         method=method,
         exact=slopes[-1, 1, NEIGHBOURS - 1],
-        errors=errors,  # their mean at STEPS
-        scatter=scatter,  # and standard deviation
+        errors=errors,  # mean error at each of STEPS
+        scatter=scatter,  # standard deviation of the error at each of STEPS
         kind=kind_of(errors, scatter),
     )
 

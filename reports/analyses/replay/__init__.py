@@ -1,4 +1,4 @@
-"""Replays: each scene moves on the page, the exact answer with two runs over it, from the store."""
+"""Replays of scenes on the page: the exact motion and two runs over it, from the stored study."""
 
 from __future__ import annotations
 
@@ -19,27 +19,26 @@ from plumbob.reports.analyses.replay.capsule import capsule
 from plumbob.reports.analyses.replay.pendulums import cone, pendulum
 from plumbob.reports.analyses.replay.picture import Picture
 from plumbob.reports.analyses.replay.runs import RECOMMENDED, shown_runs, shown_seconds
-from plumbob.reports.analyses.replay.samples import COUNT, Samples, coded
+from plumbob.reports.analyses.replay.samples import COUNT, Samples, encode_samples
 from plumbob.reports.view.records import Layer, Replay
 
 PICTURES: Mapping[str, Callable[[Case, float], Picture]] = MappingProxyType(
     {"capsule": capsule, "cone_pendulum": cone, "free_body": body, "simple_pendulum": pendulum}
-)  # by the family of the system
+)  # function that makes the picture, by the family of the system
 TRUTH = Layer("exact", "exact answer", "")
-Drawn = tuple[Layer, Samples]  # a motion, or a run's deviations from it, with how it is drawn
-MOST = 12  # powers of ten of the largest factor that errors are drawn by
-LARGE = 0.15  # of the picture: how large an audit's largest error is drawn at first, at most
+Drawn = tuple[Layer, Samples]  # layer, and samples of a motion or of a run's deviations from it
+MAX_FACTOR_EXPONENT = 12  # exponent of ten of the largest magnification of errors
+INITIAL_ERROR_SIZE = 0.15  # initial size of an audit's largest error, relative to the picture
 
 
 def requests(plan: StudyPlan) -> Sequence[ExtraRun]:
-    """The runs that the replays of a plan's scenes show."""
+    """Returns the runs that the replays of a plan's scenes show."""
     pictured = (scene for scene in plan.scenes if system_of(scene).family in PICTURES)
     return [shown.run for scene in pictured for shown in shown_runs(plan, scene)]
 
 
 def replay(study: Study, scene: Scene) -> Replay | None:
-    """The replay of a scene: a function of the stored study, which runs no engine; None of a system
-    without a picture."""
+    """Returns the replay of a scene from the stored study; None if its system has no picture."""
     if system_of(scene).family not in PICTURES:
         return None
     case = case_of(scene)
@@ -50,31 +49,41 @@ def replay(study: Study, scene: Scene) -> Replay | None:
     runs: list[Drawn] = []
     lacking: list[str] = []
     plan = StudyPlan(study.profile, study.scenes, study.methods)
-    missing = {  # engines that are not installed: the page says that once
-        c.method
-        for c in study.convergence
-        if c.scene == scene.name and {m.status for m in c.measurements} == {"missing"}
-    }
+    missing = _missing_methods(study, scene.name)
     for shown in shown_runs(plan, scene):
-        if run := study.answer(shown.run) if shown.run in study.extras else None:
+        run = study.answer(shown.run) if shown.run in study.extras else None
+        if run:
             slot = "second" if shown.words == RECOMMENDED or runs else "first"
-            runs.append(deviating(picture, run, slot, shown.name, shown.words))
+            runs.append(run_deviations(picture, run, slot, shown.name, shown.words))
         elif shown.run.method not in missing:
             lacking.append(shown.name)
-    return assembled(scene.name, scene.duration, picture, (TRUTH, exact), runs, lacking)
+    return assemble_replay(scene.name, scene.duration, picture, (TRUTH, exact), runs, lacking)
 
 
-def deviating(picture: Picture, run: Trajectory, slot: str, name: str, words: str) -> Drawn:
-    """A run as its deviations, with the largest over the replay and the one at its end in words."""
-    every = picture.deviations(run)
-    there = np.isfinite(np.sum(list(every.values()), axis=0))
-    deviations = {name: values[there] for name, values in every.items()}
+def _missing_methods(study: Study, scene: str) -> set[str]:
+    """Returns the methods whose engines are not installed; the page says so elsewhere."""
+    missing = set[str]()
+    for series in study.convergence:
+        statuses = {run.status for run in series.measurements}
+        if series.scene == scene and statuses == {"missing"}:
+            missing.add(series.method)
+    return missing
+
+
+def run_deviations(
+    picture: Picture, run: Trajectory, slot: str, name: str, words: str
+) -> Drawn:
+    """Returns a run as its deviations from the exact motion, at the finite samples. Its layer
+    states the largest deviation of the replay and the deviation at the end, as text."""
+    channels = picture.deviations(run)
+    finite = np.isfinite(np.sum(list(channels.values()), axis=0))
+    deviations = {name: values[finite] for name, values in channels.items()}
     last = {name: values[-1:] for name, values in deviations.items()}
     layer = Layer(slot, name, words, picture.largest(deviations), picture.largest(last))
-    return layer, Samples(run.times[there], deviations)
+    return layer, Samples(run.times[finite], deviations)
 
 
-def assembled(
+def assemble_replay(
     name: str,
     whole: float,
     picture: Picture,
@@ -82,13 +91,16 @@ def assembled(
     runs: Sequence[Drawn],
     lacking: Sequence[str] = (),
 ) -> Replay:
-    """The replay of a motion of `whole` [s], as far as its samples reach, with runs as deviations
-    from it."""
+    """Returns the replay of a motion, with runs as deviations from it.
+
+    `name` is the scene, `whole` its duration [s], `exact` the motion, which may end earlier, and
+    `lacking` the names of the runs that did not reach their end."""
     seconds = float(exact[1].times[-1])
-    parts = [part for _, samples in runs if (part := picture.part(samples.channels))]
-    # up to where the smallest errors are as large as the picture
-    powers = [10**k for k in range(MOST + 1)]
-    factors = [f for f in powers if f == 1 or any(f * part < 1.0 for part in parts)]
+    sizes = [picture.part(samples.channels) for _, samples in runs]
+    sizes = [size for size in sizes if size]
+    # The largest magnification keeps the errors of at least one run within the picture.
+    powers = [10**k for k in range(MAX_FACTOR_EXPONENT + 1)]
+    factors = [f for f in powers if f == 1 or any(f * size < 1.0 for size in sizes)]
     data = {
         "kind": picture.kind,
         "seconds": seconds,
@@ -97,24 +109,25 @@ def assembled(
         "geometry": dict(picture.geometry),
         "layers": [
             _coded(exact),
-            *(_coded(run) | {"times": coded(run[1].times)} for run in runs),
+            *(_coded(run) | {"times": encode_samples(run[1].times)} for run in runs),
         ],
     }
     text = json.dumps(data, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
     return Replay(
-        name,
-        picture.kind,
-        seconds,
-        whole,
-        tuple(layer for layer, _ in (exact, *runs)),
-        tuple(lacking),
-        tuple(factors),
-        max(f for f in factors if f == 1 or f * parts[0] <= LARGE),
-        text.replace("<", "\\u003c"),
+        scene=name,
+        kind=picture.kind,
+        seconds=seconds,
+        whole=whole,
+        layers=tuple(layer for layer, _ in (exact, *runs)),
+        lacking=tuple(lacking),
+        factors=tuple(factors),
+        magnified=max(f for f in factors if f == 1 or f * sizes[0] <= INITIAL_ERROR_SIZE),
+        data=text.replace("<", "\\u003c"),
     )
 
 
 def _coded(drawn: Drawn) -> dict[str, Any]:
+    """Returns a layer and its samples for JSON."""
     layer, samples = drawn
-    channels = {name: coded(values) for name, values in samples.channels.items()}
+    channels = {name: encode_samples(values) for name, values in samples.channels.items()}
     return {"role": layer.slot, "count": len(samples.times), "channels": channels}

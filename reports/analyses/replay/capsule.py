@@ -1,4 +1,4 @@
-"""Replays of the capsule, seen from above: feet, slider and trail."""
+"""Replays of the capsule seen from above: feet, slider and trail."""
 
 from __future__ import annotations
 
@@ -11,63 +11,73 @@ from plumbob.engines.trajectory import Trajectory
 from plumbob.models.scene import Case
 from plumbob.reports.analyses.replay.picture import Picture
 
-PAD = 0.2  # of the body's size
-FINE = 1601  # samples of the exact motion, for what the picture has to show
+PAD = 0.2  # margin around the motion, relative to the body's size
+FINE = 1601  # samples of the exact motion that determine the extent of the picture
 
 
 def capsule(case: Case, seconds: float) -> Picture:
-    """The replay of a capsule over `seconds` [s], from above, in the axes of the world."""
+    """Returns the picture of a capsule over `seconds` [s], from above, in world axes."""
     exact = motion(case, np.linspace(0.0, seconds, FINE))
     feet = np.asarray(case.problem.setup.capsule.supports) @ [1.0, 1j]
     size = float(np.abs(feet).max())
-    place = exact["x"] + 1j * exact["y"]
-    turned = np.exp(1j * exact["heading"])
-    corners = [place + turned * foot for foot in (*feet, exact["qx"] + 1j * exact["qy"])]
-    spans = [(axis.min() - PAD * size, axis.max() + PAD * size) for axis in _parts(corners)]
+    centre = exact["x"] + 1j * exact["y"]
+    rotation = np.exp(1j * exact["heading"])
+    slider = exact["qx"] + 1j * exact["qy"]
+    xs, ys = _real_and_imaginary([centre + rotation * point for point in (*feet, slider)])
+    pad = PAD * size
     return Picture(
-        "capsule",
-        (*spans[0], *spans[1]),
-        {"feet": [*zip(*(axis.tolist() for axis in _parts(feet)), strict=True)], "size": size},
-        {"m": size, "rad": 1.0},
-        lambda at: motion(case, at),
-        lambda run: deviations(case, run),
-        lambda off: {"m": np.hypot(off["x"], off["y"]), "rad": np.abs(off["heading"])},
+        kind="capsule",
+        box=(xs.min() - pad, xs.max() + pad, ys.min() - pad, ys.max() + pad),
+        geometry={"feet": [(foot.real, foot.imag) for foot in feet.tolist()], "size": size},
+        sizes={"m": size, "rad": 1.0},
+        motion=lambda times: motion(case, times),
+        deviations=lambda run: deviations(case, run),
+        apart=_pose_distance,
     )
 
 
+def _pose_distance(differences: Signals) -> dict[str, Array]:
+    """Returns the distance of C [m] and the angle [rad] between a run and the exact motion."""
+    distance = np.hypot(differences["x"], differences["y"])
+    return {"m": distance, "rad": np.abs(differences["heading"])}
+
+
 def motion(case: Case, times: Array) -> Signals:
-    """Exact channels at `times` [s], shape (n,): x, y of C in the world [m], heading [rad], and the
-    place of the slider in the body [m]."""
+    """Returns the exact channels at `times` [s], shape (n,): the position x, y of C in the world
+    [m], the heading [rad], and the position qx, qy of the slider in the body [m]."""
     observed = case.reference.observe(times)
-    x, y = _parts(_in_world(case.problem.setup, observed))
-    where = case.problem.motion.path.kinematics(times)[0]
+    x, y = _real_and_imaginary(_in_world(case.problem.setup, observed))
+    slider = case.problem.motion.path.kinematics(times)[0]
     return {
         "x": x,
         "y": y,
         "heading": observed["heading"],
-        "qx": where[:, 0],
-        "qy": where[:, 1],
+        "qx": slider[:, 0],
+        "qy": slider[:, 1],
     }
 
 
 def deviations(case: Case, run: Trajectory) -> Signals:
-    """The differences of a run from the exact pose, and from the slider's place where it observes
-    that, at its own times."""
+    """Returns the differences of a run from the exact channels, at the run's times. If the run does
+    not observe the slider, the slider's difference is zero."""
     setup = case.problem.setup
     exact = case.reference.observe(run.times)
-    apart = {name: run.observables.get(name, of) - of for name, of in exact.items()}
-    x, y = _parts(_in_world(setup, apart))
-    stroke = apart.get("stroke", np.zeros_like(run.times))
-    qx, qy = _parts(stroke * np.exp(1j * setup.direction))
-    return {"x": x, "y": y, "heading": apart["heading"], "qx": qx, "qy": qy}
+    differences = {
+        name: run.observables.get(name, values) - values for name, values in exact.items()
+    }
+    x, y = _real_and_imaginary(_in_world(setup, differences))
+    stroke = differences.get("stroke", np.zeros_like(run.times))
+    qx, qy = _real_and_imaginary(stroke * np.exp(1j * setup.direction))
+    return {"x": x, "y": y, "heading": differences["heading"], "qx": qx, "qy": qy}
 
 
-def _parts(places: npt.ArrayLike) -> tuple[Array, Array]:
-    return np.real(places), np.imag(places)
+def _real_and_imaginary(positions: npt.ArrayLike) -> tuple[Array, Array]:
+    """Returns x and y of positions x + iy."""
+    return np.real(positions), np.imag(positions)
 
 
 def _in_world(setup: CapsuleSetup, observed: Signals) -> npt.NDArray[np.complex128]:
-    """Place [m] of C in the world, as x + iy, from observables."""
+    """Returns the position of C in the world [m], as x + iy, from observables."""
     if "displacement" in observed:
         place = observed["displacement"] + 1j * observed["sideways"]
         return np.asarray(place * np.exp(1j * (setup.heading + setup.direction)))

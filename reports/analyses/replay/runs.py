@@ -1,4 +1,5 @@
-"""Which runs a scene's replay shows beside the exact answer: default and recommended settings."""
+"""The runs that a scene's replay shows beside the exact motion: default and recommended
+settings."""
 
 from __future__ import annotations
 
@@ -15,18 +16,21 @@ from plumbob.models.scene import Scene
 from plumbob.reports.view import notation
 
 OWN, RECOMMENDED = "your settings", "recommended settings"
-SMOOTH = ("mujoco/rk4+midpoint", "mujoco/rk4")  # a control read at mid-step, where there is one
-ON_LINE = ("mujoco/euler+coulomb", "mujoco/euler+stiff")  # contacts that converge
-IN_PLANE = ("mujoco/rk4+coulomb", *ON_LINE)  # turning: RK4 is up to 100 times as accurate
+SMOOTH = ("mujoco/rk4+midpoint", "mujoco/rk4")  # the first reads a control at mid-step
+ON_LINE = ("mujoco/euler+coulomb", "mujoco/euler+stiff")  # methods whose contacts converge
+IN_PLANE = (
+    "mujoco/rk4+coulomb",
+    *ON_LINE,
+)  # for turning bodies: RK4's error is up to 100 times less
 PLANE = ("capsule-coast", "capsule-plan", "capsule-turn")
-LEAST_STEPS = 100  # of a run that a replay shows
+LEAST_STEPS = 100  # fewest steps of a run in a replay
 MOST_SECONDS, MOST_SWINGS, MOST_MANOEUVRES = 100.0, 40, 10  # [s], periods, and repetitions
-EXACT = "exact"  # the engine of closed forms, which are the exact answer
+EXACT = "exact"  # engine of the closed forms, whose runs equal the exact motion
 
 
 @dataclass(frozen=True)
 class ShownRun:
-    """A run that a replay shows, its name, and why that one."""
+    """A run that a replay shows, its name, and the reason that it is shown (empty: none)."""
 
     run: ExtraRun
     name: str
@@ -34,55 +38,67 @@ class ShownRun:
 
 
 def shown_seconds(scene: Scene) -> float:
-    """How much of a scene's motion is replayed [s]: of many swings the first forty, of a thousand
-    manoeuvres the first ten, of other motions a hundred seconds. Works out no motion in the plane
-    but one that is repeated: a plan of it takes seconds."""
+    """Returns the duration of a scene's replay [s]: at most MOST_SWINGS periods, MOST_MANOEUVRES
+    repeated manoeuvres or, for other motions, MOST_SECONDS.
+
+    The motion of a capsule is solved only if it is repeated, since a plan takes seconds."""
     if system_of(scene).family != "capsule":
         case = case_of(scene)
         period = case.system.facts(case.problem).get("period")
-        return float(min(scene.duration, MOST_SWINGS * period if period else MOST_SECONDS))
+        longest = MOST_SWINGS * period if period else MOST_SECONDS
+        return float(min(scene.duration, longest))
     if scene.parameters.get("count", 1) <= MOST_MANOEUVRES:
         return scene.duration
-    return float(min(scene.duration, MOST_MANOEUVRES * case_of(scene).problem.motion.period))
+    manoeuvre = case_of(scene).problem.motion.period
+    return float(min(scene.duration, MOST_MANOEUVRES * manoeuvre))
 
 
 def shown_runs(plan: StudyPlan, scene: Scene) -> Sequence[ShownRun]:
-    """The two runs that a scene's replay shows, at one step: default settings, or the user's own,
-    and the recommended ones; of a plan without these its first methods. None where the scene is not
-    the registered one of that name, which a request names."""
+    """Returns the two runs that a scene's replay shows, at the same step: the default settings or
+    the user's, and the recommended settings. If the plan lacks these, its first methods are shown.
+
+    A scene that differs from the registered scene of its name has no runs, because a request names
+    the registered scene."""
     registered = find_scene(scene.name)
     if (registered.parameters, registered.duration) != (scene.parameters, scene.duration):
         return ()
-    known = {m.name: m for m in plan.methods if meant(m, scene)}
+    known = {method.name: method for method in plan.methods if meant(method, scene)}
     seconds = shown_seconds(scene)
-    step = max((h for h in scene.steps if LEAST_STEPS * h <= seconds), default=min(scene.steps))
+    steps = [step for step in scene.steps if LEAST_STEPS * step <= seconds]
+    step = max(steps, default=min(scene.steps))
     if seconds >= LEAST_STEPS * REFERENCE_STEP:
         step = REFERENCE_STEP
-    words = {name: RECOMMENDED for name in [n for n in _best(scene) if n in known][:1]}
+    recommended = [name for name in _recommended_methods(scene) if name in known]
+    words = dict.fromkeys(recommended[:1], RECOMMENDED)
     if USER_METHOD in known:
         step = known[USER_METHOD].step_sizes[0]
         words = {USER_METHOD: OWN, **words}
     elif DEFAULT[0] in known:
         usual = "default settings" + " but for the step" * (step != DEFAULT[1])
         words = {DEFAULT[0]: usual, **words}
-    others = [n for n, method in known.items() if method.engine != EXACT and n not in words]
+    simulated = [name for name, method in known.items() if method.engine != EXACT]
+    others = [name for name in simulated if name not in words]
     words |= dict.fromkeys(others[: 2 - len(words)], "")
-    lasting = None if seconds == scene.duration else seconds
-    return [_shown(scene, known[name], of, step, lasting) for name, of in words.items()]
+    duration = None if seconds == scene.duration else seconds
+    return [
+        _shown_run(scene, known[name], text, step, duration) for name, text in words.items()
+    ]
 
 
-def _best(scene: Scene) -> tuple[str, ...]:
-    """The methods that are recommended for a scene, the first one first."""
+def _recommended_methods(scene: Scene) -> tuple[str, ...]:
+    """Returns the recommended methods for a scene, the best first."""
     if system_of(scene).family == "capsule":
         return IN_PLANE if scene.system in PLANE else ON_LINE
     return SMOOTH
 
 
-def _shown(
-    scene: Scene, method: Method, words: str, step: float, lasting: float | None
+def _shown_run(
+    scene: Scene, method: Method, words: str, step: float, duration: float | None
 ) -> ShownRun:
+    """Returns the run of a method on a scene with its name. A method with a tolerance runs at the
+    middle one of its tolerances in place of `step` [s]."""
     if method.control == "tolerance":
         step = method.step_sizes[len(method.step_sizes) // 2]
     text = notation.seconds(step) if method.control == "step" else f"rtol {step:g}"
-    run = ExtraRun(scene.name, method.name, step, lasting)
+    run = ExtraRun(scene.name, method.name, step, duration)
     return ShownRun(run, f"{method.name}, {text}", words)

@@ -1,4 +1,4 @@
-"""Samples of a motion for the screen, between which its script interpolates linearly."""
+"""Samples of a motion for the screen; the page's script interpolates linearly between them."""
 
 from __future__ import annotations
 
@@ -9,22 +9,24 @@ import numpy as np
 
 from plumbob.analytic.reference import Array, Signals
 
-# of an exact answer: forty in each of forty swings, 2e-3 of whose range they follow
+# samples of an exact motion: forty for each of forty swings, which keeps the interpolation within
+# 2e-3 of the range
 COUNT = 1601
-STEPS = 2**24 - 1  # over the range of a channel: errors are drawn many times as large
+STEPS = 2**24 - 1  # resolution of a channel's range, fine enough for magnified errors
 
 
 @dataclass(frozen=True)
 class Samples:
-    """Channels at times: SI, shape (n,) each."""
+    """Channels at times, in SI units, shape (n,) each."""
 
     times: Array  # [s]
     channels: Signals
 
 
-def coded(values: Array) -> Any:
-    """An array, shape (n,), as JSON: a number where it is constant, else third differences of whole
-    numbers of STEPS over its range: of a smooth motion they are small, and compress to a third."""
+def encode_samples(values: Array) -> Any:
+    """Returns an array, shape (n,), for JSON. A constant array becomes a number. Any other becomes
+    the third differences of whole numbers, with STEPS over its range: for a smooth motion they are
+    small, and compress to a third."""
     low = float(values.min())
     high = float(values.max())
     if low == high:

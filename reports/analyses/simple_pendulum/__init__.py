@@ -1,4 +1,4 @@
-"""The page's section on the simple pendulum: the notebook's cases, and a held control."""
+"""The section on the simple pendulum: the notebook's cases, and a held control."""
 
 from __future__ import annotations
 

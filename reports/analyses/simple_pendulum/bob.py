@@ -1,4 +1,4 @@
-"""The bob in the plane, x(t) and y(t): the linear pendulum beside the non-linear one."""
+"""The bob's path x(t), y(t): the linear pendulum beside the non-linear one."""
 
 from __future__ import annotations
 
@@ -17,39 +17,40 @@ from plumbob.reports.analyses.simple_pendulum.notebook import (
     FINE,
     LINEAR,
     SIMPLE,
-    fine,
+    fine_motion,
 )
 
-DRAWN, SHOWN = "free-large", 6.0  # case 2, and its first seconds
-APART = 0.1  # of the length, 1 m: what a picture of the two shows
+DRAWN, SHOWN = "free-large", 6.0  # case 2; [s] duration of the figure
+APART = 0.1  # visible distance of the two bobs, relative to the length of 1 m
 ACCELEROMETER = ExtraRun(
     SIMPLE + DRAWN, "mujoco/rk4", 1e-3, 3.0, (), (("reads_acceleration", True),)
 )
 SHORT = np.linspace(0.0, SHOWN, 240)  # [s]
 
 
-def place(scene: str, motion: Signals) -> Array:
-    """x and y of the bob [m], shape (n, 2), of the exact motion of a scene at n times."""
+def bob_path(scene: str, motion: Signals) -> Array:
+    """Returns x and y of the bob [m], shape (n, 2), for a motion of a scene at n times."""
     return bob_place(case(scene).problem.length, motion["theta"])
 
 
 def distances(name: str) -> Array:
-    """Distance [m] of the two bobs of a case at FINE, shape (n,)."""
-    apart = np.subtract(*(place(kind + name, fine(kind + name)) for kind in (SIMPLE, LINEAR)))
-    return np.asarray(np.hypot(*apart.T))
+    """Returns the distance [m] between the two bobs of a case at the times FINE, shape (n,)."""
+    simple = bob_path(SIMPLE + name, fine_motion(SIMPLE + name))
+    linear = bob_path(LINEAR + name, fine_motion(LINEAR + name))
+    return np.asarray(np.hypot(*(simple - linear).T))
 
 
 def numbers(study: Study) -> Record:
-    """How far the two bobs are apart in each case, and both in the plane."""
+    """Returns the distances between the two bobs in each case, the paths of both in case 2, and the
+    readings of an accelerometer."""
+    scenes = (SIMPLE + DRAWN, LINEAR + DRAWN)
+    run = study.answer(ACCELEROMETER)
     return Record(
         distances=[_distance(label, name) for label, name in CASES.items()],
         times=SHORT,
-        # x and y of both bobs [m] at them, shape (2, n)
-        paths=[
-            place(kind + DRAWN, case(kind + DRAWN).reference.observe(SHORT)).T
-            for kind in (SIMPLE, LINEAR)
-        ],
-        accelerometer=None if (run := study.answer(ACCELEROMETER)) is None else readings(run),
+        # [m] x and y of each bob at these times, shape (2, n)
+        paths=[bob_path(scene, case(scene).reference.observe(SHORT)).T for scene in scenes],
+        accelerometer=None if run is None else readings(run),
         apart=APART,  # [m]
         duration=DURATION,
         shown=SHOWN,
@@ -57,7 +58,8 @@ def numbers(study: Study) -> Record:
 
 
 def readings(run: Trajectory) -> Record | None:
-    """Readings at MuJoCo's bob in case 2, against the exact acceleration [m/s^2]."""
+    """Returns the readings of an accelerometer at MuJoCo's bob in case 2, beside the exact
+    acceleration [m/s^2]; None if the run has no readings."""
     if "acceleration_across" not in run.channels:
         return None
     pendulum = case(ACCELEROMETER.scene).problem.started
@@ -66,28 +68,32 @@ def readings(run: Trajectory) -> Record | None:
     cosine = np.cos(state["theta"])
     across = -pendulum.gravity * sine  # L θ̈, by the equation of motion
     along = pendulum.length * state["theta_dot"] ** 2
-    reads = run.channels["acceleration_across"], run.channels["acceleration_along"]
-    free_fall = -pendulum.gravity * sine, -pendulum.gravity * cosine
-    moved = [read + fall for read, fall in zip(reads, free_fall, strict=True)]
+    read_across = run.channels["acceleration_across"]
+    read_along = run.channels["acceleration_along"]
+    # An accelerometer reads the acceleration minus gravity.
+    gap_across = np.abs(read_across - pendulum.gravity * sine - across).max()
+    gap_along = np.abs(read_along - pendulum.gravity * cosine - along).max()
+    pull = run.observables["tension"] / pendulum.mass
     return Record(
         across=np.abs(across).max(),  # largest |L θ̈|
         along=along.max(),  # largest L θ̇²
-        # largest difference of the readings, gravity added, from those two
-        gap=max(np.abs(moved[0] - across).max(), np.abs(moved[1] - along).max()),
-        reads_across=np.abs(reads[0]).max(),  # largest reading across the rod, as it is
-        # largest difference of that along it from T/m of the engine's own sensor
-        gap_of_pull=np.abs(reads[1] - run.observables["tension"] / pendulum.mass).max(),
+        # largest difference between a reading plus gravity and L θ̈ or L θ̇²
+        gap=max(gap_across, gap_along),
+        reads_across=np.abs(read_across).max(),  # largest reading across the rod
+        # largest difference of the reading along the rod from T/m of the engine's force sensor
+        gap_of_pull=np.abs(read_along - pull).max(),
     )
 
 
 def _distance(label: str, name: str) -> Record:
-    """How far the two bobs of a case are apart."""
-    apart = distances(name)
-    over = np.flatnonzero(apart > APART * case(SIMPLE + name).problem.length)
+    """Returns the largest distance between the two bobs of a case, and the time at which it first
+    exceeds APART."""
+    separation = distances(name)
+    beyond = np.flatnonzero(separation > APART * case(SIMPLE + name).problem.length)
     return Record(
         label=label,
-        largest=apart.max(),  # [m]
-        parted=FINE[over[0]] if over.size else None,  # [s], when they first are by APART
+        largest=separation.max(),  # [m]
+        parted=FINE[beyond[0]] if beyond.size else None,  # [s] time of the distance APART
     )
 
 

@@ -1,4 +1,4 @@
-"""The notebook's statements on its cases, one by one, beside the exact motions."""
+"""The notebook's statements on its cases, checked with the exact motions."""
 
 from __future__ import annotations
 
@@ -17,102 +17,106 @@ from plumbob.reports.analyses.simple_pendulum.notebook import (
     LINEAR,
     SIMPLE,
     difference,
-    fine,
+    fine_motion,
 )
 
-VISIBLE = 0.05  # of the amplitude: a difference that a plot shows
-SETTLED = 40.0  # [s]: a forced swing, damped at 0.2/s, has forgotten its start to 2 %
+VISIBLE = 0.05  # difference that a plot shows, relative to the amplitude
+SETTLED = 40.0  # [s] time after which a forced swing, damped at 0.2/s, keeps 2 % of its start
 MUJOCO = "mujoco/rk4"
 
 
 def angle(scene: str) -> Array:
-    """theta [rad] of the exact motion at FINE."""
-    return fine(scene)["theta"]
+    """Returns theta [rad] of the exact motion at the times FINE."""
+    return fine_motion(scene)["theta"]
 
 
-def parting(name: str) -> Record:
-    """The difference of the exact motions of a case."""
-    apart = np.abs(difference(name))
+def visible_difference(name: str) -> Record:
+    """Returns the difference between the non-linear and the linear motion of a case, and the time
+    at which it becomes visible."""
+    differences = np.abs(difference(name))
     amplitude = abs(float(angle(SIMPLE + name)[0]))
-    over = np.flatnonzero(apart > VISIBLE * amplitude)
+    visible = np.flatnonzero(differences > VISIBLE * amplitude)
     return Record(
-        largest=apart.max(),  # difference within DURATION [rad]
-        relative=apart.max() / amplitude,  # the same over the amplitude at the start
-        # time of a difference of VISIBLE of the amplitude [s]
-        visible_at=FINE[over[0]] if over.size else None,
+        largest=differences.max(),  # [rad] largest difference within DURATION
+        relative=differences.max() / amplitude,  # largest difference over the initial amplitude
+        # [s] time at which the difference exceeds VISIBLE times the amplitude
+        visible_at=FINE[visible[0]] if visible.size else None,
     )
 
 
-def swing(scene: str, since: float = 0.0) -> float:
-    """Largest angle [rad] of an exact motion from a time [s] on."""
+def largest_angle(scene: str, since: float = 0.0) -> float:
+    """Returns the largest angle [rad] of an exact motion after the time `since` [s]."""
     return float(np.abs(angle(scene)[since <= FINE]).max())
 
 
-def decay(name: str) -> float:
-    """Largest relative difference of the extreme angles of a damped swing from |theta_0| times
-    exp(-xi t/2)."""
-    observed = fine(SIMPLE + name)
-    rate = case(SIMPLE + name).problem
+def decay_error(name: str) -> float:
+    """Returns the largest relative difference of the extreme angles of a damped swing from
+    |theta_0| exp(-xi t/2)."""
+    observed = fine_motion(SIMPLE + name)
+    problem = case(SIMPLE + name).problem
     speed = observed["theta_dot"]
     theta = observed["theta"]
-    turns = np.flatnonzero(speed[:-1] * speed[1:] < 0.0)
-    part = speed[turns] / (speed[turns] - speed[turns + 1])
-    after = part * (FINE[1] - FINE[0])
-    when = FINE[turns] + after
-    # theta_dot falls linearly to zero
-    sizes = np.abs(theta[turns] + 0.5 * after * speed[turns])
-    expected = abs(rate.theta) * np.exp(-0.5 * rate.damping_rate * when)
-    return float(np.abs(sizes / expected - 1.0).max())
+    before = np.flatnonzero(speed[:-1] * speed[1:] < 0.0)  # samples before an extreme
+    # theta_dot is taken as linear between the samples around an extreme.
+    fraction = speed[before] / (speed[before] - speed[before + 1])
+    delay = fraction * (FINE[1] - FINE[0])
+    times = FINE[before] + delay
+    amplitudes = np.abs(theta[before] + 0.5 * delay * speed[before])
+    expected = abs(problem.theta) * np.exp(-0.5 * problem.damping_rate * times)
+    return float(np.abs(amplitudes / expected - 1.0).max())
 
 
 def lengthening(name: str) -> float:
-    """Period of a free swing over that of the linear pendulum, less 1."""
+    """Returns the relative difference of the period of a free swing from the linear pendulum's."""
     problem = case(SIMPLE + name).problem
     natural = math.tau * math.sqrt(problem.length / problem.gravity)
     return float(problem.elliptic.period) / natural - 1.0
 
 
 def rotation(name: str) -> Record:
-    """A rotation, from where it starts, beside the linear pendulum."""
+    """Returns the number of turns of a rotation, the largest angle of the linear pendulum with the
+    same start, and the initial speed beside the speed that just reaches the top."""
     problem = case(SIMPLE + name).problem
     start, end = angle(SIMPLE + name)[[0, -1]]
-    least = math.sqrt(2.0 * problem.gravity / problem.length * (1.0 + math.cos(problem.theta)))
+    squared = 2.0 * problem.gravity / problem.length * (1.0 + math.cos(problem.theta))
+    speed_to_top = math.sqrt(squared)  # [rad/s] speed that just reaches the top
     return Record(
-        turns=abs(float(end - start)) / math.tau,  # within DURATION
-        linear_degrees=math.degrees(swing(LINEAR + name)),  # its largest angle [°]
-        # than the speed that just reaches the top, relative
-        faster=float(abs(problem.theta_dot)) / least - 1.0,
+        turns=abs(float(end - start)) / math.tau,  # turns within DURATION
+        # [°] largest angle of the linear pendulum
+        linear_degrees=math.degrees(largest_angle(LINEAR + name)),
+        # relative excess of the initial speed over the speed that just reaches the top
+        faster=float(abs(problem.theta_dot)) / speed_to_top - 1.0,
     )
 
 
 def smallest_error(study: Study) -> tuple[float, float] | None:
-    """The error [rad] of MuJoCo's multibody model on case 2 against the equation's solution,
-    at its finest step [s]."""
+    """Returns the largest error [rad] of MuJoCo's multibody model on case 2 at its finest step, and
+    that step [s]; None if MuJoCo did not run it."""
     series = convergence_of(study, f"{SIMPLE}free-large", MUJOCO)
-    done = [m for m in series.measurements if m.status == "done"] if series else []
+    measurements = series.measurements if series else ()
+    done = [run for run in measurements if run.status == "done"]
     return (done[-1].errors["theta"].largest, done[-1].step) if done else None
 
 
 def numbers(study: Study) -> Record:
-    """The figures that the notebook's statements are held to."""
+    """Returns the numbers that judge the notebook's statements."""
     damped = case(f"{SIMPLE}damped-small").problem
     natural = math.sqrt(damped.gravity / damped.length)
     return Record(
-        partings={label: parting(CASES[label]) for label in ("1", "2", "5", "6")},
-        # of the period, relative
+        partings={label: visible_difference(CASES[label]) for label in ("1", "2", "5", "6")},
+        # relative lengthening of the period
         lengthening={label: lengthening(CASES[label]) for label in ("1", "2")},
         rotations={label: rotation(CASES[label]) for label in ("3", "4")},
-        decay={label: decay(CASES[label]) for label in ("5", "6")},  # see `decay`
-        # [rad], the largest angle of the forced swing, settled
-        forced=swing(f"{SIMPLE}forced-large", SETTLED),
-        forced_linear=swing(f"{LINEAR}forced-large", SETTLED),
-        # turns, where case 7 comes to rest
+        decay={label: decay_error(CASES[label]) for label in ("5", "6")},  # see `decay_error`
+        # [rad] largest angle of the settled forced swing
+        forced=largest_angle(f"{SIMPLE}forced-large", SETTLED),
+        forced_linear=largest_angle(f"{LINEAR}forced-large", SETTLED),
+        # final angle of case 7 in turns
         rests=float(angle(f"{SIMPLE}damped-rotating")[-1]) / math.tau,
         damping_ratio=damped.damping_rate / (2 * natural),
-        mujoco=smallest_error(
-            study
-        ),  # error [rad] of its multibody model on case 2, at step [s]
-        # non-linear less linear angle [rad] over time in case 1
+        # error [rad] of MuJoCo's multibody model on case 2, and its step [s]
+        mujoco=smallest_error(study),
+        # times [s], and non-linear minus linear angle [rad], in case 1
         apart=(FINE[::40], difference(CASES["1"])[::40]),
         duration=DURATION,
         visible=VISIBLE,

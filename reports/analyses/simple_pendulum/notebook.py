@@ -1,9 +1,10 @@
-"""The notebook's seven cases: its plots beside the exact answer, and the errors of its method."""
+"""The notebook's seven cases: its plots beside the exact motions, and the errors of its method."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import cache
+from itertools import product
 from types import MappingProxyType
 
 import numpy as np
@@ -18,11 +19,11 @@ from plumbob.reports.view.content import Claim
 from plumbob.reports.view.notation import number
 
 SIMPLE, LINEAR = "simple-pendulum/", "linear-pendulum/"
-METHOD, STEP, DURATION = "ode/rk4", 0.05, 50.0  # the notebook's: 1000 steps
+METHOD, STEP, DURATION = "ode/rk4", 0.05, 50.0  # [s] method of the notebook, with 1000 steps
 EVERY_STEP = np.linspace(0.0, DURATION, 1001)  # [s]
-FINE = np.linspace(0.0, DURATION, 20_001)  # [s]: a largest value is known to 1e-5 of it
-SHOWN = 15.0  # [s] in the phase plane, where more than a few swings hide each other
-DOTS = 8  # steps from one dot to the next: 0.4 s
+FINE = np.linspace(0.0, DURATION, 20_001)  # [s] fine enough to know a maximum to 1e-5 of it
+SHOWN = 15.0  # [s] duration in the phase plane, where more than a few swings hide each other
+DOTS = 8  # steps from one dot to the next, 0.4 s
 CASES = MappingProxyType(
     {
         "1": "free-small",
@@ -37,20 +38,23 @@ CASES = MappingProxyType(
 
 
 def requests(plan: StudyPlan) -> Sequence[ExtraRun]:
-    """The notebook's own run of each case, non-linear and linear."""
-    return [own_run(kind + name) for name in CASES.values() for kind in (SIMPLE, LINEAR)]
+    """Returns the notebook's run of each case, non-linear and linear."""
+    pairs = product(CASES.values(), (SIMPLE, LINEAR))
+    return [notebook_run(kind + name) for name, kind in pairs]
 
 
-def own_run(scene: str) -> ExtraRun:
-    """The notebook's own run of a scene."""
+def notebook_run(scene: str) -> ExtraRun:
+    """Returns the notebook's run of a scene: its method, step and duration."""
     return ExtraRun(scene, METHOD, STEP, DURATION)
 
 
 def cases(study: Study) -> Record:
-    """For each case theta(t) and the phase plane, linear and non-linear, exact and by RK4."""
+    """Returns theta(t) and the phase-plane curves of each case, linear and non-linear, exact and by
+    RK4."""
     motions = []
     for label, name in CASES.items():
-        pendulum, linear = (_motions(study, kind + name) for kind in (SIMPLE, LINEAR))
+        pendulum = _motions(study, SIMPLE + name)
+        linear = _motions(study, LINEAR + name)
         motions.append(Record(label=label, pendulum=pendulum, linear=linear))
     return Record(
         cases=motions,
@@ -61,88 +65,98 @@ def cases(study: Study) -> Record:
 
 
 def _motions(study: Study, scene: str) -> tuple[Record, Record | None]:
-    """The exact motion of a scene, and the notebook's run of it."""
-    path = case(scene).reference.observe(EVERY_STEP)
-    exact = _motion(EVERY_STEP, path["theta"], path["theta_dot"])
-    if (run := study.answer(own_run(scene))) is None:
+    """Returns the curves of a scene's exact motion and of the notebook's run; None for a missing
+    run."""
+    observed = case(scene).reference.observe(EVERY_STEP)
+    exact = _curves(EVERY_STEP, observed["theta"], observed["theta_dot"])
+    run = study.answer(notebook_run(scene))
+    if run is None:
         return exact, None
     theta = run.observables["theta"]
     rate = run.observables["theta_dot"]
-    return exact, _motion(run.times[::DOTS], theta[::DOTS], rate[::DOTS])
+    return exact, _curves(run.times[::DOTS], theta[::DOTS], rate[::DOTS])
 
 
-def _motion(times: Array, theta: Array, rate: Array) -> Record:
-    """The two plots of a motion, in degrees."""
+def _curves(times: Array, theta: Array, rate: Array) -> Record:
+    """Returns the curves of a motion over time and in the phase plane, in degrees."""
     degrees = np.degrees(theta)
-    first = times <= SHOWN
+    rate_degrees = np.degrees(rate)
+    shown = times <= SHOWN
     return Record(
-        over_time=(times, degrees), in_plane=(degrees[first], np.degrees(rate)[first])
+        over_time=(times, degrees),
+        in_plane=(degrees[shown], rate_degrees[shown]),
     )
 
 
 def errors(study: Study) -> Record:
-    """The error of RK4 at dt 0.05 over a thousand steps, for each case."""
+    """Returns the errors of RK4 in each case, at dt 0.05 over a thousand steps, and the error of
+    the linear equation."""
     entries = []
     for label, name in CASES.items():
-        measured, predicted = error(study, SIMPLE + name)
-        entries.append(
-            Record(
-                label=label,
-                scene=name,
-                error=measured,  # largest [rad]
-                predicted=predicted,
-                of_linear=error(study, LINEAR + name)[0],  # of RK4 for the linear pendulum
-                # of the linear motion from the non-linear one
-                difference=np.abs(difference(name)).max(),
-            )
+        measured, predicted = rk4_error(study, SIMPLE + name)
+        entry = Record(
+            label=label,
+            scene=name,
+            error=measured,  # [rad] largest error of RK4
+            predicted=predicted,  # [rad]
+            of_linear=rk4_error(study, LINEAR + name)[0],  # [rad] RK4 on the linear pendulum
+            # [rad] largest difference of the linear motion from the non-linear one
+            difference=np.abs(difference(name)).max(),
         )
+        entries.append(entry)
     sizes = [entry.error for entry in entries]
-    # the largest error over the smallest, in hundreds
-    return Record(cases=entries, factor=round(max(sizes) / min(sizes), -2))
+    ratio = max(sizes) / min(sizes)
+    return Record(cases=entries, factor=round(ratio, -2))  # ratio rounded to hundreds
 
 
 def claims(errors: Record) -> Claims:
-    """The error of the linear equation is larger than that of RK4."""
-    return [
-        Claim(
+    """Returns the checks that, in each case, the error of the linear equation exceeds RK4's."""
+    checks = []
+    for entry in errors.cases:
+        text = (
             f"in case {entry.label} the error of RK4 is {number(entry.error)} rad, of the linear "
-            f"equation {number(entry.difference)} rad",
-            not entry.error >= entry.difference,
+            f"equation {number(entry.difference)} rad"
         )
-        for entry in errors.cases
-    ]
+        # written so that an error that is not a number passes: its run was not made
+        checks.append(Claim(text, not entry.error >= entry.difference))
+    return checks
 
 
-def error(study: Study, scene: str) -> tuple[float, float | None]:
-    """Largest error [rad] of the notebook's run at any of its steps, and what theory predicts."""
-    run = study.answer(own_run(scene))
-    posed = case(scene)
+def rk4_error(study: Study, scene: str) -> tuple[float, float | None]:
+    """Returns the largest error [rad] of the notebook's run at any step, and the predicted largest
+    error [rad]; NaN and None if the run is missing."""
+    run = study.answer(notebook_run(scene))
     if run is None:
         return float("nan"), None
-    truth = posed.reference.observe(run.times)
-    theta, rate = (run.observables[name] - truth[name] for name in ("theta", "theta_dot"))
-    apart = float(np.abs(at_every_step(run.times, theta, rate)).max())
-    predicted = posed.errors.at_step(scheme(METHOD), STEP, EVERY_STEP).errors["theta"]
-    return apart, float(np.abs(predicted).max())
+    exact = case(scene).reference.observe(run.times)
+    theta_error = run.observables["theta"] - exact["theta"]
+    rate_error = run.observables["theta_dot"] - exact["theta_dot"]
+    errors = angles_at_every_step(run.times, theta_error, rate_error)
+    predictor = case(scene).errors
+    predicted = predictor.at_step(scheme(METHOD), STEP, EVERY_STEP).errors["theta"]
+    return float(np.abs(errors).max()), float(np.abs(predicted).max())
 
 
-def at_every_step(times: Array, theta: Array, rate: Array) -> Array:
-    """Angles [rad] after each step of a run of the notebook's, shape (1001,): a recording has every
-    second one, at `times` [s], and rates [rad/s], which give those between by a cubic."""
+def angles_at_every_step(times: Array, theta: Array, rate: Array) -> Array:
+    """Returns the angles [rad] after each step of a notebook's run, shape (1001,).
+
+    A recording has every second step: angles `theta` [rad] and rates `rate` [rad/s] at `times` [s].
+    A cubic through these gives the steps between."""
     from scipy.interpolate import CubicHermiteSpline
 
     return CubicHermiteSpline(times, theta, rate)(EVERY_STEP)
 
 
 @cache
-def fine(scene: str) -> Signals:
-    """The exact motion of a scene at FINE, once for all findings."""
+def fine_motion(scene: str) -> Signals:
+    """Returns the exact motion of a scene at the times FINE; cached for all findings."""
     return case(scene).reference.observe(FINE)
 
 
 def difference(name: str) -> Array:
-    """Non-linear less linear angle [rad] of a case's exact motions at FINE, shape (n,)."""
-    return fine(SIMPLE + name)["theta"] - fine(LINEAR + name)["theta"]
+    """Returns the non-linear minus the linear angle [rad] of a case's exact motions at the times
+    FINE, shape (n,)."""
+    return fine_motion(SIMPLE + name)["theta"] - fine_motion(LINEAR + name)["theta"]
 
 
 CASE_MOTIONS = Analysis("simple_pendulum/notebook_cases", cases, requests)

@@ -1,4 +1,4 @@
-"""Observed orders beside those that theory predicts, and what a held control costs."""
+"""The order of RK4 with a held control, observed and predicted."""
 
 from __future__ import annotations
 
@@ -24,39 +24,42 @@ READ = (
 EXPECTED: Mapping[str, tuple[float, float]] = MappingProxyType(
     {"mujoco/rk4": (0.5, 1.5), "mujoco/rk4+midpoint": (1.5, 2.5), "ode/rk4": (3.0, 5.0)}
 )
-"""The range of the order of RK4 with a control that is held, held from mid-step, and followed."""
+"""Range of RK4's order with a control held from the start of a step, held from mid-step, and read
+at every stage."""
 
 
 def held_control(study: Study) -> Record | None:
-    """Orders of the forced case by how the control is read, with what theory says of each; None
-    where the study does not have it."""
-    every = {method: convergence_of(study, FORCED_LARGE, method) for method in READ}
-    orders = {m: _control_order(of) for m, of in every.items() if of}
-    return Record(by_method=orders, methods=READ) if orders else None  # whose styles are drawn
+    """Returns the orders of the forced case for each way of reading the control, observed and
+    predicted; None if the study lacks the case."""
+    studies = {method: convergence_of(study, FORCED_LARGE, method) for method in READ}
+    orders = {method: _observed_order(series) for method, series in studies.items() if series}
+    return Record(by_method=orders, methods=READ) if orders else None
 
 
-def _control_order(of: ConvergenceStudy) -> Record:
-    """The order of a method in the forced case, and its errors of theta [rad] by step [s]."""
-    errors = {m.step: m.errors["theta"].largest for m in of.measurements if m.status == "done"}
+def _observed_order(series: ConvergenceStudy) -> Record:
+    """Returns the order of a method in the forced case, and its errors of theta [rad] by step
+    [s]."""
+    done = [run for run in series.measurements if run.status == "done"]
+    errors = {run.step: run.errors["theta"].largest for run in done}
     shown = min(errors.items(), key=lambda entry: abs(entry[0] - SHOWN_STEP), default=None)
-    steps = tuple(errors)
-    sizes = tuple(errors.values())
     return Record(
-        order=of.order,
-        predicted=of.predicted_order,
-        steps=steps,
-        errors=sizes,
-        shown=shown,  # step and error next to SHOWN_STEP
+        order=series.order,
+        predicted=series.predicted_order,
+        steps=tuple(errors),
+        errors=tuple(errors.values()),
+        shown=shown,  # step [s] nearest to SHOWN_STEP, and its error
     )
 
 
 def held_claims(control: Record) -> Claims:
-    """RK4's order is reduced by three, and by two."""
-    return [
-        between(f"the order of {method}", of.order.slope, *bounds)
-        for method, bounds in EXPECTED.items()
-        if (of := control.by_method.get(method)) and of.order
-    ]
+    """Returns the checks that a held control reduces RK4's order by three, and one held from
+    mid-step by two."""
+    checks = []
+    for method, (low, high) in EXPECTED.items():
+        observed = control.by_method.get(method)
+        if observed and observed.order:
+            checks.append(between(f"the order of {method}", observed.order.slope, low, high))
+    return checks
 
 
 HELD_CONTROL = Analysis("simple_pendulum/held_control", held_control, claims=held_claims)

@@ -24,7 +24,7 @@ from plumbob.analytic.parameters import (
 from plumbob.analytic.reference import Signals
 from plumbob.models.registry import scene as find_scene
 from plumbob.models.registry import scenes as find_scenes
-from plumbob.reports.view.own_files import replaceable
+from plumbob.reports.view.own_files import check_replaceable
 
 if TYPE_CHECKING:
     from concurrent.futures import Executor
@@ -141,7 +141,7 @@ def scenes(pattern: str, changed: Mapping[str, Any]) -> tuple[Scene, ...]:
 def html_file(name: str, text: str) -> Path:
     """A file .html that can be written; raises ParameterError with the `name` of the option."""
     file = Path(text)
-    replaceable(name, file)
+    check_replaceable(name, file)
     if file.suffix != ".html" or not os.access(file.parent, os.W_OK):
         raise ParameterError(name, text, "a file .html in a folder that can be written to")
     return file
@@ -194,9 +194,9 @@ def show(chosen: argparse.Namespace, record: Any, template: str, /, **values: An
     if chosen.json:
         print_json(record)
         return
-    from plumbob.reports.view.tables import lines
+    from plumbob.reports.view.tables import terminal_lines
 
-    print(*lines(template, **values), sep="\n")
+    print(*terminal_lines(template, **values), sep="\n")
 
 
 def print_json(value: Any) -> None:

@@ -1,1 +1,1 @@
-"""The answers of an audit, as text and as a page."""
+"""The answer of an audit as text, as a page and as JSON."""

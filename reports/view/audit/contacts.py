@@ -1,4 +1,4 @@
-"""The figures of a contact audit's answer that its template needs beside the audit itself."""
+"""Numbers that the template of a contact audit needs beside the audit itself."""
 
 from __future__ import annotations
 
@@ -11,9 +11,10 @@ from plumbob.engines.audit.contacts import HEADINGS, PUSH, ContactAudit, Measure
 from plumbob.reports.view.audit.motion import mean_ratio
 
 
-def answer_of(audit: ContactAudit) -> dict[str, Any]:
-    """A contact audit, and what follows from it: runs on the model's own contacts and on the pasted
-    ones, and the distances [m] to compare with, from the least on, none where none is known."""
+def contact_numbers(audit: ContactAudit) -> dict[str, Any]:
+    """Returns the numbers of the template: `kinds`, results on the model's own contacts and on the
+    pasted contacts; `tends`, the known distances [m] that the runs are compared with, in ascending
+    order; `push`; `headings` [°]; and `degree`, the degrees in a radian."""
     known = audit.distances[~np.isnan(audit.distances)]
     return {
         "kinds": (
@@ -28,22 +29,31 @@ def answer_of(audit: ContactAudit) -> dict[str, Any]:
 
 
 def _kind(name: str, audit: ContactAudit, runs: tuple[Measured, ...]) -> dict[str, Any]:
-    """Runs of the body on contacts of one kind, coarse to fine, and that at the own step: errors of
-    its distances [m] by heading and, where they are known, [%]; the heading with the largest (-1
-    where none is known), and what theory predicts of that [%] (not a number where a load gets to
-    0); headings [°] at which the body does not stop; its turn [rad] where it turns too. Last the
-    largest error [m] at each step that is compared, and their mean ratio."""
+    """Returns the results on contacts of one kind, for the template. `runs` goes from the coarsest
+    step to the finest; its first run has the model's own step.
+
+    The values of the first run are: `errors` of the distances [m] by heading; `worst`, the index of
+    the heading with the largest error (-1 if no error is known); `stuck`, the headings [°] at which
+    the body does not stop; `per_cents`, the known errors [%], and `per_cent`, the largest of them;
+    `predicted`, the error that theory predicts at the worst heading [%] (NaN if a load reaches 0);
+    and `turn`, the turn of the body [rad], if it turns and comes to rest.
+
+    The values of all runs are: `halving`, the largest error [m] at each step, and `ratio`, the mean
+    ratio of one error to the next."""
     if not runs:
         return {"name": name, "runs": runs, "worst": -1, "halving": ()}
     run = runs[0]
-    errors = audit.errors(runs[0])
+    errors = audit.errors(run)
     worst = -1 if np.isnan(errors).all() else int(np.nanargmax(np.abs(errors)))
     relative = 100 * errors / audit.distances
     per_cents = relative[~np.isnan(relative)]
     predicted = audit.predicted(run)
-    halving = [audit.error(each) for each in runs]
+    predicted_per_cent = None
+    if predicted is not None and audit.exact:
+        predicted_per_cent = 100 * predicted[worst] / audit.exact
+    halving = [audit.error(finer) for finer in runs]
     if runs is audit.pasted and audit.exact is None:
-        halving = halving[:-1]  # the finest is what is compared with
+        halving = halving[:-1]  # the finest run is the reference, so it has no error
     known = len(halving) > 1 and np.isfinite(halving).all() and halving[0]
     return {
         "name": name,
@@ -54,9 +64,7 @@ def _kind(name: str, audit: ContactAudit, runs: tuple[Measured, ...]) -> dict[st
         "stuck": np.degrees(HEADINGS)[np.isinf(errors)].tolist(),
         "per_cents": per_cents,
         "per_cent": max(per_cents.tolist(), key=abs, default=math.nan),
-        "predicted": 100 * predicted[worst] / audit.exact
-        if predicted is not None and audit.exact
-        else None,
+        "predicted": predicted_per_cent,
         "turn": run.turning.turn if run.turning and run.turning.rests else None,
         "halving": halving if known else (),
         "ratio": mean_ratio(halving) if known else None,

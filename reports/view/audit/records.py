@@ -1,4 +1,4 @@
-"""An audit as plain data, as JSON has it."""
+"""An audit as plain data for JSON."""
 
 from __future__ import annotations
 
@@ -8,64 +8,60 @@ from plumbob.engines.audit.audit import Audit
 from plumbob.engines.audit.contacts import HEADINGS, ContactAudit, Measured
 from plumbob.engines.audit.costs import Ratio
 from plumbob.engines.audit.engines import EngineError
-from plumbob.engines.audit.gradient import Gradients
+from plumbob.engines.audit.gradient import CertifiedGradient
 from plumbob.engines.audit.reference import MEASURE
 from plumbob.engines.audit.stability import LargestSteps, Limit
 from plumbob.engines.audit.step_errors import Compared, StateErrors
 from plumbob.engines.audit.trims import Trim
+from plumbob.engines.derivative_ways import CENTRAL
 from plumbob.reports.advice.json_records import plain
-from plumbob.reports.view.audit.page import answered, rows, versions
+from plumbob.reports.view.audit.page import answer_rows, audit_answer, package_versions
 
 Plain = dict[str, Any]
-"""A record as JSON has it."""
+"""A record as a JSON object."""
 
 
 def record(audit: Audit | ContactAudit) -> Plain:
-    """An audit as plain data: what `--json` prints."""
+    """Returns an audit as the JSON object that `--json` prints."""
     return dict(plain(_contacts(audit) if isinstance(audit, ContactAudit) else _motion(audit)))
 
 
-def _named(of: object, *names: str) -> Plain:
-    return {name: getattr(of, name) for name in names}
+def _attributes(instance: object, *names: str) -> Plain:
+    """Returns the named attributes of an instance, by name."""
+    return {name: getattr(instance, name) for name in names}
 
 
 def _motion(audit: Audit) -> Plain:
-    steps = audit.found
-
-    def trim(ablation: Trim) -> Plain:
-        done = {"left_out": ablation.name, **_named(ablation, "same_bits", "moved")}
-        return {**done, "accepted": ablation.accepted(audit.error), **spread(ablation.cost)}
-
+    """Returns an audit of a motion as a JSON object."""
+    compared = audit.found
     return {
         "model": audit.name,
-        **_named(audit, "integrator", "step", "control"),
+        **_attributes(audit, "integrator", "step", "control"),
         "control_period": audit.script.period,
         "duration": audit.script.duration,
         "certified_until": audit.until,
-        **_named(audit, "uncertainty", "error"),
+        **_attributes(audit, "uncertainty", "error"),
         "error_measure": MEASURE,
-        **_of_states(audit.state_errors),
+        **_state_errors(audit.state_errors),
         "resolved_until": float(audit.script.times[audit.resolved_index]),
-        "resolved": audit.resolved if steps else False,
+        "resolved": audit.resolved if compared else False,
         "why": audit.reference.why,
         "not_smooth": audit.reference.not_smooth,
         "layer_widths": audit.reference.widths,
         "events": audit.reference.course.events,
         "clamped": audit.clamped,
-        "notes": (*audit.notes, *(steps.own.remarks if steps else ())),
+        "notes": (*audit.notes, *(compared.own.remarks if compared else ())),
         "unchecked": audit.model.unchecked,
-        "to_do": dict(rows(answered(audit)))["to do"],
-        **_steps(steps),
+        "to_do": dict(answer_rows(audit_answer(audit)))["to do"],
+        **_steps(compared),
         "balances": audit.balances,
-        "trims": []
-        if audit.trims is None
-        else [trim(t) for t in (*audit.trims.each, *filter(None, [audit.trims.together]))],
-        "trimmed_file": None if audit.written is None else trim(audit.written[1]),
+        "trims": _trims(audit),
+        "trimmed_file": _trim(audit, audit.written[1]) if audit.written else None,
         "start": audit.script.start,
         "pose": audit.pose,
         "corners": audit.corners,
         "fields": audit.model.fields,
-        "versions": versions(),
+        "versions": package_versions(),
         **stability_record(audit.stability),
         **gradient_record(audit.gradient),
         **({} if audit.changes is None else {"changes": audit.changes}),
@@ -74,8 +70,30 @@ def _motion(audit: Audit) -> Plain:
     }
 
 
-def _of_states(errors: StateErrors | None) -> Plain:
-    """Errors of attitudes [rad], joint coordinates [rad or m] and activations, as plain data."""
+def _trims(audit: Audit) -> list[Plain]:
+    """Returns the trials of leaving out single features, and of leaving out all of them
+    together."""
+    if audit.trims is None:
+        return []
+    trials = [*audit.trims.each]
+    if audit.trims.together:
+        trials.append(audit.trims.together)
+    return [_trim(audit, trial) for trial in trials]
+
+
+def _trim(audit: Audit, trial: Trim) -> Plain:
+    """Returns the trial of a model without some features: the change of the motion and the cost."""
+    return {
+        "left_out": trial.name,
+        **_attributes(trial, "same_bits", "moved"),
+        "accepted": trial.accepted(audit.error),
+        **spread(trial.cost),
+    }
+
+
+def _state_errors(errors: StateErrors | None) -> Plain:
+    """Returns errors of attitudes [rad], joint coordinates [rad or m] and activations; each is None
+    if it is not known."""
     return {
         "attitude_error": errors and errors.attitude,
         "coordinate_error": errors and errors.coordinates,
@@ -83,10 +101,10 @@ def _of_states(errors: StateErrors | None) -> Plain:
     }
 
 
-def _steps(found: Compared | None) -> Plain:
-    """The own step's error over time [m], order, and errors and costs of other steps, as plain
-    data."""
-    if found is None:
+def _steps(compared: Compared | None) -> Plain:
+    """Returns the error of the model's step over time [m], its order of convergence, and the errors
+    and costs of other steps and integrators."""
+    if compared is None:
         return {
             "worst_body": None,
             "error_over_time": [],
@@ -96,67 +114,64 @@ def _steps(found: Compared | None) -> Plain:
         }
     steps = [
         {
-            **_named(s, "integrator", "step"),
-            "error": s.at(found.index),
-            **_named(s, "ns_per_second", "why", "cost"),
+            **_attributes(run, "integrator", "step"),
+            "error": run.at(compared.index),
+            **_attributes(run, "ns_per_second", "why", "cost"),
         }
-        for s in found.steps
+        for run in compared.steps
     ]
     return {
-        "worst_body": found.own.worst,
-        "error_over_time": found.own.errors[: found.index + 1],
-        "order": found.order,
+        "worst_body": compared.own.worst,
+        "error_over_time": compared.own.errors[: compared.index + 1],
+        "order": compared.order,
         "steps": steps,
-        "cheapest": [{**c.__dict__, **spread(c.cost)} for c in found.cheapest],
+        "cheapest": [
+            {**choice.__dict__, **spread(choice.cost)} for choice in compared.cheapest
+        ],
     }
 
 
 def _engine(row: EngineError) -> Plain:
-    """An engine's error [m], and what differs first, as plain data."""
+    """Returns an engine's error [m] and the first term in which it differs from the model."""
     return {
-        **_named(row, "engine", "version", "error"),
-        **_of_states(row.state_errors),
+        **_attributes(row, "engine", "version", "error"),
+        **_state_errors(row.state_errors),
         "error_over_time": row.errors,
         "first_term": row.first and row.first.term,
         "difference": row.first and (row.first.cause or f"by {row.first.size:.2g} of it"),
         "part_explained": row.part_explained,
         "why": row.reason,
-        **_named(row, "left", "built", "not_built", "step_error", "apart"),
+        **_attributes(row, "left", "built", "not_built", "step_error", "apart"),
         "single_precision": row.rounding,
         "terms": row.differences,
     }
 
 
 def stability_record(known: LargestSteps | None) -> Plain:
-    """The largest steps that hold [s], and what raises the own integrator's, as plain data."""
-
-    def limit(largest: Limit) -> Plain:
-        names = (
-            "integrator",
-            "largest_step",
-            "first",
-            "confirmed",
-            "why",
-            "predicted",
-            "chatters",
-            "holds_to",
-        )
-        return _named(largest, *names)
+    """Returns the largest stable step [s] of each integrator, and the remedies that raise the
+    largest step of the model's integrator."""
 
     assert known is not None
+    remedies = [
+        {"change": remedy.change.name, **_limit(remedy.limit), "moved": remedy.moved}
+        for remedy in known.remedies
+    ]
     return {
-        "stability": list(map(limit, known.limits)),
+        "stability": list(map(_limit, known.limits)),
         "unstable": known.unstable,
-        "remedies": [
-            {"change": r.change.name, **limit(r.limit), "moved": r.moved}
-            for r in known.remedies
-        ],
+        "remedies": remedies,
     }
 
 
-def gradient_record(known: Gradients | str | None) -> Plain:
-    """Derivatives of the end, their horizon [s] and best eps, as plain data; nothing where they are
-    not asked for."""
+def _limit(largest: Limit) -> Plain:
+    """Returns the largest stable step of one integrator, and how it was found."""
+    searched = _attributes(largest, "integrator", "largest_step", "first", "confirmed", "why")
+    return {**searched, **_attributes(largest, "predicted", "chatters", "holds_to")}
+
+
+def gradient_record(known: CertifiedGradient | str | None) -> Plain:
+    """Returns derivatives of the final state, their horizon [s] and the best eps of differences;
+    empty if no derivatives were asked for."""
     if known is None:
         return {}
     if isinstance(known, str):
@@ -166,7 +181,7 @@ def gradient_record(known: Gradients | str | None) -> Plain:
             "gradient_lost": [],
             "gradient_why": known,
         }
-    measured = next(way.eps for way in known.ways if way.name == "central")
+    measured = next(way.eps for way in known.ways if way.name == CENTRAL.name)
     return {
         "gradient": known.entries,
         "gradient_horizon": known.horizon,
@@ -179,30 +194,34 @@ def gradient_record(known: Gradients | str | None) -> Plain:
 
 
 def spread(cost: Ratio | None) -> Plain:
-    """A cost in multiples of the model's own, and what its quartiles leave open, as plain data."""
+    """Returns a cost in multiples of the cost of the model's step, and its spread, from quartile to
+    quartile; both None if it was not measured."""
     if cost is None:
         return {"cost": None, "spread": None}
     return {"cost": cost.value, "spread": [cost.low, cost.high]}
 
 
-def _contacts(audit: ContactAudit) -> Plain:
-    def run(measured: Measured, predicted: Any = None) -> Plain:
-        return {
-            **_named(measured, "step", "distances"),
-            "errors": audit.errors(measured),
-            "predicted_errors": predicted,
-            "direction_dependence": audit.dependence(measured),
-            **_named(measured, "turned", "drift"),
-            "turn": measured.turning.turn
-            if measured.turning and measured.turning.rests
-            else None,
-        }
+def _contact_run(audit: ContactAudit, measured: Measured, predicted: Any = None) -> Plain:
+    """Returns one run of a contact audit, with the errors that theory predicts, if there are
+    any."""
+    turning = measured.turning
+    return {
+        **_attributes(measured, "step", "distances"),
+        "errors": audit.errors(measured),
+        "predicted_errors": predicted,
+        "direction_dependence": audit.dependence(measured),
+        **_attributes(measured, "turned", "drift"),
+        "turn": turning.turn if turning and turning.rests else None,
+    }
 
+
+def _contacts(audit: ContactAudit) -> Plain:
+    """Returns a contact audit as a JSON object."""
     return {
         "model": audit.name,
-        **_named(audit, "integrator", "step"),
+        **_attributes(audit, "integrator", "step"),
         "body": audit.standing,
-        **_named(audit, "speed", "spin"),
+        **_attributes(audit, "speed", "spin"),
         "headings": HEADINGS,
         "distance": audit.exact,
         "not_determined": audit.why,
@@ -213,12 +232,12 @@ def _contacts(audit: ContactAudit) -> Plain:
         "turn_compared_with": audit.exact_turn,
         "turn_known_to": None if audit.exact_turn is None else 0.0,
         "joints_free": audit.free,
-        "own": [run(measured) for measured in audit.own],
-        "pasted": [run(measured, audit.predicted(measured)) for measured in audit.pasted],
+        "own": [_contact_run(audit, run) for run in audit.own],
+        "pasted": [_contact_run(audit, run, audit.predicted(run)) for run in audit.pasted],
         "not_run": audit.failed,
-        **_named(audit.model, "method", "stiffness"),
+        **_attributes(audit.model, "method", "stiffness"),
         "to_paste": audit.snippet,
         "notes": audit.model.notes,
-        "versions": versions(),
+        "versions": package_versions(),
         "seconds": audit.seconds,
     }

@@ -1,4 +1,4 @@
-"""Results of audits as Python and notebooks show them: a line, text, a card, plain data, a plot."""
+"""Results of audits for Python and notebooks: as a line, text, a card, plain data or a plot."""
 
 from __future__ import annotations
 
@@ -8,16 +8,17 @@ from typing import Any
 from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.audit.audit import Audit
 from plumbob.engines.audit.contacts import ContactAudit
-from plumbob.reports.view.audit.page import answered, card, lines, rows
+from plumbob.reports.view.audit.page import answer_lines, answer_rows, audit_answer, card_lines
 from plumbob.reports.view.audit.records import record
-from plumbob.reports.view.page import filled
+from plumbob.reports.view.page import fill_page
 
 
 class _Shown:
-    """The ways in which both kinds of audits are shown."""
+    """Methods that show an audit, for both kinds of audits."""
 
     @property
     def _audit(self) -> Audit | ContactAudit:
+        """The instance as the audit that a subclass makes it."""
         assert isinstance(self, (Audit, ContactAudit))
         return self
 
@@ -25,42 +26,43 @@ class _Shown:
         return f"<audit of {Path(self._audit.name).name}: {self._card()[0]}>"
 
     def _card(self) -> list[str]:
-        """The answer in a line, then lines of MJCF that a file needs for a smaller error."""
+        """Returns the answer as a line, followed by the lines of MJCF that reduce the error."""
         audit = self._audit
         if isinstance(audit, Audit):
-            return card(audit)
-        answer = dict(rows(answered(audit)))
+            return card_lines(audit)
+        answer = dict(answer_rows(audit_answer(audit)))
         return [
             answer["your contacts" if audit.own else "not run"],
             *audit.snippet.splitlines(),
         ]
 
     def _repr_html_(self) -> str:
-        answer = answered(self._audit)
-        return filled(
+        """Returns the card of the audit as HTML, for a notebook."""
+        answer = audit_answer(self._audit)
+        return fill_page(
             "audit_card.html.jinja",
             shared="",
             card=self._card(),
-            rows=rows(answer),
+            rows=answer_rows(answer),
             finding=answer,
         )
 
     def text(self) -> str:
-        """The answer as `plumbob audit` prints it."""
-        return "\n".join(lines(answered(self._audit)))
+        """Returns the answer as `plumbob audit` prints it."""
+        return "\n".join(answer_lines(audit_answer(self._audit)))
 
     def to_dict(self) -> dict[str, Any]:
-        """The answer as `plumbob audit --json` prints it: numbers in SI units, arrays as lists, and
-        None for a number that is not finite."""
+        """Returns the answer as `plumbob audit --json` prints it: numbers in SI units, arrays as
+        lists, and None for a number that is not finite."""
         return record(self._audit)
 
     def plot(self, title: str = "") -> Any:
-        """The figure of the audit's page that has this `title`, or the first, the error over time,
-        or by heading, as a `plotly.graph_objects.Figure`. Raises ParameterError where there is
-        none, naming those that there are."""
+        """Returns the figure of the audit's page with this `title`, as a
+        `plotly.graph_objects.Figure`. By default it is the first figure: the error over time, or by
+        heading. Raises ParameterError, naming the figures, if no figure has the title."""
         from plotly.graph_objects import Figure
 
-        figures = {figure.title: figure for figure in answered(self._audit).figures}
+        figures = {figure.title: figure for figure in audit_answer(self._audit).figures}
         title = title or next(iter(figures), "")
         if title not in figures:
             names = ", ".join(figures) or "none"
@@ -72,34 +74,36 @@ class _Shown:
 class MotionResult(_Shown, Audit):
     """The answer of `plumbob.audit`.
 
-    `error` [m] is the largest displacement of any corner of a body's geoms from where the certified
-    motion has it, over the motion up to `until` [s], at the model's own `integrator` and `step`
-    [s]: the corners of the geoms' boxes, or of the box of its inertia where it has none, so that
+    `error` [m] is the error of the model's `integrator` and `step` [s]: the largest displacement of
+    any corner from the certified motion, at any time up to `until` [s]. The corners are those of
+    the boxes around a body's geoms, or of the box of its inertia if it has no geoms, so that
     rotation counts. `state_errors.attitude` [rad], `state_errors.coordinates` [rad or m] and
-    `state_errors.activations` are the largest errors of these. `uncertainty` [m] is how well that
-    motion is known. `resolved`, `complete` and `still` say whether the error stands out of that, is
-    known to the end, and nothing moves. `pose` has the centre of mass [m], shape (3,), of each body
-    at `until`, and `corners` the corners [m], shape (n, 3), of each that can move.
+    `state_errors.activations` are the largest errors of the state. `uncertainty` [m] bounds the
+    error of the certified motion. `resolved` says whether the error exceeds this uncertainty,
+    `complete` whether it is known to the end of the motion, and `still` whether nothing moves.
+    `pose` holds each body's centre of mass at `until` [m], shape (3,), and `corners` the corners of
+    each movable body [m], shape (n, 3).
 
-    `script` has the start, shape (n,), and the controls, shape (periods, actuators);
-    `reference.corners` [m], shape (periods + 1, corners, 3), of the bodies `model.corner_bodies`,
-    is the certified motion at `script.times` [s], shape (periods + 1,), known to
-    `reference.uncertainty` [m] of that shape. `found.own.errors` [m], of that shape, are the errors
-    so far of the own step, and `found.steps` the same of all runs; `found` is None where there is
-    no reference, as `reference.why` says.
-    `stability` has the largest steps [s] that hold, `trims` what can be left out, `gradient` the
-    derivatives, and `seconds` the wall time. `assert_within(metres)`, `assert_referenced()` and
-    `assert_stable()` raise AssertionError.
+    `script` holds the start, shape (n,), and the controls, shape (periods, actuators). The
+    certified motion is `reference.corners` [m], shape (periods + 1, corners, 3), of the bodies
+    `model.corner_bodies`, at `script.times` [s], shape (periods + 1,); `reference.uncertainty` [m]
+    has the shape of the times. `found.own.errors` [m], also of this shape, are the largest errors
+    so far of the model's step, and `found.steps` are the errors of all runs. `found` is None if no
+    motion is certified; `reference.why` is the reason.
+
+    `stability` holds the largest stable steps [s], `trims` the features that can be left out,
+    `gradient` the derivatives, and `seconds` the wall time. `assert_within(metres)`,
+    `assert_referenced()` and `assert_stable()` raise AssertionError.
     """
 
 
 class ContactResult(_Shown, ContactAudit):
     """The answer of `plumbob.audit_contacts`.
 
-    `exact` [m] is the stopping distance from `speed` [m/s] by Coulomb's law, None where that does
-    not determine it, as `why` says. `own` and `pasted` are runs at the model's `step` [s] and its
-    halvings, with the model's contacts and with those of `snippet`: each has `step` [s],
-    `distances` [m] by heading, shape (headings,), `drift` [m/s] and `turning`. `error(run)` [m] is
-    the largest error of a run, `errors(run)` [m] those by heading, relative to `distances` [m],
-    which are known to `known` [m]. `assert_within(metres)` raises AssertionError.
-    """
+    `exact` [m] is the stopping distance from `speed` [m/s] by Coulomb's law. It is None if the law
+    does not determine the distance; `why` is the reason. `own` are the runs with the model's
+    contacts and `pasted` the runs with the contacts of `snippet`, at the model's `step` [s] and its
+    halves. A run has `step` [s], `distances` [m] by heading, shape (headings,), `drift` [m/s] and
+    `turning`. `errors(run)` [m] are the errors of a run by heading, against `distances` [m], which
+    are known to `known` [m]; `error(run)` [m] is the largest of them. `assert_within(metres)`
+    raises AssertionError."""

@@ -1,4 +1,4 @@
-"""The findings of a study, as its stored numbers and the templates write them."""
+"""The findings and galleries of a study, written by the templates from the stored numbers."""
 
 from __future__ import annotations
 
@@ -7,20 +7,21 @@ from dataclasses import replace
 
 from plumbob.engines.study.results import Analysed, Study
 from plumbob.reports.view.content import Finding
-from plumbob.reports.view.finding_text import findings_of, written
+from plumbob.reports.view.finding_text import findings_of, read_findings
 
 NOT_SHOWN = "not shown"
 
 
-def formed(study: Study, of: str, place: str = "finding") -> tuple[Finding, ...]:
-    """The findings on a system, or of "engines", or the galleries. In place of those that the runs
-    of the study do not allow, whose verdicts are unexpected, one says so; and so does one in place
-    of those whose templates ask for numbers that are not stored."""
+def findings_about(study: Study, of: str, place: str = "finding") -> tuple[Finding, ...]:
+    """Returns the findings of one system, or of "engines"; with `place` "gallery", its galleries.
+
+    If unexpected verdicts rule an analysis out, one finding names the pairs with these verdicts.
+    If a template needs a number that the study does not store, one finding lists such templates."""
     from jinja2 import UndefinedError
 
-    shown = list[Finding]()
+    findings = list[Finding]()
     failed = list[Analysed]()
-    older = list[str]()
+    incomplete = list[str]()  # templates that need numbers which are not stored
     for analysis in study.analyses:
         if (analysis.system, analysis.place) != (of, place):
             continue
@@ -28,33 +29,36 @@ def formed(study: Study, of: str, place: str = "finding") -> tuple[Finding, ...]
             failed.append(analysis)
             continue
         try:
-            shown += findings_of(analysis)
+            findings += findings_of(analysis)
         except UndefinedError as error:
-            older.append(f"{analysis.template} ({error.message})")
-    lost = list[Finding]()
+            incomplete.append(f"{analysis.template} ({error.message})")
+    notes = list[Finding]()
     if failed:
         pairs = [pair for pair, _ in failed[0].claims]
-        lost += written("pages/left_out", {"of": of, "count": len(failed), "pairs": pairs})
-    if older:
-        lost += written("pages/older_store", {"of": of, "templates": older})
-    return (*as_measured(shown), *lost)
+        notes += read_findings(
+            "pages/left_out", {"of": of, "count": len(failed), "pairs": pairs}
+        )
+    if incomplete:
+        notes += read_findings("pages/older_store", {"of": of, "templates": incomplete})
+    return (*checked_findings(findings), *notes)
 
 
-def as_measured(findings: Iterable[Finding]) -> tuple[Finding, ...]:
-    """Findings as a study shows them: one whose figures are not what its words say is no longer
-    claimed, says which figures those are, and judges no statement of a source."""
-    return tuple(_as_measured(finding) for finding in findings)
+def checked_findings(findings: Iterable[Finding]) -> tuple[Finding, ...]:
+    """Returns the findings, each replaced by a "not shown" finding if one of its claims fails. The
+    replacement lists the claims that failed and judges no statement of a source."""
+    return tuple(_or_not_shown(finding) for finding in findings)
 
 
-def _as_measured(finding: Finding) -> Finding:
-    missed = [claim.text for claim in finding.claims if not claim.holds]
-    if not missed:
+def _or_not_shown(finding: Finding) -> Finding:
+    """Returns the finding if all its claims hold, else its "not shown" replacement."""
+    failed = [claim.text for claim in finding.claims if not claim.holds]
+    if not failed:
         return finding
-    (words,) = written("pages/not_shown", {"title": finding.title, "missed": missed})
+    (not_shown,) = read_findings("pages/not_shown", {"title": finding.title, "missed": failed})
     return replace(
         finding,
-        title=words.title,
-        judgement=words.judgement,
-        summary=words.summary,
+        title=not_shown.title,
+        judgement=not_shown.judgement,
+        summary=not_shown.summary,
         statements=(),
     )

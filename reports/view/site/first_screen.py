@@ -1,4 +1,4 @@
-"""The first screen: what was checked, what to use, and the findings that matter most."""
+"""The first screen of the index: counts of verdicts, recommended settings and key findings."""
 
 from __future__ import annotations
 
@@ -6,17 +6,18 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from fnmatch import fnmatch
 from statistics import median_high
+from typing import NamedTuple
 
 from plumbob.engines.study.results import Study
 from plumbob.models.scene import Scene
 from plumbob.reports.advice.recommend import DEFAULT_METHOD
 from plumbob.reports.view import notation
 from plumbob.reports.view.content import Finding
-from plumbob.reports.view.method_results import Results, Shown
+from plumbob.reports.view.method_results import Results, ShownError
 from plumbob.reports.view.records import StudyRecord
-from plumbob.reports.view.settings import to_copy
+from plumbob.reports.view.settings import titled_settings
 from plumbob.reports.view.site.claims import NOT_SHOWN
-from plumbob.reports.view.site.matrix import ordered
+from plumbob.reports.view.site.matrix import sorted_scenes
 from plumbob.reports.view.site.views import View
 from plumbob.reports.view.tables import paragraphs
 
@@ -28,108 +29,141 @@ KEY_FINDINGS = (
     "capsule-turn-second-order",
 )
 MOST_FINDINGS = 5
-# Of a kind of robot: its name, its title and that of its settings, its systems, those that the
-# ranges of errors are of, and its methods: the default, the one to use, and that for more motions.
+
+
+class RobotKind(NamedTuple):
+    """A kind of robot for which the first screen recommends settings."""
+
+    name: str
+    title: str
+    settings_title: str
+    systems: str  # pattern of the systems of this kind
+    first_systems: str  # pattern of the systems whose errors the first sentences state
+    methods: tuple[
+        str, ...
+    ]  # default, recommended, and perhaps a third for more kinds of motion
+
+
 KINDS = (
-    (
-        *(
-            "with-contacts",
-            "A robot with contacts",
-            "Contacts to copy",
-            "capsule-*",
-            "capsule-line",
-        ),
-        (DEFAULT_METHOD, "mujoco/euler+coulomb", "mujoco/rk4+coulomb"),
+    RobotKind(
+        name="with-contacts",
+        title="A robot with contacts",
+        settings_title="Contacts to copy",
+        systems="capsule-*",
+        first_systems="capsule-line",
+        methods=(DEFAULT_METHOD, "mujoco/euler+coulomb", "mujoco/rk4+coulomb"),
     ),
-    (
-        *("without-contacts", "A robot without contacts", "Integrator to copy"),
-        *("*pendulum", "*"),
-        (DEFAULT_METHOD, "mujoco/rk4"),
+    RobotKind(
+        name="without-contacts",
+        title="A robot without contacts",
+        settings_title="Integrator to copy",
+        systems="*pendulum",
+        first_systems="*",
+        methods=(DEFAULT_METHOD, "mujoco/rk4"),
     ),
 )
-Ran = tuple[Scene, Mapping[str, Shown]]  # errors at the reference step, by method
+SceneErrors = tuple[Scene, Mapping[str, ShownError]]  # errors at the reference step, by method
 
 
-def by_engine(every: Results) -> Mapping[str, Counter[str]]:
-    """For each engine that ran how many of its pairs of a scene and a method are as predicted,
-    converge, and so on."""
+def meanings_by_engine(all_results: Results) -> Mapping[str, Counter[str]]:
+    """Counts of meanings ("predicted", "converges", …) over the pairs of scene and method, for each
+    engine that ran."""
     engines: dict[str, Counter[str]] = {}
-    for of in every.values():
-        if of.meaning != "not-run":
-            engines.setdefault(of.method.engine, Counter())[of.meaning] += 1
+    for result in all_results.values():
+        if result.meaning != "not-run":
+            engines.setdefault(result.method.engine, Counter())[result.meaning] += 1
     return engines
 
 
-def made(every: Results) -> tuple[int, int, int]:
-    """How many runs were made, on how many scenes, and with how many methods."""
-    ran = [of for of in every.values() if of.errors]
-    scenes = {of.scene.name for of in ran}
-    methods = {of.name for of in ran}
-    return sum(len(of.errors) for of in ran), len(scenes), len(methods)
+def run_counts(all_results: Results) -> tuple[int, int, int]:
+    """Numbers of runs, of scenes and of methods that ran."""
+    results = [result for result in all_results.values() if result.errors]
+    scenes = {result.scene.name for result in results}
+    methods = {result.name for result in results}
+    return sum(len(result.errors) for result in results), len(scenes), len(methods)
 
 
-def cards(findings: Sequence[Finding]) -> Sequence[Finding]:
-    """The findings that matter most, each with a figure; where a study lacks one, or does not show
-    it, others that have one."""
-    known = {f.name: f for f in findings if f.judgement != NOT_SHOWN and f.figures}
-    names = dict.fromkeys((*(name for name in KEY_FINDINGS if name in known), *known))
-    return [known[name] for name in names][:MOST_FINDINGS]
+def key_findings(findings: Sequence[Finding]) -> Sequence[Finding]:
+    """At most `MOST_FINDINGS` findings with a figure, the key findings first. Other findings
+    replace the key findings that the study lacks or does not show."""
+    by_name = {f.name: f for f in findings if f.judgement != NOT_SHOWN and f.figures}
+    first_names = [name for name in KEY_FINDINGS if name in by_name]
+    names = dict.fromkeys((*first_names, *by_name))
+    return [by_name[name] for name in names][:MOST_FINDINGS]
 
 
-def answers(study: Study, record: StudyRecord, every: Results) -> Sequence[View]:
-    """The settings to use with contacts and without, what they give and what they cost, of what
-    was measured."""
-    shown = []
-    for name, title, heading, systems, first_systems, methods in KINDS:
+def recommended_settings(
+    study: Study, record: StudyRecord, all_results: Results
+) -> Sequence[View]:
+    """A view for each kind of robot, with and without contacts: the recommended settings, their
+    measured errors and their measured costs. A kind without any usual scene is left out."""
+    views = []
+    for kind in KINDS:
+        methods = kind.methods
         default = methods[0]
         better = methods[1]
-        last = methods[-1]
-        ran = _ran(every, [s for s in study.scenes if fnmatch(s.system, systems)], methods)
-        # hard cases, and those without friction, are no usual motions
-        apart = [of for of in ran if of[0].hard or of[0].parameters.get("friction") == 0.0]
-        usual = [of for of in ran if of not in apart]
-        first = [of for of in usual if fnmatch(of[0].system, first_systems)]
+        scenes = [scene for scene in study.scenes if fnmatch(scene.system, kind.systems)]
+        ran = _errors_of_all(all_results, scenes, methods)
+
+        unusual = [row for row in ran if _is_unusual(row[0])]
+        usual = [row for row in ran if row not in unusual]
+        first = [row for row in usual if fnmatch(row[0].system, kind.first_systems)]
         if not first:
             continue
-        costs = _costs(study, [scene for scene, _ in ran], methods)
+        costs = _median_costs(study, [scene for scene, _ in ran], methods)
         ratios = {n: notation.number(ns / costs[default], 2) for n, ns in costs.items()}
-        turning = last if last in ratios else better
+        turning = methods[-1] if methods[-1] in ratios else better
         sentences = paragraphs(
-            name.replace("-", "_"),
+            kind.name.replace("-", "_"),
             methods=methods,
             usual=_by_error(first, default),
             best=_by_error(first, better),
             turning=_by_error(usual, turning),
             ratios=ratios,
             apart=[
-                (method, _by_error(apart, method)) for method in (turning, default) if apart
+                (method, _by_error(unusual, method)) for method in (turning, default) if unusual
             ],
         )
-        pasted = to_copy(record.settings[better], heading, ratios.get(better, ""))
-        shown.append(View(name=name, title=title, sentences=sentences, pasted=pasted))
-    return shown
+        cost = ratios.get(better, "")
+        pasted = titled_settings(record.settings[better], kind.settings_title, cost)
+        views.append(View(name=kind.name, title=kind.title, sentences=sentences, pasted=pasted))
+    return views
 
 
-def _ran(every: Results, scenes: Sequence[Scene], methods: Sequence[str]) -> list[Ran]:
-    """The errors of these methods on the scenes that all of them ran, system by system."""
-    ran = list[Ran]()
-    for scene in ordered(scenes):
-        results = {name: every.get((scene.name, name)) for name in methods}
-        errors = {name: at for name, of in results.items() if of and (at := of.at_reference)}
+def _is_unusual(scene: Scene) -> bool:
+    """Returns whether a scene is hard or frictionless, and so not typical of a robot."""
+    return bool(scene.hard) or scene.parameters.get("friction") == 0.0
+
+
+def _errors_of_all(
+    all_results: Results, scenes: Sequence[Scene], methods: Sequence[str]
+) -> list[SceneErrors]:
+    """The scenes that all `methods` ran, in the order of their systems, each with the errors of
+    these methods at the reference step."""
+    ran = list[SceneErrors]()
+    for scene in sorted_scenes(scenes):
+        errors = dict[str, ShownError]()
+        for name in methods:
+            result = all_results.get((scene.name, name))
+            shown = result.at_reference if result else None
+            if shown:
+                errors[name] = shown
         if len(errors) == len(methods):
             ran.append((scene, errors))
     return ran
 
 
-def _by_error(ran: Sequence[Ran], method: str) -> list[tuple[Scene, Shown]]:
-    """The errors of a method, the largest last, each with its scene."""
-    return sorted(((scene, of[method]) for scene, of in ran), key=lambda pair: pair[1].error)
+def _by_error(ran: Sequence[SceneErrors], method: str) -> list[tuple[Scene, ShownError]]:
+    """The scenes with the error of one method, sorted from the smallest error to the largest."""
+    pairs = [(scene, errors[method]) for scene, errors in ran]
+    return sorted(pairs, key=lambda pair: pair[1].error)
 
 
-def _costs(
+def _median_costs(
     study: Study, scenes: Sequence[Scene], methods: Sequence[str]
 ) -> Mapping[str, float]:
-    """The median cost of a step [ns] of each method, over the scenes that all were timed on."""
+    """The median cost of a step [ns] of each method, over the scenes on which all `methods` were
+    timed; empty if there is no such scene."""
     timed = [s.name for s in scenes if all((s.name, name) in study.costs for name in methods)]
     return {
         name: median_high(study.costs[scene, name].ns_per_step for scene in timed)

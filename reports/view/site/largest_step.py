@@ -1,13 +1,13 @@
-"""The largest step that one may take, on the first screen: a few motions and a few methods."""
+"""The table of largest stable steps on the first screen, for a few motions and methods."""
 
 from __future__ import annotations
 
 from plumbob.reports.advice.recommend import DEFAULT_METHOD
-from plumbob.reports.view.method_results import Results
+from plumbob.reports.view.method_results import MethodResult, Results
 from plumbob.reports.view.site.views import View
 from plumbob.reports.view.tables import table
 
-# Whose limits the quick profile predicts.
+# The quick profile predicts the stability limits of these scenes.
 SCENES = (
     "simple-pendulum/free-large",
     "cone-pendulum/rotating-base",
@@ -22,15 +22,20 @@ METHODS = (
 )
 
 
-def largest_step(every: Results) -> View | None:
-    """Of the first motion on which the default settings have a limit; None without one."""
-    ranges = {
-        scene: {name: of for (where, name), of in every.items() if where == scene and of.limit}
-        for scene in SCENES
-    }
-    first = next((of[DEFAULT_METHOD] for of in ranges.values() if DEFAULT_METHOD in of), None)
-    if first is None:
+def largest_step(all_results: Results) -> View | None:
+    """The table of the largest stable steps, and the result of the default method on the first
+    scene where that method has a limit; None if the default method has none on any scene."""
+    limited: dict[str, dict[str, MethodResult]] = {scene: {} for scene in SCENES}
+    for (scene, method), result in all_results.items():
+        if scene in limited and result.limit:
+            limited[scene][method] = result
+    of_default = [
+        results[DEFAULT_METHOD] for results in limited.values() if DEFAULT_METHOD in results
+    ]
+    if not of_default:
         return None
-    ranges = {scene: of for scene, of in ranges.items() if of}
-    methods = [name for name in METHODS if any(name in of for of in ranges.values())]
-    return View(default=first, table=table("stable_steps", ranges=ranges, names=methods))
+    ranges = {scene: results for scene, results in limited.items() if results}
+    methods = [name for name in METHODS if any(name in results for results in ranges.values())]
+    return View(
+        default=of_default[0], table=table("stable_steps", ranges=ranges, names=methods)
+    )

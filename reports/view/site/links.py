@@ -1,4 +1,5 @@
-"""Links of a site: templates lead to ids, and each id to the page that has it."""
+"""Links between the pages of a site: a template links to an id, and the page with that id is looked
+up when the site is written."""
 
 from __future__ import annotations
 
@@ -11,17 +12,19 @@ ID = re.compile(r' id="([^"]+)"')
 LINK = re.compile(r'href="#(?!main")([^"]*)"')  # every page has a main part
 INDEX = "index"
 PAGES = "pages"  # the folder of all pages but the index
-Places = Mapping[str, str]  # names of pages by the ids in them
+PageById = Mapping[str, str]  # page name for each id
 
 
-def places_of(pages: Mapping[str, str]) -> Places:
-    """The places in the texts of pages by name."""
+def pages_by_id(pages: Mapping[str, str]) -> PageById:
+    """Returns the name of the page that holds each id; `pages` are HTML texts by page name."""
     return {place: name for name, text in pages.items() for place in ID.findall(text)}
 
 
-def address(places: Places, place: str, here: str = "") -> str:
-    """The address of a place by its id, as seen from the page `here`, by default one that has none;
-    the id of a page's beginning is its name."""
+def relative_address(places: PageById, place: str, here: str = "") -> str:
+    """Returns the relative address of the id `place`, as a link on the page `here` needs it.
+
+    An id equal to a page's name stands for the beginning of that page. If no page has the id, the
+    address stays on the page `here`."""
     page = places.get(place, here)
     if page == here:
         return f"#{place}"
@@ -30,6 +33,7 @@ def address(places: Places, place: str, here: str = "") -> str:
     return file if page == place else f"{file}#{place}"
 
 
-def linked(places: Places, text: str, here: str) -> str:
-    """A text of the page `here` whose links lead to the files of other pages."""
-    return LINK.sub(lambda link: f'href="{address(places, link[1], here)}"', text)
+def resolve_links(places: PageById, text: str, here: str) -> str:
+    """Returns the HTML text of the page `here` with each link to an id replaced by the relative
+    address of that id."""
+    return LINK.sub(lambda link: f'href="{relative_address(places, link[1], here)}"', text)

@@ -1,4 +1,4 @@
-"""Scenes against methods: the order of both, and the results of each pair."""
+"""The matrix of results, scenes by methods, and the order of systems and engines in it."""
 
 from __future__ import annotations
 
@@ -35,37 +35,42 @@ ENGINES = MappingProxyType(
 
 @dataclass(frozen=True)
 class Matrix:
-    """Scenes of one kind against the methods that ran any of them."""
+    """The results of all scenes of one kind (rows) by the methods that ran any of them
+    (columns)."""
 
     kind: str
     methods: Sequence[str]
-    rows: Sequence[tuple[str, Sequence[MethodResult | None]]]  # scenes, with a cell a method
+    rows: Sequence[tuple[str, Sequence[MethodResult | None]]]  # scene, one result per method
 
 
-def rank(name: str, first: Sequence[str] = ORDER) -> tuple[int, str]:
-    """Sorts systems in the order of the sources, those that are not among the first after them."""
+def order_key(name: str, first: Sequence[str] = ORDER) -> tuple[int, str]:
+    """Returns a sort key that puts the names in `first` first, in that order, and all other names
+    after them, alphabetically."""
     return (first.index(name) if name in first else len(first)), name
 
 
-def ordered(scenes: Sequence[Scene]) -> Sequence[Scene]:
-    """Scenes in the order of their systems."""
-    return sorted(scenes, key=lambda scene: rank(scene.system))
+def sorted_scenes(scenes: Sequence[Scene]) -> Sequence[Scene]:
+    """Returns the scenes sorted by their systems, systems in the order of `ORDER`."""
+    return sorted(scenes, key=lambda scene: order_key(scene.system))
 
 
-def matrices(study: Study, every: Results, scenes: Sequence[Scene]) -> list[Matrix]:
-    """A matrix for each kind of system."""
-    order = engines(study)
+def matrices(study: Study, all_results: Results, scenes: Sequence[Scene]) -> list[Matrix]:
+    """Returns one matrix for each kind of scene among `scenes`. A cell is None if the method has no
+    error at the reference step of that scene."""
+    order = engine_names(study)
     methods = sorted(study.methods, key=lambda m: order.index(m.engine))
-    ran = {pair: of for pair, of in every.items() if of.at_reference}
-    tables = []
+    ran = {pair: result for pair, result in all_results.items() if result.at_reference}
+    by_kind = []
     for kind in dict.fromkeys(scene.kind for scene in scenes):
-        held = [scene.name for scene in scenes if scene.kind == kind]
-        shown = [m.name for m in methods if any((scene, m.name) in ran for scene in held)]
-        rows = [(scene, [ran.get((scene, name)) for name in shown]) for scene in held]
-        tables.append(Matrix(kind, shown, rows))
-    return tables
+        names = [scene.name for scene in scenes if scene.kind == kind]
+        columns = [m.name for m in methods if any((scene, m.name) in ran for scene in names)]
+        rows = [(scene, [ran.get((scene, name)) for name in columns]) for scene in names]
+        by_kind.append(Matrix(kind, columns, rows))
+    return by_kind
 
 
-def engines(study: Study) -> list[str]:
-    """The engines of a study in the order of ENGINES, others after them by name."""
-    return sorted({m.engine for m in study.methods}, key=lambda name: rank(name, [*ENGINES]))
+def engine_names(study: Study) -> list[str]:
+    """Returns the names of the study's engines in the order of `ENGINES`, then all others
+    alphabetically."""
+    names = {method.engine for method in study.methods}
+    return sorted(names, key=lambda name: order_key(name, [*ENGINES]))

@@ -1,4 +1,4 @@
-"""The canon's phenomena against engines: which method has the smallest error, and how small."""
+"""The table of canonical phenomena by engine: the engine's best method and its errors."""
 
 from __future__ import annotations
 
@@ -9,34 +9,45 @@ from plumbob.reports.view import notation
 from plumbob.reports.view.content import Table
 from plumbob.reports.view.method_results import MethodResult, Results
 from plumbob.reports.view.records import SystemRecord
-from plumbob.reports.view.site.matrix import engines
+from plumbob.reports.view.site.matrix import engine_names
 from plumbob.reports.view.tables import table_or_none
 
 CANON = (
-    *(
-        "projectile",
-        "incline",
-        "rolling-ball",
-        "rolling-disc",
-        "bouncing-ball",
-        "pinch",
-        "stack",
-    ),
-    *("n-pendulum", "slider-crank", "four-bar", "servo", "heavy-top", "rod-impact"),
+    "projectile",
+    "incline",
+    "rolling-ball",
+    "rolling-disc",
+    "bouncing-ball",
+    "pinch",
+    "stack",
+    "n-pendulum",
+    "slider-crank",
+    "four-bar",
+    "servo",
+    "heavy-top",
+    "rod-impact",
 )
 
 
-def phenomena(study: Study, every: Results, systems: Sequence[SystemRecord]) -> Table | None:
-    """A row a system of the canon, a column an engine: of the engine's method whose largest error
-    at 1 ms over its scenes is the smallest, that error, and the largest of the smallest errors of
-    its runs; None where no scene of the canon was run."""
-    names = [name for name in engines(study) if name != "exact"]
+def phenomena(
+    study: Study, all_results: Results, systems: Sequence[SystemRecord]
+) -> Table | None:
+    """Returns the table with a row for each system of `CANON` and a column for each engine; None if
+    no scene of these systems was run.
+
+    A cell shows the best method of the engine for the system, with two relative errors: the largest
+    error over the scenes at 1 ms, and the largest over the scenes of the smallest error at any
+    step."""
+    names = [name for name in engine_names(study) if name != "exact"]
     ran: dict[tuple[str, str], dict[str, list[MethodResult]]] = {}
-    for of in every.values():
-        if of.at_reference and not of.method.surrogate:
-            methods = ran.setdefault((of.scene.system, of.method.engine), {})
-            methods.setdefault(of.name, []).append(of)
-    titles = {of.name: of.title for of in systems if any(of.name in pair for pair in ran)}
+    for result in all_results.values():
+        if result.at_reference and not result.method.surrogate:
+            methods = ran.setdefault((result.scene.system, result.method.engine), {})
+            methods.setdefault(result.name, []).append(result)
+    systems_that_ran = {system for system, _ in ran}
+    titles = {
+        record.name: record.title for record in systems if record.name in systems_that_ran
+    }
     rows = {
         (titles[system], system): [_cell(ran.get((system, engine), {})) for engine in names]
         for system in CANON
@@ -46,18 +57,24 @@ def phenomena(study: Study, every: Results, systems: Sequence[SystemRecord]) -> 
 
 
 def _cell(ran: Mapping[str, Sequence[MethodResult]]) -> str:
-    """Of an engine's methods that do the most of a system's scenes, those first that are as
-    predicted or converge on all, and then small errors; empty where the engine has none."""
+    """Returns the text of one cell, for the best of an engine's methods on one system; empty if the
+    engine has none. `ran` holds each method's results on the scenes of the system.
+
+    Only the methods that ran the most scenes are compared. A method that is as predicted or
+    converges on all its scenes precedes every other; after that, the method whose largest error at
+    the reference step is the smallest comes first."""
     most = max(map(len, ran.values()), default=0)
     ranks = []
     for name, results in ran.items():
-        shown = [at for of in results if (at := of.at_reference)]
-        limited = any(at.meaning not in ("predicted", "converges") for at in shown)
-        ranks.append((len(results) < most, limited, max(at.error for at in shown), name))
+        errors = [result.at_reference for result in results if result.at_reference]
+        limited = any(error.meaning not in ("predicted", "converges") for error in errors)
+        largest = max(error.error for error in errors)
+        ranks.append((len(results) < most, limited, largest, name))
     if not ranks:
         return ""
-    *_, error, name = min(ranks)
-    smallest = max(min(of.errors.values()) for of in ran[name])
+    *_, error_at_reference, name = min(ranks)
+    smallest_error = max(min(result.errors.values()) for result in ran[name])
     return (
-        f"{notation.relative(error)}, {notation.relative(smallest)}; {name.partition('/')[2]}"
+        f"{notation.relative(error_at_reference)}, {notation.relative(smallest_error)}; "
+        f"{name.partition('/')[2]}"
     )

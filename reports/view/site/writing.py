@@ -16,183 +16,208 @@ from plumbob.engines.study.results import Study
 from plumbob.reports.view import top_tables
 from plumbob.reports.view.drawing import DASHES
 from plumbob.reports.view.method_results import SIGNS, Results, results_of
-from plumbob.reports.view.own_files import LIST, replaceable, replaceable_folder
+from plumbob.reports.view.own_files import LIST, check_replaceable, check_replaceable_folder
 from plumbob.reports.view.page import (
     NAME,
     Plots,
-    carried,
-    encoded,
-    filled,
-    packed,
+    carrier_script,
+    compress,
+    fill_page,
     shared_files,
-    written,
+    to_bytes,
+    write_file,
 )
 from plumbob.reports.view.palette import styles
 from plumbob.reports.view.records import Records, records_of
-from plumbob.reports.view.settings import pasted
+from plumbob.reports.view.settings import shown_settings
 from plumbob.reports.view.site import first_screen, matrix, search
-from plumbob.reports.view.site.claims import formed
+from plumbob.reports.view.site.claims import findings_about
 from plumbob.reports.view.site.largest_step import largest_step
-from plumbob.reports.view.site.links import INDEX, PAGES, address, linked, places_of
+from plumbob.reports.view.site.links import (
+    INDEX,
+    PAGES,
+    pages_by_id,
+    relative_address,
+    resolve_links,
+)
 from plumbob.reports.view.site.phenomena import phenomena
 from plumbob.reports.view.site.views import OF_ENGINES, View, system_view
 from plumbob.reports.view.user_settings import table as own_table
 
-SMOOTH = "cone-pendulum/rotating-base"  # the scene without contacts of whose costs it has one
-GRADIENTS = "gradients-through-contact"  # the finding that the index has a picture of
-BESIDE = MappingProxyType(
+SMOOTH_SCENE = (
+    "cone-pendulum/rotating-base"  # scene without contacts whose cost figure is on the index
+)
+GRADIENTS_FINDING = "gradients-through-contact"  # finding whose picture is on the index
+SHARED_PAGES = MappingProxyType(
     {
         OF_ENGINES: "on_engines",
         "cheapest": "advice",
         "sources": "sources",
         "glossary": "terms",
     }
-)  # pages that belong to no system, by name, with what they are there for
+)
+"""{page that belongs to no system: name of the common value that it needs}. A page whose value is
+missing is left out."""
 SEARCH = "search.js"
 BARE, FRAME = "bare.html.jinja", "frame.html.jinja"
-Page = tuple[str, str, dict[str, Any]]  # its name, its template and what fills that
+Page = tuple[str, str, dict[str, Any]]  # name of the page, its template, values of the template
 
 
 @dataclass(frozen=True)
-class Content:
-    """The content of a study's pages."""
+class SiteContent:
+    """The content of all pages of a study's site."""
 
-    common: dict[str, Any]  # what every page may show
-    pages: Sequence[Page]  # beside the index
+    common: dict[str, Any]  # values that every page may show, by name
+    pages: Sequence[Page]  # all pages but the index
 
 
 def write_page(study: Study, folder: Path) -> Path:
-    """Write the site of `study` into `folder` and return the path of its index. The pages take the
-    place of older ones at once, and the index after them. Raises OSError where the folder cannot be
-    written, ParameterError where a file there is not plumbob's, and as `records_of`."""
-    return site(content(study), folder)
+    """Writes the site of `study` into `folder` and returns the path of its index.
+
+    The new folder of pages replaces the old one in one move, and the index follows. Raises OSError
+    if `folder` cannot be written, ParameterError if it would replace a file that plumbob did not
+    write, and the errors of `records_of`."""
+    return write_site(site_content(study), folder)
 
 
-def site(content: Content, folder: Path) -> Path:
-    """The same of a content that is there already."""
-    own_site("out", folder)
+def write_site(content: SiteContent, folder: Path) -> Path:
+    """Writes the site with this content into `folder` and returns the path of its index; raises
+    OSError and ParameterError as `write_page` does."""
+    check_site_replaceable("out", folder)
     files, index = _files(content)
     files = {**files, LIST: "".join(f"{name}\n" for name in files)}
     folder.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(prefix=".plumbob-", dir=folder) as scratch:
         new = Path(scratch) / PAGES
         pages = folder / PAGES
-        new.mkdir()  # whose permissions are those that the user's umask leaves
+        new.mkdir()  # with the permissions of the user's umask, unlike the temporary folder
         for name, text in files.items():
-            (new / name).write_bytes(encoded(text))
+            (new / name).write_bytes(to_bytes(text))
         if pages.is_dir():
             pages.rename(Path(scratch) / "old")
         new.rename(pages)
-    return written(index, folder, NAME)
+    return write_file(index, folder, NAME)
 
 
-def own_site(name: str, folder: Path) -> None:
-    """Raises ParameterError with the `name` of an option if the site would replace a file in
-    `folder` that is not plumbob's."""
-    replaceable(name, folder / NAME)
-    replaceable_folder(name, folder / PAGES)
+def check_site_replaceable(name: str, folder: Path) -> None:
+    """Raises ParameterError, naming the option `name`, if the site would replace a file in `folder`
+    that plumbob did not write."""
+    check_replaceable(name, folder / NAME)
+    check_replaceable_folder(name, folder / PAGES)
 
 
-def one_file(content: Content) -> str:
-    """The whole site of a study as one HTML file: a function of what is stored, which runs no
-    engine. The pages beside the index stand in templates, which our script shows."""
+def site_in_one_file(content: SiteContent) -> str:
+    """Returns the whole site as one HTML text. All pages but the index are HTML templates inside
+    the index, which the page's script shows on demand."""
     common = content.common
     inside = [
-        (name, filled(template, shared="", single=True, frame=BARE, **common, **values))
+        (name, fill_page(template, shared="", single=True, frame=BARE, **common, **values))
         for name, template, values in content.pages
     ]
-    entries = packed(search.entries_text(common, "#{}".format))
-    return filled("index.html.jinja", inside_pages=inside, search=entries, **common)
+    entries = compress(search.entries_text(common, "#{}".format))
+    return fill_page("index.html.jinja", inside_pages=inside, search=entries, **common)
 
 
-def _files(content: Content) -> tuple[Mapping[str, str | bytes], str]:
-    """The files of the folder of a site's pages by name, and its index."""
+def _files(content: SiteContent) -> tuple[Mapping[str, str | bytes], str]:
+    """Returns the files of the site's folder of pages, by file name, and the text of the index."""
     common = content.common
     texts = dict[str, str]()
     files: dict[str, str | bytes] = dict(shared_files())
     for name in {view.system.picture for view in common["views"]} - {""}:
         files[name] = base64.b64decode(common["pictures"][name])
     plots = {INDEX: Plots(f"{PAGES}/", INDEX)}
-    for name, template, values in (
-        (INDEX, "index.html.jinja", {"inside_pages": ()}),
-        *content.pages,
-    ):
-        drawn = plots.setdefault(name, Plots("", name))
-        more = common | values
-        texts[name] = filled(template, shared=drawn.folder, plots=drawn, search="", **more)
-    places = places_of(texts)
-    files[SEARCH] = carried(search.entries_text(common, partial(address, places)))
+    index_page: Page = (INDEX, "index.html.jinja", {"inside_pages": ()})
+    for name, template, page_values in (index_page, *content.pages):
+        page_plots = plots.setdefault(name, Plots("", name))
+        values = common | page_values
+        texts[name] = fill_page(
+            template, shared=page_plots.folder, plots=page_plots, search="", **values
+        )
+    places = pages_by_id(texts)
+    files[SEARCH] = carrier_script(
+        search.entries_text(common, partial(relative_address, places))
+    )
     for name, text in texts.items():
-        files[f"{name}.html"] = linked(places, text, name)
+        files[f"{name}.html"] = resolve_links(places, text, name)
         files |= plots[name].files
         if plots[name].data or plots[name].tables:
-            files[f"{name}.js"] = carried(linked(places, plots[name].text(), name))
+            files[f"{name}.js"] = carrier_script(
+                resolve_links(places, plots[name].text(), name)
+            )
     index = files.pop(NAME)
     return files, str(index)
 
 
-def content(study: Study) -> Content:
-    """The content of the pages of `study`; raises as `records_of`."""
+def site_content(study: Study) -> SiteContent:
+    """Returns the content of the pages of `study`; raises the errors of `records_of`."""
     records = records_of(study)
-    every = results_of(study, records)
-    asked = {scene for scene, _ in every}  # of others no method is meant for what the study has
+    results = results_of(study, records)
+    asked = {scene for scene, _ in results}  # a scene is missing if no method was meant for it
     study = replace(study, scenes=tuple(s for s in study.scenes if s.name in asked))
-    views = _views(study, records, every)
-    common = _common(study, records, views, every)
-    return Content(common, _pages(views, common))
+    views = _views(study, records, results)
+    common = _common(study, records, views, results)
+    return SiteContent(common, _pages(views, common))
 
 
-def _views(study: Study, records: Records, every: Results) -> list[View]:
-    """A view of each system that ran, in the order of the sources."""
+def _views(study: Study, records: Records, results: Results) -> list[View]:
+    """Returns the view of each system of the study, in the order of the sources. A system of
+    another package is left out if no run of it reached its end."""
     done = {
-        c.scene for c in study.convergence if any(m.status == "done" for m in c.measurements)
+        series.scene
+        for series in study.convergence
+        if any(run.status == "done" for run in series.measurements)
     }
-    ran = {scene.system for scene in study.scenes if scene.name in done}
-    # The exact motion of another package, which no run was held to, may be a defect.
-    here = {scene.system for scene in study.scenes}
-    systems = {s.name: s for s in records.study.systems if s.name in (ran if s.added else here)}
-    return [
-        system_view(study, records, systems[name], every)
-        for name in sorted(systems, key=matrix.rank)
-    ]
+    systems_done = {scene.system for scene in study.scenes if scene.name in done}
+    systems_asked = {scene.system for scene in study.scenes}
+    shown = []
+    for system in records.study.systems:
+        # If no run was compared with another package's exact motion, that motion may be defective.
+        if system.name in (systems_done if system.added else systems_asked):
+            shown.append(system)
+    shown.sort(key=lambda system: matrix.order_key(system.name))
+    return [system_view(study, records, system, results) for system in shown]
 
 
 def _common(
-    study: Study, records: Records, views: Sequence[View], every: Results
+    study: Study, records: Records, views: Sequence[View], results: Results
 ) -> dict[str, Any]:
-    """Values that every page may show, by name."""
-    on_engines = formed(study, OF_ENGINES)
+    """Returns the values that every page may show, by their names in the templates."""
+    on_engines = findings_about(study, OF_ENGINES)
     findings = [*(finding for view in views for finding in view.findings), *on_engines]
-    answers = first_screen.answers(study, records.study, every)
-    by_engine = first_screen.by_engine(every)
-    shown = {answer.pasted.settings.method for answer in answers}
+    scene_views = [scene_view for view in views for scene_view in view.scenes]
+    smooth = [scene_view for scene_view in scene_views if scene_view.scene.name == SMOOTH_SCENE]
+    pictures = [view.system.picture for view in views if view.system.picture]
+    answers = first_screen.recommended_settings(study, records.study, results)
+    by_engine = first_screen.meanings_by_engine(results)
+    on_first_screen = {answer.pasted.settings.method for answer in answers}
+    copied = shown_settings(records.study.settings)
+    settings = [s for s in copied if s.settings.method not in on_first_screen]
     advice = {name: record.recommendations for name, record in records.scenes.items()}
-    settings = [s for s in pasted(records.study.settings) if s.settings.method not in shown]
     recommendations = top_tables.recommendations(study, advice)
     return {
         "study": study,
         "views": views,
         "findings": findings,
         "on_engines": on_engines,
-        "cards": first_screen.cards(findings),
-        "gradients": first_screen.cards([f for f in findings if f.name == GRADIENTS]),
-        "preview": next((view.system.picture for view in views if view.system.picture), ""),
+        "cards": first_screen.key_findings(findings),
+        "gradients": first_screen.key_findings(
+            [f for f in findings if f.name == GRADIENTS_FINDING]
+        ),
+        "preview": pictures[0] if pictures else "",
         "counts": sum(by_engine.values(), Counter()),
         "by_engine": by_engine,
-        "made": first_screen.made(every),
+        "made": first_screen.run_counts(results),
         "answers": answers,
-        "smooth": next(
-            (of for view in views for of in view.scenes if of.scene.name == SMOOTH), None
-        ),
-        "largest_step": largest_step(every),
+        "smooth": smooth[0] if smooth else None,
+        "largest_step": largest_step(results),
         "settings": settings,
         "advice": recommendations or settings,
-        "user_settings": own_table(records.study.user, every),
-        "matrices": matrix.matrices(study, every, matrix.ordered(study.scenes)),
-        "phenomena": phenomena(study, every, records.study.systems),
+        "user_settings": own_table(records.study.user, results),
+        "matrices": matrix.matrices(study, results, matrix.sorted_scenes(study.scenes)),
+        "phenomena": phenomena(study, results, records.study.systems),
         "signs": dict(SIGNS),
         "engines": {
-            engine: matrix.ENGINES.get(engine, engine) for engine in matrix.engines(study)
+            engine: matrix.ENGINES.get(engine, engine) for engine in matrix.engine_names(study)
         },
         "recommendations": recommendations,
         "sources": top_tables.sources(findings),
@@ -201,21 +226,25 @@ def _common(
         "dashes": dict(DASHES),
         "provenance": study.provenance,
         "pictures": records.study.pictures,
-        "terms": search.defined("glossary"),
-        "labels": search.defined("labels"),
-        "place_of": search.place_of,
+        "terms": search.defined_terms("glossary"),
+        "labels": search.defined_terms("labels"),
+        "place_of": search.term_id,
     }
 
 
 def _pages(views: Sequence[View], common: Mapping[str, Any]) -> list[Page]:
-    """The pages beside the index."""
+    """Returns all pages but the index: systems, scenes, then the pages that belong to no system."""
     pages: list[Page] = [
-        *((view.system.name, "system.html.jinja", {"view": view}) for view in views),
-        *(
-            (scene.anchor, "scene.html.jinja", {"view": scene, "of": view})
-            for view in views
-            for scene in view.scenes
-        ),
+        (view.system.name, "system.html.jinja", {"view": view}) for view in views
     ]
-    there = [name for name, needed in BESIDE.items() if common[needed]]
-    return [*pages, *((name, f"{name}.html.jinja", {}) for name in there)]
+    for view in views:
+        pages += [
+            (scene.anchor, "scene.html.jinja", {"view": scene, "of": view})
+            for scene in view.scenes
+        ]
+    pages += [
+        (name, f"{name}.html.jinja", {})
+        for name, value in SHARED_PAGES.items()
+        if common[value]
+    ]
+    return pages

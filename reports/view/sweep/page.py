@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from plumbob.analytic.reference import Array
 from plumbob.engines.box import Side
@@ -17,95 +18,116 @@ from plumbob.engines.sweep.sweep import Sweep, Swept
 from plumbob.reports.view import tables
 from plumbob.reports.view.axis import Axis
 from plumbob.reports.view.content import Figure, Layout
-from plumbob.reports.view.page import filled, written
+from plumbob.reports.view.page import fill_page, write_file
 from plumbob.reports.view.plotly_figure import ZERO, linear, logarithmic
-from plumbob.reports.view.sweep.text import place, rows, sides, size
+from plumbob.reports.view.sweep.text import error_text, point_text, sides_text, sweep_rows
 
-MOST = 160  # columns and rows of a map: the worst of some neighbours stands for them
-# Viridis, which is read alike by those who do not tell red from green.
+# most columns and rows of a map; a cell shows the worst of several points
+MAX_MAP_CELLS = 160
+# Viridis can be read with red-green colour blindness.
 SHADES = ("#440154", "#3b528b", "#21918c", "#5ec962", "#fde725")
 
 
 def page_name(sweep: Sweep, key: str) -> str:
-    """The name of the page of a sweep that has this key."""
+    """Returns the file name of the page of a sweep; `key` identifies the sweep in its store."""
     return f"sweep-{sweep.box.scene.replace('/', '-')}-{key[:8]}.html"
 
 
 def write_sweep_page(swept: Swept, folder: Path, provenance: Provenance, key: str) -> Path:
-    """Write `sweep-SCENE-KEY.html` into `folder` and return its path. Raises OSError where the
+    """Writes `sweep-SCENE-KEY.html` into `folder` and returns its path; raises OSError if the
     folder cannot be written."""
-    return written(render(swept, provenance), folder, page_name(swept.sweep, key))
+    return write_file(render(swept, provenance), folder, page_name(swept.sweep, key))
 
 
 def render(swept: Swept, provenance: Provenance) -> str:
-    """The page of a sweep as HTML, in one file."""
-    every = rows(swept)
-    words = {"size": size, "place": place}
-    return filled(
+    """Returns the page of a sweep as one HTML file."""
+    swept_rows = sweep_rows(swept)
+    words = {"size": error_text, "place": point_text}
+    with_worst = [row for row in swept_rows if row["worst"]]
+    return fill_page(
         "sweep.html.jinja",
         of=swept.sweep,
         runs=swept.errors.size,
-        sides=sides(swept.sweep.box.sides),
-        summary=tables.table("sweep", rows=every, **words),
+        sides=sides_text(swept.sweep.box.sides),
+        summary=tables.table("sweep", rows=swept_rows, **words),
         figures=figures(swept),
-        worst=[tables.table("sweep_worst", of=row, **words) for row in every if row["worst"]],
+        worst=[tables.table("sweep_worst", of=row, **words) for row in with_worst],
         reasons=swept.reasons,
         provenance=provenance,
     )
 
 
 def figures(swept: Swept) -> tuple[Figure, ...]:
-    """A map each of the first two sides where there are two or more, and curves over every other
-    side; where there is one side alone, curves over that."""
-    of = swept.sweep
+    """Returns the figures of a sweep. If two or more parameters vary, each method and step has a
+    map over the first two, and every further parameter has curves. If one parameter varies, it has
+    curves."""
+    sides_text = swept.sweep.box.sides
     finite = swept.errors[np.isfinite(swept.errors)]
     ends = (finite.min(), finite.max()) if finite.size else (ZERO, 1.0)
     low, high = (math.log10(max(float(end), ZERO)) for end in ends)
     high = max(high, low + 0.1)
-    places, texts = zip(*Axis(low, high, low, high, True).ticks(8), strict=True)
-    plane = len(of.box.sides) > 1
+    tick_values, tick_texts = zip(*Axis(low, high, low, high, True).ticks(8), strict=True)
+    has_maps = len(sides_text) > 1
+    first_with_curves = 2 if has_maps else 0
     return tables.figures(
         "sweep",
-        sides=of.box.sides,
-        axes=[_axis(side) for side in of.box.sides],
-        maps=list(_maps(swept)) if plane else [],
+        sides=sides_text,
+        axes=[_axis(side) for side in sides_text],
+        maps=list(_maps(swept)) if has_maps else [],
         low=low,
         high=high,
         shades=[(k / 4, shade) for k, shade in enumerate(SHADES)],
-        bar={"title": {"text": "error"}, "tickvals": places, "ticktext": texts},
-        curves=[_curves(swept, k) for k in range(2 * plane, len(of.box.sides))],
+        bar={"title": {"text": "error"}, "tickvals": tick_values, "ticktext": tick_texts},
+        curves=[_curves(swept, k) for k in range(first_with_curves, len(sides_text))],
     )
 
 
 def _maps(swept: Swept) -> Iterator[tuple[str, float, str, Array, Array, Array]]:
-    """Method, step and what that means, with a map over the first two sides: places on both, and
-    powers of ten of the errors, shape (y, x)."""
-    of = swept.sweep
-    xs, ys = (side.values(n) for side, n in zip(of.box.sides[:2], of.counts, strict=False))
-    across, along = (np.arange(0, len(v), -(-len(v) // MOST)) for v in (xs, ys))
-    for (i, method), (j, step) in product(enumerate(of.methods), enumerate(of.steps)):
+    """Yields a map over the first two parameters for each method and step: the name of the method,
+    the step, its kind ("step" or "tolerance"), the values of both parameters, and the base-10
+    logarithms of the largest relative errors, shape (y, x)."""
+    sweep = swept.sweep
+    first, second = sweep.box.sides[:2]
+    xs = first.values(sweep.counts[0])
+    ys = second.values(sweep.counts[1])
+    columns = _cell_starts(len(xs))
+    rows_of_map = _cell_starts(len(ys))
+    for (i, method), (j, step) in product(enumerate(sweep.methods), enumerate(sweep.steps)):
         errors = swept.errors[i, j]
+        # the worst over all further parameters, then over the points of each cell
         worst = np.fmax.reduce(errors.reshape(*errors.shape[:2], -1), axis=2)
-        worst = np.fmax.reduceat(np.fmax.reduceat(worst, across), along, axis=1)
+        worst = np.fmax.reduceat(worst, columns)
+        worst = np.fmax.reduceat(worst, rows_of_map, axis=1)
         powers = np.log10(np.maximum(worst.T, ZERO))
-        yield method.name, step, method.control, xs[across], ys[along], powers
+        yield method.name, step, method.control, xs[columns], ys[rows_of_map], powers
+
+
+def _cell_starts(count: int) -> npt.NDArray[np.intp]:
+    """Returns the indices at which the cells of a map begin, if `count` points are divided into at
+    most `MOST` cells of equal size."""
+    points_per_cell = -(-count // MAX_MAP_CELLS)
+    return np.arange(0, count, points_per_cell)
 
 
 def _curves(swept: Swept, side: int) -> dict[str, Any]:
-    """The largest errors over one side, by method and step."""
-    of = swept.sweep
-    axes = tuple(k for k in range(2, swept.errors.ndim) if k != side + 2)
-    largest = np.fmax.reduce(swept.errors, axis=axes)
+    """Returns the largest relative errors over the values of parameter number `side`, as one line
+    for each method and step."""
+    sweep = swept.sweep
+    other_axes = tuple(k for k in range(2, swept.errors.ndim) if k != side + 2)
+    largest = np.fmax.reduce(swept.errors, axis=other_axes)
+    pairs = product(enumerate(sweep.methods), enumerate(sweep.steps))
     lines = [
-        (method.name, step, method.control, largest[i, j])
-        for (i, method), (j, step) in product(enumerate(of.methods), enumerate(of.steps))
+        (method.name, step, method.control, largest[i, j]) for (i, method), (j, step) in pairs
     ]
-    return {"side": side, "places": of.box.sides[side].values(of.counts[side]), "lines": lines}
+    values = sweep.box.sides[side].values(sweep.counts[side])
+    return {"side": side, "places": values, "lines": lines}
 
 
 def _axis(side: Side) -> Layout:
-    """The axis of a parameter, with its unit."""
-    by_unit = (line.split(": ") for line in tables.paragraphs("units"))
-    units = {name: f" [{unit}]" for unit, names in by_unit for name in names.split(", ")}
-    title = side.name + units.get(side.name, "")
+    """Returns the axis of a varied parameter, titled with its name and unit."""
+    title = side.name
+    for line in tables.paragraphs("units"):
+        unit, names = line.split(": ")
+        if side.name in names.split(", "):
+            title = f"{side.name} [{unit}]"
     return logarithmic(title) if side.logarithmic else linear(title)

@@ -1,4 +1,4 @@
-"""A sweep as text: the runs, errors of each method and step, and the worst points."""
+"""A sweep as text: number of runs, errors of each method and step, and the worst points."""
 
 from __future__ import annotations
 
@@ -13,11 +13,12 @@ from plumbob.engines.box import Side
 from plumbob.engines.sweep.sweep import Swept
 from plumbob.reports.view.notation import number, relative
 
-MOST = 10  # worst points that are listed of a method and a step
+LISTED_POINTS = 10  # number of worst points listed for each method and step
 
 
-def rows(swept: Swept) -> tuple[dict[str, Any], ...]:
-    """Every method with every step, in the order in which they were asked for."""
+def sweep_rows(swept: Swept) -> tuple[dict[str, Any], ...]:
+    """Returns the errors of every method at every step, as a row each, in the order that the user
+    gave."""
     return tuple(
         _row(swept, i, j)
         for i in range(len(swept.sweep.methods))
@@ -26,72 +27,79 @@ def rows(swept: Swept) -> tuple[dict[str, Any], ...]:
 
 
 def _row(swept: Swept, i: int, j: int) -> dict[str, Any]:
-    """The errors of a method at a step over all points."""
+    """Returns the statistics of the errors over all points, for method `i` at step `j`."""
     method = swept.sweep.methods[i]
     step = swept.sweep.steps[j]
     errors = swept.errors[i, j].ravel()
-    there = errors[~np.isnan(errors)]
-    median, ninety, largest = (
-        float(np.quantile(there, q, method="lower")) if len(there) else np.nan
-        for q in (0.5, 0.9, 1.0)
-    )
+    known = errors[~np.isnan(errors)]
+    median, ninety, largest = (np.nan, np.nan, np.nan)
+    if known.size:
+        median, ninety, largest = np.quantile(known, (0.5, 0.9, 1.0), method="lower").tolist()
     worst = tuple(
-        _worst(swept, point, error, method.name, step)
-        for point, error in swept.worst(i, j, MOST)
+        _worst_point(swept, point, error, method.name, step)
+        for point, error in swept.worst(i, j, LISTED_POINTS)
     )
     return {
         "method": method.name,
         "step": step,  # [s], or relative tolerance
         "control": method.control,  # what the step means
-        "median": median,  # relative error, of the runs that have one
-        "ninety": ninety,  # that nine runs of ten do not exceed
+        "median": median,  # median relative error of the runs with an error
+        "ninety": ninety,  # relative error that nine of ten runs do not exceed
         "largest": largest,
-        "diverged": int(np.isinf(there).sum()),  # runs
-        "without": int(np.isnan(errors).sum()),  # points: no exact answer, or no model
+        "diverged": int(np.isinf(known).sum()),  # number of runs that diverged
+        "without": int(
+            np.isnan(errors).sum()
+        ),  # number of points without exact answer or model
         "worst": worst,
     }
 
 
-def _worst(swept: Swept, point: int, error: float, method: str, step: float) -> dict[str, Any]:
-    """A point with a large error, infinite where the run diverged, and what repeats it."""
-    place = swept.sweep.place(point)
-    varied = {s.name: s.at(x) for s, x in zip(swept.sweep.box.sides, place, strict=True)}
-    again = command(swept.sweep.box.scene, method, step, swept.sweep.box.parameters(place))
-    return {"parameters": varied, "error": error, "command": again}
+def _worst_point(
+    swept: Swept, point: int, error: float, method: str, step: float
+) -> dict[str, Any]:
+    """Returns a point with a large error: its varied parameters, its relative error (infinite if
+    the run diverged), and the command that repeats the run."""
+    box = swept.sweep.box
+    position = swept.sweep.place(point)
+    varied = {side.name: side.at(x) for side, x in zip(box.sides, position, strict=True)}
+    repeat = repeat_command(box.scene, method, step, box.parameters(position))
+    return {"parameters": varied, "error": error, "command": repeat}
 
 
-def command(scene: str, method: str, step: float, parameters: Mapping[str, Any]) -> str:
-    """The command that repeats one run, every parameter to its last bit."""
-    words = ["plumbob", "run", scene, method, "--step", repr(step)]
+def repeat_command(scene: str, method: str, step: float, parameters: Mapping[str, Any]) -> str:
+    """Returns the command that repeats one run, with every parameter to its last bit."""
+    terminal_values = ["plumbob", "run", scene, method, "--step", repr(step)]
     for name, value in parameters.items():
-        words += ["--set", f"{name}={json.dumps(value)}"]
-    return shlex.join(words)
+        terminal_values += ["--set", f"{name}={json.dumps(value)}"]
+    return shlex.join(terminal_values)
 
 
-def size(error: float) -> str:
-    """A relative error, or that the run diverged."""
+def error_text(error: float) -> str:
+    """Returns a relative error as text; "diverged" if it is infinite."""
     return "diverged" if np.isinf(error) else relative(error)
 
 
-def place(parameters: Mapping[str, float]) -> str:
-    """Varied parameters with their values."""
+def point_text(parameters: Mapping[str, float]) -> str:
+    """Returns the varied parameters and their values as text."""
     return ", ".join(f"{name} {number(value, 5)}" for name, value in parameters.items())
 
 
-def sides(of: Sequence[Side]) -> str:
-    """The varied parameters and their bounds."""
-    return " and ".join(f"{s.name} from {number(s.low, 4)} to {number(s.high, 4)}" for s in of)
+def sides_text(varied: Sequence[Side]) -> str:
+    """Returns the varied parameters and their bounds as text."""
+    ranges = [f"{s.name} from {number(s.low, 4)} to {number(s.high, 4)}" for s in varied]
+    return " and ".join(ranges)
 
 
-def words(swept: Swept) -> dict[str, Any]:
-    """The sweep as the terminal's lines take it."""
+def terminal_values(swept: Swept) -> dict[str, Any]:
+    """Returns the values of the template that writes a sweep to the terminal. Two of them are
+    functions that the template calls: "size" formats an error, "place" a point of the grid."""
     box = swept.sweep.box
     return {
         "scene": box.scene,
-        "sides": sides(box.sides),
+        "sides": sides_text(box.sides),
         "points": swept.sweep.points,
-        "rows": rows(swept),
+        "rows": sweep_rows(swept),
         "reasons": swept.reasons,
-        "size": size,
-        "place": place,
+        "size": error_text,
+        "place": point_text,
     }

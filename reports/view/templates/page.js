@@ -4,11 +4,11 @@
   const dark = matchMedia("(prefers-color-scheme: dark)");
   const colour = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
 
-  // ---- plots: pictures, which plotly draws anew where they are pressed, or methods chosen ----
+  // ---- plots: pictures that plotly draws anew after a click or a choice of methods ----
   const NEAR = "400px", FAR = "1200px", MOST = 8, ROWS = 12;
   let hidden = new Set(), drawn = new Set(), areas = [], chosen = false;
 
-  // What a page holds compressed, or what a script beside it has.
+  // Returns the compressed text that the page holds, or that a script beside it holds.
   const text_of = (holder) => (!holder.dataset.src ? Promise.resolve(holder.textContent) : new Promise((done, failed) => {
     const script = Object.assign(document.createElement("script"), {src: holder.dataset.src});
     script.onload = () => done(script.textContent);
@@ -57,7 +57,7 @@
 
   const shown = (trace) => !hidden.has(trace.meta);
 
-  // The runs, which have texts, that no other one shown beats in both speed and error.
+  // Returns the Pareto front: the visible runs with a text that no other run beats in both speed and error.
   const front = (traces) => {
     const points = traces.filter((one) => one.text && one.visible)
       .flatMap((one) => one.x.map((x, i) => [x, one.y[i]]))
@@ -77,13 +77,13 @@
     return {...figure, data: fronted(figure.data.map((trace) => ({...trace, visible: shown(trace)})))};
   };
 
-  // The middle of the window to the nearest part of a plot.
+  // Returns the distance [px] from the middle of the window to the nearest part of a plot.
   const distance = (area) => {
     const at = area.getBoundingClientRect(), middle = innerHeight / 2;
     return Math.max(at.top - middle, middle - at.bottom, 0);
   };
 
-  // Plotly goes on after it returns: the next change of a plot waits for the last one.
+  // Plotly finishes a change after its call returns: the next change of the plot waits for it.
   const queue = (area, wanted, change) => {
     const next = () => (drawn.has(area) === wanted ? change() : null);
     area.last = (area.last || Promise.resolve()).then(next, next);
@@ -152,7 +152,7 @@
     areas.filter(inSight).forEach(draw);
   };
 
-  // ---- a plot's figures as a table, while it is open ----
+  // ---- the numbers of a plot as a table, while the table is open ----
   const text = (value) => (typeof value === "number" ? String(Number(value.toPrecision(4))) : String(value ?? "–"));
   const made = (tag, content, more = {}) => Object.assign(document.createElement(tag), {textContent: content}, more);
   const tabled = (area, figure) => {
@@ -176,7 +176,7 @@
     return around;
   };
 
-  // ---- what stands behind a cell: shown on hover, focus and tap, beside the cell ----
+  // ---- the hint of a cell: shown beside the cell on hover, focus and tap ----
   const tip = Object.assign(made("div", ""), {id: "tip", hidden: true});
   tip.setAttribute("role", "tooltip");
   document.body.append(tip);
@@ -202,7 +202,7 @@
     if (event.key === "Escape") hide();
     const button = event.target.closest?.(".hint");
     if (!button || !/^Arrow/.test(event.key)) return;
-    // One stop of the tab key a table; arrows move within it.
+    // The tab key stops once in a table; arrows move within it.
     const cell = button.closest("td, th"), line = cell.parentElement;
     const lines = [...line.parentElement.rows], column = cell.cellIndex;
     const sideways = [...line.querySelectorAll(".hint")], row = lines.indexOf(line);
@@ -220,12 +220,12 @@
     next.focus();
   });
 
-  // ---- a wide table, or a long line of code, scrolls inside itself, and says so ----
+  // ---- a wide table or a long line of code scrolls inside its box, and a screen reader announces it ----
   const sized = new ResizeObserver((entries) => entries.forEach(({target}) => overflow(target)));
   const overflow = (box) => {
     const wide = box.scrollWidth > box.clientWidth + 1;
     box.classList.toggle("more", wide && box.scrollLeft + box.clientWidth < box.scrollWidth - 1);
-    if (box.matches("pre")) return;  // which can be focused as it is
+    if (box.matches("pre")) return;  // code can be focused without further attributes
     if (!wide && box.scrollHeight <= box.clientHeight + 1) { box.removeAttribute("tabindex"); box.removeAttribute("role"); box.removeAttribute("aria-label"); return; }
     box.tabIndex = 0;
     box.setAttribute("role", "group");
@@ -238,7 +238,7 @@
     }
   };
 
-  // Where the clipboard is refused, the text is selected: then one key copies it.
+  // If the browser refuses the clipboard, the text is selected, so that one key copies it.
   const select = (text, status) => {
     getSelection().selectAllChildren(text);
     text.focus();
@@ -333,7 +333,7 @@
   const home = others.length ? page.cloneNode(true) : null;
   const title = document.title;
   let current = "";
-  // What several pages show is held by one of them.
+  // A part that several pages show is stored in one of them.
   const whole = (content) => {
     for (const gap of content.querySelectorAll("[data-from]")) {
       const held = others.map((one) => one.content.getElementById(gap.dataset.from)).find(Boolean);
@@ -372,7 +372,7 @@
   };
   addEventListener("hashchange", follow);
 
-  // Paper has the pictures.
+  // A printed page shows the pictures.
   addEventListener("beforeprint", () => { for (const area of drawn) { drawn.delete(area); erase(area); } });
   dark.addEventListener("change", () => {
     for (const area of drawn) queue(area, true, () => Plotly.relayout(area.stage, themed(area.given)));

@@ -1,17 +1,17 @@
 (() => {
   "use strict";
-  // Replays: a canvas that draws the exact answer and runs over it. What is drawn is a function of
-  // the time, the factor of the errors, and which layers are on.
+  // Replays: a canvas that draws the exact motion and runs over it. The picture is a function of the
+  // time, the magnification of errors and the layers that are on.
   const reduced = matchMedia("(prefers-reduced-motion: reduce)");
   const dark = matchMedia("(prefers-color-scheme: dark)");
-  const STILLS = 12;  // moments that are played where motion is to be reduced, one a second
+  const STILLS = 12;  // number of still pictures, one per second, for readers who prefer reduced motion
   const FONT = "12px system-ui, sans-serif";
   const TURN = 2 * Math.PI;
   const SUBSCRIPTS = ["₁", "₂", "₃"];
   const ATTITUDE = ["w", "x", "y", "z"].map((axis) => `attitude_${axis}`);
-  let playing = null;  // one replay at a time
+  let playing = null;  // the only replay that plays
 
-  // Third differences of whole numbers of steps.
+  // Restores values from third differences of whole numbers of steps.
   const decoded = (given, count) => {
     if (typeof given === "number") return new Float64Array(count).fill(given);
     let [first, second, steps] = [0, 0, 0];
@@ -136,7 +136,7 @@
       return times > 1 && times * Math.abs(turn) > Math.PI;
     };
 
-    // ---- where things are -------------------------------------------------------------------
+    // ---- positions --------------------------------------------------------------------------
     const laidOut = () => {
       const width = canvas.clientWidth, [left, right, bottom, top] = data.box;
       const height = Math.min(width * (top - bottom) / (right - left), 440);
@@ -245,7 +245,7 @@
       for (const {layer, state} of shown) mark(layer.role, place(state.x, state.y));
     };
 
-    // The cone: places in the platform's axes, turned with it, seen by a camera at infinity.
+    // The cone: positions in the platform's axes, turned with the platform, seen from infinity.
     const [across, upwards, towards] = shape.camera || [];
     const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
     const inWorld = ([x, y, z], at) => {
@@ -331,7 +331,7 @@
       label("S", [s[0] - 20, s[1] - 6], ink.label);
     };
 
-    // The free body: places in its own axes, turned by its attitude.
+    // The free body: positions in body axes, turned by the attitude.
     const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
     const rotated = ([w, ...u], p) => {
       const once = cross(u, p), twice = cross(u, once);
@@ -380,7 +380,7 @@
       label("P", [p[0] + 16, p[1] - 8], ink.label);
     };
 
-    // An audited model: its geoms as hulls of points, thickened by a radius; far ones first.
+    // An audited model: each geom is the hull of its points, thickened by a radius; far geoms first.
     const AXES = ["x", "y", "z", "qw", "qx", "qy", "qz"];
     const placed = ({body, points}, state) => {
       if (!body) return points;
@@ -511,7 +511,7 @@
         if (shown) shown.textContent = `, now ${apartText(layer)}${outside(layer, t) ? ": outside the picture" : ""}`;
       });
     };
-    // What a screen reader says: when something was pressed, and never while it plays.
+    // A screen reader announces a state after a click or a key, but never while the replay plays.
     let spoken = 0, reported = 0;
     const say = (word) => {
       clearTimeout(spoken);
@@ -611,7 +611,7 @@
     new ResizeObserver(() => { if (!plan || canvas.clientWidth !== plan.width) fit(); }).observe(canvas);
     dark.addEventListener("change", fit);
 
-    // It starts by itself, once, when all of it is in sight, unless motion is to be reduced.
+    // The replay starts by itself, once, when all of it is visible, unless the reader prefers reduced motion.
     let begun = reduced.matches;
     const touched = () => { begun = true; };
     for (const kind of ["pointerdown", "keydown", "focusin"]) figure.addEventListener(kind, touched);

@@ -1,7 +1,7 @@
 (() => {
   "use strict";
-  // The search of the header: scenes, methods, findings and terms, from a list that is loaded when
-  // it is wanted. "/" opens it, arrows choose, Enter goes there, Escape closes.
+  // The search in the header: scenes, methods, findings and terms, from a list that is loaded on
+  // demand. "/" opens it, arrows choose an entry, Enter follows it, Escape closes the search.
   const MOST = 12;
   const header = document.querySelector("header.search"), holder = document.getElementById("search");
   if (!header) return;
@@ -24,7 +24,7 @@
     box.setAttribute("aria-expanded", "false");
     choose(0);
   };
-  // Of names those that begin with the first word come first, then titles with it, then texts.
+  // Entries whose name begins with the first word come first, then names that contain it, then texts.
   const rank = (words, [, name]) => [plain(name).startsWith(words[0]) ? 0 : plain(name).includes(words[0]) ? 1 : 2, name.length];
   const found = (entries) => {
     const words = plain(box.value).split(/\s+/).filter(Boolean);

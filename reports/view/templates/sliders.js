@@ -1,6 +1,6 @@
 (() => {
   "use strict";
-  // Figures that answer: closed forms worked out as sliders move.
+  // Interactive figures: closed forms evaluated while sliders move.
   const TURN = 2 * Math.PI, COUNT = 240, SCAN = 1440, DEEPEST = 14;
   const NODES = [0.1834346424956498, 0.525532409916329, 0.7966664774136267, 0.9602898564975363];
   const WEIGHTS = [0.362683783378362, 0.3137066458778873, 0.2223810344533745, 0.1012285362903763];
@@ -16,7 +16,7 @@
     if (depth > DEEPEST || Math.abs(left + right - all) <= 1e-13 * Math.abs(all)) return left + right;
     return integral(f, low, middle, left, depth + 1) + integral(f, middle, high, right, depth + 1);
   };
-  // Between a place where f is not negative and one where it is.
+  // Returns a root of f between `inside`, where f is not negative, and `outside`, where f is negative.
   const root = (f, inside, outside) => {
     for (let k = 0; k < 200; k += 1) {
       const middle = (inside + outside) / 2;
@@ -26,13 +26,13 @@
     return inside;
   };
 
-  // A turn, or a swing, of a body with moment of inertia I in V = -a sin^2 - b sin - c cos.
+  // Returns one rotation or libration of a body with moment of inertia I in V = -a sin^2 - b sin - c cos.
   const swung = ({a, b, c, inertia, theta, rate}) => {
     const scale = Math.abs(a) + Math.abs(b) + Math.abs(c);
     const potential = (x) => -(a * Math.sin(x) + b) * Math.sin(x) - c * Math.cos(x);
     const slope = (x) => c * Math.sin(x) - (2 * a * Math.sin(x) + b) * Math.cos(x);
     const energy = potential(theta) + inertia * rate * rate / 2;
-    // V(x) - V(x + gap) by products, which lose no digits where the gap is small.
+    // V(x) - V(x + gap) as products, which lose no digits if the gap is small.
     const drop = (x, gap) => {
       const d = -2 * Math.sin(gap / 2), m = x + gap / 2, cosine = d * Math.cos(m);
       return c * d * Math.sin(m) - cosine * (a * (Math.sin(x) + Math.sin(x + gap)) + b);
@@ -64,7 +64,7 @@
       const from = Math.asin(Math.max(-1, Math.min(1, (theta - middle) / half)));
       start = rate < 0 ? Math.PI - from : from;
       place = (s) => middle + half * Math.sin(s);
-      // From the nearer end, which is half (1 - |sin s|) away.
+      // The speed at a distance of half (1 - |sin s|) from the nearer end.
       const size = (s) => {
         const sign = Math.sin(s) < 0 ? -1 : 1, gap = 2 * half * Math.sin((Math.PI / 2 - sign * s) / 2) ** 2;
         return rate_of(drop(sign > 0 ? high : low, -sign * gap));
@@ -81,7 +81,7 @@
     return {...points, kind: turns ? "rotation" : "libration", period: points.time[COUNT]};
   };
 
-  // A pendulum of damping rate xi under A sin(Omega t), for 50 s: Taylor series of order 20, step by step.
+  // Returns 50 s of a pendulum with damping rate xi, forced by A sin(Omega t), by Taylor series of order 20.
   const driven = (p) => {
     const ORDER = 20, LASTING = 50, STEPS = 2000, h = LASTING / STEPS, pull = p.gravity / p.length;
     const potential = (x) => -p.gravity * p.length * Math.cos(x);
@@ -121,7 +121,7 @@
     const low = Math.min(...values), high = Math.max(...values), more = 0.05 * (high - low) || Math.abs(high) / 2 || 0.5;
     return [low - more, high + more];
   };
-  // Curves as [xs, ys, dashes]; what is no number is left out.
+  // Draws curves given as [xs, ys, dashes]; points that are not finite are left out.
   const panel = (title, across, up, curves) => {
     const [x0, x1] = ends(curves.flatMap(([xs]) => xs)), [y0, y1] = ends(curves.flatMap(([, ys]) => ys));
     const x = (v) => (LEFT + (v - x0) / (x1 - x0) * (WIDE - LEFT - 10)).toFixed(1);
@@ -148,7 +148,7 @@
     return {panels, said: `${motion.kind}${period}: energy${motion.period ? "" : " at the start"} ${text(motion.energy)} ${unit}, barrier ${text(motion.barrier)} ${unit}`};
   };
 
-  // ---- the systems: what their parameters mean, and what the command needs ----
+  // ---- the systems: their parameters, their curves and the options of their commands ----
   const body = (p) => {
     const tan2 = Math.tan(p.apex_angle / 2) ** 2, mass = Math.PI / 3 * p.density * p.height ** 3 * tan2;
     const across = 0.15 * mass * p.height ** 2 * (4 + tan2), arm = 0.75 * p.height;

@@ -23,7 +23,7 @@ from plumbob.engines.adapters.mujoco.own_model.model import own_model
 from plumbob.engines.adapters.mujoco.terms import put, state_of
 from plumbob.engines.audit.allowance import Allowance
 from plumbob.engines.audit.controls import script
-from plumbob.engines.audit.gradient import TIGHT, _moved, _refined, gradients
+from plumbob.engines.audit.gradient import TIGHT, _moved, _refined, certified_gradient
 from plumbob.engines.audit.reference import certified
 from plumbob.engines.own_motion import AS_IT_STANDS, Start
 from plumbob.tests.audit.robots.robot_files import folder
@@ -114,7 +114,7 @@ def row(name):
     allowance = Allowance(BUDGET)
     motion = script(own, "sines", duration)
     reference = certified(own, motion, allowance)
-    found = gradients(own, motion, reference, len(motion.controls), allowance)
+    found = certified_gradient(own, motion, reference, len(motion.controls), allowance)
     numbers = np.flatnonzero(found.known)
     other, steps = (np.full_like(found.exact[-1], np.nan) for _ in range(2))
     for number in numbers:

@@ -371,14 +371,6 @@ class MujocoModel:
         """A state moved by positions, velocities and activations of the tangent space."""
         return shifted(self.effective, state, shift)
 
-    def product(self, script: Script) -> Array:
-        """Derivatives of positions at the ends of the periods by all of `names`, multiplied along
-        its own steps, shape (periods + 1, positions, names); raises NotCertifiable."""
-        model = copy.copy(self.effective)
-        model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_SENSOR
-        with collected():
-            return derivatives.product(model, self._begun(model), script)
-
     @property
     def activations(self) -> slice:
         """The slice of a state that holds the activations."""

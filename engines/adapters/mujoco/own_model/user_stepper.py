@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Any
 
 import mujoco
 import numpy as np
 
+from plumbob.analytic.reference import Array
 from plumbob.engines.adapters.mujoco.stepper import MujocoStepper
-from plumbob.engines.stepper import State
+from plumbob.engines.adapters.mujoco.transition import difference
+from plumbob.engines.own_motion import NotCertifiable
+from plumbob.engines.stepper import State, StepDerivatives
 
 # MuJoCo's warnings of positions, velocities and accelerations without bounds
 _BAD = slice(int(mujoco.mjtWarning.mjWARN_BADQPOS), int(mujoco.mjtWarning.mjWARN_BADQACC) + 1)
@@ -38,6 +42,7 @@ class UserStepper(MujocoStepper):
     as it is put, and is done before another is put."""
 
     alarms = _BAD
+    own_way = "transition"
 
     def __init__(self, model: Any, data: Any, start: Any, integrator: str, step: float) -> None:
         """With the mocap poses and the active constraints of the mjData `start`."""
@@ -55,3 +60,14 @@ class UserStepper(MujocoStepper):
         self.model.opt.timestep, self.model.opt.integrator = self._step, self._integrator
         super().put(state, time)
         like_start(self.data, self._start)
+
+    def own_step_derivatives(self, controls: Array) -> Iterator[StepDerivatives]:
+        """The derivatives of each step under `controls` by `mjd_transitionFD`, as that step is
+        taken; raises NotCertifiable if MuJoCo has none, or the run diverges."""
+        if self.model.opt.integrator == mujoco.mjtIntegrator.mjINT_RK4:
+            raise NotCertifiable("mjd_transitionFD refuses RK4")
+        steps = self.derivatives_of_steps(controls, difference(self.model))
+        for number, step in enumerate(steps, 1):
+            if diverged(self.data):
+                raise NotCertifiable(f"its run diverges within {number * self.step:g} s")
+            yield step
