@@ -45,7 +45,7 @@ def actuator_force(joint: Joint, actuators: Sequence[Actuator]) -> JointForce:
     limits = joint.force_range
     if len(forces) == 1 and limits is None:
         return forces[0]
-    low, high = _ends(limits)
+    low, high = ends(limits)
 
     def force(q: float, rate: float, controls: Sequence[float]) -> float:
         total = sum(exerted(q, rate, controls) for exerted in forces)
@@ -62,8 +62,8 @@ def _force(actuator: Actuator) -> JointForce:
     constant, bias_per_length, bias_per_rate = actuator.bias
     bias_per_coordinate = gear * bias_per_length
     bias_per_velocity = gear * bias_per_rate
-    low, high = _ends(actuator.force_range)
-    least, most = _ends(actuator.control_range)
+    low, high = ends(actuator.force_range)
+    least, most = ends(actuator.control_range)
 
     def force(q: float, rate: float, controls: Sequence[float]) -> float:
         clamped_control = min(max(controls[control], least), most)
@@ -74,6 +74,6 @@ def _force(actuator: Actuator) -> JointForce:
     return force
 
 
-def _ends(limits: Limits) -> tuple[float, float]:
+def ends(limits: Limits) -> tuple[float, float]:
     """The lower and the upper limit; infinite if there are none."""
     return limits or (-math.inf, math.inf)

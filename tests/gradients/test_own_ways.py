@@ -118,7 +118,7 @@ def test_a_support_that_begins_to_slip_is_slower_than_a_nudge(touching, monkeypa
             "z",
             "gravity",
             "variational",
-            "beside one degree of freedom",
+            "only with one degree of freedom",
         ),
     ],
 )

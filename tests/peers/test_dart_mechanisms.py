@@ -228,7 +228,7 @@ FEATURES = {
         PAIR.format('friction="1 0.5"'),
     ),
     "friction of p and g, 0.001 or less": (FLOOR + BALL, PAIR.format('friction="1e-3 1e-3"')),
-    "bodies of whose shapes some touch and others do not": (
+    "contact of two bodies of which only some shapes touch": (
         FLOOR
         + BALL.replace("/></body>", '/><geom name="h" size="0.2"/></body>')
         + '<body name="c"><freejoint/><geom name="q" size="0.1"/></body>',
@@ -240,7 +240,7 @@ FEATURES = {
         '<body><joint name="s" type="ball" stiffness="1"/><geom size="1"/></body>',
         "",
     ),
-    "armature of joint a that is a hinge joint, or beside constraints": (
+    "armature of joint a, beside contacts, loops, limits or dry friction": (
         HINGED.format("a", "", 'armature="1" limited="true" range="-1 1"'),
         "",
     ),

@@ -136,7 +136,7 @@ def test_coordinates_of_balls_and_free_bodies_come_back():
     velocity = np.zeros(6)  # of the centre of mass in the world, the angular velocity first
     mujoco.mj_objectVelocity(model, data, mujoco.mjtObj.mjOBJ_BODY, 1, velocity, 0)
     np.testing.assert_allclose(rates[:6], np.roll(velocity, 3), atol=1e-13)
-    back = coordinates.from_newton((places, rates), state)
+    back = coordinates.from_newton(places, rates, state)
     np.testing.assert_allclose(back.qpos, qpos, atol=1e-14)
     np.testing.assert_allclose(back.qvel, qvel, atol=1e-14)
 
@@ -180,13 +180,13 @@ FEATURES = {
         '<body name="b" gravcomp="0.5"><joint/><geom size="1"/></body>'
     ),
     ("dry friction of joint j", "featherstone"): HINGE.format('frictionloss="1"'),
-    ("spring, damper or armature, which XPBD has not, of joint j", "xpbd"): (
+    ("spring, damper or armature of joint j, which XPBD does not support", "xpbd"): (
         HINGE.format('damping="1"')
     ),
     ("joints of body b that are not slides, then hinges through one place", "mujoco"): (
         '<body name="b"><joint/><joint pos="1 0 0"/><geom size="1"/></body>'
     ),
-    ("contacts, which Featherstone's solver makes of springs", "featherstone"): FLOOR + BALL,
+    ("contacts, which are springs in Featherstone's solver", "featherstone"): FLOOR + BALL,
 }
 
 

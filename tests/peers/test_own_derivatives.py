@@ -19,7 +19,7 @@ from plumbob.tests.support.derivatives import judged_way
         (CONE, "drake/default", "pivot_y", "autodiff", ""),
         (DAMPED, "drake/default", "length", "autodiff", ""),
         (SWING, "drake/default", "gravity", "autodiff", "no parameter in a context"),
-        (CONE, "drake/rk3", "theta", "autodiff", "discrete plants alone"),
+        (CONE, "drake/rk3", "theta", "autodiff", "need a discrete plant"),
         (SWING, "mjx/euler+float64", "length", "jacfwd", ""),
         (SWING, "mjx/euler+float64", "gravity", "jacrev", ""),
     ],

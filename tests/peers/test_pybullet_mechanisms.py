@@ -178,7 +178,7 @@ FEATURES = {
         "",
     ),
     "damping of joint d, which is a free joint": (ONE.format('type="free" damping="1"'), ""),
-    "armature of joint d that is no hinge, or that other joints turn": (
+    "armature of joint d, which is no hinge or is turned by other joints": (
         '<body><joint/><geom size="1"/>' + ONE.format('armature="1"') + "</body>",
         "",
     ),

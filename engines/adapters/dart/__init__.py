@@ -1,9 +1,9 @@
-"""DART as an engine: articulated bodies in double precision, semi-implicit Euler, joints whose
-motion an acceleration actuator prescribes, loops of velocity constraints.
+"""DART as an engine: articulated bodies in double precision, stepped by semi-implicit Euler.
+Acceleration actuators prescribe the motion of joints, and velocity constraints close loops.
 
-Contacts are exact complementarity. By default friction is a box, of which the axes lie along the
-world's; the manual's NSGS solver, with its law of Coulomb and a small tolerance, has cones.
-Every module imports DART when it is called.
+Contacts are exact complementarity. By default friction is a box whose sides lie along the world's
+axes. The manual's NSGS solver has Coulomb's law, and is given a small tolerance here. DART is
+imported when a function of the other modules is called.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     from plumbob.engines.stepper import State, Stepper
 
 EULER_STEP = Scheme(EULER, "start", implicit_damping=True, implicit_spring=True)
-CAPSULES = (  # what tells contact models apart, and of plans the shortest ones
+CAPSULES = (  # scenes that distinguish contact models, and the shortest plans
     *("capsule-line/ca1", "capsule-line/heading-000", "capsule-line/heading-030"),
     *("capsule-line/heading-045", "capsule-line/frictionless", "capsule-hold/0.999"),
     *("capsule-hold/unloading", "capsule-coast", "capsule-turn/0.3", "capsule-turn/heading-*"),
@@ -48,7 +48,7 @@ METHODS = (
         "dart/default",
         EULER_STEP,
         1,
-        # two free bodies: theory reaches most of their steps
+        # The two free bodies have predicted errors at most steps.
         systems=(*CAPSULES, "capsule-train/ten", "free-body/flip", "free-body/symmetric"),
         kinds=(ONE_SMOOTH, SMOOTH, ON_PLANE),
     ),
@@ -57,17 +57,19 @@ METHODS = (
         EULER_STEP,
         1,
         settings={"tolerance": 1e-8},
-        # iterations with a heavy slider take minutes
+        # With a heavy slider, the iterations take minutes.
         systems=(*CAPSULES, "!*/heavy-slider", "rod-impact"),
     ),
 )
 
 
 def scheme(case: Case, method: Method) -> Scheme:
-    """The scheme of `method` on this case; none with a theory if bodies touch or a loop is closed.
+    """The scheme of `method` on this case. If bodies touch or a loop is closed, no theory covers
+    the scheme.
 
-    A free body turns by the exponential of the new angular velocity, as in MuJoCo; that its rates
-    are along the world's axes makes no difference to a step. A motor's force is explicit."""
+    A free body turns by the exponential of the new angular velocity, as in MuJoCo. DART has the
+    angular velocity along the world's axes, which makes no difference to a step. The force of a
+    motor is explicit."""
     system = case.system
     if constrained(case):
         return CONSTRAINED
@@ -78,8 +80,8 @@ def scheme(case: Case, method: Method) -> Scheme:
 
 
 def model_error(case: Case, method: Method, step: float) -> ModelError:
-    """Bounds on the model's error of each observable, by reason: the moment of inertia of a bob
-    that should be a point."""
+    """Bounds on the model's error of each observable, by reason. A bob has a moment of inertia
+    where a point mass has none; other systems have no model error."""
     if case.system.family != "simple_pendulum":
         return {}
     return bob_errors(case.problem.started, case.scene.duration)

@@ -1,7 +1,8 @@
-"""The DART world of a mechanism: a skeleton for each tree of bodies and one for the world's shapes.
+"""Builds the DART world of a mechanism: a skeleton for each tree of bodies, and skeletons for the
+shapes of the world.
 
-A joint of DART moves one body node. Of a body with several joints the last one moves its node, and
-each joint before it moves a node with next to no mass.
+A joint of DART moves one body node. If a body has several joints, the last joint moves the node of
+the body, and each joint before it moves a node with next to no mass.
 """
 
 from __future__ import annotations
@@ -18,6 +19,7 @@ import dartpy
 import numpy as np
 
 from plumbob.analytic.reference import Array
+from plumbob.engines.adapters.joints import TURNING, joint_name, joints_of_body
 from plumbob.engines.adapters.refusals import (
     names_of,
     refused_friction,
@@ -28,36 +30,44 @@ from plumbob.engines.mechanism import Body, Joint, Mechanism, Shape
 from plumbob.engines.method import Unsupported
 from plumbob.engines.peer_model import rotation
 
-LEAST = 1e-30  # [kg], [kg m^2] of nodes without a body: DART wants more than 0; no bit feels it
-OPEN = 1e-9  # [m], and of numbers of a rotation, by which a loop may be open at the start
-DEPTH = 1e-12  # [m] that shapes are larger: contacts are found where they overlap
-NO_FRICTION = 1e-3  # the largest coefficient of friction that DART takes as none
+# [kg], [kg m^2] mass and moments of nodes without a body: DART refuses 0, and no bit of a motion
+# depends on a value as small as this one
+LEAST = 1e-30
+# [m] largest gap of a loop at the start; for a weld also the largest difference of the entries of
+# the rotation matrices
+OPEN = 1e-9
+DEPTH = (
+    1e-12  # [m] thickness added to shapes: DART finds contacts only between overlapping shapes
+)
+NO_FRICTION = 1e-3  # largest coefficient of friction that DART takes for none
 KINDS = MappingProxyType(
     {"hinge": "Revolute", "slide": "Prismatic", "ball": "Ball", "free": "Free"}
 )
 Surface = tuple[float, float]
-"""Coefficients of friction and of restitution of a pair of shapes."""
-Home = tuple[int, int]
-"""A body, and the number of its node that carries shapes: 0 for the body's own."""
+"""The coefficients of friction and of restitution of a pair of shapes."""
+Layer = tuple[int, int]
+"""The number of a body, and the number of the node that carries some of the body's shapes: 0 for
+the node of the body itself."""
 Touching = dict[tuple[str, str], tuple[int, float]]
 """{names of two shape nodes: number of the pair of shapes, and 1, or -1 in reverse order}."""
 
 
 @dataclass(frozen=True)
 class Built:
-    """A mechanism in a DART world. Closing its loops takes a state in which they are closed."""
+    """A mechanism in a DART world. Its loops are added by `close_loops`, in a state in which they
+    are closed."""
 
     world: Any
-    skeletons: tuple[Any, ...]  # one a tree of bodies
-    nodes: tuple[Any, ...]  # one a body; None for the world
-    joints: tuple[Any, ...]  # one a joint
+    skeletons: tuple[Any, ...]  # one for each tree of bodies
+    nodes: tuple[Any, ...]  # one for each body; None for the world
+    joints: tuple[Any, ...]  # one for each joint
     touching: Touching
-    smooth: bool  # nothing acts by impulses: contacts, loops, limits, dry friction
+    smooth: bool  # whether there are no contacts, loops, limits or dry friction
 
 
 def build(mechanism: Mechanism, step: float) -> Built:
     """The world of a mechanism at a time step [s]; raises Unsupported."""
-    for feature in refused(mechanism):
+    for feature in refused_features(mechanism):
         raise Unsupported(f"feature {feature}")
     world = dartpy.simulation.World()
     world.setTimeStep(step)
@@ -66,11 +76,11 @@ def build(mechanism: Mechanism, step: float) -> Built:
     awake.mEnabled = False
     world.setDeactivationOptions(awake)
     if any(shape.kind == "capsule" for shape in mechanism.shapes):
-        # The default detector takes a capsule as a sphere.
+        # DART's default detector treats a capsule as a sphere.
         world.setCollisionDetector(dartpy.collision.OdeCollisionDetector())
-    nodes, joints = _trees(mechanism)
+    nodes, joints = _build_trees(mechanism)
     skeletons = dict.fromkeys(node.getSkeleton() for node in nodes if node is not None)
-    touching = _shapes(mechanism, world, nodes)
+    touching = _add_shapes(mechanism, world, nodes)
     for skeleton in skeletons:
         world.addSkeleton(skeleton)
     unilateral = any(map(acts_by_impulses, mechanism.joints))
@@ -78,13 +88,13 @@ def build(mechanism: Mechanism, step: float) -> Built:
     return Built(world, tuple(skeletons), nodes, joints, touching, smooth)
 
 
-def refused(mechanism: Mechanism) -> Iterator[str]:
-    """The names of features of a mechanism that DART, or this builder, cannot express."""
+def refused_features(mechanism: Mechanism) -> Iterator[str]:
+    """Names the features of a mechanism that DART, or this builder, cannot express."""
     yield from refused_parts(mechanism)
     for joint in mechanism.joints:
-        yield from _refused_of(joint, mechanism)
+        yield from _refused_features_of_joint(joint, mechanism)
     if {"capsule", "ellipsoid"} <= {shape.kind for shape in mechanism.shapes}:
-        yield "capsules beside ellipsoids: no collision detector has both"
+        yield "capsules with ellipsoids: no collision detector has both"
     yield from refused_shapes(mechanism)
     for touch in mechanism.touching:
         names = names_of(mechanism, touch)
@@ -94,127 +104,146 @@ def refused(mechanism: Mechanism) -> Iterator[str]:
 
 
 def acts_by_impulses(joint: Joint) -> bool:
-    """Whether a joint has limits or dry friction, which DART's solver of constraints works out."""
+    """Whether a joint has limits or dry friction, which DART's constraint solver turns into
+    impulses."""
     return joint.limits is not None or bool(np.any(joint.friction_loss))
 
 
-def _refused_of(joint: Joint, mechanism: Mechanism) -> Iterator[str]:
-    """The names of features of a joint that are not expressed."""
-    name = joint.name or f"of body {mechanism.bodies[joint.body].name}"
-    turning = joint.kind in ("ball", "free")
+def _refused_features_of_joint(joint: Joint, mechanism: Mechanism) -> Iterator[str]:
+    """Names the features of a joint that DART, or this builder, cannot express."""
+    name = joint_name(mechanism, joint)
+    turning = joint.kind in TURNING
     unilateral = acts_by_impulses(joint)
     if turning and (joint.stiffness or unilateral):
         yield f"spring, limit or dry friction of joint {name}, which is a {joint.kind} joint"
-    # Impulses of DART's constraints leave out dampers, by which an armature is made.
+    # An armature is expressed by a damper, and the impulses of DART's constraints ignore dampers.
     impulses = bool(mechanism.loops or mechanism.touching) or unilateral
-    if np.any(joint.armature) and (turning or impulses):
-        yield f"armature of joint {name} that is a {joint.kind} joint, or beside constraints"
+    if np.any(joint.armature) and turning:
+        yield f"armature of joint {name}, which is a {joint.kind} joint"
+    elif np.any(joint.armature) and impulses:
+        yield f"armature of joint {name}, beside contacts, loops, limits or dry friction"
 
 
-def _trees(mechanism: Mechanism) -> tuple[tuple[Any, ...], tuple[Any, ...]]:
-    """The node of each body, None for the world, and DART's joint of each joint."""
+def _build_trees(mechanism: Mechanism) -> tuple[tuple[Any, ...], tuple[Any, ...]]:
+    """Builds the skeletons of a mechanism. Returns DART's node for each body, None for the world,
+    and DART's joint for each joint."""
     nodes: list[Any] = [None]
     joints: dict[int, Any] = {}
     for number, body in enumerate(mechanism.bodies[1:], start=1):
-        own = [i for i, joint in enumerate(mechanism.joints) if joint.body == number]
-        above = nodes[body.parent]
-        skeleton = (
-            above.getSkeleton() if above is not None else dartpy.dynamics.Skeleton(str(number))
-        )
-        for i in own:
-            first = above is nodes[body.parent]
-            joints[i], above = _jointed(mechanism.joints[i], body, skeleton, above, first)
-            above.setInertia(_inertia(LEAST, np.zeros(3), LEAST * np.eye(3)))
-        if not own:
-            weld, above = _paired(skeleton, "Weld", above)
-            weld.setTransformFromParentBodyNode(placed(body.place, body.attitude))
-        above.setInertia(_inertia(body.mass, body.centre, body.inertia))
-        above.setGravityMode(not body.carried)
-        nodes.append(above)
+        parent = nodes[body.parent]
+        new_tree = parent is None
+        skeleton = dartpy.dynamics.Skeleton(str(number)) if new_tree else parent.getSkeleton()
+        node = parent
+        joint_numbers = joints_of_body(mechanism, number)
+        for i in joint_numbers:
+            first = i == joint_numbers[0]
+            joints[i], node = _add_joint(mechanism.joints[i], body, skeleton, node, first)
+            node.setInertia(_tiny_inertia())
+        if not joint_numbers:
+            weld, node = _add_node(skeleton, "Weld", parent)
+            weld.setTransformFromParentBodyNode(transform(body.place, body.attitude))
+        node.setInertia(_inertia(body.mass, body.centre, body.inertia))
+        node.setGravityMode(not body.carried)
+        nodes.append(node)
     return tuple(nodes), tuple(joints[i] for i in range(len(mechanism.joints)))
 
 
-def _paired(skeleton: Any, kind: str, above: Any) -> tuple[Any, Any]:
-    """A joint of a kind and the node that it moves, on the node `above` or on the world."""
-    make = getattr(skeleton, f"create{kind}JointAndBodyNodePair")
-    joint, node = make() if above is None else make(above)
+def _add_node(skeleton: Any, kind: str, above: Any) -> tuple[Any, Any]:
+    """Adds a joint of a kind, and the node that the joint moves, to a skeleton. The joint connects
+    the node to the node `above`, or to the world if that is None."""
+    create = getattr(skeleton, f"create{kind}JointAndBodyNodePair")
+    joint, node = create() if above is None else create(above)
     return joint, node
 
 
 def _inertia(mass: float, centre: Array, moments: Array) -> Any:
+    """DART's inertia of a mass [kg], a centre [m] and moments [kg m^2] about the centre."""
     return dartpy.dynamics.Inertia(max(mass, LEAST), centre, moments)
 
 
-def placed(place: Array, attitude: Array | None = None) -> Any:
-    """A transform of DART: a place [m], and an attitude, a quaternion, or none."""
-    transform = dartpy.math.Isometry3()
-    transform.set_translation(place)
+def _tiny_inertia() -> Any:
+    """DART's inertia of a node without a body."""
+    return _inertia(LEAST, np.zeros(3), LEAST * np.eye(3))
+
+
+def transform(place: Array, attitude: Array | None = None) -> Any:
+    """DART's transform to a place [m], with an attitude, a quaternion, or without a rotation."""
+    isometry = dartpy.math.Isometry3()
+    isometry.set_translation(place)
     if attitude is not None:
-        transform.set_rotation(rotation(attitude))
-    return transform
+        isometry.set_rotation(rotation(attitude))
+    return isometry
 
 
-def _jointed(
+def _add_joint(
     joint: Joint, body: Body, skeleton: Any, above: Any, first: bool
 ) -> tuple[Any, Any]:
-    """DART's joint and the node that it moves; the first of the joints of a body also has the
-    body's place in its parent."""
-    made, node = _paired(skeleton, KINDS[joint.kind], above)
+    """Adds a joint of a body; returns DART's joint, and the node that it moves. If the joint is the
+    first of its body, its frame in the parent includes the place and the attitude of the body."""
+    dart_joint, node = _add_node(skeleton, KINDS[joint.kind], above)
     for degree, damping in enumerate(joint.damping.tolist()):
-        made.setDampingCoefficient(degree, damping)
-    if joint.kind == "free":  # its coordinates are those of its frame in the world
-        return made, node
-    place = joint.place
+        dart_joint.setDampingCoefficient(degree, damping)
+    if joint.kind == "free":  # the coordinates of the joint are those of the body in the world
+        return dart_joint, node
+    frame_in_parent = transform(joint.place)
     if first:
         place = body.place + rotation(body.attitude) @ joint.place
-    made.setTransformFromParentBodyNode(placed(place, body.attitude if first else None))
-    made.setTransformFromChildBodyNode(placed(joint.place))
+        frame_in_parent = transform(place, body.attitude)
+    dart_joint.setTransformFromParentBodyNode(frame_in_parent)
+    dart_joint.setTransformFromChildBodyNode(transform(joint.place))
     if joint.kind == "ball":
-        return made, node
-    made.setAxis(joint.axis)
-    drawn = float(joint.reference[0])  # DART's coordinate is 0 in the drawing
-    made.setSpringStiffness(0, joint.stiffness)
-    made.setRestPosition(0, float(joint.rest[0]) - drawn)
-    made.setCoulombFriction(0, float(joint.friction_loss[0]))
+        return dart_joint, node
+    dart_joint.setAxis(joint.axis)
+    reference = float(joint.reference[0])  # DART's coordinate is 0 in the drawing
+    dart_joint.setSpringStiffness(0, joint.stiffness)
+    dart_joint.setRestPosition(0, float(joint.rest[0]) - reference)
+    dart_joint.setCoulombFriction(0, float(joint.friction_loss[0]))
     if joint.limits is not None:
-        made.setPositionLowerLimit(0, joint.limits[0] - drawn)
-        made.setPositionUpperLimit(0, joint.limits[1] - drawn)
-        made.setLimitEnforcement(True)
+        dart_joint.setPositionLowerLimit(0, joint.limits[0] - reference)
+        dart_joint.setPositionUpperLimit(0, joint.limits[1] - reference)
+        dart_joint.setLimitEnforcement(True)
     if joint.velocity is not None:
-        made.setActuatorType(dartpy.dynamics.ActuatorType.ACCELERATION)
-    return made, node
+        dart_joint.setActuatorType(dartpy.dynamics.ActuatorType.ACCELERATION)
+    return dart_joint, node
 
 
 def close_loops(mechanism: Mechanism, built: Built) -> None:
-    """Close the loops of a mechanism, in the state that the world is in; raises Unsupported if a
-    loop is open there."""
+    """Adds constraints that close the loops of a mechanism. Raises Unsupported if a loop is open in
+    the present state of the world."""
     for loop in mechanism.loops:
-        nodes = [built.nodes[i] for i in loop.bodies]
-        frames = [placed(np.zeros(3)) if x is None else x.getWorldTransform() for x in nodes]
-        points = [x.multiply(at) for x, at in zip(frames, loop.places, strict=True)]
+        nodes = [built.nodes[body] for body in loop.bodies]
+        frames = [
+            transform(np.zeros(3)) if node is None else node.getWorldTransform()
+            for node in nodes
+        ]
+        points = [
+            frame.multiply(place) for frame, place in zip(frames, loop.places, strict=True)
+        ]
         gap = np.abs(points[0] - points[1]).max()
         if loop.kind == "weld":
             first, second = (frame.rotation() for frame in frames)
             gap = max(gap, np.abs(first @ rotation(loop.attitude) - second).max())
         if gap > OPEN:
             raise Unsupported(f"feature loop {loop.name}, which is open at the start")
-        moved = [node for node in nodes if node is not None]
+        moving_nodes = [node for node in nodes if node is not None]
         if loop.kind == "connect":
-            made = dartpy.constraint.BallJointConstraint(*moved, points[0])
+            constraint = dartpy.constraint.BallJointConstraint(*moving_nodes, points[0])
         else:
-            made = dartpy.constraint.WeldJointConstraint(*moved)
-        built.world.getConstraintSolver().addConstraint(made)
+            constraint = dartpy.constraint.WeldJointConstraint(*moving_nodes)
+        built.world.getConstraintSolver().addConstraint(constraint)
 
 
-def _shapes(mechanism: Mechanism, world: Any, nodes: Sequence[Any]) -> Touching:
-    """Give the nodes their shapes, of which the listed pairs alone collide; raises Unsupported.
+def _add_shapes(mechanism: Mechanism, world: Any, nodes: Sequence[Any]) -> Touching:
+    """Adds the shapes of a mechanism to the nodes, and lets only the pairs in `mechanism.touching`
+    collide; raises Unsupported.
 
-    A shape of DART has one coefficient of friction, and a pair the smaller of two. A shape with
-    several has a copy for each, on a node of its own that is welded to the body's.
+    A shape of DART has one coefficient of friction, and a pair of shapes has the smaller of its two
+    coefficients. If a shape has several coefficients, there is a copy of the shape for each, on a
+    node that is welded to the node of the body.
     """
-    surfaces = defaultdict[int, list[Surface]](list)
-    carriers = dict[Home, Any]()
-    homes = dict[str, Home]()
+    surfaces = defaultdict[int, list[Surface]](list)  # surfaces of the copies of each shape
+    carriers = dict[Layer, Any]()
+    layers = dict[str, Layer]()  # layer of each shape node, by the name of the node
     touching: Touching = {}
     for number, touch in enumerate(mechanism.touching):
         surface = (touch.sliding[0], touch.restitution)
@@ -223,45 +252,51 @@ def _shapes(mechanism: Mechanism, world: Any, nodes: Sequence[Any]) -> Touching:
             shape = mechanism.shapes[i]
             if surface not in surfaces[i]:
                 surfaces[i].append(surface)
-            home = (shape.body, surfaces[i].index(surface))
-            names.append(f"{i} {home[1]}")
-            if home not in carriers:
-                carriers[home] = _carrier(world, nodes[shape.body], home[1])
-            if names[-1] not in homes:
-                homes[names[-1]] = home
-                _add_shape(carriers[home], shape, names[-1], surface)
+            copy = surfaces[i].index(surface)
+            layer = (shape.body, copy)
+            name = f"{i} {copy}"
+            names.append(name)
+            if layer not in carriers:
+                carriers[layer] = _carrier(world, nodes[shape.body], copy)
+            if name not in layers:
+                layers[name] = layer
+                _add_shape(carriers[layer], shape, name, surface)
         touching[names[0], names[1]] = (number, 1.0)
         touching[names[1], names[0]] = (number, -1.0)
-    _keep_apart(world, carriers, homes, touching)
+    _filter_collisions(world, carriers, layers, touching)
     return touching
 
 
 def _carrier(world: Any, node: Any, layer: int) -> Any:
-    """The node that carries shapes of a body: the body's own, or one that is welded to it."""
+    """The node that carries the shapes of a layer of a body. For layer 0 it is the `node` of the
+    body; for other layers, a new node that is welded to it. A body whose `node` is None is the
+    world: each of its layers is a new skeleton."""
     if node is None:
         skeleton = dartpy.dynamics.Skeleton(f"world {layer}")
-        carrier = _paired(skeleton, "Weld", None)[1]
+        _, carrier = _add_node(skeleton, "Weld", None)
         world.addSkeleton(skeleton)
         return carrier
     if layer == 0:
         return node
-    carrier = _paired(node.getSkeleton(), "Weld", node)[1]
-    carrier.setInertia(_inertia(LEAST, np.zeros(3), LEAST * np.eye(3)))
+    _, carrier = _add_node(node.getSkeleton(), "Weld", node)
+    carrier.setInertia(_tiny_inertia())
     return carrier
 
 
 def _add_shape(node: Any, shape: Shape, name: str, surface: Surface) -> None:
-    """Add a shape with its coefficients to a node."""
-    made = node.createShapeNode(_made(shape), name)
-    made.setRelativeTransform(placed(shape.place, shape.attitude))
-    made.createCollisionAspect()
-    aspect = made.createDynamicsAspect()
-    aspect.setFrictionCoeff(surface[0])
-    aspect.setRestitutionCoeff(math.sqrt(surface[1]))  # a pair has the product
+    """Adds a shape with its coefficients to a node."""
+    friction, restitution = surface
+    shape_node = node.createShapeNode(_collision_shape(shape), name)
+    shape_node.setRelativeTransform(transform(shape.place, shape.attitude))
+    shape_node.createCollisionAspect()
+    aspect = shape_node.createDynamicsAspect()
+    aspect.setFrictionCoeff(friction)
+    # DART gives a pair of shapes the product of their coefficients of restitution.
+    aspect.setRestitutionCoeff(math.sqrt(restitution))
 
 
-def _made(shape: Shape) -> Any:
-    """DART's shape, larger by DEPTH on all sides but a plane's."""
+def _collision_shape(shape: Shape) -> Any:
+    """DART's collision shape. It is thicker by DEPTH on all sides, unless it is a plane."""
     sizes = (shape.size + DEPTH).tolist()
     match shape.kind:
         case "plane":
@@ -277,22 +312,25 @@ def _made(shape: Shape) -> Any:
     return dartpy.dynamics.EllipsoidShape([2.0 * half for half in sizes])
 
 
-def _keep_apart(
-    world: Any, carriers: Mapping[Home, Any], homes: Mapping[str, Home], touching: Touching
+def _filter_collisions(
+    world: Any, carriers: Mapping[Layer, Any], layers: Mapping[str, Layer], touching: Touching
 ) -> None:
-    """Let no shapes collide but the pairs that can touch. DART filters pairs of nodes, not of
-    shapes: raises Unsupported if of two nodes some shapes touch and others do not."""
-    together = {frozenset((homes[one], homes[other])) for one, other in touching}
-    on = {home: [name for name in homes if homes[name] == home] for home in carriers}
-    chosen = world.getConstraintSolver().getCollisionOption()
-    for one, other in combinations(carriers, 2):
-        nodes = (carriers[one], carriers[other])
-        if frozenset((one, other)) not in together:
-            chosen.collisionFilter.addBodyNodePairToBlackList(*nodes)
+    """Lets only the pairs of shapes collide that can touch. DART filters pairs of nodes, and not
+    pairs of shapes: raises Unsupported if some shapes of two nodes can touch and others cannot."""
+    touching_layers = {frozenset((layers[one], layers[other])) for one, other in touching}
+    shape_names = defaultdict[Layer, list[str]](list)
+    for name, layer in layers.items():
+        shape_names[layer].append(name)
+    collision_filter = world.getConstraintSolver().getCollisionOption().collisionFilter
+    for first, second in combinations(carriers, 2):
+        node, other_node = carriers[first], carriers[second]
+        if frozenset((first, second)) not in touching_layers:
+            collision_filter.addBodyNodePairToBlackList(node, other_node)
             continue
-        if any(pair not in touching for pair in product(on[one], on[other])):
-            raise Unsupported("feature bodies of whose shapes some touch and others do not")
-        skeleton = nodes[0].getSkeleton()
-        if skeleton.getName() == nodes[1].getSkeleton().getName():
+        pairs = product(shape_names[first], shape_names[second])
+        if any(pair not in touching for pair in pairs):
+            raise Unsupported("feature contact of two bodies of which only some shapes touch")
+        skeleton = node.getSkeleton()
+        if skeleton.getName() == other_node.getSkeleton().getName():
             skeleton.enableSelfCollisionCheck()
             skeleton.enableAdjacentBodyCheck()

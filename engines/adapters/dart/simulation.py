@@ -1,4 +1,4 @@
-"""Scenes in DART."""
+"""Simulations of scenes in DART."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from plumbob.models.scene import Case
 
 
 def prepare(case: Case, method: Method, step: float) -> Simulation:
-    """Build `case` for `method` at `step` [s]; raises Unsupported and ParameterError."""
+    """The simulation of a case by a method at `step` [s]; raises Unsupported and ParameterError."""
 
     tolerance = method.settings.get("tolerance")
 
@@ -31,19 +31,19 @@ def prepare(case: Case, method: Method, step: float) -> Simulation:
 
 
 class DartSimulation(SteppedSimulation):
-    """A scene in DART. It drops what DART prints, which is several lines a step once numbers are no
-    longer finite."""
+    """A scene in DART. Lines that DART prints are dropped: there are several lines a step once
+    numbers are no longer finite."""
 
     def run(self) -> Trajectory:
-        """Run from the start to the end, or until the run diverges."""
+        """Runs from the start to the end, or until the run diverges."""
         with captured():
             return super().run()
 
 
 def nsgs(tolerance: float) -> Any:
-    """A solver of contacts with the exact law of friction."""
+    """DART's NSGS solver of contacts, which has Coulomb's law of friction, at a tolerance."""
     solver = dartpy.constraint.NsgsFrictionSolver()
-    chosen = solver.getOptions()
-    chosen.tolerance = tolerance
-    solver.setOptions(chosen)
+    options = solver.getOptions()
+    options.tolerance = tolerance
+    solver.setOptions(options)
     return solver

@@ -1,8 +1,8 @@
-"""A mechanism in DART, stepped from any state.
+"""A mechanism as DART steps it.
 
-DART's step is semi-implicit Euler with springs and dampers of joints implicit. A rotation is a
-rotation vector; its update is the exponential of the new angular velocity, which below 1 mrad a
-step is 1/6 of the angle's cube too large.
+DART's step is semi-implicit Euler, with implicit springs and dampers of joints. A rotation is a
+rotation vector, updated by the exponential of the new angular velocity. If a step turns by less
+than 1 mrad, DART's exponential is too large by a sixth of the cube of the angle.
 """
 
 from __future__ import annotations
@@ -16,46 +16,46 @@ import numpy as np
 
 from plumbob.analytic.reference import Array
 from plumbob.engines.adapters.dart.builder import Built, build, close_loops
+from plumbob.engines.adapters.joints import TURNING, joint_places, nearer_attitude
 from plumbob.engines.joint_forces import (
     JointForce,
     actuator_force,
     actuators_of,
     idle_controls,
 )
-from plumbob.engines.mechanism import Mechanism
+from plumbob.engines.mechanism import Joint, Mechanism
 from plumbob.engines.peer_model import rotation
 from plumbob.engines.stepper import Forces, State
 from plumbob.engines.tangent_space import exponential, logarithm
 
-TURNING = ("ball", "free")  # kinds of joint with an attitude, a quaternion
-FASTEST = 1e150  # [rad/s] or [m/s]: squares of larger rates are not finite
+FASTEST = 1e150  # [rad/s] or [m/s] rate above which squares of rates are not finite
 
 
 @dataclass(frozen=True)
 class Motor:
     """The actuators and the armature of a joint with one degree of freedom."""
 
-    joint: Any  # DART's
-    exerted: JointForce  # by the actuators
-    drawn: float  # the coordinate in the drawing, where DART's is 0 [rad] or [m]
-    rotor: float  # armature over the step [N m s/rad] or [N s/m]
-    alone: bool  # whether a force may act where all controls are 0
+    joint: Any  # DART's joint
+    exerted: JointForce  # force of the actuators
+    reference: float  # coordinate in the drawing [rad] or [m]: DART's coordinate is 0 there
+    rotor: float  # armature divided by the step [N m s/rad] or [N s/m]
+    alone: bool  # whether a force may act while all controls are 0
 
     def force(self, controls: Sequence[float]) -> float:
-        """The force as a step begins [N m] or [N]. DART has no armature: a damper of armature/step,
-        implicit in DART's step, and the same damper's force at the velocity before the step are
-        one."""
-        place: float = 0.0
-        rate: float = 0.0
+        """The force at the start of a step [N m] or [N]. DART has no armature. Two terms together
+        act as one: a damper of armature/step, which is implicit in DART's step, and the opposite
+        force of that damper at the velocity before the step, which is added here."""
+        coordinate = 0.0
+        rate = 0.0
         if self.alone:
-            place = self.joint.getPosition(0) + self.drawn
+            coordinate = self.joint.getPosition(0) + self.reference
             rate = self.joint.getVelocity(0)
-        return self.exerted(place, rate, controls) + self.rotor * rate
+        return self.exerted(coordinate, rate, controls) + self.rotor * rate
 
 
 class DartStepper:
-    """A mechanism in a DART world; `solver` makes DART's object that solves for contacts, or is
-    None for the default."""
+    """A mechanism in a DART world, which takes steps of `step` [s] from any state. `solver` returns
+    DART's object that solves for contacts; if `solver` is None, DART's default solver is used."""
 
     def __init__(
         self,
@@ -69,95 +69,110 @@ class DartStepper:
         self._pairs = len(mechanism.touching)
         self._joints = tuple(zip(mechanism.joints, self.built.joints, strict=True))
         self.motors = tuple(_motors(mechanism, self.built, step))
-        self._driven = [
-            (made, joint.velocity) for joint, made in self._joints if joint.velocity is not None
+        self._places = tuple(joint_places(mechanism.joints))
+        self._prescribed = [
+            (dart_joint, joint.velocity)
+            for joint, dart_joint in self._joints
+            if joint.velocity is not None
         ]
         self._idle = idle_controls(mechanism)
-        self._attitudes = dict[int, Array]()
-        self._begun, self._taken = 0.0, 0
+        self._attitudes = dict[int, Array]()  # latest quaternion of each joint that has one
+        self._start_time = 0.0  # [s]
+        self._steps_taken = 0
         self._before = list[Array]()  # positions of the skeletons before the last step
         self._solver = solver
-        self.put(start)  # DART closes loops as they stand
+        # DART's constraints keep the distances that they find when they are added.
+        self.put(start)
         close_loops(mechanism, self.built)
 
     def put(self, state: State, time: float = 0.0) -> None:
-        """Set the state, at a time [s]."""
-        self._begun, self._taken = time, 0
+        """Sets the state, at a time [s]."""
+        self._start_time = time
+        self._steps_taken = 0
         self.built.world.reset()
-        if self._solver is not None:  # an old one begins with the impulses of its last step
+        if self._solver is not None:  # a solver starts from the impulses of its last step
             solver = self._solver()
             self.built.world.getConstraintSolver().setBoxedLcpSolver(solver)
-        first = degree = 0
-        for number, (joint, made) in enumerate(self._joints):
-            q = state.qpos[first : first + len(joint.reference)]
-            v = state.qvel[degree : degree + len(joint.damping)]
-            first, degree = first + len(q), degree + len(v)
+        for number, (joint, dart_joint) in enumerate(self._joints):
+            place, place_of_rates = self._places[number]
+            position = state.qpos[place]
+            rates = state.qvel[place_of_rates]
             if joint.kind in TURNING:
-                self._attitudes[number] = q[-4:].copy()
-                turned = logarithm(q[-4:])
-                if joint.kind == "free":  # DART's rates are along the world's axes, turn first
-                    v = np.concatenate([rotation(q[-4:]) @ v[3:], v[:3]])
-                made.setPositions(np.concatenate([turned, q[:-4]]))
+                self._attitudes[number] = position[-4:].copy()
+                dart_position, rates = _to_dart(joint, position, rates)
             else:
-                made.setPositions(q - joint.reference)
-            made.setVelocities(v)
+                dart_position = position - joint.reference
+            dart_joint.setPositions(dart_position)
+            dart_joint.setVelocities(rates)
 
     def state(self) -> State:
-        """The state now; a quaternion has the sign that is nearer to the last one.
+        """The present state. The sign of a quaternion is the sign that is nearer to the quaternion
+        that was put or read last.
 
-        DART sets accelerations that are not finite to zero, and goes on: if a rate has become so
-        large that its square is not finite, all numbers of the state are nan."""
-        places, rates = list[Array](), list[Array]()
-        for number, (joint, made) in enumerate(self._joints):
-            q, v = made.getPositions(), made.getVelocities()
+        DART sets accelerations that are not finite to zero, and continues. If a rate is so large
+        that its square is not finite, all numbers of the state are therefore nan."""
+        positions = list[Array]()
+        velocities = list[Array]()
+        for number, (joint, dart_joint) in enumerate(self._joints):
+            dart_position = dart_joint.getPositions()
+            rates = dart_joint.getVelocities()
             if joint.kind in TURNING:
-                attitude = exponential(q[:3])
-                if attitude @ self._attitudes[number] < 0.0:
-                    attitude = -attitude
+                turned = exponential(dart_position[:3])
+                attitude = nearer_attitude(turned, self._attitudes[number])
                 self._attitudes[number] = attitude
-                places += [q[3:], attitude]
-                rates.append(v[3:])
-                turn = rotation(attitude).T @ v[:3] if joint.kind == "free" else v[:3]
-                rates.append(turn)
+                positions += [dart_position[3:], attitude]
+                spin = rates[:3]
+                if joint.kind == "free":
+                    spin = rotation(attitude).T @ spin
+                velocities += [rates[3:], spin]
             else:
-                places.append(q + joint.reference)
-                rates.append(v)
-        qpos, qvel = np.concatenate(places), np.concatenate(rates)
-        lost = np.abs(qvel).max() > FASTEST
-        return State(math.nan * qpos, math.nan * qvel) if lost else State(qpos, qvel)
+                positions.append(dart_position + joint.reference)
+                velocities.append(rates)
+        qpos = np.concatenate(positions)
+        qvel = np.concatenate(velocities)
+        diverged = np.abs(qvel).max() > FASTEST
+        return State(math.nan * qpos, math.nan * qvel) if diverged else State(qpos, qvel)
 
     def advance(self, controls: Array | None, steps: int) -> None:
-        """Take `steps` steps under controls, shape (steps, controls)."""
-        numbers = np.arange(self._taken, self._taken + steps + 1, dtype=np.float64)
-        times = self._begun + self.step * numbers
-        moved = [np.diff(velocity(times)) / self.step for _, velocity in self._driven]
-        # with a step's mean acceleration the velocity is right at every grid time
-        moves = np.array(moved).reshape(len(moved), steps).T.tolist()
-        drive = [made.setCommand for made, _ in self._driven]
+        """Takes `steps` steps under controls, shape (steps, controls), or with controls that are
+        zero."""
+        accelerations = self._prescribed_accelerations(steps)
+        commands = [dart_joint.setCommand for dart_joint, _ in self._prescribed]
         rows = [self._idle] * steps if controls is None else controls.tolist()
-        motors = [x for x in self.motors if controls is not None or x.alone]
-        move = self.built.world.step
-        for number, (row, accelerations) in enumerate(zip(rows, moves, strict=True)):
-            for command, acceleration in zip(drive, accelerations, strict=True):
+        motors = [motor for motor in self.motors if controls is not None or motor.alone]
+        take_step = self.built.world.step
+        for number, (row, prescribed) in enumerate(zip(rows, accelerations, strict=True)):
+            for command, acceleration in zip(commands, prescribed, strict=True):
                 command(0, acceleration)
             for motor in motors:
                 motor.joint.setCommand(0, motor.force(row))
             if number == steps - 1:
                 self._before = [skeleton.getPositions() for skeleton in self.built.skeletons]
-            move()
-        self._taken += steps
+            take_step()
+        self._steps_taken += steps
+
+    def _prescribed_accelerations(self, steps: int) -> list[list[float]]:
+        """For each of the next steps, the accelerations of the joints whose motion is
+        prescribed."""
+        numbers = np.arange(self._steps_taken, self._steps_taken + steps + 1, dtype=np.float64)
+        times = self._start_time + self.step * numbers
+        # With the mean acceleration of a step, the velocity is exact at the end of the step.
+        columns = [np.diff(velocity(times)) / self.step for _, velocity in self._prescribed]
+        rows: list[list[float]] = np.array(columns).reshape(len(columns), steps).T.tolist()
+        return rows
 
     def forces(self) -> Forces:
-        """The forces of the last step. Those that DART tells of joints lack what contacts, loops,
-        limits and dry friction add; where there are such parts they are nan."""
+        """The forces of the last step. DART's forces of joints lack the contributions of contacts,
+        loops, limits and dry friction: if the mechanism has such parts, the forces of joints are
+        nan."""
         joints = np.full((len(self._joints), 3), math.nan)
         touching = np.full((self._pairs, 3), math.nan)
-        if not self._taken:
+        if not self._steps_taken:
             return Forces(joints, touching)
         touching[:] = 0.0
         for contact in self.built.world.getLastCollisionResult().getContacts():
             shapes = (contact.collisionObject1, contact.collisionObject2)
-            first, second = (x.getShapeFrame().asShapeNode().getName() for x in shapes)
+            first, second = (shape.getShapeFrame().asShapeNode().getName() for shape in shapes)
             # DART's force acts on the first object.
             number, sign = self.built.touching[second, first]
             touching[number] += sign * contact.force.ravel()
@@ -166,29 +181,45 @@ class DartStepper:
         return Forces(joints, touching)
 
     def _reactions(self) -> list[Array]:
-        """Forces of joints on the bodies that they move. DART has them along the axes of a node as
-        the step began, with the sign of the other body's."""
-        made = self.built.joints
-        forces = [joint.getWrenchToChildBodyNode().ravel()[3:] for joint in made]
-        now = [skeleton.getPositions() for skeleton in self.built.skeletons]
-        self._place(self._before)
-        turns = [joint.getChildBodyNode().getWorldTransform().rotation() for joint in made]
-        self._place(now)
+        """The force of each joint on the body that it moves [N], along the world's axes. DART gives
+        the force on the parent, along the axes that the node had at the start of the step."""
+        joints = self.built.joints
+        forces = [joint.getWrenchToChildBodyNode().ravel()[3:] for joint in joints]
+        present = [skeleton.getPositions() for skeleton in self.built.skeletons]
+        self._set_positions(self._before)
+        turns = [joint.getChildBodyNode().getWorldTransform().rotation() for joint in joints]
+        self._set_positions(present)
         return [-turn @ force for turn, force in zip(turns, forces, strict=True)]
 
-    def _place(self, positions: Sequence[Array]) -> None:
-        """Set the positions of the skeletons."""
+    def _set_positions(self, positions: Sequence[Array]) -> None:
+        """Sets the positions of the skeletons."""
         for skeleton, values in zip(self.built.skeletons, positions, strict=True):
             skeleton.setPositions(values)
 
 
+def _to_dart(joint: Joint, position: Array, rates: Array) -> tuple[Array, Array]:
+    """DART's coordinates and rates of a ball or a free joint, from MuJoCo's."""
+    attitude = position[-4:]
+    if joint.kind == "free":
+        # DART has the angular velocity first, along the world's axes.
+        rates = np.concatenate([rotation(attitude) @ rates[3:], rates[:3]])
+    return np.concatenate([logarithm(attitude), position[:-4]]), rates
+
+
 def _motors(mechanism: Mechanism, built: Built, step: float) -> Iterator[Motor]:
-    """The joints that actuators or an armature act on."""
-    for number, (joint, made) in enumerate(zip(mechanism.joints, built.joints, strict=True)):
+    """The motor of each joint that has actuators or an armature. Adds the damper of the armature to
+    DART's joint."""
+    joints = zip(mechanism.joints, built.joints, strict=True)
+    for number, (joint, dart_joint) in enumerate(joints):
         actuators = actuators_of(mechanism, number)
         rotor = float(joint.armature[0]) / step
         if actuators or rotor:
-            made.setDampingCoefficient(0, float(joint.damping[0]) + rotor)
-            alone = bool(rotor) or any(any(actuator.bias) for actuator in actuators)
-            drawn = float(joint.reference[0])
-            yield Motor(made, actuator_force(joint, actuators), drawn, rotor, alone)
+            dart_joint.setDampingCoefficient(0, float(joint.damping[0]) + rotor)
+            biased = any(any(actuator.bias) for actuator in actuators)
+            yield Motor(
+                joint=dart_joint,
+                exerted=actuator_force(joint, actuators),
+                reference=float(joint.reference[0]),
+                rotor=rotor,
+                alone=bool(rotor) or biased,
+            )

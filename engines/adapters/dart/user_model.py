@@ -1,4 +1,4 @@
-"""Model files of users in DART: what its importer reads of them, and runs of it."""
+"""A user's model file in DART: the numbers that DART reads from it, and runs of its model."""
 
 from __future__ import annotations
 
@@ -20,17 +20,17 @@ from plumbob.engines.peer_model import (
 )
 from plumbob.models.border import border
 
-OF_WORLD = "__geom_skel__"  # begins the name of a skeleton that is a geom of the world
+WORLD_GEOM = "__geom_skel__"  # prefix of the names of skeletons that are geoms of the world
 
 
 def _read(path: Path) -> Any:
-    """The world of a file; raises RefusedFile."""
+    """The world that DART makes of a file; raises RefusedFile, and NotRead if DART makes none."""
     import dartpy
 
     with border(RefusedFile):
         world = dartpy.utils.MjcfParser.readWorld(str(path.resolve()))
     if world is None:
-        raise NotRead("no world is made of it")
+        raise NotRead("DART makes no world of it")
     return world
 
 
@@ -41,14 +41,15 @@ def model_fields(path: Path) -> Fields:
     yield "timestep", "", world.getTimeStep()
     for skeleton in map(world.getSkeleton, range(world.getNumSkeletons())):
         for body in map(skeleton.getBodyNode, range(skeleton.getNumBodyNodes())):
-            if not skeleton.getName().startswith(OF_WORLD):
+            if not skeleton.getName().startswith(WORLD_GEOM):
                 moments = np.linalg.eigvalsh(body.getInertia().getMoment())
                 yield "mass", body.getName(), body.getMass()
                 yield "inertia", body.getName(), moments
             for shape in map(body.getShapeNode, range(body.getNumShapeNodes())):
                 if shape.hasDynamicsAspect():
-                    of_world = skeleton.getName().removeprefix(OF_WORLD)
-                    name = of_world if "ShapeNode" in shape.getName() else shape.getName()
+                    geom_name = skeleton.getName().removeprefix(WORLD_GEOM)
+                    unnamed = "ShapeNode" in shape.getName()
+                    name = geom_name if unnamed else shape.getName()
                     yield "friction", name, shape.getDynamicsAspect().getFrictionCoeff()
         for dof in map(skeleton.getDof, range(skeleton.getNumDofs())):
             yield "damping", dof.getName(), dof.getDampingCoefficient()
@@ -57,7 +58,8 @@ def model_fields(path: Path) -> Fields:
 
 
 class DartModel:
-    """The world of a file, its skeletons one after another."""
+    """The world of a file. Its coordinates are those of the skeletons, one skeleton after
+    another."""
 
     def __init__(self, path: Path, step: float) -> None:
         self.world = _read(path)
@@ -68,43 +70,48 @@ class DartModel:
         self.places = np.cumsum([0, *counts])[:-1].tolist()
 
     def put(self, q: Array, v: Array) -> None:
-        """Start from these coordinates."""
-        for skeleton, x, rates in zip(
-            self.skeletons, self._split(q), self._split(v), strict=True
-        ):
-            skeleton.setPositions(x)
+        """Sets the coordinates and their rates."""
+        parts = zip(self.skeletons, self._split(q), self._split(v), strict=True)
+        for skeleton, positions, rates in parts:
+            skeleton.setPositions(positions)
             skeleton.setVelocities(rates)
 
     def _split(self, values: Array) -> list[Array]:
+        """One array for each skeleton, from the values of all coordinates."""
         return np.split(values, self.places[1:])
 
     def terms(self, q: Array, v: Array, control: Array) -> dict[str, Any]:
-        """Of the skeletons; of actuators it reads none."""
+        """The terms of the equations of motion, and the pairs of bodies that touch. DART reads no
+        actuators from a file."""
         import dartpy
         from scipy.linalg import block_diag
 
         self.put(q, v)
-        all_of = self.skeletons
-        dofs = [skeleton.getDof(i) for skeleton in all_of for i in range(skeleton.getNumDofs())]
+        skeletons = self.skeletons
+        dofs = list[Any]()
+        for skeleton in skeletons:
+            dofs += map(skeleton.getDof, range(skeleton.getNumDofs()))
         damping = np.array([dof.getDampingCoefficient() for dof in dofs])
         springs = [
-            dof.getSpringStiffness() * (x - dof.getRestPosition())
-            for dof, x in zip(dofs, q, strict=True)
+            dof.getSpringStiffness() * (position - dof.getRestPosition())
+            for dof, position in zip(dofs, q, strict=True)
         ]
         touching = dartpy.collision.CollisionResult()
         self.world.checkCollision(dartpy.collision.CollisionOption(), touching)
+        masses = [skeleton.getMassMatrix() for skeleton in skeletons]
         return {
-            "mass matrix": block_diag(*(skeleton.getMassMatrix() for skeleton in all_of)),
-            "gravity": -np.concatenate([skeleton.getGravityForces() for skeleton in all_of]),
-            "bias": np.concatenate([skeleton.getCoriolisForces() for skeleton in all_of]),
+            "mass matrix": block_diag(*masses),
+            "gravity": -np.concatenate([each.getGravityForces() for each in skeletons]),
+            "bias": np.concatenate([each.getCoriolisForces() for each in skeletons]),
             "passive": -damping * v - np.array(springs),
             "actuator": np.zeros(len(v)),
             "damping": damping,
-            "contacts": [_names(contact) for contact in touching.getContacts()],
+            "contacts": [_names_of_bodies(contact) for contact in touching.getContacts()],
         }
 
     def advance(self, control: Array, force: Array, steps: int) -> tuple[Array, Array]:
-        """Take steps."""
+        """Takes `steps` steps under a generalised `force`, which is held; returns the coordinates
+        and their rates. DART reads no actuators: the control has no effect."""
         for _ in range(steps):
             for skeleton, part in zip(self.skeletons, self._split(force), strict=True):
                 skeleton.setForces(part)
@@ -116,43 +123,46 @@ class DartModel:
         return q, v
 
 
-def _names(contact: Any) -> tuple[str, ...]:
-    """Of the bodies of a contact."""
+def _names_of_bodies(contact: Any) -> tuple[str, ...]:
+    """The names of the two bodies of a contact."""
     shapes = (contact.collisionObject1, contact.collisionObject2)
     nodes = (shape.getShapeFrame().asShapeNode() for shape in shapes)
     return tuple(node.getBodyNodePtr().getName() for node in nodes)
 
 
 def _frame(joint: Any) -> Frame:
-    """Of a free joint, whose coordinates are from where the file draws the body."""
+    """The conversion between a body's pose and the coordinates of its free joint, which count from
+    the pose that the file gives the body."""
     from scipy.spatial.transform import Rotation
 
-    drawn = joint.getTransformFromParentBodyNode()
-    origin = drawn.translation().ravel()
-    turned = Rotation.from_matrix(drawn.rotation())
+    drawn_pose = joint.getTransformFromParentBodyNode()
+    origin = drawn_pose.translation().ravel()
+    drawn_turn = Rotation.from_matrix(drawn_pose.rotation())
 
-    def pose(place: Array, attitude: Array) -> Array:
-        rotation = turned.inv() * Rotation.from_quat(attitude, scalar_first=True)
-        return np.concatenate([rotation.as_rotvec(), turned.inv().apply(place - origin)])
+    def coordinates(place: Array, attitude: Array) -> Array:
+        back = drawn_turn.inv()
+        turn = back * Rotation.from_quat(attitude, scalar_first=True)
+        return np.concatenate([turn.as_rotvec(), back.apply(place - origin)])
 
-    def place(q: Array) -> tuple[Array, Array]:
-        attitude = turned * Rotation.from_rotvec(q[:3])
-        return origin + turned.apply(q[3:]), attitude.as_quat(scalar_first=True)
+    def pose(q: Array) -> tuple[Array, Array]:
+        turn = drawn_turn * Rotation.from_rotvec(q[:3])
+        return origin + drawn_turn.apply(q[3:]), turn.as_quat(scalar_first=True)
 
-    return Frame(pose, place, FREE)
+    return Frame(coordinates, pose, FREE)
 
 
 def user_model(path: Path, layout: Layout, step: float) -> PeerModel:
-    """The model of a file; raises NotRead."""
+    """The model of a file in DART at `step` [s], with the places of its joints in DART's
+    coordinates; raises NotRead."""
     model = DartModel(path, step)
     hinges = []
     free = []
     for skeleton, first in zip(model.skeletons, model.places, strict=True):
         for joint in map(skeleton.getJoint, range(skeleton.getNumJoints())):
             if joint.getNumDofs():
-                at = first + joint.getIndexInSkeleton(0)
+                place = first + joint.getIndexInSkeleton(0)
             if joint.getNumDofs() == 1:
-                hinges.append((joint.getName(), (at, at)))  # a name may be there twice
+                hinges.append((joint.getName(), (place, place)))  # two joints may have one name
             elif joint.getNumDofs() == FREE:
-                free.append((at, at, _frame(joint)))
+                free.append((place, place, _frame(joint)))
     return Translated(model, layout, hinges, free, displaced=True)

@@ -1,8 +1,8 @@
-"""Drake as an engine: its discrete multibody plant with each of its contact solvers, and its
-error-controlled integrators on the continuous plant.
+"""Drake as an engine: its discrete multibody plant with each of Drake's contact solvers, and its
+continuous plant with Drake's error-controlled integrators.
 
-The simulator steps in C++: forces come from sources in the same diagram. A prescribed motion is
-that of a reflected inertia so large that no load moves it.
+The simulator steps in C++: the forces of actuators come from a source in the same diagram. The
+motion of a joint is prescribed by a rotor with so large an inertia that no load changes its motion.
 """
 
 from __future__ import annotations
@@ -40,9 +40,11 @@ if TYPE_CHECKING:
 EULER_STEP = Scheme(EULER, "start", implicit_damping=True, tangent_turn=True)
 TOLERANCES = tuple(float(f"1e-{digits}") for digits in range(3, 8))
 RK3 = "runge_kutta3"
-SMALLEST = 1e-9  # accuracy of the integrators
-SOLVERS = ("capsule-line/heading-030",)  # enough to tell contact solvers apart
-OTHERS = (  # a representative of each system that is of no kind below, and free bodies with theory
+SMALLEST = 1e-9  # smallest accuracy of the integrators
+SOLVERS = ("capsule-line/heading-030",)  # scene that distinguishes the contact solvers
+# One scene of each system that is of none of the kinds of `_discrete`, and the free bodies whose
+# errors are predicted.
+OTHERS = (
     *("free-body/flip", "free-body/symmetric", "capsule-plan/heading-030"),
     *("capsule-turn/0.3", "capsule-train/ten"),
 )
@@ -57,27 +59,31 @@ LINE_AND_COAST = (
 def _discrete(
     name: str, approximation: str | None, systems: tuple[str, ...] = (), **settings: Any
 ) -> Method:
-    chosen = {"discrete_contact_approximation": approximation} if approximation else {}
+    """A method in the discrete plant with a contact `approximation`, Drake's default if None, and
+    further settings. Without `systems` it is run on all systems that Drake builds."""
+    solver = {"discrete_contact_approximation": approximation} if approximation else {}
     kinds = () if systems else (ONE_SMOOTH, SMOOTH, ON_PLANE)
     return Method(
         f"drake/{name}",
         EULER_STEP,
         1,
-        settings={**chosen, **settings},
+        settings={**solver, **settings},
         systems=systems or (*LINE_AND_COAST, *OTHERS),
         kinds=kinds,
     )
 
 
 def _adaptive(name: str, scheme: str, *systems: str) -> Method:
+    """A method in the continuous plant with an integrator that controls its error, run on two
+    pendulums and on these systems."""
     return Method(
         f"drake/{name}",
         Scheme(ADAPTIVE),
-        None,
-        "tolerance",
-        {"integration_scheme": scheme},
-        TOLERANCES,
-        ("simple-pendulum/free-large", "cone-pendulum/rotating-base", *systems),
+        order=None,
+        control="tolerance",
+        settings={"integration_scheme": scheme},
+        step_sizes=TOLERANCES,
+        systems=("simple-pendulum/free-large", "cone-pendulum/rotating-base", *systems),
     )
 
 
@@ -94,10 +100,11 @@ METHODS = (
 
 
 def scheme(case: Case, method: Method) -> Scheme:
-    """The scheme of `method` on this case; none with a theory if bodies touch or a loop is closed.
+    """The scheme of `method` on this case. If bodies touch or a loop is closed, no theory covers
+    the scheme.
 
-    A quaternion's step along its tangent turns a free body by 2 atan(w h/2) about the new angular
-    velocity w. A motor's force is explicit."""
+    A step moves a quaternion along its tangent, which turns a free body by 2 atan(w h/2) about the
+    new angular velocity w. The force of a motor is explicit."""
     system = case.system
     if constrained(case):
         return CONSTRAINED
@@ -107,8 +114,8 @@ def scheme(case: Case, method: Method) -> Scheme:
 
 
 def prepare(case: Case, method: Method, step: float) -> Simulation:
-    """Build `case` for `method` at `step` [s], or at the accuracy `step`; raises Unsupported and
-    ParameterError."""
+    """The simulation of a case by a method at `step` [s], or at the accuracy `step` if the method
+    controls its error; raises Unsupported and ParameterError."""
     from plumbob.engines.adapters.drake import scenes
 
     if method.control == "tolerance":
@@ -117,7 +124,8 @@ def prepare(case: Case, method: Method, step: float) -> Simulation:
 
 
 def confirming(method: Method) -> tuple[Method, float]:
-    """The explicit integrator at its smallest accuracy, on the same equations."""
+    """The method and the accuracy of a second run that confirms a first: the explicit integrator at
+    its smallest accuracy, on the same equations."""
     return replace(method, settings={"integration_scheme": RK3}), SMALLEST
 
 

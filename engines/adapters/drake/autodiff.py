@@ -1,5 +1,5 @@
-"""Derivatives of a run by Drake's AutoDiffXd: the discrete plant stepped with numbers that carry
-their derivative, from a context in which state and parameters have it."""
+"""Derivatives of a run by Drake's AutoDiffXd, a type of numbers that carry their derivatives. The
+discrete plant is stepped from a context whose state and parameters are such numbers."""
 
 from __future__ import annotations
 
@@ -19,84 +19,99 @@ from plumbob.engines.stepper import EndDerivatives, SceneMechanism
 
 def derivatives(
     scenes: Sequence[SceneMechanism],
-    apart: float,
+    difference: float,
     method: Method,
     step: float,
     duration: float,
 ) -> EndDerivatives:
-    """Derivatives of the end of the middle one of three scenes by a number that is `apart` in the
-    outer ones; raises Unsupported."""
+    """The end of a run of the middle one of three scenes over a duration [s], with its derivatives
+    by a number that differs by `difference` between the outer two scenes; raises Unsupported."""
     if method.control == "tolerance":
-        raise Unsupported("AutoDiffXd is stepped in discrete plants alone here")
+        raise Unsupported("derivatives by AutoDiffXd need a discrete plant")
     steps = step_count(duration, step)
-    sides, fixed = zip(*(_started(each, method, step, steps) for each in scenes), strict=True)
-    if not all(map(np.array_equal, fixed[0], fixed[2])):
-        raise Unsupported("the number is no parameter in a context of Drake's")
-    end = _end(sides, apart, steps, step)
-    qpos, qvel = _of_joints(sides[1], np.array([x.value() for x in end]))
-    by_qpos, by_qvel = _of_joints(sides[1], np.array([float(x.derivatives()[0]) for x in end]))
-    drawn = np.concatenate([joint.reference for joint in sides[1].mechanism.joints])
-    return EndDerivatives(qpos + drawn, by_qpos, qvel, by_qvel)
+    starts = [_start(scene, method, step, steps) for scene in scenes]
+    steppers, constants = zip(*starts, strict=True)
+    if not all(map(np.array_equal, constants[0], constants[2])):
+        raise Unsupported("the number is no parameter in a context of Drake")
+    end = _end_state(steppers, difference, steps, step)
+    stepper = steppers[1]
+    values = np.array([x.value() for x in end])
+    slopes = np.array([float(x.derivatives()[0]) for x in end])
+    qpos, qvel = _by_joints(stepper, values)
+    by_qpos, by_qvel = _by_joints(stepper, slopes)
+    reference = np.concatenate([joint.reference for joint in stepper.mechanism.joints])
+    return EndDerivatives(qpos + reference, by_qpos, qvel, by_qvel)
 
 
-def _end(sides: Sequence[DrakeStepper], apart: float, steps: int, step: float) -> Any:
-    """The state after so many steps of `step` [s] from the start of the middle one of three
-    steppers, with its derivatives: numbers of the outer ones are `apart`."""
-    low, here, high = (side.simulator.get_context() for side in sides)
-    diagram = sides[1].built.diagram.ToAutoDiffXd()
+def _end_state(
+    steppers: Sequence[DrakeStepper], difference: float, steps: int, step: float
+) -> Any:
+    """The state after `steps` steps of `step` [s] from the start of the middle one of three
+    steppers, with its derivatives by the scene's number. That number differs by `difference`
+    between the outer two steppers."""
+    low, here, high = (stepper.simulator.get_context() for stepper in steppers)
+    diagram = steppers[1].built.diagram.ToAutoDiffXd()
     context = diagram.CreateDefaultContext()
     context.SetTimeStateAndParametersFrom(here)
-    _move(context, [low, high], apart)
+    _set_derivatives(context, [low, high], difference)
     simulator = Simulator_[AutoDiffXd](diagram, context)
     simulator.Initialize()
     advance(simulator, steps, step)
     return simulator.get_context().get_discrete_state_vector().CopyToVector()
 
 
-def _of_joints(stepper: DrakeStepper, values: Array) -> tuple[Array, Array]:
-    """Numbers of the coordinates and of the rates of a tree of hinges and slides, joint by joint,
-    among those of Drake's state."""
-    joints, first = stepper.built.joints, stepper.built.plant.num_positions()
-    places = values[[joint.position_start() for joint in joints]]
-    return places, values[[first + joint.velocity_start() for joint in joints]]
+def _by_joints(stepper: DrakeStepper, values: Array) -> tuple[Array, Array]:
+    """Splits values in the order of Drake's state into the values of the coordinates and the values
+    of their rates, in the order of the joints. Each joint is a hinge or a slide."""
+    joints = stepper.built.joints
+    first_rate = stepper.built.plant.num_positions()
+    coordinates = values[[joint.position_start() for joint in joints]]
+    rates = values[[first_rate + joint.velocity_start() for joint in joints]]
+    return coordinates, rates
 
 
-def _started(
+def _start(
     scene: SceneMechanism, method: Method, step: float, steps: int
 ) -> tuple[DrakeStepper, tuple[Array, ...]]:
-    """A scene at its start, its source set for so many steps, and the numbers of its
-    diagram that no context has: gravity, the gains of actuators, and what the source tells. Raises
-    Unsupported if it is no tree of hinges and slides."""
+    """Returns a stepper at the start of a scene, whose source has the forces of `steps` steps, and
+    the numbers of the diagram that no context contains: gravity, the gains of actuators, and the
+    forces of the source. Raises Unsupported if the mechanism is no tree of hinges and slides."""
     mechanism = scene.mechanism
     kinds = {joint.kind for joint in mechanism.joints}
     if mechanism.touching or mechanism.loops or kinds - {"hinge", "slide"}:
-        raise Unsupported("AutoDiffXd is stepped in trees of hinges and slides alone here")
+        raise Unsupported("derivatives by AutoDiffXd need a tree of hinges and slides")
     stepper = DrakeStepper(mechanism, {**method.settings, "time_step": step}, step)
     stepper.put(scene.start)
     times = step * np.arange(steps + 1, dtype=np.float64)
     controls = None if scene.controls is None else scene.controls(times[:-1])
     stepper.drive(controls, steps)
     motors = stepper.built.motors
-    gears = np.array([x.gear for x in mechanism.actuators] + [1.0] * len(motors.held))
-    gains = [x.gear**2 * np.array(x.bias[1:]) for x in mechanism.actuators]
+    actuators = mechanism.actuators
+    gears = np.array([actuator.gear for actuator in actuators] + [1.0] * len(motors.held))
+    gains = [actuator.gear**2 * np.array(actuator.bias[1:]) for actuator in actuators]
     forces = gears * motors.forces(controls, times)
     return stepper, (mechanism.gravity, np.ravel(gains), forces)
 
 
-def _move(context: Any, starts: list[Any], apart: float) -> None:
-    """Give the numbers of a context their derivatives, by contexts on both sides."""
+def _set_derivatives(context: Any, starts: list[Any], difference: float) -> None:
+    """Gives the parameters and the state of a context their derivatives: the differences between
+    two contexts `starts`, divided by the `difference` of the scene's number."""
     for i in range(context.num_numeric_parameter_groups()):
-        rows = [start.get_numeric_parameter(i).CopyToVector() for start in starts]
-        held = context.get_mutable_numeric_parameter(i)
-        held.SetFromVector(_moving(held.CopyToVector(), rows, apart))
+        parameters = [start.get_numeric_parameter(i).CopyToVector() for start in starts]
+        group = context.get_mutable_numeric_parameter(i)
+        group.SetFromVector(_with_derivatives(group.CopyToVector(), parameters, difference))
     states = [start.get_discrete_state_vector().CopyToVector() for start in starts]
     values = context.get_discrete_state_vector().CopyToVector()
-    context.SetDiscreteState(_moving(values, states, apart))
+    context.SetDiscreteState(_with_derivatives(values, states, difference))
 
 
-def _moving(values: Any, sides: list[Array], apart: float) -> Any:
-    """Numbers with their derivatives, shape (n,), by their values on both sides."""
-    slopes = (sides[1] - sides[0]) / apart
+def _with_derivatives(values: Any, sides: list[Array], difference: float) -> Any:
+    """The `values`, shape (n,), with their derivatives: the differences of the values on both
+    `sides`, divided by the `difference` of the scene's number."""
+    slopes = (sides[1] - sides[0]) / difference
     return np.array(
-        [AutoDiffXd(v.value(), np.array([s])) for v, s in zip(values, slopes, strict=True)]
+        [
+            AutoDiffXd(value.value(), np.array([slope]))
+            for value, slope in zip(values, slopes, strict=True)
+        ]
     )

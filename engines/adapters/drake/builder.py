@@ -1,7 +1,7 @@
-"""The Drake diagram of a mechanism: a multibody plant with its geometry, and the sources of its
-motors.
+"""Builds the Drake diagram of a mechanism: a multibody plant with its geometry, and the source of
+the motors' forces.
 
-A joint of Drake moves one body. Of a body with several joints the last one moves that body, and
+A joint of Drake moves one body. If a body has several joints, the last joint moves the body, and
 each joint before it moves a body without mass.
 """
 
@@ -24,7 +24,8 @@ from pydrake.multibody.plant import (
 from pydrake.systems.framework import DiagramBuilder
 
 from plumbob.analytic.reference import Array
-from plumbob.engines.adapters.drake.motors import Motors, connected, motors
+from plumbob.engines.adapters.drake.motors import Motors, add_motors, connected_motors
+from plumbob.engines.adapters.joints import joint_name, joints_of_body
 from plumbob.engines.adapters.refusals import (
     names_of,
     refused_friction,
@@ -44,10 +45,10 @@ KINDS = MappingProxyType(
     }
 )
 SPRINGS = MappingProxyType({"hinge": tree.RevoluteSpring, "slide": tree.PrismaticSpring})
-GROUND = 100.0  # [m] of a block whose top is a plane
-WITHOUT_LOOPS = "tamsi"  # the solver of contacts that knows no loops
+GROUND = 100.0  # [m] edge of the block that stands for a plane: the plane is its top
+WITHOUT_LOOPS = "tamsi"  # contact solver that does not support constraints of loops
 Surface = tuple[int, float]
-"""A shape, and a coefficient of friction of its copy."""
+"""The number of a shape, and the coefficient of friction of a copy of the shape."""
 Touching = dict[tuple[Any, Any], tuple[int, float]]
 """{identifiers of two geometries: number of the pair of shapes, and 1, or -1 in reverse order}."""
 
@@ -58,42 +59,44 @@ class Built:
 
     diagram: Any
     plant: Any
-    joints: tuple[Any, ...]  # one a joint
+    joints: tuple[Any, ...]  # one for each joint
     motors: Motors
     touching: Touching
 
-    def within(self, context: Any) -> Any:
-        """The plant's own part of a context of the diagram, which can be written to."""
+    def plant_context(self, context: Any) -> Any:
+        """The plant's part of a context of the diagram; it is mutable."""
         return self.plant.GetMyMutableContextFromRoot(context)
 
 
 def build(mechanism: Mechanism, settings: Options, control: float = 0.0) -> Built:
-    """The diagram of a mechanism in a plant with these settings; where the plant is continuous, the
-    forces of sources are held for `control` [s]. Raises Unsupported."""
+    """The diagram of a mechanism whose plant has these settings. If the plant is continuous, the
+    forces of the source are held for `control` [s]. Raises Unsupported."""
     approximation = settings.get("discrete_contact_approximation", "")
-    for feature in refused(mechanism, approximation):
+    for feature in refused_features(mechanism, approximation):
         raise Unsupported(f"feature {feature}")
     builder = DiagramBuilder()
     plant, scene = AddMultibodyPlant(MultibodyPlantConfig(**settings), builder)
     plant.mutable_gravity_field().set_gravity_vector(mechanism.gravity)
-    bodies, joints = _trees(mechanism, plant)
-    driven = motors(mechanism, plant, joints)
+    bodies, joints = _add_trees(mechanism, plant)
+    motors = add_motors(mechanism, plant, joints)
     _close_loops(mechanism, plant, bodies)
-    touching = _shapes(mechanism, plant, bodies)
+    touching = _add_shapes(mechanism, plant, bodies)
     plant.Finalize()
     if touching:
-        _keep_apart(scene, touching)
-    made = connected(builder, plant, driven, joints, control)
-    return Built(builder.Build(), plant, joints, made, touching)
+        _filter_collisions(scene, touching)
+    motors = connected_motors(builder, plant, motors, joints, control)
+    return Built(builder.Build(), plant, joints, motors, touching)
 
 
-def refused(mechanism: Mechanism, approximation: str = "") -> Iterator[str]:
-    """The names of features of a mechanism that Drake, or this builder, cannot express."""
+def refused_features(mechanism: Mechanism, approximation: str = "") -> Iterator[str]:
+    """Names the features of a mechanism that Drake with this contact `approximation`, or this
+    builder, cannot express."""
     yield from refused_parts(mechanism)
     for joint in mechanism.joints:
-        yield from _refused_of(joint, mechanism)
+        yield from _refused_features_of_joint(joint, mechanism)
     if approximation == WITHOUT_LOOPS:
-        yield from (f"loop {x.name}, which TAMSI has not" for x in mechanism.loops)
+        for loop in mechanism.loops:
+            yield f"loop {loop.name}, which TAMSI does not support"
     yield from refused_shapes(mechanism)
     for touch in mechanism.touching:
         names = names_of(mechanism, touch)
@@ -102,20 +105,22 @@ def refused(mechanism: Mechanism, approximation: str = "") -> Iterator[str]:
         yield from refused_friction(touch, names)
 
 
-def _refused_of(joint: Joint, mechanism: Mechanism) -> Iterator[str]:
-    """The names of features of a joint that are not expressed."""
-    name = joint.name or f"of body {mechanism.bodies[joint.body].name}"
+def _refused_features_of_joint(joint: Joint, mechanism: Mechanism) -> Iterator[str]:
+    """Names the features of a joint that Drake, or this builder, cannot express."""
+    name = joint_name(mechanism, joint)
     if np.any(joint.friction_loss):
         yield f"dry friction of joint {name}"
     if joint.kind in KINDS.keys() - SPRINGS.keys():
         if joint.stiffness or joint.limits or np.any(joint.armature):
             yield f"spring, limit or armature of joint {name}, which is a {joint.kind} joint"
-        if any(np.ptp(part) for part in np.split(joint.damping, len(joint.damping) // 3)):
+        triples = np.split(joint.damping, len(joint.damping) // 3)
+        if any(np.ptp(triple) for triple in triples):
             yield f"damping of joint {name}, different along its axes"
 
 
-def _trees(mechanism: Mechanism, plant: Any) -> tuple[tuple[Any, ...], tuple[Any, ...]]:
-    """Drake's body of each body, and its joint of each joint."""
+def _add_trees(mechanism: Mechanism, plant: Any) -> tuple[tuple[Any, ...], tuple[Any, ...]]:
+    """Adds the bodies and the joints of a mechanism to a plant. Returns Drake's body for each body,
+    and Drake's joint for each joint."""
     weightless = plant.AddModelInstance("weightless")
     plant.set_gravity_enabled(weightless, False)
     heavy = plant.AddModelInstance("heavy")
@@ -123,112 +128,124 @@ def _trees(mechanism: Mechanism, plant: Any) -> tuple[tuple[Any, ...], tuple[Any
     joints: dict[int, Any] = {}
     for number, body in enumerate(mechanism.bodies[1:], start=1):
         instance = weightless if body.carried else heavy
-        made = plant.AddRigidBody(f"body_{number}", instance, _inertia(body))
-        own = [i for i, joint in enumerate(mechanism.joints) if joint.body == number]
+        drake_body = plant.AddRigidBody(f"body_{number}", instance, _inertia(body))
+        joint_numbers = joints_of_body(mechanism, number)
         above = bodies[body.parent].body_frame()
-        drawn = placed(body.place, body.attitude)
-        for i in own:
-            moved = made
-            if i != own[-1]:
-                none = tree.SpatialInertia.Zero()
-                moved = plant.AddRigidBody(f"before_{i}", heavy, none)
-            joints[i] = _jointed(plant, i, mechanism.joints[i], above, drawn, moved)
-            above, drawn = moved.body_frame(), RigidTransform()
-        if not own:
-            plant.WeldFrames(above, made.body_frame(), drawn)
-        bodies.append(made)
+        drawn = transform(body.place, body.attitude)
+        for i in joint_numbers:
+            moved = drake_body
+            if i != joint_numbers[-1]:
+                massless = tree.SpatialInertia.Zero()
+                moved = plant.AddRigidBody(f"before_{i}", heavy, massless)
+            joints[i] = _add_joint(plant, i, mechanism.joints[i], above, drawn, moved)
+            above = moved.body_frame()
+            drawn = RigidTransform()
+        if not joint_numbers:
+            plant.WeldFrames(above, drake_body.body_frame(), drawn)
+        bodies.append(drake_body)
     return tuple(bodies), tuple(joints[i] for i in range(len(mechanism.joints)))
 
 
 def _inertia(body: Body) -> Any:
+    """Drake's inertia of a body."""
     (xx, yy, zz) = np.diag(body.inertia)
     (xy, xz, yz) = body.inertia[np.triu_indices(3, 1)]
     about = tree.RotationalInertia(xx, yy, zz, xy, xz, yz)
     return tree.SpatialInertia.MakeFromCentralInertia(body.mass, body.centre, about)
 
 
-def placed(place: Array, attitude: Array | None = None) -> Any:
-    """A transform of Drake: a place [m], and an attitude, a quaternion, or none."""
+def transform(place: Array, attitude: Array | None = None) -> Any:
+    """Drake's transform to a place [m], with an attitude, a quaternion, or without a rotation."""
     if attitude is None:
         return RigidTransform(place)
     return RigidTransform(RotationMatrix(rotation(attitude)), place)
 
 
-def _jointed(plant: Any, number: int, joint: Joint, above: Any, drawn: Any, moved: Any) -> Any:
-    """Drake's joint of a joint, between the frame `above`, in which the moved body is drawn at a
-    transform, and the moved body, with its spring and its limits."""
+def _add_joint(
+    plant: Any, number: int, joint: Joint, above: Any, drawn: Any, moved: Any
+) -> Any:
+    """Adds a joint with its spring and its limits to a plant; returns Drake's joint. It connects
+    the body `moved` to the frame `above`. In the drawing, `moved` has the pose `drawn` in that
+    frame."""
     kind = KINDS[joint.kind]
     name = f"joint_{number}"
-    if joint.kind == "free":  # its coordinates are those of its frame in the world
-        turning, moving = joint.damping[3], joint.damping[0]
-        free = kind(name, above, moved.body_frame(), turning, moving)
-        return plant.AddJoint(free)
-    at = placed(joint.place)
-    fixed = tree.FixedOffsetFrame(f"before_{name}", above, drawn.multiply(at))
-    held = tree.FixedOffsetFrame(f"after_{name}", moved.body_frame(), at)
-    frames = (plant.AddFrame(fixed), plant.AddFrame(held))
+    if joint.kind == "free":  # the coordinates of the joint are those of the body in the world
+        damping_of_turning = joint.damping[3]
+        damping_of_moving = joint.damping[0]
+        frame = moved.body_frame()
+        return plant.AddJoint(kind(name, above, frame, damping_of_turning, damping_of_moving))
+    at_joint = transform(joint.place)
+    frame_above = tree.FixedOffsetFrame(f"before_{name}", above, drawn.multiply(at_joint))
+    frame_moved = tree.FixedOffsetFrame(f"after_{name}", moved.body_frame(), at_joint)
+    frames = (plant.AddFrame(frame_above), plant.AddFrame(frame_moved))
     damping = float(joint.damping[0])
     if joint.kind == "ball":
         return plant.AddJoint(kind(name, *frames, damping))
-    made = plant.AddJoint(kind(name, *frames, joint.axis, damping=damping))
-    drawn_at = float(joint.reference[0])  # Drake's coordinate is 0 in the drawing
+    drake_joint = plant.AddJoint(kind(name, *frames, joint.axis, damping=damping))
+    reference = float(joint.reference[0])  # Drake's coordinate is 0 in the drawing
     if joint.stiffness:
-        rest = float(joint.rest[0]) - drawn_at
-        plant.AddForceElement(SPRINGS[joint.kind](made, rest, joint.stiffness))
+        rest = float(joint.rest[0]) - reference
+        plant.AddForceElement(SPRINGS[joint.kind](drake_joint, rest, joint.stiffness))
     if joint.limits is not None:
-        made.set_position_limits(*([x - drawn_at] for x in joint.limits))
-    return made
+        low, high = joint.limits
+        drake_joint.set_position_limits([low - reference], [high - reference])
+    return drake_joint
 
 
 def _close_loops(mechanism: Mechanism, plant: Any, bodies: Sequence[Any]) -> None:
-    """Give a plant the loops of a mechanism. A constraint to the body of the world ends the process
-    in a plant without contacts, one to a body that is welded to the world does not."""
+    """Adds constraints that close the loops of a mechanism. In a plant without contacts, Drake ends
+    the process if a constraint acts on the world's body. So a massless body is welded to the world,
+    and constraints act on that body."""
     if any(0 in loop.bodies for loop in mechanism.loops):
-        none = tree.SpatialInertia.Zero()
-        ground = plant.AddRigidBody("ground", tree.default_model_instance(), none)
+        massless = tree.SpatialInertia.Zero()
+        ground = plant.AddRigidBody("ground", tree.default_model_instance(), massless)
         plant.WeldFrames(plant.world_frame(), ground.body_frame())
         bodies = [ground, *bodies[1:]]
     for loop in mechanism.loops:
-        (one, other), (here, there) = (bodies[i] for i in loop.bodies), loop.places
+        first, second = (bodies[number] for number in loop.bodies)
+        place, other_place = loop.places
         if loop.kind == "connect":
-            plant.AddBallConstraint(one, here, other, there)
+            plant.AddBallConstraint(first, place, second, other_place)
         else:
-            frame = placed(here, loop.attitude)
-            plant.AddWeldConstraint(one, frame, other, placed(there))
+            frame = transform(place, loop.attitude)
+            plant.AddWeldConstraint(first, frame, second, transform(other_place))
 
 
-def _shapes(mechanism: Mechanism, plant: Any, bodies: Sequence[Any]) -> Touching:
-    """Give the bodies their shapes.
+def _add_shapes(mechanism: Mechanism, plant: Any, bodies: Sequence[Any]) -> Touching:
+    """Adds the shapes of a mechanism to Drake's bodies.
 
-    A shape of Drake has one coefficient of friction, and a pair has 2 m n/(m + n) of two. A shape
-    that has different friction with others has a copy for each coefficient.
+    A shape of Drake has one coefficient of friction, and two shapes with coefficients m and n have
+    the coefficient 2 m n/(m + n). If a shape has several coefficients, there is a copy of the shape
+    for each.
     """
-    made: dict[Surface, Any] = {}
+    geometries: dict[Surface, Any] = {}
     touching: Touching = {}
     for number, touch in enumerate(mechanism.touching):
-        pair = [(i, touch.sliding[0]) for i in touch.shapes]
-        for i, friction in pair:
-            if (i, friction) not in made:
-                body = bodies[mechanism.shapes[i].body]
-                made[i, friction] = _add_shape(plant, body, mechanism.shapes[i], friction)
-        first, second = (made[surface] for surface in pair)
+        surfaces = [(i, touch.sliding[0]) for i in touch.shapes]
+        for i, friction in surfaces:
+            if (i, friction) not in geometries:
+                shape = mechanism.shapes[i]
+                body = bodies[shape.body]
+                geometries[i, friction] = _add_shape(plant, body, shape, friction)
+        first, second = (geometries[surface] for surface in surfaces)
         touching[first, second] = (number, 1.0)
         touching[second, first] = (number, -1.0)
     return touching
 
 
 def _add_shape(plant: Any, body: Any, shape: Shape, friction: float) -> Any:
-    """Add a shape with its coefficient to a body; returns its identifier."""
+    """Adds a shape with its coefficient to a body; returns the identifier of Drake's geometry."""
     number = plant.num_collision_geometries()
-    place = placed(shape.place, shape.attitude)
+    pose = transform(shape.place, shape.attitude)
     if shape.kind == "plane":
-        place = place.multiply(placed(np.array([0.0, 0.0, -0.5 * GROUND])))
+        pose = pose.multiply(transform(np.array([0.0, 0.0, -0.5 * GROUND])))
+    name = f"shape_{number}"
     law = CoulombFriction(friction, friction)
-    return plant.RegisterCollisionGeometry(body, place, _made(shape), f"shape_{number}", law)
+    return plant.RegisterCollisionGeometry(body, pose, _collision_shape(shape), name, law)
 
 
-def _made(shape: Shape) -> Any:
-    """Drake's shape; a block for a plane, since with each half space Drake prints a warning."""
+def _collision_shape(shape: Shape) -> Any:
+    """Drake's shape. A plane is a block, because Drake prints a warning for each half space."""
     sizes = shape.size.tolist()
     match shape.kind:
         case "plane":
@@ -244,10 +261,10 @@ def _made(shape: Shape) -> Any:
     return geometry.Ellipsoid(*sizes)
 
 
-def _keep_apart(scene: Any, touching: Touching) -> None:
-    """Let no geometries collide but the pairs that can touch."""
-    every = geometry.GeometrySet(list(dict.fromkeys(one for one, _ in touching)))
-    declared = geometry.CollisionFilterDeclaration().ExcludeWithin(every)
-    for one, other in touching:
-        declared.AllowBetween(geometry.GeometrySet(one), geometry.GeometrySet(other))
-    scene.collision_filter_manager().Apply(declared)
+def _filter_collisions(scene: Any, touching: Touching) -> None:
+    """Lets only the pairs of geometries collide that can touch."""
+    all_geometries = geometry.GeometrySet(list(dict.fromkeys(first for first, _ in touching)))
+    declaration = geometry.CollisionFilterDeclaration().ExcludeWithin(all_geometries)
+    for first, second in touching:
+        declaration.AllowBetween(geometry.GeometrySet(first), geometry.GeometrySet(second))
+    scene.collision_filter_manager().Apply(declaration)

@@ -1,5 +1,5 @@
-"""Scenes in Drake: in a discrete plant, or in a continuous one with an integrator that controls its
-error, a prescribed motion imposed step by step."""
+"""Simulations of scenes in Drake: in a discrete plant, or in a continuous plant with an integrator
+that controls its error."""
 
 from __future__ import annotations
 
@@ -29,18 +29,19 @@ from plumbob.engines.sampling import step_count
 from plumbob.engines.stepper import SceneMechanism, State
 from plumbob.models.scene import Case
 
-BROKEN = (OverflowError, ValueError, RuntimeError)  # raised where numbers are no longer finite
-CONTROL = 1e-3  # [s] for which forces of a source are held in a continuous plant
+BROKEN = (OverflowError, ValueError, RuntimeError)  # exceptions if numbers are no longer finite
+CONTROL = 1e-3  # [s] time for which forces of a source are held in a continuous plant
 
 
-SETTLING, SETTLING_STEP = 1000, 1e-3  # steps, and [s], in which bodies come to rest on contacts
-LOOKED_AT = 20  # steps after which bodies that fall are seen to
-AT_REST = 1e-3  # [m], [rad] by which a body that stands on a plane settles at most
+SETTLING = 1000  # number of steps in which bodies come to rest on contacts
+SETTLING_STEP = 1e-3  # [s]
+CHECK_EVERY = 20  # number of steps between checks whether the bodies fall
+AT_REST = 1e-3  # [m], [rad] largest displacement of a body that stands on a plane as it settles
 
 
 def discrete(case: Case, method: Method, step: float) -> Simulation:
-    """The discrete plant of `case` with the contact solver that `method` names, at `step` [s];
-    raises Unsupported and ParameterError."""
+    """The simulation of a case at `step` [s] in a discrete plant, with the contact solver that the
+    method names; raises Unsupported and ParameterError."""
     scene = settled(compiled_scene(case), method.settings)
     settings = {**method.settings, "time_step": step}
     stepper = cache(lambda: DrakeStepper(scene.mechanism, settings, step))
@@ -48,16 +49,19 @@ def discrete(case: Case, method: Method, step: float) -> Simulation:
 
 
 def built(mechanism: Mechanism, start: State, step: float) -> DrakeStepper:
-    """A mechanism in Drake's discrete plant with its default settings, at `step` [s]; raises
-    Unsupported."""
+    """A stepper of a mechanism in Drake's discrete plant, with Drake's default settings, at `step`
+    [s]; raises Unsupported."""
     return DrakeStepper(mechanism, {"time_step": step}, step)
 
 
 def settled(scene: SceneMechanism, settings: Options) -> SceneMechanism:
-    """A scene whose bodies, if they stand on a plane at the start, have come to rest on contacts
-    that yield: until then a plane does not carry their weight, which friction follows."""
-    mechanism, start = scene.mechanism, scene.start
-    planes = [x for x in mechanism.shapes if x.kind == "plane" and x.body == 0]
+    """The scene with a start at which its bodies rest on their contacts; if the bodies do not stand
+    on a plane, the scene as it is. Drake's contacts are springs: until they are compressed, a plane
+    does not carry the weight of the bodies, and friction is proportional to the force that it
+    carries."""
+    mechanism = scene.mechanism
+    start = scene.start
+    planes = [shape for shape in mechanism.shapes if shape.kind == "plane" and shape.body == 0]
     if not planes:
         return scene
     normal = rotation(planes[0].attitude)[:, 2]
@@ -65,54 +69,56 @@ def settled(scene: SceneMechanism, settings: Options) -> SceneMechanism:
         replace(joint, velocity=joint.velocity and np.zeros_like) for joint in mechanism.joints
     )
     pressed = replace(mechanism, joints=joints, gravity=normal @ mechanism.gravity * normal)
-    settling = {**settings, "time_step": SETTLING_STEP}
-    stepper = DrakeStepper(pressed, settling, SETTLING_STEP)
+    stepper = DrakeStepper(pressed, {**settings, "time_step": SETTLING_STEP}, SETTLING_STEP)
     stepper.put(State(start.qpos, np.zeros_like(start.qvel)))
-    now = start.qpos
-    for _ in range(SETTLING // LOOKED_AT):
-        stepper.advance(None, LOOKED_AT)
-        now = stepper.state().qpos
-        if np.abs(now - start.qpos).max() > AT_REST:  # they fall
+    qpos = start.qpos
+    for _ in range(SETTLING // CHECK_EVERY):
+        stepper.advance(None, CHECK_EVERY)
+        qpos = stepper.state().qpos
+        if np.abs(qpos - start.qpos).max() > AT_REST:  # the bodies fall
             return scene
-    return replace(scene, start=State(now, start.qvel))
+    return replace(scene, start=State(qpos, start.qvel))
 
 
 class ContinuousStepper(DrakeStepper):
-    """A scene's mechanism in a continuous plant, over a duration [s]: a "step" is from sample to
-    sample, the integrator that a configuration names takes its own."""
+    """The mechanism of a scene in a continuous plant, over a duration [s]. A "step" [s] here is the
+    time from one sample to the next; within it, the integrator that `config` configures takes steps
+    of any length."""
 
     def __init__(
-        self, scene: SceneMechanism, step: float, duration: float, chosen: Any
+        self, scene: SceneMechanism, step: float, duration: float, config: Any
     ) -> None:
         super().__init__(scene.mechanism, {"time_step": 0.0}, step, CONTROL)
-        self.chosen = chosen
+        self.config = config
         times = CONTROL * np.arange(step_count(duration, CONTROL) + 1, dtype=np.float64)
-        if self.built.motors.source is not None:
-            rows = None if scene.controls is None else scene.controls(times[:-1])
-            held = held_forces(self.built.motors.forces(rows, times), times - 0.5 * CONTROL)
-            self.built.motors.source.UpdateTrajectory(held)
+        motors = self.built.motors
+        if motors.source is not None:
+            controls = None if scene.controls is None else scene.controls(times[:-1])
+            forces = motors.forces(controls, times)
+            motors.source.UpdateTrajectory(held_forces(forces, times - 0.5 * CONTROL))
 
     def put(self, state: State, time: float = 0.0) -> None:
-        """Set the state, at the time 0, for an integrator that has taken no step."""
+        """Sets the state, at the time 0, and resets the integrator."""
         super().put(state, time)
-        ApplySimulatorConfig(self.chosen, self.simulator)
+        ApplySimulatorConfig(self.config, self.simulator)
         self.simulator.Initialize()
 
     def advance(self, controls: Array | None, steps: int) -> None:
-        """Go on to the end of the last of the `steps`; the controls are the scene's."""
-        self._taken += steps
-        self.simulator.AdvanceTo(self._taken * self.step)
+        """Advances by `steps` steps. The argument `controls` is ignored: the source has the
+        controls of the scene."""
+        self._steps_taken += steps
+        self.simulator.AdvanceTo(self._steps_taken * self.step)
 
 
 def continuous(case: Case, method: Method, accuracy: float, smallest: float) -> Simulation:
-    """The continuous plant of `case` with the integrator that `method` names, at an accuracy of at
-    least the `smallest`, forces of a source held for CONTROL; raises Unsupported and
-    ParameterError."""
-    lasting = case.scene.duration
-    chosen = SimulatorConfig(
+    """The simulation of a case in a continuous plant, with the integrator that the method names, at
+    an accuracy. Forces of the source are held for CONTROL. Raises Unsupported, and ParameterError
+    if the accuracy is below the `smallest`."""
+    scene_duration = case.scene.duration
+    config = SimulatorConfig(
         integration_scheme=method.settings["integration_scheme"],
         accuracy=relative_tolerance(accuracy, smallest),
-        max_step_size=lasting,
+        max_step_size=scene_duration,
         use_error_control=True,
         target_realtime_rate=0.0,
     )
@@ -120,41 +126,52 @@ def continuous(case: Case, method: Method, accuracy: float, smallest: float) -> 
 
     def follow(duration: float, samples: int) -> Followed:
         step = duration / samples
-        stepper, built = _started(case, scene, step, chosen)
+        stepper, built = _start(case, scene, step, config)
         rows = [built.read()]
-        why = list[str]()
+        errors = list[str]()
         try:
-            for k in range(samples):
-                built.advance(k, k + 1)
+            for sample in range(samples):
+                built.advance(sample, sample + 1)
                 rows.append(built.read())
         except BROKEN as error:
-            why.append(" ".join(str(error).split()))
-        observed, _ = built.gather(rows)
-        times = np.asarray(step * np.arange(len(rows)))
-        evaluations = _evaluations(stepper.simulator)
-        return Followed(times, observed, evaluations, not why, tuple(why))
+            errors.append(" ".join(str(error).split()))
+        observables, _ = built.gather(rows)
+        return Followed(
+            times=np.asarray(step * np.arange(len(rows))),
+            states=observables,
+            evaluations=_evaluations(stepper.simulator),
+            ended=not errors,
+            why=tuple(errors),
+        )
 
     begin = time.perf_counter()
-    limits = _started(case, scene, lasting, chosen)[1].limits
+    _, built = _start(case, scene, scene_duration, config)
     return FollowedSimulation(
-        follow, dict, lasting, time.perf_counter() - begin, limits, case.samples
+        follow=follow,
+        observe=dict,
+        duration=scene_duration,
+        compile_seconds=time.perf_counter() - begin,
+        limits=built.limits,
+        samples=case.samples,
     )
 
 
-def _started(
-    case: Case, scene: SceneMechanism, step: float, chosen: Any
+def _start(
+    case: Case, scene: SceneMechanism, step: float, config: Any
 ) -> tuple[ContinuousStepper, Built]:
-    """A case at its start in a continuous plant, with what reads it off."""
-    stepper = ContinuousStepper(scene, step, case.scene.duration, chosen)
-    driven = replace(scene, controls=None)  # by the plant's own source
-    return stepper, begun(case, driven, step, stepper)
+    """A stepper of a case in a continuous plant, and the case at its start in that stepper, ready
+    to be advanced and read."""
+    stepper = ContinuousStepper(scene, step, case.scene.duration, config)
+    uncontrolled = replace(scene, controls=None)  # the source has the controls
+    return stepper, begun(case, uncontrolled, step, stepper)
 
 
 def _evaluations(simulator: Any) -> int:
-    """How often a simulator has evaluated derivatives. CENIC does not count them: then three for
-    each step that it tried, rejected ones included."""
+    """The number of evaluations of derivatives that a simulator has made. CENIC does not count
+    them: for CENIC it is three times the number of steps tried, rejected steps included."""
     integrator = simulator.get_integrator()
-    if counted := integrator.get_num_derivative_evaluations():
-        return int(counted)
+    evaluations = integrator.get_num_derivative_evaluations()
+    if evaluations:
+        return int(evaluations)
     rejected = integrator.get_num_step_shrinkages_from_error_control()
     return int(3 * (integrator.get_num_steps_taken() + rejected))

@@ -1,4 +1,5 @@
-"""A model file as Drake's parser reads it: its numbers, and a user's model in a discrete plant."""
+"""A user's model file in Drake: the numbers that Drake reads from it, and runs of its model in a
+discrete plant."""
 
 from __future__ import annotations
 
@@ -13,7 +14,7 @@ from pydrake.systems.framework import DiagramBuilder
 
 from plumbob.analytic.reference import Array
 from plumbob.engines.abilities import Fields
-from plumbob.engines.adapters.drake.stepper import simulator_of
+from plumbob.engines.adapters.drake.stepper import advance, simulator_of
 from plumbob.engines.peer_model import (
     FREE,
     Frame,
@@ -27,7 +28,7 @@ from plumbob.engines.peer_model import (
 from plumbob.models.border import border
 
 IMPLICIT = "the gains of its servos act at the end of a step, not at its start"
-NO_GAINS = PdControllerGains(p=0.0, d=0.0)  # a motor's, which is no servo
+NO_GAINS = PdControllerGains(p=0.0, d=0.0)  # gains of an actuator that is no servo
 FRAME = Frame(lambda p, r: np.concatenate([r, p]), lambda q: (q[4:], q[:4]))
 
 
@@ -41,8 +42,8 @@ def _read(path: Path, plant: Any) -> Any:
 
 
 def model_fields(path: Path) -> Fields:
-    """The numbers of the file `path` in a plant that is not given a step: see the adapter for
-    MuJoCo. Raises RefusedFile."""
+    """The numbers that Drake reads from a model file, in a plant without a time step; raises
+    RefusedFile."""
     plant, graph = AddMultibodyPlantSceneGraph(DiagramBuilder(), 0.0)
     _read(path, plant)
     yield "gravity", "", plant.gravity_field().gravity_vector()
@@ -58,7 +59,8 @@ def model_fields(path: Path) -> Fields:
     for actuator in map(plant.get_joint_actuator, plant.GetJointActuatorIndices()):
         name = actuator.name()
         ratio = actuator.default_gear_ratio()
-        yield "gear", name, 1.0  # forces act on the joint as they are: the ratio is the rotor's
+        # The gear ratio scales the inertia of the rotor, and not the force on the joint.
+        yield "gear", name, 1.0
         gains = _gains(actuator)
         yield "kp", name, gains[0]
         yield "kv", name, gains[1]
@@ -73,20 +75,22 @@ def model_fields(path: Path) -> Fields:
 
 
 def _gains(actuator: Any) -> tuple[float, float]:
-    """The gains kp and kv of an actuator, both 0 where it is no servo."""
+    """The gains kp and kv of an actuator; both are 0 if the actuator is no servo."""
     gains = actuator.get_controller_gains() if actuator.has_controller() else NO_GAINS
     return gains.p, gains.d
 
 
 class DrakeModel:
-    """A plant and its simulator."""
+    """A user's model in a discrete plant, with its simulator."""
 
     def __init__(self, path: Path, layout: Layout, step: float) -> None:
         builder = DiagramBuilder()
         self.plant, _ = AddMultibodyPlantSceneGraph(builder, step)
-        self.plant.SetUseSampledOutputPorts(False)  # contacts of a state, not of the last step
+        # Contact results are those of the present state, and not those of the last step.
+        self.plant.SetUseSampledOutputPorts(False)
         self.file = _read(path, self.plant)
-        self.step, self.layout = step, layout
+        self.step = step
+        self.layout = layout
         diagram = builder.Build()
         self.simulator = simulator_of(diagram, diagram.CreateDefaultContext())
         self.context = self.plant.GetMyMutableContextFromRoot(
@@ -95,13 +99,13 @@ class DrakeModel:
         indices = self.plant.GetJointActuatorIndices()
         actuators = [self.plant.get_joint_actuator(i) for i in indices]
         self.commands = commands(layout, [actuator.name() for actuator in actuators])
-        self.selects = self.plant.MakeActuationMatrix()
+        self.actuation = self.plant.MakeActuationMatrix()  # actuator forces -> joint forces
         self.gains = np.array([_gains(actuator) for actuator in actuators]).reshape(-1, 2).T
         self.servos = self.gains.any(axis=0)
         self.places = [actuator.joint().position_start() for actuator in actuators]
 
     def put(self, q: Array, v: Array) -> None:
-        """Start from these coordinates."""
+        """Sets the coordinates and their rates, at the time 0, with controls and forces of zero."""
         self.simulator.get_mutable_context().SetTime(0.0)
         self.plant.SetPositions(self.context, q)
         self.plant.SetVelocities(self.context, v)
@@ -109,6 +113,7 @@ class DrakeModel:
         self.simulator.Initialize()
 
     def _push(self, control: Array, force: Array) -> None:
+        """Sets the controls of the actuators and a generalised `force`, both of which are held."""
         plant = self.plant
         context = self.context
         self.commanded = np.zeros(len(self.places))
@@ -122,54 +127,58 @@ class DrakeModel:
         plant.get_applied_generalized_force_input_port().FixValue(context, force)
 
     def terms(self, q: Array, v: Array, control: Array) -> dict[str, Any]:
-        """Of the plant; pairs that touch by Drake's contact results."""
+        """The terms of the equations of motion, and the pairs of bodies that touch by Drake's
+        contact results."""
         plant = self.plant
         context = self.context
         self.put(q, v)
         self._push(control, 0.0 * v)
         damping = np.zeros(plant.num_velocities())
         for joint in map(plant.get_joint, plant.GetJointIndices()):
-            at = joint.velocity_start()
-            damping[at : at + joint.num_velocities()] = joint.GetDampingVector(context)
+            first = joint.velocity_start()
+            damping[first : first + joint.num_velocities()] = joint.GetDampingVector(context)
         kp, kv = self.gains
-        held = kp * (self.commanded - q[self.places]) - kv * (v @ self.selects)
-        touching = plant.get_contact_results_output_port().Eval(context)
-        pairs = [
-            (info.bodyA_index(), info.bodyB_index())
-            for info in map(
-                touching.point_pair_contact_info, range(touching.num_point_pair_contacts())
-            )
-        ]
+        errors = self.commanded - q[self.places]
+        servo_forces = kp * errors - kv * (v @ self.actuation)
+        forces = np.where(self.servos, servo_forces, self.commanded)
+        results = plant.get_contact_results_output_port().Eval(context)
+        names = list[tuple[str, str]]()
+        for number in range(results.num_point_pair_contacts()):
+            contact = results.point_pair_contact_info(number)
+            first_body = plant.get_body(contact.bodyA_index())
+            second_body = plant.get_body(contact.bodyB_index())
+            names.append((first_body.name(), second_body.name()))
         return {
             "mass matrix": plant.CalcMassMatrix(context),
             "gravity": plant.CalcGravityGeneralizedForces(context),
             "bias": plant.CalcBiasTerm(context),
             "passive": -damping * v,
-            "actuator": self.selects @ np.where(self.servos, held, self.commanded),
+            "actuator": self.actuation @ forces,
             "causes": {"acceleration": IMPLICIT} if self.servos.any() else {},
-            "contacts": [tuple(plant.get_body(i).name() for i in pair) for pair in pairs],
+            "contacts": names,
         }
 
     def advance(self, control: Array, force: Array, steps: int) -> tuple[Array, Array]:
-        """Take steps; a discrete update takes place at the time at which its step begins."""
+        """Takes `steps` steps under a control and a generalised `force`, both held; returns the
+        coordinates and their rates. Raises NotRead if Drake fails."""
         self._push(control, force)
-        begun = round(self.simulator.get_context().get_time() / self.step + 0.5)
-        with border(lambda line: NotRead(f"its steps end: {line}")):
-            self.simulator.AdvanceTo((begun + steps - 0.5) * self.step)
+        steps_taken = round(self.simulator.get_context().get_time() / self.step + 0.5)
+        with border(lambda line: NotRead(f"a step fails: {line}")):
+            advance(self.simulator, steps_taken + steps, self.step)
         plant = self.plant
         return plant.GetPositions(self.context), plant.GetVelocities(self.context)
 
 
 def user_model(path: Path, layout: Layout, step: float) -> PeerModel:
-    """The model of a file in Drake, stepped by `step` [s], and where its joints are in Drake's
-    state; raises NotRead."""
+    """The model of a file in Drake at `step` [s], with the places of its joints in Drake's state;
+    raises NotRead."""
     model = DrakeModel(path, layout, step)
     hinges = []
     free = []
     for joint in map(model.plant.get_joint, model.plant.GetJointIndices()):
-        at = joint.position_start(), joint.velocity_start()
+        place = (joint.position_start(), joint.velocity_start())
         if joint.num_velocities() == 1:
-            hinges.append((joint.name(), at))
+            hinges.append((joint.name(), place))
         elif joint.num_velocities() == FREE:
-            free.append((*at, FRAME))
+            free.append((*place, FRAME))
     return Translated(model, layout, hinges, free)

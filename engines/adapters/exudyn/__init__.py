@@ -1,8 +1,8 @@
 """Exudyn as an engine: kinematic trees and rigid bodies under its implicit generalised-alpha
 solver, which is its default, and two of its explicit Runge-Kutta methods.
 
-Loops, changing motions and contacts are the implicit solver's alone. Every module imports Exudyn
-when it is called.
+Only the implicit solver has loops, contacts, and prescribed velocities that change. Exudyn is
+imported when a function of the other modules is called.
 """
 
 from __future__ import annotations
@@ -14,18 +14,19 @@ from plumbob.engines.method import Engine, Method, Simulation
 from plumbob.models.scene import ON_PLANE, ONE_SMOOTH, SMOOTH, Case
 
 ALPHA = Scheme("generalised alpha")
-RK4_OF_TURNS = Scheme("rk4 of rotation vectors")  # no theory here covers it
-# Scenes on which the method of order 6 has four octaves of steps above round-off. Elsewhere it has
-# two or three, and its verdict would be that nothing is claimed.
+RK4_OF_TURNS = Scheme("rk4 of rotation vectors")  # scheme that no theory here covers
+# On these scenes the errors of the method of order 6 are above round-off for four octaves of steps.
+# On other scenes they are for two or three octaves, too few for a verdict that claims an order.
 RESOLVED = ("linear-pendulum/free-large", "linear-pendulum/forced-large")
-# Beside a separatrix no step of a method without theory shows to which side it goes.
+# Near a separatrix, a method without a predicted error cannot show to which side the motion goes.
 AWAY_FROM_SADDLES = ("!cone-pendulum/*-barrier-*",)
-# A constant acceleration leaves it no error of a step: rounding alone, of which no order follows.
+# A projectile has a constant acceleration, which the solver integrates exactly: its error is
+# rounding, which has no order.
 WITH_AN_ERROR = "!projectile"
-# A tolerance of 1e-13 is not reached where a loop is nearly singular.
+# Near a singular configuration of a loop, Newton's method does not reach a tolerance of 1e-13.
 SINGULAR = ("!four-bar/near-change-point", "!slider-crank/nearly-singular")
 TURNS = ("free-body/flip", "free-body/symmetric")
-CAPSULES = (  # a scene or two of each system
+CAPSULES = (  # one or two scenes of each system
     *("capsule-line/heading-030", "capsule-coast/spin", "capsule-coast/edge"),
     *(
         "capsule-hold/0.999",
@@ -70,7 +71,8 @@ METHODS = (
 
 
 def scheme(case: Case, method: Method) -> Scheme:
-    """The scheme of `method` on this case; a free body by itself turns by rotation vectors."""
+    """The scheme of `method` on this case. A free body alone turns by rotation vectors: its RK4 is
+    a scheme that no theory here covers."""
     if case.system.name == "free-body" and method.scheme.known:
         return RK4_OF_TURNS
     return method.scheme

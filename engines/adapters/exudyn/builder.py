@@ -1,5 +1,5 @@
-"""The Exudyn system of a mechanism: its tree and its free bodies, what moves and holds the joints,
-constraints that close loops, and contacts."""
+"""Builds the Exudyn system of a mechanism: its tree and its lone free bodies, the forces on joints
+and their prescribed motions, constraints that close loops, and contacts."""
 
 from __future__ import annotations
 
@@ -22,14 +22,15 @@ from plumbob.engines.adapters.exudyn.bodies import (
     Frame,
     Inertia,
     bodies_of,
-    drawn,
-    movers,
+    drawn_attitudes,
+    moving_joints,
     norm,
     turned_to,
 )
 from plumbob.engines.adapters.exudyn.contacts import Contacts, refused_contacts
 from plumbob.engines.adapters.exudyn.motors import joint_forces
 from plumbob.engines.adapters.exudyn.tables import Tabulated
+from plumbob.engines.adapters.joints import joint_name
 from plumbob.engines.adapters.refusals import refused_parts
 from plumbob.engines.mechanism import Loop, Mechanism, Shape, is_constant
 from plumbob.engines.method import Unsupported
@@ -42,8 +43,8 @@ TYPES = MappingProxyType(
 )
 
 items = exudyn.itemInterface
-# A rotor imposes a constant velocity if its inertia [kg m^2], or its mass, is so many times the
-# bodies' whole mass: no bit of its velocity changes.
+# A rotor prescribes a constant velocity: its inertia [kg m^2], or its mass [kg], is this number
+# times the mass of all bodies, so that no bit of its velocity changes.
 HOLDING = 1e15
 
 
@@ -53,9 +54,9 @@ class Built:
 
     container: Any
     system: Any
-    nodes: tuple[int, ...]  # that of a tree, if any, then one a free body
-    places: tuple[slice, ...]  # coordinates of each joint in the system
-    alone: tuple[bool, ...]  # whether a joint is that of a free body by itself
+    nodes: tuple[int, ...]  # node of the tree if there is one, then the node of each free body
+    places: tuple[slice, ...]  # place of each joint's coordinates among Exudyn's
+    alone: tuple[bool, ...]  # whether each joint is the joint of a lone free body
 
 
 def build(
@@ -65,9 +66,10 @@ def build(
     *,
     explicit: bool,
 ) -> Built:
-    """The system of a mechanism for runs at a time step [s], with controls of the time, or controls
-    that stay zero, by an explicit solver or an implicit one; raises Unsupported."""
-    for feature in refused(mechanism, explicit):
+    """The system of a mechanism for runs at a time step [s]. `controls` is a function of the time;
+    None stands for controls that stay zero. `explicit` tells whether the solver is explicit. Raises
+    Unsupported."""
+    for feature in refused_features(mechanism, explicit):
         raise Unsupported(f"feature {feature}")
     container = exudyn.SystemContainer()
     system = container.AddSystem()
@@ -76,31 +78,34 @@ def build(
     carriers = {WORLD: system.AddObject(items.ObjectGround())}
     size = len(bodies.links.parents)
     if size:
-        # Stages of a step are at its ends and, of Kutta's method, in the middle.
+        # Stages are at the ends of a step and, in Kutta's method, in the middle of the step.
         table = controls and Tabulated(controls, 0.5 * step)
         forces = joint_forces(mechanism, bodies.places, size, table)
-        node, tree = _tree(system, bodies, mechanism.gravity, forces)
+        node, tree = _add_tree(system, bodies, mechanism.gravity, forces)
         nodes.append(node)
         carriers |= dict.fromkeys(range(size), tree)
-        _impose(mechanism, system, bodies, node, explicit, step)
-    for carrier in (carrier for carrier in bodies.inertias if carrier < WORLD):
-        node, carriers[carrier] = _rigid(system, bodies.inertias[carrier], mechanism.gravity)
-        nodes.append(node)
+        _add_rotors(mechanism, system, bodies, node, explicit, step)
+    for carrier, inertia in bodies.inertias.items():
+        if carrier < WORLD:
+            node, carriers[carrier] = _add_free_body(system, inertia, mechanism.gravity)
+            nodes.append(node)
     for loop in mechanism.loops:
-        _close(mechanism, system, bodies, carriers, loop)
-    _touch(mechanism, system, bodies, carriers, step)
+        _close_loop(mechanism, system, bodies, carriers, loop)
+    _add_contacts(mechanism, system, bodies, carriers, step)
     system.Assemble()
     alone = tuple(bodies.frames[joint.body].carrier < WORLD for joint in mechanism.joints)
     return Built(container, system, tuple(nodes), bodies.places, alone)
 
 
-def refused(mechanism: Mechanism, explicit: bool) -> Iterator[str]:
-    """The names of features of a mechanism that Exudyn, its explicit solvers, or this builder
-    cannot express."""
+def refused_features(mechanism: Mechanism, explicit: bool) -> Iterator[str]:
+    """Names the features of a mechanism that Exudyn, or this builder, cannot express; if
+    `explicit`, also the features that Exudyn's explicit solvers cannot express."""
     yield from refused_parts(mechanism)
-    yield from (f"carried weight of body {x.name}" for x in mechanism.bodies if x.carried)
+    yield from (
+        f"carried weight of body {body.name}" for body in mechanism.bodies if body.carried
+    )
     for joint in mechanism.joints:
-        name = joint.name or f"of body {mechanism.bodies[joint.body].name}"
+        name = joint_name(mechanism, joint)
         if joint.limits or np.any(joint.friction_loss):
             yield f"limit or dry friction of joint {name}"
         acts = joint.stiffness or np.any(joint.damping) or np.any(joint.armature)
@@ -110,17 +115,18 @@ def refused(mechanism: Mechanism, explicit: bool) -> Iterator[str]:
             yield f"changing velocity of joint {name}, which explicit solvers do not prescribe"
     if explicit:
         yield from (
-            f"loop {x.name}, which explicit solvers leave open" for x in mechanism.loops
+            f"loop {loop.name}, which explicit solvers leave open" for loop in mechanism.loops
         )
         if mechanism.touching:
-            yield "contacts, which explicit solvers take as they are when a step begins"
+            yield "contacts, which explicit solvers evaluate only at the start of a step"
     yield from refused_contacts(mechanism)
 
 
-def _tree(
+def _add_tree(
     system: Any, bodies: Bodies, gravity: Array, forces: Mapping[str, Any]
 ) -> tuple[int, int]:
-    """Add the tree; returns the numbers of its node and of its object."""
+    """Adds the kinematic tree with the `forces` on its joints; returns the numbers of its node and
+    of its object."""
     links = bodies.links
     size = len(links.parents)
     inertias = [bodies.inertias.get(link, Inertia()) for link in range(size)]
@@ -139,25 +145,26 @@ def _tree(
         linkParents=links.parents,
         jointTransformations=exudyn.Matrix3DList(links.turns),
         jointOffsets=exudyn.Vector3DList(links.places),
-        linkInertiasCOM=exudyn.Matrix3DList([own.moments for own in inertias]),
-        linkCOMs=exudyn.Vector3DList([own.centre for own in inertias]),
-        linkMasses=[own.mass for own in inertias],
+        linkInertiasCOM=exudyn.Matrix3DList([inertia.moments for inertia in inertias]),
+        linkCOMs=exudyn.Vector3DList([inertia.centre for inertia in inertias]),
+        linkMasses=[inertia.mass for inertia in inertias],
         **forces,
     )
     return node, system.AddObject(tree)
 
 
-def _rigid(system: Any, inertia: Inertia, gravity: Array) -> tuple[int, int]:
-    """Add a free body by itself; returns the numbers of its node and of its object. Its
-    coordinates are its place and a rotation vector, on which solvers work as on a group."""
+def _add_free_body(system: Any, inertia: Inertia, gravity: Array) -> tuple[int, int]:
+    """Adds a lone free body; returns the numbers of its node and of its object. The coordinates are
+    its place and a rotation vector, which Exudyn's solvers update as an element of a Lie group."""
     node = system.AddNode(items.NodeRigidBodyRotVecLG(referenceCoordinates=[0.0] * 6))
     arm = inertia.centre
-    about = inertia.moments + inertia.mass * (arm @ arm * AXES - np.outer(arm, arm))
+    of_unit_mass = arm @ arm * AXES - np.outer(arm, arm)
+    moments = inertia.moments + inertia.mass * of_unit_mass  # about the origin of the frame
     body = items.ObjectRigidBody(
         nodeNumber=node,
         mass=inertia.mass,
         centerOfMass=arm,
-        inertia=[*np.diag(about), about[1, 2], about[0, 2], about[0, 1]],
+        inertia=[*np.diag(moments), moments[1, 2], moments[0, 2], moments[0, 1]],
     )
     number = system.AddObject(body)
     if np.any(gravity):
@@ -167,7 +174,7 @@ def _rigid(system: Any, inertia: Inertia, gravity: Array) -> tuple[int, int]:
     return node, number
 
 
-def _impose(
+def _add_rotors(
     mechanism: Mechanism,
     system: Any,
     bodies: Bodies,
@@ -175,12 +182,12 @@ def _impose(
     explicit: bool,
     step: float,
 ) -> None:
-    """Add the armatures of the joints of a tree, and impose prescribed velocities. An implicit
-    solver gets a constraint; an explicit one, which has no constraints, a rotor so heavy that its
-    velocity does not change."""
+    """Adds the armatures of the joints of a tree, and prescribes velocities. For an implicit solver
+    a velocity is prescribed by a constraint. Explicit solvers have no constraints: for them it is
+    prescribed by a rotor with so large an inertia that the velocity does not change."""
     rotors = np.zeros(len(bodies.links.parents))
     for joint, place in zip(mechanism.joints, bodies.places, strict=True):
-        if joint.kind in CHAINS:  # several coordinates; an armature of such joints is refused
+        if joint.kind in CHAINS:  # a free or a ball joint: its armature is refused
             continue
         rotors[place] = joint.armature
         if joint.velocity is not None and explicit:
@@ -196,50 +203,54 @@ def _impose(
 def _prescribe(
     system: Any, node: int, coordinate: int, velocity: Velocity, step: float
 ) -> None:
-    """Constrain the velocity of a coordinate, of which a solver asks at the ends of steps."""
+    """Adds a constraint that prescribes the velocity of a coordinate. The solver evaluates the
+    velocity at the ends of steps."""
     ground = system.AddNode(items.NodePointGround())
     markers = [
-        system.AddMarker(items.MarkerNodeCoordinate(nodeNumber=number, coordinate=which))
-        for number, which in ((ground, 0), (node, coordinate))
+        system.AddMarker(items.MarkerNodeCoordinate(nodeNumber=number, coordinate=index))
+        for number, index in ((ground, 0), (node, coordinate))
     ]
     table = Tabulated(velocity, step)
 
-    def at(system: Any, now: float, item: int, offset: float) -> float:
+    def velocity_at(system: Any, now: float, item: int, offset: float) -> float:
         return float(table(now))
 
-    fixed = is_constant(velocity)
+    constant = is_constant(velocity)
     constraint = items.ObjectConnectorCoordinate(
         markerNumbers=markers,
         velocityLevel=True,
-        offset=float(table(0.0)) if fixed else 0.0,
-        offsetUserFunction_t=0 if fixed else at,
+        offset=float(table(0.0)) if constant else 0.0,
+        offsetUserFunction_t=0 if constant else velocity_at,
     )
     system.AddObject(constraint)
 
 
-def _close(
+def _close_loop(
     mechanism: Mechanism, system: Any, bodies: Bodies, carriers: Mapping[int, int], loop: Loop
 ) -> None:
-    """Add the constraint that closes a loop. Where all motion is in a plane, points stay in it by
-    themselves: a constraint across it, which would be singular, is left out."""
-    turn, axes = AXES, [1, 1, 1, 0, 0, 0]
+    """Adds the constraint that closes a loop. If the bodies of the loop move in a plane, their
+    points stay in the plane without a constraint: the constraint along the normal would be
+    singular, and is left out."""
+    turn = AXES
+    axes = [1, 1, 1, 0, 0, 0]
+    normal = _normal_of_loop(mechanism, loop)
     if loop.kind == "weld":
-        turn, axes = rotation(loop.attitude), [1] * 6
-    elif (normal := _normal(mechanism, loop)) is not None:
-        turn, axes = turned_to(normal), [1, 1, 0, 0, 0, 0]
-    frames = [bodies.frames[number] for number in loop.bodies]
-    first, second = (
-        frame.within(place, own)
-        for frame, place, own in zip(frames, loop.places, (turn, AXES), strict=True)
-    )
-    markers = [add_marker(system, carriers, frame) for frame in (first, second)]
+        turn = rotation(loop.attitude)
+        axes = [1] * 6
+    elif normal is not None:
+        turn = turned_to(normal)
+        axes = [1, 1, 0, 0, 0, 0]
+    first, second = (bodies.frames[number] for number in loop.bodies)
+    place, other_place = loop.places
+    frames = (first.within(place, turn), second.within(other_place, AXES))
+    markers = [add_marker(system, carriers, frame) for frame in frames]
     system.AddObject(items.ObjectJointGeneric(markerNumbers=markers, constrainedAxes=axes))
 
 
-def _touch(
+def _add_contacts(
     mechanism: Mechanism, system: Any, bodies: Bodies, carriers: Mapping[int, int], step: float
 ) -> None:
-    """Add the contacts of shapes."""
+    """Adds the contacts of all pairs of shapes that can touch."""
 
     def mark(shape: Shape, place: Array) -> int:
         frame = bodies.frames[shape.body].within(shape.place, rotation(shape.attitude))
@@ -250,29 +261,36 @@ def _touch(
         contacts.add(touch)
 
 
-def _normal(mechanism: Mechanism, loop: Loop) -> Array | None:
-    """The normal, in the frame of the first body of a loop, of the plane in which all joints that
-    move the bodies of the loop let them move; None where there is no such plane."""
-    turns = drawn(mechanism)
-    joints = [joint for number in loop.bodies for joint in movers(mechanism, number)]
-    axes = {kind: [turns[x.body] @ x.axis for x in joints if x.kind == kind] for kind in TYPES}
-    if sum(map(len, axes.values())) < len(joints) or not axes["hinge"]:
+def _normal_of_loop(mechanism: Mechanism, loop: Loop) -> Array | None:
+    """The normal of the plane in which the two bodies of a loop move, in the frame of the first
+    body. None if there is no such plane: it takes at least one hinge, all hinges parallel to the
+    normal, and all slides in the plane."""
+    turns = drawn_attitudes(mechanism)
+    first, second = loop.bodies
+    joints = moving_joints(mechanism, first) + moving_joints(mechanism, second)
+    if any(joint.kind not in TYPES for joint in joints):
         return None
-    normal = axes["hinge"][0]
-    across = [norm(np.cross(axis, normal)) for axis in axes["hinge"]]
-    along = [abs(float(axis @ normal)) for axis in axes["slide"]]
-    return turns[loop.bodies[0]].T @ normal if max(across + along) < PARALLEL else None
+    hinges = [turns[joint.body] @ joint.axis for joint in joints if joint.kind == "hinge"]
+    slides = [turns[joint.body] @ joint.axis for joint in joints if joint.kind == "slide"]
+    if not hinges:
+        return None
+    normal = hinges[0]
+    misalignments = [norm(np.cross(axis, normal)) for axis in hinges]
+    out_of_plane = [abs(float(axis @ normal)) for axis in slides]
+    in_plane = max(misalignments + out_of_plane) < PARALLEL
+    return turns[first].T @ normal if in_plane else None
 
 
 def add_marker(system: Any, carriers: Mapping[int, int], frame: Frame) -> int:
-    """Add a marker of a frame; returns its number."""
-    at = np.eye(4)
-    at[:3, :3], at[:3, 3] = frame.turn, frame.place
+    """Adds a marker at a frame; returns the number of the marker."""
+    pose = np.eye(4)
+    pose[:3, :3] = frame.turn
+    pose[:3, 3] = frame.place
     number = carriers[frame.carrier]
     if frame.carrier <= WORLD:
-        marker = items.MarkerBodyRigid(bodyNumber=number, localHT=at)
+        marker = items.MarkerBodyRigid(bodyNumber=number, localHT=pose)
     else:
         marker = items.MarkerKinematicTreeRigid(
-            objectNumber=number, linkNumber=frame.carrier, localHT=at
+            objectNumber=number, linkNumber=frame.carrier, localHT=pose
         )
     return int(system.AddMarker(marker))

@@ -1,8 +1,10 @@
-"""Contacts in Exudyn of shapes with a plane, which yield. Each has a friction of its own.
+"""Contacts of shapes with a plane in Exudyn. They are springs and dampers, and each contact has a
+coefficient of friction.
 
-Exudyn's contact that slides and rolls well is that of a disc. A disc is a flat ellipsoid; a sphere
-whose body turns about one axis along the plane; and a point, a corner of a box or a sphere of next
-to no radius, whose disc has any axis along the plane.
+The only contact of Exudyn that slides and rolls well is the contact of a disc. These shapes are
+discs: a flat ellipsoid; a sphere whose body turns about one axis that is parallel to the plane; and
+a point, which is a corner of a box or a sphere with a tiny radius. The disc of a point may have any
+axis that is parallel to the plane.
 """
 
 from __future__ import annotations
@@ -19,27 +21,38 @@ import exudyn.itemInterface
 import numpy as np
 
 from plumbob.analytic.reference import Array
-from plumbob.engines.adapters.exudyn.bodies import AXES, PARALLEL, drawn, movers, norm
+from plumbob.engines.adapters.exudyn.bodies import (
+    AXES,
+    PARALLEL,
+    drawn_attitudes,
+    moving_joints,
+    norm,
+)
 from plumbob.engines.adapters.refusals import names_of, refused_friction, refused_shapes
 from plumbob.engines.mechanism import Mechanism, Shape, Touch
 from plumbob.engines.peer_model import rotation
 
 items = exudyn.itemInterface
 
-# Rate of a contact that carries the mass of all bodies, times the step: at 1 ms a weight presses it
-# in by 10 micrometres. It is damped critically.
+# Rate of a contact times the step. The contact carries the mass of all bodies and is critically
+# damped: at 1 ms its static penetration under their weight is 10 micrometres.
 RATE = 1.0
-BOUNCE = 20.0  # steps that an impact with restitution lasts, by a stiffness that is less
-# Speed below which friction is in proportion to the slip, over the step [m/s^2]: more than the slip
-# that gravity makes in a step on a slope, or solvers take a body that sticks for one that slips.
+BOUNCE = 20.0  # number of steps that an impact with restitution lasts
+# [m/s^2] speed below which friction is proportional to the slip, divided by the step. It is larger
+# than the slip speed that gravity causes within a step on a slope: otherwise the solver would take
+# a sticking body for a slipping body.
 SLIP = 5.0
-# [m] radius of a sphere that is a point, at most: by less is it elsewhere if it tilts
+# [m] largest radius of a sphere that is taken for a point: a tilt displaces its contact by less
 POINT = 1e-4
-CORNER = 1e-3  # radius of the disc in a corner of a box, over the smallest half size
-FLAT = 1e-3  # thickness of a disc over its diameter, at most
-APART = 1.0  # [m], the gap before the first step, by which a first touch is seen as an impact
-PLANE = 100.0  # [m] from the middle of a plane to its nearest side, for a sphere that bounces
-ROUNDING = 2.0 * sys.float_info.epsilon  # [m], of the depths of contacts
+CORNER = 1e-3  # radius of the disc in a corner of a box, relative to the smallest half size
+FLAT = 1e-3  # largest thickness of a disc, relative to its diameter
+INITIAL_GAP = (
+    1.0  # [m] gap before the first step: it lets Exudyn see a first touch as an impact
+)
+PLANE = (
+    100.0  # [m] distance from the middle of a plane to its nearest side, for bouncing spheres
+)
+ROUNDING = 2.0 * sys.float_info.epsilon  # [m] rounding of the depths of contacts
 Mark = Callable[[Shape, Array], int]
 """Adds a marker at a place [m] in the frame of a shape; returns its number."""
 Disc = tuple[Array, float, Array]
@@ -47,8 +60,8 @@ Disc = tuple[Array, float, Array]
 
 
 def refused_contacts(mechanism: Mechanism) -> Iterator[str]:
-    """The names of shapes whose contact is not expressed, and of what else two shapes that touch
-    have and Exudyn has not."""
+    """Names the shapes and the features of contacts that Exudyn, or this builder, cannot
+    express."""
     yield from refused_shapes(mechanism)
     for touch in mechanism.touching:
         plane, other = _plane_first(mechanism, touch)
@@ -56,19 +69,20 @@ def refused_contacts(mechanism: Mechanism) -> Iterator[str]:
         yield from refused_friction(touch, names)
         if touch.restitution:
             if plane.kind != "plane" or other.kind != "sphere" or touch.sliding[0]:
-                yield f"restitution of {names}, with friction or not of a sphere on a plane"
+                yield f"restitution of {names}, which needs a sphere on a plane without friction"
         elif not _discs(mechanism, plane, other):
             yield f"contact of {names}"
 
 
 def _plane_first(mechanism: Mechanism, touch: Touch) -> tuple[Shape, Shape]:
-    """The shapes that touch, a plane before another."""
+    """The two shapes that can touch. If the second shape is a plane, it comes first."""
     first, second = (mechanism.shapes[i] for i in touch.shapes)
     return (second, first) if second.kind == "plane" else (first, second)
 
 
 def _discs(mechanism: Mechanism, plane: Shape, other: Shape) -> list[Disc]:
-    """The discs that another shape is on a plane; none where that is not expressed."""
+    """The discs that stand for the shape `other` in its contact with a plane. Empty if the builder
+    cannot express the contact."""
     if plane.kind != "plane":
         return []
     middle = np.zeros(3)
@@ -76,60 +90,67 @@ def _discs(mechanism: Mechanism, plane: Shape, other: Shape) -> list[Disc]:
         least, between, most = np.sort(other.size).tolist()
         flat = between == most and least <= FLAT * most
         return [(middle, most, AXES[np.argmin(other.size)])] if flat else []
-    turns = drawn(mechanism)
+    turns = drawn_attitudes(mechanism)
     normal = turns[plane.body] @ rotation(plane.attitude)[:, 2]
     turn = (turns[other.body] @ rotation(other.attitude)).T
-    across = np.cross(normal, AXES[np.argmin(np.abs(normal))])
+    direction = _direction_in_plane(normal)
+    any_axis = turn @ direction / norm(direction)
     if other.kind == "box":
         radius = CORNER * float(other.size.min())
         corners = product((-1, 1), repeat=3)
         places = (np.array(corner) * (other.size - radius) for corner in corners)
-        return [(place, radius, turn @ across / norm(across)) for place in places]
+        return [(place, radius, any_axis) for place in places]
     if other.kind == "sphere" and other.size[0] > POINT:
-        axis = _axle(mechanism, other.body, normal)
+        axis = _only_axis(mechanism, other.body, normal)
         return [] if axis is None else [(middle, float(other.size[0]), turn @ axis)]
     if other.kind == "sphere":
-        return [(middle, float(other.size[0]), turn @ across / norm(across))]
+        return [(middle, float(other.size[0]), any_axis)]
     return []
 
 
-def _axle(mechanism: Mechanism, body: int, normal: Array) -> Array | None:
+def _only_axis(mechanism: Mechanism, body: int, normal: Array) -> Array | None:
     """The direction in the world of the only axis about which a body can turn, if that axis is
     parallel to a plane with this normal. If the body cannot turn, any direction in the plane; None
     if it can turn otherwise."""
-    attitudes = drawn(mechanism)
-    turning = [joint for joint in movers(mechanism, body) if joint.kind != "slide"]
+    attitudes = drawn_attitudes(mechanism)
+    turning = [joint for joint in moving_joints(mechanism, body) if joint.kind != "slide"]
     if any(joint.kind != "hinge" for joint in turning):
         return None
     axes = [attitudes[joint.body] @ joint.axis for joint in turning]
-    axis = axes[0] if axes else np.cross(normal, AXES[np.argmin(np.abs(normal))])
-    off = [abs(float(axis @ normal)), *(norm(np.cross(other, axis)) for other in axes)]
-    return axis / norm(axis) if max(off) <= PARALLEL else None
+    axis = axes[0] if axes else _direction_in_plane(normal)
+    out_of_plane = abs(float(axis @ normal))
+    misalignments = [norm(np.cross(other, axis)) for other in axes]
+    return axis / norm(axis) if max([out_of_plane, *misalignments]) <= PARALLEL else None
 
 
-def rounding(mechanism: Mechanism, step: float) -> float:
-    """What rounding may leave of the forces of contacts at a time step [s] [N]."""
+def _direction_in_plane(normal: Array) -> Array:
+    """A direction parallel to a plane with this normal."""
+    return np.cross(normal, AXES[np.argmin(np.abs(normal))])
+
+
+def rounding_of_forces(mechanism: Mechanism, step: float) -> float:
+    """The rounding error of contact forces at a time step [s], as an absolute tolerance [N]."""
     mass = sum(body.mass for body in mechanism.bodies)
     return ROUNDING * mass * (RATE / step) ** 2
 
 
 @dataclass(frozen=True)
 class Contacts:
-    """What contacts are added with to a system."""
+    """Adds contacts of a mechanism to an Exudyn system."""
 
     system: Any
     mechanism: Mechanism
     step: float  # [s]
-    mark: Mark
+    mark: Mark  # adds markers to the system
 
     def add(self, touch: Touch) -> None:
-        """Add the contact of two shapes."""
+        """Adds the contact of two shapes."""
         plane, other = _plane_first(self.mechanism, touch)
         if touch.restitution:
-            self._bouncing(plane, other, touch.restitution)
+            self._add_bouncing(plane, other, touch.restitution)
         else:
             for disc in _discs(self.mechanism, plane, other):
-                self._rolling(plane, other, disc, touch)
+                self._add_rolling(plane, other, disc, touch)
 
     @property
     def _law(self) -> tuple[float, float]:
@@ -142,14 +163,14 @@ class Contacts:
         """The mass of all bodies [kg]."""
         return sum(body.mass for body in self.mechanism.bodies)
 
-    def _rolling(self, plane: Shape, other: Shape, disc: Disc, touch: Touch) -> None:
-        """Add a contact of the rim of a disc of a shape with a plane."""
+    def _add_rolling(self, plane: Shape, other: Shape, disc: Disc, touch: Touch) -> None:
+        """Adds a contact between a plane and the rim of a disc of the shape `other`."""
         place, radius, axis = disc
         stiffness, damping = self._law
         self.system.AddObject(
             items.ObjectConnectorRollingDiscPenalty(
                 markerNumbers=[self.mark(plane, np.zeros(3)), self.mark(other, place)],
-                nodeNumber=self._data(0.0, 0.0, 0.0),
+                nodeNumber=self._add_data(0.0, 0.0, 0.0),
                 discRadius=radius,
                 discAxis=axis,
                 planeNormal=AXES[2],
@@ -161,12 +182,13 @@ class Contacts:
             )
         )
 
-    def _bouncing(self, plane: Shape, ball: Shape, restitution: float) -> None:
-        """Add a contact of a sphere with a plane that gives back a part of the speed."""
+    def _add_bouncing(self, plane: Shape, ball: Shape, restitution: float) -> None:
+        """Adds a contact between a plane and a sphere that bounces with a coefficient of
+        restitution."""
         self.system.AddObject(
             items.ObjectContactSphereTriangle(
                 markerNumbers=[self.mark(shape, np.zeros(3)) for shape in (ball, plane)],
-                nodeNumber=self._data(APART, 0.0, 0.0, 0.0),
+                nodeNumber=self._add_data(INITIAL_GAP, 0.0, 0.0, 0.0),
                 sphereRadius=float(ball.size[0]),
                 trianglePoints=exudyn.Vector3DList(list(TRIANGLE)),
                 includeEdges=0,
@@ -176,10 +198,11 @@ class Contacts:
             )
         )
 
-    def _data(self, *begin: float) -> int:
-        """Add a node of numbers that a contact keeps from step to step; returns its number."""
+    def _add_data(self, *values: float) -> int:
+        """Adds a node for the numbers that a contact keeps from step to step, with their initial
+        values; returns the number of the node."""
         node = items.NodeGenericData(
-            initialCoordinates=list(begin), numberOfDataCoordinates=len(begin)
+            initialCoordinates=list(values), numberOfDataCoordinates=len(values)
         )
         return int(self.system.AddNode(node))
 

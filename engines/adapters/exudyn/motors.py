@@ -1,5 +1,6 @@
-"""Forces on the joints of an Exudyn tree: springs, dampers and servos without limits, which the
-tree has, and forces of actuators that a function gives whenever a solver asks for them."""
+"""Forces on the joints of an Exudyn tree. Springs, dampers and unlimited servos are parameters of
+the tree. The forces of other actuators come from a function, which the solver calls in each
+stage."""
 
 from __future__ import annotations
 
@@ -19,10 +20,10 @@ from plumbob.engines.joint_forces import (
 from plumbob.engines.mechanism import Mechanism
 
 Motor = tuple[int, JointForce]
-"""A coordinate of a tree, and the force of the actuators on its joint."""
+"""The number of a coordinate of the tree, and the force of the actuators on its joint."""
 Force = Callable[[Any, float, int, Array, Array], list[float]]
-"""The forces on all coordinates of a tree [N m] or [N], by its system, the time [s], the number of
-the tree, its coordinates and their rates."""
+"""System, time [s], number of the tree, coordinates of the tree, their rates -> the forces on all
+coordinates of the tree [N m] or [N]."""
 
 
 def joint_forces(
@@ -30,50 +31,55 @@ def joint_forces(
 ) -> dict[str, Any]:
     """The keyword arguments of Exudyn's kinematic tree that describe the forces on its joints.
 
-    The tree has `size` coordinates, and each joint those at its place among `places`. Controls
-    follow the time; None stands for controls that stay zero.
+    The tree has `size` coordinates, and `places` has the place of each joint's coordinates among
+    them. `controls` is a function of the time; None stands for controls that stay zero.
     """
     constant, stiffness, damping = np.zeros((3, size))
     motors = list[Motor]()
-    none = idle_controls(mechanism)
+    idle = idle_controls(mechanism)
     for number, joint in enumerate(mechanism.joints):
-        own = actuators_of(mechanism, number)
-        at = places[number].start
+        actuators = actuators_of(mechanism, number)
+        coordinate = places[number].start
         if joint.kind in ("hinge", "slide"):
-            stiffness[at] += joint.stiffness
-            constant[at] += joint.stiffness * float(joint.rest[0])
-            damping[at] += joint.damping[0]
-        limited = joint.force_range or any(x.control_range or x.force_range for x in own)
-        if own and (limited or controls is not None):
-            motors.append((at, actuator_force(joint, own)))
+            stiffness[coordinate] += joint.stiffness
+            constant[coordinate] += joint.stiffness * float(joint.rest[0])
+            damping[coordinate] += joint.damping[0]
+        ranges = [joint.force_range]
+        ranges += [actuator.control_range for actuator in actuators]
+        ranges += [actuator.force_range for actuator in actuators]
+        if actuators and (any(ranges) or controls is not None):
+            motors.append((coordinate, actuator_force(joint, actuators)))
             continue
-        for actuator in own:
-            gear, bias = actuator.gear, actuator.bias
-            constant[at] += gear * bias[0]
-            stiffness[at] -= gear**2 * bias[1]
-            damping[at] -= gear**2 * bias[2]
+        for actuator in actuators:
+            gear = actuator.gear
+            force, force_per_length, force_per_rate = actuator.bias
+            constant[coordinate] += gear * force
+            stiffness[coordinate] -= gear**2 * force_per_length
+            damping[coordinate] -= gear**2 * force_per_rate
+    force_function = _force_function(motors, size, controls or (lambda now: idle))
     return {
         "jointForceVector": constant,
         "jointPControlVector": stiffness,
         "jointDControlVector": damping,
         "jointPositionOffsetVector": np.zeros(size),
         "jointVelocityOffsetVector": np.zeros(size),
-        "forceUserFunction": _pushing(motors, size, controls or (lambda now: none))
-        if motors
-        else 0,
+        "forceUserFunction": force_function if motors else 0,
     }
 
 
-def _pushing(
+def _force_function(
     motors: Sequence[Motor], size: int, controls: Callable[[float], Sequence[float]]
 ) -> Force:
-    """The function that gives the forces of motors, under controls of the time [s]."""
+    """A function that returns the forces of motors on all coordinates; `controls` returns the
+    controls at a time [s]."""
 
-    def push(system: Any, now: float, tree: int, place: Array, rate: Array) -> list[float]:
+    def forces_at(
+        system: Any, now: float, tree: int, coordinates: Array, rates: Array
+    ) -> list[float]:
         forces = [0.0] * size
         row = controls(now)
-        for at, exerted in motors:
-            forces[at] += exerted(float(place[at]), float(rate[at]), row)
+        for number, exerted in motors:
+            forces[number] += exerted(float(coordinates[number]), float(rates[number]), row)
         return forces
 
-    return push
+    return forces_at

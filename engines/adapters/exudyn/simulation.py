@@ -1,4 +1,5 @@
-"""Scenes in Exudyn: a run is one call of its solver, which keeps every state."""
+"""Simulations of scenes in Exudyn. A run is one call of Exudyn's solver, which keeps every
+state."""
 
 from __future__ import annotations
 
@@ -16,15 +17,13 @@ from plumbob.models.scene import Case
 
 
 def prepare(case: Case, method: Method, step: float) -> Simulation:
-    """Build `case` for `method` at `step` [s]; raises Unsupported and ParameterError."""
-    lasting = case.scene.duration
-    sampling.step_count(lasting, step)
+    """The simulation of a case by a method at `step` [s]; raises Unsupported and ParameterError."""
+    scene_duration = case.scene.duration
+    sampling.step_count(scene_duration, step)
     scene = compiled_scene(case)
     begin = time.perf_counter()
     stepper = ExudynStepper(scene.mechanism, method.settings, step, scene.controls)
-    uncontrolled = replace(
-        scene, controls=None
-    )  # the stepper's solver asks for controls itself
+    uncontrolled = replace(scene, controls=None)  # the stepper has the controls
     built = begun(case, uncontrolled, step, stepper)
     seconds = time.perf_counter() - begin
 
@@ -36,11 +35,17 @@ def prepare(case: Case, method: Method, step: float) -> Simulation:
             stepper.run(steps)
         except (RuntimeError, ValueError) as error:
             why = (" ".join(str(error).split())[:200],)
-        taken = stepper.taken()
-        kept = sampling.sampled(steps, samples)
-        kept = kept[kept <= taken]
-        observed, _ = built.gather([(state, None) for state in stepper.states(kept)])
-        times = np.asarray(kept * step, dtype=np.float64)
-        return Followed(times, observed, taken, taken == steps, why)
+        steps_taken = stepper.steps_of_last_run()
+        sampled_steps = sampling.sampled(steps, samples)
+        sampled_steps = sampled_steps[sampled_steps <= steps_taken]
+        states = stepper.states(sampled_steps)
+        observables, _ = built.gather([(state, None) for state in states])
+        return Followed(
+            times=np.asarray(sampled_steps * step, dtype=np.float64),
+            states=observables,
+            evaluations=steps_taken,
+            ended=steps_taken == steps,
+            why=why,
+        )
 
-    return FollowedSimulation(follow, dict, lasting, seconds, built.limits)
+    return FollowedSimulation(follow, dict, scene_duration, seconds, built.limits)

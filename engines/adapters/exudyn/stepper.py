@@ -1,5 +1,5 @@
-"""A mechanism in Exudyn, stepped from any state: its solver takes all steps of a run in C++, and
-sensors keep the coordinates of every step."""
+"""A mechanism as Exudyn steps it. Exudyn's solver takes all steps of a run in C++, and sensors keep
+the coordinates of every step."""
 
 from __future__ import annotations
 
@@ -12,9 +12,10 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from plumbob.analytic.reference import Array
-from plumbob.engines.adapters.exudyn.bodies import AXES, CHAINS
+from plumbob.engines.adapters.exudyn.bodies import AXES
 from plumbob.engines.adapters.exudyn.builder import build
-from plumbob.engines.adapters.exudyn.contacts import rounding
+from plumbob.engines.adapters.exudyn.contacts import rounding_of_forces
+from plumbob.engines.adapters.joints import TURNING, joint_places
 from plumbob.engines.mechanism import Joint, Mechanism
 from plumbob.engines.method import Options
 from plumbob.engines.sampling import Indices
@@ -24,13 +25,13 @@ from plumbob.models.model_file import Controls
 items = exudyn.itemInterface
 INITIAL = exudyn.ConfigurationType.Initial
 QUANTITIES = (exudyn.OutputVariableType.Coordinates, exudyn.OutputVariableType.Coordinates_t)
-TURNING = tuple(CHAINS)  # kinds of joint with an attitude, a quaternion
-EXPLICIT = "RK"  # begins the names of explicit solvers
+
+EXPLICIT = "RK"  # prefix of the names of explicit solvers
 
 
 class ExudynStepper:
-    """A mechanism in Exudyn, under the solver of these settings, with controls of the time, or
-    controls that stay zero."""
+    """A mechanism in Exudyn, which the solver named in `settings` steps by `step` [s] from any
+    state. `controls` is a function of the time; None stands for controls that stay zero."""
 
     def __init__(
         self,
@@ -44,12 +45,14 @@ class ExudynStepper:
         self.settings = settings
         explicit = settings["solver"].startswith(EXPLICIT)
         self.built = build(mechanism, step, controls, explicit=explicit)
-        self._kept = [self._sensors(kind) for kind in QUANTITIES]
+        self._sensors = [self._add_sensors(quantity) for quantity in QUANTITIES]
         self.built.system.Assemble()
-        self._begun, self._latest = 0.0, State(np.zeros(0), np.zeros(0))
+        self._start_time = 0.0  # [s]
+        self._latest = State(np.zeros(0), np.zeros(0))
 
-    def _sensors(self, kind: Any) -> list[int]:
-        """Sensors of one kind of coordinates, one a node."""
+    def _add_sensors(self, kind: Any) -> list[int]:
+        """Adds a sensor of one kind of coordinates to each node; returns the numbers of the
+        sensors."""
         return [
             self.built.system.AddSensor(
                 items.SensorNode(
@@ -63,112 +66,122 @@ class ExudynStepper:
         ]
 
     def put(self, state: State, time: float = 0.0) -> None:
-        """Set the state, at a time [s]."""
-        self._begun, self._latest = time, state
-        q, v = (np.zeros(self.built.system.systemData.ODE2Size()) for _ in range(2))
-        first = degree = 0
-        for joint, place, alone in self._joints():
-            here = state.qpos[first : first + len(joint.reference)]
-            moving = state.qvel[degree : degree + len(joint.damping)]
-            first, degree = first + len(here), degree + len(moving)
-            q[place], v[place] = of_exudyn(joint, alone, here, moving)
+        """Sets the state, at a time [s]."""
+        self._start_time = time
+        self._latest = state
         data = self.built.system.systemData
+        q, v = np.zeros((2, data.ODE2Size()))
+        places = joint_places(self.mechanism.joints)
+        for (place, place_of_rates), (joint, exudyn_place, alone) in zip(
+            places, self._joints(), strict=True
+        ):
+            position = state.qpos[place]
+            rates = state.qvel[place_of_rates]
+            q[exudyn_place], v[exudyn_place] = to_exudyn(joint, alone, position, rates)
         data.SetODE2Coordinates(q, configuration=INITIAL)
         data.SetODE2Coordinates_t(v, configuration=INITIAL)
         data.SetODE2Coordinates_tt(np.zeros(len(v)), configuration=INITIAL)
         data.SetAECoordinates(np.zeros(data.AEsize()), configuration=INITIAL)
 
     def state(self) -> State:
-        """The state now; a quaternion has the sign that is nearer to the last one."""
+        """The present state. The sign of a quaternion is the sign that is nearer to the quaternion
+        that was put or read last."""
         return self._latest
 
     def advance(self, controls: Array | None, steps: int) -> None:
-        """Take `steps` steps, as a solver does that begins here; the controls are those of the
-        time."""
+        """Takes `steps` steps; the solver starts anew from the present state. The argument
+        `controls` is ignored: the stepper has the controls as a function of the time."""
         self.run(steps)
-        (now,) = self.states(np.array([steps]))
-        self.put(now, self._begun + steps * self.step)
+        (state,) = self.states(np.array([steps]))
+        self.put(state, self._start_time + steps * self.step)
 
     def run(self, steps: int) -> None:
-        """Take steps from the state that was put, for `states`; raises RuntimeError and ValueError
-        where the solver fails."""
-        chosen = self._options(steps)
+        """Takes `steps` steps from the state that was put last; `states` returns the states.
+        Raises RuntimeError or ValueError if the solver fails."""
+        options = self._options(steps)
         solver = getattr(exudyn.DynamicSolverType, self.settings["solver"])
         printing = exudyn.config.printToConsole
-        exudyn.config.printToConsole = False  # warnings of memory go there
+        exudyn.config.printToConsole = False  # Exudyn prints warnings about memory
         try:
-            self.built.system.SolveDynamic(chosen, solverType=solver, showHints=False)
+            self.built.system.SolveDynamic(options, solverType=solver, showHints=False)
         finally:
             exudyn.config.printToConsole = printing
 
     def _options(self, steps: int) -> Any:
-        """Exudyn's settings for a run of so many steps."""
-        chosen = exudyn.SimulationSettings()
-        integration = chosen.timeIntegration
-        integration.startTime = self._begun
-        integration.endTime = self._begun + steps * self.step
+        """Exudyn's settings for a run of `steps` steps."""
+        options = exudyn.SimulationSettings()
+        integration = options.timeIntegration
+        integration.startTime = self._start_time
+        integration.endTime = self._start_time + steps * self.step
         integration.numberOfSteps = steps
         integration.verboseMode = 0
         integration.adaptiveStep = False
         if self.mechanism.touching:
             integration.discontinuous.useRecommendedStepSize = False
             integration.discontinuous.ignoreMaxIterations = True
-            integration.newton.absoluteTolerance = rounding(self.mechanism, self.step)
+            absolute_tolerance = rounding_of_forces(self.mechanism, self.step)
+            integration.newton.absoluteTolerance = absolute_tolerance
         tolerance = self.settings.get("relativeTolerance")
         if tolerance is not None:
             integration.newton.relativeTolerance = tolerance
             integration.newton.absoluteTolerance = tolerance
-        chosen.solution.file.write = False
-        # half a step, by which every step is kept in spite of rounding
-        chosen.solution.sensors.writePeriod = 0.5 * self.step
-        return chosen
+        options.solution.file.write = False
+        # With a period of half a step, the sensors keep every step in spite of rounding.
+        options.solution.sensors.writePeriod = 0.5 * self.step
+        return options
 
-    def taken(self) -> int:
-        """How many steps the last run took."""
-        return len(np.atleast_2d(self._stored(self._kept[0][0]))) - 1
+    def steps_of_last_run(self) -> int:
+        """The number of steps that the last run took."""
+        return len(self._stored(self._sensors[0][0])) - 1
 
     def states(self, numbers: Indices) -> list[State]:
-        """The states after so many steps of the last run each."""
+        """The states of the last run after these `numbers` of steps."""
         q, v = (
             np.concatenate([self._stored(sensor)[numbers, 1:] for sensor in sensors], axis=1)
-            for sensors in self._kept
+            for sensors in self._sensors
         )
-        places, rates = list[Array](), list[Array]()
-        first = 0
-        for joint, place, alone in self._joints():
-            here, moving = of_mujoco(joint, alone, q[:, place], v[:, place])
+        positions = list[Array]()
+        velocities = list[Array]()
+        places = joint_places(self.mechanism.joints)
+        for (place, _), (joint, exudyn_place, alone) in zip(
+            places, self._joints(), strict=True
+        ):
+            position, rates = from_exudyn(joint, alone, q[:, exudyn_place], v[:, exudyn_place])
             if joint.kind in TURNING:
-                latest = self._latest.qpos[first : first + len(joint.reference)]
-                here[:, -4:] = _signed(here[:, -4:], latest[-4:])
-            places.append(here)
-            rates.append(moving)
-            first += len(joint.reference)
-        return list(map(State, np.concatenate(places, axis=1), np.concatenate(rates, axis=1)))
+                latest = self._latest.qpos[place][-4:]
+                position[:, -4:] = _continuous(position[:, -4:], latest)
+            positions.append(position)
+            velocities.append(rates)
+        qpos = np.concatenate(positions, axis=1)
+        return list(map(State, qpos, np.concatenate(velocities, axis=1)))
 
     def _stored(self, sensor: int) -> Array:
-        """What a sensor has kept: a row of the time and its numbers for each step."""
+        """The values that a sensor has kept: for each step a row with the time and the
+        coordinates."""
         return np.atleast_2d(self.built.system.GetSensorStoredData(sensor))
 
     def _joints(self) -> Iterator[tuple[Joint, slice, bool]]:
-        """Each joint, the place of its coordinates, and whether it is a free body by itself."""
+        """Each joint with the place of its coordinates among Exudyn's, and whether it is the joint
+        of a lone free body."""
         return zip(self.mechanism.joints, self.built.places, self.built.alone, strict=True)
 
 
-def of_exudyn(joint: Joint, alone: bool, qpos: Array, qvel: Array) -> tuple[Array, Array]:
-    """The coordinates of a joint and their rates in Exudyn, by those of MuJoCo."""
+def to_exudyn(joint: Joint, alone: bool, qpos: Array, qvel: Array) -> tuple[Array, Array]:
+    """The coordinates of a joint and their rates in Exudyn, from those in MuJoCo. `alone` tells
+    whether it is the joint of a lone free body."""
     if joint.kind not in TURNING:
         return qpos, qvel
     attitude = Rotation.from_quat(qpos[-4:], scalar_first=True)
     if alone:
         return np.concatenate([qpos[:-4], attitude.as_rotvec()]), qvel
     angles = attitude.as_euler("ZYX")
-    rates = np.linalg.solve(_turning(angles[None])[0], qvel[-3:])
+    rates = np.linalg.solve(_spin_of_rates(angles[None])[0], qvel[-3:])
     return np.concatenate([qpos[:-4], angles]), np.concatenate([qvel[:-3], rates])
 
 
-def of_mujoco(joint: Joint, alone: bool, q: Array, v: Array) -> tuple[Array, Array]:
-    """The coordinates of a joint and their rates in MuJoCo, shape (n, ...), by those of Exudyn; a
-    quaternion of either sign."""
+def from_exudyn(joint: Joint, alone: bool, q: Array, v: Array) -> tuple[Array, Array]:
+    """The coordinates of a joint and their rates in MuJoCo, shape (n, ...), from those in Exudyn. A
+    quaternion may have either sign. `alone` tells whether it is the joint of a lone free body."""
     if joint.kind not in TURNING:
         return q, v
     turn = q[:, -3:]
@@ -176,22 +189,22 @@ def of_mujoco(joint: Joint, alone: bool, q: Array, v: Array) -> tuple[Array, Arr
     qpos = np.concatenate([q[:, :-3], attitude.as_quat(scalar_first=True)], axis=1)
     if alone:
         return qpos, v
-    rates = np.einsum("nij,nj->ni", _turning(turn), v[:, -3:])
+    rates = np.einsum("nij,nj->ni", _spin_of_rates(turn), v[:, -3:])
     return qpos, np.concatenate([v[:, :-3], rates], axis=1)
 
 
-def _turning(angles: Array) -> Array:
-    """The matrices, shape (n, 3, 3), that take rates of angles about z, y and x, shape (n, 3), to
-    the angular velocity along the axes of the body."""
+def _spin_of_rates(angles: Array) -> Array:
+    """Matrices, shape (n, 3, 3), one for each row of angles about z, y and x, shape (n, 3). A
+    matrix times the rates of these angles is the angular velocity along the body's axes."""
     about_x = Rotation.from_euler("X", angles[:, 2:]).as_matrix()
     about_yx = Rotation.from_euler("YX", angles[:, 1:]).as_matrix()
     columns = [about_yx[:, 2], about_x[:, 1], np.broadcast_to(AXES[0], (len(angles), 3))]
     return np.stack(columns, axis=2)
 
 
-def _signed(attitudes: Array, latest: Array) -> Array:
-    """Quaternions, shape (n, 4), each with the sign that makes it nearer to the one before: q and
-    -q are the same attitude. The first is compared with the `latest`."""
+def _continuous(attitudes: Array, latest: Array) -> Array:
+    """The quaternions `attitudes`, shape (n, 4), with signs that make each quaternion nearer to the
+    quaternion before it, and the first nearer to the `latest`: q and -q are the same attitude."""
     before = np.concatenate([latest[None], attitudes[:-1]])
     signs = np.where(np.einsum("ni,ni->n", before, attitudes) < 0.0, -1.0, 1.0)
     return attitudes * np.cumprod(signs)[:, None]

@@ -1,4 +1,4 @@
-"""Functions of the time that a solver asks for one time after another."""
+"""Functions of the time that a solver evaluates at one time after another."""
 
 from __future__ import annotations
 
@@ -10,29 +10,30 @@ import numpy as np
 
 from plumbob.analytic.reference import Array
 
-COUNT = 1024  # times for which values are worked out at once
-ON_GRID = 1e-6  # part of the grid's spacing: a time so near to the grid is on it
+COUNT = 1024  # number of times at which values are computed at once
+ON_GRID = 1e-6  # largest distance from the grid of a time on the grid, relative to the spacing
 
 
 @dataclass
 class Tabulated:
-    """A function of times [s], called with one time; values on a grid of times are worked out many
-    at once, which takes a tenth of the time."""
+    """A function of many times [s] as a function of one time. Its values on a grid of times are
+    computed COUNT at once, which takes a tenth of the time of single evaluations."""
 
-    of: Callable[[Array], Array]  # shape (n,) to (n, ...)
-    spacing: float  # of the grid [s]
-    _part: int = -1
+    function: Callable[[Array], Array]
+    """Times, shape (n,) -> values, shape (n, ...)."""
+    spacing: float  # spacing of the grid [s]
+    _part: int = -1  # number of the part of the grid whose values are in `_rows`
     _rows: list[Any] = field(default_factory=list)
 
     def __call__(self, now: float) -> Any:
-        """The value at a time [s], a number or a list of numbers."""
+        """The value at the time `now` [s]: a number or a list of numbers."""
         number = round(now / self.spacing)
         if abs(now - number * self.spacing) > ON_GRID * self.spacing:
-            return self.of(np.array([now])).tolist()[0]
+            return self.function(np.array([now])).tolist()[0]
         part, row = divmod(number, COUNT)
         if part != self._part:
             self._part = part
             first = part * COUNT
             numbers = np.arange(first, first + COUNT, dtype=np.float64)
-            self._rows = self.of(self.spacing * numbers).tolist()
+            self._rows = self.function(self.spacing * numbers).tolist()
         return self._rows[row]

@@ -1,8 +1,9 @@
-"""Newton as an engine: Featherstone's algorithm for trees, XPBD for contacts and loops, and MuJoCo
-Warp, in single precision, on the processor or the GPU that Warp chooses.
+"""Newton as an engine, with three of Newton's solvers: Featherstone's algorithm for trees, XPBD for
+contacts and loops, and MuJoCo Warp. They compute in single precision, on the processor or the GPU
+that Warp chooses.
 
-Newton compiles its kernels when they are first called. Every module but this one imports Newton
-when it is imported.
+Newton compiles its kernels when they are first called. All modules of this folder but this one
+import Newton.
 """
 
 from __future__ import annotations
@@ -25,7 +26,8 @@ if TYPE_CHECKING:
 
 STEP = Scheme(EULER, "start", tangent_turn=True, unit=SINGLE)
 MUJOCO_STEP = Scheme(EULER, "start", implicit_damping=True, unit=SINGLE)
-# Next to a barrier, and of stiff modes, the rounding of single precision has no theory here.
+# Scenes close to a barrier, and scenes with stiff modes, are left out: no theory here covers the
+# rounding of single precision in them.
 PENDULUMS = (
     *("simple-pendulum/free-large", "simple-pendulum/damped-*", "simple-pendulum/forced-large"),
     *("linear-pendulum/forced-large", "linear-pendulum/overdamped"),
@@ -40,7 +42,8 @@ TOUCHING = (
 )
 BOUNCING = ("bouncing-ball/half", "rod-impact/sticks")
 LOOPS = ("four-bar/crank-rocker", "slider-crank/turning")
-# MuJoCo Warp with Newton's defaults: one scene of each of them, whatever else it does is MuJoCo's.
+# Scenes for MuJoCo Warp: one scene for each setting in which Newton's defaults differ from
+# MuJoCo's.
 DEFAULTS = (
     *("linear-pendulum/overdamped", "servo/motor-damped", "pinch/0.5", "bouncing-ball/plastic"),
 )
@@ -60,7 +63,7 @@ METHODS = (
         settings=XPBD,
         systems=(*TOUCHING, *BOUNCING, *LOOPS, "n-pendulum/triple"),
     ),
-    # By default impulses of joints are scaled by two factors, their forces otherwise than moments.
+    # By default XPBD scales the forces and the moments of joints by two different factors.
     Method(
         "newton/xpbd+iterated",
         CONSTRAINED,
@@ -84,13 +87,13 @@ METHODS = (
 
 
 def scheme(case: Case, method: Method) -> Scheme:
-    """The scheme of `method` on this case; none with a theory if bodies touch or a loop is
-    closed."""
+    """The scheme of `method` on this case. If bodies touch or a loop is closed, no theory covers
+    the scheme."""
     return CONSTRAINED if constrained(case) else method.scheme
 
 
 def prepare(case: Case, method: Method, step: float) -> Simulation:
-    """Build `case` for `method` at `step` [s]; raises Unsupported and ParameterError."""
+    """The simulation of a case by a method at `step` [s]; raises Unsupported and ParameterError."""
     start_warp()
     from plumbob.engines.adapters.newton import simulation
 

@@ -1,7 +1,8 @@
-"""The Newton model of a mechanism, for one of Newton's solvers.
+"""Builds the Newton model of a mechanism for one of Newton's solvers.
 
-All hinges and slides of a body are one joint of Newton's with up to six axes: no body without mass
-stands between them. Its coordinates are those of MuJoCo less those of the drawing.
+All hinges and slides of a body are one joint of Newton with up to six axes, so that no massless
+bodies are needed between them. A coordinate of Newton is MuJoCo's coordinate minus the coordinate
+in the drawing.
 """
 
 from __future__ import annotations
@@ -17,6 +18,7 @@ import numpy as np
 import warp
 
 from plumbob.analytic.reference import Array
+from plumbob.engines.adapters.joints import joint_name, joint_places, joints_of_body
 from plumbob.engines.adapters.refusals import (
     names_of,
     refused_directions,
@@ -30,14 +32,15 @@ from plumbob.engines.peer_model import rotation
 from plumbob.models.idealisations import Velocity
 
 SolverName = Literal["featherstone", "xpbd", "mujoco"]
-# By how much the inertia of a rotor that imposes a motion is larger than all that it turns: as much
-# as single precision takes where equations are solved directly, and where MuJoCo Warp iterates.
+# A rotor that prescribes a motion has the inertia of all that it moves, times such a ratio. Each is
+# the largest that single precision allows: the first where equations are solved directly, the
+# second where MuJoCo Warp iterates.
 HOLDING, HOLDING_BESIDE_CONSTRAINTS = 1e10, 1e4
-RIGID = 1e12  # [N/m] or [N m/rad] of a drive by which XPBD imposes a motion
+RIGID = 1e12  # [N/m] or [N m/rad] stiffness of a drive that prescribes a motion in XPBD
 ONE_AXIS = ("hinge", "slide")
 SIZES = MappingProxyType(
     {
-        "plane": ("width", "length"),  # without end where both are 0
+        "plane": ("width", "length"),  # infinite if both are 0
         "sphere": ("radius",),
         "capsule": ("radius", "half_height"),
         "cylinder": ("radius", "half_height"),
@@ -45,19 +48,21 @@ SIZES = MappingProxyType(
         "ellipsoid": ("rx", "ry", "rz"),
     }
 )
-Home = tuple[int, Any]
-"""The link that a body belongs to, -1 of the world, and its frame there, Newton's transform."""
+BodyFrame = tuple[int, Any]
+"""The number of the link that a body belongs to, -1 for the world, and the body's frame on that
+link, a transform of Newton."""
 Surface = tuple[float, float, float, float]
-"""Coefficients of friction along the tangents, about the normal and of rolling, and restitution."""
+"""The coefficients of sliding friction, of torsional friction, of rolling friction and of
+restitution."""
 
 
 @dataclass(frozen=True)
 class Held:
-    """A hinge or a slide whose motion is prescribed: by a rotor, or where that is 0 by a drive."""
+    """A hinge or a slide whose motion is prescribed by a rotor or, if `rotor` is 0, by a drive."""
 
-    place: int  # number of its coordinate
-    degree: int  # of its degree of freedom
-    rotor: float  # [kg m^2] or [kg]
+    place: int  # number of the coordinate
+    degree: int  # number of the degree of freedom
+    rotor: float  # inertia of the rotor [kg m^2] or [kg]
     velocity: Velocity
 
 
@@ -67,57 +72,65 @@ class Built:
 
     mechanism: Mechanism
     model: Any
-    pipeline: Any  # Newton's, which finds contacts; None where the solver needs none
-    centres: tuple[Array, ...]  # of mass, of the body that each joint moves, in its frame [m]
+    pipeline: Any  # Newton's detection of contacts; None if the solver needs none
+    centres: tuple[Array, ...]
+    """The centre of mass of the link that each joint moves, in the frame of the link [m]."""
     held: tuple[Held, ...]
 
 
 def build(mechanism: Mechanism, solver: SolverName) -> Built:
     """The model of a mechanism for a solver; raises Unsupported."""
-    for feature in refused(mechanism, solver):
+    for feature in refused_features(mechanism, solver):
         raise Unsupported(f"feature {feature}")
     builder = newton.ModelBuilder(up_axis=newton.Axis.Z)
     newton.solvers.SolverMuJoCo.register_custom_attributes(builder)
-    homes = _trees(mechanism, solver, builder)
-    _close_loops(mechanism, homes, builder)
-    _shapes(mechanism, homes, builder)
-    # its check of inertias gives a point more than it has
+    body_frames = _add_trees(mechanism, solver, builder)
+    _close_loops(mechanism, body_frames, builder)
+    _add_shapes(mechanism, body_frames, builder)
+    # Newton's check of inertias would increase the moments of inertia of a point mass.
     model = builder.finalize(
         skip_validation_inertia=True, skip_validation_joints=bool(mechanism.loops)
     )
     model.set_gravity(mechanism.gravity.tolist())
-    made = [homes[joint.body][0] for joint in mechanism.joints]
-    centres = tuple(np.array(builder.body_com[number], float) for number in made)
-    finds = bool(mechanism.touching) and solver == "xpbd"
-    pipeline = newton.CollisionPipeline(model) if finds else None
-    return Built(mechanism, model, pipeline, centres, tuple(_held(mechanism, solver)))
+    links = [body_frames[joint.body][0] for joint in mechanism.joints]
+    needs_contacts = bool(mechanism.touching) and solver == "xpbd"
+    return Built(
+        mechanism=mechanism,
+        model=model,
+        pipeline=newton.CollisionPipeline(model) if needs_contacts else None,
+        centres=tuple(np.array(builder.body_com[link], float) for link in links),
+        held=tuple(_held_joints(mechanism, solver)),
+    )
 
 
-def _held(mechanism: Mechanism, solver: SolverName) -> Iterator[Held]:
-    """The joints whose motion is prescribed. A joint of Newton's has several of the mechanism's."""
-    place = degree = 0
-    for joint in mechanism.joints:
+def _held_joints(mechanism: Mechanism, solver: SolverName) -> Iterator[Held]:
+    """The hinges and slides whose motion is prescribed."""
+    places = joint_places(mechanism.joints)
+    for joint, (place, place_of_rates) in zip(mechanism.joints, places, strict=True):
         if joint.velocity is not None:
-            rotor = _rotor(mechanism, joint, solver)
-            yield Held(place, degree, rotor, joint.velocity)
-        place, degree = place + len(joint.reference), degree + len(joint.damping)
+            rotor = _rotor_inertia(mechanism, joint, solver)
+            yield Held(place.start, place_of_rates.start, rotor, joint.velocity)
 
 
-def refused(mechanism: Mechanism, solver: SolverName) -> Iterator[str]:
-    """The names of features of a mechanism that a solver of Newton's, or this builder, cannot
+def refused_features(mechanism: Mechanism, solver: SolverName) -> Iterator[str]:
+    """Names the features of a mechanism that a solver of Newton, or this builder, cannot
     express."""
     yield from refused_parts(mechanism)
-    yield from (f"carried weight of body {x.name}" for x in mechanism.bodies if x.carried)
+    yield from (
+        f"carried weight of body {body.name}" for body in mechanism.bodies if body.carried
+    )
     for number in range(1, len(mechanism.bodies)):
-        own = [joint for joint in mechanism.joints if joint.body == number]
-        slides = [joint.kind == "slide" for joint in own]
-        apart = any(np.any(own[0].place != joint.place) for joint in own)
-        if len(own) > 1 and (slides != sorted(slides, reverse=True) or apart):
+        joints = [mechanism.joints[i] for i in joints_of_body(mechanism, number)]
+        slides = [joint.kind == "slide" for joint in joints]
+        slides_first = slides == sorted(slides, reverse=True)
+        one_place = all(np.array_equal(joints[0].place, joint.place) for joint in joints)
+        if len(joints) > 1 and not (slides_first and one_place):
             name = mechanism.bodies[number].name
             yield f"joints of body {name} that are not slides, then hinges through one place"
     for joint in mechanism.joints:
-        name = joint.name or f"of body {mechanism.bodies[joint.body].name}"
-        yield from (f"{part} of joint {name}" for part in _refused_of(joint, solver))
+        name = joint_name(mechanism, joint)
+        for part, reason in _refused_parts_of_joint(joint, solver):
+            yield f"{part} of joint {name}, {reason}"
     for motor in mechanism.actuators:
         sprung = any(motor.bias[1:])
         if sprung and (solver == "xpbd" or motor.force_range):
@@ -128,26 +141,31 @@ def refused(mechanism: Mechanism, solver: SolverName) -> Iterator[str]:
     yield from _refused_constraints(mechanism, solver)
 
 
-def _refused_of(joint: Joint, solver: SolverName) -> Iterator[str]:
-    """The parts of a joint that a solver does not express."""
+def _refused_parts_of_joint(joint: Joint, solver: SolverName) -> Iterator[tuple[str, str]]:
+    """Names the parts of a joint that a solver of Newton, or this builder, cannot express, each
+    with a reason."""
     sprung = bool(joint.stiffness) or bool(np.any(joint.damping))
     driven = bool(np.any(joint.armature))
     if joint.kind not in ONE_AXIS and (joint.stiffness or joint.limits or driven):
-        yield "spring, limit or armature that is not of a hinge or a slide,"
-    if (joint.kind == "free" and sprung) or np.ptp(joint.damping):
-        yield "damping that is of a free joint, or different along its axes,"
+        yield "spring, limit or armature", f"which is a {joint.kind} joint"
+    if joint.kind == "free" and sprung:
+        yield "damping", "which is a free joint"
+    elif np.ptp(joint.damping):
+        yield "damping", "different along its axes"
     if solver == "xpbd" and (sprung or driven):
-        yield "spring, damper or armature, which XPBD has not,"
+        yield "spring, damper or armature", "which XPBD does not support"
     if solver != "mujoco" and np.any(joint.friction_loss):
-        yield "dry friction"
+        yield "dry friction", "which only MuJoCo Warp supports"
 
 
 def _refused_constraints(mechanism: Mechanism, solver: SolverName) -> Iterator[str]:
-    """The names of loops and of properties of contacts that a solver does not express."""
+    """Names the loops and the features of contacts that a solver of Newton, or this builder, cannot
+    express."""
     if solver == "featherstone":
-        yield from (f"loop {x.name}, which Featherstone has not" for x in mechanism.loops)
+        for loop in mechanism.loops:
+            yield f"loop {loop.name}, which Featherstone's solver does not support"
         if mechanism.touching:
-            yield "contacts, which Featherstone's solver makes of springs"
+            yield "contacts, which are springs in Featherstone's solver"
     for touch in mechanism.touching:
         names = names_of(mechanism, touch)
         yield from refused_directions(touch, names)
@@ -155,126 +173,128 @@ def _refused_constraints(mechanism: Mechanism, solver: SolverName) -> Iterator[s
             yield f"restitution of {names}"
 
 
-def degrees(mechanism: Mechanism) -> list[int]:
-    """The number of the first degree of freedom of each joint."""
-    counts = [len(joint.damping) for joint in mechanism.joints]
-    return [0, *np.cumsum(counts).tolist()][: len(counts)]
-
-
-def placed(place: Array, attitude: Array | None = None) -> Any:
-    """A transform of Newton: a place [m], and an attitude, a quaternion, scalar first, or none."""
+def transform(place: Array, attitude: Array | None = None) -> Any:
+    """Newton's transform to a place [m], with an attitude, a quaternion, scalar first, or without a
+    rotation."""
     turn = warp.quat_identity() if attitude is None else warp.quat(*np.roll(attitude, -1))
     return warp.transform(warp.vec3(*place), turn)
 
 
-def _trees(mechanism: Mechanism, solver: SolverName, builder: Any) -> list[Home]:
-    """Add the bodies and the joints; returns where each body of the mechanism is: bodies without a
-    joint are one with their parents."""
-    homes = [(-1, placed(np.zeros(3)))]
-    links = dict[int, list[Body]]()  # the bodies of each link, in its frame
-    roots = list[int]()
-    trees = dict[int, list[int]]()
+def _add_trees(mechanism: Mechanism, solver: SolverName, builder: Any) -> list[BodyFrame]:
+    """Adds the bodies and the joints of a mechanism to Newton's builder; returns the link and the
+    frame of each body. A body without a joint is part of its parent's link."""
+    body_frames = [(-1, transform(np.zeros(3)))]
+    links = dict[int, list[Body]]()  # bodies of each link, in the frame of the link
+    roots = list[int]()  # root of each link's tree
+    trees = dict[int, list[int]]()  # {root: numbers of the joints of its tree}
     for number, body in enumerate(mechanism.bodies[1:], start=1):
-        parent, frame = homes[body.parent]
-        drawn = frame * placed(body.place, body.attitude)
-        own = [joint for joint in mechanism.joints if joint.body == number]
-        if own:
+        parent, frame = body_frames[body.parent]
+        drawn = frame * transform(body.place, body.attitude)
+        joints = [mechanism.joints[i] for i in joints_of_body(mechanism, number)]
+        if joints:
             link = builder.add_link(lock_inertia=True)
             roots.append(roots[parent] if parent >= 0 else link)
-            made = _jointed(mechanism, own, solver, builder, (parent, link, drawn))
-            trees.setdefault(roots[link], []).append(made)
-            parent, drawn = link, placed(np.zeros(3))
-        homes.append((parent, drawn))
-        links.setdefault(parent, []).append(_seen(body, drawn))
-    for joints in trees.values():
-        builder.add_articulation(joints)
+            joint = _add_joint(mechanism, joints, solver, builder, (parent, link, drawn))
+            trees.setdefault(roots[link], []).append(joint)
+            parent = link
+            drawn = transform(np.zeros(3))
+        body_frames.append((parent, drawn))
+        links.setdefault(parent, []).append(_body_in_link(body, drawn))
+    for joint_numbers in trees.values():
+        builder.add_articulation(joint_numbers)
     for link, parts in links.items():
         if link >= 0:
-            _weigh(builder, link, parts)
-    return homes
+            _set_inertia(builder, link, parts)
+    return body_frames
 
 
-def _seen(body: Body, at: Any) -> Body:
-    """A body with its centre and its inertia along the axes of the frame in which it is at a
-    transform of Newton."""
+def _body_in_link(body: Body, at: Any) -> Body:
+    """The body with its centre of mass and its inertia in the frame of its link. `at` is the body's
+    frame on the link, a transform of Newton."""
     turn = rotation(np.roll(np.array(at.q, float), 1))
     centre = np.array(at.p, float) + turn @ body.centre
     return replace(body, centre=centre, inertia=turn @ body.inertia @ turn.T)
 
 
-def _weigh(builder: Any, link: int, parts: Sequence[Body]) -> None:
-    """Give a link the mass and the moments of inertia of its parts, as they are: the builder's own
-    call raises moments below 1e-6."""
+def _set_inertia(builder: Any, link: int, parts: Sequence[Body]) -> None:
+    """Gives a link the mass and the moments of inertia of its parts. They are written to the
+    builder's lists, because the builder's function raises moments below 1e-6 kg m^2."""
     mass = sum(part.mass for part in parts)
     centre = np.sum([part.mass * part.centre for part in parts], axis=0) / mass
     inertia = np.zeros((3, 3))
     for part in parts:
         arm = part.centre - centre
         inertia += part.inertia + part.mass * (arm @ arm * np.eye(3) - np.outer(arm, arm))
-    builder.body_mass[link], builder.body_inv_mass[link] = mass, 1.0 / mass
+    builder.body_mass[link] = mass
+    builder.body_inv_mass[link] = 1.0 / mass
     builder.body_com[link] = warp.vec3(*centre)
     builder.body_inertia[link] = warp.mat33(inertia)
     builder.body_inv_inertia[link] = warp.mat33(np.linalg.inv(inertia))
 
 
-def _jointed(
+def _add_joint(
     mechanism: Mechanism,
-    own: Sequence[Joint],
+    joints: Sequence[Joint],
     solver: SolverName,
     builder: Any,
     ends: tuple[int, int, Any],
 ) -> int:
-    """Add the joint of a body: its parent's number, its own, and its place in the parent."""
+    """Adds Newton's joint for all joints of a body; returns its number. `ends` has the numbers of
+    the parent link and of the body's link, and the body's frame on the parent link in the
+    drawing."""
     parent, link, drawn = ends
-    first = own[0]
+    first = joints[0]
     if first.kind == "free":
         return int(builder.add_joint_free(link))
-    at = placed(first.place)
-    frames = {"parent_xform": drawn * at, "child_xform": at}
+    at_joint = transform(first.place)
+    frames = {"parent_xform": drawn * at_joint, "child_xform": at_joint}
     if first.kind == "ball":
         damping = float(first.damping[0])
         return int(builder.add_joint_ball(parent, link, damping=damping, **frames))
     axes: dict[str, list[Any]] = {"slide": [], "hinge": []}
-    for joint in own:
+    for joint in joints:
         axes[joint.kind].append(_axis(mechanism, joint, solver))
-    linear, angular = axes["slide"], axes["hinge"]
     return int(
-        builder.add_joint_d6(parent, link, linear_axes=linear, angular_axes=angular, **frames)
+        builder.add_joint_d6(
+            parent, link, linear_axes=axes["slide"], angular_axes=axes["hinge"], **frames
+        )
     )
 
 
 def _axis(mechanism: Mechanism, joint: Joint, solver: SolverName) -> Any:
-    """Newton's axis of a hinge or a slide, with its spring and its servos."""
-    drawn = float(joint.reference[0])
+    """Newton's axis for a hinge or a slide, with the spring, the servos and the limits."""
+    reference = float(joint.reference[0])
     armature = float(joint.armature[0])
-    stiffness, damping = 0.0, 0.0  # of servos
+    stiffness = 0.0  # stiffness of the servos
+    damping = 0.0  # damping of the servos
     for motor in mechanism.actuators:
         if mechanism.joints[motor.joint] is joint:
             stiffness -= motor.gear**2 * motor.bias[1]
             damping -= motor.gear**2 * motor.bias[2]
     if joint.velocity is not None:
-        armature = _rotor(mechanism, joint, solver)
+        armature = _rotor_inertia(mechanism, joint, solver)
         stiffness = RIGID if solver == "xpbd" else 0.0
     limits = {}
     if joint.limits is not None:
         low, high = joint.limits
-        limits = {"limit_lower": low - drawn, "limit_upper": high - drawn}
+        limits = {"limit_lower": low - reference, "limit_upper": high - reference}
     return newton.ModelBuilder.JointDofConfig(
         axis=warp.vec3(*joint.axis),
         armature=armature,
         stiffness=joint.stiffness,
-        rest_q=float(joint.rest[0]) - drawn,
+        rest_q=float(joint.rest[0]) - reference,
         damping=float(joint.damping[0]),
         friction=float(joint.friction_loss[0]),
-        target_q=-drawn if stiffness else 0.0,
+        target_q=-reference if stiffness else 0.0,
         target_ke=stiffness,
         target_kd=damping,
         **limits,
     )
 
 
-def _rotor(mechanism: Mechanism, joint: Joint, solver: SolverName) -> float:
-    """The inertia by which a joint's motion is imposed [kg m^2] or [kg]; 0 where a drive does."""
+def _rotor_inertia(mechanism: Mechanism, joint: Joint, solver: SolverName) -> float:
+    """The inertia of the rotor that prescribes a joint's motion [kg m^2] or [kg]; 0 in XPBD, where
+    a drive prescribes it."""
     if solver == "xpbd":
         return 0.0
     iterated = solver == "mujoco" and (mechanism.touching or mechanism.loops)
@@ -282,62 +302,66 @@ def _rotor(mechanism: Mechanism, joint: Joint, solver: SolverName) -> float:
     return ratio * moved_inertia(mechanism, joint.kind)
 
 
-def _close_loops(mechanism: Mechanism, homes: Sequence[Home], builder: Any) -> None:
-    """Close loops by joints that belong to no tree."""
+def _close_loops(mechanism: Mechanism, body_frames: Sequence[BodyFrame], builder: Any) -> None:
+    """Adds joints that close the loops of a mechanism; they belong to no tree."""
     for loop in mechanism.loops:
-        (one, other) = (homes[i][0] for i in loop.bodies)
+        (parent, frame), (child, child_frame) = (body_frames[body] for body in loop.bodies)
+        place, child_place = loop.places
         turn = None if loop.kind == "connect" else loop.attitude
-        points = placed(loop.places[0], turn), placed(loop.places[1])
-        frames = [homes[i][1] * point for i, point in zip(loop.bodies, points, strict=True)]
-        if other < 0:  # the child of a joint is not the world
-            one, other = other, one
-            frames.reverse()
+        frame = frame * transform(place, turn)
+        child_frame = child_frame * transform(child_place)
+        if child < 0:  # Newton does not accept the world as the child of a joint
+            parent, child = child, parent
+            frame, child_frame = child_frame, frame
         add = builder.add_joint_ball if loop.kind == "connect" else builder.add_joint_fixed
-        add(one, other, parent_xform=frames[0], child_xform=frames[1])
+        add(parent, child, parent_xform=frame, child_xform=child_frame)
 
 
-def _shapes(mechanism: Mechanism, homes: Sequence[Home], builder: Any) -> None:
-    """Give the bodies their shapes, of which the listed pairs alone collide.
+def _add_shapes(mechanism: Mechanism, body_frames: Sequence[BodyFrame], builder: Any) -> None:
+    """Adds the shapes of a mechanism, and lets only the pairs in `mechanism.touching` collide.
 
-    A pair of shapes has the mean or the larger of two coefficients. A shape that has different
-    friction with others has a copy for each.
+    A pair of shapes has the mean, or the larger, of the coefficients of its two shapes. If a shape
+    has different coefficients in its pairs, there is a copy of the shape for each.
     """
-    made = dict[tuple[int, Surface], int]()
+    numbers = dict[tuple[int, Surface], int]()  # number of Newton's shape for each copy
     touching = set[frozenset[int]]()
     for touch in mechanism.touching:
         surface = (touch.sliding[0], touch.torsional, touch.rolling[0], touch.restitution)
-        copies = [(i, surface) for i in touch.shapes]
-        for copy in copies:
-            if copy not in made:
-                shape = mechanism.shapes[copy[0]]
-                made[copy] = _add_shape(builder, homes[shape.body], shape, surface)
-        touching.add(frozenset(made[copy] for copy in copies))
-    for one, other in combinations(made.values(), 2):
-        if frozenset((one, other)) not in touching:
-            builder.add_shape_collision_filter_pair(one, other)
+        for i in touch.shapes:
+            if (i, surface) not in numbers:
+                shape = mechanism.shapes[i]
+                body_frame = body_frames[shape.body]
+                numbers[i, surface] = _add_shape(builder, body_frame, shape, surface)
+        touching.add(frozenset(numbers[i, surface] for i in touch.shapes))
+    for first, second in combinations(numbers.values(), 2):
+        if frozenset((first, second)) not in touching:
+            builder.add_shape_collision_filter_pair(first, second)
 
 
-def _add_shape(builder: Any, home: Home, shape: Shape, surface: Surface) -> int:
-    """Add a shape with its coefficients where its body is; returns its number."""
+def _add_shape(builder: Any, body_frame: BodyFrame, shape: Shape, surface: Surface) -> int:
+    """Adds a shape with its coefficients to the link of its body; returns the number of Newton's
+    shape."""
+    sliding, torsional, rolling, restitution = surface
     config = newton.ModelBuilder.ShapeConfig(
         density=0.0,
-        mu=surface[0],
-        mu_torsional=surface[1],
-        mu_rolling=surface[2],
-        restitution=surface[3],
+        mu=sliding,
+        mu_torsional=torsional,
+        mu_rolling=rolling,
+        restitution=restitution,
     )
-    frame = home[1] * placed(shape.place, shape.attitude)
+    link, frame_on_link = body_frame
+    frame = frame_on_link * transform(shape.place, shape.attitude)
     sizes = dict(zip(SIZES[shape.kind], [*shape.size.tolist(), 0.0, 0.0], strict=False))
-    # MuJoCo's solver alone reads it; without it, a pair without friction makes it diverge
+    # Only MuJoCo Warp reads this attribute. Without it, a pair without friction makes the solver
+    # diverge.
     dimensions = {"mujoco:condim": _dimensions(surface)}
     add = getattr(builder, f"add_shape_{shape.kind}")
-    return int(
-        add(body=home[0], xform=frame, cfg=config, custom_attributes=dimensions, **sizes)
-    )
+    return int(add(body=link, xform=frame, cfg=config, custom_attributes=dimensions, **sizes))
 
 
 def _dimensions(surface: Surface) -> int:
-    """The dimensions of a contact: 1 normal, 3 sliding, 4 torsional, 6 rolling."""
+    """The number of dimensions of a contact: 1 without friction, 3 with sliding friction, 4 with
+    torsional friction, 6 with rolling friction."""
     sliding, torsional, rolling, _ = surface
     if rolling:
         return 6

@@ -1,8 +1,8 @@
-"""Coordinates of joints, MuJoCo's and Newton's.
+"""Conversion between MuJoCo's and Newton's coordinates of joints.
 
-Newton's are 0 in the drawing, its quaternions have the scalar last. Velocities of a free body are
-those of its centre of mass and its angular velocity in the world; a ball's is along the axes of the
-body that carries it.
+Newton's coordinates are 0 in the drawing, and its quaternions have the scalar last. The velocities
+of a free body are the velocity of its centre of mass and its angular velocity, both along the
+world's axes. The angular velocity of a ball is along the axes of the body that carries the ball.
 """
 
 from __future__ import annotations
@@ -13,58 +13,67 @@ from collections.abc import Sequence
 import numpy as np
 
 from plumbob.analytic.reference import Array
+from plumbob.engines.adapters.joints import TURNING, joint_places
 from plumbob.engines.mechanism import Joint
 from plumbob.engines.peer_model import rotation
 from plumbob.engines.stepper import State
 
-TURNING = ("ball", "free")  # kinds of joint with an attitude, a quaternion
-
 
 class Coordinates:
-    """The coordinates of joints, with the centre of mass of the body that each joint moves [m]."""
+    """Converts the coordinates of joints between MuJoCo and Newton. `centres` has the centre of
+    mass of the body that each joint moves [m]."""
 
     def __init__(self, joints: Sequence[Joint], centres: Sequence[Array]) -> None:
-        turning = np.concatenate([[x.kind in TURNING] * len(x.reference) for x in joints])
-        hinges = np.concatenate([[x.kind == "hinge"] * len(x.reference) for x in joints])
-        drawn = np.concatenate([joint.reference for joint in joints])
-        self._drawn = np.where(turning, 0.0, drawn)
-        self._hinges = np.flatnonzero(hinges)
-        # of each joint with an attitude the first places behind its coordinates and its rates
+        places = list(joint_places(joints))
+        self._reference = np.concatenate(
+            [0.0 * x.reference if x.kind in TURNING else x.reference for x in joints]
+        )
+        self._hinges = [
+            place.start
+            for joint, (place, _) in zip(joints, places, strict=True)
+            if joint.kind == "hinge"
+        ]
+        # for each joint with a quaternion: the number after its last coordinate, the number after
+        # its last rate, and the centre of mass if the joint is free
         self._turning = list[tuple[int, int, Array | None]]()
-        place = degree = 0
-        for joint, centre in zip(joints, centres, strict=True):
-            place, degree = place + len(joint.reference), degree + len(joint.damping)
+        for joint, centre, (place, rates) in zip(joints, centres, places, strict=True):
             if joint.kind in TURNING:
-                of_free = centre if joint.kind == "free" else None
-                self._turning.append((place, degree, of_free))
-        self._degrees = degree
+                centre_if_free = centre if joint.kind == "free" else None
+                self._turning.append((place.stop, rates.stop, centre_if_free))
+        self._degrees = sum(len(joint.damping) for joint in joints)
 
     def to_newton(self, state: State) -> tuple[Array, Array]:
-        """Newton's coordinates and rates of a state."""
-        places, rates = state.qpos - self._drawn, np.array(state.qvel, float)
-        for place, degree, centre in self._turning:
-            q, v = places[place - 4 : place], rates[degree - 3 : degree]
-            turn = rotation(q)
-            v[:] = turn @ v
+        """Newton's coordinates and rates in a state."""
+        positions = state.qpos - self._reference
+        rates = np.array(state.qvel, float)
+        for end, end_of_rates, centre in self._turning:
+            attitude = positions[end - 4 : end]
+            spin = rates[end_of_rates - 3 : end_of_rates]
+            turn = rotation(attitude)
+            spin[:] = turn @ spin
             if centre is not None:
-                rates[degree - 6 : degree - 3] += np.cross(v, turn @ centre)
-            q[:] = np.roll(q, -1)
-        return places, rates
+                velocity = rates[end_of_rates - 6 : end_of_rates - 3]
+                velocity += np.cross(spin, turn @ centre)
+            attitude[:] = np.roll(attitude, -1)
+        return positions, rates
 
-    def from_newton(self, found: tuple[Array, Array], latest: State) -> State:
-        """The state that Newton's coordinates and rates show: of each quaternion the sign that is
-        nearer to the latest state's, of each angle the whole turns."""
-        places, rates = found[0][: len(self._drawn)] + self._drawn, found[1][: self._degrees]
-        apart = latest.qpos[self._hinges] - places[self._hinges]
-        places[self._hinges] += 2.0 * math.pi * np.round(apart / (2.0 * math.pi))
-        rates = rates.copy()
-        for place, degree, centre in self._turning:
-            q, v = places[place - 4 : place], rates[degree - 3 : degree]
-            q[:] = np.roll(q, 1)
-            before = latest.qpos[place - 4 : place]
-            q *= math.copysign(1.0, q @ before) / math.sqrt(q @ q)
-            turn = rotation(q)
+    def from_newton(self, joint_q: Array, joint_qd: Array, latest: State) -> State:
+        """The state from Newton's coordinates and rates. The sign of each quaternion, and
+        the number of whole turns of each hinge, are those that are nearest to the `latest`
+        state."""
+        positions = joint_q[: len(self._reference)] + self._reference
+        rates = joint_qd[: self._degrees].copy()
+        difference = latest.qpos[self._hinges] - positions[self._hinges]
+        positions[self._hinges] += 2.0 * math.pi * np.round(difference / (2.0 * math.pi))
+        for end, end_of_rates, centre in self._turning:
+            attitude = positions[end - 4 : end]
+            spin = rates[end_of_rates - 3 : end_of_rates]
+            attitude[:] = np.roll(attitude, 1)
+            sign = math.copysign(1.0, attitude @ latest.qpos[end - 4 : end])
+            attitude *= sign / math.sqrt(attitude @ attitude)
+            turn = rotation(attitude)
             if centre is not None:
-                rates[degree - 6 : degree - 3] -= np.cross(v, turn @ centre)
-            v[:] = turn.T @ v
-        return State(places, rates)
+                velocity = rates[end_of_rates - 6 : end_of_rates - 3]
+                velocity -= np.cross(spin, turn @ centre)
+            spin[:] = turn.T @ spin
+        return State(positions, rates)

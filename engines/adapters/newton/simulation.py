@@ -1,4 +1,4 @@
-"""Scenes in Newton."""
+"""Simulations of scenes in Newton."""
 
 from __future__ import annotations
 
@@ -14,29 +14,31 @@ from plumbob.models.scene import Case
 
 
 def prepare(case: Case, method: Method, step: float) -> Simulation:
-    """Build `case` for `method` at `step` [s]; raises Unsupported and ParameterError."""
+    """The simulation of a case by a method at `step` [s]; raises Unsupported and ParameterError."""
 
     def stepper(mechanism: Mechanism, start: State) -> NewtonStepper:
-        built = _built(_Same(case), method.settings["solver"])
+        built = _cached_build(_CaseKey(case), method.settings["solver"])
         return NewtonStepper(built, method.settings, step)
 
     return simulated(case, step, stepper)
 
 
-class _Same:
-    """A case, equal to itself alone: cases have no hash."""
+class _CaseKey:
+    """A case as a key of a cache. Cases have no hash: a key is equal to a key with the same case
+    object."""
 
     def __init__(self, case: Case) -> None:
         self.case = case
 
     def __eq__(self, other: object) -> bool:
-        return isinstance(other, _Same) and other.case is self.case
+        return isinstance(other, _CaseKey) and other.case is self.case
 
     def __hash__(self) -> int:
         return id(self.case)
 
 
-@lru_cache(maxsize=4)  # a detector of contacts writes kernels for half a second
-def _built(same: _Same, solver: SolverName) -> Built:
-    """The model of a case, for all its steps; a few are kept, since costs are timed in turns."""
-    return build(compiled_scene(same.case).mechanism, solver)
+@lru_cache(maxsize=4)  # setting up the detection of contacts takes half a second
+def _cached_build(key: _CaseKey, solver: SolverName) -> Built:
+    """The model of a case, for runs at all steps. Several models are kept, because the costs of
+    several methods are timed in turns."""
+    return build(compiled_scene(key.case).mechanism, solver)

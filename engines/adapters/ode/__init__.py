@@ -1,5 +1,5 @@
-"""ODE solvers as an engine: scenes as equations of motion, with three fixed-step integrators and
-three of scipy's adaptive ones."""
+"""ODE solvers as an engine: scenes as equations of motion, under three integrators with fixed steps
+and three of scipy's adaptive solvers."""
 
 from __future__ import annotations
 
@@ -15,11 +15,12 @@ from plumbob.models.scene import FREE_ROTATION, ONE_SMOOTH, SMOOTH, Case
 if TYPE_CHECKING:
     from plumbob.models.gradient import Number
 
-# relative; of order 5 and implicit, Radau takes seconds for its tenth digit of a swing
+# Relative tolerances. Radau is implicit and of order 5: for the tenth digit of a swing it takes
+# seconds, so that it is run at the first five tolerances alone.
 TOLERANCES = tuple(float(f"1e-{digits}") for digits in range(3, 14))
-# dry friction has no equation of motion that they could follow
+# Systems with dry friction are left out: they have no smooth equation of motion.
 KINDS = (ONE_SMOOTH, SMOOTH, FREE_ROTATION)
-IMPACTS = ("bouncing-ball",)  # but an impact ends a step of a solver that chooses them
+IMPACTS = ("bouncing-ball",)  # systems whose impacts end a step of an adaptive solver
 
 
 def prepare(case: Case, method: Method, step: float) -> Simulation:
@@ -31,17 +32,25 @@ def prepare(case: Case, method: Method, step: float) -> Simulation:
 
 
 def confirming(method: Method) -> tuple[Method, float]:
-    """The solver of the highest order at the smallest tolerance that scipy takes."""
+    """The method and the tolerance of a second run that confirms a first: the solver of the highest
+    order at the smallest tolerance that scipy accepts."""
     from plumbob.engines.adapters.ode.simulation import SMALLEST
 
-    return next(m for m in METHODS if m.settings.get("method") == "DOP853"), SMALLEST
+    confirming_method = next(m for m in METHODS if m.settings.get("method") == "DOP853")
+    return confirming_method, SMALLEST
 
 
 def _adaptive(solver: str, tolerances: tuple[float, ...]) -> Method:
-    name = f"ode/{solver.lower()}"
-    settings = {"method": solver}
+    """The method of a solver of scipy at these relative tolerances."""
     return Method(
-        name, Scheme(ADAPTIVE), None, "tolerance", settings, tolerances, IMPACTS, kinds=KINDS
+        f"ode/{solver.lower()}",
+        Scheme(ADAPTIVE),
+        order=None,
+        control="tolerance",
+        settings={"method": solver},
+        step_sizes=tolerances,
+        systems=IMPACTS,
+        kinds=KINDS,
     )
 
 

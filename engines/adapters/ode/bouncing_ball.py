@@ -1,4 +1,5 @@
-"""The bouncing ball as an equation of motion with a floor, which a solver's own steps end at."""
+"""The bouncing ball as an equation of motion. A step of the solver ends at each impact on the
+floor."""
 
 from __future__ import annotations
 
@@ -9,7 +10,8 @@ from plumbob.engines.method import Method
 
 
 def build(problem: Any, method: Method) -> Equation:
-    """z'' = -g above 0; `problem` is a plumbob.analytic.systems.bouncing_ball.BouncingBall."""
+    """The equation z'' = -g above the floor, z = 0, with a coefficient of restitution; `problem` is
+    a plumbob.analytic.systems.bouncing_ball.BouncingBall."""
     return Equation(
         lambda time, z, speed: -problem.gravity,
         problem.height,

@@ -12,8 +12,8 @@ from plumbob.models.largest import largest_pendulum_rates, speed_bound
 
 
 def build(problem: Any, method: Method) -> Equation:
-    """I_x theta'' = a sin 2theta + b cos theta - c sin theta + I_yz w^2 cos 2theta, with
-    a = (I_y - I_z) w^2 / 2, b = M Y S w^2 and c = M g S (eq. 7); `problem` is a ConePendulum.
+    """The equation I_x theta'' = a sin 2theta + b cos theta - c sin theta + I_yz w^2 cos 2theta,
+    with a = (I_y - I_z) w^2 / 2, b = M Y S w^2 and c = M g S (eq. 7); `problem` is a ConePendulum.
     Raises ParameterError."""
     problem = problem.started
     body = problem.body

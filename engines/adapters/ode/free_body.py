@@ -1,4 +1,4 @@
-"""The free rigid body as an equation of motion: Euler's equations, and a quaternion."""
+"""The free rigid body as an equation of motion: Euler's equations, and the rate of a quaternion."""
 
 from __future__ import annotations
 
@@ -14,7 +14,8 @@ from plumbob.models.largest import DIVERGED_RATIO
 
 
 def build(problem: Any, method: Method) -> TurningEquation:
-    """I w' = (I w) x w with q' = q w/2 in the body's axes; `problem` is a FreeBody."""
+    """The equations I w' = (I w) x w and q' = q w/2, both in the body's axes; `problem` is a
+    FreeBody."""
     x, y, z = problem.inertia
     first = (y - z) / x
     second = (z - x) / y

@@ -1,4 +1,4 @@
-"""The servo as an equation of motion: a linear oscillator, or one whose motor has a limit."""
+"""The servo as an equation of motion: a linear oscillator, whose motor may have a limited force."""
 
 from __future__ import annotations
 
@@ -11,20 +11,20 @@ from plumbob.engines.method import Method
 
 
 def build(problem: Any, method: Method) -> Equation:
-    """J x'' = n F - c x', F = -n (kp x + kv x') within its limit; `problem` is a
-    plumbob.analytic.systems.servo.Servo."""
+    """The equation J x'' = n F - c x' with the force F = -n (kp x + kv x'), clamped to its limit;
+    `problem` is a plumbob.analytic.systems.servo.Servo."""
     linear = simple_pendulum.build(problem, method)
     if not problem.saturates:
         return linear
     inertia = problem.inertia + problem.armature
-    most = problem.force_limit
+    force_limit = problem.force_limit
     gear = problem.gear
     kp = gear * problem.kp
     kv = gear * problem.kv
     damping = problem.damping
 
     def limited(time: float, theta: float, theta_dot: float) -> float:
-        force = min(max(-kp * theta - kv * theta_dot, -most), most)
+        force = min(max(-kp * theta - kv * theta_dot, -force_limit), force_limit)
         return float((gear * force - damping * theta_dot) / inertia)
 
     return replace(linear, acceleration=limited, damping_rate=None)

@@ -1,4 +1,4 @@
-"""The simple pendulum as an equation of motion (Pendulo Simples), exact or linear."""
+"""The simple pendulum as an equation of motion, exact or linear (Pendulo Simples)."""
 
 from __future__ import annotations
 
@@ -11,8 +11,9 @@ from plumbob.models.largest import largest_pendulum_rates, speed_bound
 
 
 def build(problem: Any, method: Method) -> Equation:
-    """theta'' = A sin(Omega t) - xi theta' - (g/L) sin theta, or theta for sin theta; `problem` is
-    a plumbob.analytic.systems.simple_pendulum.SimplePendulum."""
+    """The equation theta'' = A sin(Omega t) - xi theta' - (g/L) sin theta. If the pendulum is
+    linear, theta replaces sin theta. `problem` is a
+    plumbob.analytic.systems.simple_pendulum.SimplePendulum."""
     problem = problem.started
     pull = float(problem.gravity / problem.length)
     damping = float(problem.damping_rate)

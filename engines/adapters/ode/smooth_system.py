@@ -1,4 +1,4 @@
-"""Any smooth system as an equation of motion, by its mass matrix and forces."""
+"""Any smooth system as an equation of motion, from its mass matrix and forces."""
 
 from __future__ import annotations
 
@@ -12,8 +12,9 @@ from plumbob.engines.method import Method
 
 
 def build(problem: Any, method: Method) -> Equation:
-    """M(q) q'' = f(t, q, q'); `problem.motion` is a CertifiedMotion. The scale of rates is the
-    largest at the start, or what the fastest small deviation by 1 rad or 1 m has."""
+    """The equation M(q) q'' = f(t, q, q'); `problem.motion` is a CertifiedMotion. The scale of the
+    rates is the larger of two values: the largest rate at the start, and the rate of the fastest
+    small deviation of 1 rad or 1 m."""
     system = problem.motion.system
     values = system.values
     start = system.start[:, None]
@@ -24,17 +25,19 @@ def build(problem: Any, method: Method) -> Equation:
             return np.array(system.acceleration(time, q.tolist(), v.tolist(), values))
         return float(system.acceleration(time, (q,), (v,), values)[0])
 
-    pace = np.abs(np.linalg.eigvals(system.jacobian(0.0, start)[..., 0])).max()
-    q, v = (np.array(part) if several else part[0] for part in (system.position, system.rate))
+    jacobian = system.jacobian(0.0, start)[..., 0]
+    fastest_rate = float(np.abs(np.linalg.eigvals(jacobian)).max())
+    position = np.array(system.position) if several else system.position[0]
+    rate = np.array(system.rate) if several else system.rate[0]
 
     def read(positions: Array, rates: Array) -> Any:
         return system.readings(values, positions, rates)
 
     return Equation(
         acceleration,
-        q,
-        v,
-        max(float(pace), *map(abs, system.rate)),
+        position,
+        rate,
+        speed=max(fastest_rate, *map(abs, system.rate)),
         names=system.coordinates,
         rate_names=system.rates,
         read=read,

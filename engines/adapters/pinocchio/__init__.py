@@ -1,7 +1,8 @@
-"""Pinocchio as an engine: its articulated-body dynamics of mechanisms, under the integrators of
-this package, since it brings none. It shows the accuracy of an engine's equations of motion alone.
+"""Pinocchio as an engine. Pinocchio computes the accelerations of a mechanism, and has no time
+integrator: the integrators are this package's. Errors thus show the accuracy of the equations of
+motion alone.
 
-Loops are closed by its proximal constraint dynamics.
+Pinocchio's proximal constraint dynamics closes loops.
 """
 
 from __future__ import annotations
@@ -30,7 +31,7 @@ if TYPE_CHECKING:
     from plumbob.engines.stepper import EndDerivatives, SceneMechanism, State, Stepper
 
 KINDS = (ONE_SMOOTH, SMOOTH, FREE_ROTATION)
-TOUCHING = "!rolling-disc"  # a smooth system whose body touches the ground
+TOUCHING = "!rolling-disc"  # excludes a smooth system whose body touches the ground
 METHODS = (
     Method("pinocchio/aba+euler", Scheme(EULER), 1, systems=(TOUCHING,), kinds=KINDS),
     Method(
@@ -44,7 +45,7 @@ METHODS = (
 
 
 def scheme(case: Case, method: Method) -> Scheme:
-    """The scheme of `method` on this case; none with a theory if a loop is closed."""
+    """The scheme of `method` on this case. If a loop is closed, no theory covers the scheme."""
     return CONSTRAINED if constrained(case) else method.scheme
 
 

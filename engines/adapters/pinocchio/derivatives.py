@@ -1,5 +1,5 @@
-"""Derivatives of a run by those of Pinocchio's inverse dynamics, stepped with the motion as its
-variational equation."""
+"""Derivatives of a run. The derivatives of Pinocchio's inverse dynamics give the variational
+equation of the motion, which is stepped together with the motion."""
 
 from __future__ import annotations
 
@@ -19,45 +19,46 @@ from plumbob.engines.stepper import EndDerivatives, SceneMechanism
 
 def derivatives(
     scenes: Sequence[SceneMechanism],
-    apart: float,
+    difference: float,
     method: Method,
     step: float,
     duration: float,
 ) -> EndDerivatives:
-    """Derivatives of the end of the middle one of three scenes by a number that is `apart` in the
-    outer ones; raises Unsupported."""
+    """The end of a run of the middle one of three scenes over a duration [s], with its derivatives
+    by a number that differs by `difference` between the outer two scenes; raises Unsupported."""
     low, here, high = (scene.start for scene in scenes)
     count = len(here.qpos)
     equation = Equation(
-        Variation(scenes, apart).acceleration,
-        np.concatenate([here.qpos, (high.qpos - low.qpos) / apart]),
-        np.concatenate([here.qvel, (high.qvel - low.qvel) / apart]),
-        1.0,
+        acceleration=Variation(scenes, difference).acceleration,
+        position=np.concatenate([here.qpos, (high.qpos - low.qpos) / difference]),
+        rate=np.concatenate([here.qvel, (high.qvel - low.qvel) / difference]),
+        speed=1.0,
         names=tuple(f"q{i}" for i in range(2 * count)),
         rate_names=tuple(f"v{i}" for i in range(2 * count)),
     )
-    end = fixed_steps(equation, method.scheme.integrator, duration, step).run()
-    parts = [end.observables[name][-1] for name in (*equation.names, *equation.rate_names)]
-    return EndDerivatives(*np.split(np.array(parts), 4))
+    run = fixed_steps(equation, method.scheme.integrator, duration, step).run()
+    names = (*equation.names, *equation.rate_names)
+    end = np.array([run.observables[name][-1] for name in names])
+    return EndDerivatives(*np.split(end, 4))
 
 
 class Variation:
-    """The acceleration of a mechanism and of its derivative by a number, from the scene with that
-    number a little smaller, as it is, and a little larger, the outer ones `apart`."""
+    """Computes the acceleration of a mechanism and the derivative of that acceleration by a number.
+    It takes three scenes: with the number a little smaller, unchanged, and a little larger. The
+    number differs by `difference` between the outer two."""
 
-    def __init__(self, scenes: Sequence[SceneMechanism], apart: float) -> None:
+    def __init__(self, scenes: Sequence[SceneMechanism], difference: float) -> None:
         mechanism = scenes[1].mechanism
         kinds = {joint.kind for joint in mechanism.joints}
         if mechanism.loops or kinds - set(HINGED):
-            raise Unsupported(
-                "derivatives are stepped in trees of hinges and slides alone here"
-            )
+            raise Unsupported("derivatives by Pinocchio need a tree of hinges and slides")
         limits = [joint.force_range for joint in mechanism.joints]
-        limits += [x for a in mechanism.actuators for x in (a.force_range, a.control_range)]
+        limits += [actuator.force_range for actuator in mechanism.actuators]
+        limits += [actuator.control_range for actuator in mechanism.actuators]
         if any(limits):
             raise Unsupported("a motor's limit is not differentiated")
         self.sides = [(Dynamics(scene.mechanism), scene.controls) for scene in scenes]
-        self.apart = apart
+        self.difference = difference
         self.stiffness = np.array([joint.stiffness for joint in mechanism.joints])
         self.damping = np.concatenate([joint.damping for joint in mechanism.joints])
         for motor in mechanism.actuators:
@@ -65,26 +66,29 @@ class Variation:
             self.damping[motor.joint] -= motor.gear**2 * motor.bias[2]
 
     def acceleration(self, time: float, position: Array, rate: Array) -> Array:
-        """The acceleration at a time [s], and its derivative, where coordinates and rates come with
-        theirs. Where inverse dynamics gives the forces that act, the derivatives of both are
-        equal."""
-        q, by_q = np.split(position, 2)
-        v, by_v = np.split(rate, 2)
-        low, found, high = (self._side(i, time, q, v) for i in range(3))
-        here = self.sides[1][0]
-        at = here.configured(q)
-        pinocchio.computeRNEADerivatives(here.model, here.data, at, v, found)
-        stiffness = here.data.dtau_dq + np.diag(self.stiffness)
-        damping = here.data.dtau_dv + np.diag(self.damping)
-        forces = -stiffness @ by_q - damping @ by_v
-        slope = (high - low) / self.apart
-        slope[here.free] += np.linalg.solve(here.inertia(at), forces[here.free])
-        return np.concatenate([found, slope])
+        """The acceleration at a time [s], followed by its derivative. `position` are the
+        coordinates followed by their derivatives, `rate` the rates followed by theirs. The
+        derivative follows from an identity: inverse dynamics returns the forces that act, so the
+        derivatives of both are equal."""
+        qpos, by_qpos = np.split(position, 2)
+        qvel, by_qvel = np.split(rate, 2)
+        low, acceleration, high = (self._side(i, time, qpos, qvel) for i in range(3))
+        dynamics, _ = self.sides[1]
+        q = dynamics.configured(qpos)
+        data = dynamics.data
+        pinocchio.computeRNEADerivatives(dynamics.model, data, q, qvel, acceleration)
+        stiffness = data.dtau_dq + np.diag(self.stiffness)
+        damping = data.dtau_dv + np.diag(self.damping)
+        forces = -stiffness @ by_qpos - damping @ by_qvel
+        slope = (high - low) / self.difference
+        free = dynamics.free
+        slope[free] += np.linalg.solve(dynamics.inertia(q), forces[free])
+        return np.concatenate([acceleration, slope])
 
-    def _side(self, side: int, time: float, q: Array, v: Array) -> Any:
-        """The acceleration with one of the numbers."""
-        dynamics, course = self.sides[side]
+    def _side(self, side: int, time: float, qpos: Array, qvel: Array) -> Any:
+        """The acceleration in the scene with the number `side`."""
+        dynamics, controls_at = self.sides[side]
         controls = dynamics.uncontrolled
-        if course is not None:
-            controls = course(np.array([time]))[0].tolist()
-        return dynamics.acceleration(time, q, v, controls)
+        if controls_at is not None:
+            controls = controls_at(np.array([time]))[0].tolist()
+        return dynamics.acceleration(time, qpos, qvel, controls)

@@ -1,4 +1,5 @@
-"""Scenes in Pinocchio, whose actuators follow their controls within a step."""
+"""Simulations of scenes in Pinocchio. Controls are evaluated at the stages of a step, and are not
+held for a step."""
 
 from __future__ import annotations
 
@@ -16,14 +17,14 @@ from plumbob.models.scene import Case
 
 
 def prepare(case: Case, method: Method, step: float) -> Simulation:
-    """Build `case` for `method` at `step` [s]; raises Unsupported and ParameterError."""
+    """The simulation of a case by a method at `step` [s]; raises Unsupported and ParameterError."""
     scene = compiled_scene(case)
-    course, integrator = scene.controls, method.scheme.integrator
-    stepper = cache(lambda: PinocchioStepper(scene.mechanism, integrator, step, course))
-    alone = replace(scene, controls=None)  # the stepper reads them itself
-    return stepped(case, step, lambda: begun(case, alone, step, stepper()))
+    integrator = method.scheme.integrator
+    stepper = cache(lambda: PinocchioStepper(scene.mechanism, integrator, step, scene.controls))
+    uncontrolled = replace(scene, controls=None)  # the stepper evaluates the controls
+    return stepped(case, step, lambda: begun(case, uncontrolled, step, stepper()))
 
 
 def built(mechanism: Mechanism, start: State, step: float) -> PinocchioStepper:
-    """A mechanism stepped by semi-implicit Euler at `step` [s]; raises Unsupported."""
+    """A stepper of a mechanism by semi-implicit Euler at `step` [s]; raises Unsupported."""
     return PinocchioStepper(mechanism, EULER, step)

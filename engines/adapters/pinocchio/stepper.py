@@ -1,4 +1,4 @@
-"""A mechanism in Pinocchio, stepped from any state by an integrator of this package."""
+"""A mechanism in Pinocchio, which an integrator of this package steps."""
 
 from __future__ import annotations
 
@@ -18,36 +18,47 @@ from plumbob.models.model_file import Controls
 
 
 class PinocchioStepper:
-    """A mechanism stepped by the integrator that a `Scheme` names. With a `course` of the controls,
-    these are read at the times of the integrator's stages; else they are held for a step."""
+    """A mechanism in Pinocchio, which the integrator with this name in a `Scheme` steps by `step`
+    [s] from any state. With `controls_at`, a function of the time, controls are evaluated at the
+    times of the integrator's stages. Without it, the controls of `advance` are held for a step."""
 
     def __init__(
-        self, mechanism: Mechanism, integrator: str, step: float, course: Controls | None = None
+        self,
+        mechanism: Mechanism,
+        integrator: str,
+        step: float,
+        controls_at: Controls | None = None,
     ) -> None:
         self.step = step
         self.dynamics = Dynamics(mechanism)
-        self._course = course
+        self._controls_at = controls_at
         self._controls: Sequence[float] = self.dynamics.uncontrolled
-        self._begun, self._taken = 0.0, 0
+        self._start_time = 0.0  # [s]
+        self._steps_taken = 0
         self._state: tuple[Any, Any] = (np.zeros(0), np.zeros(0))
-        turns = self.dynamics.attitudes
-        start = (self._acceleration, *self._state, 1.0)
-        self._equation = TurningEquation(*start, attitudes=turns) if turns else Equation(*start)
+        attitudes = self.dynamics.attitudes
+        parts = (self._acceleration, *self._state, 1.0)
+        self._equation = Equation(*parts)
+        if attitudes:
+            self._equation = TurningEquation(*parts, attitudes=attitudes)
         self._advance = advancing(self._equation, integrator)
 
     def put(self, state: State, time: float = 0.0) -> None:
-        """Set the state, at a time [s]."""
-        self._begun, self._taken = time, 0
+        """Sets the state, at a time [s]."""
+        self._start_time = time
+        self._steps_taken = 0
         self._state = (state.qpos.copy(), state.qvel.copy())
 
     def state(self) -> State:
-        """The state now."""
+        """The present state."""
         return State(*self._state)
 
     def advance(self, controls: Array | None, steps: int) -> None:
-        """Take `steps` steps under controls, shape (steps, controls)."""
-        first, last = self._taken, self._taken + steps
-        self._taken = last
+        """Takes `steps` steps under controls, shape (steps, controls), or with controls that are
+        zero."""
+        first = self._steps_taken
+        last = first + steps
+        self._steps_taken = last
         if controls is None:
             self._controls = self.dynamics.uncontrolled
             self._state = self._advance(self._equation, self._state, first, last, self.step)
@@ -59,9 +70,9 @@ class PinocchioStepper:
             )
 
     def _acceleration(self, time: float, qpos: Array, qvel: Array) -> Array:
-        """The rates of the rates at a time since the state was put."""
-        now = self._begun + time
+        """The accelerations at a time [s] since the state was put."""
+        now = self._start_time + time
         controls = self._controls
-        if self._course is not None:
-            controls = self._course(np.array([now]))[0].tolist()
+        if self._controls_at is not None:
+            controls = self._controls_at(np.array([now]))[0].tolist()
         return self.dynamics.acceleration(now, qpos, qvel, controls)

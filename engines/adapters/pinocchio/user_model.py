@@ -1,4 +1,5 @@
-"""A user's model file as Pinocchio reads it, and its motion."""
+"""A user's model file in Pinocchio: the numbers that Pinocchio reads from it, and runs of its
+model."""
 
 from __future__ import annotations
 
@@ -23,14 +24,13 @@ from plumbob.models.border import border
 
 
 def _read(path: Path) -> Any:
-    """The model of a file; raises RefusedFile."""
+    """The model that Pinocchio makes of a file; raises RefusedFile."""
     with border(RefusedFile):
         return pinocchio.buildModelFromMJCF(str(path))
 
 
 def model_fields(path: Path) -> Fields:
-    """The numbers that Pinocchio reads from a model file; its bodies are known by their joints.
-    Raises RefusedFile."""
+    """The numbers that Pinocchio reads from a model file; raises RefusedFile."""
     model = _read(path)
     yield "gravity", "", model.gravity.linear
     for frame in model.frames:
@@ -48,44 +48,43 @@ def model_fields(path: Path) -> Fields:
 
 
 class PinocchioModel:
-    """A model of a file, stepped by semi-implicit Euler with the damping of its joints implicit:
-    the model holds the damping, and the forward dynamics leaves it to the caller."""
+    """A user's model, stepped by semi-implicit Euler with implicit damping of joints. Pinocchio's
+    forward dynamics ignores the damping that its model has: it is added here."""
 
     def __init__(self, model: Any, step: float) -> None:
-        self.model, self.data, self.step = model, model.createData(), step
+        self.model = model
+        self.data = model.createData()
+        self.step = step
         self.damping = np.array(model.damping)
         self.implicit = model.copy()
         self.implicit.armature = model.armature + step * self.damping
 
     def put(self, q: Array, v: Array) -> None:
-        """Start from these coordinates."""
+        """Sets the coordinates and their rates."""
         self.q, self.v = q, v
 
     def terms(self, q: Array, v: Array, control: Array) -> dict[str, Any]:
-        """The terms of the model's equations of motion; it has no springs, actuators or
-        contacts."""
-        inertia = np.array(pinocchio.crba(self.model, self.data, q))
+        """The terms of the equations of motion. The model has no springs, actuators or contacts."""
+        # Pinocchio fills only the upper triangle of the mass matrix.
+        upper = np.triu(pinocchio.crba(self.model, self.data, q))
         weight = np.array(pinocchio.computeGeneralizedGravity(self.model, self.data, q))
-        bias = pinocchio.nonLinearEffects(self.model, self.data, q, v) - weight
-        none = np.zeros(len(v))
-        forces = {
+        return {
+            "mass matrix": upper + np.triu(upper, 1).T,
             "gravity": -weight,
-            "bias": bias,
+            "bias": pinocchio.nonLinearEffects(self.model, self.data, q, v) - weight,
             "passive": -self.damping * v,
-            "actuator": none,
+            "actuator": np.zeros(len(v)),
+            "damping": self.damping,
+            "contacts": [],
         }
-        upper = np.triu(inertia)
-        inertia = upper + np.triu(upper, 1).T
-        return {"mass matrix": inertia, **forces, "damping": self.damping, "contacts": []}
 
     def advance(self, control: Array, force: Array, steps: int) -> tuple[Array, Array]:
-        """Take steps of semi-implicit Euler under a generalised `force`, which stays the same; the
-        model reads no actuator, and the control has no effect."""
+        """Takes `steps` steps under a generalised `force`, which is held; returns the coordinates
+        and their rates. The model has no actuators: the control has no effect."""
         for _ in range(steps):
-            push = force - self.damping * self.v
-            self.v = self.v + self.step * pinocchio.aba(
-                self.implicit, self.data, self.q, self.v, push
-            )
+            damped_force = force - self.damping * self.v
+            acceleration = pinocchio.aba(self.implicit, self.data, self.q, self.v, damped_force)
+            self.v = self.v + self.step * acceleration
             self.q = pinocchio.integrate(self.model, self.q, self.step * self.v)
         return self.q, self.v
 
@@ -100,18 +99,21 @@ FRAME = Frame(
 
 
 def user_model(path: Path, layout: Layout, step: float) -> PeerModel:
-    """The model of a file; joints of one body are one, in their order. Raises NotRead."""
+    """The model of a file in Pinocchio at `step` [s], with the places of its joints in Pinocchio's
+    coordinates; raises NotRead. If a body has several joints, Pinocchio has one joint for them,
+    whose coordinates are in the order of the joints."""
     model = _read(path)
     hinges = list[tuple[str, tuple[int, int]]]()
     free = []
     for i in range(1, model.njoints):
-        at = (int(model.idx_qs[i]), int(model.idx_vs[i]))
+        first = int(model.idx_qs[i])
+        first_rate = int(model.idx_vs[i])
+        name = model.names[i]
         count = model.nvs[i]
         if count == FREE and model.nqs[i] > FREE:
-            free.append((*at, FRAME))
+            free.append((first, first_rate, FRAME))
         elif count != model.nqs[i]:
-            raise NotRead(f"its joint {model.names[i]} is of a kind that is not compared")
+            raise NotRead(f"its joint {name} is of a kind that is not compared")
         else:
-            name = model.names[i]
-            hinges += [(name + "+" * k, (at[0] + k, at[1] + k)) for k in range(count)]
+            hinges += [(name + "+" * k, (first + k, first_rate + k)) for k in range(count)]
     return Translated(PinocchioModel(model, step), layout, hinges, free)

@@ -1,9 +1,10 @@
-"""PyBullet as an engine: Bullet's multibodies in double precision, semi-implicit Euler; motors,
-loops and contacts by sequential impulses.
+"""PyBullet as an engine: Bullet's multibodies in double precision, stepped by semi-implicit Euler.
+Motors, loops and contacts act by sequential impulses.
 
-By default every body's velocity is damped, and the solver stops after 50 iterations or at a
-residual of 1e-7; the best that the manual allows has neither. A prescribed motion is a velocity
-motor without a limit to its force. Every module but this one imports PyBullet.
+By default Bullet damps the velocity of every body, and its solver stops after 50 iterations or at a
+residual of 1e-7. The most accurate settings of the manual have no damping and more iterations. A
+velocity motor with an unlimited force prescribes the motion of a joint. All modules of this folder
+but this one import PyBullet.
 """
 
 from __future__ import annotations
@@ -31,18 +32,19 @@ if TYPE_CHECKING:
     from plumbob.engines.stepper import State, Stepper
 
 EULER_STEP = Scheme(EULER, "start")
-OTHERWISE = Scheme("euler with damping, motors or contacts")  # without a theory here
+# a scheme that no theory here covers
+OTHERWISE = Scheme("euler with damping, motors or contacts")
 LINES = ("capsule-line/ca1", "capsule-line/heading-030")
-DAMPED = (  # enough to show what the default damping does
+DAMPED = (  # scenes that show the effect of the default damping
     *("simple-pendulum/free-large", "cone-pendulum/rotating-base", "capsule-line/ca1"),
     *("capsule-line/heading-030", "capsule-coast/spin"),
 )
-OTHERS = (  # a representative of each system that is of no kind below
+OTHERS = (  # one scene of each system that is of none of the kinds below
     *("capsule-coast", "capsule-turn/light-slider", "capsule-plan/heading-030"),
     *("capsule-hold/unloading", "capsule-train/ten", "free-body/flip", "free-body/symmetric"),
 )
-# A body that is held does not move by a bit at large steps, and at small ones it slides for the
-# millisecond before shapes have their static penetration: such errors have no order.
+# At large steps, a body that friction holds does not move at all. At small steps, it slides for a
+# millisecond, until the shapes have their static penetration. Such errors have no order.
 HELD = ("!incline/rest", "!incline/just-held", "!pinch/0.*", "!pinch/lifted")
 UNDAMPED = MappingProxyType(
     {"linearDamping": 0.0, "angularDamping": 0.0, "maxJointVelocity": 1e9}
@@ -52,8 +54,9 @@ ITERATED = MappingProxyType(
 )
 HARD = MappingProxyType(
     {
-        # Shapes touch where they overlap, and not before. Bullet's default slop, 10 micrometres of
-        # overlap that stay, is off, and so is the velocity that pushes overlapping shapes apart.
+        # Contacts act only between shapes that overlap. Two defaults are off: the slop, which is an
+        # overlap of 10 micrometres that Bullet does not correct, and the velocity that pushes
+        # overlapping shapes apart.
         "contactBreakingThreshold": 1e-12,  # [m]
         "contactSlop": 0.0,  # [m]
         "contactERP": 0.0,
@@ -88,7 +91,8 @@ METHODS = (
 
 
 def scheme(case: Case, method: Method) -> Scheme:
-    """The scheme of `method` on this case; none with a theory if bodies touch or a loop is closed.
+    """The scheme of `method` on this case. If bodies touch or a loop is closed, no theory covers
+    the scheme.
 
     A free body turns by the exponential of the new angular velocity, as in MuJoCo."""
     return CONSTRAINED if constrained(case) else method.scheme

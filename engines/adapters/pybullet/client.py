@@ -1,4 +1,4 @@
-"""A simulation of PyBullet, apart from all others."""
+"""Makes separate simulations in PyBullet."""
 
 from __future__ import annotations
 
@@ -6,15 +6,16 @@ from typing import Any
 
 from plumbob.models.entry_points import captured
 
-TOUCHES = 0.02  # [m]: Bullet's default distance of contacts, one for all worlds of a process
+# [m] Bullet's default distance at which contacts act, one number for all clients of a process
+CONTACT_DISTANCE = 0.02
 
 
 def new_client() -> Any:
-    """A client of a simulation of its own, which ends with the last reference to it."""
-    with captured():  # what its C code prints
+    """A client with a separate simulation, which ends with the last reference to the client."""
+    with captured():  # PyBullet's C code prints lines
         import pybullet
         from pybullet_utils.bullet_client import BulletClient
 
         client = BulletClient(connection_mode=pybullet.DIRECT)
-    client.setPhysicsEngineParameter(contactBreakingThreshold=TOUCHES)
+    client.setPhysicsEngineParameter(contactBreakingThreshold=CONTACT_DISTANCE)
     return client

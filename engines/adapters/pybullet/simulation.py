@@ -1,4 +1,4 @@
-"""Scenes in PyBullet."""
+"""Simulations of scenes in PyBullet."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from plumbob.models.scene import Case
 
 
 def prepare(case: Case, method: Method, step: float) -> Simulation:
-    """Build `case` for `method` at `step` [s]; raises Unsupported and ParameterError."""
+    """The simulation of a case by a method at `step` [s]; raises Unsupported and ParameterError."""
 
     def build(mechanism: Mechanism, start: State) -> Stepper:
         return BulletStepper(mechanism, method.settings, step)

@@ -1,8 +1,8 @@
-"""A mechanism in PyBullet, stepped from any state.
+"""A mechanism as PyBullet steps it.
 
-Bullet's step of a multibody is semi-implicit Euler: accelerations of the state as the step begins,
-then impulses of motors, loops and contacts, then the positions with the new velocities. A rotation
-moves by the exponential of the new angular velocity.
+Bullet's step of a multibody is semi-implicit Euler. It computes the accelerations at the start of
+the step, then the impulses of motors, loops and contacts, then the positions with the new
+velocities. A rotation is updated by the exponential of the new angular velocity.
 """
 
 from __future__ import annotations
@@ -14,8 +14,9 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from plumbob.analytic.reference import Array
-from plumbob.engines.adapters.pybullet.builder import BASE, UNLIMITED, At, Built, build
-from plumbob.engines.adapters.pybullet.client import TOUCHES, new_client
+from plumbob.engines.adapters.joints import TURNING, joint_places, nearer_attitude
+from plumbob.engines.adapters.pybullet.builder import BASE, UNLIMITED, Built, LinkKey, build
+from plumbob.engines.adapters.pybullet.client import CONTACT_DISTANCE, new_client
 from plumbob.engines.joint_forces import (
     JointForce,
     actuators_of,
@@ -26,36 +27,37 @@ from plumbob.engines.mechanism import Mechanism
 from plumbob.engines.method import Options
 from plumbob.engines.stepper import State
 
-TURNING = ("ball", "free")  # kinds of joint with an attitude, a quaternion
-
 
 @dataclass(frozen=True)
-class Loaded:
-    """A hinge or a slide that a spring, a damper or actuators act on, by a force that is computed
-    as a step begins."""
+class LoadedJoint:
+    """A hinge or a slide on which a spring, a damper or actuators act. The force is computed at the
+    start of a step."""
 
-    at: At
-    exerted: JointForce
-    drawn: float  # the coordinate in the drawing, where Bullet's is 0 [rad] or [m]
-    alone: bool  # whether a force may act where all controls are 0
+    link: LinkKey  # link that the joint moves
+    exerted: JointForce  # force of the spring, the damper and the actuators
+    reference: float  # coordinate in the drawing [rad] or [m]: Bullet's coordinate is 0 there
+    alone: bool  # whether a force may act while all controls are 0
 
 
 class BulletStepper:
-    """A mechanism in a PyBullet world with these settings."""
+    """A mechanism in a PyBullet world with these settings, which takes steps of `step` [s] from any
+    state."""
 
     def __init__(self, mechanism: Mechanism, settings: Options, step: float) -> None:
         self.step = step
         self.mechanism = mechanism
         self._settings = settings
-        self._touches = settings.get("contactBreakingThreshold", TOUCHES)
+        self._contact_distance = settings.get("contactBreakingThreshold", CONTACT_DISTANCE)
         self._client = new_client()
-        self._attitudes = dict[int, Array]()
-        self._begun, self._taken = 0.0, 0
+        self._attitudes = dict[int, Array]()  # latest quaternion of each joint that has one
+        self._start_time = 0.0  # [s]
+        self._steps_taken = 0
+        self._places = tuple(joint_places(mechanism.joints))
         self._renew()
         self._idle = idle_controls(mechanism)
-        self._loaded = tuple(_loaded(mechanism, self.built))
-        self._driven = [
-            (*at, joint.velocity) for joint, at in self._joints if joint.velocity is not None
+        self._loaded = tuple(_loaded_joints(mechanism, self.built))
+        self._prescribed = [
+            (link, joint.velocity) for joint, link in self._joints if joint.velocity is not None
         ]
         self._carried = [
             ((home.tree, home.link), body.mass * mechanism.gravity)
@@ -63,147 +65,177 @@ class BulletStepper:
             if body.carried
         ]
         self._damped = [
-            (at, joint.damping)
-            for joint, at in self._joints
+            (link, joint.damping)
+            for joint, link in self._joints
             if joint.kind == "ball" and np.any(joint.damping)
         ]
 
     def _renew(self) -> None:
-        """Build the mechanism in an empty world: contacts of a world outlive a change of its
-        state."""
+        """Builds the mechanism in an empty world. A new world is needed because contacts outlive a
+        change of the state."""
         self._client.resetSimulation()
         self.built = build(self._client, self.mechanism, self._settings, self.step)
         self._joints = tuple(zip(self.mechanism.joints, self.built.joints, strict=True))
-        self._fresh = True
+        self._fresh = True  # whether no step has been taken in this world
 
     def put(self, state: State, time: float = 0.0) -> None:
-        """Set the state, at a time [s]."""
-        self._begun, self._taken = time, 0
+        """Sets the state, at a time [s]."""
+        self._start_time = time
+        self._steps_taken = 0
         if not self._fresh:
             self._renew()
-        first = degree = 0
-        for number, (joint, at) in enumerate(self._joints):
-            q = state.qpos[first : first + len(joint.reference)]
-            v = state.qvel[degree : degree + len(joint.damping)]
-            first, degree = first + len(q), degree + len(v)
+        for number, (joint, link) in enumerate(self._joints):
+            place, place_of_rates = self._places[number]
+            position = state.qpos[place]
+            rates = state.qvel[place_of_rates]
             if joint.kind in TURNING:
-                self._attitudes[number] = q[-4:].copy()
+                self._attitudes[number] = position[-4:].copy()
             if joint.kind == "free":
-                self._put_free(at, q, v)
+                self._put_free(link, position, rates)
             elif joint.kind == "ball":
-                self._put_ball(at, q, v)
+                self._put_ball(link, position, rates)
             else:
-                place = float(q[0] - joint.reference[0])
-                self._client.resetJointState(*at, place, float(v[0]))
+                coordinate = float(position[0] - joint.reference[0])
+                self._client.resetJointState(*link, coordinate, float(rates[0]))
 
-    def _put_free(self, at: At, q: Array, v: Array) -> None:
-        """Set the state of a base, whose place and velocity are those of its centre of mass."""
-        centre, axes = self.built.inertial[at]
-        turn = Rotation.from_quat(q[3:], scalar_first=True)
-        arm, spin = turn.apply(centre), turn.apply(v[3:])
+    def _put_free(self, link: LinkKey, position: Array, rates: Array) -> None:
+        """Sets the coordinates and the rates of a free body. Bullet has the place and the velocity
+        of its centre of mass."""
+        multibody, _ = link
+        centre, axes = self.built.inertial[link]
+        turn = Rotation.from_quat(position[3:], scalar_first=True)
+        arm = turn.apply(centre)
+        spin = turn.apply(rates[3:])
         attitude = (turn * Rotation.from_quat(axes)).as_quat()
-        self._client.resetBasePositionAndOrientation(at[0], q[:3] + arm, attitude)
-        self._client.resetBaseVelocity(at[0], v[:3] + np.cross(spin, arm), spin)
+        self._client.resetBasePositionAndOrientation(multibody, position[:3] + arm, attitude)
+        self._client.resetBaseVelocity(multibody, rates[:3] + np.cross(spin, arm), spin)
 
-    def _put_ball(self, at: At, q: Array, v: Array) -> None:
-        """Set the state of a ball joint, which Bullet has along the axes of its link's inertia."""
-        axes = Rotation.from_quat(self.built.inertial[at][1])
-        turn = axes.inv() * Rotation.from_quat(q, scalar_first=True) * axes
+    def _put_ball(self, link: LinkKey, attitude: Array, spin: Array) -> None:
+        """Sets the coordinates and the rates of a ball joint. Bullet has them along the principal
+        axes of the link's inertia."""
+        axes = self._principal_axes(link)
+        turn = axes.inv() * Rotation.from_quat(attitude, scalar_first=True) * axes
+        spin_in_axes = axes.inv().apply(spin)
         self._client.resetJointStateMultiDof(
-            *at, turn.as_quat().tolist(), axes.inv().apply(v).tolist()
+            *link, turn.as_quat().tolist(), spin_in_axes.tolist()
         )
 
-    def state(self) -> State:
-        """The state now; a quaternion has the sign that is nearer to the last one."""
-        places, rates = list[Array](), list[Array]()
-        for number, (joint, at) in enumerate(self._joints):
-            if joint.kind in TURNING:
-                place, attitude, rate = (self._free if joint.kind == "free" else self._ball)(at)
-                if attitude @ self._attitudes[number] < 0.0:
-                    attitude = -attitude
-                self._attitudes[number] = attitude
-                places += [place, attitude]
-                rates.append(rate)
-            else:
-                q, v = self._client.getJointState(*at)[:2]
-                places.append(q + joint.reference)
-                rates.append(np.array([v]))
-        return State(np.concatenate(places), np.concatenate(rates))
+    def _principal_axes(self, link: LinkKey) -> Rotation:
+        """The rotation from the principal axes of a link's inertia to the link's frame."""
+        _, axes = self.built.inertial[link]
+        return Rotation.from_quat(axes)
 
-    def _free(self, at: At) -> tuple[Array, Array, Array]:
-        """The place, the attitude and the velocities of a free body."""
-        centre, axes = self.built.inertial[at]
-        place, attitude = self._client.getBasePositionAndOrientation(at[0])
-        moving, spin = map(np.array, self._client.getBaseVelocity(at[0]))
+    def state(self) -> State:
+        """The present state. The sign of a quaternion is the sign that is nearer to the quaternion
+        that was put or read last."""
+        positions = list[Array]()
+        velocities = list[Array]()
+        for number, (joint, link) in enumerate(self._joints):
+            if joint.kind in TURNING:
+                read = self._read_free if joint.kind == "free" else self._read_ball
+                place, attitude, rates = read(link)
+                attitude = nearer_attitude(attitude, self._attitudes[number])
+                self._attitudes[number] = attitude
+                positions += [place, attitude]
+                velocities.append(rates)
+            else:
+                coordinate, rate, *_ = self._client.getJointState(*link)
+                positions.append(coordinate + joint.reference)
+                velocities.append(np.array([rate]))
+        return State(np.concatenate(positions), np.concatenate(velocities))
+
+    def _read_free(self, link: LinkKey) -> tuple[Array, Array, Array]:
+        """The place [m], the attitude, scalar first, and the rates of a free body."""
+        multibody, _ = link
+        centre, axes = self.built.inertial[link]
+        place, attitude = self._client.getBasePositionAndOrientation(multibody)
+        velocity, spin = map(np.array, self._client.getBaseVelocity(multibody))
         turn = Rotation.from_quat(attitude) * Rotation.from_quat(axes).inv()
         arm = turn.apply(centre)
-        rates = np.concatenate([moving - np.cross(spin, arm), turn.inv().apply(spin)])
+        rates = np.concatenate([velocity - np.cross(spin, arm), turn.inv().apply(spin)])
         return np.array(place) - arm, turn.as_quat(scalar_first=True), rates
 
-    def _ball(self, at: At) -> tuple[Array, Array, Array]:
-        """No place, the attitude and the angular velocity of a ball joint."""
-        axes = Rotation.from_quat(self.built.inertial[at][1])
-        q, v = self._client.getJointStateMultiDof(*at)[:2]
-        turn = axes * Rotation.from_quat(q) * axes.inv()
-        return np.zeros(0), turn.as_quat(scalar_first=True), axes.apply(v)
+    def _read_ball(self, link: LinkKey) -> tuple[Array, Array, Array]:
+        """An empty place, the attitude, scalar first, and the angular velocity of a ball joint."""
+        axes = self._principal_axes(link)
+        attitude, spin, *_ = self._client.getJointStateMultiDof(*link)
+        turn = axes * Rotation.from_quat(attitude) * axes.inv()
+        return np.zeros(0), turn.as_quat(scalar_first=True), axes.apply(spin)
 
     def advance(self, controls: Array | None, steps: int) -> None:
-        """Take `steps` steps under controls, shape (steps, controls)."""
-        numbers = np.arange(self._taken + 1, self._taken + steps + 1, dtype=np.float64)
-        times = self._begun + self.step * numbers
-        moves = np.array([velocity(times) for *_, velocity in self._driven])
-        ends = moves.reshape(len(moves), steps).T.tolist()  # the velocities that steps end with
+        """Takes `steps` steps under controls, shape (steps, controls), or with controls that are
+        zero."""
+        velocities = self._prescribed_velocities(steps)
         rows = [self._idle] * steps if controls is None else controls.tolist()
-        loaded = [x for x in self._loaded if controls is not None or x.alone]
-        if self.mechanism.touching:  # another world may have changed it
-            self._client.setPhysicsEngineParameter(contactBreakingThreshold=self._touches)
-        move = self._client.stepSimulation
-        for row, velocities in zip(rows, ends, strict=True):
-            self._drive(velocities)
-            for part in loaded:
-                self._load(part, row)
+        loaded = [joint for joint in self._loaded if controls is not None or joint.alone]
+        if self.mechanism.touching:  # another world may have changed the threshold
+            self._client.setPhysicsEngineParameter(
+                contactBreakingThreshold=self._contact_distance
+            )
+        take_step = self._client.stepSimulation
+        for row, prescribed in zip(rows, velocities, strict=True):
+            self._prescribe(prescribed)
+            for joint in loaded:
+                self._load(joint, row)
             self._damp()
             self._carry()
-            move()
-        self._taken += steps
+            take_step()
+        self._steps_taken += steps
         self._fresh = self._fresh and not steps
 
-    def _drive(self, velocities: Sequence[float]) -> None:
-        """Let the joints whose motion is prescribed have these velocities after the next step."""
-        motor, kind = self._client.setJointMotorControl2, self._client.VELOCITY_CONTROL
-        for (tree, link, _), velocity in zip(self._driven, velocities, strict=True):
-            motor(tree, link, kind, targetVelocity=velocity, force=UNLIMITED)
+    def _prescribed_velocities(self, steps: int) -> list[list[float]]:
+        """For each of the next steps, the velocities at its end of the joints whose motion is
+        prescribed."""
+        first = self._steps_taken + 1
+        numbers = np.arange(first, first + steps, dtype=np.float64)
+        times = self._start_time + self.step * numbers
+        columns = np.array([velocity(times) for _, velocity in self._prescribed])
+        rows: list[list[float]] = columns.reshape(len(columns), steps).T.tolist()
+        return rows
 
-    def _load(self, part: Loaded, controls: Sequence[float]) -> None:
-        """Let a joint's force act in the next step."""
-        q, v = self._client.getJointState(*part.at)[:2]
-        force = part.exerted(q + part.drawn, v, controls)
-        self._client.setJointMotorControl2(*part.at, self._client.TORQUE_CONTROL, force=force)
+    def _prescribe(self, velocities: Sequence[float]) -> None:
+        """Prescribes the velocities of joints at the end of the next step."""
+        motor = self._client.setJointMotorControl2
+        kind = self._client.VELOCITY_CONTROL
+        for (link, _), velocity in zip(self._prescribed, velocities, strict=True):
+            motor(*link, kind, targetVelocity=velocity, force=UNLIMITED)
+
+    def _load(self, joint: LoadedJoint, controls: Sequence[float]) -> None:
+        """Applies the force of a joint in the next step."""
+        client = self._client
+        coordinate, rate, *_ = client.getJointState(*joint.link)
+        force = joint.exerted(coordinate + joint.reference, rate, controls)
+        client.setJointMotorControl2(*joint.link, client.TORQUE_CONTROL, force=force)
 
     def _damp(self) -> None:
-        """Let the dampers of ball joints act in the next step."""
+        """Applies the torques of the dampers of ball joints in the next step."""
         client = self._client
-        for at, damping in self._damped:
-            axes = Rotation.from_quat(self.built.inertial[at][1])
-            torque = axes.inv().apply(-damping * self._ball(at)[2]).tolist()
-            client.setJointMotorControlMultiDof(*at, client.TORQUE_CONTROL, force=torque)
+        for link, damping in self._damped:
+            _, _, spin = self._read_ball(link)
+            torque = self._principal_axes(link).inv().apply(-damping * spin)
+            client.setJointMotorControlMultiDof(
+                *link, client.TORQUE_CONTROL, force=torque.tolist()
+            )
 
     def _carry(self) -> None:
-        """Let upward forces carry the weights of bodies in the next step."""
+        """Applies the forces that carry the weights of bodies in the next step."""
         client = self._client
-        for at, weight in self._carried:
-            if at[1] == BASE:
-                centre = client.getBasePositionAndOrientation(at[0])[0]
+        for (multibody, number), weight in self._carried:
+            if number == BASE:
+                centre, _ = client.getBasePositionAndOrientation(multibody)
             else:
-                centre = client.getLinkState(*at, computeForwardKinematics=1)[0]
-            client.applyExternalForce(*at, (-weight).tolist(), centre, client.WORLD_FRAME)
+                centre, *_ = client.getLinkState(multibody, number, computeForwardKinematics=1)
+            force = (-weight).tolist()
+            client.applyExternalForce(multibody, number, force, centre, client.WORLD_FRAME)
 
 
-def _loaded(mechanism: Mechanism, built: Built) -> Iterator[Loaded]:
-    """The hinges and slides with a spring, a damper or actuators."""
-    for number, (joint, at) in enumerate(zip(mechanism.joints, built.joints, strict=True)):
+def _loaded_joints(mechanism: Mechanism, built: Built) -> Iterator[LoadedJoint]:
+    """The hinges and slides that have a spring, a damper or actuators."""
+    for number, (joint, link) in enumerate(zip(mechanism.joints, built.joints, strict=True)):
         actuators = actuators_of(mechanism, number)
-        alone = bool(joint.stiffness or joint.damping[0]) or any(any(a.bias) for a in actuators)
-        if joint.kind not in TURNING and (alone or actuators):
+        passive = bool(joint.stiffness or joint.damping[0])
+        biased = any(any(actuator.bias) for actuator in actuators)
+        if joint.kind not in TURNING and (passive or actuators):
             exerted = passive_and_actuator_force(joint, actuators)
-            yield Loaded(at, exerted, float(joint.reference[0]), alone)
+            reference = float(joint.reference[0])
+            yield LoadedJoint(link, exerted, reference, alone=passive or biased)

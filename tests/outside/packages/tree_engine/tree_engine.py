@@ -141,8 +141,8 @@ SCENES = """cone-pendulum/equal-wells-short heavy-top/nutating n-pendulum/triple
 projectile/thrown simple-pendulum/near-top-1e-6 linear-pendulum/overdamped free-body/symmetric"""
 ENGINE = Engine(
     name="tree",
-    package="numpy",  # the engine is left out where this is not installed
-    # The scheme of `advance`, by which errors are predicted; of a Scheme("own name") none would be.
+    package="numpy",  # the engine is left out if this is not installed
+    # Errors are predicted for the scheme of `advance`; a Scheme("own name") has no prediction.
     methods=(Method("tree/euler", Scheme(EULER, "start"), 1, systems=tuple(SCENES.split())),),
     prepare=prepare,
     model_error=lambda case, method, step: {},  # {observable: errors at any step}: none here

@@ -1,0 +1,39 @@
+"""The joints of a mechanism, for adapters that build mechanisms: the joints of a body, their names,
+the places of their coordinates in a state, and the signs of their quaternions."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+from plumbob.analytic.reference import Array
+from plumbob.engines.mechanism import Joint, Mechanism
+
+TURNING = ("ball", "free")  # kinds of joint whose coordinates include a quaternion
+
+
+def joints_of_body(mechanism: Mechanism, body: int) -> list[int]:
+    """The numbers of the joints between a body and its parent, in the order in which they act."""
+    return [number for number, joint in enumerate(mechanism.joints) if joint.body == body]
+
+
+def joint_name(mechanism: Mechanism, joint: Joint) -> str:
+    """The name of a joint; without a name, "of body" and the name of its body."""
+    return joint.name or f"of body {mechanism.bodies[joint.body].name}"
+
+
+def joint_places(joints: Sequence[Joint]) -> Iterator[tuple[slice, slice]]:
+    """For each joint, the place of its coordinates in `State.qpos` and the place of its rates in
+    `State.qvel`."""
+    first = first_rate = 0
+    for joint in joints:
+        end = first + len(joint.reference)
+        end_of_rates = first_rate + len(joint.damping)
+        yield slice(first, end), slice(first_rate, end_of_rates)
+        first = end
+        first_rate = end_of_rates
+
+
+def nearer_attitude(attitude: Array, latest: Array) -> Array:
+    """The quaternion `attitude` or its negative, whichever is nearer to the `latest` quaternion:
+    both are the same attitude."""
+    return -attitude if attitude @ latest < 0.0 else attitude
