@@ -1,13 +1,13 @@
-"""Derivatives of a model's end by its controls and its start: the certified ones of the continuous
-motion, and the errors of those of a run, by MuJoCo or another engine.
+"""Derivatives of the end of a motion by its controls and its start: certified derivatives of the
+continuous motion, and the errors of the derivatives of a run in MuJoCo or another engine.
 
 Central differences D(eps) of certified motions have an error C eps^2 + O(eps^4), so that
 
     (4 D(eps/2) - D(eps)) / 3                                                                  (1)
 
-has one of O(eps^4). It is computed twice, by another method with another eps; what the two differ
-by, with no discount, is the uncertainty. The best eps of a run's central difference is predicted
-with this C and with R = u |x| sqrt(N) growth, of a rounding u in each of N steps.
+has an error of O(eps^4). Eq. 1 is computed twice, the second time by another method with another
+eps; the whole difference of the two is the uncertainty. The best eps of a run's central difference
+is predicted with this C and with R = u |x| sqrt(N) growth, for a rounding u in each of N steps.
 """
 
 from __future__ import annotations
@@ -39,71 +39,74 @@ from plumbob.engines.own_motion import NotCertifiable, OwnModel, Script
 from plumbob.engines.registry import engine_of
 from plumbob.engines.registry import method as find_method
 
-# The two computations of eq. 1, (method, tolerance, eps): with contacts, differences that are ten
-# times smaller show what is left of the tolerance (calibrated in tests/audit/test_audit_gradient),
-# and the error is no power of eps, so that these are far apart (by tests/audit/robots/gradients).
+# The two computations of eq. 1, (method, tolerance, eps). With contacts, ten times smaller
+# differences show the error that the tolerance leaves (calibrated in
+# tests/audit/test_audit_gradient), and the error is no power of eps: hence the two eps differ by a
+# factor of three (checked by tests/audit/robots/gradients).
 CERTIFYING = (("DOP853", TIGHT, 1e-3), ("RK45", 10.0 * TIGHT, 3e-3))
-SWEEP = tuple(float(f"1e-{digit}") for digit in range(2, 9))  # eps of the own run's differences
-LARGEST = 10  # entries that are listed
-TRUSTED = 0.2  # of the gradient: it is known to that
-LOST = 1.0  # of the gradient: an error as large leaves nothing of it
+# eps of the differences of the model's own run
+SWEEP = tuple(float(f"1e-{digit}") for digit in range(2, 9))
+LARGEST = 10  # most entries that are listed
+TRUSTED = 0.2  # largest relative uncertainty of a gradient that counts as known
+LOST = 1.0  # relative error from which a gradient means nothing
 
 
 Entry = Mapping[str, Any]
-"""The derivative "of" one coordinate "by" one number, or the norm of "all", at the end: the "way",
-"exact" and its "uncertainty" [m or rad per unit of the number], "computed", "relative_error" and
-"eps"; None where there is none."""
+"""The derivative "of" one coordinate "by" one number at the end of the motion, or the norm of "all"
+derivatives. It has the "way", "exact" and its "uncertainty" [m or rad per unit of the number],
+"computed", "relative_error" and "eps". A value that does not exist is None."""
 
 
 @dataclass(frozen=True)
 class CertifiedGradient:
-    """The derivatives of the continuous motion, beside those of a run."""
+    """The certified derivatives of the continuous motion, and the derivatives of a run."""
 
-    of: tuple[str, ...]  # coordinates
-    by: tuple[str, ...]  # numbers: of the start, and constant additions to controls
-    exact: (
-        Array  # shape (n, coordinates, numbers), at the ends of periods; no number: not known
-    )
-    uncertainty: Array  # shape (n, numbers), of the largest entry
+    of: tuple[str, ...]  # names of the coordinates
+    # Names of the numbers: of the start, and constant additions to controls
+    by: tuple[str, ...]
+    exact: Array  # at the ends of periods, shape (n, coordinates, numbers); NaN if not known
+    uncertainty: Array  # of the largest entry, shape (n, numbers)
     times: Array  # [s], shape (n,)
     ways: tuple[RunDerivatives, ...]
-    predicted_eps: float  # of a central difference
-    left_out: tuple[str, ...] = ()  # numbers that it is not known by, and why
+    predicted_eps: float  # best eps of a central difference
+    left_out: tuple[str, ...] = ()  # numbers without a known derivative, each with the reason
 
     @cached_property
     def known(self) -> Array:
-        """Which numbers it is known by at the end, shape (numbers,)."""
+        """Whether the derivative by each number is known at the end, shape (numbers,)."""
         return np.asarray(np.isfinite(self.uncertainty[-1]))
 
     def norm(self, values: Array) -> Array:
-        """Of matrices of shape (..., coordinates, numbers), over the numbers that are known."""
+        """Returns the norms of matrices of shape (..., coordinates, numbers), over the numbers with
+        known derivatives."""
         return np.asarray(np.linalg.norm(values[..., self.known], axis=(-2, -1)))
 
     def relative(self, apart: Array) -> Array:
-        """A norm over that of the gradient, over time, shape (n,); 0 where nothing depends on any
-        number yet."""
+        """Returns a norm over time, shape (n,), relative to the norm of the gradient; 0 as long as
+        nothing depends on any number."""
         sizes = self.norm(self.exact)
         return np.divide(apart, sizes, out=np.zeros_like(sizes), where=sizes > 0.0)
 
     @cached_property
     def certificate(self) -> Array:
-        """The uncertainty over the gradient, over time, shape (n,)."""
+        """The uncertainty relative to the gradient, over time, shape (n,)."""
         return self.relative(np.linalg.norm(self.uncertainty[:, self.known], axis=1))
 
     def errors(self, way: RunDerivatives) -> Array:
-        """Of a way, over the gradient, over time, shape (n,)."""
+        """Returns the error of a way relative to the gradient, over time, shape (n,)."""
         assert way.computed is not None
         return self.relative(self.norm(way.computed - self.exact))
 
     @property
     def along(self) -> RunDerivatives | None:
-        """The way whose horizon is stated: the product along the run where there is one."""
+        """The first way that gives derivatives, whose horizon is stated: the product along the run
+        unless that gives none. None if no way does."""
         return next((way for way in self.ways if way.computed is not None), None)
 
     @cached_property
     def lost(self) -> tuple[tuple[float, float], ...]:
-        """Intervals [s] within which the error is as large as the gradient all the time. Times at
-        which the gradient is not known well enough are skipped."""
+        """Intervals [s] within which the error is always as large as the gradient. Times at which
+        the gradient is not known well enough are skipped."""
         if self.along is None:
             return ()
         known = self.certificate <= TRUSTED
@@ -123,7 +126,8 @@ class CertifiedGradient:
 
     @property
     def why(self) -> str:
-        """Why there is no time from which on the derivative means nothing; empty if there is."""
+        """Explains why there is no time from which on the derivative means nothing; empty if there
+        is such a time."""
         if self.horizon is not None:
             return ""
         if self.along is None:
@@ -137,34 +141,36 @@ class CertifiedGradient:
         return f"the error is as large {spans} only; it is {errors[-1]:.2g} % at {until:.3g} s"
 
     def growth(self, values: Array) -> float | None:
-        """How many times as large as at the start derivatives by the positions become, at most;
-        None where they are not known."""
+        """Returns the largest size of the derivatives by the positions of the start, relative to
+        their size at the start; None if they are not known."""
         count = len(self.of)
         sizes = np.linalg.norm(values[:, :, :count][..., self.known[:count]], axis=(1, 2))
         return float(sizes.max() / sizes[0]) if self.known[:count].any() else None
 
     def worst(self, way: RunDerivatives) -> Entry:
-        """The entry with the largest error of a way."""
+        """Returns the entry with the largest error of a way."""
         assert way.computed is not None
         off = np.nan_to_num(np.abs(way.computed[-1] - self.exact[-1]))
         return self._entry(way, int(np.argmax(off)))
 
     @property
     def entries(self) -> tuple[Entry, ...]:
-        """Of each way the norm of all, then the largest entries."""
+        """The norm of all derivatives and then the largest derivatives, each by every way."""
         sizes = np.nan_to_num(np.abs(self.exact[-1]))
         return self._entries([None, *np.argsort(-sizes, axis=None)[:LARGEST].tolist()])
 
     def between(self, of: Sequence[str], by: Sequence[str]) -> tuple[Entry, ...]:
-        """Of each way the derivatives of these coordinates by these numbers."""
+        """Returns the derivatives of some coordinates by some numbers, each by every way."""
         both = product(map(self.of.index, of), map(self.by.index, by))
         return self._entries([len(self.by) * row + column for row, column in both])
 
     def _entries(self, places: Sequence[int | None]) -> tuple[Entry, ...]:
+        """Returns the entries at some places of the matrix, counted by rows, each by every way."""
         return tuple(self._entry(way, place) for place in places for way in self.ways)
 
     def _entry(self, way: RunDerivatives, place: int | None) -> Entry:
-        """That of a number of the matrix, by row; None: the norm of all."""
+        """Returns the entry at a place of the matrix, counted by rows; for None, the norm of
+        all."""
         row, column = divmod(place or 0, len(self.by))
 
         def value(matrix: Array) -> float:
@@ -196,10 +202,11 @@ def certified_gradient(
     allowance: Allowance,
     method: Method | None = None,
 ) -> CertifiedGradient:
-    """The derivatives at the end of the period `index`, up to which the motion is certified, by as
-    many numbers as time allows, controls first, beside those of the run of a `method`, or of the
-    model's own integrator. Raises NotCertifiable if there are none, with the reason, and
-    Unsupported if the engine of the method cannot express a part of the model."""
+    """Returns the derivatives at the end of the period `index`, up to which the motion is
+    certified, and the derivatives of the run of a `method`, or of the model's own integrator. They
+    are by as many numbers as time allows, controls first. Raises NotCertifiable with the reason if
+    there are none, and Unsupported if the engine of the method cannot express a part of the
+    model."""
     if not index:
         raise NotCertifiable(f"there is no reference: {reference.why}")
     if reference.widths:
@@ -217,7 +224,7 @@ def certified_gradient(
         ways = own_ways(*asked)
     else:
         ways = in_own_process(own_ways, asked, 2.0 * allowance.seconds)
-    # A model at rest is as large as what it is moved by.
+    # A model whose coordinates are 0 has coordinates of the size of the shifts in the differences.
     size = max(SWEEP[0], float(np.abs(reference.course.states[: index + 1]).max()))
     rounding = np.finfo(float).eps * size * math.sqrt(script.duration / model.step)
     rounding *= max(1.0, float(np.abs(exact[..., known]).max()))
@@ -234,16 +241,16 @@ def certified_gradient(
 
 
 def numbers_of(model: OwnModel) -> tuple[str, ...]:
-    """Names of the numbers that derivatives are by: a kind, and the name of a joint, an activation
-    or an actuator."""
+    """Returns the names of the numbers by which derivatives are taken: a kind, and the name of a
+    joint, an activation or an actuator."""
     return tuple(f"{kind} {name}" for kind, names in model.names.items() for name in names)
 
 
 def _certified(
     model: OwnModel, script: Script, allowance: Allowance
 ) -> tuple[Array, Array, float, tuple[str, ...]]:
-    """The derivatives and uncertainty of `CertifiedGradient`, the largest C of eq. 1, and the
-    numbers that are left out, each with the reason."""
+    """Returns the derivatives and the uncertainty of a `CertifiedGradient`, the largest C of eq. 1,
+    and the numbers that are left out, each with the reason."""
     by = numbers_of(model)
     count = len(model.names["position"])
     exact = np.full((len(script.times), count, len(by)), np.nan)
@@ -266,8 +273,8 @@ def _certified(
 
 
 def _within_range(model: OwnModel, script: Script, actuator: int) -> None:
-    """Raises NotCertifiable for a control at an end of its range, where there is a derivative on
-    one side only."""
+    """Raises NotCertifiable for a control at an end of its range, which has a one-sided derivative
+    only."""
     if actuator >= 0:
         (low, high) = model.ranges[actuator]
         values = script.controls[:, actuator]
@@ -276,7 +283,7 @@ def _within_range(model: OwnModel, script: Script, actuator: int) -> None:
 
 
 def _moved(model: OwnModel, script: Script, number: int, by: float) -> Script:
-    """A script with one number of the start, or of all controls, another."""
+    """Returns a script with one number of the start, or of all controls, changed `by` an amount."""
     shift = by * (np.arange(len(numbers_of(model))) == number)
     state = shift.size - model.rest.size
     start = model.shifted(script.start, shift[:state]) if number < state else script.start
@@ -290,7 +297,8 @@ def _refined(
     way: tuple[str, float, float],
     allowance: Allowance,
 ) -> tuple[Array, float]:
-    """Eq. 1 over time, shape (n, coordinates), and C; raises NotCertifiable."""
+    """Returns eq. 1 over time, shape (n, coordinates), and C. `way` is (method, tolerance, eps).
+    Raises NotCertifiable."""
     method, tolerance, eps = way
 
     def course(by: float) -> Array:
@@ -310,11 +318,14 @@ def _refined(
 def own_ways(
     method: Method, model: OwnModel, script: Script, known: Array, seconds: float
 ) -> tuple[RunDerivatives, ...]:
-    """Derivatives of the run of a method at the model's own step by the numbers that are `known`:
-    multiplied along the run, by the engine's own way if it has one for mechanisms, and by central
-    and forward differences with the eps that changes each of them least when it becomes the next
-    smaller one. Of MuJoCo's methods the integrator is that of the model. Raises Unsupported if
-    another engine cannot express a part of the model, and names that part."""
+    """Returns derivatives of the run of a method at the model's own step by the numbers that are
+    `known`.
+
+    The ways are: the product along the run; the engine's own ways for mechanisms; central and
+    forward differences, each with the eps whose derivatives change least when eps becomes the next
+    smaller one. If the method is one of MuJoCo's, the integrator is the model's own. Raises
+    Unsupported if another engine cannot express a part of the model, and names that part.
+    """
     parts = round(script.period / model.step)
     if method.engine == MUJOCO:
         stepper = model.stepper(model.integrator, script.period / parts)
@@ -346,8 +357,8 @@ def own_ways(
 def _by_mechanisms(
     own: OwnDerivative, method: Method, model: OwnModel, script: Script, known: Array
 ) -> RunDerivatives:
-    """Derivatives at the end by a way of the engine's own, which is given the mechanism in states
-    beside its start and under controls beside its controls."""
+    """Returns derivatives at the end by a way of the engine's own, which is given three mechanisms:
+    one as it is, and two with a start or controls shifted to either side."""
     assert own.of_mechanisms is not None
     names = numbers_of(model)
     degrees = len(model.names["position"])

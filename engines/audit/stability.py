@@ -1,11 +1,14 @@
-"""The largest step that holds along a certified motion, what sets it, and what raises it.
+"""The largest step that holds along a certified motion, the part that sets it, and changes that
+raise it.
 
-The Jacobian of one step at states along the motion predicts the limit: a nudge grows without bounds
-where the step magnifies some mode of it by more than the continuous motion itself does. Modes of
-both are matched by the rank of their magnitudes: if any matching has none that exceeds its partner,
-that one has none. A limit is confirmed if nudged runs hold below it, also at steps spread below,
-and are lost along the motion at ABOVE times it. If they are not lost there, the limit comes with
-the largest step at which they hold.
+A limit is predicted from the Jacobian of one step at states along the motion. A nudge grows without
+bounds if the step magnifies some mode of the nudge by more than the continuous motion does. The
+modes of the step and of the continuous motion are matched by the rank of their magnitudes. Matching
+by rank is optimal: if some matching has no mode that exceeds its partner, matching by rank has
+none.
+
+A limit is confirmed if nudged runs hold at steps below it and are lost along the motion at ABOVE
+times it. If the runs are not lost there, the limit comes with the largest step at which they hold.
 """
 
 from __future__ import annotations
@@ -41,56 +44,63 @@ from plumbob.engines.own_motion import (
 from plumbob.engines.step_jacobian import state_at_rest, step_jacobian
 from plumbob.engines.tangent_space import TangentSpace
 
-STATES = 5  # along the motion
-BEYOND = 10.0  # times the model's own step: no larger one is tried
-# By which a mode may grow in a step beyond the continuous motion's own growth: a nudge a
-# thousandfold in 142 steps. RK4 passes it within 1.2 % of where |R(z)| = 1.
+STATES = 5  # number of states along the motion whose Jacobians are computed
+BEYOND = 10.0  # largest step that is tried, as a multiple of the model's own step
+# Growth of a mode in a step beyond the growth of the continuous motion that still counts as stable:
+# a nudge grows a thousandfold in 142 steps. RK4 exceeds the margin within 1.2 % of the step at
+# which |R(z)| = 1.
 MARGIN = 0.05
-SAFE = 0.5  # of the shortest time constant: a step at which every method holds
-RATIO = 2.0  # from one step that is tried to the next
-RESOLVED = 0.02  # to which a limit is bisected
-DIFFERENCES = (1e-6, 1e-7)  # [m, rad, ...] of the Jacobians
-# A contact that begins within a difference makes a Jacobian that goes as one over it: such a state
-# tells nothing, and its multipliers differ by more than this factor.
+SAFE = 0.5  # step at which every method holds, as a fraction of the shortest time constant
+RATIO = 2.0  # ratio of successive steps of the search
+RESOLVED = 0.02  # relative accuracy to which a limit is bisected
+DIFFERENCES = (1e-6, 1e-7)  # [m, rad, ...] sizes of the differences of the Jacobians
+# If a contact begins within a difference, the Jacobian goes as one over the difference. The state
+# then tells nothing: the factors of two differences have a larger ratio than this.
 ALIKE = 1.5
-TINY = 2.0**-24  # [s]: a step that is the continuous motion's
-BELOW, ABOVE = 0.9, 1.1  # of a limit: where nudged runs hold, and are lost
-# Of a step: where a body lands may decide what becomes of a nudge. It does so at one step and not
-# at another; one that grows at all of these grows at each step.
+TINY = 2.0**-24  # [s] a step so short that it shows the continuous motion
+BELOW, ABOVE = 0.9, 1.1  # multiples of a limit at which nudged runs must hold, and be lost
+# Multiples of a step at which a nudge must grow. The place where a body lands may decide the growth
+# of a nudge at one step alone; a nudge that grows at all three grows at any step.
 NEAR = (1.0, 0.99, 1.01)
-SPREAD = 1.05  # from one step that runs have below a limit to the next
-BETWEEN = 16  # steps over a factor of RATIO: the same
-SETTLED = 0.01  # [m/s, rad/s]: a run with less at its end has come to rest
-STILL = 10.0  # growth of a nudge much later: less, and the first one only met a landing
-FINER = 4  # times, at least: the step, at most the model's own, by which that is measured
-LEAST, MOST = 50, 400  # steps of a nudged run
-PATIENCE = 2.0  # times the time allowed: the search then ends
-FINE = 8  # steps in place of one, for the motion of a model that a remedy changes
-HELPS = 1.1  # times the limit: what a remedy is to reach
-RAISED = 1.05  # times the limit by the Jacobian at the state that sets it, at least
-NOTICED = 0.01  # of the growth: what an element changes that sets it
+SPREAD = 1.05  # ratio of successive steps of nudged runs
+BETWEEN = 16  # steps tried over a factor of RATIO below a limit
+SETTLED = 0.01  # [m/s, rad/s] largest velocity at the end of a run that has come to rest
+STILL = 10.0  # growth of a nudge much later: if it is less, the first nudge met a landing only
+# Least ratio of a step to the finer step at which the growth of the motion itself is measured
+FINER = 4
+LEAST, MOST = 50, 400  # fewest and most steps of a nudged run
+PATIENCE = 2.0  # multiple of the time allowed after which the search ends
+FINE = 8  # steps in place of one for the motion of a model that a remedy changes
+HELPS = 1.1  # least factor by which a remedy raises the limit
+# Least factor by which a remedy raises the limit of the Jacobian at the state that sets it
+RAISED = 1.05
+NOTICED = 0.01  # least part of the growth that an element must explain to be named
 
 
 @dataclass(frozen=True)
 class Limit:
-    """The largest step of a method below which every step holds along the motion."""
+    """The largest step of a method; all smaller steps hold along the motion."""
 
-    integrator: str  # of MuJoCo, or the name of an engine's method
-    largest_step: float | None  # [s]; None where it lies beyond what was tried
-    predicted: float | None = None  # [s] by the step's Jacobian; None where that shows no limit
-    first: str = ""  # what goes first: a joint, and the actuator, spring, damper or contact
-    confirmed: bool = False  # nudged runs hold below it, and are lost above
-    why: str = ""  # it is not known, or not confirmed
-    index: int = 0  # of the control period in which it is set
-    chatters: float | None = None  # [s]: from there on a motion that comes to rest does not
+    integrator: str  # an integrator of MuJoCo, or the name of an engine's method
+    largest_step: float | None  # [s]; None if it lies beyond the steps that were tried
+    # [s] by the Jacobian of a step; None if the Jacobian shows no limit
+    predicted: float | None = None
+    # The part that becomes unstable first: a joint, and its actuator, spring, damper or contact
+    first: str = ""
+    confirmed: bool = False  # whether nudged runs hold below the limit and are lost above it
+    why: str = ""  # why the limit is not known or not confirmed
+    index: int = 0  # control period of the state that sets the limit
+    # [s] step from which a motion that comes to rest at smaller steps does not; None if there is
+    # none
+    chatters: float | None = None
     # [s] the largest step at which nudged runs along the motion hold; None if the limit is
     # confirmed
     holds_to: float | None = None
 
     @property
     def reach(self) -> float:
-        """The largest step [s] that is known to hold; infinite where it lies beyond those tried, 0
-        where nothing is known."""
+        """The largest step [s] that is known to hold: infinite if it lies beyond the steps that
+        were tried, 0 if nothing is confirmed."""
         if not self.confirmed:
             return 0.0
         return math.inf if self.largest_step is None else self.largest_step
@@ -102,44 +112,47 @@ class Remedy:
 
     change: Change
     limit: Limit
-    moved: float  # [m] by which some body is elsewhere along the certified motion
+    moved: float  # [m] largest displacement of a body along the certified motion by the change
 
 
 @dataclass(frozen=True)
 class LargestSteps:
-    """The limits of several methods, the first of which decides, and remedies, the best first."""
+    """The limits of several methods, and remedies for the first method, the best remedy first."""
 
     limits: tuple[Limit, ...]
     remedies: tuple[Remedy, ...]
     step: float  # [s] the model's own
-    start_only: bool = False  # no more of the motion is known
+    start_only: bool = False  # whether only the start of the motion is known
 
     @property
     def own(self) -> Limit:
-        """The limit of the first method: the model's own integrator unless methods are named."""
+        """The limit of the first method, which is the model's own integrator unless methods are
+        named."""
         return self.limits[0]
 
     @property
     def unstable(self) -> bool:
-        """Whether the model's own step is: nudged runs have confirmed it."""
+        """Whether nudged runs have confirmed that the model's own step is unstable."""
         return self.own.confirmed and self.own.reach < self.step
 
 
 @dataclass(frozen=True)
 class Point:
-    """A state of the motion, and the modes of the continuous motion there."""
+    """A state of the motion, and the rates of the modes of the continuous motion there."""
 
     index: int  # of the control period
     state: Array
     control: Array
     rates: Array  # [1/s] complex, shape (n,)
-    rests: bool = False  # it stands for the state of rest near by, another at each step
+    # Whether it stands for the state of rest near by, which differs from step to step
+    rests: bool = False
 
 
 @np.errstate(over="ignore")
 def excess(jacobian: Array, rates: Array, step: float) -> float:
-    """The largest factor by which a mode of a step grows beyond its partner among the modes of the
-    continuous motion, which have these `rates` [1/s], or beyond 1."""
+    """Returns the largest factor by which a mode of a step [s] grows beyond its partner among the
+    modes of the continuous motion, or beyond 1. `jacobian` is the derivative of the step, shape (n,
+    n); `rates` [1/s] are those of the continuous modes, shape (n,)."""
     if not np.isfinite(jacobian).all():
         return math.inf
     stepped = np.sort(np.abs(np.linalg.eigvals(jacobian)))
@@ -149,22 +162,22 @@ def excess(jacobian: Array, rates: Array, step: float) -> float:
 
 @dataclass(frozen=True)
 class Course:
-    """A model along a certified motion, on which the limits of the steps of methods are found:
-    integrators of MuJoCo, or the method of an engine that `built` the model."""
+    """A model along a certified motion, for the search for limits of steps. The steps are those of
+    integrators of MuJoCo, or of the engine that `built` the model."""
 
     model: OwnModel
     script: Script
-    states: Array  # at the ends of the periods as far as they are known, shape (k, n)
+    states: Array  # at the ends of the periods that are known, shape (k, n)
     built: BuiltSteppers | None = None
-    ends: float = math.inf  # processor time [s] from which on nothing is computed
+    ends: float = math.inf  # [s] processor time at which the search ends
 
     @property
     def steppers(self) -> OwnModel | BuiltSteppers:
-        """What steps the model."""
+        """The source of steppers of the model."""
         return self.model if self.built is None else self.built
 
     def changed(self, change: Change) -> Course:
-        """The course of the model with a change."""
+        """A copy for the model with a change."""
         built = self.built and self.built.changed((change,))
         return replace(self, model=self.model.changed((change,)), built=built)
 
@@ -175,15 +188,16 @@ class Course:
 
     @cached_property
     def points(self) -> tuple[Point, ...]:
-        """States spread over the motion, the first and the last included, and the state of rest
-        that the motion may end in: its contacts are others at each step."""
+        """States spread over the motion, including the first, the last, and the state of rest in
+        which the motion may end: contacts at rest differ from step to step."""
         count = len(self.states)
         chosen = np.unique(np.linspace(0, count - 1, STATES).round().astype(int))
         return tuple(self.point(int(k)) for k in (*chosen, count))
 
     @quiet()
     def point(self, index: int) -> Point:
-        """The state at the beginning of a control period, after the last one the state of rest."""
+        """Returns the state at the beginning of the control period `index`; for the index after the
+        last known state, the state of rest."""
         control = self.script.controls[min(index, len(self.script.controls) - 1)]
         last = len(self.states) - 1
         state = self.states[min(index, last)]
@@ -195,7 +209,7 @@ class Course:
 
     @quiet()
     def state_at(self, at: Point, method: str, step: float) -> Array | None:
-        """The state of a point at a step [s]; None if the step has no state of rest."""
+        """Returns the state of a point at a step [s]; None if the step has no state of rest."""
         if not at.rests:
             return at.state
         stepper = self.steppers.function_stepper(method, step)
@@ -211,8 +225,8 @@ class Course:
         difference: float = DIFFERENCES[0],
         directions: Array | None = None,
     ) -> Array:
-        """The derivative of a step [s] from a `state` by differences of a size, under the control
-        of a point; times `directions`, if given."""
+        """Returns the derivative of a step [s] from a `state` under the control of a point, by
+        differences of the given size, shape (m, m); times `directions`, shape (m, k), if given."""
         stepper = self.steppers.function_stepper(method, step)
         return step_jacobian(
             stepper, self.space, state, at.control, difference, directions, self.ends
@@ -221,7 +235,7 @@ class Course:
     def excess_at(
         self, at: Point, method: str, step: float, difference: float = DIFFERENCES[0]
     ) -> float:
-        """The largest factor by which one step [s] from a point magnifies a mode beyond the
+        """Returns the largest factor by which one step [s] from a point magnifies a mode beyond the
         continuous motion; 1 if the step has no state of rest."""
         state = self.state_at(at, method, step)
         if state is None:
@@ -229,7 +243,8 @@ class Course:
         return excess(self.jacobian(at, state, method, step, difference), at.rates, step)
 
     def finely_stepped(self, integrator: str) -> Array:
-        """States at the ends of the periods as far as the motion is known, at small steps."""
+        """Returns the states of a run with FINE times smaller steps, at the ends of the periods
+        that are known."""
         parts = FINE * round(self.script.period / self.model.step)
         controls = self.script.controls[: max(1, len(self.states) - 1)]
         return self.model.stepped(
@@ -237,17 +252,18 @@ class Course:
         ).states
 
     def lost(self, method: str, step: float, index: int = 0) -> bool:
-        """Whether a run with a step [s] diverges, or loses a nudge: one from a period `index` on,
-        or one from the start, unless that takes too many steps. A nudge of a motion that is already
-        disturbed may not show what a nudge of the motion itself does."""
+        """Whether a run with a step [s] diverges, or loses a nudge. The run is nudged at the
+        beginning of the period `index`, and in a second run at the start unless that takes more
+        than MOST steps: in a motion that is already disturbed, a nudge may not grow as in the
+        motion itself."""
         whole = self.script.duration <= MOST * step
         nudges = any(self._lost(method, step, k) for k in {index, 0 if whole else index})
         return nudges or math.isinf(self.last_velocity(method, step))
 
     def lost_along(self, method: str, step: float, index: int) -> bool:
-        """Whether nudged runs with a step [s] along the motion itself are lost. If `index` is that
-        of a state of rest beyond the motion, the runs begin at the start and are nudged after MOST
-        steps: a nudge of the state of rest may grow although no run comes to that state."""
+        """Whether nudged runs with a step [s] along the motion are lost. If `index` stands for the
+        state of rest beyond the motion, the runs begin at the start and are nudged after MOST
+        steps: a nudge of the state of rest may grow although no run reaches that state."""
         if index < len(self.states):
             return self.lost(method, step, index)
         lasting = MOST * step
@@ -255,6 +271,8 @@ class Course:
         return grown > LOST_GROWTH or self.lost(method, step)
 
     def _lost(self, method: str, step: float, begin: int) -> bool:
+        """Whether a nudge at the beginning of the period `begin` grows beyond the growth that is
+        allowed."""
         script = self.script
         duration = min(max(script.duration - begin * script.period, LEAST * step), MOST * step)
         moving = begin < len(self.states)
@@ -276,7 +294,7 @@ class Course:
                 most *= max(1.0, self.growth(method, fine, start, begin, duration))
             if grown <= most:
                 return False
-        # A nudge may decide on which foot a body lands, and nothing thereafter.
+        # A nudge may decide on which foot a body lands, and nothing after the landing.
         if not moving:
             return True
         return self.growth(method, step, start, begin, duration, MOST * step) > STILL
@@ -291,10 +309,10 @@ class Course:
         duration: float,
         after: float = 0.0,
     ) -> float:
-        """How many times as large as a nudge the difference of two runs with a step [s] becomes
-        within a `duration` [s], at most, under the controls from the period `begin` on. The nudge
-        is one of `start`, or of where a run from `start` is `after` a time [s]. Infinite if a run
-        diverges."""
+        """Returns the largest ratio of the difference of two runs with a step [s] to the nudge
+        between them, within a `duration` [s], under the controls from the period `begin` on. The
+        nudge is made at `start`, or at the state that a run from `start` reaches `after` a time
+        [s]. Infinite if a run diverges."""
         runs = self._runs(method, step)
         nudged = math.ceil(after / step)
         controls = self._controls(begin, step, nudged + math.ceil(duration / step))
@@ -307,25 +325,26 @@ class Course:
 
     @quiet()
     def last_velocity(self, method: str, step: float, duration: float | None = None) -> float:
-        """The largest velocity at the end of a run from the start with a step [s]; infinite if the
-        run diverges."""
+        """Returns the largest velocity [m/s, rad/s] at the end of a run from the start with a step
+        [s]; infinite if the run diverges."""
         controls = self._controls(0, step, math.ceil((duration or MOST * step) / step))
         return self._runs(method, step).last_velocity(self.script.start, controls)
 
     def _runs(self, method: str, step: float) -> NudgedRuns:
+        """Runs of a method at a step [s], to be nudged."""
         return NudgedRuns(self.steppers.stepper(method, step), self.space, self.ends)
 
     def _controls(self, begin: int, step: float, count: int) -> Array:
-        """The controls of `count` steps [s] from the period `begin` on, shape (count, actuators);
-        the last control is held for as long as need be."""
+        """Returns the controls of `count` steps [s] from the period `begin` on, shape (count,
+        actuators). The last control is held after the end."""
         periods = (begin + (np.arange(count) + 1e-6) * step / self.script.period).astype(int)
         last = len(self.script.controls) - 1
         return np.asarray(self.script.controls[np.minimum(periods, last)])
 
 
 def magnifies(course: Course, at: Point, method: str, step: float) -> bool:
-    """Whether a step [s] magnifies nudges at a point. The factor must hardly depend on the size of
-    the Jacobian's differences."""
+    """Whether a step [s] magnifies nudges at a point. The factor must not depend on the size of the
+    differences of the Jacobian by more than ALIKE."""
     factor = course.excess_at(at, method, step)
     if factor <= 1.0 + MARGIN:
         return False
@@ -334,8 +353,9 @@ def magnifies(course: Course, at: Point, method: str, step: float) -> bool:
 
 
 def predicted_limit(course: Course, at: Point, method: str, most: float) -> float | None:
-    """The largest step [s] that holds by the Jacobian at a point. Steps double up to `most`; the
-    gap before the first step that fails is bisected. None if all steps hold."""
+    """Returns the largest step [s] that holds by the Jacobian at a point; None if all steps up to
+    `most` hold. Steps double up to `most`, and the gap before the first step that fails is
+    bisected."""
 
     def holds(step: float) -> bool:
         return not magnifies(course, at, method, step)
@@ -356,9 +376,9 @@ def predicted_limit(course: Course, at: Point, method: str, most: float) -> floa
 
 
 def limited(course: Course, method: str) -> Limit:
-    """The limit of a method: the lowest of the limits at points above which a nudged run is lost.
-    If nudged runs hold above the limit at a point, the motion leaves the point before a nudge has
-    grown."""
+    """Returns the limit of a method: the lowest of the limits at points above which a nudged run is
+    lost. If nudged runs hold above the limit at a point, the motion leaves that point before a
+    nudge has grown."""
     most = BEYOND * course.model.step
     passed = ""
     predicted = ((predicted_limit(course, at, method, most), at.index) for at in course.points)
@@ -378,8 +398,8 @@ def limited(course: Course, method: str) -> Limit:
 
 
 def limit_by_runs(course: Course, limit: Limit, why: str) -> Limit:
-    """A limit by runs alone, below a step at which they are lost: the first of smaller steps at
-    which nudged runs hold, and runs at its neighbours do."""
+    """Returns a limit by runs alone, below a step at which runs are lost: the first of falling
+    steps at which nudged runs hold and runs at neighbouring steps do not diverge."""
     assert limit.largest_step is not None
     method = limit.integrator
     index = limit.index
@@ -398,8 +418,9 @@ def limit_by_runs(course: Course, limit: Limit, why: str) -> Limit:
 
 
 def checked_above(course: Course, limit: Limit, begins: set[int]) -> Limit:
-    """The limit, confirmed if runs along the motion that are nudged at one of the periods `begins`
-    are lost at ABOVE times it; else with the largest step tried at which all of them hold."""
+    """Returns the limit, confirmed if runs along the motion that are nudged at one of the periods
+    `begins` are lost at ABOVE times the limit. If all of them hold, the limit comes with the
+    largest step that was tried."""
     assert limit.largest_step is not None
     holds_to = None
     step = ABOVE * limit.largest_step
@@ -412,8 +433,9 @@ def checked_above(course: Course, limit: Limit, begins: set[int]) -> Limit:
 
 
 def tried_below(course: Course, limit: Limit) -> Limit:
-    """A limit with what runs from the start do at steps spread below it: one that diverges lowers
-    it; from where they chatter, if smaller steps come to rest, it says."""
+    """Returns a limit after runs from the start at steps spread below it. If one of the runs
+    diverges, the limit is lowered. If larger steps do not come to rest and smaller steps do,
+    `chatters` is the smallest of the larger steps."""
     if not limit.confirmed:
         return limit
     method = limit.integrator
@@ -430,10 +452,13 @@ def tried_below(course: Course, limit: Limit) -> Limit:
 
 @np.errstate(over="ignore")
 def culprit(course: Course, limit: Limit) -> tuple[Place, Element | None]:
-    """The place that takes part most in the first mode, by magnitude, that exceeds its partner of
-    the continuous motion a little beyond a limit, at the state that sets it; and of the elements
-    there the one without a part of which that mode grows least, to first order, none where that
-    hardly differs."""
+    """Returns the place that takes part most in the mode that becomes unstable first, and the
+    element there that contributes most to the mode; None if the contributions hardly differ.
+
+    The mode is the first by magnitude that exceeds its partner of the continuous motion a little
+    beyond the limit, at the state that sets the limit. The contribution of an element is the change
+    of the growth of that mode, to first order, when the element is weakened.
+    """
     from scipy import linalg
 
     assert limit.largest_step is not None
@@ -456,7 +481,7 @@ def culprit(course: Course, limit: Limit) -> tuple[Place, Element | None]:
     k = order[int(np.argmax(exceeding))]
     mode = right[:, k]
     dual = left[:, k].conj() / (left[:, k].conj() @ right[:, k])
-    weights = np.abs(dual * mode)  # what takes part, whatever units it has
+    weights = np.abs(dual * mode)  # participation of each coordinate, independent of units
     place = course.model.place(state, at.control, weights)
     along = np.stack([mode.real, mode.imag], axis=1)
     best: tuple[float, Element | None] = (NOTICED, None)
@@ -469,16 +494,17 @@ def culprit(course: Course, limit: Limit) -> tuple[Place, Element | None]:
 
 
 def named(course: Course, limit: Limit) -> str:
-    """Names of what goes first beyond a limit; empty where that is not known."""
+    """Names the place and the element that become unstable first beyond a limit; empty if they are
+    not known."""
     place, element = culprit(course, limit)
     return f"{place.name}, {element.name}" if element else place.name
 
 
 def remedied(course: Course, limits: Sequence[Limit]) -> tuple[Remedy, ...]:
-    """Changes that raise the limit of the first method, tried: the best first. How far they move
-    some body is shown by runs with small steps of MuJoCo's steadiest integrator, as far as the
-    motion is known. A change that leaves the limit at the state that sets it is none: other joints
-    may be as stiff."""
+    """Returns changes that raise the limit of the first method, the best first. The displacement of
+    bodies by a change is measured by runs with small steps of MuJoCo's most stable integrator, as
+    far as the motion is known. A change is no remedy if it leaves the limit at the state that sets
+    it: other joints may be as stiff."""
     own = limits[0]
     place, element = culprit(course, own)
     changes = [*place.remedies, *([element.remedy] if element and element.remedy else [])]
@@ -489,7 +515,7 @@ def remedied(course: Course, limits: Sequence[Limit]) -> tuple[Remedy, ...]:
     remedies = list[Remedy]()
     for change in changes:
         other = course.changed(change)
-        with suppress(Unsupported):  # an engine need not express what a change adds
+        with suppress(Unsupported):  # an engine may not express the change
             limit = raised_limit(other, own)
             if limit is not None:
                 apart = moved(course.model, states, other.finely_stepped(best))
@@ -498,8 +524,8 @@ def remedied(course: Course, limits: Sequence[Limit]) -> tuple[Remedy, ...]:
 
 
 def raised_limit(changed: Course, own: Limit) -> Limit | None:
-    """The limit of a changed model with the method of the limit `own` of the model itself; None
-    unless it is clearly larger."""
+    """Returns the limit of a changed model with the method of `own`, the limit of the model itself;
+    None unless it is clearly larger."""
     method = own.integrator
     clearly = RAISED * min(own.predicted or math.inf, own.largest_step or math.inf)
     if magnifies(changed, changed.point(own.index), method, clearly):
@@ -515,10 +541,10 @@ def largest_steps(
     allowance: Allowance,
     built: BuiltSteppers | None = None,
 ) -> LargestSteps:
-    """The largest steps of all of MuJoCo's integrators, the model's own first, or of the engine
-    that `built` the model, along the motion of `script`, of which `states` at the ends of the
-    periods are known; and what raises the first. Later limits and remedies are found as far as time
-    allows; after PATIENCE times the time allowed the search ends."""
+    """Returns the largest steps of all of MuJoCo's integrators, the model's own first, or of the
+    engine that `built` the model, along the motion of `script`, and remedies for the first.
+    `states` are known at the ends of the periods, shape (k, n). Later limits and remedies are
+    computed as far as time allows; after PATIENCE times the time allowed, the search ends."""
     ends = time.process_time() + PATIENCE * allowance.seconds
     course = Course(model, script, states, built, ends)
     methods = model.steppable if built is None else (built.builds.method,)

@@ -1,12 +1,12 @@
-"""Derivatives of what a method's run ends with, by differences of whole runs and by an engine's own
-ways, each beside the exact derivative and the error that is predicted of it.
+"""Derivatives of the end of a method's run, by differences of whole runs and by an engine's own
+ways, each with the exact derivative and the predicted error.
 
-Of a run with the parameter p, o(p) + e(p) is the observable, with o exact and e the error, so that
+A run with the parameter p has the observable o(p) + e(p), with o exact and e the error, so that
 
     central:  (o + e)(p + eps) - (o + e)(p - eps) over 2 eps = o' + e' + C eps^2 + rounding/eps (1)
 
-and of the forward difference C eps in place of C eps^2. With the predicted e at these very
-parameters, eq. 1 predicts all but the rounding; of a way without eps the error is e' itself.
+and the forward difference has C eps in place of C eps^2. With e predicted at these two parameters,
+eq. 1 predicts all but the rounding. A way without eps has the error e'.
 """
 
 from __future__ import annotations
@@ -35,41 +35,43 @@ from plumbob.engines.study.request import Changes, RunRequest
 from plumbob.models.registry import case_of
 from plumbob.models.scene import Case, Scene
 
-if TYPE_CHECKING:  # loading a stored derivative loads no exact motion
+if TYPE_CHECKING:  # loading a stored derivative must not import the exact motions
     from plumbob.analytic.sensitivities.neighbours import Sensitivity
     from plumbob.engines.abilities import Derivatives
     from plumbob.models.gradient import Number
 
 SWEEP = tuple(float(f"1e-{digit}") for digit in range(2, 11))
-"""Of a parameter, or of its unit where that is 0: the differences that are tried."""
-NEAR = 1e-5  # likewise: the difference that the derivative of a predicted error is taken by
-FINER = 10.0  # times as small, or more: differences of an engine's own
-# Calibrated: with a parameter the bound of a model's error changes as its power 4 at most.
+"""Differences that are tried, relative to the parameter, or to its unit if the parameter is 0."""
+NEAR = 1e-5  # difference for the derivative of a predicted error, likewise relative
+FINER = 10.0  # least factor by which differences of an engine's own way are smaller
+# Calibrated: the bound on a model's error changes as the power 4 of a parameter at most.
 POWER = 4.0
-# Of the number: how far those runs are apart whose ends tell what rounding makes of one, and how
-# many. Third differences leave nothing of what is smooth (More and Wild 2011, SIAM J. Sci. Comput.
-# 33, 1292). Where a solver takes one step more or less its error jumps, and none tell.
+# Relative spacing and number of the runs that measure rounding noise, and the order of the
+# differences of their ends. Third differences remove the smooth part (More and Wild 2011, SIAM J.
+# Sci. Comput. 33, 1292). If a solver takes one step more or less its error jumps, and the runs show
+# no rounding.
 FINE, BESIDE, SMOOTH = 1e-9, 8, 3
-# Calibrated by capsule-plan/beside-curve-31: where a support stops within a step, and a solver's
-# residual with it, a model's error jumps from one parameter to the next, by 2e-3 of its bound.
+# Calibrated by capsule-plan/beside-curve-31. If a support stops within a step, and the residual of
+# a solver with it, a model's error jumps from one parameter to the next by 2e-3 of its bound.
 JUMP = 5e-3
-# times at which derivatives' growth is read, and a relative one of nothing
+# Number of times at which the growth of derivatives is read, and the ratio of a derivative to its
+# observable from which the observable counts as zero.
 COURSE, LOST = 65, 1e6
-SHORTEST = 1e-6  # [s] of a run, whose time a cost is relative to
+SHORTEST = 1e-6  # [s] shortest time of a run to which a cost is relative
 
 
 @dataclass(frozen=True)
 class Difference:
-    """A derivative by a difference of runs, or by a way without one, and what is predicted of its
-    error."""
+    """A derivative by a difference of runs, or by a way without a difference, and the parts of its
+    predicted error."""
 
     eps: float | None
     computed: float
     truncation: float  # error of the same difference of the exact answer
-    slope: float  # that of the predicted error; NaN without theory
-    rounding: float  # bound, over eps
-    remainder: float  # bound on what else is left open
-    noise: float = 0.0  # what rounding makes of it, by runs beside it
+    slope: float  # derivative of the predicted error; NaN without theory
+    rounding: float  # bound on the rounding, over eps
+    remainder: float  # bound on all else that theory leaves open
+    noise: float = 0.0  # effect of rounding, measured by runs at neighbouring values
 
     @property
     def predicted(self) -> float | None:
@@ -78,18 +80,18 @@ class Difference:
 
     @property
     def left_open(self) -> float:
-        """By how much the error may differ from the predicted one."""
+        """The amount by which the error may differ from the predicted error."""
         return self.rounding + self.remainder
 
     @property
     def size(self) -> float:
-        """Of the error that is to be expected of the difference itself."""
+        """The expected size of the error of the difference itself."""
         return abs(self.truncation) + self.noise
 
 
 @dataclass(frozen=True)
 class Gradient:
-    """One way's derivative of one observable by one number."""
+    """The derivative of one observable by one number, computed in one way."""
 
     of: str
     by: str
@@ -97,38 +99,40 @@ class Gradient:
     at: float = math.nan  # [s]
     step: float = math.nan  # [s], or a relative tolerance
     exact: float = math.nan
-    uncertainty: float = math.nan  # of the exact one
-    no_exact: str = ""  # why there is no exact one
+    uncertainty: float = math.nan  # uncertainty of the exact derivative
+    no_exact: str = ""  # why there is no exact derivative
     why: str = ""  # the way is unsupported
-    one_sided: tuple[float, float] | None = None  # exact ones where there is no other
-    tried: tuple[Difference, ...] = ()  # of falling eps; empty: the way is unsupported
-    # Differences at which both parts are alike; None without theory, and of what is linear in the
-    # number; none is predicted where a solver's steps change beside it.
+    # Exact one-sided derivatives, if there is no other
+    one_sided: tuple[float, float] | None = None
+    tried: tuple[Difference, ...] = ()  # of falling eps; empty if the way is unsupported
+    # The eps at which both parts of the error are alike. None without theory, and if the observable
+    # is linear in the number. None is predicted if the number of a solver's steps changes nearby.
     predicted_best: float | None = None
     measured_best: float | None = None
-    cost: float = math.nan  # in runs
+    cost: float = math.nan  # cost in runs
 
     @property
     def reference(self) -> float:
-        """The exact derivative, or the one above where there is no other."""
+        """The exact derivative, or the one from above if only one-sided derivatives exist."""
         return self.exact if self.one_sided is None else self.one_sided[1]
 
     @property
     def best(self) -> Difference:
-        """The difference whose own expected error is the smallest."""
+        """The difference with the smallest expected error."""
         return min(self.tried, key=lambda tried: tried.size)
 
 
 @dataclass(frozen=True)
 class Gradients:
-    """All ways' derivatives of all observables by one number."""
+    """The derivatives of all observables by one number, computed in all ways."""
 
     records: tuple[Gradient, ...]
 
 
 @dataclass(frozen=True)
 class GradientSearch(RunRequest[Gradients]):
-    """Derivatives of the end of a scene's run with a method by one number of its parameters."""
+    """Request for derivatives of the end of a scene's run with a method by one number of its
+    parameters."""
 
     label, of_pair = "derivatives", True
 
@@ -136,14 +140,15 @@ class GradientSearch(RunRequest[Gradients]):
     method: str
     of: tuple[str, ...]  # observables
     by: str
-    ways: tuple[str, ...] = ()  # none: all that there are
-    step: float | None = None  # [s], or a relative tolerance; None: the method's usual one
-    eps: tuple[float, ...] = ()  # of the parameter, in its unit; none: a sweep
+    ways: tuple[str, ...] = ()  # empty: all ways
+    step: float | None = None  # [s], or a relative tolerance; None: the method's usual step
+    eps: tuple[float, ...] = ()  # differences of the parameter, in its unit; empty: a sweep
     at: float | None = None  # [s]; None: the end
     changes: Changes = ()
 
     def check(self, case: Case) -> None:
-        """Raises ParameterError where an observable, a way or a time is none of the case."""
+        """Raises ParameterError if the case lacks an observable or a time, or no engine has a
+        way."""
         allowed = (
             ("of", self.of, [observable.name for observable in case.system.observables]),
             ("way", self.ways, ways()),
@@ -156,7 +161,7 @@ class GradientSearch(RunRequest[Gradients]):
             raise ParameterError("at", self.at, f"above 0, {case.scene.duration:g} s at most")
 
     def made(self, scene: Scene, method: Method) -> Gradients:
-        """The derivatives; raises ParameterError."""
+        """Returns the derivatives. Raises ParameterError."""
         from plumbob.models.gradient import numbers
 
         case = case_of(scene)
@@ -170,16 +175,16 @@ class GradientSearch(RunRequest[Gradients]):
 
 @dataclass(frozen=True)
 class _End:
-    """The end of a run of one observable, with what is predicted of it."""
+    """The value of one observable at the end of a run, with the predicted error and bounds."""
 
     value: float
     exact: float
     error: float  # predicted, signed; NaN without theory
-    terms: tuple[Array, ...]  # of its series, over the run; empty where there is none
-    rounding: float  # bound
-    control: float  # error of a solver that chooses its steps, by a second run; signed
-    model: float  # bound
-    doubt: float  # that double precision leaves of the exact motion
+    terms: tuple[Array, ...]  # terms of its series over the run; empty if it is no series
+    rounding: float  # bound on the rounding
+    control: float  # signed error of a solver that chooses its steps, by a second run
+    model: float  # bound on the model error
+    doubt: float  # uncertainty of the exact motion in double precision
     steps: int
 
 
@@ -194,12 +199,15 @@ class _Runs:
     ends: dict[float, Mapping[str, _End]] = field(default_factory=dict)
 
     def at(self, value: float) -> Mapping[str, _End]:
-        """The ends of the run with this value; raises ParameterError and Unsupported."""
+        """Returns the ends of the run in which the number has this value. Raises ParameterError and
+        Unsupported."""
         if value not in self.ends:
             self.ends[value] = self._made(self.number.moved(value))
         return self.ends[value]
 
     def _made(self, case: Case) -> Mapping[str, _End]:
+        """Returns {observable: the end of its run} of a case. Raises Unsupported if the run is not
+        complete."""
         measured, run = measure(case, self.method, self.step)
         if measured.status != "done" or run is None:
             raise Unsupported(measured.reason or measured.status)
@@ -227,7 +235,8 @@ class _Runs:
         return ends
 
     def difference(self, name: str, values: tuple[float, float], exact: float) -> Difference:
-        """Eq. 1 of an observable between two values of the number; NaN is its eps."""
+        """Returns eq. 1 for an observable between two values of the number, with no eps yet;
+        `exact` is the exact derivative."""
         low, high = (self.at(value)[name] for value in values)
         apart = values[1] - values[0]
         remainder = POWER * max(low.model, high.model) / self.number.size
@@ -246,8 +255,8 @@ class _Runs:
         )
 
     def beside(self, what: str, name: str, shifts: Array) -> Array:
-        """A number of the ends of runs with `shifts` more of the number, shape (n,); NaN where that
-        is not possible."""
+        """Returns a field, named by `what`, of the ends of runs whose number is shifted by `shifts`
+        (relative to its size), shape (n,). It is NaN for a shift at which no run is possible."""
 
         def read(shift: float) -> float:
             try:
@@ -258,29 +267,31 @@ class _Runs:
         return np.array([read(shift) for shift in (shifts * self.number.size).tolist()])
 
     def slope(self, what: str, name: str) -> float:
-        """That of the predicted error, or of another number of the ends, one for all differences:
-        where a theory takes the run's own steps, it has their rounding, too; NaN where there is
-        none on both sides."""
+        """Returns the derivative of a field of the ends, such as the predicted error, by a
+        difference of size NEAR. All differences share this slope: if a theory takes the run's own
+        steps, the predicted error has the rounding of those steps, too. NaN if one of the two runs
+        is not possible."""
         low, high = self.beside(what, name, NEAR * np.array(CENTRAL.values(0.0, 1.0)))
         return float(high - low) / (2.0 * NEAR * self.number.size)
 
     def noise(self, name: str) -> float:
-        """The standard deviation of what rounding makes of an end; 0 where there is no run."""
+        """Returns the standard deviation of the rounding of an end; 0 if there is no run."""
         ends = self.beside("value", name, FINE * np.arange(0.5, BESIDE))
         scatter = np.nan_to_num(np.diff(ends, SMOOTH))
         return float(np.sqrt(np.mean(scatter**2) / math.comb(2 * SMOOTH, SMOOTH)))
 
     def steady(self, name: str) -> bool:
-        """Whether a solver took as many steps in all runs near the number's value."""
+        """Whether a solver took the same number of steps in all runs near the number's value."""
         value = self.number.value
         apart = 2.0 * NEAR * self.number.size
         near = (ends for at, ends in self.ends.items() if abs(at - value) <= apart)
         return len({ends[name].steps for ends in near}) == 1
 
     def corner(self, name: str, eps: float) -> float:
-        """By how much the slopes of the predicted error differ on both sides, `eps` of the number's
-        size away, but for its curvature: it jumps where the motion is a special one, next to which
-        another theory holds, and has a corner where a switch falls on the end of a step."""
+        """Returns the difference of the slopes of the predicted error on the two sides, `eps` of
+        the number's size away, without the part from its curvature. The predicted error jumps at a
+        special motion, next to which another theory holds. It has a corner if a switch falls on the
+        end of a step."""
         shifts = np.array([eps, NEAR, 2.0 * NEAR])
         less, here, more = (self.beside("error", name, s * shifts) for s in (-1, 0, 1))
         there, once, twice = np.nan_to_num(
@@ -290,29 +301,30 @@ class _Runs:
 
 
 def _predicted(error: ObservedError) -> float:
-    """The predicted error at the end; 0 of a solver that is held to a second run; NaN where there
-    is no theory, or that says that the motion is lost."""
+    """Returns the predicted error at the end. It is 0 for a solver that is compared with a second
+    run. It is NaN if there is no theory, or theory predicts that the motion is lost."""
     if (predicted := error.predicted) is None:
         return math.nan if error.controlled is None else 0.0
-    if predicted.largest > error.scale > 0.0:  # the run is of another motion
+    if predicted.largest > error.scale > 0.0:  # the predicted error is larger than the motion
         return math.nan
     series = predicted.terms, predicted.largest, predicted.nonlinearity
     return predicted.end if predicted.for_this_step or reaches(*series) else math.nan
 
 
 def _rounding(error: ObservedError, steps: int) -> float:
+    """Returns the bound on the rounding of the end of a run of so many steps."""
     own = error.predicted.uncertainty if error.predicted else None
     return (error.uncertainty if own is None else own) * roundings(steps)
 
 
 def ways() -> tuple[str, ...]:
-    """The names of all ways: differences of runs, and the engines' own ways."""
+    """Returns the names of all ways: differences of runs, and the engines' own ways."""
     own = chain.from_iterable(e.abilities_of(OwnDerivative) for e in engines().values())
     return (*DIFFERENCES, *sorted({ability.way for ability in own}))
 
 
 def usual_step(case: Case, method: Method) -> float:
-    """The step [s] at which methods are compared, or the tightest tolerance."""
+    """Returns the step [s] at which methods are compared, or the tightest tolerance."""
     if method.control == "tolerance":
         return min(method.step_sizes, default=1e-9)
     return min((method.step_sizes or (1e-3,))[0], case.scene.duration)
@@ -321,7 +333,7 @@ def usual_step(case: Case, method: Method) -> float:
 def _of_number(
     number: Number, method: Method, step: float, search: GradientSearch
 ) -> Iterator[Gradient]:
-    """The records of one number."""
+    """Yields the derivatives by one number, one for each observable and way."""
     from plumbob.models.gradient import exact_gradient
 
     engine = engine_of(method)
@@ -360,7 +372,8 @@ def _of_number(
 
 
 def _with_exact(record: Gradient, exact: Sensitivity) -> Gradient:
-    """A record with the exact derivative, or the one-sided ones and why there is no other."""
+    """Returns a record with the exact derivative, or with the one-sided derivatives and the reason
+    why there is no other."""
     parts = exact.values, exact.uncertainty, exact.below, exact.above
     value, uncertainty, *sides = (float(part[record.of][0]) for part in parts if part)
     return replace(
@@ -375,7 +388,7 @@ def _with_exact(record: Gradient, exact: Sensitivity) -> Gradient:
 def _by_differences(
     runs: _Runs, record: Gradient, way: DifferenceWay, asked: tuple[float, ...]
 ) -> Gradient:
-    """A record with its differences; raises Unsupported where no value beside the number's is
+    """Returns a record with its differences. Raises Unsupported if no value next to the number's is
     possible."""
     tried = list[Difference]()
     why = ""
@@ -391,7 +404,7 @@ def _by_differences(
         apart = math.sqrt(2.0) * runs.noise(record.of) / (1.0 - way.low)
         tried = [replace(d, noise=apart / eps) for d, eps in zip(tried, epses, strict=True)]
     slope, control = (runs.slope(what, record.of) for what in ("error", "control"))
-    # The error of a run is curved, too.
+    # The error of a run is not linear in the number, either.
     predicted = [abs(d.truncation + d.slope - slope) + d.noise for d in tried]
     measured = [abs(d.computed - record.reference - slope - control) for d in tried]
     return replace(
@@ -404,8 +417,8 @@ def _by_differences(
 
 
 def _difference(runs: _Runs, record: Gradient, way: DifferenceWay, eps: float) -> Difference:
-    """That of a way with one eps, with all that its contacts leave open; raises ParameterError and
-    Unsupported."""
+    """Returns the difference of a way with one eps, including the bound on the jumps and corners
+    that contacts cause. Raises ParameterError and Unsupported."""
     number = runs.number
     name = record.of
     low, high = way.values(number.value, eps)
@@ -417,7 +430,7 @@ def _difference(runs: _Runs, record: Gradient, way: DifferenceWay, eps: float) -
 
 
 def _by_own(runs: _Runs, record: Gradient, engine: Engine) -> Gradient:
-    """A record of a way of the engine's own; raises Unsupported."""
+    """Returns a record of a way of the engine's own. Raises Unsupported."""
     number = runs.number
     method = runs.method
     step = runs.step
@@ -435,7 +448,7 @@ def _by_own(runs: _Runs, record: Gradient, engine: Engine) -> Gradient:
         rounding = FINER * rounding + SURE * abs(computed - other)
     if method.control == "tolerance" and second is not None:
         other = _asked(own.of, number, *second.of(method), record)
-        # Both have their start rounded alike.
+        # Both runs round their start in the same way.
         alike = runs.at(number.value)[record.of].doubt * _growth(number, record.at)
         rounding = SURE * abs(computed - other) + alike
     return replace(
@@ -444,7 +457,8 @@ def _by_own(runs: _Runs, record: Gradient, engine: Engine) -> Gradient:
 
 
 def _growth(number: Number, end: float) -> float:
-    """The largest derivative by a number, until an end [s], of any observable relative to it."""
+    """Returns the largest ratio of the derivative of an observable by a number to the observable,
+    until an end [s]."""
     from plumbob.models.gradient import exact_gradient
 
     times = np.linspace(0.0, end, COURSE)
@@ -457,7 +471,7 @@ def _growth(number: Number, end: float) -> float:
 def _timed(
     of: Derivatives, engine: Engine, runs: _Runs, record: Gradient
 ) -> tuple[float, float]:
-    """The derivative of one observable, and its cost in runs; raises Unsupported."""
+    """Returns the derivative of one observable, and its cost in runs. Raises Unsupported."""
     number = runs.number
     method = runs.method
     step = runs.step
@@ -469,8 +483,9 @@ def _timed(
 
 
 def _near(runs: _Runs, record: Gradient) -> Difference:
-    """The derivative of the predicted error, with what two differences of it leave open, and the
-    error of the same difference of the exact answer: beside a barrier all of it."""
+    """Returns the derivative of the predicted error. Its remainder includes the amount that two
+    differences leave open, and the error of the same difference of the exact answer, which is all
+    of it next to a barrier."""
     value = runs.number.value
     size = NEAR * runs.number.size
     near, wider = (
@@ -484,7 +499,7 @@ def _near(runs: _Runs, record: Gradient) -> Difference:
 def _asked(
     of: Derivatives, number: Number, method: Method, step: float, record: Gradient
 ) -> float:
-    """The derivative of one observable; raises Unsupported."""
+    """Returns the derivative of one observable. Raises Unsupported."""
     asked = of(number, method, step)
     if record.of not in asked:
         raise Unsupported(f"{record.way} gives {', '.join(asked)} alone")
