@@ -1,4 +1,4 @@
-"""Changes between two audits of a model, as their JSON has them."""
+"""Changes between two audits of a model, read from their JSON."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 Stored = Mapping[str, Any]
-"""An audit as its JSON has it."""
+"""An audit as plain data, as in its JSON."""
 SETTINGS = (
     "integrator",
     "step",
@@ -19,28 +19,30 @@ SETTINGS = (
     "worst_body",
 )
 ABSENT = "none"
-CENTRES = "distance of centres of mass"  # the measure of older audits, which name none
-# Chosen, relative and [m, s, m/s]: a run repeats to the bit, and JSON holds its doubles whole; what
-# another processor rounds is far below a nanometre, and what an edit does above
+# Measure of errors of older audits, which do not name one
+CENTRES = "distance of centres of mass"
+# Chosen, relative and [m, s, m/s]: a run repeats to the bit, and JSON keeps doubles exactly.
+# Rounding on another processor is far below a nanometre, and the effect of an edit above it.
 ROUNDING = 1e-9
-MOST = 12  # numbers of a state that are written out
+MOST = 12  # most numbers of a state that are written out
 
 
 @dataclass(frozen=True)
 class Moved:
-    """A difference of an audit from an older one."""
+    """A difference of an audit from an older audit."""
 
     what: str
     old: str
     new: str
     growth: float | None = None
-    """By how much it is worse, relative to the old error; infinite where something is lost; None
-    where it is neither better nor worse."""
+    """Increase relative to the old error; infinite if something is lost; None if the change is
+    neither better nor worse."""
 
 
 def changes(old: Stored, new: Stored) -> tuple[Moved, ...]:
-    """Everything that two audits, as plain data, tell apart. An error that no longer has a value
-    counts as infinite, one below what the references are known to as none."""
+    """Returns everything that distinguishes two audits, given as plain data. An error that no
+    longer has a value counts as infinite. An error below the uncertainties of the references counts
+    as none."""
     if "fields" not in old:
         return (Moved("audit", f"none: {old['why']}", "there is one"),)
     was = _settings(old)
@@ -58,7 +60,7 @@ def changes(old: Stored, new: Stored) -> tuple[Moved, ...]:
 
 
 def _settings(audit: Stored) -> dict[str, Any]:
-    """Settings, versions and the fields of an audited model."""
+    """Returns settings, versions and the fields of an audited model."""
     return (
         {name: audit[name] for name in SETTINGS}
         | {f"version of {name}": value for name, value in audit["versions"].items()}
@@ -67,6 +69,7 @@ def _settings(audit: Stored) -> dict[str, Any]:
 
 
 def _same(was: Any, now: Any) -> bool:
+    """Whether two values are equal up to rounding."""
     if isinstance(was, list) and isinstance(now, list):
         return len(was) == len(now) and all(map(_same, was, now))
     if isinstance(was, float) and isinstance(now, float):
@@ -75,7 +78,7 @@ def _same(was: Any, now: Any) -> bool:
 
 
 def _moved(what: str, old: Any, new: Any, growth: float | None = None) -> Moved:
-    """A difference with its values as short texts."""
+    """Returns a difference with its values as short texts."""
 
     def text(value: Any) -> str:
         if isinstance(value, list):
@@ -86,16 +89,18 @@ def _moved(what: str, old: Any, new: Any, growth: float | None = None) -> Moved:
 
 
 def _measured_alike(old: Stored, new: Stored) -> bool:
+    """Whether two audits measure errors in the same way."""
     return bool(_measure(old) == _measure(new))
 
 
 def _measure(audit: Stored) -> Any:
+    """Returns the measure of errors of an audit."""
     return audit.get("error_measure", CENTRES)
 
 
 def _worse(old: Stored, new: Stored) -> Iterator[Moved]:
-    """Changes of the error, as far as both are certified and measured alike, of the certified
-    motion, its end and stability."""
+    """Yields changes of the error, as far as both motions are certified and measured alike, of the
+    certified motion, its end, and stability."""
     ends = [audit["certified_until"] for audit in (old, new)]
     shared = min(len(audit["error_over_time"]) for audit in (old, new))
     before, now = (_error(audit, shared) for audit in (old, new))
@@ -121,8 +126,9 @@ def _worse(old: Stored, new: Stored) -> Iterator[Moved]:
 
 
 def _displacements(old: Stored, new: Stored) -> dict[str, float]:
-    """{body: how far [m] it has moved} for the bodies that both audits have: by the corner that has
-    moved furthest, or by the centre of mass if the audits have different numbers of its corners."""
+    """Returns {body: displacement [m]} for the bodies that both audits have. It is the displacement
+    of the corner that has moved furthest, or of the centre of mass if the audits have different
+    numbers of corners."""
     apart = dict[str, float]()
     for body in old["pose"].keys() & new["pose"].keys():
         centres = [[audit["pose"][body]] for audit in (old, new)]
@@ -134,10 +140,11 @@ def _displacements(old: Stored, new: Stored) -> dict[str, float]:
 
 
 def _error(audit: Stored, samples: int) -> float:
-    """The largest error [m] over the first `samples` of its control periods."""
+    """Returns the largest error [m] over the first `samples` control periods."""
     error = audit["error_over_time"][samples - 1] if samples else audit["error"]
     return math.inf if error is None else float(error)
 
 
 def _relative(size: float, error: float) -> float:
+    """Returns a size relative to an error; infinite if the error is 0."""
     return size / error if error else math.inf

@@ -1,5 +1,5 @@
-"""Other engines beside MuJoCo on one motion of a user's model: their errors against its certified
-motion, and the first term of their equations that differs from those of the file."""
+"""Other engines on one motion of a user's model: their errors against its certified motion, and the
+first term of their equations of motion that differs from the file's."""
 
 from __future__ import annotations
 
@@ -43,12 +43,12 @@ from plumbob.engines.study.provenance import version_of
 from plumbob.engines.workers import Lost, Task, Workers
 from plumbob.models.entry_points import captured
 
-# A difference is more than rounding if it exceeds this many times what rounding of the state
-# makes. Rounding within a step adds to that: up to 5 times were measured.
+# Multiple of the effect of rounding the state above which a difference is more than rounding.
+# Rounding within a step adds up to 5 times that effect, as measured.
 BEYOND = 30.0
 MORE = "less than it shows in states, and more than rounding: perhaps the solver, or contacts"
-EXACT = 1e-10  # relative rounding of numbers that are not single
-DIVERGED = 1e10  # above it MuJoCo calls a number huge
+EXACT = 1e-10  # largest relative rounding of numbers that are not in single precision
+DIVERGED = 1e10  # magnitude above which MuJoCo calls a number huge
 NOT_RIGHT = MappingProxyType(
     {
         CONTACTS: "contacts are its solver's: none is added or taken away",
@@ -58,36 +58,38 @@ NOT_RIGHT = MappingProxyType(
         SINGLE: "no force undoes rounding",
     }
 )
-HANGS = 300.0  # [s] beside its runs: kernels are compiled
+HANGS = 300.0  # [s] time in addition to the runs: kernels are compiled
 
 
 @dataclass(frozen=True)
 class EngineError:
-    """An engine's steps, at the file's step, against the certified motion."""
+    """The errors of an engine's steps, at the file's step, against the certified motion."""
 
     engine: str
     version: str = ""
-    why: str = ""  # there is no error, or the difference cannot be put right
-    # [m] at ends of the periods, so far
+    why: str = ""  # why there is no error, or the difference cannot be corrected
+    # [m] largest so far, at the ends of the periods
     errors: Array = field(default_factory=lambda: np.zeros(0))
-    step_error: float = math.nan  # [m] of MuJoCo with the scheme of the engine at the same step
-    differences: tuple[Difference, ...] = ()  # the first one first
-    first_right: float = math.nan  # [m] error with the first term put right
-    all_right: float = math.nan  # [m] with all terms that can be
+    # [m] error of MuJoCo with the scheme of the engine at the same step
+    step_error: float = math.nan
+    differences: tuple[Difference, ...] = ()  # in the order in which terms are compared
+    first_right: float = math.nan  # [m] error with the first term corrected
+    all_right: float = math.nan  # [m] error with all terms corrected that can be
     built: float = math.nan  # [m] error of the mechanism as plumbob builds it in the engine
-    not_built: str = ""  # why it is not built, or its run ends early
-    rounding: float = math.nan  # [m] predicted of single precision
-    apart: float = math.nan  # [m] from MuJoCo's own steps
-    state_errors: StateErrors | None = None  # beside `errors`; None where there are none
+    not_built: str = ""  # why the mechanism is not built, or its run ends early
+    rounding: float = math.nan  # [m] predicted effect of single precision
+    apart: float = math.nan  # [m] largest displacement from MuJoCo's own steps
+    # Errors of attitudes, coordinates and activations; None if there are no errors
+    state_errors: StateErrors | None = None
 
     @property
     def error(self) -> float:
-        """[m] at the end."""
+        """The error [m] at the end; NaN if there is none."""
         return float(self.errors[-1]) if self.errors.size else math.nan
 
     @property
     def finite(self) -> bool:
-        """Whether it runs to the end."""
+        """Whether the run reaches the end."""
         return math.isfinite(self.error)
 
     @property
@@ -97,20 +99,21 @@ class EngineError:
 
     @property
     def reason(self) -> str:
-        """Why there is no error, it ends early, or the first term is not put right."""
+        """Why there is no error, the run ends early, or the first term is not corrected."""
         return self.why or (NOT_RIGHT.get(self.first.term, "") if self.first else "")
 
     @property
     def left(self) -> float:
-        """[m] the engine's part of the error: its step, its contacts and its precision. Where the
-        mechanism is not built in the engine, what is left with all terms put right."""
+        """The engine's part of the error [m]: from its step, its contacts and its precision. If the
+        mechanism is not built in the engine, it is the error that remains with all terms
+        corrected."""
         return self.built if math.isfinite(self.built) else self.all_right
 
     @property
     def part_explained(self) -> float | None:
-        """The fraction of the error that is gone if the model is built in the engine without the
-        engine's reader of files. If the model cannot be built there, the fraction that is gone with
-        the first wrong term corrected; None if no force corrects it."""
+        """The fraction of the error that vanishes if plumbob builds the model in the engine without
+        the engine's reader of files. If the model cannot be built there, the fraction that vanishes
+        with the first wrong term corrected; None if no force corrects it."""
         without = self.built if math.isfinite(self.built) else self.first_right
         part = (self.error - without) / self.error if self.error else math.nan
         return part if math.isfinite(part) else None
@@ -123,8 +126,8 @@ def with_engines(
     seconds: float,
     progress: Callable[[str], None] = lambda what: None,
 ) -> Audit:
-    """An audit with the errors of the engines of these names, each in a process of its own, since
-    some crash on what they do not know; a run is given so many `seconds`."""
+    """Returns an audit with the errors of the named engines. Each engine has a process of its own,
+    since some crash on features that they do not know; each run takes `seconds` at most."""
     if not names:
         return audit
     count = audit.found.index if audit.found else 0
@@ -149,7 +152,7 @@ def held_against(
     count: int,
     seconds: float,
 ) -> Held:
-    """A motion that is certified for so many periods, to hold engines against."""
+    """Returns a motion that is certified for `count` periods, as the standard for other engines."""
     return Held(
         file.resolve(),
         model,
@@ -160,13 +163,13 @@ def held_against(
 
 
 def readers() -> tuple[str, ...]:
-    """Names of the installed engines that run model files."""
+    """Returns the names of the installed engines that run model files."""
     able = (engine for engine in engines().values() if engine.ability(RunsFiles) is not None)
     return tuple(engine.name for engine in able if installed(engine))
 
 
 def engine_error(name: str, held: Held) -> EngineError:
-    """The error of an engine, whose output is dropped."""
+    """Returns the error of an engine, with the engine's output suppressed."""
     engine = find_engine(name)
     if engine.ability(RunsFiles) is None:
         return EngineError(name, why="plumbob has no reader of model files for it")
@@ -186,7 +189,7 @@ def engine_error(name: str, held: Held) -> EngineError:
 
 
 def measured(engine: Engine, held: Held) -> EngineError:
-    """The error of an engine that runs files; raises what its reader raises."""
+    """Returns the error of an engine that runs files. Raises the errors of its reader."""
     runs = engine.ability(RunsFiles)
     assert runs is not None
     peer = runs.load(held.file, held.model.layout, held.model.step)
@@ -220,7 +223,8 @@ def measured(engine: Engine, held: Held) -> EngineError:
 
 
 def _built(result: EngineError, engine: Engine, held: Held) -> EngineError:
-    """With the error of the model's mechanism as plumbob builds it in the engine."""
+    """Returns the result with the error of the model's mechanism as plumbob builds it in the
+    engine."""
     builds = engine.ability(BuildsMechanisms)
     if builds is None:
         return replace(result, not_built="plumbob builds no mechanism in it")
@@ -236,8 +240,8 @@ def _built(result: EngineError, engine: Engine, held: Held) -> EngineError:
 def _put_right(
     result: EngineError, looks: Sequence[Look], peer: PeerModel, held: Held
 ) -> EngineError:
-    """With the errors that are left with its first term put right, and with all that can be, and
-    with what differs then."""
+    """Returns the result with the errors after correcting the first term and after correcting all
+    terms that can be, and with the difference that then remains."""
     right = [difference.term for difference in result.differences if difference.term in TERMS]
     if not right:
         return result
@@ -260,7 +264,7 @@ def _put_right(
 def _righted(
     looks: Sequence[Look], peer: PeerModel, held: Held, right: Sequence[str]
 ) -> list[Look]:
-    """The looks with the engine's acceleration as it is with some terms put right."""
+    """Returns the looks with the engine's acceleration after some terms are corrected."""
     step = held.model.step
     velocity = held.model.layout.velocity
 
@@ -277,8 +281,8 @@ def _righted(
 
 
 def _run(peer: PeerModel, held: Held, right: Sequence[str] = ()) -> tuple[Array, str]:
-    """States at the ends of the periods, some terms put right by a force, and why they end
-    early."""
+    """Returns the states at the ends of the periods, with some terms corrected by a force, and the
+    reason if the run ends early."""
     script = held.script
     parts = held.parts
     states = np.full((len(script.controls) + 1, held.states.shape[1]), np.nan)
@@ -291,7 +295,8 @@ def _run(peer: PeerModel, held: Held, right: Sequence[str] = ()) -> tuple[Array,
     for k, control in enumerate(script.controls):
         for _ in range(calls):
             if right:
-                state = np.append(state, held.states[k, state.size :])  # activations, if any
+                # Activations, which the engine does not have
+                state = np.append(state, held.states[k, state.size :])
                 force = _force(terms, peer, state, control, right, held.model.step)
             state = peer.advance(control, force, parts // calls)
         states[k + 1, : state.size] = state
@@ -306,9 +311,9 @@ def _run(peer: PeerModel, held: Held, right: Sequence[str] = ()) -> tuple[Array,
 def _force(
     terms: Any, peer: PeerModel, state: Array, control: Array, right: Sequence[str], step: float
 ) -> Array:
-    """The generalised force to add so that an engine's step becomes the one with the file's terms
-    in place of those named in `right`. With the engine's mass matrix M_e, implicit damping D_e and
-    force f_e, and the wanted M, D and f, it is (M_e + h D_e) (M + h D)^-1 f - f_e."""
+    """Returns the generalised force to add so that an engine's step uses the file's terms in place
+    of those named in `right`. With the engine's mass matrix M_e, implicit damping D_e and force
+    f_e, and the wanted M, D and f, it is (M_e + h D_e) (M + h D)^-1 f - f_e."""
     theirs = peer.terms(state, control)
     ours = terms(state, control)
     chosen = {**theirs, **{name: ours[name] for name in right}}

@@ -279,7 +279,7 @@ def observed_order(
     """Returns the slope of log error against log step, from the errors that the reference
     resolves."""
     done = [s for s in steps if math.isfinite(s.at(index))]
-    # `fit_order` expects a tenth of the error that is resolved
+    # `fit_order` uses errors above ten times their floor.
     floor = float(reference.uncertainty[index]) * RESOLVED / 10.0
     return fit_order(
         [s.step for s in done], [s.at(index) for s in done], [floor] * len(done), most=8

@@ -1,5 +1,5 @@
-"""The terms of an engine's equations of motion beside those of a user's model, in states along its
-certified motion: which differ, and why."""
+"""The terms of an engine's equations of motion compared with those of a user's model, in states
+along its certified motion: which differ, and why."""
 
 from __future__ import annotations
 
@@ -20,16 +20,20 @@ from plumbob.engines.peer_model import PeerModel, Terms
 from plumbob.engines.registry import find_engine
 from plumbob.engines.study.model_reading import dropped, fields_of
 
-# In the order in which they are compared: each may make those after it differ.
+# Terms in the order of their comparison: each may make later terms differ.
 TERMS = ("mass matrix", "gravity", "bias", "passive", "actuator")
 CONTACTS, AXES = "contact set", "friction axes"
 STEP, SINGLE, INTEGRATOR = "acceleration", "single precision", "integrator"
-SAME = 1e-5  # relative: a reader in single precision, and new frames, leave as much
-ROUNDINGS = 100.0  # of all forces together, which cancel in one of them
-# relative, of the acceleration in a step: schemes of first order leave as much
+# Largest relative difference of terms that count as the same: single precision and new frames cause
+# less
+SAME = 1e-5
+# Roundings of the sum of all forces that count as the same in one force: forces cancel
+ROUNDINGS = 100.0
+# Largest relative difference of accelerations in a step that count as the same: schemes of first
+# order cause less.
 SAME_STEP = 0.02
-TURNED = 1e-3  # [rad] of axes, a reader in single precision leaves less
-# Numbers of a file on which a term depends.
+TURNED = 1e-3  # [rad] largest turn of axes that count as the same: single precision causes less
+# Fields of a file on which a term depends.
 DEPENDS = MappingProxyType(
     {
         "mass matrix": ("mass", "inertia", "armature"),
@@ -42,41 +46,41 @@ DEPENDS = MappingProxyType(
 NAMELESS = frozenset(["a body without a name"])
 SAMPLES = 9  # states along the certified motion
 Readings = tuple[ModelFields, ModelFields]
-"""The numbers of a file as MuJoCo and as an engine read them."""
+"""The numbers of a file as MuJoCo reads them, and as an engine reads them."""
 
 
 @dataclass(frozen=True)
 class Held:
-    """The terms that engines are held against."""
+    """The certified motion with which engines are compared."""
 
     file: Path
     model: OwnModel
-    script: Script  # up to where the motion is certified
+    script: Script  # controls up to the time to which the motion is certified
     states: Array  # certified, shape (periods + 1, ...)
-    seconds: float  # for one run
+    seconds: float  # [s] processor time for one run
 
     @property
     def parts(self) -> int:
-        """Steps in a control period."""
+        """The number of steps in a control period."""
         return round(self.script.period / self.model.step)
 
     def errors(self, states: Array) -> Array:
-        """[m] of states at the ends of the periods, so far."""
+        """Returns the largest errors so far [m] of states at the ends of the periods."""
         return distances(self.model.corners(states), self.model.corners(self.states))
 
 
 @dataclass(frozen=True)
 class Difference:
-    """A term of an engine's equations that is not that of the file."""
+    """A term of an engine's equations that differs from the file's term."""
 
     term: str
-    size: float  # relative, the largest along the motion
-    cause: str = ""  # where it is known
+    size: float  # relative difference, largest along the motion
+    cause: str = ""  # cause of the difference; empty if it is not known
 
 
 @dataclass(frozen=True)
 class Look:
-    """The terms of the file and those of an engine in one state."""
+    """The terms of the file and the terms of an engine in one state."""
 
     state: Array
     control: Array
@@ -87,8 +91,8 @@ class Look:
     engine's integrator, and in the engine."""
 
     def size(self, apart: Array) -> float:
-        """Of generalised forces f, the root of f' M^-1 f, in all coordinates the same; of mass
-        matrices the largest element relative to the diagonal."""
+        """Returns the size of generalised forces f, the root of f' M^-1 f, which is the same in all
+        coordinates; of mass matrices, the largest element relative to the diagonal."""
         inertia = self.of_file[TERMS[0]]
         if apart.ndim == 1:
             return float(np.sqrt(apart @ np.linalg.solve(inertia, apart)))
@@ -97,7 +101,8 @@ class Look:
 
 
 def looks_at(peer: PeerModel, held: Held) -> list[Look]:
-    """Some states along the certified motion."""
+    """Returns looks at some states along the certified motion: at the ends of periods, and where
+    something touches."""
     terms = held.model.terms()
     controls = held.script.controls
     places = [(k, held.states[k]) for k in _spread(len(controls))]
@@ -115,7 +120,7 @@ def looks_at(peer: PeerModel, held: Held) -> list[Look]:
 def _accelerations(
     peer: PeerModel, held: Held, state: Array, control: Array
 ) -> tuple[Array, Array, Array]:
-    """The accelerations in a step from a state, as in `Look`."""
+    """Returns the accelerations in a step from a state, as `Look` has them."""
     velocity = held.model.layout.velocity
     one_step = Script(state, held.model.step, control[None])
     peer.begin(state)
@@ -129,7 +134,7 @@ def _accelerations(
 
 
 def _spread(count: int) -> list[int]:
-    """Indices of some of so many."""
+    """Returns evenly spread indices, at most SAMPLES of `count`."""
     return sorted(set(np.linspace(0, count - 1, min(count, SAMPLES)).astype(int).tolist()))
 
 
@@ -140,7 +145,7 @@ def differences(
     precision: float,
     integrators: tuple[str, str],
 ) -> list[Difference]:
-    """The terms that differ, in order; `integrators` are as in `of_step`."""
+    """Returns the terms that differ, in order. `integrators` are as in `of_step`."""
     overall = ROUNDINGS * precision * max(look.size(force_of(look.of_file)) for look in looks)
     apart = list[Difference]()
     readings = read_by(engine, held.file)
@@ -155,7 +160,8 @@ def differences(
 
 
 def _of_contacts(looks: Sequence[Look], held: Held) -> Iterator[Difference]:
-    """Pairs of bodies that touch in some state for one of both alone."""
+    """Yields the difference of the pairs of bodies that touch in some state in only one of the file
+    and the engine."""
     touching, others = (
         {_moving(pair, held) for terms in every for pair in terms["contacts"]}
         for every in zip(*((look.of_file, look.of_engine) for look in looks), strict=True)
@@ -168,7 +174,8 @@ def _of_contacts(looks: Sequence[Look], held: Held) -> Iterator[Difference]:
 
 
 def _of_axes(looks: Sequence[Look], held: Held) -> Iterator[Difference]:
-    """Pyramids of friction that are turned about the normal, which four edges repeat."""
+    """Yields the difference of the friction pyramids' angles about the normal. A pyramid has four
+    edges, so angles repeat after a quarter turn."""
     turned = dict[frozenset[str], float]()
     for look in looks:
         here, there = (
@@ -187,8 +194,8 @@ def _of_axes(looks: Sequence[Look], held: Held) -> Iterator[Difference]:
 
 
 def of_step(looks: Sequence[Look], integrators: tuple[str, str]) -> Iterator[Difference]:
-    """The acceleration in a step, if it differs although all terms are alike. The `integrators` of
-    the file and of the engine make one part of the difference, constraints the other."""
+    """Yields the differences of the acceleration in a step, if all terms are alike. One part comes
+    from the `integrators` of the file and of the engine, the rest from constraints."""
     size, _ = _apart(looks, 0, 1)
     if size > SAME_STEP:
         own, other = integrators
@@ -202,8 +209,8 @@ def of_step(looks: Sequence[Look], integrators: tuple[str, str]) -> Iterator[Dif
 
 
 def _apart(looks: Sequence[Look], first: int, second: int) -> tuple[float, Look]:
-    """The largest difference of the accelerations number `first` and `second` in a step, relative
-    to the largest of the first, and the look at which it is."""
+    """Returns the largest difference of the accelerations number `first` and `second` in a step,
+    relative to the largest of the first, and the look with that difference."""
     forces = [[look.of_file[TERMS[0]] @ a for a in look.accelerations] for look in looks]
     offs = [look.size(f[second] - f[first]) for look, f in zip(looks, forces, strict=True)]
     scale = max(look.size(f[first]) for look, f in zip(looks, forces, strict=True))
@@ -211,25 +218,26 @@ def _apart(looks: Sequence[Look], first: int, second: int) -> tuple[float, Look]
 
 
 def _pairs(pairs: Iterable[frozenset[str]]) -> str:
-    """The first pair of bodies that touch, and how many more there are."""
+    """Names the first pair of bodies that touch, and the number of the other pairs."""
     first, *more = sorted(" – ".join(sorted(pair)) for pair in pairs)
     return f"{first} and {len(more)} more" if more else first
 
 
 def _moving(pair: tuple[str, ...], held: Held) -> frozenset[str]:
-    """The moving bodies of a pair that touches; a single one touches what does not move."""
+    """Returns the moving bodies of a pair that touches. A single body touches something that does
+    not move."""
     return frozenset(pair) & set(held.model.layout.bodies) or NAMELESS
 
 
 def force_of(terms: Terms) -> Array:
-    """All generalised forces but those of constraints."""
+    """Returns the sum of all generalised forces except those of constraints."""
     total: Array = terms["gravity"] - terms["bias"] + terms["passive"] + terms["actuator"]
     return total
 
 
 def _cause(term: str, looks: Sequence[Look], readings: Readings) -> str:
-    """Why a term differs, as far as the engine says so, has none of it, or reads a number otherwise
-    on which it depends."""
+    """Explains why a term differs. The engine may state a cause; the term may be missing; or the
+    engine may read a field on which the term depends differently."""
     said: str = looks[0].of_engine.get("causes", {}).get(term, "")
     if said or (term != "gravity" and not any(look.of_engine[term].any() for look in looks)):
         return said or "all of it dropped"
@@ -245,6 +253,6 @@ def _cause(term: str, looks: Sequence[Look], readings: Readings) -> str:
 
 
 def read_by(engine: Engine, file: Path) -> Readings:
-    """The numbers of a file as MuJoCo and an engine read them."""
+    """Returns the numbers of a file as MuJoCo reads them, and as an engine reads them."""
     here = fields_of(find_engine("mujoco"), file)[1]
     return here, here if engine.ability(ModelReader) is None else fields_of(engine, file)[1]

@@ -101,7 +101,7 @@ class Gradient:
     exact: float = math.nan
     uncertainty: float = math.nan  # uncertainty of the exact derivative
     no_exact: str = ""  # why there is no exact derivative
-    why: str = ""  # the way is unsupported
+    why: str = ""  # why the way is unsupported; empty if it is not
     # Exact one-sided derivatives, if there is no other
     one_sided: tuple[float, float] | None = None
     tried: tuple[Difference, ...] = ()  # of falling eps; empty if the way is unsupported
