@@ -1,8 +1,8 @@
-"""A model file without what can be left out of it: its own elements, changed where they have to be.
+"""A model file with changes: the user's own elements, with only the necessary edits.
 
-MuJoCo's own writer rounds what a compiled model is written from, which moves it. Here attributes of
-<geom> and <pair> are set among the user's own, an included file takes the place of its <include>,
-and options are added at the end, where the last ones count.
+MuJoCo's own writer rounds the numbers of a compiled model, which changes its motion. Here
+attributes of the user's <geom> and <pair> elements are set, an included file takes the place of its
+<include>, and options are added at the end, since the last ones count.
 """
 
 from __future__ import annotations
@@ -23,16 +23,18 @@ from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.adapters.mujoco.options import collected, disabled
 from plumbob.engines.own_motion import Change
 
-# [m] a margin that no model has, and numbers from there on: an element is known by it
+# [m] a margin that no model has; the number of an element is added to it, and identifies the
+# element
 MARK = 1e6
 Makers = Mapping[tuple[str, int], int]
-"""{(kind, number in the compiled model): the element that makes it}"""
+"""{(kind, number in the compiled model): number of the element that makes it}"""
 
 
 def write(source: Path, left_out: Sequence[Change], target: Path) -> tuple[Change, ...]:
-    """Write the model file `source` without these to `target`, and return those that its text can
-    omit: geoms that one element makes with others have to stay. Raises ParameterError where nothing
-    is left, or it cannot be written, or would not compile there."""
+    """Writes the model file `source` with the changes `left_out` to `target`. Returns the changes
+    that the text of the file can express: a geom that shares an element with unchanged geoms stays
+    as it is. Raises ParameterError if no change is left, or the file cannot be written or would not
+    compile there."""
     part = target.with_name(f".{target.stem}-{os.getpid()}.xml")
     try:
         root = _read(source, source.parent)
@@ -52,8 +54,8 @@ def write(source: Path, left_out: Sequence[Change], target: Path) -> tuple[Chang
 
 
 def _read(file: Path, folder: Path) -> Element:
-    """The root of a file, each <include> replaced by the elements of its file, which is beside it
-    or in the `folder` of the main one."""
+    """Returns the root of a file, with each <include> replaced by the elements of its file, which
+    is next to it or in the `folder` of the main file."""
     parser = ElementTree.XMLParser(target=ElementTree.TreeBuilder(insert_comments=True))
     root = ElementTree.parse(file, parser).getroot()
     for parent in list(root.iter()):
@@ -70,7 +72,7 @@ def _read(file: Path, folder: Path) -> Element:
 
 
 def _editable(element: Element, within: tuple[str, ...] = ()) -> Iterator[Element]:
-    """The elements whose attributes may be set, in order."""
+    """Yields the elements whose attributes may be set, in order."""
     for child in element:
         geom = child.tag == "geom" and "worldbody" in within and "composite" not in within
         if geom or (child.tag == "pair" and "contact" in within):
@@ -81,8 +83,8 @@ def _editable(element: Element, within: tuple[str, ...] = ()) -> Iterator[Elemen
 def _written(
     root: Element, edits: Mapping[int, Mapping[str, str]], more: Element | None
 ) -> str:
-    """The text of a file whose editable elements have these attributes too, with `more` at the
-    end."""
+    """Returns the text of a file after `edits` of the attributes of editable elements, by number,
+    with `more` at the end."""
     root = deepcopy(root)
     for number, element in enumerate(_editable(root)):
         element.attrib.update(edits.get(number, {}))
@@ -92,13 +94,15 @@ def _written(
 
 
 def _compiled(path: Path, text: str) -> mujoco.MjModel:
+    """Returns the model of a text, which is written to a path."""
     path.write_text(text, "utf-8")
     with collected():
         return mujoco.MjModel.from_xml_path(str(path))
 
 
 def _makers(root: Element, part: Path) -> Makers:
-    """The elements that make geoms and pairs, found by a mark that survives."""
+    """Returns the elements that make geoms and pairs. They are identified by a mark in the margin,
+    which the compiler keeps."""
     marks = {k: {"margin": f"{MARK + k:.0f}"} for k, _ in enumerate(_editable(root))}
     model = _compiled(part, _written(root, marks, None))
     makers = {}
@@ -110,7 +114,8 @@ def _makers(root: Element, part: Path) -> Makers:
 
 
 def _in_text(change: Change, makers: Makers) -> Change | None:
-    """The part of a change that the text can be given: elements all of whose geoms are in it."""
+    """Returns the part of a change that the text can express: elements of which all geoms are
+    changed. None if there is none."""
     sets = []
     before = 0
     after = 0
@@ -130,7 +135,7 @@ def _in_text(change: Change, makers: Makers) -> Change | None:
 
 
 def _without(root: Element, changes: Sequence[Change], makers: Makers) -> str:
-    """The text of the file with these changes."""
+    """Returns the text of the file with these changes."""
     edits: dict[int, dict[str, str]] = {}
     option = Element("option")
     flags = 0

@@ -1,4 +1,5 @@
-"""A free body of a user's model as one rigid piece on a plane: joints locked, all else left out."""
+"""A free body of a user's model as one rigid piece on a plane, with its joints locked and
+everything else removed."""
 
 from __future__ import annotations
 
@@ -14,7 +15,9 @@ from plumbob.analytic.reference import Array
 from plumbob.engines.adapters.mujoco.model_fields import name_of
 from plumbob.engines.own_motion import NotCertifiable
 
-LEVEL = 1e-9  # sine of the angle between gravity and the plane's normal; [m/s^2] of forces
+# Largest sine of the angle between gravity and the plane's normal, and largest force over mass
+# [m/s^2] that counts as none
+LEVEL = 1e-9
 PAIR = ("margin", "gap", "friction", "solref", "solreffriction", "solimp")
 CONTACT = (
     *("condim", "priority", "solmix", "margin", "gap", "contype", "conaffinity"),
@@ -25,25 +28,25 @@ FLOOR, BODY = "floor", "base"
 
 @dataclass(frozen=True)
 class RigidPiece:
-    """The piece as a compiled model whose plane is z = 0, and what it was made of."""
+    """The piece as a compiled model whose plane is z = 0, and its origin in the user's model."""
 
     model: Any  # mjModel: a plane and a free body, whose frame is at its centre of mass
     spec: Any  # MjSpec of it
-    geoms: tuple[str, ...]  # in the user's model, by the numbers of the body's geoms here
+    geoms: tuple[str, ...]  # names in the user's model, by the numbers of the piece's geoms
     body: str
     plane: str
-    plane_number: int  # of its geom in the user's model
-    locked: int  # joints
+    plane_number: int  # number of the plane's geom in the user's model
+    locked: int  # number of locked joints
     inertia: float  # about the vertical [kg m^2]
-    notes: tuple[str, ...]
+    notes: tuple[str, ...]  # forces at the start that are not copied
 
 
 def rigid_piece(
     model: Any, data: Any, body: str | None, friction: float | None = None
 ) -> RigidPiece:
-    """The free body `body`, or the heaviest that a plane can touch, of `model` in the posture of
-    `data`, whose positions are computed, with sliding `friction` in place of its own; raises
-    ParameterError, and NotCertifiable for what cannot be slid on a plane."""
+    """Returns the free body `body` of `model`, or the heaviest that a plane can touch, in the
+    posture of `data`, whose positions are computed, with sliding `friction` in place of its own.
+    Raises ParameterError, and NotCertifiable if the body cannot slide on a plane."""
     if model.opt.enableflags & mujoco.mjtEnableBit.mjENBL_OVERRIDE:
         raise NotCertifiable("the model overrides the settings of every contact")
     root = _free_body(model, body)
@@ -83,7 +86,8 @@ def rigid_piece(
 
 
 def _normal_gravity(model: Any, plane: int, turn: Array) -> float:
-    """Gravity along the normal of the plane, which it is along [m/s^2]; raises NotCertifiable."""
+    """Returns gravity along the normal of the plane [m/s^2]. Raises NotCertifiable if gravity is
+    not along the normal."""
     gravity = turn.T @ model.opt.gravity
     if not gravity[2] < 0.0 or np.hypot(*gravity[:2]) > -LEVEL * gravity[2]:
         what = "no gravity" if not gravity.any() else "gravity that is not normal to its plane"
@@ -92,7 +96,8 @@ def _normal_gravity(model: Any, plane: int, turn: Array) -> float:
 
 
 def _compiled(spec: Any, model: Any, gravity: float) -> Any:
-    """The piece with the options of `model` but for drag; raises NotCertifiable."""
+    """Returns the compiled piece with the options of `model` except for drag. Raises
+    NotCertifiable."""
     try:
         compiled = spec.compile()
     except ValueError as error:
@@ -104,7 +109,8 @@ def _compiled(spec: Any, model: Any, gravity: float) -> Any:
 
 
 def _left_out(model: Any, data: Any, root: int, plane: int) -> Iterator[str]:
-    """Names of all that acts on the free joint of the body at the start, and is not copied."""
+    """Yields the names of the forces that act on the free joint of the body at the start and are
+    not copied."""
     if model.opt.density or model.opt.viscosity:
         yield "the medium"
     first = model.body_dofadr[root]
@@ -126,6 +132,8 @@ def _left_out(model: Any, data: Any, root: int, plane: int) -> Iterator[str]:
 
 
 def _free_body(model: Any, name: str | None) -> int:
+    """Returns the number of the named free body, or of the heaviest. Raises ParameterError, and
+    NotCertifiable if there is no free body."""
     free: list[int] = model.jnt_bodyid[model.jnt_type == mujoco.mjtJoint.mjJNT_FREE].tolist()
     if not free:
         raise NotCertifiable("the model has no free body: nothing in it slides on a plane")
@@ -138,7 +146,8 @@ def _free_body(model: Any, name: str | None) -> int:
 
 
 def _plane(model: Any, data: Any, root: int) -> tuple[int, list[int]]:
-    """The plane under the body, and the geoms of the body that it can touch."""
+    """Returns the plane under the body, and the geoms of the body that it can touch. Raises
+    NotCertifiable."""
     bodies = model.geom_bodyid
     flat = model.geom_type == mujoco.mjtGeom.mjGEOM_PLANE
     planes = np.flatnonzero(flat & (model.body_weldid[bodies] == 0)).tolist()
@@ -162,6 +171,7 @@ def _plane(model: Any, data: Any, root: int) -> tuple[int, list[int]]:
 
 
 def _collide(model: Any, plane: int, geom: int) -> bool:
+    """Whether a plane and a geom can touch."""
     if frozenset((plane, geom)) in _pairs_of(model):
         return True
     bodies = sorted((int(model.geom_bodyid[plane]), int(model.geom_bodyid[geom])))
@@ -174,14 +184,14 @@ def _collide(model: Any, plane: int, geom: int) -> bool:
 
 
 def _pairs_of(model: Any) -> dict[frozenset[int], int]:
-    """{two geoms: number of the contact pair that the model has of them}."""
+    """Returns {two geoms: number of their contact pair} of the model."""
     both = zip(model.pair_geom1.tolist(), model.pair_geom2.tolist(), strict=True)
     return {frozenset(pair): i for i, pair in enumerate(both)}
 
 
 def _inertia(data: Any, body: int) -> Array:
-    """Of a body and all that hangs on it, about their centre of mass, in the world's axes [kg m^2],
-    shape (3, 3)."""
+    """Returns the inertia of a body and all bodies that hang on it, about their centre of mass, in
+    the world's axes [kg m^2], shape (3, 3)."""
     xx, yy, zz, xy, xz, yz = data.crb[body][:6]
     return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
 
@@ -196,6 +206,8 @@ def _add_geom(
     turn: Array,
     centre: Array,
 ) -> None:
+    """Adds a copy of a geom to the piece, at its place relative to the `centre` of mass, in the
+    axes `turn` of the plane."""
     quaternion = _quaternion(turn.T @ np.array(data.geom_xmat[geom]).reshape(3, 3))
     place = turn.T @ (data.geom_xpos[geom] - centre)
     added = piece.add_geom(
@@ -219,11 +231,13 @@ def _add_geom(
 
 
 def _contact(target: Any, model: Any, geom: int) -> None:
+    """Copies the contact settings of a geom."""
     for name in CONTACT:
         setattr(target, name, getattr(model, f"geom_{name}")[geom].tolist())
 
 
 def _pairs(spec: Any, model: Any, plane: int, geoms: list[int]) -> None:
+    """Copies the contact pairs of the plane with the geoms."""
     numbers = _pairs_of(model)
     for k, geom in enumerate(geoms):
         if (i := numbers.get(frozenset((plane, geom)))) is not None:
@@ -234,7 +248,8 @@ def _pairs(spec: Any, model: Any, plane: int, geoms: list[int]) -> None:
 
 
 def _on_the_plane(model: Any) -> None:
-    """Lower the piece until it touches, in its posture at the start; changed in place."""
+    """Lowers the piece until it touches, in its posture at the start; changed in place. Raises
+    NotCertifiable if contacts are disabled."""
     if model.opt.disableflags & mujoco.mjtDisableBit.mjDSBL_CONTACT:
         raise NotCertifiable("no contact with the plane is made: contacts may be disabled")
     near = mujoco.MjData(model)
@@ -249,6 +264,7 @@ def _on_the_plane(model: Any) -> None:
 
 
 def _quaternion(axes: Array) -> Array:
+    """Returns the quaternion, scalar first, of a rotation matrix."""
     quaternion = np.zeros(4)
     mujoco.mju_mat2Quat(quaternion, np.ascontiguousarray(axes).ravel())
     return quaternion
