@@ -29,7 +29,7 @@ import numpy as np
 from plumbob.analytic.reference import Array
 from plumbob.engines.method import Unsupported
 from plumbob.engines.own_motion import NotCertifiable
-from plumbob.engines.step_jacobian import after_step, step_jacobian
+from plumbob.engines.step_jacobian import state_after_step, step_jacobian
 from plumbob.engines.stepper import StepDerivatives, Stepper
 from plumbob.engines.tangent_space import TangentSpace
 
@@ -165,13 +165,13 @@ def derivatives_of_steps(
     for number, control in enumerate(controls, 1):
         by_state = step_jacobian(stepper, space, state, control, nudge, ends=ends)
         ahead, behind = (
-            np.array([after_step(stepper, space, state, row) for row in rows])
+            np.array([state_after_step(stepper, space, state, row) for row in rows])
             for rows in (control + shifts, control - shifts)
         )
         by_control = np.zeros((len(by_state), 0))
         if len(shifts):
             by_control = space.differences(ahead, behind).T / (2.0 * nudge)
-        state = after_step(stepper, space, state, control)
+        state = state_after_step(stepper, space, state, control)
         if not np.isfinite(state).all():
             raise NotCertifiable(f"its run diverges within {number * stepper.step:g} s")
         yield by_state, by_control

@@ -20,20 +20,20 @@ def bracket(
     which does not hold. The first is None if no number from `low` to `high` holds, the second if
     all do. The search begins at `first`. It looks at multiples of `every` before it halves the last
     gap; `first`, `low` and `high` are such multiples."""
-    held, failed = _widened(holds, first, low, high, every)
+    held, failed = _wide_bracket(holds, first, low, high, every)
     if held is None:
         return None, failed
-    held, failed = _halved(holds, held, failed, every)
+    held, failed = _narrow_bracket(holds, held, failed, every)
     below = {(held - drop) // every * every for drop in BELOW}
     if every > 1:
         below |= set(range(held - NEAR // every * every, held, every))
     for lower in sorted(below, reverse=True):
         if lower >= low and not holds(lower):
             return bracket(holds, lower, low, lower, every)
-    return _halved(holds, held, failed, 1)
+    return _narrow_bracket(holds, held, failed, 1)
 
 
-def _halved(
+def _narrow_bracket(
     holds: Holds[int], held: int, failed: int | None, gap: int
 ) -> tuple[int, int | None]:
     """Returns the two numbers after their distance is halved down to a `gap`."""
@@ -46,7 +46,7 @@ def _halved(
     return (held, None) if failed is None else bisected(holds, held, failed, middle)
 
 
-def _widened(
+def _wide_bracket(
     holds: Holds[int], first: int, low: int, high: int, stride: int
 ) -> tuple[int | None, int | None]:
     """Returns two numbers, the smaller of which holds, by ever wider strides from `first`."""

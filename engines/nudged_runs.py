@@ -12,7 +12,7 @@ from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.reference import Array
 from plumbob.engines.method import Unsupported
 from plumbob.engines.own_motion import NotCertifiable
-from plumbob.engines.step_jacobian import in_time
+from plumbob.engines.step_jacobian import check_time
 from plumbob.engines.stepper import Stepper
 from plumbob.engines.tangent_space import TangentSpace, numbers_of
 from plumbob.models.border import Refused, border
@@ -44,7 +44,7 @@ class NudgedRuns:
             with border(Refused, Unsupported, ParameterError, NotCertifiable):
                 stepper.put(self.space.state_of(start))
                 for number in range(len(controls)):
-                    in_time(self.ends)
+                    check_time(self.ends)
                     stepper.advance(controls[number : number + 1], 1)
                     states[number] = numbers_of(stepper.state())
         except Refused:

@@ -23,14 +23,16 @@ DIFFERENCE = 1e-7  # [m, rad, ...] difference of the Jacobians that find a state
 NEUTRAL = 1e-7
 
 
-def in_time(ends: float, least: float = 0.0) -> None:
+def check_time(ends: float, least: float = 0.0) -> None:
     """Raises NotCertifiable if the processor time `ends` [s] is past, or will be after work that
     takes `least` seconds more."""
     if time.process_time() + least > ends:
         raise NotCertifiable(OUT_OF_TIME)
 
 
-def after_step(stepper: Stepper, space: TangentSpace, state: Array, control: Array) -> Array:
+def state_after_step(
+    stepper: Stepper, space: TangentSpace, state: Array, control: Array
+) -> Array:
     """Returns the state after one step from a `state` under a `control`; NaN if the engine's
     numbers break down."""
     try:
@@ -63,13 +65,13 @@ def step_jacobian(
     ahead = list[Array]()
     behind = list[Array]()
     for forward, backward in zip(*sides, strict=True):
-        in_time(ends)
-        ahead.append(after_step(stepper, space, forward, control))
-        in_time(ends)
-        behind.append(after_step(stepper, space, backward, control))
+        check_time(ends)
+        ahead.append(state_after_step(stepper, space, forward, control))
+        check_time(ends)
+        behind.append(state_after_step(stepper, space, backward, control))
         if len(ahead) == 1:
             rest = len(shifts) - 1
-            in_time(ends, rest * (time.process_time() - begin) / FASTER)
+            check_time(ends, rest * (time.process_time() - begin) / FASTER)
     return space.differences(np.array(ahead), np.array(behind)).T / (2.0 * difference)
 
 
@@ -81,8 +83,8 @@ def state_at_rest(
     NotCertifiable from the processor time `ends` [s] on."""
     before = math.inf
     while True:
-        in_time(ends)
-        moved = space.differences(after_step(stepper, space, state, control), state)
+        check_time(ends)
+        moved = space.differences(state_after_step(stepper, space, state, control), state)
         size = float(np.abs(moved).max())
         if not size < before:
             return None

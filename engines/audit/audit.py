@@ -12,18 +12,18 @@ import numpy as np
 
 from plumbob.analytic.reference import Array, Signals
 from plumbob.engines.audit.allowance import Allowance
-from plumbob.engines.audit.changes import Moved
+from plumbob.engines.audit.changes import AuditChange
 from plumbob.engines.audit.gradient import CertifiedGradient, certified_gradient
-from plumbob.engines.audit.reference import RESOLVED, Certificate, certified, uncertain
+from plumbob.engines.audit.reference import RESOLVED, Certificate, certified, start_certificate
 from plumbob.engines.audit.stability import LargestSteps, largest_steps
 from plumbob.engines.audit.step_errors import (
     Balance,
-    Compared,
     StateErrors,
+    StepComparison,
     balances,
-    compared,
+    compare_steps,
+    reason_for_mismatch,
     state_errors,
-    unlike,
 )
 from plumbob.engines.audit.trims import Trim, Trims, trims
 from plumbob.engines.own_motion import NotCertifiable, OwnModel, Script
@@ -48,7 +48,7 @@ class Audit:
     script: Script
     control: str  # the source of its controls: "zero", "sines", or a file's name
     reference: Certificate
-    found: Compared | None  # None if there is no reference
+    found: StepComparison | None  # None if there is no reference
     clamped: Mapping[str, int]
     notes: tuple[str, ...]
     seconds: float  # wall time
@@ -63,7 +63,7 @@ class Audit:
     # The derivatives, or the reason why there are none; None if they are not asked for.
     gradient: CertifiedGradient | str | None = None
     # Changes since another audit; None if it is compared with none.
-    changes: tuple[Moved, ...] | None = None
+    changes: tuple[AuditChange, ...] | None = None
     engines: tuple[EngineError, ...] = ()  # errors of the other engines that the user asked for
 
     @property
@@ -184,7 +184,7 @@ def audited(
         model.step,
         script,
         control,
-        uncertain(model, script),
+        start_certificate(model, script),
         None,
         model.clamped,
         model.notes,
@@ -192,7 +192,7 @@ def audited(
         model,
     )
     begun(audit)
-    reference, result = held_to_reference(model, script, allowance)
+    reference, result = compare_with_reference(model, script, allowance)
     audit = replace(audit, reference=reference, found=result)
     if result is not None and math.isfinite(audit.error):
         progress("what can be left out")
@@ -214,9 +214,9 @@ def audited(
     return replace(audit, stability=largest, seconds=time.perf_counter() - began)
 
 
-def held_to_reference(
+def compare_with_reference(
     model: OwnModel, script: Script, allowance: Allowance
-) -> tuple[Certificate, Compared | None]:
+) -> tuple[Certificate, StepComparison | None]:
     """Returns the certified motion of a model under `script`, and the errors of the steps of its
     integrators; None if there is no reference, or no step tends to it."""
     allowance.progress("the continuous motion, by two methods")
@@ -225,9 +225,9 @@ def held_to_reference(
         return reference, None
     allowance.progress("the model's own steps")
     left = max(1.0 - AFTER - allowance.spent / allowance.seconds, AFTER)
-    result = compared(model, script, reference, allowance.part(left))
+    result = compare_steps(model, script, reference, allowance.part(left))
     if result.index < reference.known:
-        reference = replace(reference, why=unlike(result, reference, script))
+        reference = replace(reference, why=reason_for_mismatch(result, reference, script))
     return reference, result if result.index else None
 
 

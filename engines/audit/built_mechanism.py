@@ -64,7 +64,7 @@ class BuiltSteppers:
         Unsupported, which names the part of the mechanism that the engine cannot express."""
         with border(Unsupported, Unsupported):
             return self.builds.build(
-                self._mechanism, _split(self.model.state, self.model), step
+                self._mechanism, _stepper_state(self.model.state, self.model), step
             )
 
     function_stepper = stepper
@@ -93,7 +93,7 @@ class ScriptRuns:
         why = ""
         begin = time.thread_time()
         with border(Unsupported, Unsupported):
-            self.stepper.put(_split(script.start, self.model))
+            self.stepper.put(_stepper_state(script.start, self.model))
             for k, control in enumerate(script.controls):
                 at = f"{(k + 1) * script.period:.3g} s"
                 why = f"diverged within {at}"
@@ -115,7 +115,7 @@ class ScriptRuns:
         controls = np.repeat(script.controls, self.parts, axis=0)
         if isinstance(self.stepper, TellsStepDerivatives):
             name = self.stepper.own_way
-            self.stepper.put(_split(script.start, self.model))
+            self.stepper.put(_stepper_state(script.start, self.model))
             steps = self.stepper.own_step_derivatives(controls)
         else:
             name = "product"
@@ -150,7 +150,7 @@ def built_runs(
     return ScriptRuns(model, stepper, parts, seconds)
 
 
-def _split(state: Array, model: OwnModel) -> State:
+def _stepper_state(state: Array, model: OwnModel) -> State:
     """Returns a state of the audit in the form of a stepper."""
     velocity = model.layout.velocity
     return State(state[: velocity.start], state[velocity], state[velocity.stop :])
@@ -163,5 +163,5 @@ def scene_of(model: OwnModel, script: Script) -> SceneMechanism:
         period = np.floor(times / script.period * (1.0 + ROUNDING)).astype(int)
         return np.asarray(script.controls[np.minimum(period, len(script.controls) - 1)])
 
-    start = _split(script.start, model)
+    start = _stepper_state(script.start, model)
     return SceneMechanism(model.mechanism(), start, controls if model.rest.size else None)

@@ -28,7 +28,7 @@ MOST = 12  # most numbers of a state that are written out
 
 
 @dataclass(frozen=True)
-class Moved:
+class AuditChange:
     """A difference of an audit from an older audit."""
 
     what: str
@@ -39,22 +39,22 @@ class Moved:
     neither better nor worse."""
 
 
-def changes(old: Stored, new: Stored) -> tuple[Moved, ...]:
+def changes(old: Stored, new: Stored) -> tuple[AuditChange, ...]:
     """Returns everything that distinguishes two audits, given as plain data. An error that no
     longer has a value counts as infinite. An error below the uncertainties of the references counts
     as none."""
     if "fields" not in old:
-        return (Moved("audit", f"none: {old['why']}", "there is one"),)
+        return (AuditChange("audit", f"none: {old['why']}", "there is one"),)
     was = _settings(old)
     now = _settings(new)
     if not _measured_alike(old, new):
         now["worst_body"] = was["worst_body"]
     return (
-        *_worse(old, new),
+        *_error_changes(old, new),
         *(
-            _moved(name, was.get(name, ABSENT), now.get(name, ABSENT))
+            _change(name, was.get(name, ABSENT), now.get(name, ABSENT))
             for name in dict.fromkeys((*was, *now))
-            if not _same(was.get(name), now.get(name))
+            if not _equal(was.get(name), now.get(name))
         ),
     )
 
@@ -68,16 +68,16 @@ def _settings(audit: Stored) -> dict[str, Any]:
     )
 
 
-def _same(was: Any, now: Any) -> bool:
+def _equal(was: Any, now: Any) -> bool:
     """Whether two values are equal up to rounding."""
     if isinstance(was, list) and isinstance(now, list):
-        return len(was) == len(now) and all(map(_same, was, now))
+        return len(was) == len(now) and all(map(_equal, was, now))
     if isinstance(was, float) and isinstance(now, float):
         return math.isclose(was, now, rel_tol=ROUNDING, abs_tol=ROUNDING)
     return bool(was == now)
 
 
-def _moved(what: str, old: Any, new: Any, growth: float | None = None) -> Moved:
+def _change(what: str, old: Any, new: Any, growth: float | None = None) -> AuditChange:
     """Returns a difference with its values as short texts."""
 
     def text(value: Any) -> str:
@@ -85,7 +85,7 @@ def _moved(what: str, old: Any, new: Any, growth: float | None = None) -> Moved:
             return " ".join(map(text, value)) if len(value) <= MOST else f"{len(value)} numbers"
         return f"{value:.6g}" if isinstance(value, float) else str(value)
 
-    return Moved(what, text(old), text(new), growth)
+    return AuditChange(what, text(old), text(new), growth)
 
 
 def _measured_alike(old: Stored, new: Stored) -> bool:
@@ -98,7 +98,7 @@ def _measure(audit: Stored) -> Any:
     return audit.get("error_measure", CENTRES)
 
 
-def _worse(old: Stored, new: Stored) -> Iterator[Moved]:
+def _error_changes(old: Stored, new: Stored) -> Iterator[AuditChange]:
     """Yields changes of the error, as far as both motions are certified and measured alike, of the
     certified motion, its end, and stability."""
     ends = [audit["certified_until"] for audit in (old, new)]
@@ -108,21 +108,21 @@ def _worse(old: Stored, new: Stored) -> Iterator[Moved]:
     alike = _measured_alike(old, new)
     if not alike:
         what = "the measure of errors, which are not compared:"
-        yield _moved(what, _measure(old), _measure(new))
+        yield _change(what, _measure(old), _measure(new))
     elif all(ends) and abs(now - before) > known:
         until = "" if math.isclose(*ends) else f" at {min(ends):.3g} s"
-        yield _moved(f"error{until} [m]", before, now, _relative(now, before) - 1.0)
+        yield _change(f"error{until} [m]", before, now, _ratio(now, before) - 1.0)
     if not math.isclose(*ends):
         lost = math.inf if alike and ends[1] < ends[0] else None
-        yield _moved("certified until [s]", ends[0], ends[1], lost)
+        yield _change("certified until [s]", ends[0], ends[1], lost)
     elif (apart := _displacements(old, new)) and ends[0]:
         furthest = max(sorted(apart), key=lambda body: apart[body])
         if (distance := apart[furthest]) > known:
             what = f"certified {furthest} at {ends[0]:.3g} s by [m]"
-            yield _moved(what, 0.0, distance, _relative(distance, before))
+            yield _change(what, 0.0, distance, _ratio(distance, before))
     if old["unstable"] != new["unstable"]:
         lost = math.inf if new["unstable"] else None
-        yield _moved("unstable", old["unstable"], new["unstable"], lost)
+        yield _change("unstable", old["unstable"], new["unstable"], lost)
 
 
 def _displacements(old: Stored, new: Stored) -> dict[str, float]:
@@ -145,6 +145,6 @@ def _error(audit: Stored, samples: int) -> float:
     return math.inf if error is None else float(error)
 
 
-def _relative(size: float, error: float) -> float:
+def _ratio(size: float, error: float) -> float:
     """Returns a size relative to an error; infinite if the error is 0."""
     return size / error if error else math.inf

@@ -32,7 +32,7 @@ FLAT = 0.01
 
 
 @dataclass(frozen=True)
-class Measured:
+class ContactRun:
     """The distances, drift and turn of the body at one step with one kind of contacts."""
 
     step: float  # [s]
@@ -60,8 +60,8 @@ class ContactAudit:
     why: str  # why the distance is not determined
     why_turn: str  # why the turn is not determined
     determined: tuple[bool, ...]  # by heading: whether every load can stay >= 0
-    own: tuple[Measured, ...]  # coarse to fine; empty if the body does not come to rest
-    pasted: tuple[Measured, ...]
+    own: tuple[ContactRun, ...]  # coarse to fine; empty if the body does not come to rest
+    pasted: tuple[ContactRun, ...]
     failed: tuple[str, ...]  # kinds of contacts that could not be run, with the reason
     snippet: str
     seconds: float
@@ -88,24 +88,24 @@ class ContactAudit:
         apart = np.abs(self.pasted[-1].distances - self.pasted[-2].distances)
         return math.inf if np.isnan(apart).all() else float(np.nanmax(apart))
 
-    def errors(self, run: Measured) -> Array:
+    def errors(self, run: ContactRun) -> Array:
         """Returns the errors of stopping distances [m], by heading; infinite if the body does not
         stop."""
         apart = run.distances - self.distances
         return np.where(np.isnan(run.distances) & ~np.isnan(self.distances), np.inf, apart)
 
-    def error(self, run: Measured) -> float:
+    def error(self, run: ContactRun) -> float:
         """Returns the largest error of a stopping distance [m]; NaN if none is known."""
         errors = np.abs(self.errors(run))
         return float(np.nanmax(errors)) if not np.isnan(errors).all() else math.nan
 
-    def dependence(self, run: Measured) -> float:
+    def dependence(self, run: ContactRun) -> float:
         """Returns the largest less the smallest stopping distance over their mean, for the headings
         at which the distance is determined; NaN if the body does not stop."""
         these = run.distances[list(self.determined)]
         return float((these.max() - these.min()) / these.mean()) if these.size else math.nan
 
-    def predicted(self, run: Measured) -> Array | None:
+    def predicted(self, run: ContactRun) -> Array | None:
         """Returns the predicted errors of stopping distances on the pasted contacts [m], by
         heading; None if the distance is not determined. One part is of first order in the step. The
         other part is from the tilt by the deflection of contacts, which is linear as long as every
@@ -146,12 +146,12 @@ def contacts_audited(model: ContactModel, speed: float = SPEED) -> ContactAudit:
         )
     spin = speed / float(np.hypot(*standing.points.T).mean())
     determined = tuple(stance.slides(max(standing.friction), h) for h in HEADINGS)
-    why = undetermined(standing, determined)
-    why_turn = why or undetermined_turn(standing, centred)
+    why = why_distance_undetermined(standing, determined)
+    why_turn = why or why_turn_undetermined(standing, centred)
     exact = None if why else stopping_distance(speed, standing.coefficient, standing.gravity)
-    exact_turn = None if why_turn else turn(standing, speed, spin)
-    as_written, why_not = _halvings(model, "own", speed, spin)
-    as_pasted, why_not_pasted = _halvings(model, "pasted", speed, spin)
+    exact_turn = None if why_turn else theoretical_turn(standing, speed, spin)
+    as_written, why_not = _slides_at_halved_steps(model, "own", speed, spin)
+    as_pasted, why_not_pasted = _slides_at_halved_steps(model, "pasted", speed, spin)
     return ContactAudit(
         model.name,
         standing,
@@ -169,20 +169,22 @@ def contacts_audited(model: ContactModel, speed: float = SPEED) -> ContactAudit:
         (*why_not, *why_not_pasted),
         model.snippet(),
         model=model,
-        free=free_slide(model, speed, _lasting(standing, speed)) if standing.locked else None,
+        free=free_slide(model, speed, _run_length(standing, speed))
+        if standing.locked
+        else None,
         seconds=time.perf_counter() - begin,
     )
 
 
-def _halvings(
+def _slides_at_halved_steps(
     model: ContactModel, kind: str, speed: float, spin: float
-) -> tuple[tuple[Measured, ...], tuple[str, ...]]:
+) -> tuple[tuple[ContactRun, ...], tuple[str, ...]]:
     """Returns the slides on contacts of a `kind` at the model's step and its halvings, and the
     reason if they end early. At the step itself the body is also pushed along headings at which it
     does not tip."""
     standing = model.standing
-    runs = list[Measured]()
-    duration = _lasting(standing, speed)
+    runs = list[ContactRun]()
+    duration = _run_length(standing, speed)
     most = max(standing.friction)
     push = PUSH * float(np.mean(standing.friction)) * standing.gravity
     upright = Stance(standing.points, standing.height)
@@ -200,7 +202,7 @@ def _halvings(
         pushed = [h for h in HEADINGS[::2] if not k and upright.slides(PUSH * most, h)]
         slides = [floor.slide(h, speed, 0.0, duration) for h in HEADINGS]
         runs.append(
-            Measured(
+            ContactRun(
                 step,
                 np.array([s.along if s.rests else np.nan for s in slides]),
                 max(abs(s.turn) for s in slides),
@@ -213,13 +215,13 @@ def _halvings(
     return tuple(runs), ()
 
 
-def _lasting(standing: Standing, speed: float) -> float:
+def _run_length(standing: Standing, speed: float) -> float:
     """Returns the length [s] of a run: LONGER times the time in which Coulomb friction stops the
     body."""
     return LONGER * speed / (min(standing.friction) * standing.gravity)
 
 
-def undetermined(standing: Standing, determined: tuple[bool, ...]) -> str:
+def why_distance_undetermined(standing: Standing, determined: tuple[bool, ...]) -> str:
     """Explains why Coulomb's law does not determine the stopping distance; empty if it does."""
     if math.isnan(standing.coefficient):
         least = min(standing.friction)
@@ -233,7 +235,7 @@ def undetermined(standing: Standing, determined: tuple[bool, ...]) -> str:
     return ""
 
 
-def undetermined_turn(standing: Standing, centred: float) -> str:
+def why_turn_undetermined(standing: Standing, centred: float) -> str:
     """Explains why the theory of three points does not give the turn; empty if it does. `centred`
     is the least distance [m] of the centre of mass to the edge of the feet."""
     if standing.torsion:
@@ -249,7 +251,7 @@ def undetermined_turn(standing: Standing, centred: float) -> str:
     return ""
 
 
-def turn(standing: Standing, speed: float, spin: float) -> float:
+def theoretical_turn(standing: Standing, speed: float, spin: float) -> float:
     """Returns the turn [rad] of a flat body on three points that begins at `speed` [m/s] and `spin`
     [rad/s], by the theory of three points."""
     first, second, third = ((float(p[0]), float(p[1])) for p in standing.points)

@@ -39,9 +39,11 @@ def script(
         raise ParameterError("duration", duration, f"at most {MOST} periods of {held:g} s")
     if isinstance(control, str):
         count = max(1, round(DURATION / held)) if duration is None else periods(duration, held)
-        values = _named(model, control, np.asarray(held * np.arange(count), dtype=float))
+        values = _named_controls(
+            model, control, np.asarray(held * np.arange(count), dtype=float)
+        )
     else:
-        values = _given(model, control)
+        values = _checked_controls(model, control)
         if duration is not None:
             values = values[: periods(duration, held)]
         if len(values) > MOST:
@@ -49,7 +51,7 @@ def script(
     return Script(model.state, held, values)
 
 
-def _named(model: OwnModel, control: str, times: Array) -> Array:
+def _named_controls(model: OwnModel, control: str, times: Array) -> Array:
     """Returns the named controls at `times` [s], shape (periods, actuators)."""
     if control not in KINDS:
         raise ParameterError("ctrl", control, f"{', '.join(KINDS)}, or values {_shape(model)}")
@@ -72,7 +74,7 @@ def _shape(model: OwnModel) -> str:
     return f"of shape (periods, {model.rest.size})"
 
 
-def _given(model: OwnModel, control: Any) -> Array:
+def _checked_controls(model: OwnModel, control: Any) -> Array:
     """Returns given controls as numbers, shape (periods, actuators). Raises ParameterError."""
     wanted = _shape(model)
     what = f"{', '.join(KINDS)}, or numbers {wanted}"

@@ -17,7 +17,7 @@ from plumbob.analytic.reference import Array
 from plumbob.engines.abilities import BuildsMechanisms, RunsFiles
 from plumbob.engines.audit.audit import Audit
 from plumbob.engines.audit.built_mechanism import built_runs
-from plumbob.engines.audit.reference import Certificate, moved
+from plumbob.engines.audit.reference import Certificate, largest_displacement
 from plumbob.engines.audit.step_errors import StateErrors, state_errors
 from plumbob.engines.audit.term_differences import (
     AXES,
@@ -27,13 +27,13 @@ from plumbob.engines.audit.term_differences import (
     SINGLE,
     STEP,
     TERMS,
-    Difference,
-    Held,
+    CertifiedMotion,
     Look,
-    differences,
-    force_of,
-    looks_at,
-    of_step,
+    TermDifference,
+    look_at_states,
+    step_differences,
+    term_differences,
+    total_force,
 )
 from plumbob.engines.method import Engine, Unsupported
 from plumbob.engines.own_motion import OwnModel, Script
@@ -72,7 +72,7 @@ class EngineError:
     errors: Array = field(default_factory=lambda: np.zeros(0))
     # [m] error of MuJoCo with the scheme of the engine at the same step
     step_error: float = math.nan
-    differences: tuple[Difference, ...] = ()  # in the order in which terms are compared
+    differences: tuple[TermDifference, ...] = ()  # in the order in which terms are compared
     first_right: float = math.nan  # [m] error with the first term corrected
     all_right: float = math.nan  # [m] error with all terms corrected that can be
     built: float = math.nan  # [m] error of the mechanism as plumbob builds it in the engine
@@ -93,7 +93,7 @@ class EngineError:
         return math.isfinite(self.error)
 
     @property
-    def first(self) -> Difference | None:
+    def first(self) -> TermDifference | None:
         """The first term that differs."""
         return self.differences[0] if self.differences else None
 
@@ -131,7 +131,9 @@ def with_engines(
     if not names:
         return audit
     count = audit.found.index if audit.found else 0
-    held = held_against(Path(file), audit.model, audit.script, audit.reference, count, seconds)
+    held = certified_motion(
+        Path(file), audit.model, audit.script, audit.reference, count, seconds
+    )
     tasks = [
         Task(n, engine_error, (n, held), HANGS + 4 * seconds, label=n)
         for n in dict.fromkeys(names)
@@ -144,16 +146,16 @@ def with_engines(
     return replace(audit, engines=tuple(rows))
 
 
-def held_against(
+def certified_motion(
     file: Path,
     model: OwnModel,
     script: Script,
     reference: Certificate,
     count: int,
     seconds: float,
-) -> Held:
+) -> CertifiedMotion:
     """Returns a motion that is certified for `count` periods, as the standard for other engines."""
-    return Held(
+    return CertifiedMotion(
         file.resolve(),
         model,
         replace(script, controls=script.controls[:count]),
@@ -168,7 +170,7 @@ def readers() -> tuple[str, ...]:
     return tuple(engine.name for engine in able if installed(engine))
 
 
-def engine_error(name: str, held: Held) -> EngineError:
+def engine_error(name: str, held: CertifiedMotion) -> EngineError:
     """Returns the error of an engine, with the engine's output suppressed."""
     engine = find_engine(name)
     if engine.ability(RunsFiles) is None:
@@ -179,35 +181,35 @@ def engine_error(name: str, held: Held) -> EngineError:
         return EngineError(name, why="there is no certified motion")
     try:
         with captured():
-            return measured(engine, held)
+            return file_error(engine, held)
     except RefusedFile as error:
         refused = f"it refuses the file: {error}"
     except NotRead as why:
         refused = str(why)
     with captured():
-        return _built(EngineError(name, version_of(engine), refused), engine, held)
+        return _with_built_error(EngineError(name, version_of(engine), refused), engine, held)
 
 
-def measured(engine: Engine, held: Held) -> EngineError:
+def file_error(engine: Engine, held: CertifiedMotion) -> EngineError:
     """Returns the error of an engine that runs files. Raises the errors of its reader."""
     runs = engine.ability(RunsFiles)
     assert runs is not None
     peer = runs.load(held.file, held.model.layout, held.model.step)
     integrators = held.model.integrator, peer.integrator
-    looks = looks_at(peer, held)
-    apart = tuple(differences(engine, looks, held, runs.precision, integrators))
+    looks = look_at_states(peer, held)
+    apart = tuple(term_differences(engine, looks, held, runs.precision, integrators))
     states, why = _run(peer, held)
     mujoco = held.model.stepped(held.script, peer.integrator, held.parts).states
     rounding = math.nan
-    from_mujoco = moved(held.model, states, mujoco)
+    from_mujoco = largest_displacement(held.model, states, mujoco)
     if runs.precision > EXACT:
         rounded = held.model.stepped(
             held.script, peer.integrator, held.parts, single=True
         ).states
-        rounding = moved(held.model, rounded, mujoco)
+        rounding = largest_displacement(held.model, rounded, mujoco)
         by_rounding = from_mujoco <= BEYOND * rounding
         cause = (SINGLE, runs.precision) if by_rounding else (STEP, SAME_STEP, MORE)
-        apart = apart or (Difference(*cause),)
+        apart = apart or (TermDifference(*cause),)
     result = EngineError(
         engine.name,
         version_of(engine),
@@ -219,10 +221,12 @@ def measured(engine: Engine, held: Held) -> EngineError:
         apart=from_mujoco,
         state_errors=state_errors(held.model, held.states, states),
     )
-    return _built(_put_right(result, looks, peer, held), engine, held)
+    return _with_built_error(_with_corrections(result, looks, peer, held), engine, held)
 
 
-def _built(result: EngineError, engine: Engine, held: Held) -> EngineError:
+def _with_built_error(
+    result: EngineError, engine: Engine, held: CertifiedMotion
+) -> EngineError:
     """Returns the result with the error of the model's mechanism as plumbob builds it in the
     engine."""
     builds = engine.ability(BuildsMechanisms)
@@ -237,8 +241,8 @@ def _built(result: EngineError, engine: Engine, held: Held) -> EngineError:
     return replace(result, built=error, not_built=run.why)
 
 
-def _put_right(
-    result: EngineError, looks: Sequence[Look], peer: PeerModel, held: Held
+def _with_corrections(
+    result: EngineError, looks: Sequence[Look], peer: PeerModel, held: CertifiedMotion
 ) -> EngineError:
     """Returns the result with the errors after correcting the first term and after correcting all
     terms that can be, and with the difference that then remains."""
@@ -254,15 +258,15 @@ def _put_right(
         why=result.why or late or later,
         differences=(
             *result.differences,
-            *of_step(_righted(looks, peer, held, right), integrators),
+            *step_differences(_corrected_looks(looks, peer, held, right), integrators),
         ),
         first_right=next(errors),
         all_right=next(errors),
     )
 
 
-def _righted(
-    looks: Sequence[Look], peer: PeerModel, held: Held, right: Sequence[str]
+def _corrected_looks(
+    looks: Sequence[Look], peer: PeerModel, held: CertifiedMotion, right: Sequence[str]
 ) -> list[Look]:
     """Returns the looks with the engine's acceleration after some terms are corrected."""
     step = held.model.step
@@ -280,7 +284,9 @@ def _righted(
     ]
 
 
-def _run(peer: PeerModel, held: Held, right: Sequence[str] = ()) -> tuple[Array, str]:
+def _run(
+    peer: PeerModel, held: CertifiedMotion, right: Sequence[str] = ()
+) -> tuple[Array, str]:
     """Returns the states at the ends of the periods, with some terms corrected by a force, and the
     reason if the run ends early."""
     script = held.script
@@ -297,7 +303,7 @@ def _run(peer: PeerModel, held: Held, right: Sequence[str] = ()) -> tuple[Array,
             if right:
                 # Activations, which the engine does not have
                 state = np.append(state, held.states[k, state.size :])
-                force = _force(terms, peer, state, control, right, held.model.step)
+                force = _correcting_force(terms, peer, state, control, right, held.model.step)
             state = peer.advance(control, force, parts // calls)
         states[k + 1, : state.size] = state
         at = f"{(k + 1) * script.period:.3g} s"
@@ -308,7 +314,7 @@ def _run(peer: PeerModel, held: Held, right: Sequence[str] = ()) -> tuple[Array,
     return states, ""
 
 
-def _force(
+def _correcting_force(
     terms: Any, peer: PeerModel, state: Array, control: Array, right: Sequence[str], step: float
 ) -> Array:
     """Returns the generalised force to add so that an engine's step uses the file's terms in place
@@ -319,6 +325,6 @@ def _force(
     chosen = {**theirs, **{name: ours[name] for name in right}}
     implicit = theirs.get("damping", np.zeros(len(ours["gravity"])))
     damping = ours["damping"] if "passive" in right else implicit
-    wanted = np.linalg.solve(chosen[TERMS[0]] + step * np.diag(damping), force_of(chosen))
+    wanted = np.linalg.solve(chosen[TERMS[0]] + step * np.diag(damping), total_force(chosen))
     inertia: Array = theirs[TERMS[0]] + step * np.diag(implicit)
-    return inertia @ wanted - force_of(theirs)
+    return inertia @ wanted - total_force(theirs)

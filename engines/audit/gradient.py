@@ -25,7 +25,7 @@ from plumbob.analytic.reference import Array
 from plumbob.engines.abilities import OwnDerivative
 from plumbob.engines.audit.allowance import Allowance
 from plumbob.engines.audit.built_mechanism import ScriptRuns, built_runs, scene_of
-from plumbob.engines.audit.reference import TIGHT, Certificate, computed
+from plumbob.engines.audit.reference import TIGHT, Certificate, integration
 from plumbob.engines.audit.step_of_method import MUJOCO, builder_of, in_own_process
 from plumbob.engines.derivative_ways import (
     CENTRAL,
@@ -213,7 +213,7 @@ def certified_gradient(
         why = "contacts that begin over layers leave no derivative that is certain"
         raise NotCertifiable(why)
     script = replace(script, controls=script.controls[:index])
-    exact, uncertainty, curvature, left_out = _certified(model, script, allowance)
+    exact, uncertainty, curvature, left_out = _certified_derivatives(model, script, allowance)
     known = np.isfinite(uncertainty[-1])
     if not known.any():
         raise NotCertifiable(left_out[0])
@@ -221,9 +221,9 @@ def certified_gradient(
     method = method or find_method(f"{MUJOCO}/{model.integrator}")
     asked = (method, model, script, known, allowance.seconds)
     if method.engine == MUJOCO:
-        ways = own_ways(*asked)
+        ways = derivatives_of_run(*asked)
     else:
-        ways = in_own_process(own_ways, asked, 2.0 * allowance.seconds)
+        ways = in_own_process(derivatives_of_run, asked, 2.0 * allowance.seconds)
     # A model whose coordinates are 0 has coordinates of the size of the shifts in the differences.
     size = max(SWEEP[0], float(np.abs(reference.course.states[: index + 1]).max()))
     rounding = np.finfo(float).eps * size * math.sqrt(script.duration / model.step)
@@ -246,7 +246,7 @@ def numbers_of(model: OwnModel) -> tuple[str, ...]:
     return tuple(f"{kind} {name}" for kind, names in model.names.items() for name in names)
 
 
-def _certified(
+def _certified_derivatives(
     model: OwnModel, script: Script, allowance: Allowance
 ) -> tuple[Array, Array, float, tuple[str, ...]]:
     """Returns the derivatives and the uncertainty of a `CertifiedGradient`, the largest C of eq. 1,
@@ -261,8 +261,11 @@ def _certified(
     for number in (*range(state, len(by)), *range(state)):
         allowance.progress(f"derivative by {by[number]}")
         try:
-            _within_range(model, script, number - state)
-            both = [_refined(model, script, number, way, allowance) for way in CERTIFYING]
+            _check_range(model, script, number - state)
+            both = [
+                _extrapolated_difference(model, script, number, way, allowance)
+                for way in CERTIFYING
+            ]
         except NotCertifiable as why:
             left_out.append(f"{by[number]}: {why}")
             continue
@@ -272,7 +275,7 @@ def _certified(
     return exact, uncertainty, max(curvatures), tuple(left_out)
 
 
-def _within_range(model: OwnModel, script: Script, actuator: int) -> None:
+def _check_range(model: OwnModel, script: Script, actuator: int) -> None:
     """Raises NotCertifiable for a control at an end of its range, which has a one-sided derivative
     only."""
     if actuator >= 0:
@@ -282,7 +285,7 @@ def _within_range(model: OwnModel, script: Script, actuator: int) -> None:
             raise NotCertifiable("at an end of its range")
 
 
-def _moved(model: OwnModel, script: Script, number: int, by: float) -> Script:
+def _shifted_script(model: OwnModel, script: Script, number: int, by: float) -> Script:
     """Returns a script with one number of the start, or of all controls, changed `by` an amount."""
     shift = by * (np.arange(len(numbers_of(model))) == number)
     state = shift.size - model.rest.size
@@ -290,7 +293,7 @@ def _moved(model: OwnModel, script: Script, number: int, by: float) -> Script:
     return replace(script, start=start, controls=script.controls + shift[state:])
 
 
-def _refined(
+def _extrapolated_difference(
     model: OwnModel,
     script: Script,
     number: int,
@@ -302,8 +305,8 @@ def _refined(
     method, tolerance, eps = way
 
     def course(by: float) -> Array:
-        moved = _moved(model, script, number, by)
-        motion = computed(model, moved, method, tolerance, allowance.left)
+        moved = _shifted_script(model, script, number, by)
+        motion = integration(model, moved, method, tolerance, allowance.left)
         if motion.why:
             raise NotCertifiable(motion.why)
         return motion.states
@@ -315,7 +318,7 @@ def _refined(
     return (4.0 * narrow - wide) / 3.0, curvature
 
 
-def own_ways(
+def derivatives_of_run(
     method: Method, model: OwnModel, script: Script, known: Array, seconds: float
 ) -> tuple[RunDerivatives, ...]:
     """Returns derivatives of the run of a method at the model's own step by the numbers that are
@@ -335,7 +338,7 @@ def own_ways(
 
     @cache
     def states(number: int, by: float) -> Array:
-        stepped = runs.run(_moved(model, script, number, by))
+        stepped = runs.run(_shifted_script(model, script, number, by))
         if stepped.why:
             raise NotCertifiable(f"its run {stepped.why}")
         return stepped.states
@@ -343,7 +346,7 @@ def own_ways(
     numbers = np.flatnonzero(known).tolist()
     shape = len(script.times), len(model.names["position"]), known.size
     engines_own = (
-        _by_mechanisms(own, method, model, script, known)
+        _engines_own_derivatives(own, method, model, script, known)
         for own in engine_of(method).abilities_of(OwnDerivative)
         if own.of_mechanisms is not None
     )
@@ -354,7 +357,7 @@ def own_ways(
     return (runs.product(script), *engines_own, *differences)
 
 
-def _by_mechanisms(
+def _engines_own_derivatives(
     own: OwnDerivative, method: Method, model: OwnModel, script: Script, known: Array
 ) -> RunDerivatives:
     """Returns derivatives at the end by a way of the engine's own, which is given three mechanisms:
@@ -366,7 +369,8 @@ def _by_mechanisms(
     reasons = dict[str, str]()
     for number in np.flatnonzero(known).tolist():
         scenes = [
-            scene_of(model, _moved(model, script, number, by)) for by in (-NUDGE, 0.0, NUDGE)
+            scene_of(model, _shifted_script(model, script, number, by))
+            for by in (-NUDGE, 0.0, NUDGE)
         ]
         try:
             computed[-1, :, number] = own.of_mechanisms(

@@ -82,14 +82,14 @@ def certified(model: OwnModel, script: Script, allowance: Allowance) -> Certific
     """Returns the reference of `model` under `script`. With an executor, the confirming computation
     runs in parallel, with bitwise the same result. If nothing can be certified, the uncertainty is
     infinite after the start and `why` gives the reason."""
-    return telling(_certified(model, script, allowance))
+    return known_part(_whole_reference(model, script, allowance))
 
 
-def telling(reference: Certificate) -> Certificate:
+def known_part(reference: Certificate) -> Certificate:
     """Returns the reference up to the last time at which it says something about the motion: its
     uncertainty there is less than the largest displacement so far, or no more than rounding
     causes."""
-    moved_by = distances(reference.corners[:1], reference.corners)
+    moved_by = largest_distances(reference.corners[:1], reference.corners)
     unknown = reference.uncertainty
     last = int(np.flatnonzero((unknown < moved_by) | (unknown <= NOTHING))[-1])
     end = reference.known
@@ -103,16 +103,16 @@ def telling(reference: Certificate) -> Certificate:
     )
 
 
-def _certified(model: OwnModel, script: Script, allowance: Allowance) -> Certificate:
+def _whole_reference(model: OwnModel, script: Script, allowance: Allowance) -> Certificate:
     """Returns the reference, smooth if possible and else with layers, before `telling` removes late
     parts that say nothing."""
     seconds = allowance.seconds
-    second = allowance.start(computed, model, script, "RK45", LOOSE, (1.0 - FIRST) * seconds)
-    first = computed(model, script, "DOP853", TIGHT, FIRST * seconds)
-    smooth = _compared(model, first, second())
+    second = allowance.start(integration, model, script, "RK45", LOOSE, (1.0 - FIRST) * seconds)
+    first = integration(model, script, "DOP853", TIGHT, FIRST * seconds)
+    smooth = _certificate_of_two(model, first, second())
     if not first.why:
         return smooth
-    layered, ended = _layered(model, script, allowance)
+    layered, ended = _layered_reference(model, script, allowance)
     if layered is not None and layered.until > smooth.until:
         why = "" if layered.until >= script.duration * (1 - 1e-9) else layered.why or ended
         return replace(layered, why=why, not_smooth=first.why)
@@ -120,13 +120,13 @@ def _certified(model: OwnModel, script: Script, allowance: Allowance) -> Certifi
     return replace(smooth, why=first.why + after)
 
 
-def uncertain(model: OwnModel, script: Script) -> Certificate:
+def start_certificate(model: OwnModel, script: Script) -> Certificate:
     """Returns a certificate of the start alone."""
     start = Integration(script.start[None], 0.0)
-    return _compared(model, start, start)
+    return _certificate_of_two(model, start, start)
 
 
-def _layered(
+def _layered_reference(
     model: OwnModel, script: Script, allowance: Allowance
 ) -> tuple[Certificate | None, str]:
     """Returns the motion with contacts that begin over layers, which shrink, and the reason why one
@@ -137,33 +137,34 @@ def _layered(
     while len(courses) < len(asked):
         seconds = allowance.left * pace / (len(asked) - len(courses))
         runs = [
-            allowance.start(computed, model, script, "RK45", tolerance, seconds, width)
+            allowance.start(integration, model, script, "RK45", tolerance, seconds, width)
             for width, tolerance in asked[len(courses) :][:pace]
         ]
         courses += [run() for run in runs]
         if not all(course.until > 0.0 for course in courses):
             return None, next(course.why for course in courses if course.why)
     ended = next((course.why for course in courses if course.why), "")
-    return _in_layers(model, courses[:-1], courses[-1]), ended
+    return _certificate_of_layers(model, courses[:-1], courses[-1]), ended
 
 
-def _in_layers(
+def _certificate_of_layers(
     model: OwnModel, layers: Sequence[Integration], again: Integration
 ) -> Certificate:
     """Returns the motion with the last, narrowest, of `layers`. Its uncertainty is the sum of its
     distance from the limit and its difference from `again`, computed at another tolerance."""
-    apart = [_compared(model, narrow, wide) for wide, narrow in pairwise(layers)]
+    apart = [_certificate_of_two(model, narrow, wide) for wide, narrow in pairwise(layers)]
     last = apart[-1]
-    other = _compared(model, layers[-1], again)
+    other = _certificate_of_two(model, layers[-1], again)
     return replace(
         last,
-        uncertainty=left_open(WIDTHS, [r.uncertainty for r in apart]) + other.uncertainty,
+        uncertainty=distance_to_limit(WIDTHS, [r.uncertainty for r in apart])
+        + other.uncertainty,
         widths=WIDTHS,
         why=last.why or other.why,
     )
 
 
-def left_open(widths: Sequence[float], apart: Sequence[Array]) -> Array:
+def distance_to_limit(widths: Sequence[float], apart: Sequence[Array]) -> Array:
     """Returns a bound on the distance of the motion with the last, narrowest, of `widths` from the
     limit, shape (n,). `apart` has the distances between the motions with successive widths.
 
@@ -186,7 +187,7 @@ def left_open(widths: Sequence[float], apart: Sequence[Array]) -> Array:
     return np.asarray(np.max(left, axis=0))
 
 
-class _Watch:
+class _TimeAndChatterWatch:
     """Ends an integration when its time is spent and, unless `many` events are allowed, when
     contacts chatter. `events` has the times [s] at which the set of acting contacts changed."""
 
@@ -214,7 +215,7 @@ class _Watch:
 
 
 @np.errstate(all="ignore")  # a motion without bounds is refused below
-def computed(
+def integration(
     model: OwnModel,
     script: Script,
     method: str,
@@ -227,7 +228,7 @@ def computed(
     motion ends early if its time is spent, the step collapses, or, without a layer, events come too
     often."""
     field = model.field(width)
-    watch = _Watch(field, width > 0.0, seconds)
+    watch = _TimeAndChatterWatch(field, width > 0.0, seconds)
     touches = model.hidden_touches(field, script.start)
     integrator = _Integrator(method, watch, tolerance, touches)
     states = np.full((len(script.controls) + 1, script.start.size), np.nan)
@@ -256,7 +257,9 @@ def computed(
 class _Integrator:
     """One of scipy's adaptive methods along a field. Each step is searched for hidden touches."""
 
-    def __init__(self, method: str, watch: _Watch, tolerance: float, touches: Any) -> None:
+    def __init__(
+        self, method: str, watch: _TimeAndChatterWatch, tolerance: float, touches: Any
+    ) -> None:
         from scipy import integrate
 
         self.begun = partial(getattr(integrate, method), watch, rtol=tolerance, atol=tolerance)
@@ -288,28 +291,28 @@ class _Integrator:
         return np.asarray(motion.y)
 
 
-def _compared(model: OwnModel, best: Integration, other: Integration) -> Certificate:
+def _certificate_of_two(model: OwnModel, best: Integration, other: Integration) -> Certificate:
     """Returns a reference from two computations, whose distance is its uncertainty."""
     here = model.corners(best.states)
-    apart = distances(here, model.corners(other.states))
-    rounding = np.finfo(float).eps * largest(np.abs(here).max(axis=2))
+    apart = largest_distances(here, model.corners(other.states))
+    rounding = np.finfo(float).eps * running_maximum(np.abs(here).max(axis=2))
     apart[1:] = np.maximum(apart, rounding)[1:]
     return Certificate(best, other, apart, here, why=best.why or other.why)
 
 
-def distances(here: Array, there: Array) -> Array:
+def largest_distances(here: Array, there: Array) -> Array:
     """Returns the largest displacement [m] of any corner so far between two motions of corner
     points [m], each of shape (n, corners, 3); infinite from the first NaN on."""
-    return largest(np.linalg.norm(here - there, axis=2))
+    return running_maximum(np.linalg.norm(here - there, axis=2))
 
 
-def moved(model: OwnModel, before: Array, after: Array) -> float:
+def largest_displacement(model: OwnModel, before: Array, after: Array) -> float:
     """Returns the largest displacement [m] of any corner between two motions' states, shape (n,
     k)."""
-    return float(distances(model.corners(before), model.corners(after))[-1])
+    return float(largest_distances(model.corners(before), model.corners(after))[-1])
 
 
-def largest(values: Array) -> Array:
+def running_maximum(values: Array) -> Array:
     """Returns the largest of `values`, shape (n, m), in each row and the rows before it; infinite
     from the first NaN on."""
     worst = np.where(np.isfinite(values).all(axis=1), values.max(axis=1, initial=0.0), math.inf)

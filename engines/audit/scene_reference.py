@@ -16,7 +16,12 @@ from plumbob.analytic.reference import Array, Signals
 from plumbob.engines.abilities import CompilesScenes
 from plumbob.engines.audit.allowance import Allowance
 from plumbob.engines.audit.controls import MOST, PERIOD
-from plumbob.engines.audit.reference import Certificate, certified, distances, largest
+from plumbob.engines.audit.reference import (
+    Certificate,
+    certified,
+    largest_distances,
+    running_maximum,
+)
 from plumbob.engines.audit.user_models import quiet
 from plumbob.engines.method import Method, meant
 from plumbob.engines.own_motion import NotCertifiable, OwnModel, Script
@@ -183,11 +188,11 @@ def _uncertainty(
     largest distance so far from the other computation, times the factor by which the uncertainty of
     the reference exceeds the displacements between the two computations."""
     states = reference.confirmed_by.states[: reference.known + 1]
-    apart = distances(reference.corners[: len(states)], model.corners(states))
+    apart = largest_distances(reference.corners[: len(states)], model.corners(states))
     factors = np.ones(len(states))
     stated = reference.uncertainty[: len(states)]
     np.divide(stated, apart, out=factors, where=apart > 0.0)
     return {
-        name: np.maximum(factors, 1.0) * largest(np.abs(values[name] - other)[:, None])
+        name: np.maximum(factors, 1.0) * running_maximum(np.abs(values[name] - other)[:, None])
         for name, other in observables(states).items()
     }

@@ -28,7 +28,7 @@ from plumbob.analytic.reference import Array
 from plumbob.analytic.stability import LOST_GROWTH
 from plumbob.engines.audit.allowance import Allowance
 from plumbob.engines.audit.built_mechanism import BuiltSteppers
-from plumbob.engines.audit.reference import moved
+from plumbob.engines.audit.reference import largest_displacement
 from plumbob.engines.audit.user_models import quiet
 from plumbob.engines.method import Unsupported
 from plumbob.engines.nudged_runs import NudgedRuns
@@ -149,7 +149,7 @@ class Point:
 
 
 @np.errstate(over="ignore")
-def excess(jacobian: Array, rates: Array, step: float) -> float:
+def largest_excess(jacobian: Array, rates: Array, step: float) -> float:
     """Returns the largest factor by which a mode of a step [s] grows beyond its partner among the
     modes of the continuous motion, or beyond 1. `jacobian` is the derivative of the step, shape (n,
     n); `rates` [1/s] are those of the continuous modes, shape (n,)."""
@@ -161,7 +161,7 @@ def excess(jacobian: Array, rates: Array, step: float) -> float:
 
 
 @dataclass(frozen=True)
-class Course:
+class SteppedMotion:
     """A model along a certified motion, for the search for limits of steps. The steps are those of
     integrators of MuJoCo, or of the engine that `built` the model."""
 
@@ -176,7 +176,7 @@ class Course:
         """The source of steppers of the model."""
         return self.model if self.built is None else self.built
 
-    def changed(self, change: Change) -> Course:
+    def changed(self, change: Change) -> SteppedMotion:
         """A copy for the model with a change."""
         built = self.built and self.built.changed((change,))
         return replace(self, model=self.model.changed((change,)), built=built)
@@ -240,7 +240,9 @@ class Course:
         state = self.state_at(at, method, step)
         if state is None:
             return 1.0
-        return excess(self.jacobian(at, state, method, step, difference), at.rates, step)
+        return largest_excess(
+            self.jacobian(at, state, method, step, difference), at.rates, step
+        )
 
     def finely_stepped(self, integrator: str) -> Array:
         """Returns the states of a run with FINE times smaller steps, at the ends of the periods
@@ -342,7 +344,7 @@ class Course:
         return np.asarray(self.script.controls[np.minimum(periods, last)])
 
 
-def magnifies(course: Course, at: Point, method: str, step: float) -> bool:
+def magnifies(course: SteppedMotion, at: Point, method: str, step: float) -> bool:
     """Whether a step [s] magnifies nudges at a point. The factor must not depend on the size of the
     differences of the Jacobian by more than ALIKE."""
     factor = course.excess_at(at, method, step)
@@ -352,7 +354,7 @@ def magnifies(course: Course, at: Point, method: str, step: float) -> bool:
     return math.isinf(min(factor, other)) or max(factor, other) <= ALIKE * min(factor, other)
 
 
-def predicted_limit(course: Course, at: Point, method: str, most: float) -> float | None:
+def predicted_limit(course: SteppedMotion, at: Point, method: str, most: float) -> float | None:
     """Returns the largest step [s] that holds by the Jacobian at a point; None if all steps up to
     `most` hold. Steps double up to `most`, and the gap before the first step that fails is
     bisected."""
@@ -375,7 +377,7 @@ def predicted_limit(course: Course, at: Point, method: str, most: float) -> floa
     return bisected(holds, held, failed, middle)[0]
 
 
-def limited(course: Course, method: str) -> Limit:
+def limit_of_method(course: SteppedMotion, method: str) -> Limit:
     """Returns the limit of a method: the lowest of the limits at points above which a nudged run is
     lost. If nudged runs hold above the limit at a point, the motion leaves that point before a
     nudge has grown."""
@@ -390,14 +392,14 @@ def limited(course: Course, method: str) -> Limit:
         limit = Limit(method, step, step, index=index)
         if course.lost(method, BELOW * step, index):
             return limit_by_runs(course, limit, f"{1e3 * step:.3g} ms by its Jacobians")
-        return checked_above(course, replace(limit, first=named(course, limit)), {index})
+        return check_above(course, replace(limit, first=name_of_first(course, limit)), {index})
     limit = Limit(method, most)
     if course.lost(method, most):
         return limit_by_runs(course, limit, f"none by its Jacobians{passed}")
     return Limit(method, None, confirmed=True, why=f"beyond {BEYOND:g} x its own step{passed}")
 
 
-def limit_by_runs(course: Course, limit: Limit, why: str) -> Limit:
+def limit_by_runs(course: SteppedMotion, limit: Limit, why: str) -> Limit:
     """Returns a limit by runs alone, below a step at which runs are lost: the first of falling
     steps at which nudged runs hold and runs at neighbouring steps do not diverge."""
     assert limit.largest_step is not None
@@ -413,11 +415,11 @@ def limit_by_runs(course: Course, limit: Limit, why: str) -> Limit:
     factors = [course.excess_at(at, method, ABOVE * step) for at in course.points]
     worst = course.points[int(np.argmax(factors))].index
     limit = replace(limit, largest_step=step, why=f"by nudged runs; {why}", index=worst)
-    limit = replace(limit, first=named(course, limit))
-    return checked_above(course, limit, {index, worst})
+    limit = replace(limit, first=name_of_first(course, limit))
+    return check_above(course, limit, {index, worst})
 
 
-def checked_above(course: Course, limit: Limit, begins: set[int]) -> Limit:
+def check_above(course: SteppedMotion, limit: Limit, begins: set[int]) -> Limit:
     """Returns the limit, confirmed if runs along the motion that are nudged at one of the periods
     `begins` are lost at ABOVE times the limit. If all of them hold, the limit comes with the
     largest step that was tried."""
@@ -432,7 +434,7 @@ def checked_above(course: Course, limit: Limit, begins: set[int]) -> Limit:
     return replace(limit, confirmed=holds_to is None, holds_to=holds_to)
 
 
-def tried_below(course: Course, limit: Limit) -> Limit:
+def check_below(course: SteppedMotion, limit: Limit) -> Limit:
     """Returns a limit after runs from the start at steps spread below it. If one of the runs
     diverges, the limit is lowered. If larger steps do not come to rest and smaller steps do,
     `chatters` is the smallest of the larger steps."""
@@ -451,7 +453,7 @@ def tried_below(course: Course, limit: Limit) -> Limit:
 
 
 @np.errstate(over="ignore")
-def culprit(course: Course, limit: Limit) -> tuple[Place, Element | None]:
+def first_unstable_part(course: SteppedMotion, limit: Limit) -> tuple[Place, Element | None]:
     """Returns the place that takes part most in the mode that becomes unstable first, and the
     element there that contributes most to the mode; None if the contributions hardly differ.
 
@@ -493,20 +495,20 @@ def culprit(course: Course, limit: Limit) -> tuple[Place, Element | None]:
     return place, best[1]
 
 
-def named(course: Course, limit: Limit) -> str:
+def name_of_first(course: SteppedMotion, limit: Limit) -> str:
     """Names the place and the element that become unstable first beyond a limit; empty if they are
     not known."""
-    place, element = culprit(course, limit)
+    place, element = first_unstable_part(course, limit)
     return f"{place.name}, {element.name}" if element else place.name
 
 
-def remedied(course: Course, limits: Sequence[Limit]) -> tuple[Remedy, ...]:
+def find_remedies(course: SteppedMotion, limits: Sequence[Limit]) -> tuple[Remedy, ...]:
     """Returns changes that raise the limit of the first method, the best first. The displacement of
     bodies by a change is measured by runs with small steps of MuJoCo's most stable integrator, as
     far as the motion is known. A change is no remedy if it leaves the limit at the state that sets
     it: other joints may be as stiff."""
     own = limits[0]
-    place, element = culprit(course, own)
+    place, element = first_unstable_part(course, own)
     changes = [*place.remedies, *([element.remedy] if element and element.remedy else [])]
     best = course.model.integrator
     if course.built is None:
@@ -518,19 +520,19 @@ def remedied(course: Course, limits: Sequence[Limit]) -> tuple[Remedy, ...]:
         with suppress(Unsupported):  # an engine may not express the change
             limit = raised_limit(other, own)
             if limit is not None:
-                apart = moved(course.model, states, other.finely_stepped(best))
+                apart = largest_displacement(course.model, states, other.finely_stepped(best))
                 remedies.append(Remedy(change, limit, apart))
     return tuple(sorted(remedies, key=lambda r: r.limit.reach, reverse=True))
 
 
-def raised_limit(changed: Course, own: Limit) -> Limit | None:
+def raised_limit(changed: SteppedMotion, own: Limit) -> Limit | None:
     """Returns the limit of a changed model with the method of `own`, the limit of the model itself;
     None unless it is clearly larger."""
     method = own.integrator
     clearly = RAISED * min(own.predicted or math.inf, own.largest_step or math.inf)
     if magnifies(changed, changed.point(own.index), method, clearly):
         return None
-    limit = tried_below(changed, limited(changed, method))
+    limit = check_below(changed, limit_of_method(changed, method))
     return limit if limit.reach > HELPS * own.reach else None
 
 
@@ -546,16 +548,16 @@ def largest_steps(
     `states` are known at the ends of the periods, shape (k, n). Later limits and remedies are
     computed as far as time allows; after PATIENCE times the time allowed, the search ends."""
     ends = time.process_time() + PATIENCE * allowance.seconds
-    course = Course(model, script, states, built, ends)
+    course = SteppedMotion(model, script, states, built, ends)
     methods = model.steppable if built is None else (built.builds.method,)
     limits = [Limit(name, None, why=OUT_OF_TIME) for name in methods]
     remedies: tuple[Remedy, ...] = ()
     with suppress(NotCertifiable):  # raised when the time ends
-        limits[0] = tried_below(course, limited(course, methods[0]))
+        limits[0] = check_below(course, limit_of_method(course, methods[0]))
         for k, name in enumerate(methods[1:], 1):
             if allowance.left > 0.0:
-                limits[k] = limited(course, name)
+                limits[k] = limit_of_method(course, name)
         confirmed = limits[0].largest_step is not None and limits[0].holds_to is None
         if confirmed and allowance.left > 0.0:
-            remedies = remedied(course, limits)
+            remedies = find_remedies(course, limits)
     return LargestSteps(tuple(limits), remedies, model.step, len(states) == 1)

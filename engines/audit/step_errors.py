@@ -15,7 +15,7 @@ import numpy as np
 from plumbob.analytic.reference import Array
 from plumbob.engines.audit.allowance import Allowance
 from plumbob.engines.audit.costs import ALIKE, Ratio, costs_in_turns, ratio, timed_periods
-from plumbob.engines.audit.reference import NOTHING, RESOLVED, Certificate, largest
+from plumbob.engines.audit.reference import NOTHING, RESOLVED, Certificate, running_maximum
 from plumbob.engines.own_motion import OwnModel, Script, Stepped
 from plumbob.engines.study.cost import Cost
 from plumbob.engines.study.order import Order, fit_order
@@ -84,7 +84,7 @@ class Cheapest:
 
 
 @dataclass(frozen=True)
-class Compared:
+class StepComparison:
     """The errors of all steps that were tried, the model's own integrator first, coarse to fine,
     and the period up to which they tend to the reference."""
 
@@ -119,9 +119,9 @@ class StateErrors:
     activations: float
 
 
-def compared(
+def compare_steps(
     model: OwnModel, script: Script, reference: Certificate, allowance: Allowance
-) -> Compared:
+) -> StepComparison:
     """Runs each of the model's integrators and returns the errors against the reference. The steps
     are the model's own step, twice that step if the control period allows, and halves of it. With
     an executor, integrators run in parallel. Costs are measured afterwards, with nothing else
@@ -129,28 +129,28 @@ def compared(
     names = model.integrators
     groups = [names] if allowance.executor is None else [(name,) for name in names]
     runs = [
-        allowance.start(halved, model, script, reference, names, allowance.left)
+        allowance.start(errors_at_halved_steps, model, script, reference, names, allowance.left)
         for names in groups
     ]
     errors = [step for run in runs for step in run()]
     allowance.progress("costs")
-    errors = priced(model, script, reference, errors)
+    errors = with_costs(model, script, reference, errors)
     fixed = [s for s in errors if s.integrator == model.integrator]
     as_is = next(s for s in fixed if s.parts == round(script.period / model.step))
-    index = tends(errors, as_is, reference)
-    chosen = (c for t in TARGETS if (c := cheapest(errors, as_is, reference, index, t)))
+    index = last_tending_period(errors, as_is, reference)
+    chosen = (c for t in TARGETS if (c := cheapest_step(errors, as_is, reference, index, t)))
     errors.sort(key=lambda s: (s.integrator != model.integrator, s.integrator, -s.step))
-    return Compared(
+    return StepComparison(
         as_is,
         tuple(errors),
         index,
-        float(finest(errors)[index]),
+        float(finest_errors(errors)[index]),
         observed_order(fixed, reference, index),
         tuple(replace(choice, unguarded=model.softened(choice.step)) for choice in chosen),
     )
 
 
-def halved(
+def errors_at_halved_steps(
     model: OwnModel,
     script: Script,
     reference: Certificate,
@@ -172,7 +172,7 @@ def halved(
             if errors and begin >= ends and not due:
                 del going[name]
                 continue
-            errors.append(held(model, script, reference, name, parts))
+            errors.append(run_error(model, script, reference, name, parts))
             last = errors[-1].at(reached)
             fine = parts >= 4 * usual and last <= 2.0 * float(reference.uncertainty[reached])
             now = time.process_time()
@@ -186,7 +186,7 @@ def halved(
     return errors
 
 
-def priced(
+def with_costs(
     model: OwnModel, script: Script, reference: Certificate, steps: Sequence[StepError]
 ) -> list[StepError]:
     """Returns the step errors with the costs of steps along the reference, except for runs that
@@ -200,7 +200,9 @@ def priced(
     return [s if s.why else replace(s, cost=next(costs)) for s in steps]
 
 
-def tends(steps: Sequence[StepError], as_is: StepError, reference: Certificate) -> int:
+def last_tending_period(
+    steps: Sequence[StepError], as_is: StepError, reference: Certificate
+) -> int:
     """Returns the index of the last control period up to which the steps confirm the reference.
 
     Three conditions must hold in most periods. The finest step of some integrator comes much nearer
@@ -209,19 +211,19 @@ def tends(steps: Sequence[StepError], as_is: StepError, reference: Certificate) 
     level off above that uncertainty. No integrator's errors grow as its steps shrink. If either of
     the last two fails, the reference is another motion than the limit of the steps.
     """
-    nearest = finest(steps)
+    nearest = finest_errors(steps)
     floor = np.maximum(reference.uncertainty, NOTHING)
     same = [
         s.errors for s in steps if s.integrator == as_is.integrator and s.parts >= as_is.parts
     ]
     allowed = np.maximum(floor, FALLS * np.max(same, axis=0))
     good = np.isfinite(reference.uncertainty) & (nearest <= allowed)
-    good &= ~_level(steps, as_is, floor) & ~_rising(steps, floor)
+    good &= ~_errors_level_off(steps, as_is, floor) & ~_errors_rise(steps, floor)
     mostly = np.cumsum(good) >= MOSTLY * np.arange(1, len(good) + 1)
     return int(np.flatnonzero(good & mostly)[-1])
 
 
-def finest(steps: Sequence[StepError]) -> Array:
+def finest_errors(steps: Sequence[StepError]) -> Array:
     """Returns the errors [m] over time of the finest steps nearest to the reference, shape (n,): at
     each time the smallest over the integrators."""
     ends = [runs[-1].errors for runs in _by_integrator(steps)]
@@ -235,7 +237,7 @@ def _by_integrator(steps: Sequence[StepError]) -> list[list[StepError]]:
     return [[s for s in ordered if s.integrator == name] for name in names]
 
 
-def _rising(steps: Sequence[StepError], floor: Array) -> Any:
+def _errors_rise(steps: Sequence[StepError], floor: Array) -> Any:
     """Whether at each time some integrator's finest steps are much further from the reference than
     its coarsest steps, and the reference resolves the difference, shape (n,). Coarse steps may be
     near if they pass over a contact that the reference passes over, too."""
@@ -246,7 +248,7 @@ def _rising(steps: Sequence[StepError], floor: Array) -> Any:
     return np.any(rises, axis=0)
 
 
-def unlike(result: Compared, reference: Certificate, script: Script) -> str:
+def reason_for_mismatch(result: StepComparison, reference: Certificate, script: Script) -> str:
     """Explains why the steps that were run do not tend to the reference."""
     index = reference.known
     best = min(result.steps, key=lambda s: s.at(index))
@@ -260,7 +262,7 @@ def unlike(result: Compared, reference: Certificate, script: Script) -> str:
     )
 
 
-def _level(steps: Sequence[StepError], as_is: StepError, floor: Array) -> Any:
+def _errors_level_off(steps: Sequence[StepError], as_is: StepError, floor: Array) -> Any:
     """Whether at each time the errors of every integrator level off above `floor` [m], shape (n,).
     Three steps up to the model's own step are needed; integrators with fewer are ignored."""
     levels = []
@@ -286,7 +288,7 @@ def observed_order(
     )
 
 
-def cheapest(
+def cheapest_step(
     steps: Sequence[StepError],
     as_is: StepError,
     reference: Certificate,
@@ -321,7 +323,9 @@ def cheapest(
     return Cheapest(target, best.integrator, best.step, best.at(index), cost)
 
 
-def horizon(result: Compared, reference: Certificate, script: Script, target: float) -> float:
+def horizon(
+    result: StepComparison, reference: Certificate, script: Script, target: float
+) -> float:
     """Returns the first time [s] at which even the most accurate step that was run misses `target`
     [m], or at which the reference is not known to a fifth of the target; infinite if neither
     happens."""
@@ -368,15 +372,15 @@ def state_errors(model: OwnModel, reference: Array, steps: Array) -> StateErrors
     return StateErrors(*(float(np.abs(values).max(initial=0.0)) for values in apart))
 
 
-def held(
+def run_error(
     model: OwnModel, script: Script, reference: Certificate, integrator: str, parts: int
 ) -> StepError:
     """Returns the errors of a run with `parts` steps of an integrator in a control period."""
     run = model.stepped(script, integrator, parts)
-    return errors_of(run, model, reference, integrator, parts)
+    return step_error_of_run(run, model, reference, integrator, parts)
 
 
-def errors_of(
+def step_error_of_run(
     run: Stepped, model: OwnModel, reference: Certificate, integrator: str, parts: int
 ) -> StepError:
     """Returns the errors of a given run of any engine with `parts` steps in a control period."""
@@ -386,7 +390,7 @@ def errors_of(
         integrator,
         run.step,
         parts,
-        largest(apart),
+        running_maximum(apart),
         model.bodies[model.corner_bodies[furthest]],
         run.seconds,
         run.why,

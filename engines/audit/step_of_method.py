@@ -20,7 +20,12 @@ from plumbob.engines.audit.stability import (
     Limit,
     largest_steps,
 )
-from plumbob.engines.audit.step_errors import StepError, errors_of, held, priced
+from plumbob.engines.audit.step_errors import (
+    StepError,
+    run_error,
+    step_error_of_run,
+    with_costs,
+)
 from plumbob.engines.method import Method, Unsupported
 from plumbob.engines.own_motion import ROUNDING, OwnModel, Script
 from plumbob.engines.registry import engine_of, engines
@@ -54,7 +59,7 @@ def runs_of(method: Method, able: Sequence[str]) -> str:
         return integrator_of(method, able)
     builds = engine_of(method).ability(BuildsMechanisms)
     if builds is None or builds.method != method.name:
-        what = f"of MuJoCo, as mujoco/rk4, or one of {', '.join(_built())}"
+        what = f"of MuJoCo, as mujoco/rk4, or one of {', '.join(_building_methods())}"
         raise ParameterError("method", method.name, f"{what}, where a model file is run")
     return method.name
 
@@ -77,7 +82,7 @@ def integrator_of(method: Method, able: Sequence[str]) -> str:
     return integrator
 
 
-def _built() -> list[str]:
+def _building_methods() -> list[str]:
     """Returns the methods of engines that build mechanisms."""
     every = (engine.ability(BuildsMechanisms) for engine in engines().values())
     return [builds.method for builds in every if builds is not None]
@@ -98,9 +103,9 @@ def method_error(
     parts = parts_of(script, step)
     integrator = runs_of(method, (*model.steppable, DISCRETE))
     if integrator != method.name:
-        _affordable(model, script, integrator, parts, seconds)
-        return priced(
-            model, script, reference, [held(model, script, reference, integrator, parts)]
+        _check_budget(model, script, integrator, parts, seconds)
+        return with_costs(
+            model, script, reference, [run_error(model, script, reference, integrator, parts)]
         )[0]
     arguments = (method, model, script, reference, parts, seconds)
     error: StepError = in_own_process(_built_error, arguments, 2.0 * seconds)
@@ -113,14 +118,14 @@ def in_own_process(work: Callable[..., Any], arguments: tuple[Any, ...], seconds
     or if it takes far more than `seconds` of processor time."""
     with Workers(1) as workers:
         ((_, answer),) = workers.results(
-            [Task("", _quietly, (work, arguments), HANGS + seconds)]
+            [Task("", _without_output, (work, arguments), HANGS + seconds)]
         )
     if isinstance(answer, Lost):
         raise Unsupported(answer.why)
     return answer
 
 
-def _quietly(work: Callable[..., Any], arguments: tuple[Any, ...]) -> Any:
+def _without_output(work: Callable[..., Any], arguments: tuple[Any, ...]) -> Any:
     """Returns the result of `work`, with its output suppressed."""
     with captured():
         return work(*arguments)
@@ -133,7 +138,7 @@ def builder_of(method: Method) -> BuildsMechanisms:
     return builds
 
 
-def _affordable(
+def _check_budget(
     model: OwnModel, script: Script, integrator: str, parts: int, seconds: float
 ) -> None:
     """Raises ParameterError if a run would take more than `seconds` of processor time, judged by
@@ -154,7 +159,7 @@ def _built_error(
 ) -> StepError:
     """Returns the error of another engine. Raises Unsupported."""
     built = built_runs(builder_of(method), model, script, parts, seconds)
-    return errors_of(built.run(script), model, reference, method.name, parts)
+    return step_error_of_run(built.run(script), model, reference, method.name, parts)
 
 
 def method_steps(

@@ -13,7 +13,7 @@ import numpy as np
 
 from plumbob.analytic.reference import Array
 from plumbob.engines.abilities import ModelFields, ModelReader
-from plumbob.engines.audit.reference import distances
+from plumbob.engines.audit.reference import largest_distances
 from plumbob.engines.method import Engine
 from plumbob.engines.own_motion import OwnModel, Script
 from plumbob.engines.peer_model import PeerModel, Terms
@@ -50,7 +50,7 @@ Readings = tuple[ModelFields, ModelFields]
 
 
 @dataclass(frozen=True)
-class Held:
+class CertifiedMotion:
     """The certified motion with which engines are compared."""
 
     file: Path
@@ -66,11 +66,11 @@ class Held:
 
     def errors(self, states: Array) -> Array:
         """Returns the largest errors so far [m] of states at the ends of the periods."""
-        return distances(self.model.corners(states), self.model.corners(self.states))
+        return largest_distances(self.model.corners(states), self.model.corners(self.states))
 
 
 @dataclass(frozen=True)
-class Difference:
+class TermDifference:
     """A term of an engine's equations that differs from the file's term."""
 
     term: str
@@ -100,14 +100,14 @@ class Look:
         return float(np.max(np.abs(apart) / np.outer(scale, scale), initial=0.0))
 
 
-def looks_at(peer: PeerModel, held: Held) -> list[Look]:
+def look_at_states(peer: PeerModel, held: CertifiedMotion) -> list[Look]:
     """Returns looks at some states along the certified motion: at the ends of periods, and where
     something touches."""
     terms = held.model.terms()
     controls = held.script.controls
-    places = [(k, held.states[k]) for k in _spread(len(controls))]
+    places = [(k, held.states[k]) for k in _spread_indices(len(controls))]
     touching = list(held.model.touched(held.script))
-    places += [touching[k] for k in _spread(len(touching))]
+    places += [touching[k] for k in _spread_indices(len(touching))]
     looks = []
     for k, state in places:
         control = controls[k]
@@ -118,7 +118,7 @@ def looks_at(peer: PeerModel, held: Held) -> list[Look]:
 
 
 def _accelerations(
-    peer: PeerModel, held: Held, state: Array, control: Array
+    peer: PeerModel, held: CertifiedMotion, state: Array, control: Array
 ) -> tuple[Array, Array, Array]:
     """Returns the accelerations in a step from a state, as `Look` has them."""
     velocity = held.model.layout.velocity
@@ -133,82 +133,90 @@ def _accelerations(
     return own, scheme, other
 
 
-def _spread(count: int) -> list[int]:
+def _spread_indices(count: int) -> list[int]:
     """Returns evenly spread indices, at most SAMPLES of `count`."""
     return sorted(set(np.linspace(0, count - 1, min(count, SAMPLES)).astype(int).tolist()))
 
 
-def differences(
+def term_differences(
     engine: Engine,
     looks: Sequence[Look],
-    held: Held,
+    held: CertifiedMotion,
     precision: float,
     integrators: tuple[str, str],
-) -> list[Difference]:
+) -> list[TermDifference]:
     """Returns the terms that differ, in order. `integrators` are as in `of_step`."""
-    overall = ROUNDINGS * precision * max(look.size(force_of(look.of_file)) for look in looks)
-    apart = list[Difference]()
-    readings = read_by(engine, held.file)
+    overall = (
+        ROUNDINGS * precision * max(look.size(total_force(look.of_file)) for look in looks)
+    )
+    apart = list[TermDifference]()
+    readings = readings_of(engine, held.file)
     for term in TERMS:
         pairs = [(look, look.of_file[term], look.of_engine[term]) for look in looks]
         off = max(look.size(there - here) for look, here, there in pairs)
         scale = max(look.size(x) for look, *both in pairs for x in both)
         if not off <= SAME * scale + (0.0 if term == TERMS[0] else overall):
-            apart.append(Difference(term, off / scale, _cause(term, looks, readings)))
-    apart += [*_of_contacts(looks, held), *_of_axes(looks, held)]
-    return apart or list(of_step(looks, integrators))
+            apart.append(TermDifference(term, off / scale, _cause(term, looks, readings)))
+    apart += [*_contact_differences(looks, held), *_axis_differences(looks, held)]
+    return apart or list(step_differences(looks, integrators))
 
 
-def _of_contacts(looks: Sequence[Look], held: Held) -> Iterator[Difference]:
+def _contact_differences(
+    looks: Sequence[Look], held: CertifiedMotion
+) -> Iterator[TermDifference]:
     """Yields the difference of the pairs of bodies that touch in some state in only one of the file
     and the engine."""
     touching, others = (
-        {_moving(pair, held) for terms in every for pair in terms["contacts"]}
+        {_moving_bodies(pair, held) for terms in every for pair in terms["contacts"]}
         for every in zip(*((look.of_file, look.of_engine) for look in looks), strict=True)
     )
     if touching != others:
         parts = ((touching - others, "missing"), (others - touching, "more"))
-        cause = (f"{what}: {_pairs(pairs)}" for pairs, what in parts if pairs)
+        cause = (f"{what}: {_names_of_pairs(pairs)}" for pairs, what in parts if pairs)
         size = len(touching ^ others) / len(touching | others)
-        yield Difference(CONTACTS, size, "; ".join(cause))
+        yield TermDifference(CONTACTS, size, "; ".join(cause))
 
 
-def _of_axes(looks: Sequence[Look], held: Held) -> Iterator[Difference]:
+def _axis_differences(looks: Sequence[Look], held: CertifiedMotion) -> Iterator[TermDifference]:
     """Yields the difference of the friction pyramids' angles about the normal. A pyramid has four
     edges, so angles repeat after a quarter turn."""
     turned = dict[frozenset[str], float]()
     for look in looks:
         here, there = (
-            {_moving(pair, held): axis for pair, axis in terms.get("axes", ())}
+            {_moving_bodies(pair, held): axis for pair, axis in terms.get("axes", ())}
             for terms in (look.of_file, look.of_engine)
         )
         for pair in here.keys() & there.keys():
             angle = math.acos(min(1.0, abs(float(here[pair] @ there[pair]))))
             turned[pair] = max(turned.get(pair, 0.0), min(angle, 0.5 * math.pi - angle))
     if turned and (most := max(turned.values())) > TURNED:
-        pairs = _pairs([pair for pair in turned if turned[pair] > TURNED])
+        pairs = _names_of_pairs([pair for pair in turned if turned[pair] > TURNED])
         cause = f"the pyramid of friction is turned by up to {math.degrees(most):.0f}°: {pairs}"
-        yield Difference(
+        yield TermDifference(
             AXES, most / (0.25 * math.pi), f"{cause}; an elliptic cone has no axes"
         )
 
 
-def of_step(looks: Sequence[Look], integrators: tuple[str, str]) -> Iterator[Difference]:
+def step_differences(
+    looks: Sequence[Look], integrators: tuple[str, str]
+) -> Iterator[TermDifference]:
     """Yields the differences of the acceleration in a step, if all terms are alike. One part comes
     from the `integrators` of the file and of the engine, the rest from constraints."""
-    size, _ = _apart(looks, 0, 1)
+    size, _ = _acceleration_difference(looks, 0, 1)
     if size > SAME_STEP:
         own, other = integrators
         cause = f"it steps {other}, the file {own}: {size:.2g} of the acceleration in a step"
-        yield Difference(INTEGRATOR, size, cause)
-    size, at = _apart(looks, 1, 2)
+        yield TermDifference(INTEGRATOR, size, cause)
+    size, at = _acceleration_difference(looks, 1, 2)
     if size > SAME_STEP:
         kinds = [*at.of_file["acting"], *["contacts"] * bool(at.of_file["contacts"])]
         said: str = at.of_engine.get("causes", {}).get(STEP, "")
-        yield Difference(STEP, size, " and ".join(kinds) or said)
+        yield TermDifference(STEP, size, " and ".join(kinds) or said)
 
 
-def _apart(looks: Sequence[Look], first: int, second: int) -> tuple[float, Look]:
+def _acceleration_difference(
+    looks: Sequence[Look], first: int, second: int
+) -> tuple[float, Look]:
     """Returns the largest difference of the accelerations number `first` and `second` in a step,
     relative to the largest of the first, and the look with that difference."""
     forces = [[look.of_file[TERMS[0]] @ a for a in look.accelerations] for look in looks]
@@ -217,19 +225,19 @@ def _apart(looks: Sequence[Look], first: int, second: int) -> tuple[float, Look]
     return max(offs) / scale if max(offs) else 0.0, looks[int(np.argmax(offs))]
 
 
-def _pairs(pairs: Iterable[frozenset[str]]) -> str:
+def _names_of_pairs(pairs: Iterable[frozenset[str]]) -> str:
     """Names the first pair of bodies that touch, and the number of the other pairs."""
     first, *more = sorted(" – ".join(sorted(pair)) for pair in pairs)
     return f"{first} and {len(more)} more" if more else first
 
 
-def _moving(pair: tuple[str, ...], held: Held) -> frozenset[str]:
+def _moving_bodies(pair: tuple[str, ...], held: CertifiedMotion) -> frozenset[str]:
     """Returns the moving bodies of a pair that touches. A single body touches something that does
     not move."""
     return frozenset(pair) & set(held.model.layout.bodies) or NAMELESS
 
 
-def force_of(terms: Terms) -> Array:
+def total_force(terms: Terms) -> Array:
     """Returns the sum of all generalised forces except those of constraints."""
     total: Array = terms["gravity"] - terms["bias"] + terms["passive"] + terms["actuator"]
     return total
@@ -252,7 +260,7 @@ def _cause(term: str, looks: Sequence[Look], readings: Readings) -> str:
     return "of like bodies: joints or frames are not alike" if term == TERMS[0] else ""
 
 
-def read_by(engine: Engine, file: Path) -> Readings:
+def readings_of(engine: Engine, file: Path) -> Readings:
     """Returns the numbers of a file as MuJoCo reads them, and as an engine reads them."""
     here = fields_of(find_engine("mujoco"), file)[1]
     return here, here if engine.ability(ModelReader) is None else fields_of(engine, file)[1]

@@ -9,7 +9,7 @@ import numpy as np
 
 from plumbob.engines.audit.allowance import Allowance
 from plumbob.engines.audit.costs import Ratio, costs_in_turns, ratio, timed_periods
-from plumbob.engines.audit.reference import moved
+from plumbob.engines.audit.reference import largest_displacement
 from plumbob.engines.own_motion import Change, OwnModel, Script, Stepped
 
 # Largest change of the motion that is accepted, as a fraction of the step's own error
@@ -59,17 +59,19 @@ def trims(
     """Returns the ablations of the features that `model` offers to remove, under `script` with
     `parts` steps in a period. The `error` [m] is known up to the period `index`."""
     offered = [((change,), model.changed((change,))) for change in model.changes(script)]
-    each = tried(model, script, parts, index, offered, allowance)
+    each = effects_of_changes(model, script, parts, index, offered, allowance)
     useful = [t for t in each if t.accepted(error) and t.cost.low <= 1.0]
     useful = [t for t in useful if t.same_bits] or useful
     if not useful:
         return Trims(each, None)
     together = tuple(change for trim in useful for change in trim.changes)
-    (trial,) = tried(model, script, parts, index, [(together, model.changed(together))])
+    (trial,) = effects_of_changes(
+        model, script, parts, index, [(together, model.changed(together))]
+    )
     return Trims(each, trial if trial.accepted(error) and trial.cost.high < SAVES else None)
 
 
-def tried(
+def effects_of_changes(
     model: OwnModel,
     script: Script,
     parts: int,
@@ -97,7 +99,7 @@ def tried(
         Trim(
             changes,
             np.array_equal(runs[0].states, run.states, equal_nan=True),
-            moved(model, runs[0].states[: index + 1], run.states[: index + 1]),
+            largest_displacement(model, runs[0].states[: index + 1], run.states[: index + 1]),
             ratio(cost, full),
         )
         for (changes, _), run, cost in zip(offered, runs[1:], costs, strict=False)

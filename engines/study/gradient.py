@@ -61,7 +61,7 @@ SHORTEST = 1e-6  # [s] shortest time of a run to which a cost is relative
 
 
 @dataclass(frozen=True)
-class Difference:
+class TriedDifference:
     """A derivative by a difference of runs, or by a way without a difference, and the parts of its
     predicted error."""
 
@@ -104,7 +104,7 @@ class Gradient:
     why: str = ""  # why the way is unsupported; empty if it is not
     # Exact one-sided derivatives, if there is no other
     one_sided: tuple[float, float] | None = None
-    tried: tuple[Difference, ...] = ()  # of falling eps; empty if the way is unsupported
+    tried: tuple[TriedDifference, ...] = ()  # of falling eps; empty if the way is unsupported
     # The eps at which both parts of the error are alike. None without theory, and if the observable
     # is linear in the number. None is predicted if the number of a solver's steps changes nearby.
     predicted_best: float | None = None
@@ -117,7 +117,7 @@ class Gradient:
         return self.exact if self.one_sided is None else self.one_sided[1]
 
     @property
-    def best(self) -> Difference:
+    def best(self) -> TriedDifference:
         """The difference with the smallest expected error."""
         return min(self.tried, key=lambda tried: tried.size)
 
@@ -169,7 +169,7 @@ class GradientSearch(RunRequest[Gradients]):
         if self.at is not None:
             case = case.lasting(self.at)
         step = usual_step(case, method) if self.step is None else self.step
-        every = (_of_number(n, method, step, self) for n in numbers(case, self.by))
+        every = (_gradients_by_number(n, method, step, self) for n in numbers(case, self.by))
         return Gradients(tuple(chain.from_iterable(every)))
 
 
@@ -224,9 +224,9 @@ class _Runs:
             ends[name] = _End(
                 value,
                 value - error.end,
-                _predicted(error),
+                _predicted_error(error),
                 tuple(part[name] for part in series) if terms else (),
-                _rounding(error, measured.steps),
+                _rounding_bound(error, measured.steps),
                 0.0 if second is None else value - float(second.observables[name][-1]),
                 error.model_error,
                 error.uncertainty,
@@ -234,7 +234,9 @@ class _Runs:
             )
         return ends
 
-    def difference(self, name: str, values: tuple[float, float], exact: float) -> Difference:
+    def difference(
+        self, name: str, values: tuple[float, float], exact: float
+    ) -> TriedDifference:
         """Returns eq. 1 for an observable between two values of the number, with no eps yet;
         `exact` is the exact derivative."""
         low, high = (self.at(value)[name] for value in values)
@@ -245,7 +247,7 @@ class _Runs:
             remainder += float(
                 by_series([(above - below) / apart for below, above in pairs])[-1]
             )
-        return Difference(
+        return TriedDifference(
             None,
             (high.value - low.value) / apart,
             (high.exact - low.exact) / apart - exact,
@@ -300,7 +302,7 @@ class _Runs:
         return float(abs(there - (twice - once) * eps / NEAR))
 
 
-def _predicted(error: ObservedError) -> float:
+def _predicted_error(error: ObservedError) -> float:
     """Returns the predicted error at the end. It is 0 for a solver that is compared with a second
     run. It is NaN if there is no theory, or theory predicts that the motion is lost."""
     if (predicted := error.predicted) is None:
@@ -311,7 +313,7 @@ def _predicted(error: ObservedError) -> float:
     return predicted.end if predicted.for_this_step or reaches(*series) else math.nan
 
 
-def _rounding(error: ObservedError, steps: int) -> float:
+def _rounding_bound(error: ObservedError, steps: int) -> float:
     """Returns the bound on the rounding of the end of a run of so many steps."""
     own = error.predicted.uncertainty if error.predicted else None
     return (error.uncertainty if own is None else own) * roundings(steps)
@@ -330,7 +332,7 @@ def usual_step(case: Case, method: Method) -> float:
     return min((method.step_sizes or (1e-3,))[0], case.scene.duration)
 
 
-def _of_number(
+def _gradients_by_number(
     number: Number, method: Method, step: float, search: GradientSearch
 ) -> Iterator[Gradient]:
     """Yields the derivatives by one number, one for each observable and way."""
@@ -364,9 +366,9 @@ def _of_number(
         here = _with_exact(replace(record, at=end), exact)
         try:
             if here.way in DIFFERENCES:
-                yield _by_differences(runs, here, DIFFERENCES[here.way], search.eps)
+                yield _difference_gradient(runs, here, DIFFERENCES[here.way], search.eps)
             else:
-                yield _by_own(runs, here, engine)
+                yield _own_gradient(runs, here, engine)
         except (ParameterError, Unsupported) as why_not:
             yield replace(here, why=str(why_not))
 
@@ -385,12 +387,12 @@ def _with_exact(record: Gradient, exact: Sensitivity) -> Gradient:
     )
 
 
-def _by_differences(
+def _difference_gradient(
     runs: _Runs, record: Gradient, way: DifferenceWay, asked: tuple[float, ...]
 ) -> Gradient:
     """Returns a record with its differences. Raises Unsupported if no value next to the number's is
     possible."""
-    tried = list[Difference]()
+    tried = list[TriedDifference]()
     why = ""
     for eps in sorted(asked or (part * runs.number.size for part in SWEEP), reverse=True):
         try:
@@ -416,7 +418,9 @@ def _by_differences(
     )
 
 
-def _difference(runs: _Runs, record: Gradient, way: DifferenceWay, eps: float) -> Difference:
+def _difference(
+    runs: _Runs, record: Gradient, way: DifferenceWay, eps: float
+) -> TriedDifference:
     """Returns the difference of a way with one eps, including the bound on the jumps and corners
     that contacts cause. Raises ParameterError and Unsupported."""
     number = runs.number
@@ -429,7 +433,7 @@ def _difference(runs: _Runs, record: Gradient, way: DifferenceWay, eps: float) -
     return replace(difference, eps=eps, remainder=difference.remainder + left)
 
 
-def _by_own(runs: _Runs, record: Gradient, engine: Engine) -> Gradient:
+def _own_gradient(runs: _Runs, record: Gradient, engine: Engine) -> Gradient:
     """Returns a record of a way of the engine's own. Raises Unsupported."""
     number = runs.number
     method = runs.method
@@ -438,21 +442,23 @@ def _by_own(runs: _Runs, record: Gradient, engine: Engine) -> Gradient:
     if own is None:
         raise Unsupported(f"{engine.name} has no way called {record.way}")
     computed, cost = _timed(own.of, engine, runs, record)
-    near = _near(runs, record)
+    near = _error_slope(runs, record)
     unit = scheme_of(number.case, method).unit
     rounding = near.rounding / unit
     second = engine.ability(SecondRun)
     left = near.remainder + own.precision * unit * abs(computed) * record.at / step
     if own.beside is not None:
-        other = _asked(own.beside, number, method, step, record)
+        other = _one_derivative(own.beside, number, method, step, record)
         rounding = FINER * rounding + SURE * abs(computed - other)
     if method.control == "tolerance" and second is not None:
-        other = _asked(own.of, number, *second.of(method), record)
+        other = _one_derivative(own.of, number, *second.of(method), record)
         # Both runs round their start in the same way.
         alike = runs.at(number.value)[record.of].doubt * _growth(number, record.at)
         rounding = SURE * abs(computed - other) + alike
     return replace(
-        record, tried=(Difference(None, computed, 0.0, near.slope, rounding, left),), cost=cost
+        record,
+        tried=(TriedDifference(None, computed, 0.0, near.slope, rounding, left),),
+        cost=cost,
     )
 
 
@@ -478,11 +484,11 @@ def _timed(
     begin = time.thread_time()
     engine.prepare(number.case, method, step).run()
     between = time.thread_time()
-    computed = _asked(of, number, method, step, record)
+    computed = _one_derivative(of, number, method, step, record)
     return computed, (time.thread_time() - between) / max(between - begin, SHORTEST)
 
 
-def _near(runs: _Runs, record: Gradient) -> Difference:
+def _error_slope(runs: _Runs, record: Gradient) -> TriedDifference:
     """Returns the derivative of the predicted error. Its remainder includes the amount that two
     differences leave open, and the error of the same difference of the exact answer, which is all
     of it next to a barrier."""
@@ -496,7 +502,7 @@ def _near(runs: _Runs, record: Gradient) -> Difference:
     return replace(near, remainder=near.remainder + apart + SURE * abs(near.truncation))
 
 
-def _asked(
+def _one_derivative(
     of: Derivatives, number: Number, method: Method, step: float, record: Gradient
 ) -> float:
     """Returns the derivative of one observable. Raises Unsupported."""

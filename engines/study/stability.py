@@ -289,7 +289,7 @@ class Trials:
     def _kept(self, step: float, steps: int) -> Outcome:
         """Returns the outcome of runs of so many steps [s]."""
         run = self._run(self.case, step, steps)
-        if why := _lost(run):
+        if why := _loss(run):
             return why, why
         beyond = {n: d for n, d in invariant_drifts(self.case, run).items() if d > BAND}
         if beyond:
@@ -308,7 +308,7 @@ class Trials:
     def _grown(self, run: Trajectory, nudged: Trajectory) -> str:
         """Explains how a nudge has grown beyond its growth in the exact motion; empty if the growth
         is allowed."""
-        if why := _lost(nudged):
+        if why := _loss(nudged):
             return f"nudged, it is {why}"
         apart = np.max(
             [
@@ -343,7 +343,7 @@ class Trials:
         return "" if kind == self.kind else f"{self.kind} becomes {kind}"
 
 
-def _lost(run: Trajectory) -> str:
+def _loss(run: Trajectory) -> str:
     """Says when a run is lost; empty if it is not."""
     if run.diverged_at is not None:
         return f"lost after {run.diverged_at:.3g} s"

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from plumbob.engines.audit.contacts import HEADINGS, PUSH, ContactAudit, Measured
+from plumbob.engines.audit.contacts import HEADINGS, PUSH, ContactAudit, ContactRun
 from plumbob.reports.view.audit.motion import mean_ratio
 
 
@@ -27,7 +27,7 @@ def answer_of(audit: ContactAudit) -> dict[str, Any]:
     }
 
 
-def _kind(name: str, audit: ContactAudit, runs: tuple[Measured, ...]) -> dict[str, Any]:
+def _kind(name: str, audit: ContactAudit, runs: tuple[ContactRun, ...]) -> dict[str, Any]:
     """Runs of the body on contacts of one kind, coarse to fine, and that at the own step: errors of
     its distances [m] by heading and, where they are known, [%]; the heading with the largest (-1
     where none is known), and what theory predicts of that [%] (not a number where a load gets to

@@ -12,7 +12,7 @@ import numpy as np
 from plumbob.analytic.reference import Array
 from plumbob.engines.audit.audit import Audit
 from plumbob.engines.audit.reference import RESOLVED
-from plumbob.engines.audit.step_errors import TARGETS, Compared, horizon
+from plumbob.engines.audit.step_errors import TARGETS, StepComparison, horizon
 from plumbob.engines.own_motion import OUT_OF_TIME
 from plumbob.reports.advice.work_precision import pareto_front
 
@@ -60,7 +60,7 @@ def motion_of(audit: Audit) -> dict[str, Any]:
     }
 
 
-def _choices(audit: Audit, steps: Compared) -> dict[str, Any]:
+def _choices(audit: Audit, steps: StepComparison) -> dict[str, Any]:
     """The cheapest for an error that is smaller than the own step's, and what saves most where that
     is enough."""
     least = audit.error + audit.uncertainty
@@ -70,7 +70,7 @@ def _choices(audit: Audit, steps: Compared) -> dict[str, Any]:
     return {"better": next(better, None), "enough": next(saving, None)}
 
 
-def _costs(steps: Compared) -> dict[str, Any]:
+def _costs(steps: StepComparison) -> dict[str, Any]:
     """Of each integrator the runs that reach the end: steps [s], costs [ns per simulated second]
     and errors [m]; and the last two of runs that no other is better than."""
     timed = [

@@ -5,13 +5,13 @@ from __future__ import annotations
 from typing import Any
 
 from plumbob.engines.audit.audit import Audit
-from plumbob.engines.audit.contacts import HEADINGS, ContactAudit, Measured
+from plumbob.engines.audit.contacts import HEADINGS, ContactAudit, ContactRun
 from plumbob.engines.audit.costs import Ratio
 from plumbob.engines.audit.engines import EngineError
 from plumbob.engines.audit.gradient import CertifiedGradient
 from plumbob.engines.audit.reference import MEASURE
 from plumbob.engines.audit.stability import LargestSteps, Limit
-from plumbob.engines.audit.step_errors import Compared, StateErrors
+from plumbob.engines.audit.step_errors import StateErrors, StepComparison
 from plumbob.engines.audit.trims import Trim
 from plumbob.engines.derivative_ways import CENTRAL
 from plumbob.reports.advice.json_records import plain
@@ -84,7 +84,7 @@ def _of_states(errors: StateErrors | None) -> Plain:
     }
 
 
-def _steps(found: Compared | None) -> Plain:
+def _steps(found: StepComparison | None) -> Plain:
     """The own step's error over time [m], order, and errors and costs of other steps, as plain
     data."""
     if found is None:
@@ -187,7 +187,7 @@ def spread(cost: Ratio | None) -> Plain:
 
 
 def _contacts(audit: ContactAudit) -> Plain:
-    def run(measured: Measured, predicted: Any = None) -> Plain:
+    def run(measured: ContactRun, predicted: Any = None) -> Plain:
         return {
             **_named(measured, "step", "distances"),
             "errors": audit.errors(measured),

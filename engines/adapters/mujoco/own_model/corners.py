@@ -32,18 +32,18 @@ def _corners(model: Any, body: int) -> Array:
         return ORIGIN
     geoms = np.flatnonzero((model.geom_bodyid == body) & (model.geom_type != PLANE))
     boxes = [
-        _placed(model.geom_pos[geom], model.geom_quat[geom], model.geom_aabb[geom])
+        _box_corners(model.geom_pos[geom], model.geom_quat[geom], model.geom_aabb[geom])
         for geom in geoms.tolist()
     ]
     if not boxes and model.body_mass[body] > 0.0:
         moments = model.body_inertia[body]
         squares = 1.5 * (moments.sum() - 2.0 * moments) / model.body_mass[body]
         box = [0.0, 0.0, 0.0, *np.sqrt(np.maximum(squares, 0.0))]
-        boxes = [_placed(model.body_ipos[body], model.body_iquat[body], box)]
+        boxes = [_box_corners(model.body_ipos[body], model.body_iquat[body], box)]
     return _outermost(np.unique(np.concatenate(boxes), axis=0)) if boxes else ORIGIN
 
 
-def _placed(place: Array, attitude: Array, box: Any) -> Array:
+def _box_corners(place: Array, attitude: Array, box: Any) -> Array:
     """Returns the eight corners [m] of a `box`, shape (8, 3), in the frame in which the box's own
     frame has a `place` [m] and an `attitude` (a quaternion). `box` is its middle and half its sides
     [m]."""

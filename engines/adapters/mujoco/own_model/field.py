@@ -39,10 +39,10 @@ def without_step(model: Any) -> Any:
     """Returns the model, changed in place so that forces do not depend on the step, and the solver
     runs to its floor without a warm start."""
     model.opt.timestep, model.actuator_actearly[:] = VANISHING, False
-    return converging(model)
+    return with_converging_solver(model)
 
 
-def converging(model: Any) -> Any:
+def with_converging_solver(model: Any) -> Any:
     """Returns the model, changed in place so that the solver runs to its floor without a warm
     start."""
     option = model.opt

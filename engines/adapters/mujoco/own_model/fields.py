@@ -14,7 +14,7 @@ KEPT = 2**33  # resolution of the digest: a relative change below 1e-10 is round
 DERIVED = ("map", "name", "bvh", "oct")
 
 
-def fields(model: Any) -> Mapping[str, str]:
+def field_texts(model: Any) -> Mapping[str, str]:
     """Returns {field: its numbers, or its shape and a digest of many numbers} of a compiled model,
     options first."""
     options = {f"opt.{n}": np.asarray(getattr(model.opt, n)) for n in _names(model.opt)}

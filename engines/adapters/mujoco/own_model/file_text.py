@@ -30,20 +30,20 @@ Makers = Mapping[tuple[str, int], int]
 """{(kind, number in the compiled model): number of the element that makes it}"""
 
 
-def write(source: Path, left_out: Sequence[Change], target: Path) -> tuple[Change, ...]:
+def write_without(source: Path, left_out: Sequence[Change], target: Path) -> tuple[Change, ...]:
     """Writes the model file `source` with the changes `left_out` to `target`. Returns the changes
     that the text of the file can express: a geom that shares an element with unchanged geoms stays
     as it is. Raises ParameterError if no change is left, or the file cannot be written or would not
     compile there."""
     part = target.with_name(f".{target.stem}-{os.getpid()}.xml")
     try:
-        root = _read(source, source.parent)
+        root = _with_includes(source, source.parent)
         makers = _makers(root, part)
-        kept = tuple(c for change in left_out if (c := _in_text(change, makers)))
+        kept = tuple(c for change in left_out if (c := _part_in_text(change, makers)))
         if not kept:
             what = "omitted: what this motion does not need has no text of its own in the file"
             raise ParameterError("write trimmed", str(target), what)
-        _compiled(part, _without(root, kept, makers))
+        _compiled(part, _text_without(root, kept, makers))
         part.replace(target)
     except (OSError, ValueError, ElementTree.ParseError) as error:
         what = f"beside the model, where the files are that it names ({error})"
@@ -53,7 +53,7 @@ def write(source: Path, left_out: Sequence[Change], target: Path) -> tuple[Chang
     return kept
 
 
-def _read(file: Path, folder: Path) -> Element:
+def _with_includes(file: Path, folder: Path) -> Element:
     """Returns the root of a file, with each <include> replaced by the elements of its file, which
     is next to it or in the `folder` of the main file."""
     parser = ElementTree.XMLParser(target=ElementTree.TreeBuilder(insert_comments=True))
@@ -67,26 +67,26 @@ def _read(file: Path, folder: Path) -> Element:
             )
             if other is None:
                 raise ValueError(f"{named} is not there")
-            parent[at : at + 1] = list(_read(other, folder))
+            parent[at : at + 1] = list(_with_includes(other, folder))
     return root
 
 
-def _editable(element: Element, within: tuple[str, ...] = ()) -> Iterator[Element]:
+def _editable_elements(element: Element, within: tuple[str, ...] = ()) -> Iterator[Element]:
     """Yields the elements whose attributes may be set, in order."""
     for child in element:
         geom = child.tag == "geom" and "worldbody" in within and "composite" not in within
         if geom or (child.tag == "pair" and "contact" in within):
             yield child
-        yield from _editable(child, (*within, child.tag))
+        yield from _editable_elements(child, (*within, child.tag))
 
 
-def _written(
+def _edited_text(
     root: Element, edits: Mapping[int, Mapping[str, str]], more: Element | None
 ) -> str:
     """Returns the text of a file after `edits` of the attributes of editable elements, by number,
     with `more` at the end."""
     root = deepcopy(root)
-    for number, element in enumerate(_editable(root)):
+    for number, element in enumerate(_editable_elements(root)):
         element.attrib.update(edits.get(number, {}))
     if more is not None:
         root.append(more)
@@ -103,8 +103,8 @@ def _compiled(path: Path, text: str) -> mujoco.MjModel:
 def _makers(root: Element, part: Path) -> Makers:
     """Returns the elements that make geoms and pairs. They are identified by a mark in the margin,
     which the compiler keeps."""
-    marks = {k: {"margin": f"{MARK + k:.0f}"} for k, _ in enumerate(_editable(root))}
-    model = _compiled(part, _written(root, marks, None))
+    marks = {k: {"margin": f"{MARK + k:.0f}"} for k, _ in enumerate(_editable_elements(root))}
+    model = _compiled(part, _edited_text(root, marks, None))
     makers = {}
     for kind in ("geom", "pair"):
         numbers = np.asarray(getattr(model, f"{kind}_margin")) - MARK
@@ -113,7 +113,7 @@ def _makers(root: Element, part: Path) -> Makers:
     return makers
 
 
-def _in_text(change: Change, makers: Makers) -> Change | None:
+def _part_in_text(change: Change, makers: Makers) -> Change | None:
     """Returns the part of a change that the text can express: elements of which all geoms are
     changed. None if there is none."""
     sets = []
@@ -134,7 +134,7 @@ def _in_text(change: Change, makers: Makers) -> Change | None:
     return replace(change, name=name, sets=tuple(sets))
 
 
-def _without(root: Element, changes: Sequence[Change], makers: Makers) -> str:
+def _text_without(root: Element, changes: Sequence[Change], makers: Makers) -> str:
     """Returns the text of the file with these changes."""
     edits: dict[int, dict[str, str]] = {}
     option = Element("option")
@@ -149,4 +149,4 @@ def _without(root: Element, changes: Sequence[Change], makers: Makers) -> str:
             option.set(field, f"{value:.12g}")
     if flags:
         option.append(Element("flag", dict.fromkeys(disabled(flags), "disable")))
-    return _written(root, edits, option if flags or option.attrib else None)
+    return _edited_text(root, edits, option if flags or option.attrib else None)

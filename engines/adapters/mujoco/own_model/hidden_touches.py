@@ -226,7 +226,7 @@ class HiddenTouches:
             along = pair.places @ pair.normal
             here = pair.distance + along - along.min()
             there = here + displacements @ pair.normal - step * lever * spin
-            if _least(here, there, 4.0 * departures).min() > -SHALLOW:
+            if _least_on_parabola(here, there, 4.0 * departures).min() > -SHALLOW:
                 return True
         return False
 
@@ -317,7 +317,7 @@ def _departures(early: PairState, late: PairState) -> Array:
     return np.asarray(CURVED / 8.0 * np.maximum(*map(_lengths, curves)))
 
 
-def _least(begin: Array, end: Array, curves: Array) -> Array:
+def _least_on_parabola(begin: Array, end: Array, curves: Array) -> Array:
     """Returns the least value of begin + (end - begin) x - curves x (1 - x) for x from 0 to 1,
     elementwise."""
     places = (begin - end + curves) / np.maximum(2.0 * curves, TINY)

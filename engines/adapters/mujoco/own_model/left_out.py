@@ -18,7 +18,7 @@ NEVER = -1e6  # [m] margin at which a pair never touches
 STAGES = ("ISLAND", "WARMSTART", "MIDPHASE")  # stages of any model, which a motion may not need
 
 
-def changes(model: Any, met: set[tuple[int, ...]]) -> Iterator[Change]:
+def removable_features(model: Any, met: set[tuple[int, ...]]) -> Iterator[Change]:
     """Yields features that may be removed from `model`. The pairs of geoms `met`, smaller number
     first, are all pairs that touched."""
     collides = (model.geom_contype | model.geom_conaffinity) != 0

@@ -25,24 +25,24 @@ from plumbob.engines.adapters.mujoco.own_model import derivatives, left_out, urd
 from plumbob.engines.adapters.mujoco.own_model.corners import corners_of
 from plumbob.engines.adapters.mujoco.own_model.field import (
     ContinuousField,
-    converging,
+    with_converging_solver,
     without_step,
 )
-from plumbob.engines.adapters.mujoco.own_model.fields import fields
+from plumbob.engines.adapters.mujoco.own_model.fields import field_texts
 from plumbob.engines.adapters.mujoco.own_model.hidden_touches import HiddenTouches
-from plumbob.engines.adapters.mujoco.own_model.places import place
+from plumbob.engines.adapters.mujoco.own_model.places import place_of_weights
 from plumbob.engines.adapters.mujoco.own_model.policy import recorded
 from plumbob.engines.adapters.mujoco.own_model.readings import (
     control_names,
     readings,
-    unlikely,
+    start_warnings,
 )
-from plumbob.engines.adapters.mujoco.own_model.refusals import refused
+from plumbob.engines.adapters.mujoco.own_model.refusals import check_continuous
 from plumbob.engines.adapters.mujoco.own_model.solids import solids
 from plumbob.engines.adapters.mujoco.own_model.user_stepper import (
     UserStepper,
     diverged,
-    kind,
+    integrator_number,
     like_start,
 )
 from plumbob.engines.adapters.mujoco.terms import (
@@ -146,7 +146,7 @@ class MujocoModel:
 
     def softened(self, step: float) -> bool:
         """Whether the engine itself, by refsafe, would soften contacts or limits at a step [s]."""
-        return bool(clamped_for(self._as_stepped(), step)[1])
+        return bool(clamped_model(self._as_stepped(), step)[1])
 
     def _as_stepped(self) -> Any:
         """A copy of `effective`, which has refsafe off, with refsafe on if the file has it on."""
@@ -161,7 +161,7 @@ class MujocoModel:
         All steppers of a kind share them, as copies of models with textures take long."""
         model = self._as_stepped()
         model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_SENSOR
-        models = (converging(copy.copy(model)), model)
+        models = (with_converging_solver(copy.copy(model)), model)
         return tuple((model, self._begun(model)) for model in models)
 
     def stepper(self, integrator: str, step: float) -> UserStepper:
@@ -182,7 +182,7 @@ class MujocoModel:
         put(data, state)
         data.ctrl[:] = control
         mujoco.mj_forward(model, data)
-        return place(model, data, weights)
+        return place_of_weights(model, data, weights)
 
     def field(self, width: float = 0.0) -> ContinuousField:
         """Returns the rates of the continuous motion, with contacts that begin over a layer of
@@ -228,7 +228,7 @@ class MujocoModel:
     ) -> Stepped:
         """Returns a run of the model's own steps, `parts` in a control period. If `single`, the
         state is rounded to single precision after each step."""
-        model = _set(copy.copy(self.effective), integrator, script.period / parts)
+        model = _with_step(copy.copy(self.effective), integrator, script.period / parts)
         data = self._begun(model)
         put(data, script.start)
         states = np.full((len(script.controls) + 1, script.start.size), np.nan)
@@ -268,7 +268,7 @@ class MujocoModel:
     ) -> TimedPeriods:
         """Returns steps to be timed: the first `steps` of `parts` in each period of `script`. A
         period begins at its row of `states`, or where the last period ended if the row is NaN."""
-        model = _set(copy.copy(self.effective), integrator, script.period / parts)
+        model = _with_step(copy.copy(self.effective), integrator, script.period / parts)
         return TimedPeriods(model, self._begun(model), states, script.controls, steps)
 
     def recorded(self, policy: Policy, period: float, duration: float) -> Array:
@@ -285,7 +285,7 @@ class MujocoModel:
                 pair for data in self._looks(script) for pair in data.contact.geom.tolist()
             )
             met = {tuple(sorted(pair)) for pair in pairs}
-        return tuple(left_out.changes(self.effective, met))
+        return tuple(left_out.removable_features(self.effective, met))
 
     def touched(self, script: Script) -> Iterator[tuple[int, Array]]:
         """Yields the periods and states of the model's own steps at which something touches."""
@@ -395,9 +395,9 @@ class MujocoModel:
         return np.array([apart(model, state, other)[: model.nv] for state, other in both])
 
 
-def _set(model: Any, integrator: str, step: float) -> Any:
+def _with_step(model: Any, integrator: str, step: float) -> Any:
     """Returns the model with an integrator and a step [s], changed in place."""
-    model.opt.timestep, model.opt.integrator = step, kind(integrator)
+    model.opt.timestep, model.opt.integrator = step, integrator_number(integrator)
     return model
 
 
@@ -406,12 +406,12 @@ def own_model(model: Any, name: str, start: Start = AS_IT_STANDS) -> MujocoModel
     for a start that is not possible, and NotCertifiable for features that no audit can follow."""
     model = copy.copy(model)
     step = time_step("model", model.opt.timestep, name)
-    refused(model)
-    data = started(model, start)
+    check_continuous(model)
+    data = start_data(model, start)
     numbers = (data.qpos, data.qvel, data.act, data.xipos, data.qacc)
     if not all(np.isfinite(values).all() for values in numbers):
         raise NotCertifiable("at its start something is not a number")
-    effective, clamped = clamped_for(model, step)
+    effective, clamped = clamped_model(model, step)
     # Steps from NaN take a thousand times as long: a model that diverges is reset, and MuJoCo's
     # warnings show that.
     effective.opt.disableflags &= ~int(mujoco.mjtDisableBit.mjDSBL_AUTORESET)
@@ -439,7 +439,7 @@ def own_model(model: Any, name: str, start: Start = AS_IT_STANDS) -> MujocoModel
         stepped,
         clamped,
         notes,
-        fields(model),
+        field_texts(model),
         refsafe,
     )
 
@@ -449,11 +449,11 @@ def model_of_own(model: Any, start: Start) -> MujocoModel:
     Raises ParameterError and NotCertifiable."""
     ready = own_model(*user_model(model, start))
     if isinstance(model, (str, Path)) and Path(model).suffix != ".mjb":
-        return replace(ready, notes=(*ready.notes, *urdf.notes(Path(model))))
+        return replace(ready, notes=(*ready.notes, *urdf.urdf_notes(Path(model))))
     return ready
 
 
-def started(model: Any, start: Start = AS_IT_STANDS) -> Any:
+def start_data(model: Any, start: Start = AS_IT_STANDS) -> Any:
     """Returns the mjData of the compiled `model` at its `start`, with all positions computed.
     Raises ParameterError, and NotCertifiable if MuJoCo refuses the start."""
     data = mujoco.MjData(model)
@@ -484,15 +484,15 @@ def _refusal(model: Any, integrator: str) -> str:
     if integrator == "rk4" and flags & COMPARED and flags & DISCRETE:
         return "MuJoCo compares it with inverse dynamics in discrete time (fwdinv, invdiscrete)"
     other = copy.copy(model)
-    other.opt.integrator = kind(integrator)
+    other.opt.integrator = integrator_number(integrator)
     try:
-        started(other)
+        start_data(other)
     except NotCertifiable as why:
         return str(why)
     return ""
 
 
-def clamped_for(model: Any, step: float) -> tuple[Any, Mapping[str, int]]:
+def clamped_model(model: Any, step: float) -> tuple[Any, Mapping[str, int]]:
     """Returns a copy with the contacts that refsafe makes of the model's at `step` [s], and the
     number of changed time constants in each array that acts. refsafe itself is off in the copy, so
     that its motion does not depend on the step."""
@@ -533,4 +533,4 @@ def _notes(model: Any, start: Any) -> tuple[str, ...]:
     """Returns remarks on disabled stages and on an unlikely `start`."""
     stages = ", ".join(disabled(model.opt.disableflags))
     notes = [f"disabled: {stages}"] if stages else []
-    return (*notes, *unlikely(start))
+    return (*notes, *start_warnings(start))

@@ -22,7 +22,7 @@ TOUCHING = int(KINDS.mjCNSTR_CONTACT_FRICTIONLESS)  # first of the kinds of cont
 SLIDES = mujoco.mjtJoint.mjJNT_SLIDE
 
 
-def place(model: Any, data: Any, weights: Array) -> Place:
+def place_of_weights(model: Any, data: Any, weights: Array) -> Place:
     """Returns the joint, or the actuator by its activation, with most of the `weights` of
     positions, velocities and activations, in the state of `data`, whose constraints are
     computed."""
@@ -48,8 +48,8 @@ def place(model: Any, data: Any, weights: Array) -> Place:
     return Place(
         name_with_kind(model, "joint", joint),
         (
-            *_weaker(model, "stiffness", "jnt_stiffness", (joint,), on),
-            *_weaker(model, "damping", "dof_damping", degrees, on),
+            *_weaker_element(model, "stiffness", "jnt_stiffness", (joint,), on),
+            *_weaker_element(model, "damping", "dof_damping", degrees, on),
             *_actuators(model, data, degrees, unit),
             *_constraints(model, data, along),
         ),
@@ -70,7 +70,7 @@ def _rounded(value: float) -> float:
     return float(f"{value:.0e}")
 
 
-def _weaker(
+def _weaker_element(
     model: Any, what: str, field: str, at: Sequence[int], on: str, remedy: Change | None = None
 ) -> Iterator[Element]:
     """Yields an element with smaller numbers `at` places of a field, if the first is not 0."""
@@ -99,7 +99,7 @@ def _actuators(model: Any, data: Any, degrees: Sequence[int], unit: str) -> Iter
         for k, what in enumerate(("kp", "kv"), start=first + 1):
             name = f"{name_with_kind(model, 'actuator', i)} {what}"
             on = f" on {inertia:.2g} {unit}"
-            yield from _weaker(model, name, "actuator_biasprm", (k,), on, remedy)
+            yield from _weaker_element(model, name, "actuator_biasprm", (k,), on, remedy)
 
 
 def _constraints(model: Any, data: Any, along: Array) -> Iterator[Element]:
@@ -110,15 +110,19 @@ def _constraints(model: Any, data: Any, along: Array) -> Iterator[Element]:
     rows = np.flatnonzero(column)
     for kind, i in sorted(set(zip(data.efc_type[rows], data.efc_id[rows], strict=True))):
         if kind == KINDS.mjCNSTR_LIMIT_JOINT:
-            yield _softer(model, "its limit", "jnt_solref", (i,))
+            yield _softer_element(model, "its limit", "jnt_solref", (i,))
         elif kind == KINDS.mjCNSTR_EQUALITY:
-            yield _softer(model, name_with_kind(model, "equality", i), "eq_solref", (i,))
+            yield _softer_element(
+                model, name_with_kind(model, "equality", i), "eq_solref", (i,)
+            )
         elif kind >= TOUCHING and data.contact.geom[i].min() >= 0:
             geoms = data.contact.geom[i]
-            yield _softer(model, f"contact {pair_name(model, geoms)}", "geom_solref", geoms)
+            yield _softer_element(
+                model, f"contact {pair_name(model, geoms)}", "geom_solref", geoms
+            )
 
 
-def _softer(model: Any, name: str, field: str, rows: Sequence[int]) -> Element:
+def _softer_element(model: Any, name: str, field: str, rows: Sequence[int]) -> Element:
     """Returns a constraint with a softer version: a longer time constant in `solref`, or a smaller
     stiffness."""
     sets = list[tuple[str, tuple[int, ...], float]]()

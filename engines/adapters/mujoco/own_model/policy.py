@@ -24,13 +24,13 @@ def recorded(model: Any, data: Any, policy: Policy, period: float, duration: flo
     with collected(), on_stderr():
         for _ in range(periods(duration, held * model.opt.timestep)):
             state = float(data.time), np.array(data.qpos), np.array(data.qvel)
-            controls.append(_checked(policy, state, int(model.nu)))
+            controls.append(_checked_control(policy, state, int(model.nu)))
             data.ctrl[:] = controls[-1]
             mujoco.mj_step(model, data, held)
     return np.array(controls)
 
 
-def _checked(policy: Policy, state: tuple[float, Array, Array], count: int) -> Array:
+def _checked_control(policy: Policy, state: tuple[float, Array, Array], count: int) -> Array:
     """Returns the control that a policy gives in a state, shape (count,). Raises ParameterError."""
     wanted = f"a function of time, qpos and qvel that returns {count} finite numbers"
     name = policy_name(policy)

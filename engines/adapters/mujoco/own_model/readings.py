@@ -52,13 +52,15 @@ def readings(model: Any, data: Any, states: Array) -> Signals:
             mujoco.mj_energyVel(model, data)
             mujoco.mj_subtreeVel(model, data)
             momentum = free * np.linalg.norm(data.subtree_linvel[0])
-            depth, beyond = _beyond(data)
-            missed = np.abs(_places(data, KINDS.mjCNSTR_EQUALITY)).max(initial=0.0)
+            depth, beyond = _largest_violations(data)
+            missed = np.abs(_constraint_distances(data, KINDS.mjCNSTR_EQUALITY)).max(
+                initial=0.0
+            )
             measured[:, k] = (
                 data.energy.sum(),
                 momentum,
                 depth,
-                _slip(model, data),
+                _fastest_slip(model, data),
                 beyond,
                 missed,
             )
@@ -66,26 +68,28 @@ def readings(model: Any, data: Any, states: Array) -> Signals:
     return {name: of for name, of, some in zip(NAMES, measured, has, strict=True) if some}
 
 
-def unlikely(start: Any) -> tuple[str, ...]:
+def start_warnings(start: Any) -> tuple[str, ...]:
     """Returns warnings about a `start`, an mjData whose constraints are computed: geoms deep inside
     each other, or limits far exceeded."""
-    depth, beyond = _beyond(start)
+    depth, beyond = _largest_violations(start)
     what = [f"contacts {depth:.2g} m deep"] if depth > DEEP else []
     what += [f"limits exceeded by {beyond:.2g} m or rad"] if beyond > DEEP else []
     return (f"it starts with {' and '.join(what)}: is that posture meant?",) if what else ()
 
 
-def _beyond(data: Any) -> tuple[float, float]:
+def _largest_violations(data: Any) -> tuple[float, float]:
     """Returns the deepest penetration [m], and the largest excess over a limit [m or rad]."""
-    return -data.contact.dist.min(initial=0.0), -_places(data, *LIMITS).min(initial=0.0)
+    return -data.contact.dist.min(initial=0.0), -_constraint_distances(data, *LIMITS).min(
+        initial=0.0
+    )
 
 
-def _places(data: Any, *kinds: Any) -> Array:
+def _constraint_distances(data: Any, *kinds: Any) -> Array:
     """Returns distances [m or rad] of the constraints of some kinds, shape (n,)."""
     return np.asarray(data.efc_pos[np.isin(data.efc_type, kinds)])
 
 
-def _slip(model: Any, data: Any) -> float:
+def _fastest_slip(model: Any, data: Any) -> float:
     """Returns the largest speed [m/s] across the normal of two geoms that touch; 0 if none do."""
     fastest = 0.0
     first = np.zeros((3, model.nv))

@@ -14,7 +14,7 @@ from plumbob.engines.own_motion import NotCertifiable
 CALLBACKS = ("act_bias", "act_dyn", "act_gain", "contactfilter", "control", "passive", "sensor")
 
 
-def refused(model: Any) -> None:
+def check_continuous(model: Any) -> None:
     """Raises NotCertifiable for a feature with a state, or with a use of the step, that no
     continuous motion has."""
     option = model.opt

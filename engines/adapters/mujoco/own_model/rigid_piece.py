@@ -51,13 +51,13 @@ def rigid_piece(
         raise NotCertifiable("the model overrides the settings of every contact")
     root = _free_body(model, body)
     inside = np.flatnonzero(model.body_rootid == root)
-    plane, geoms = _plane(model, data, root)
+    plane, geoms = _plane_and_geoms(model, data, root)
     turn = np.array(data.geom_xmat[plane]).reshape(3, 3)
     gravity = _normal_gravity(model, plane, turn)
     centre = data.subtree_com[root]
     spec = mujoco.MjSpec()
     spec.worldbody.add_geom(name=FLOOR, type=mujoco.mjtGeom.mjGEOM_PLANE, size=[0, 0, 1])
-    _contact(spec.geoms[0], model, plane)
+    _copy_contact_settings(spec.geoms[0], model, plane)
     inertia = turn.T @ _inertia(data, root) @ turn
     piece = spec.worldbody.add_body(name=BODY, mass=float(model.body_subtreemass[root]))
     piece.add_freejoint()
@@ -67,11 +67,11 @@ def rigid_piece(
     piece.iquat = _quaternion(axes)
     for k, geom in enumerate(geoms):
         _add_geom(spec, piece, model, data, geom, f"geom_{k}", turn, centre)
-    _pairs(spec, model, plane, geoms)
+    _copy_pairs(spec, model, plane, geoms)
     compiled = _compiled(spec, model, gravity)
     if friction is not None:
         compiled.geom_friction[:, 0] = compiled.pair_friction[:, :2] = friction
-    _on_the_plane(compiled)
+    _lower_to_plane(compiled)
     return RigidPiece(
         compiled,
         spec,
@@ -81,7 +81,7 @@ def rigid_piece(
         plane,
         int(model.body_jntnum[inside].sum()) - 1,
         float(inertia[2, 2]),
-        tuple(_left_out(model, data, root, plane)),
+        tuple(_forces_left_out(model, data, root, plane)),
     )
 
 
@@ -108,7 +108,7 @@ def _compiled(spec: Any, model: Any, gravity: float) -> Any:
     return compiled
 
 
-def _left_out(model: Any, data: Any, root: int, plane: int) -> Iterator[str]:
+def _forces_left_out(model: Any, data: Any, root: int, plane: int) -> Iterator[str]:
     """Yields the names of the forces that act on the free joint of the body at the start and are
     not copied."""
     if model.opt.density or model.opt.viscosity:
@@ -145,14 +145,14 @@ def _free_body(model: Any, name: str | None) -> int:
     )
 
 
-def _plane(model: Any, data: Any, root: int) -> tuple[int, list[int]]:
+def _plane_and_geoms(model: Any, data: Any, root: int) -> tuple[int, list[int]]:
     """Returns the plane under the body, and the geoms of the body that it can touch. Raises
     NotCertifiable."""
     bodies = model.geom_bodyid
     flat = model.geom_type == mujoco.mjtGeom.mjGEOM_PLANE
     planes = np.flatnonzero(flat & (model.body_weldid[bodies] == 0)).tolist()
     own = np.flatnonzero(model.body_rootid[bodies] == root).tolist()
-    touching = {plane: [g for g in own if _collide(model, plane, g)] for plane in planes}
+    touching = {plane: [g for g in own if _can_touch(model, plane, g)] for plane in planes}
     reachable = {plane: geoms for plane, geoms in touching.items() if geoms}
     if not reachable:
         raise NotCertifiable("the model has no plane that its free body can touch")
@@ -170,7 +170,7 @@ def _plane(model: Any, data: Any, root: int) -> tuple[int, list[int]]:
     return plane, reachable[plane]
 
 
-def _collide(model: Any, plane: int, geom: int) -> bool:
+def _can_touch(model: Any, plane: int, geom: int) -> bool:
     """Whether a plane and a geom can touch."""
     if frozenset((plane, geom)) in _pairs_of(model):
         return True
@@ -227,16 +227,16 @@ def _add_geom(
             copied.inertia = mujoco.mjtMeshInertia.mjMESH_INERTIA_CONVEX
     else:
         added.size = model.geom_size[geom]
-    _contact(added, model, geom)
+    _copy_contact_settings(added, model, geom)
 
 
-def _contact(target: Any, model: Any, geom: int) -> None:
+def _copy_contact_settings(target: Any, model: Any, geom: int) -> None:
     """Copies the contact settings of a geom."""
     for name in CONTACT:
         setattr(target, name, getattr(model, f"geom_{name}")[geom].tolist())
 
 
-def _pairs(spec: Any, model: Any, plane: int, geoms: list[int]) -> None:
+def _copy_pairs(spec: Any, model: Any, plane: int, geoms: list[int]) -> None:
     """Copies the contact pairs of the plane with the geoms."""
     numbers = _pairs_of(model)
     for k, geom in enumerate(geoms):
@@ -247,7 +247,7 @@ def _pairs(spec: Any, model: Any, plane: int, geoms: list[int]) -> None:
                 setattr(added, name, getattr(model, f"pair_{name}")[i])
 
 
-def _on_the_plane(model: Any) -> None:
+def _lower_to_plane(model: Any) -> None:
     """Lowers the piece until it touches, in its posture at the start; changed in place. Raises
     NotCertifiable if contacts are disabled."""
     if model.opt.disableflags & mujoco.mjtDisableBit.mjDSBL_CONTACT:

@@ -19,7 +19,7 @@ DROPPED = MappingProxyType(
 )
 
 
-def notes(path: Path) -> tuple[str, ...]:
+def urdf_notes(path: Path) -> tuple[str, ...]:
     """Returns remarks on a model file, if it is URDF: the parts that are dropped, and the link that
     is fixed."""
     root = ElementTree.parse(path).getroot()

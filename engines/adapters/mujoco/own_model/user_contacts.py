@@ -21,14 +21,14 @@ from plumbob.engines.adapters.mujoco.options import collected
 from plumbob.engines.adapters.mujoco.own_model.model import (
     MujocoModel,
     own_model,
-    started,
+    start_data,
 )
 from plumbob.engines.adapters.mujoco.own_model.rigid_piece import (
     FLOOR,
     RigidPiece,
     rigid_piece,
 )
-from plumbob.engines.adapters.mujoco.own_model.user_stepper import diverged, kind
+from plumbob.engines.adapters.mujoco.own_model.user_stepper import diverged, integrator_number
 from plumbob.engines.adapters.mujoco.settings_to_paste import (
     OWN_STIFFNESS,
     PAIRS,
@@ -169,7 +169,7 @@ def own_contacts(
     model, name, start = user_model(model, start)
     time_step("model", model.opt.timestep, name)
     with collected():
-        data = started(model, start)
+        data = start_data(model, start)
         piece = rigid_piece(model, data, body, friction)
         return MujocoContacts(
             **vars(piece), name=name, whole=model, start=start, friction=friction
@@ -242,7 +242,7 @@ class MujocoContacts(RigidPiece):
         if self.friction is not None:
             model.geom_friction[:, 0] = model.pair_friction[:, :2] = self.friction
         with collected():
-            data = started(model, self.start)
+            data = start_data(model, self.start)
             mujoco.mj_step(model, data, round(FREE_SETTLING / model.opt.timestep))
         if diverged(data):
             raise NotCertifiable(f"the whole model diverges within {FREE_SETTLING:g} s at rest")
@@ -298,7 +298,7 @@ class MujocoContacts(RigidPiece):
         model = spec.compile()
         model.opt = self.model.opt
         model.opt.timestep = step
-        model.opt.integrator = kind(named.settings["integrator"])
+        model.opt.integrator = integrator_number(named.settings["integrator"])
         model.opt.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
         model.opt.impratio, model.opt.tolerance = REGULARISATION_RATIO, TOLERANCE
         model.qpos0[:] = self._settled.begun

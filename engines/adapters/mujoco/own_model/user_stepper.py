@@ -18,7 +18,7 @@ from plumbob.engines.stepper import State, StepDerivatives
 _BAD = slice(int(mujoco.mjtWarning.mjWARN_BADQPOS), int(mujoco.mjtWarning.mjWARN_BADQACC) + 1)
 
 
-def kind(integrator: str) -> Any:
+def integrator_number(integrator: str) -> Any:
     """Returns MuJoCo's number of an integrator."""
     return getattr(mujoco.mjtIntegrator, f"mjINT_{integrator.upper()}")
 
@@ -49,7 +49,7 @@ class UserStepper(MujocoStepper):
         """Takes the mocap poses and the active constraints of the mjData `start`."""
         super().__init__(model, data)
         self._start = start
-        self._integrator, self._step = kind(integrator), step
+        self._integrator, self._step = integrator_number(integrator), step
 
     @property
     def step(self) -> float:
